@@ -26,14 +26,20 @@ elif [ "${1:-}" = test ]; then
     libgtest-dev libgmock-dev libbenchmark-dev clang clang-format clang-tidy libclang-rt-14-dev black flake8 mypy python3-pytest chromium
     colcon python3-colcon-package-information python3-colcon-ros python3-colcon-cmake python3-colcon-bash python3-colcon-test-result
     libbenchmark-tools
+    chromium-driver python3-selenium node-typescript esbuild
   )
+  command -v npm >/dev/null || packages+=(npm)
 fi
 
 missing=()
 for package in "${packages[@]}"; do
   dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
 done
-[ ${#missing[@]} -eq 0 ] && exit 0
+# The npm packages of the tests of the interactive page.
+add_npm_packages() {
+  [ "$1" != test ] || npm ci --silent --ignore-scripts --prefix "$(dirname "$0")/../bench/hotpath_report/web"
+}
+[ ${#missing[@]} -eq 0 ] && { add_npm_packages "${1:-}"; exit 0; }
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
@@ -44,3 +50,4 @@ echo "Installing ${missing[*]}"
 "${as_root[@]}" apt-get update -qq
 "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" \
   >/dev/null
+add_npm_packages "${1:-}"

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "page/page_data.hpp"
 #include "program/memory_limit.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
+#include "program/shown_text.hpp"
 
 namespace hotpath::commands {
 
@@ -15,7 +18,7 @@ namespace {
 struct ReportArguments {
   std::vector<std::string> runs;
   std::string before, after, output;
-  bool gate = false, across_loads = false;
+  bool json = false, gate = false, across_loads = false;
   std::string junit, markdown;
 };
 
@@ -27,6 +30,12 @@ void run_tool(const std::string& command, std::vector<std::string> words, const 
 
 /// Python holds all latencies and response times of a page in memory.
 void report(const ReportArguments& a) {
+  if (a.json) {
+    using nlohmann::json;
+    program::data_output() << page::page_data(a.runs).dump(-1, ' ', false, json::error_handler_t::replace)
+                           << "\n";
+    return;
+  }
   if (!a.output.empty()) program::check_output_folder(a.output, "report.html");
   constexpr double kMemoryOfByte = 3;
   double bytes = 0;
@@ -49,8 +58,13 @@ void add_report_command(CLI::App& app) {
       add_command<ReportArguments>(app, "report", "Write an HTML and Markdown report about one or more runs",
                                    "hotpath report runs/live runs/simulated --output page", report);
   command.add_option("RUN", o.runs, "Folders of live or simulated runs")->type_name("FOLDER")->required();
-  add_text(command, "--output", o.output, "FOLDER",
-           "Folder for the report; by default report/ in the first RUN");
+  CLI::Option* const output = add_text(command, "--output", o.output, "FOLDER",
+                                       "Folder for the report; by default report/ in the first RUN");
+  command
+      .add_flag("--json", o.json,
+                "Instead of a report: print the jobs, explained outputs and\n"
+                "graphs that it shows, as JSON")
+      ->excludes(output);
 }
 
 void add_compare_results_command(CLI::App& app) {

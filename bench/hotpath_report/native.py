@@ -21,6 +21,7 @@ FUNCTIONS = {
     "percent_of": (REAL, [COUNT, COUNT]),
     "mean": (REAL, [POINTER]),
     "quantile_estimate": (None, [POINTER, REAL, REALS]),
+    "quantile_estimates": (None, [POINTER, POINTER, SIZE, POINTER]),
     "quantile_ratio": (None, [POINTER, POINTER, REAL, REAL, REALS]),
     "quantile_difference": (None, [POINTER, POINTER, REAL, REALS]),
     "cliffs_delta": (None, [POINTER, POINTER, REALS]),

@@ -154,15 +154,20 @@ class Run:
             return f"worker {worker}"
         return "timer management thread" if worker == TIMER_MANAGEMENT else "executor thread"
 
-    def responses(self) -> pd.DataFrame:
-        """Timer jobs that ran after the warm-up: executor, repetition, task, response_ms. `hotpath
-        summarize` computes them from jobs.csv and rewrites summary.json."""
-        self.jobs_file()
+    def all_responses(self) -> pd.DataFrame:
+        """Jobs that ran after the warm-up: executor, repetition, task, response_ms. `hotpath
+        summarize` computes them from jobs.csv."""
+        path = self.jobs_file()
         text = hotpath_command.output_of("summarize", self.folder, "--responses", "-")
-        frame = pd.read_csv(io.StringIO(text))
+        columns = ["executor", "repetition", "task", "response_ns"]
+        frame = read_table(path, columns, rows=io.StringIO(text))
         frame["response_ms"] = frame.pop("response_ns") / NS_PER_MS
+        return frame
+
+    def responses(self) -> pd.DataFrame:
+        """The rows of all_responses() of timers."""
         timers = self.timer_counts()[["executor", "task"]]
-        return frame.merge(timers, on=["executor", "task"])  # keeps the order of the left frame
+        return self.all_responses().merge(timers, on=["executor", "task"])  # keeps the left frame's order
 
     def summary(self) -> list[dict[str, Any]]:
         """The executors of summary.json."""

@@ -87,6 +87,13 @@ class Samples:
             self._estimates[p] = Estimate(*result)
         return self._estimates[p]
 
+    def estimates(self, probabilities: Values) -> Values:
+        """A row of value, low and high for each probability, from one set of resamples."""
+        rows = np.empty((len(probabilities), 3))
+        p = np.ascontiguousarray(probabilities, dtype=float)
+        library().hotpath_quantile_estimates(self._handle, p.ctypes.data, len(p), rows.ctypes.data)
+        return rows
+
     def quantile(self, p: float) -> float:
         """Quantile at probability `p` without its interval."""
         return self.estimate(p).value

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure  # noqa: E402
 from matplotlib.textpath import TextPath  # noqa: E402
 from matplotlib.transforms import Affine2D  # noqa: E402
 
-from hotpath_report.hotpath_command import executor_named  # noqa: E402
+from hotpath_report.hotpath_command import executor_named, registry  # noqa: E402
 from hotpath_report.tables import make_folder, write_file, write_output  # noqa: E402
 
 WIDE, NARROW = 9.2, 4.3  # inches
@@ -37,6 +37,31 @@ def colour_of(executor: str) -> str:
     """The executor's colour in the registry; grey for an unknown executor."""
     known = executor_named(executor)
     return known.colour if known else FAINT
+
+
+# Colours of the causes of a latency: those of Okabe and Ito, which the colour-blind tell apart.
+CAUSES = {
+    "running": "#0072b2",
+    "join": "#cc79a7",
+    "executor": "#e69f00",
+    "older_sample": "#d55e00",
+    "snapshot": "#f0e442",
+    "overhead": "#999999",
+    "delivery": "#56b4e9",
+    "displaced": "#009e73",
+    "withheld": "#c9b8e8",
+    "unexplained": "#ffffff",
+}
+# Dashes of curves, in points: with the label, they tell executors apart without colour.
+DASHES: list[list[int]] = [[], [8, 3], [2, 3], [8, 3, 2, 3], [14, 4], [4, 2, 1, 2], [10, 2, 2, 2, 2, 2]]
+
+
+def dash_of(executor: str, run: int = 0) -> list[int]:
+    """The executor's dash in curves of the `run`-th run of a figure: neighbours in the registry,
+    whose colours are similar, and runs of one executor differ."""
+    known = executor_named(executor)
+    place = list(registry()).index(known.name) if known else 0
+    return DASHES[(place + 2 * run) % len(DASHES)]
 
 
 def is_narrow(inches: float) -> bool:

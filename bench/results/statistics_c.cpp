@@ -4,6 +4,7 @@
 // {value, low, high}; NaN means no value.
 #include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
 #include "hotpath/analysis/growth_test.hpp"
@@ -49,6 +50,14 @@ double hotpath_mean(const void* handle) { return hotpath::quantiles(samples(hand
 
 void hotpath_quantile_estimate(const void* handle, double probability, double* out) {
   store(hotpath::estimate_quantiles(samples(handle), std::array{probability}).front(), out);
+}
+
+/// `out`: an estimate per probability, from one set of resamples.
+void hotpath_quantile_estimates(const void* handle, const double* probabilities, std::size_t n, double* out) {
+  for (const Estimate& e : hotpath::estimate_quantiles(samples(handle), std::span(probabilities, n))) {
+    store(e, out);
+    out += 3;
+  }
 }
 
 void hotpath_quantile_ratio(const void* a, const void* b, double probability, double confidence,

@@ -214,7 +214,10 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--golden": Changes({"--golden": GOLDEN, "RUN": None}),
         },
     ),
-    "report": ({"RUN": "{run}"}, {"--output": Changes({"--output": "page"})}),
+    "report": (
+        {"RUN": "{run}"},
+        {"--output": Changes({"--output": "page"}), "--json": Changes({"--json": True})},
+    ),
     "compare-results": (
         {"OLD": "{run}", "NEW": "{run}"},
         {

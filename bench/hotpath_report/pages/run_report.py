@@ -7,9 +7,12 @@ from pathlib import Path
 
 from hotpath_report.errors import InputError
 from hotpath_report.figures import hot_path
+from hotpath_report.pages import interactive
+from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_page
 from hotpath_report.run import Run
 from hotpath_report.samples import samples_of_run
+from hotpath_report.statistics import Samples
 
 COMPARED = (
     "Ratio, Cliff's delta and rank test: against the run's first executor; above 1 and above 0 are better"
@@ -25,16 +28,19 @@ TIMER = (
 
 
 class ReportedRun:
-    """Samples (ms) of one folder by chain or timer: {(kind, name): {executor: samples}}."""
+    """Samples (ms) of one folder by chain or timer: {(kind, name): {executor: samples}}; `tasks` has
+    those of all tasks by name."""
 
     def __init__(self, folder: str | Path) -> None:
         self.run = Run(folder)
         self.name = Path(folder).resolve().name
         found = samples_of_run(self.run.latencies(), "chain", "hot_path_ms", self.run)
         self.samples = {("Chain", name): samples for name, samples in found.items()}
+        self.tasks: dict[str, dict[str, Samples]] = {}
         if (self.run.folder / "jobs.csv").exists():
-            found = samples_of_run(self.run.responses(), "task", "response_ms", self.run)
-            self.samples |= {("Timer", name): samples for name, samples in found.items()}
+            self.tasks = samples_of_run(self.run.all_responses(), "task", "response_ms", self.run)
+            timers = set(self.run.timer_counts()["task"])
+            self.samples |= {("Timer", name): of for name, of in self.tasks.items() if name in timers}
 
     def facts(self) -> str:
         """Description of the run, with its warnings."""
@@ -55,6 +61,25 @@ def comparison(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Table:
     return Table(COMPARED, ["run", "executor", "source", *HEADER], rows)
 
 
+def figure_name(key: tuple[str, str]) -> str:
+    """Name of the figure of a chain or timer."""
+    return "".join(c.lower() if c.isalnum() else "_" for c in " ".join(key))
+
+
+def measured(runs: Sequence[ReportedRun]) -> list[Measured]:
+    """The chains, then all tasks."""
+    made = []
+    for key in dict.fromkeys(key for run in runs for key in run.samples if key[0] == "Chain"):
+        of_runs = [run.samples.get(key, {}) for run in runs]
+        made.append(Measured("chain", key[1], " ".join(key), CHAIN[0], figure_name(key), of_runs))
+    for name in dict.fromkeys(name for run in runs for name in run.tasks):
+        key = ("Timer", name)
+        figure = figure_name(key) if any(key in run.samples for run in runs) else ""
+        of_runs = [run.tasks.get(name, {}) for run in runs]
+        made.append(Measured("task", name, f"Task {name}", TIMER[0], figure, of_runs))
+    return made
+
+
 def losses(runs: Sequence[ReportedRun]) -> list[Table]:
     """Losses of each executor; for timers after the warm-up."""
     keys = ["callbacks_executed", "skipped", "overwritten", "deadline_overruns"]
@@ -66,6 +91,29 @@ def losses(runs: Sequence[ReportedRun]) -> list[Table]:
     ]
     header = ["run", "executor", "callbacks", "skipped timestamps", "overwritten samples"]
     return [Table("Losses", [*header, "deadline overruns"], rows)] if rows else []
+
+
+def losses_by_task(runs: Sequence[ReportedRun]) -> list[Table]:
+    """The tasks that lost timestamps or samples, over the whole run."""
+    keys = ["ran", "skipped", "overwritten", "queued"]
+    rows = [
+        [run.name, e["executor"], task["task"], *(task.get(key, "") for key in keys)]
+        for run in runs
+        if (run.run.folder / "summary.json").exists()
+        for e in run.run.summary()
+        for task in e["tasks"]
+        if task.get("skipped") or task.get("overwritten")
+    ]
+    header = [
+        "run",
+        "executor",
+        "task",
+        "jobs",
+        "skipped timestamps",
+        "overwritten samples",
+        "queued at the end",
+    ]
+    return [Table("Losses by task", header, rows, folded=len(rows) > 12)] if rows else []
 
 
 def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
@@ -83,15 +131,14 @@ def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
 
 def sections(runs: Sequence[ReportedRun]) -> list[Section]:
     """A section per chain and timer."""
-    commands, made = [c for c in (run.run.command() for run in runs) if c], []
+    made = []
     for key in dict.fromkeys(key for run in runs for key in run.samples):
         label, text = CHAIN if key[0] == "Chain" else TIMER
-        title = " ".join(key)
-        name = "".join(c.lower() if c.isalnum() else "_" for c in title)
+        title, name = " ".join(key), figure_name(key)
         rows = hot_path.rows_of_runs([run.samples.get(key, {}) for run in runs], [run.run for run in runs])
         draw = partial(hot_path.draw_rows, hot_path.with_ratios(rows), label=label)
-        figure = make_figure(name, f"{title}: {label}", draw, commands)
-        made.append(Section(name, title, label, text, [figure], [comparison(runs, key)]))
+        figure = make_figure(name, f"{title}: {label}", draw, [])
+        made.append(Section(f"about_{name}", title, label, text, [figure], [comparison(runs, key)]))
     return made
 
 
@@ -103,5 +150,13 @@ def write(folders: Sequence[str], folder: Path) -> None:
         raise InputError(f"{folders[0]}: nothing to report: no samples of chains or timers after the warm-up")
     graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
     facts = [run.facts() for run in runs]
-    tables = losses(runs) + disturbances(runs)
-    write_page(folder, "report", made, title=f"Executors on {graphs}", facts=facts, losses=tables)
+    tables = losses(runs) + losses_by_task(runs) + disturbances(runs)
+    commands = list(dict.fromkeys(command for run in runs if (command := run.run.command())))
+    data = interactive.document([run.run for run in runs], [run.name for run in runs], measured(runs))
+    content = {
+        "facts": facts,
+        "losses": tables,
+        "commands": commands,
+        "interactive": interactive.embedded(data),
+    }
+    write_page(folder, "report", made, title=f"Executors on {graphs}", **content)

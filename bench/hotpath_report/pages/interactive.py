@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The data of the interactive part of a page about runs: distributions from the C++ library, jobs
+and outputs from `hotpath report --json`."""
+
+import base64
+import hashlib
+import json
+import math
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hotpath_report import hotpath_command, style
+from hotpath_report.errors import RunError
+from hotpath_report.hotpath_command import PACKAGE
+from hotpath_report.run import Run
+from hotpath_report.shown_text import printable_content
+from hotpath_report.statistics import Samples, Values
+
+SCRIPT = PACKAGE / "web" / "page.js"
+POINTS_OF_DECADE = 20  # of the logarithmic tail of a distribution
+
+ByExecutor = dict[str, Samples]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """The samples (ms) of one chain or task in all runs."""
+
+    kind: str  # chain or task
+    name: str
+    title: str
+    measure: str
+    figure: str  # id of the violins; empty: none
+    runs: Sequence[ByExecutor]
+
+
+def probabilities(n: int) -> Values:
+    """Where a distribution of `n` samples is drawn: evenly up to 0.9, then evenly on the
+    logarithmic axis up to the last probability that `n` samples resolve, and 1."""
+    body = np.arange(0, 46) / 50
+    decades = max(0.0, math.log10(n) - 1)
+    tail = 1 - 0.1 * 10.0 ** -(np.arange(1, math.floor(decades * POINTS_OF_DECADE) + 1) / POINTS_OF_DECADE)
+    return np.concatenate([body, np.round(tail, 12), [1.0]])
+
+
+def curve(series: int, samples: Samples) -> dict[str, Any]:
+    """A distribution with its intervals, in ms rounded to nanoseconds."""
+    q = probabilities(len(samples))
+    columns = np.round(samples.estimates(q), 6).T.tolist()
+    value, low, high = ([None if math.isnan(v) else v for v in column] for column in columns)
+    return {
+        "series": series,
+        "n": len(samples),
+        "repetitions": len(samples.repetitions),
+        "q": q.tolist(),
+        "value": value,
+        "low": low,
+        "high": high,
+    }
+
+
+def series_of(runs: Sequence[Run], names: Sequence[str]) -> list[dict[str, Any]]:
+    """The curves of a page: each executor of each run."""
+    several = len(runs) > 1
+    return [
+        {
+            "run": number,
+            "executor": executor,
+            "label": f"{executor} in {names[number]}" if several else executor,
+            "colour": style.colour_of(executor),
+            "dash": style.dash_of(executor, number),
+        }
+        for number, run in enumerate(runs)
+        for executor in run.executors
+    ]
+
+
+def marks_of(measured: Measured, runs: Sequence[Run], series: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Bounds, deadlines and the computation on the path."""
+    if measured.kind == "chain":
+        first = [limit for limit in runs[0].facts.get("limits", []) if limit["ms"] > 0]
+        is_first = runs[0].facts.get("chains", [measured.name])[:1] == [measured.name]
+        return [{"label": x["label"], "ms": x["ms"], "series": None} for x in first] if is_first else []
+    marks: set[tuple[str, float, int | None]] = {
+        ("deadline", row.deadline_ms, None)
+        for run in runs
+        if (run.folder / "summary.json").exists()
+        for row in run.timer_counts().itertuples()
+        if row.task == measured.name and row.deadline_ms
+    }
+    places = {(s["run"], s["executor"]): number for number, s in enumerate(series)}
+    marks |= {
+        (f"bound of {bound['executor']}", bound["ms"], places.get((number, bound["executor"])))
+        for number, run in enumerate(runs)
+        for bound in run.facts.get("bounds", [])
+        if bound["task"] == measured.name
+    }
+    return [
+        {"label": a, "ms": b, "series": c} for a, b, c in sorted(marks, key=lambda mark: (mark[1], mark[0]))
+    ]
+
+
+def curves_of(measured: Measured, series: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """The distributions of one chain or task."""
+    for number, of in enumerate(series):
+        if samples := measured.runs[of["run"]].get(of["executor"]):
+            yield curve(number, samples)
+
+
+def slow_periods(run: Run) -> dict[tuple[str, int], list[dict[str, float]]]:
+    """{(executor, repetition): slow periods}"""
+    return {(executor, repetition): periods for executor, repetition, periods in run.slow_repetitions()}
+
+
+def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
+    """Everything that the interactive part shows; web/src/data.ts describes it."""
+    stored = json.loads(hotpath_command.output_of("report", *(run.folder for run in runs), "--json"))
+    data: dict[str, Any] = printable_content(stored)
+    series = series_of(runs, names)
+    for run, name, of in zip(runs, names, data["runs"]):
+        of |= {"name": name, "source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
+        slow = slow_periods(run)
+        for r in of.get("repetitions", []):
+            r["slow"] = slow.get((r["executor"], r["repetition"]), [])
+    for cause in data["causes"]:
+        cause["colour"] = style.CAUSES[cause["name"]]
+    data["series"] = series
+    data["targets"] = [
+        {
+            "kind": m.kind,
+            "name": m.name,
+            "title": m.title,
+            "measure": m.measure,
+            "figure": m.figure,
+            "curves": list(curves_of(m, series)),
+            "marks": marks_of(m, runs, series),
+        }
+        for m in measured
+    ]
+    return data
+
+
+@dataclass(frozen=True)
+class Interactive:
+    """What a page embeds."""
+
+    data: str  # deflated JSON in base64
+    script: str
+
+    def policy(self) -> str:
+        """The page's content security policy: no requests, and only its own script."""
+        digest = base64.b64encode(hashlib.sha256(f"\n{self.script}\n".encode()).digest()).decode()
+        style_and_images = "style-src 'unsafe-inline'; img-src data:"
+        return f"default-src 'none'; script-src 'sha256-{digest}'; {style_and_images}"
+
+
+def embedded(data: dict[str, Any]) -> Interactive:
+    """The document and the script. Raises RunError if the script is not installed."""
+    try:
+        script = SCRIPT.read_text(encoding="ascii").strip()
+    except OSError as error:
+        raise RunError(f"{SCRIPT}: {error.strerror}; install hotpath again") from None
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False).encode()
+    return Interactive(base64.b64encode(zlib.compress(text, 9)).decode(), script)

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cumulative distributions with a logarithmic tail. uPlot's x axis stands upright and holds
+// probabilities, its y axis lies and holds latencies.
+
+import uPlot from "uplot";
+import type { Curve, Series, Target } from "./data";
+import { h, onTheme, onWidth, percent, swatch, theme } from "./dom";
+
+const BODY = 1.6; // length of the even part of the axis, in decades
+const TICKS = [0, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999];
+const HEIGHT = 340;
+
+/** Position of a probability on the axis: even up to 0.9, then each decade of the tail has length 1. */
+function place(q: number): number {
+  return q <= 0.9 ? (BODY * q) / 0.9 : BODY - 1 - Math.log10(1 - q);
+}
+
+/** A range of latencies, in ms. */
+export interface Range {
+  from: number;
+  to: number;
+}
+
+export class Ecdf {
+  readonly element = h("div", { class: "ecdf" });
+  private readonly plotted = h("div", {
+    class: "plot", tabindex: 0, role: "application",
+    "aria-roledescription": "cumulative distribution",
+    "aria-describedby": "ecdf-keys",
+  });
+  private readonly tip = h("div", { class: "tip", role: "status", "aria-live": "polite", hidden: true });
+  private readonly keys = h("p", { id: "ecdf-keys", class: "faint small" });
+  private plot: uPlot | undefined;
+  private target!: Target;
+  private shown: Curve[] = [];
+  private q: number[] = [];
+  private index = -1; // of the probability under the cursor
+  private brushed: Range | null = null;
+
+  constructor(private readonly series: Series[], private readonly select: (range: Range, series: number) => void) {
+    this.keys.textContent =
+      "Drag over a range of latencies, or click a curve, to list these outputs. " +
+      "Keys: up and down move along the curves, Enter lists the outputs of this part and the slower ones.";
+    this.element.append(h("div", { class: "holder" }, this.plotted, this.tip), this.keys);
+    this.plotted.addEventListener("keydown", (event) => this.key(event));
+    onWidth(this.plotted, () => this.draw());
+    onTheme(() => this.draw());
+  }
+
+  show(target: Target, visible: Set<number>): void {
+    this.target = target;
+    this.shown = target.curves.filter((c) => visible.has(c.series));
+    this.index = -1;
+    this.tip.hidden = true;
+    this.plotted.setAttribute("aria-label", `${target.title}: ${target.measure}`);
+    this.draw();
+  }
+
+  /** Marks a selected range of latencies. */
+  mark(range: Range | null): void {
+    this.brushed = range;
+    this.plot?.redraw();
+  }
+
+  /** The curves that the tooltip describes at position `index` of the axis, for all widths. */
+  private rows(index: number): { curve: Curve; at: number }[] {
+    const last = index === this.q.length - 1;
+    return this.shown
+      .map((curve) => ({ curve, at: last ? curve.q.length - 1 : index < curve.q.length - 1 ? index : -1 }))
+      .filter((row) => row.at >= 0);
+  }
+
+  private data(): uPlot.AlignedData {
+    const longest = this.shown.reduce((a, b) => (b.q.length > a.q.length ? b : a), this.shown[0]);
+    this.q = longest ? longest.q : [];
+    const end = this.q.length > 1 ? place(this.q[this.q.length - 2]) + 0.3 : 1;
+    const x = this.q.map((q) => (q < 1 ? place(q) : end));
+    const columns: (number | null)[][] = [];
+    for (const curve of this.shown) {
+      const spread = (values: (number | null)[]): (number | null)[] =>
+        this.q.map((_, i) => {
+          if (i === this.q.length - 1) return values[values.length - 1];
+          return i < values.length - 1 ? values[i] : null;
+        });
+      columns.push(spread(curve.value), spread(curve.low), spread(curve.high));
+    }
+    return [x, ...columns] as uPlot.AlignedData;
+  }
+
+  private options(width: number, x: number[]): uPlot.Options {
+    const ink = theme("ink");
+    const axis = { stroke: theme("faint"), grid: { stroke: theme("grid"), width: 1 }, ticks: { show: false } };
+    const series: uPlot.Series[] = [{}];
+    const bands: uPlot.Band[] = [];
+    this.shown.forEach((curve, i) => {
+      const { colour, dash, label } = this.series[curve.series];
+      const bound = { scale: "y", stroke: "transparent", width: 0, points: { show: false }, spanGaps: true };
+      series.push({ label, scale: "y", stroke: colour, dash, width: 2, points: { show: false }, spanGaps: true });
+      series.push({ ...bound }, { ...bound });
+      bands.push({ series: [3 * i + 3, 3 * i + 2], fill: `${colour}30`, dir: 1 });
+    });
+    return {
+      width, height: HEIGHT, series, bands,
+      legend: { show: false },
+      cursor: { drag: { x: false, y: false, setScale: false }, points: { show: false }, x: false },
+      scales: {
+        x: { time: false, ori: 1, range: [0, x[x.length - 1] || 1] },
+        y: { ori: 0, range: (_, __, max) => [0, 1.05 * Math.max(max, ...this.marksMs())] },
+      },
+      axes: [
+        {
+          ...axis, side: 3, size: 62,
+          splits: () => [...this.ticks().map(place), x[x.length - 1]],
+          values: () => [...this.ticks().map(percent), "largest"],
+        },
+        {
+          ...axis, side: 2, scale: "y", label: this.target.measure, labelSize: 20, size: 32, space: 56,
+          values: (_, splits) => splits.map((v) => String(Number(v.toPrecision(6)))),
+        },
+      ],
+      hooks: {
+        drawAxes: [(u) => this.drawMarks(u, ink)], // below the curves
+        setCursor: [(u) => this.hover(u)],
+        ready: [(u) => this.listen(u)],
+      },
+    };
+  }
+
+  private ticks(): number[] {
+    return TICKS.filter((q) => q === 0 || q <= this.q[this.q.length - 2]);
+  }
+
+  private marksMs(): number[] {
+    return this.target.marks.filter((m) => this.isShown(m.series)).map((m) => m.ms);
+  }
+
+  private isShown(series: number | null): boolean {
+    return series === null || this.shown.some((c) => c.series === series);
+  }
+
+  private draw(): void {
+    this.plot?.destroy();
+    this.plot = undefined;
+    const width = Math.floor(this.plotted.clientWidth);
+    if (!this.target || !this.shown.length || width === 0) return;
+    const data = this.data();
+    this.plot = new uPlot(this.options(width, data[0] as number[]), data, this.plotted);
+  }
+
+  /** Bounds, deadlines and the selected range. */
+  private drawMarks(u: uPlot, ink: string): void {
+    const { ctx, bbox } = u;
+    const scale = devicePixelRatio;
+    ctx.save();
+    if (this.brushed) {
+      const from = u.valToPos(this.brushed.from, "y", true);
+      const to = u.valToPos(this.brushed.to, "y", true);
+      ctx.fillStyle = theme("selection");
+      ctx.fillRect(Math.max(bbox.left, from), bbox.top, Math.max(2 * scale, to - Math.max(bbox.left, from)), bbox.height);
+    }
+    ctx.font = `${11 * scale}px system-ui, sans-serif`;
+    const ground = theme("ground");
+    this.target.marks.filter((m) => this.isShown(m.series)).forEach((m, i) => {
+      const x = u.valToPos(m.ms, "y", true);
+      const colour = m.series === null ? ink : this.series[m.series].colour;
+      ctx.strokeStyle = colour;
+      ctx.lineWidth = scale;
+      ctx.setLineDash([5 * scale, 4 * scale]);
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+      const left = x > bbox.left + bbox.width / 2;
+      ctx.textAlign = left ? "right" : "left";
+      const text = `${m.label} ${Number(m.ms.toPrecision(4))} ms`;
+      const [at, y] = [x + (left ? -5 : 5) * scale, bbox.top + bbox.height - (10 + 16 * i) * scale];
+      const width = ctx.measureText(text).width;
+      ctx.fillStyle = `${ground}d0`;
+      ctx.fillRect(left ? at - width - 2 : at - 2, y - 11 * scale, width + 4, 14 * scale);
+      ctx.fillStyle = ink;
+      ctx.fillText(text, at, y);
+    });
+    ctx.restore();
+  }
+
+  private hover(u: uPlot): void {
+    const { left, top, idx } = u.cursor;
+    if (left === undefined || top === undefined || left < 0 || idx === null || idx === undefined) {
+      if (document.activeElement !== this.plotted) this.tip.hidden = true;
+      return;
+    }
+    this.describe(idx);
+  }
+
+  /** Writes value and interval of each curve at a probability. */
+  private describe(index: number): void {
+    this.index = index;
+    const q = this.q[index];
+    const head = q < 1 ? `${percent(q)} take at most` : "the largest";
+    const rows = this.rows(index).map(({ curve, at }) => {
+      const s = this.series[curve.series];
+      const { low, high } = { low: curve.low[at], high: curve.high[at] };
+      const interval = low === null || high === null ? "" : ` [${low.toFixed(3)}, ${high.toFixed(3)}]`;
+      return h(
+        "tr", { "data-series": curve.series, "data-q": q, "data-ms": curve.value[at] },
+        h("td", {}, swatch(s.colour, s.dash)), h("th", { scope: "row" }, s.label),
+        h("td", {}, `${curve.value[at].toFixed(3)} ms`), h("td", {}, interval),
+      );
+    });
+    this.tip.replaceChildren(h("b", {}, head), h("table", {}, h("tbody", {}, ...rows)));
+    this.tip.hidden = false;
+  }
+
+  /** Selects by mouse: a dragged range, or the outputs between the neighbours on the nearest curve. */
+  private listen(u: uPlot): void {
+    let from: number | null = null;
+    const value = (event: PointerEvent): number => {
+      const x = event.clientX - u.over.getBoundingClientRect().left;
+      return Math.max(0, u.posToVal(Math.min(Math.max(0, x), u.over.clientWidth), "y"));
+    };
+    u.over.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      from = event.offsetX;
+      u.over.setPointerCapture(event.pointerId);
+    });
+    u.over.addEventListener("pointermove", (event) => {
+      if (from === null || Math.abs(event.offsetX - from) < 4) return;
+      const values = [u.posToVal(from, "y"), value(event)].sort((a, b) => a - b);
+      this.mark({ from: values[0], to: values[1] });
+    });
+    u.over.addEventListener("pointerup", (event) => {
+      if (from === null) return;
+      const dragged = Math.abs(event.offsetX - from) >= 4;
+      from = null;
+      if (dragged && this.brushed) this.select(this.brushed, -1);
+      else this.selectPart(value(event), false);
+    });
+  }
+
+  /** Selects the outputs around the cursor's probability, under the executor nearest to `ms`. */
+  private selectPart(ms: number, upwards: boolean): void {
+    const rows = this.rows(this.index);
+    if (!rows.length) return;
+    const distance = (r: { curve: Curve; at: number }): number => Math.abs(r.curve.value[r.at] - ms);
+    const { curve, at } = rows.reduce((a, b) => (distance(b) < distance(a) ? b : a));
+    const from = curve.value[upwards ? at : Math.max(0, at - 1)];
+    const to = curve.value[upwards ? curve.value.length - 1 : Math.min(at + 1, curve.value.length - 1)];
+    this.select({ from, to }, curve.series);
+  }
+
+  private key(event: KeyboardEvent): void {
+    const steps: Record<string, number> = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1 };
+    const last = this.q.length - 1;
+    if (event.key in steps) this.describe(Math.min(last, Math.max(0, this.index + steps[event.key])));
+    else if (event.key === "End") this.describe(last);
+    else if (event.key === "Home") this.describe(0);
+    else if (event.key === "Enter" && this.index >= 0) this.selectPart(Infinity, true);
+    else return;
+    event.preventDefault();
+  }
+}

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// Joins the parts of the interactive page: a distribution, the outputs selected in it, and their
+// timelines.
+
+import uplotStyle from "uplot/dist/uPlot.min.css";
+import { readDocument, Store, type Output, type Target } from "./data";
+import { h, swatch } from "./dom";
+import { Ecdf, type Range } from "./ecdf";
+import { GraphView } from "./graph";
+import { OutputList } from "./outputs";
+import pageStyle from "./page.css";
+import { Timeline } from "./timeline";
+import { Trend } from "./trend";
+
+class Page {
+  readonly ecdf: Ecdf;
+  readonly list: OutputList;
+  readonly timeline: Timeline;
+  readonly trend: Trend;
+  readonly graph = new GraphView();
+  private readonly targets = h("select", { id: "target" });
+  private readonly legend = h("fieldset", { class: "legend" });
+  private readonly other = h("select", { id: "other" });
+  private readonly details = h("div"); // of outputs; hidden if the runs store no jobs
+  private readonly violins = h("div", { class: "violins" });
+  private readonly visible = new Set<number>();
+  private moved: { figure: Element; home: Comment } | null = null;
+  private chosen: Output | null = null;
+
+  constructor(readonly store: Store, root: HTMLElement) {
+    this.ecdf = new Ecdf(store.document.series, (range, series) => this.select(range, series));
+    this.list = new OutputList(store, (output) => this.pick(output), (range) => this.select(range, -1));
+    this.timeline = new Timeline(store);
+    this.trend = new Trend(store, (output) => this.pick(output));
+    store.document.series.forEach((_, s) => this.visible.add(s));
+    this.fillTargets();
+    this.other.addEventListener("change", () => this.showTimeline());
+    const notes = store.document.runs.flatMap((r) => r.notes.map((n) => (store.document.runs.length > 1 ? `${r.name}: ${n}` : n)));
+    root.append(
+      h("h2", { id: "explore-title" }, "Distributions, outputs and timelines"),
+      ...notes.map((n) => h("p", { class: "note" }, n)),
+      h("div", { class: "controls" }, h("label", { for: "target" }, "Distribution of "), this.targets),
+      this.legend,
+      h("div", { class: "beside" }, this.ecdf.element, this.violins),
+      this.details,
+    );
+    this.details.hidden = !store.document.runs.some((r) => r.repetitions?.length);
+    this.details.append(
+      this.list.element,
+      h("h3", {}, "Timeline"),
+      h("div", { class: "controls" }, h("label", { for: "other" }, "With the same data under "), this.other),
+      this.timeline.element, this.trend.element, this.graph.element,
+    );
+    root.hidden = false;
+    this.showTarget();
+  }
+
+  get target(): Target {
+    return this.store.document.targets[Number(this.targets.value)];
+  }
+
+  private fillTargets(): void {
+    const groups = { chain: h("optgroup", { label: "Chains" }), task: h("optgroup", { label: "Tasks" }) };
+    this.store.document.targets.forEach((t, i) => groups[t.kind].append(h("option", { value: i }, t.name)));
+    this.targets.append(...Object.values(groups).filter((g) => g.childElementCount > 0));
+    this.targets.addEventListener("change", () => this.showTarget());
+  }
+
+  /** The executors that have this target and are not switched off. */
+  private shown(): number[] {
+    return this.target.curves.map((c) => c.series).filter((s) => this.visible.has(s));
+  }
+
+  private showTarget(): void {
+    const { target } = this;
+    this.moveFigure(target.figure);
+    this.legend.replaceChildren(
+      h("legend", { class: "hidden" }, "Executors"),
+      ...target.curves.map((c) => {
+        const s = this.store.document.series[c.series];
+        const toggle = (): void => {
+          if (!this.visible.delete(c.series)) this.visible.add(c.series);
+          this.showVisible();
+        };
+        const box = h("input", { type: "checkbox", checked: this.visible.has(c.series), change: toggle });
+        const runs = c.repetitions > 1 ? `, ${c.repetitions} repetitions` : "";
+        return h("label", { "data-series": c.series, "data-n": c.n }, box, swatch(s.colour, s.dash),
+          h("span", {}, s.label), h("span", { class: "faint" }, `n = ${c.n}${runs}`));
+      }),
+    );
+    this.showVisible();
+  }
+
+  private showVisible(): void {
+    this.ecdf.show(this.target, this.visible);
+    this.trend.show(this.target, this.shown());
+    this.select({ from: 0, to: Infinity }, -1);
+  }
+
+  /** Puts the violins of a target beside its curves, and the former ones back into their section. */
+  private moveFigure(id: string): void {
+    this.moved?.home.replaceWith(this.moved.figure);
+    this.moved = null;
+    const figure = id ? document.getElementById(id) : null;
+    this.violins.hidden = !figure;
+    if (!figure) return;
+    const home = document.createComment("figure");
+    figure.replaceWith(home);
+    this.violins.append(figure);
+    this.moved = { figure, home };
+  }
+
+  private select(range: Range, series: number): void {
+
+    const all = range.from <= 0 && range.to === Infinity;
+    this.ecdf.mark(all ? null : range);
+    const found = this.list.show(this.target, series >= 0 ? [series] : this.shown(), range);
+    this.chosen = found[0] ?? null;
+    this.showTimeline();
+  }
+
+  /** Shows an output in the timeline. */
+  pick(output: Output): void {
+    this.chosen = output;
+    this.showTimeline();
+  }
+
+  /** The output of another executor with the data of the same source job. */
+  private partner(output: Output, series: number): Output | null {
+    const [a, source] = [this.store.run(output.series), output.path[0]];
+    const task = a.tasks[source?.task]?.name;
+    const b = this.store.run(series).tasks;
+    return (
+      this.store.outputs(this.target, series).find((o) =>
+        o.repetition === output.repetition && o.path[0]?.sequence === source?.sequence && b[o.path[0]?.task]?.name === task,
+      ) ?? null
+    );
+  }
+
+  private showTimeline(): void {
+    const { chosen, target } = this;
+    const series = chosen?.series ?? this.shown()[0] ?? 0;
+    const kept = this.other.value;
+    const others = target.curves.map((c) => c.series).filter((s) => s !== series);
+    this.other.replaceChildren(
+      h("option", { value: "" }, "no other executor"),
+      ...others.map((s) => h("option", { value: s }, this.store.document.series[s].label)),
+    );
+    if (others.some((s) => String(s) === kept)) this.other.value = kept;
+    const second = this.other.value === "" || !chosen ? null : this.partner(chosen, Number(this.other.value));
+    this.timeline.show(target, second ? [chosen, second] : [chosen], series);
+    this.list.mark([chosen, second]);
+    const { series: all, causes } = this.store.document;
+    this.graph.show(this.store.run(series), all[series], target, chosen, causes[0].colour);
+  }
+}
+
+async function start(): Promise<void> {
+  const root = document.getElementById("explore");
+  const data = document.getElementById("hotpath-data");
+  if (!root || !data) return;
+  try {
+    const store = new Store(await readDocument(data.textContent ?? ""));
+    document.head.append(h("style", {}, uplotStyle, pageStyle));
+    const page = new Page(store, root);
+    page.timeline.draw();
+    performance.mark("hotpath-started");
+    Object.assign(window, { hotpathPage: page }); // for tests
+  } catch (error) {
+    root.hidden = false;
+    root.append(h("p", { class: "note" }, `The interactive part could not start (${String(error)}). The rest of the page is complete.`));
+    throw error;
+  }
+}
+
+void start();

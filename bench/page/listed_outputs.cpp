@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "page/listed_outputs.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "explain/totals.hpp"
+
+namespace hotpath::page {
+
+using explain::Explanation;
+using explain::Output;
+
+std::vector<Output> listed(const std::vector<Output>& outputs, std::size_t most) {
+  if (outputs.size() <= most) return outputs;
+  std::vector<std::size_t> worst(outputs.size());
+  std::iota(worst.begin(), worst.end(), 0U);
+  std::ranges::stable_sort(worst, std::greater<>(), [&](std::size_t i) { return outputs[i].latency; });
+  std::vector<bool> chosen(outputs.size(), false);
+  const std::size_t half = most / 2, others = most - half;
+  for (std::size_t i = 0; i < half; ++i) chosen[worst[i]] = true;
+  for (std::size_t i = 0; i < others; ++i) chosen[i * outputs.size() / others] = true;
+  std::vector<Output> some;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    if (chosen[i]) some.push_back(outputs[i]);
+  }
+  return some;
+}
+
+ListedOutputs::ListedOutputs(const results::StoredRun& run, const std::string& executor,
+                             const std::string& chain, std::size_t most)
+    : causes_(explain::kCauses) {
+  explain::Options options;
+  options.chain = chain;
+  explain::StoredOutputs stored(run, executor, options);
+  outputs_ = stored.outputs().size();
+  stored.explain(listed(stored.outputs(), most), [this](const Explanation& e) { add(e); });
+  missing_ = stored.subject().missing;
+}
+
+void ListedOutputs::add(const Explanation& e) {
+  const JobRecord& sink = e.path.back();
+  repetition_.push_back(e.repetition);
+  sequence_.push_back(static_cast<std::int64_t>(sink.job.sequence));
+  end_.push_back(sink.start.time_since_epoch().count());
+  latency_.push_back(e.latency.count());
+  complete_.push_back(e.complete ? 1 : 0);
+  const explain::CauseTimes sums = causes_of(e);
+  for (std::size_t c = 0; c < sums.size(); ++c) causes_[c].push_back(sums[c].count());
+  parts_.push_back(static_cast<std::int64_t>(e.parts.size()));
+  for (const explain::Part& part : e.parts) {
+    const bool other = part.behind.task != kNoTask;
+    cause_.push_back(static_cast<std::int64_t>(part.cause));
+    rule_.push_back(static_cast<std::int64_t>(part.rule));
+    step_.push_back(static_cast<std::int64_t>(part.step));
+    behind_.push_back(other ? static_cast<std::int64_t>(part.behind.task) : -1);
+    behind_sequence_.push_back(other ? static_cast<std::int64_t>(part.behind.sequence) : -1);
+    length_.push_back(part.length.count());
+  }
+  steps_.push_back(static_cast<std::int64_t>(e.path.size()));
+  for (const JobRecord& job : e.path) {
+    path_task_.push_back(job.job.task);
+    path_sequence_.push_back(static_cast<std::int64_t>(job.job.sequence));
+  }
+}
+
+nlohmann::json ListedOutputs::columns() const {
+  return {{"outputs", outputs_},
+          {"missing", missing_},
+          {"repetition", repetition_},
+          {"sequence", sequence_},
+          {"end_ns", end_},
+          {"latency_ns", latency_},
+          {"complete", complete_},
+          {"causes_ns", causes_},
+          {"parts", parts_},
+          {"part",
+           {{"cause", cause_},
+            {"rule", rule_},
+            {"step", step_},
+            {"behind", behind_},
+            {"behind_sequence", behind_sequence_},
+            {"ns", length_}}},
+          {"steps", steps_},
+          {"step", {{"task", path_task_}, {"sequence", path_sequence_}}}};
+}
+
+std::map<std::uint32_t, std::vector<Interval>> ListedOutputs::worst(std::size_t most) const {
+  std::vector<std::size_t> order(latency_.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t i) { return latency_[i]; });
+  order.resize(std::min(order.size(), most));
+  std::map<std::uint32_t, std::vector<Interval>> intervals;
+  for (const std::size_t i : order) {
+    const Duration latency(latency_[i]);
+    const Time end{Duration(end_[i])};
+    intervals[static_cast<std::uint32_t>(repetition_[i])].emplace_back(end - latency - latency / 2,
+                                                                       end + latency / 2);
+  }
+  return intervals;
+}
+
+}  // namespace hotpath::page

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "explain/stored_outputs.hpp"
+#include "page/job_columns.hpp"
+
+namespace hotpath::page {
+
+/// The outputs that a page lists: all, or `most` of them: the worst half, and evenly distributed
+/// others. In the order of `outputs`.
+[[nodiscard]] std::vector<explain::Output> listed(const std::vector<explain::Output>& outputs,
+                                                  std::size_t most);
+
+/// Explained outputs of one chain under one executor, one column of integers per property.
+class ListedOutputs {
+ public:
+  /// Reads and explains the outputs, of which it keeps at most `most`. Throws as StoredOutputs does.
+  ListedOutputs(const results::StoredRun& run, const std::string& executor, const std::string& chain,
+                std::size_t most);
+
+  /// By property; docs/report.md explains them.
+  [[nodiscard]] nlohmann::json columns() const;
+  /// The time from the origin to the end of the `most` worst outputs, with a margin, by repetition.
+  [[nodiscard]] std::map<std::uint32_t, std::vector<Interval>> worst(std::size_t most) const;
+
+ private:
+  void add(const explain::Explanation& explanation);
+
+  using Column = std::vector<std::int64_t>;
+  std::size_t outputs_ = 0, missing_ = 0;
+  Column repetition_, sequence_, end_, latency_, complete_;
+  std::vector<Column> causes_;  // by cause
+  Column parts_, cause_, rule_, step_, behind_, behind_sequence_, length_;
+  Column steps_, path_task_, path_sequence_;
+};
+
+}  // namespace hotpath::page

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "page/page_data.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/graph_layout.hpp"
+#include "page/listed_outputs.hpp"
+#include "page/stored_jobs.hpp"
+#include "program/errors.hpp"
+#include "program/text.hpp"
+#include "results/stored_summary.hpp"
+#include "setup/stored_system.hpp"
+
+namespace hotpath::page {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr std::size_t kWorst = 10;             // outputs of a chain whose jobs a thinned page keeps
+constexpr std::size_t kMostRows = 20'000'000;  // rows of jobs.csv to read for all chains
+
+/// What part of a page one run may fill.
+struct Share {
+  std::size_t jobs = kMostJobs, outputs = kMostOutputs;
+};
+
+json tasks_json(const TaskSet& set) {
+  json tasks = json::array();
+  for (const Task& task : set.tasks) {
+    tasks.push_back(
+        {{"name", task.name}, {"kind", to_string(task.kind)}, {"period_ns", task.period.count()}});
+  }
+  return tasks;
+}
+
+json graph_json(const Graph& graph, const GraphTasks& tasks) {
+  json nodes = json::array(), edges = json::array(), chains = json::array(), node_of = json::array();
+  const std::vector<GraphPosition> positions = graph_layout(graph);
+  for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+    nodes.push_back({{"name", graph.nodes[n].name},
+                     {"type", to_string(graph.nodes[n].type)},
+                     {"column", positions[n].column},
+                     {"row", positions[n].row}});
+  }
+  for (const GraphEdge& e : graph_edges(graph)) edges.push_back({e.source, e.target, e.topic});
+  for (const TaskOrigin& origin : tasks.origin) node_of.push_back(origin.node);
+  const std::vector<ChainIndex> indices = index_chains(graph, tasks);
+  for (std::size_t c = 0; c < indices.size(); ++c) {
+    json of_chain = json::array();
+    for (const std::vector<TaskId>& of_node : indices[c].nodes) {
+      for (const TaskId id : of_node) of_chain.push_back(id);
+    }
+    chains.push_back({{"name", graph.chains[c].name}, {"tasks", of_chain}});
+  }
+  return {{"nodes", nodes}, {"edges", edges}, {"chains", chains}, {"node_of_task", node_of}};
+}
+
+/// The data of one run.
+class RunData {
+ public:
+  RunData(const results::StoredRun& run, Share share) : run_(run), share_(share) {}
+
+  json finish() {
+    json data = {{"executors", run_.executors()}, {"tasks", tasks_json(run_.tasks())}};
+    const std::size_t rows = run_.tasks().tasks.empty() ? 0 : count_jobs(run_);
+    if (rows == 0) {
+      notes_.emplace_back("The run stores no jobs, so the page has neither timelines nor causes.");
+    } else {
+      add_graph(data);
+      add_outputs(data, rows);
+      StoredJobs jobs(run_, share_.jobs, std::move(wanted_));
+      data["repetitions"] = jobs.repetitions();
+      data["jobs"] = {{"started", jobs.started()}, {"kept", jobs.kept()}};
+      if (jobs.kept() < jobs.started()) {
+        notes_.push_back(program::concat("The timeline holds ", jobs.kept(), " of ", jobs.started(),
+                                         " jobs: the first ones of each executor, and those around its ",
+                                         kWorst, " worst outputs of each chain."));
+      }
+    }
+    data["notes"] = notes_;
+    return data;
+  }
+
+ private:
+  void add_graph(json& data) {
+    try {
+      const setup::StoredSystem system = setup::stored_system(run_);
+      data["graph"] = graph_json(system.graph, system.tasks);
+    } catch (const std::exception& error) {
+      notes_.push_back(program::concat("The page shows neither the graph nor causes: ", error.what()));
+    }
+  }
+
+  void add_outputs(json& data, std::size_t rows) {
+    data["outputs"] = json::array();
+    if (!data.contains("graph")) return;
+    const std::size_t pairs = run_.chains().size() * run_.executors().size();
+    std::size_t left = kMostRows;
+    const std::size_t most = std::max<std::size_t>(20, share_.outputs / std::max<std::size_t>(1, pairs));
+    std::size_t thinned = 0, unread = 0;
+    for (const std::string& chain : run_.chains()) {
+      for (const std::string& executor : run_.executors()) {
+        if (left < rows && left < kMostRows) {
+          ++unread;
+          continue;
+        }
+        left -= std::min(left, rows);
+        thinned += add_outputs(data["outputs"], chain, executor, most);
+      }
+    }
+    if (thinned > 0) {
+      notes_.push_back(program::concat("Lists have up to ", most,
+                                       " outputs of a chain under an executor: the worst ", most / 2,
+                                       ", and evenly distributed others."));
+    }
+    if (unread > 0) {
+      notes_.push_back(program::concat("Because of its size, the page leaves out the causes of the last ",
+                                       unread, " of ", pairs,
+                                       " pairs of chain and executor; `hotpath explain` has them."));
+    }
+  }
+
+  /// Returns whether outputs were left out.
+  bool add_outputs(json& outputs, const std::string& chain, const std::string& executor, std::size_t most) {
+    try {
+      const ListedOutputs listed(run_, executor, chain, most);
+      json columns = listed.columns();
+      columns["chain"] = chain;
+      columns["executor"] = executor;
+      const bool thinned = columns["outputs"].get<std::size_t>() > most;
+      outputs.push_back(std::move(columns));
+      for (auto& [repetition, intervals] : listed.worst(kWorst)) {
+        auto& of = wanted_[{executor, repetition}];
+        of.insert(of.end(), intervals.begin(), intervals.end());
+      }
+      return thinned;
+    } catch (const program::UsageError& error) {
+      notes_.push_back(
+          program::concat("The page shows no causes of ", chain, " under ", executor, ": ", error.what()));
+      return false;
+    }
+  }
+
+  const results::StoredRun& run_;
+  const Share share_;
+  WantedIntervals wanted_;
+  std::vector<std::string> notes_;
+};
+
+json words_of_causes() {
+  json causes = json::array();
+  for (const auto& [cause, word] : explain::enum_texts(explain::Cause{})) {
+    causes.push_back({{"name", word}, {"phrase", explain::phrase(cause)}});
+  }
+  return causes;
+}
+
+}  // namespace
+
+json page_data(const std::vector<std::string>& folders) {
+  json data = {{"causes", words_of_causes()}, {"rules", json::array()}, {"runs", json::array()}};
+  for (const auto& [rule, word] : explain::enum_texts(explain::Rule{})) data["rules"].push_back(word);
+  const Share share{kMostJobs / folders.size(), kMostOutputs / folders.size()};
+  for (const std::string& folder : folders) {
+    try {
+      const results::StoredRun run(folder, "report");
+      data["runs"].push_back(RunData(run, share).finish());
+    } catch (const program::UsageError&
+                 error) {  // no complete run of this version: its summary can still be shown
+      const std::string note =
+          program::concat("The page shows neither jobs nor causes of this run: ", error.what());
+      data["runs"].push_back(
+          {{"executors", json::array()}, {"tasks", json::array()}, {"notes", json::array({note})}});
+    }
+  }
+  return data;
+}
+
+}  // namespace hotpath::page

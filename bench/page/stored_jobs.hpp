@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "page/job_columns.hpp"
+#include "results/stored_run.hpp"
+
+namespace hotpath::page {
+
+/// By executor and repetition.
+using WantedIntervals = std::map<std::pair<std::string, std::uint32_t>, std::vector<Interval>>;
+
+/// The number of jobs of a run that started; 0 without jobs.csv. Throws InputError.
+[[nodiscard]] std::size_t count_jobs(const results::StoredRun& run);
+
+/// The jobs of a run that a page shows: all, or at most `most` of them: those that start in the
+/// wanted intervals, and the first ones of each executor. Throws InputError.
+class StoredJobs {
+ public:
+  StoredJobs(const results::StoredRun& run, std::size_t most, WantedIntervals wanted);
+
+  [[nodiscard]] std::size_t started() const { return started_; }
+  [[nodiscard]] std::size_t kept() const { return kept_; }
+  /// {executor, repetition, length_ns, kept_ns: [[from, to]...], jobs, speed}, in the order of the
+  /// file.
+  [[nodiscard]] nlohmann::json repetitions() const;
+
+ private:
+  struct OfRepetition {
+    std::string executor;
+    std::uint32_t repetition = 0;
+    JobColumns jobs;
+    std::vector<Interval> wanted;  ///< Disjoint, ascending.
+    Time first_left_out = kNever;  ///< Of the jobs outside of these intervals.
+    std::vector<results::SpeedWindow> speed;
+  };
+
+  void begin(const std::string& executor, std::uint32_t repetition, WantedIntervals& wanted);
+  [[nodiscard]] bool keeps(OfRepetition& of, const JobRecord& job);
+  [[nodiscard]] std::vector<Interval> kept_intervals(const OfRepetition& of, Time end) const;
+
+  const results::StoredRun& run_;
+  const std::size_t most_;
+  std::vector<OfRepetition> repetitions_;
+  std::map<std::string, std::size_t> first_;  // jobs kept outside of wanted intervals, by executor
+  std::size_t started_ = 0, kept_ = 0;
+};
+
+}  // namespace hotpath::page

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Opens pages in headless Chromium, for tests of what they show."""
+
+import json
+import os
+import shutil
+import time
+import unittest
+from pathlib import Path
+from typing import Any
+
+WEB = Path(__file__).resolve().parents[1] / "hotpath_report" / "web"
+AXE = WEB / "node_modules" / "axe-core" / "axe.min.js"
+WAIT_S = 30
+MISSING = "left out: {} is missing; install it with launch_scripts/setup.sh test"
+
+
+class Browser:
+    """Chromium with a page of `hotpath report`. Logs requests and messages of the console."""
+
+    def __init__(
+        self, script: bool = True, dark: bool = False, width: int = 1280, height: int = 1000
+    ) -> None:
+        """Raises unittest.SkipTest if Chromium, its driver or selenium is missing."""
+        try:
+            from selenium import webdriver  # pylint: disable=import-outside-toplevel
+            from selenium.webdriver.chrome.service import Service  # pylint: disable=import-outside-toplevel
+        except ImportError:
+            raise unittest.SkipTest(MISSING.format("python3-selenium")) from None
+        driver = shutil.which("chromedriver")
+        if driver is None or shutil.which("chromium") is None:
+            raise unittest.SkipTest(MISSING.format("chromium-driver"))
+        options = webdriver.ChromeOptions()
+        words = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"]
+        for word in [*words, *(["--no-sandbox"] if os.geteuid() == 0 else [])]:
+            options.add_argument(word)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        self.driver: Any = webdriver.Chrome(service=Service(driver), options=options)
+        self.command("Emulation.setScriptExecutionDisabled", value=not script)
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self.command("Emulation.setEmulatedMedia", features=[scheme])
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.command("Emulation.setDeviceMetricsOverride", **metrics)
+
+    def command(self, name: str, **parameters: Any) -> Any:
+        """A command of the DevTools protocol."""
+        return self.driver.execute_cdp_cmd(name, parameters)
+
+    def run(self, script: str, *arguments: Any) -> Any:
+        """The result of a function's body in the page, after the next frame."""
+        frame = "const done = arguments[arguments.length - 1]; const all = [...arguments].slice(0, -1);"
+        body = f"const result = (function () {{ {script} }}).apply(null, all);"
+        then = "Promise.resolve(result).then((r) => requestAnimationFrame(() => requestAnimationFrame(() => done(r))));"
+        return self.driver.execute_async_script(frame + body + then, *arguments)
+
+    def open(self, page: Path, started: bool = True) -> None:
+        """Opens a page, and waits until its script has started."""
+        self.driver.get(page.resolve().as_uri())
+        limit = time.monotonic() + WAIT_S
+        while started and not self.driver.execute_script("return 'hotpathPage' in window"):
+            if time.monotonic() > limit:
+                raise AssertionError(f"the page's script did not start: {self.messages()}")
+            time.sleep(0.05)
+
+    def messages(self) -> list[str]:
+        """Messages of the console since the last call."""
+        return [entry["message"] for entry in self.driver.get_log("browser")]
+
+    def requests(self) -> list[str]:
+        """Addresses requested since the last call."""
+        events = (json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance"))
+        return [e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"]
+
+    def violations(self) -> list[str]:
+        """What axe-core finds serious or critical. Raises unittest.SkipTest without axe-core."""
+        if not AXE.exists():
+            raise unittest.SkipTest(MISSING.format("axe-core (`npm ci` in bench/hotpath_report/web)"))
+        self.driver.execute_script(AXE.read_text(encoding="utf-8"))
+        found = self.run("return axe.run(document, {resultTypes: ['violations']}).then((r) => r.violations)")
+        return [
+            f"{v['id']}: {node['html'][:200]} {node['failureSummary'][:300]}"
+            for v in found
+            if v["impact"] in ("serious", "critical")
+            for node in v["nodes"]
+        ]
+
+    def close(self) -> None:
+        """Ends the browser."""
+        self.driver.quit()

@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The interactive page of `hotpath report` in headless Chromium: what it shows is read back and
+compared with summary.json, jobs.csv, chains.csv and `hotpath explain --json`."""
+
+import json
+import re
+import shutil
+import subprocess
+import unittest
+from typing import Any
+
+from browser import MISSING, WEB, Browser
+from hotpath_command import CommandTest, RunFolder
+
+SIMULATED = ("--executors", "default,rm-ro,multi:2,events-ro", "--duration", 4)
+QUANTILES = {"p50": 0.5, "p90": 0.9, "p99": 0.99, "max": 1}
+# Moves along the curves with the keyboard and reads the tooltip at each probability.
+READ_CURVES = """
+const plot = document.querySelector('.ecdf .plot'), found = [];
+const press = (key) => plot.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+plot.focus();
+press('Home');
+for (let k = 0; k < 300; ++k) {
+  const rows = [...document.querySelectorAll('.ecdf .tip tr')];
+  for (const row of rows) found.push([Number(row.dataset.series), Number(row.dataset.q), row.innerText]);
+  if (rows.some((row) => row.dataset.q === '1')) break;
+  press('ArrowUp');
+}
+return found;
+"""
+READ_LIST = """
+return {head: document.querySelector('.outputs [role=status]').innerText,
+        rows: [...document.querySelectorAll('.outputs tbody tr')].map((r) => ({...r.dataset, text: r.innerText}))};
+"""
+CHOOSE_RANGE = """
+const [from, to] = [document.getElementById('from-ms'), document.getElementById('to-ms')];
+from.value = arguments[0]; to.value = arguments[1];
+from.dispatchEvent(new Event('change'));
+"""
+CHOOSE = """
+const choice = document.getElementById(arguments[0]);
+choice.value = [...choice.options].find((o) => o.text === arguments[1]).value;
+choice.dispatchEvent(new Event('change'));
+"""
+READ_ACCOUNTS = """
+return [...document.querySelectorAll('.account')].map((a) => ({
+  title: a.querySelector('h4').innerText, series: Number(a.dataset.series),
+  causes: Object.fromEntries([...a.querySelectorAll('li')].map((l) => [l.dataset.cause, Number(l.dataset.ns)])),
+  text: a.querySelector('ul').innerText,
+  parts: [...a.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((c) => c.textContent))}));
+"""
+READ_TIMELINE = """
+const t = hotpathPage.timeline;
+const panel = (p) => ({label: p.series.label, rows: p.rows.map((r) => r.name), shown: p.shown});
+return {view: t.view, panels: t.panels.map(panel)};
+"""
+
+
+class Page(CommandTest):
+    """The page of one run, and the files that it was made from."""
+
+    def page(self, *runs: str, **options: Any) -> Browser:
+        """The browser with the page about runs; closed after the test, which fails if the page made a
+        request or wrote to the console."""
+        self.accepted("report", *runs, "--output", "page")
+        browser = Browser(**options)
+        self.addCleanup(browser.close)
+        page = self.folder / "page" / "report.html"
+        browser.open(page)
+
+        def check() -> None:
+            self.assertEqual(browser.messages(), [])
+            self.assertEqual(browser.requests(), [page.resolve().as_uri()])
+
+        self.addCleanup(check)
+        return browser
+
+    def check_curves(self, browser: Browser, run: RunFolder, target: str, latencies: dict[str, Any]) -> None:
+        """Compares the curves of a chain or task with {executor: quantiles of summary.json}."""
+        browser.run(CHOOSE, "target", target)
+        series = browser.run("return hotpathPage.store.document.series")
+        found = browser.run(READ_CURVES)
+        counts = browser.run("return [...document.querySelectorAll('.legend label')].map((l) => l.innerText)")
+        shown = {label for label, of in latencies.items() if of["n"] > 0}
+        self.assertEqual({series[number]["executor"] for number, _, _ in found}, shown)
+        compared = 0
+        for number, q, text in found:
+            of = latencies[series[number]["executor"]]
+            value = re.search(r"([\d.]+) ms", text)
+            assert value is not None, text
+            for name, probability in QUANTILES.items():
+                if q == probability:
+                    self.assertAlmostEqual(float(value[1]), of[name], delta=0.00051, msg=f"{target} {q}")
+                    compared += 1
+            label = series[number]["label"]
+            self.assertIn(f"{label} n = {of['n']}", [" ".join(c.split(",")[0].split()) for c in counts])
+        # p99 only where 100 samples resolve it
+        self.assertEqual(compared, sum(3 + (of["n"] >= 100) for of in latencies.values() if of["n"] > 0))
+
+    def check_list(self, browser: Browser, run: RunFolder, chain: str) -> list[Any]:
+        """Selects the slower half of the outputs and compares the list with chains.csv."""
+        browser.run(CHOOSE, "target", chain)
+        rows = [
+            (latency, executor, repetition, sequence)
+            for (executor, repetition), of in run.chains().items()
+            for name, sequence, latency, _ in of
+            if name == chain
+        ]
+        rows.sort(reverse=True)
+        limit = rows[len(rows) // 2][0] / 1e6
+        browser.run(CHOOSE_RANGE, limit, "")
+        listed = browser.run(READ_LIST)
+        expected = [row for row in rows if row[0] / 1e6 >= limit - 1e-6]
+        self.assertTrue(listed["head"].startswith(f"{len(expected)} of {len(rows)} outputs"), listed["head"])
+        found = [int(row["latencyNs"]) for row in listed["rows"]]
+        self.assertEqual(found, [row[0] for row in expected][:100])
+        for row in listed["rows"]:
+            self.assertIn(f"{int(row['latencyNs']) / 1e6:.3f} ms", row["text"])
+        return listed["rows"]
+
+    def check_output(self, browser: Browser, run: RunFolder, chain: str, place: int) -> None:
+        """Clicks an output of the list: its causes are those of `hotpath explain`, and the timeline
+        shows the jobs of its path where jobs.csv has them."""
+        browser.run("document.querySelectorAll('.outputs .pick')[arguments[0]].click()", place)
+        row = browser.run(READ_LIST)["rows"][place]
+        series = browser.run("return hotpathPage.store.document.series")[int(row["series"])]
+        words = ("--executor", series["executor"], "--chain", chain, "--repetition", row["repetition"])
+        one = json.loads(self.accepted("explain", run.path, *words, "--sequence", row["sequence"], "--json"))
+        account = browser.run(READ_ACCOUNTS)[0]
+        self.assertEqual(account["causes"], {name: ns for name, ns in one["causes_ns"].items() if ns > 0})
+        self.assertEqual(sum(account["causes"].values()), int(row["latencyNs"]))
+        for ns in account["causes"].values():
+            self.assertIn(f"{ns / 1e6:.3f} ms", account["text"])
+        parts = [[f"{p['ns'] / 1e6:.3f}", p["rule"]] for p in one["parts"]]
+        self.assertEqual([[p[1], p[5]] for p in account["parts"]], parts)
+        self.check_timeline(browser, run, series["executor"], one)
+
+    def check_timeline(self, browser: Browser, run: RunFolder, executor: str, one: dict[str, Any]) -> None:
+        shown = browser.run(READ_TIMELINE)
+        view = shown["view"]
+        per_pixel = (view["to"] - view["from"]) / view["width"]
+        jobs = {
+            f"{j.task} {j.sequence}": j
+            for j in run.jobs()[executor, one["repetition"]]
+            if j.start is not None
+        }
+        path = [item for item in shown["panels"][0]["shown"] if item["what"] == "path"]
+        names = {f"{step['task']} {step['sequence']}" for step in one["path"]}
+        self.assertEqual({item["name"] for item in path}, names)
+
+        def instant(px: float) -> float:
+            return float(view["from"] + (px - view["left"]) * per_pixel)
+
+        for item in path:
+            job = jobs[item["name"]]
+            self.assertAlmostEqual(instant(item["left"]), job.start, delta=1)
+            if item["right"] - item["left"] > 1:  # a job is at least one pixel wide
+                self.assertAlmostEqual(instant(item["right"]), job.finish, delta=1)
+        arrows = [item for item in shown["panels"][0]["shown"] if item["what"] == "arrow"]
+        self.assertEqual(len(arrows), len(one["path"]) - 1)
+        bar = [item for item in shown["panels"][0]["shown"] if item["what"] == "part"]
+        self.assertEqual(len(bar), len(one["parts"]))
+        for item, part in zip(bar, one["parts"]):
+            self.assertAlmostEqual((item["right"] - item["left"]) * per_pixel, part["ns"], delta=1)
+        last = jobs[f"{one['path'][-1]['task']} {one['path'][-1]['sequence']}"]
+        self.assertAlmostEqual(instant(bar[-1]["right"]), last.start, delta=1)
+
+    def check_run(self, browser: Browser, folder: str) -> None:
+        """All distributions, and the worst and the last listed output of each chain."""
+        run = RunFolder(self.folder / folder)
+        executors = run.summary()["executors"]
+        for k, chain in enumerate(run.run["chains"]):
+            of = {e["executor"]: e["chains"][k]["hot_path_latency_ms"] for e in executors}
+            self.check_curves(browser, run, chain, of)
+            rows = self.check_list(browser, run, chain)
+            for place in {0, len(rows) - 1}:
+                self.check_output(browser, run, chain, place)
+        for k, task in enumerate(executors[0]["tasks"]):
+            of = {e["executor"]: e["tasks"][k]["response_ms"] for e in executors}
+            if any(quantiles["n"] > 0 for quantiles in of.values()):
+                self.check_curves(browser, run, task["task"], of)
+
+    def test_a_simulated_run_of_several_executors(self) -> None:
+        self.accepted("simulate", *SIMULATED, "--output", "run")
+        browser = self.page("run")
+        self.check_run(browser, "run")
+        self.check_two_executors(browser)
+        self.assertEqual(browser.violations(), [])
+
+    def check_two_executors(self, browser: Browser) -> None:
+        """The same source job under another executor, on the same axis."""
+        browser.run(CHOOSE, "target", "hot_path")
+        browser.run("document.querySelector('.outputs .pick').click()")
+        first = browser.run(READ_ACCOUNTS)[0]["title"].split(":")[0]
+        other = "rm-ro" if first != "rm-ro" else "default"
+        browser.run(CHOOSE, "other", other)
+        accounts = browser.run(READ_ACCOUNTS)
+        self.assertEqual(len(accounts), 2)
+        sources = [account["parts"][0][3] for account in accounts]
+        shown = browser.run(READ_TIMELINE)["panels"]
+        self.assertEqual([len(shown), shown[1]["label"]], [2, other])
+        self.assertEqual(sources[0].split(" ")[-1], sources[1].split(" ")[-1])
+        starts = [min(item["left"] for item in panel["shown"]) for panel in shown]
+        self.assertLess(
+            max(starts),
+            browser.run("return hotpathPage.timeline.view.left + hotpathPage.timeline.view.width"),
+        )
+
+    def test_a_live_and_an_imported_run(self) -> None:
+        live = ("--transport", "intra_process", "--load", 20, "--duration", 1, "--warm-up", 0)
+        self.accepted("run", "--executor", "default", *live, "--output", "live")
+        self.check_run(self.page("live"), "live")
+        self.accepted("simulate", *SIMULATED, "--output", "run")
+        self.accepted("export", "ctf", "run", "--output", "traces")
+        chain = ("--chain", "FrontLidarDriver:ObjectCollisionEstimator")
+        self.accepted("import", "ctf", "traces/default-0", *chain, "--output", "imported")
+        self.check_run(self.page("imported/run"), "imported/run")
+
+    def test_two_runs_of_timers(self) -> None:
+        for executor in ("rm-ro", "edf-ro"):
+            words = (
+                "--graph",
+                "timers_only_60",
+                "--executors",
+                executor,
+                "--duration",
+                2,
+                "--output",
+                executor,
+            )
+            self.accepted("simulate", *words)
+        browser = self.page("rm-ro", "edf-ro", dark=True, width=800)
+        task = RunFolder(self.folder / "rm-ro").summary()["executors"][0]["tasks"][0]["task"]
+        browser.run(CHOOSE, "target", task)
+        labels = browser.run("return [...document.querySelectorAll('.legend label')].map((l) => l.innerText)")
+        self.assertEqual(
+            [" ".join(label.split()[:3]) for label in labels], ["rm-ro in rm-ro", "edf-ro in edf-ro"]
+        )
+        marks = browser.run("return hotpathPage.target.marks.map((m) => m.label)")
+        self.assertEqual({"deadline", "bound of rm-ro", "bound of edf-ro"}, set(marks))
+        jobs = [
+            j
+            for j in RunFolder(self.folder / "rm-ro").jobs()["rm-ro", 0]
+            if j.task == task and j.outcome == "ran"
+        ]
+        listed = browser.run(READ_LIST)["rows"]
+        worst = max(j.finish - j.timestamp for j in jobs)
+        self.assertIn(worst, [int(row["latencyNs"]) for row in listed])
+        self.assertEqual(browser.violations(), [])
+        self.assertEqual(browser.run("return document.documentElement.scrollWidth"), 800)
+
+    def test_the_timeline_by_keyboard(self) -> None:
+        self.accepted("simulate", "--executors", "rm-ro", "--duration", 2, "--output", "run")
+        browser = self.page("run")
+        canvas = "document.querySelector('.timeline canvas')"
+        press = f"{canvas}.dispatchEvent(new KeyboardEvent('keydown', {{key: arguments[0]}}))"
+
+        def view(key: str) -> tuple[float, float]:
+            browser.run(press, key)
+            of = browser.run(READ_TIMELINE)["view"]
+            return of["from"], of["to"]
+
+        whole = view("Home")
+        self.assertEqual(whole, (0, browser.run("return hotpathPage.timeline.panels[0].jobs.of.length_ns")))
+        browser.run(CHOOSE, "rows-of", "all tasks")
+        drawn = browser.run(READ_TIMELINE)["panels"][0]
+        jobs = [j for j in RunFolder(self.folder / "run").jobs()["rm-ro", 0] if j.start is not None]
+        self.assertEqual(set(drawn["rows"]), {j.task for j in jobs})
+        nearer = view("+")
+        self.assertLess(nearer[1] - nearer[0], whole[1] - whole[0])
+        right = view("ArrowRight")
+        self.assertGreater(right[0], nearer[0])
+        self.assertAlmostEqual(right[1] - right[0], nearer[1] - nearer[0], delta=1)
+        output = view("Enter")
+        self.assertLess(output[1] - output[0], 0.1e9)
+
+    def test_hostile_names_are_text(self) -> None:
+        self.accepted("simulate", "--graph", "sequences", "--executors", "default,rm-ro", "--duration", 2,
+                      "--output", "run")  # fmt: skip
+        hostile = "<script>hotpathEvil=1</script>`|\x1b[2J\u202e\u200f<img src=x onerror=hotpathEvil=1>"
+        for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
+            text = (self.folder / "run" / name).read_text()
+            as_written = json.dumps(hostile)[1:-1] if name.endswith(".json") else hostile
+            text = text.replace("LidarDriver", as_written).replace(
+                "localization", as_written[:12] + "localization"
+            )
+            (self.folder / "run" / name).write_text(text)
+        browser = self.page("run")
+        names = browser.run("return [...document.querySelectorAll('#target option')].map((o) => o.text)")
+        self.assertTrue(any("<script>hotpathEvil" in name for name in names), names)
+        for name in names:
+            self.assertNotRegex(name, "[\x1b\u202e\u200f]")
+            browser.run(CHOOSE, "target", name)
+        self.assertEqual(browser.run("return [typeof hotpathEvil, document.images.length, document.scripts.length]"),
+                         ["undefined", 0, 2])  # fmt: skip
+
+    def test_without_javascript(self) -> None:
+        self.accepted("simulate", *SIMULATED, "--output", "run")
+        self.accepted("report", "run", "--output", "page")
+        page = (self.folder / "page" / "report.html").read_text(encoding="utf-8")
+        browser = Browser()
+        self.addCleanup(browser.close)
+        without = re.sub(r"(?s)<script.*?</script>", "", page)
+        (self.folder / "page" / "without.html").write_text(without, encoding="utf-8")
+        browser.open(self.folder / "page" / "without.html", started=False)
+        read = "return [document.querySelectorAll('figure svg').length, document.querySelectorAll('table').length]"
+        figures, tables = browser.run(read)
+        self.assertGreater(figures, 10)
+        self.assertGreater(tables, 5)
+        self.assertFalse(browser.run("return document.getElementById('explore').checkVisibility()"))
+        self.assertEqual(browser.messages(), [])
+
+    def test_a_run_without_jobs(self) -> None:
+        self.accepted("simulate", "--duration", 2, "--no-trace", "--output", "run")
+        browser = self.page("run")
+        self.assertIn(
+            "stores no jobs", browser.run("return document.querySelector('#explore .note').innerText")
+        )
+        self.assertFalse(browser.run("return document.querySelector('.timeline').checkVisibility()"))
+        self.assertGreater(len(browser.run(READ_CURVES)), 10)
+
+    def test_a_run_that_is_thinned(self) -> None:
+        self.accepted("simulate", "--executors", "default,rm-ro,multi:2,events-ro", "--load", 40, "--duration", 80,
+                      "--output", "run")  # fmt: skip
+        browser = self.page("run")
+        run = RunFolder(self.folder / "run")
+        started = sum(job.start is not None for jobs in run.jobs().values() for job in jobs)
+        self.assertGreater(started, 100_000)
+        kept = browser.run(
+            "return hotpathPage.store.document.runs[0].repetitions.map((r) => r.jobs.task.length)"
+        )
+        self.assertLessEqual(sum(kept), 100_000)
+        note = browser.run("return document.querySelector('#explore .note').innerText")
+        self.assertIn(f"The timeline holds {sum(kept)} of {started} jobs", note)
+        # The worst outputs have all of their jobs, and the end of the run has a sentence.
+        self.check_output(browser, run, "hot_path", 0)
+        browser.run("hotpathPage.timeline.look(7.5e10, 7.6e10)")
+        self.assertIn(
+            "leaves out these jobs", browser.run("return document.querySelector('.timeline').innerText")
+        )
+        self.assertLess((self.folder / "page" / "report.html").stat().st_size, 6e6)
+
+
+class Bundle(unittest.TestCase):
+    def test_it_is_made_from_its_sources(self) -> None:
+        for tool, package in (("tsc", "node-typescript"), ("esbuild", "esbuild")):
+            if shutil.which(tool) is None:
+                self.skipTest(MISSING.format(package))
+        if not (WEB / "node_modules" / "uplot").exists():
+            self.skipTest(MISSING.format("uPlot (`npm ci` in bench/hotpath_report/web)"))
+        bundle = WEB / "page.js"
+        made = bundle.with_name(".page.test.js")
+        self.addCleanup(made.unlink, missing_ok=True)
+        subprocess.run([WEB / "build.sh", made.name], check=True, capture_output=True)
+        self.assertEqual(made.read_bytes(), bundle.read_bytes(), "run bench/hotpath_report/web/build.sh")
+
+    def test_it_is_small_and_pinned(self) -> None:
+        self.assertLessEqual((WEB / "page.js").stat().st_size, 150_000)
+        package = json.loads((WEB / "package.json").read_text())
+        lock = (WEB / "package-lock.json").read_text()
+        for name, version in (package["dependencies"] | package["devDependencies"]).items():
+            self.assertRegex(version, r"^\d+\.\d+\.\d+$", name)
+        self.assertNotIn("resolved", lock)
+        self.assertNotIn("://", lock)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,68 @@
+#!/usr/bin/env -S PYTHONPATH=bench:bench/test /usr/bin/python3 -B
+# SPDX-License-Identifier: Apache-2.0
+"""Takes the pictures of the interactive page that the documentation shows, in headless Chromium.
+
+    tools/page_pictures.py RUN
+
+RUN is the first run of README.md. Writes docs/pictures/page_*.png."""
+
+import argparse
+import base64
+import tempfile
+from pathlib import Path
+
+from browser import Browser
+from hotpath_report.hotpath_command import output_of
+
+PICTURES = Path(__file__).resolve().parents[1] / "docs" / "pictures"
+WIDTH = 1200
+# The worst output under default, and the one with the same data under rm-ro.
+SELECT = """
+const boxes = [...document.querySelectorAll('.legend label')];
+for (const box of boxes) if (!box.innerText.match(/^(default|rm-ro)\\b/)) box.querySelector('input').click();
+const row = [...document.querySelectorAll('.outputs tbody tr')].find((r) => r.innerText.includes('default'));
+row.querySelector('button').click();
+const other = document.getElementById('other');
+other.value = [...other.options].find((o) => o.text === 'rm-ro').value;
+other.dispatchEvent(new Event('change'));
+document.querySelector('.ecdf .plot').dispatchEvent(new KeyboardEvent('keydown', {key: 'End'}));
+window.scrollTo(0, 0);
+"""
+# From the top of one element to the bottom of another one.
+BOX = """
+const [from, to] = [...arguments].map((s) => document.querySelector(s).getBoundingClientRect());
+return [from.top + scrollY, to.bottom + scrollY];
+"""
+PARTS = {
+    "page_distribution": ("#explore-title", ".list"),
+    "page_timeline": (".timeline", ".timeline .causes"),
+}
+
+
+def take(browser: Browser, name: str, first: str, last: str) -> None:
+    """Writes one picture."""
+    top, bottom = browser.run(BOX, first, last)
+    clip = {"x": 0, "y": top - 8, "width": WIDTH, "height": bottom - top + 24, "scale": 1}
+    shot = browser.command("Page.captureScreenshot", clip=clip, captureBeyondViewport=True)
+    (PICTURES / f"{name}.png").write_bytes(base64.b64decode(shot["data"]))
+    print(PICTURES / f"{name}.png")
+
+
+def main() -> None:
+    """Writes all pictures."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n\n")[0])
+    parser.add_argument("run", metavar="RUN")
+    run = parser.parse_args().run
+    PICTURES.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        output_of("report", run, "--output", folder)
+        browser = Browser(width=WIDTH)
+        browser.open(Path(folder) / "report.html")
+        browser.run(SELECT)
+        for name, (first, last) in PARTS.items():
+            take(browser, name, first, last)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
