@@ -66,6 +66,35 @@ void ListedOutputs::add(const Explanation& e) {
   }
 }
 
+std::vector<std::size_t> ListedOutputs::by_latency() const {
+  std::vector<std::size_t> order(latency_.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t i) { return latency_[i]; });
+  return order;
+}
+
+bool ListedOutputs::keep_parts(std::size_t most) {
+  if (cause_.size() <= most) return false;
+  std::vector<bool> kept(parts_.size(), false);
+  for (const std::size_t i : by_latency()) {
+    const auto parts = static_cast<std::size_t>(parts_[i]);
+    if (parts > most) break;
+    kept[i] = true;
+    most -= parts;
+  }
+  for (Column* const column : {&cause_, &rule_, &step_, &behind_, &behind_sequence_, &length_}) {
+    auto from = column->begin(), to = column->begin();
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const auto end = from + parts_[i];
+      to = kept[i] ? std::copy(from, end, to) : to;
+      from = end;
+    }
+    column->erase(to, column->end());
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) parts_[i] *= kept[i];
+  return true;
+}
+
 nlohmann::json ListedOutputs::columns() const {
   return {{"outputs", outputs_},
           {"missing", missing_},
@@ -88,9 +117,7 @@ nlohmann::json ListedOutputs::columns() const {
 }
 
 std::map<std::uint32_t, std::vector<Interval>> ListedOutputs::worst(std::size_t most) const {
-  std::vector<std::size_t> order(latency_.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t i) { return latency_[i]; });
+  std::vector<std::size_t> order = by_latency();
   order.resize(std::min(order.size(), most));
   std::map<std::uint32_t, std::vector<Interval>> intervals;
   for (const std::size_t i : order) {

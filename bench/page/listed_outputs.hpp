@@ -24,6 +24,10 @@ class ListedOutputs {
   ListedOutputs(const results::StoredRun& run, const std::string& executor, const std::string& chain,
                 std::size_t most);
 
+  /// Forgets the parts, but not the causes, of all but the worst outputs, which together have at most
+  /// `most` parts. Returns whether there are others.
+  bool keep_parts(std::size_t most);
+
   /// By property; docs/report.md explains them.
   [[nodiscard]] nlohmann::json columns() const;
   /// The time from the origin to the end of the `most` worst outputs, with a margin, by repetition.
@@ -31,6 +35,7 @@ class ListedOutputs {
 
  private:
   void add(const explain::Explanation& explanation);
+  [[nodiscard]] std::vector<std::size_t> by_latency() const;
 
   using Column = std::vector<std::int64_t>;
   std::size_t outputs_ = 0, missing_ = 0;

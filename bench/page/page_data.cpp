@@ -25,7 +25,7 @@ constexpr std::size_t kMostRows = 20'000'000;  // rows of jobs.csv to read for a
 
 /// What part of a page one run may fill.
 struct Share {
-  std::size_t jobs = kMostJobs, outputs = kMostOutputs;
+  std::size_t jobs = kMostJobs, outputs = kMostOutputs, parts = kMostParts;
 };
 
 json tasks_json(const TaskSet& set) {
@@ -72,7 +72,7 @@ class RunData {
     } else {
       add_graph(data);
       add_outputs(data, rows);
-      StoredJobs jobs(run_, share_.jobs, std::move(wanted_));
+      const StoredJobs jobs(run_, rows, share_.jobs, std::move(wanted_));
       data["repetitions"] = jobs.repetitions();
       data["jobs"] = {{"started", jobs.started()}, {"kept", jobs.kept()}};
       if (jobs.kept() < jobs.started()) {
@@ -127,7 +127,12 @@ class RunData {
   /// Returns whether outputs were left out.
   bool add_outputs(json& outputs, const std::string& chain, const std::string& executor, std::size_t most) {
     try {
-      const ListedOutputs listed(run_, executor, chain, most);
+      ListedOutputs listed(run_, executor, chain, most);
+      const std::size_t pairs = run_.chains().size() * run_.executors().size();
+      if (listed.keep_parts(share_.parts / pairs)) {
+        notes_.push_back(program::concat("Only the worst outputs of ", chain, " under ", executor,
+                                         " have their causes in the order of time, because these are many."));
+      }
       json columns = listed.columns();
       columns["chain"] = chain;
       columns["executor"] = executor;
@@ -164,7 +169,8 @@ json words_of_causes() {
 json page_data(const std::vector<std::string>& folders) {
   json data = {{"causes", words_of_causes()}, {"rules", json::array()}, {"runs", json::array()}};
   for (const auto& [rule, word] : explain::enum_texts(explain::Rule{})) data["rules"].push_back(word);
-  const Share share{kMostJobs / folders.size(), kMostOutputs / folders.size()};
+  const std::size_t runs = folders.size();
+  const Share share{kMostJobs / runs, kMostOutputs / runs, kMostParts / runs};
   for (const std::string& folder : folders) {
     try {
       const results::StoredRun run(folder, "report");

@@ -54,15 +54,14 @@ std::size_t count_jobs(const results::StoredRun& run) {
   return jobs;
 }
 
-StoredJobs::StoredJobs(const results::StoredRun& run, std::size_t most, WantedIntervals wanted)
+StoredJobs::StoredJobs(const results::StoredRun& run, std::size_t all, std::size_t most,
+                       WantedIntervals wanted)
     : run_(run), most_(most) {
   std::optional<results::SpeedWatch> watch;
   const auto end = [&] {
     if (watch) repetitions_.back().speed = std::move(*watch).finish();
     watch.reset();
   };
-  // A page without thinning keeps all jobs.
-  const bool all = count_jobs(run) <= most;
   results::for_each_record(run, [&](const JobRow& row) {
     if (repetitions_.empty() || repetitions_.back().repetition != row.repetition ||
         repetitions_.back().executor != row.executor) {
@@ -73,7 +72,7 @@ StoredJobs::StoredJobs(const results::StoredRun& run, std::size_t most, WantedIn
     if (watch) watch->add(row.record);
     if (!hotpath::started(row.record)) return;
     ++started_;
-    if (!all && !keeps(repetitions_.back(), row.record)) return;
+    if (all > most_ && !keeps(repetitions_.back(), row.record)) return;
     ++kept_;
     repetitions_.back().jobs.add(row.record);
   });
@@ -93,8 +92,7 @@ bool StoredJobs::keeps(OfRepetition& of, const JobRecord& job) {
   const auto is_around = [&](const Interval& i) { return i.first <= job.start && job.start < i.second; };
   if (kept_ < most_ && std::ranges::any_of(of.wanted, is_around)) return true;
   std::size_t& first = first_[of.executor];
-  const bool of_first = &of == &*std::ranges::find(repetitions_, of.executor, &OfRepetition::executor);
-  if (of_first && of.first_left_out == kNever && first < most_ * 9 / 10 / run_.executors().size()) {
+  if (first < most_ * 9 / 10 / run_.executors().size()) {
     ++first;
     return true;
   }

@@ -22,7 +22,8 @@ using WantedIntervals = std::map<std::pair<std::string, std::uint32_t>, std::vec
 /// wanted intervals, and the first ones of each executor. Throws InputError.
 class StoredJobs {
  public:
-  StoredJobs(const results::StoredRun& run, std::size_t most, WantedIntervals wanted);
+  /// `all` jobs that started are count_jobs().
+  StoredJobs(const results::StoredRun& run, std::size_t all, std::size_t most, WantedIntervals wanted);
 
   [[nodiscard]] std::size_t started() const { return started_; }
   [[nodiscard]] std::size_t kept() const { return kept_; }

@@ -185,7 +185,18 @@ class Page(CommandTest):
         browser = self.page("run")
         self.check_run(browser, "run")
         self.check_two_executors(browser)
+        self.check_sentences(browser)
         self.assertEqual(browser.violations(), [])
+
+    def check_sentences(self, browser: Browser) -> None:
+        """Below the curves are the sentences of `hotpath explain`, against the first executor."""
+        shown = browser.run(
+            "return [...document.querySelectorAll('#explore .notes li')].map((l) => l.textContent)"
+        )
+        first, *others = RunFolder(self.folder / "run").run["executors"]
+        for executors, text in zip([first, *(f"{first},{other}" for other in others)], shown, strict=True):
+            answer = self.accepted("explain", "run", "--executor", executors, "--json")
+            self.assertEqual(text, " ".join(json.loads(answer)["sentences"]))
 
     def check_two_executors(self, browser: Browser) -> None:
         """The same source job under another executor, on the same axis."""

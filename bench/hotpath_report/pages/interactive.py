@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -104,11 +104,15 @@ def marks_of(measured: Measured, runs: Sequence[Run], series: list[dict[str, Any
     ]
 
 
-def curves_of(measured: Measured, series: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+def target(measured: Measured, series: list[dict[str, Any]], marks: list[dict[str, Any]]) -> dict[str, Any]:
     """The distributions of one chain or task."""
-    for number, of in enumerate(series):
-        if samples := measured.runs[of["run"]].get(of["executor"]):
-            yield curve(number, samples)
+    curves = [
+        curve(number, samples)
+        for number, of in enumerate(series)
+        if (samples := measured.runs[of["run"]].get(of["executor"]))
+    ]
+    names = {key: getattr(measured, key) for key in ("kind", "name", "title", "measure", "figure")}
+    return names | {"curves": curves, "marks": marks}
 
 
 def slow_periods(run: Run) -> dict[tuple[str, int], list[dict[str, float]]]:
@@ -129,19 +133,31 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
     for cause in data["causes"]:
         cause["colour"] = style.CAUSES[cause["name"]]
     data["series"] = series
-    data["targets"] = [
-        {
-            "kind": m.kind,
-            "name": m.name,
-            "title": m.title,
-            "measure": m.measure,
-            "figure": m.figure,
-            "curves": list(curves_of(m, series)),
-            "marks": marks_of(m, runs, series),
-        }
-        for m in measured
-    ]
+    data["targets"] = [target(m, series, marks_of(m, runs, series)) for m in measured]
     return data
+
+
+def distributions(sources: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
+    """As document(), of samples alone: a series for each executor of each source, which has the place
+    of a run."""
+    executors = [list(dict.fromkeys(e for m in measured for e in m.runs[k])) for k in range(len(sources))]
+    series = [
+        {
+            "run": number,
+            "executor": executor,
+            "label": f"{executor}, {source}",
+            "colour": style.colour_of(executor),
+            "dash": style.dash_of(executor, number),
+        }
+        for number, source in enumerate(sources)
+        for executor in executors[number]
+    ]
+    runs = [
+        {"name": source, "source": source, "executors": names, "tasks": [], "notes": [], "warm_up_ns": 0}
+        for source, names in zip(sources, executors)
+    ]
+    targets = [target(m, series, []) for m in measured]
+    return {"causes": [], "rules": [], "series": series, "targets": targets, "runs": runs}
 
 
 @dataclass(frozen=True)

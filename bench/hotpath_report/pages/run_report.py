@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page about runs."""
 
+import contextlib
+import json
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError
 from hotpath_report.figures import hot_path
 from hotpath_report.pages import interactive
@@ -12,7 +15,10 @@ from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_page
 from hotpath_report.run import Run
 from hotpath_report.samples import samples_of_run
+from hotpath_report.shown_text import printable_content
 from hotpath_report.statistics import Samples
+
+LARGEST_EXPLAINED = 200_000_000  # bytes of jobs.csv, which `hotpath explain` reads for each executor
 
 COMPARED = (
     "Ratio, Cliff's delta and rank test: against the run's first executor; above 1 and above 0 are better"
@@ -129,9 +135,27 @@ def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
     return [Table("Slow processor", header, rows)] if rows else []
 
 
+def causes(runs: Sequence[ReportedRun], chain: str) -> list[str]:
+    """What `hotpath explain` says of a chain: the causes of each run's first executor, and why the
+    others are faster or slower. Without runs that it cannot explain, or that take it long."""
+    made = []
+    for run in runs:
+        jobs, executors = run.run.folder / "jobs.csv", list(run.samples.get(("Chain", chain), {}))
+        if not jobs.exists() or jobs.stat().st_size > LARGEST_EXPLAINED:
+            continue
+        for executor in executors:
+            pair = executor if executor == executors[0] else f"{executors[0]},{executor}"
+            words = ("--executor", pair, "--chain", chain, "--json")
+            with contextlib.suppress(InputError):
+                answer = json.loads(hotpath_command.output_of("explain", run.run.folder, *words))
+                text = " ".join(printable_content(answer["sentences"]))
+                made.append(f"{run.name}: {text}" if len(runs) > 1 else text)
+    return made
+
+
 def sections(runs: Sequence[ReportedRun]) -> list[Section]:
     """A section per chain and timer."""
-    made = []
+    made: list[Section] = []
     for key in dict.fromkeys(key for run in runs for key in run.samples):
         label, text = CHAIN if key[0] == "Chain" else TIMER
         title, name = " ".join(key), figure_name(key)
@@ -139,6 +163,7 @@ def sections(runs: Sequence[ReportedRun]) -> list[Section]:
         draw = partial(hot_path.draw_rows, hot_path.with_ratios(rows), label=label)
         figure = make_figure(name, f"{title}: {label}", draw, [])
         made.append(Section(f"about_{name}", title, label, text, [figure], [comparison(runs, key)]))
+        made[-1].notes += causes(runs, key[1]) if key[0] == "Chain" else []
     return made
 
 

@@ -76,6 +76,7 @@ class Section:
     text: str
     figures: list[Figure] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # sentences about the first figure
 
 
 Draw = Callable[[float], Drawing]  # for a width in inches

@@ -16,10 +16,12 @@ import pandas as pd
 from hotpath_report import statistics
 from hotpath_report.errors import Missing
 from hotpath_report.figures.violins import percentile_table
+from hotpath_report.pages import interactive
+from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import drawings, storage, tables
-from hotpath_report.paper.cells import MODES, SPEC, duration_text
+from hotpath_report.paper.cells import MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS, duration_text
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.findings import LIMITS
@@ -114,6 +116,25 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     return made
 
 
+def measured(evidence: Evidence) -> list[Measured]:
+    """The hot path, and the response times of each group of timers in each task set, by source."""
+    latencies = [
+        {e: s for (study, of, load, e), s in evidence.all_latencies.items()
+         if (study, of, load) == ("autoware", source, PAPER_LOAD_PERCENT)}
+        for source in SOURCES
+    ]  # fmt: skip
+    made = [Measured("chain", "hot path", "Hot path", "hot-path latency (ms)", "hot_path", latencies)]
+    runs = evidence.timer_runs()
+    for group, setting in itertools.product(GROUPS.values(), UTILISATIONS):
+        name = f"{group}, {setting} % set"
+        of = [
+            {e: s for e in runs.executors if (s := runs.samples(setting, source, e, group))}
+            for source in SOURCES
+        ]
+        made.append(Measured("task", name, f"Timers: {name}", "response time (ms)", "", of))
+    return [m for m in made if any(m.runs)]
+
+
 def percentiles(evidence: Evidence) -> pd.DataFrame:
     """A row per percentile of each distribution, with the cells behind it."""
     found = [(("hot path", *key, ""), samples) for key, samples in sorted(evidence.all_latencies.items())]
@@ -158,6 +179,7 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
         statistics=statistics,
         noisy=NOISY,
         noise_table=noise_table(evidence),
+        interactive=interactive.embedded(interactive.distributions(SOURCES, measured(evidence))),
     )
     return verdicts
 

@@ -72,7 +72,8 @@ declare const DecompressionStream: new (format: string) => ByteStream; // not ye
 
 export async function readDocument(base64: string): Promise<Document> {
   const text = atob(base64.trim());
-  const bytes = Uint8Array.from(text, (c) => c.charCodeAt(0));
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < bytes.length; ++i) bytes[i] = text.charCodeAt(i); // ten times as fast as from()
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   return (await new Response(stream).json()) as Document;
 }

@@ -29,7 +29,7 @@ export class Ecdf {
     "aria-describedby": "ecdf-keys",
   });
   private readonly tip = h("div", { class: "tip", role: "status", "aria-live": "polite", hidden: true });
-  private readonly keys = h("p", { id: "ecdf-keys", class: "faint small" });
+  readonly keys = h("p", { id: "ecdf-keys", class: "faint small" });
   private plot: uPlot | undefined;
   private target!: Target;
   private shown: Curve[] = [];
@@ -97,7 +97,7 @@ export class Ecdf {
       const bound = { scale: "y", stroke: "transparent", width: 0, points: { show: false }, spanGaps: true };
       series.push({ label, scale: "y", stroke: colour, dash, width: 2, points: { show: false }, spanGaps: true });
       series.push({ ...bound }, { ...bound });
-      bands.push({ series: [3 * i + 3, 3 * i + 2], fill: `${colour}30`, dir: 1 });
+      bands.push({ series: [3 * i + 3, 3 * i + 2], fill: `${colour}38` });
     });
     return {
       width, height: HEIGHT, series, bands,

@@ -12,6 +12,8 @@ import pageStyle from "./page.css";
 import { Timeline } from "./timeline";
 import { Trend } from "./trend";
 
+const MOST_AT_FIRST = 8; // curves that are switched on
+
 class Page {
   readonly ecdf: Ecdf;
   readonly list: OutputList;
@@ -23,8 +25,9 @@ class Page {
   private readonly other = h("select", { id: "other" });
   private readonly details = h("div"); // of outputs; hidden if the runs store no jobs
   private readonly violins = h("div", { class: "violins" });
+  private readonly notes = h("div");
   private readonly visible = new Set<number>();
-  private moved: { figure: Element; home: Comment } | null = null;
+  private moved: { element: Element; home: Comment }[] = [];
   private chosen: Output | null = null;
 
   constructor(readonly store: Store, root: HTMLElement) {
@@ -32,19 +35,22 @@ class Page {
     this.list = new OutputList(store, (output) => this.pick(output), (range) => this.select(range, -1));
     this.timeline = new Timeline(store);
     this.trend = new Trend(store, (output) => this.pick(output));
-    store.document.series.forEach((_, s) => this.visible.add(s));
+    for (let s = 0; s < Math.min(MOST_AT_FIRST, store.document.series.length); ++s) this.visible.add(s);
     this.fillTargets();
     this.other.addEventListener("change", () => this.showTimeline());
+    const hasJobs = store.document.runs.some((r) => r.repetitions?.length);
     const notes = store.document.runs.flatMap((r) => r.notes.map((n) => (store.document.runs.length > 1 ? `${r.name}: ${n}` : n)));
     root.append(
-      h("h2", { id: "explore-title" }, "Distributions, outputs and timelines"),
+      h("h2", { id: "explore-title" }, hasJobs ? "Distributions, outputs and timelines" : "Distributions"),
       ...notes.map((n) => h("p", { class: "note" }, n)),
       h("div", { class: "controls" }, h("label", { for: "target" }, "Distribution of "), this.targets),
       this.legend,
       h("div", { class: "beside" }, this.ecdf.element, this.violins),
+      this.notes,
       this.details,
     );
-    this.details.hidden = !store.document.runs.some((r) => r.repetitions?.length);
+    this.details.hidden = !hasJobs;
+    if (!hasJobs) this.ecdf.keys.textContent = "On the keyboard, up and down move along the curves.";
     this.details.append(
       this.list.element,
       h("h3", {}, "Timeline"),
@@ -97,17 +103,21 @@ class Page {
     this.select({ from: 0, to: Infinity }, -1);
   }
 
-  /** Puts the violins of a target beside its curves, and the former ones back into their section. */
+  /** Puts the violins and causes of a target beside and below its curves, and the former ones back. */
   private moveFigure(id: string): void {
-    this.moved?.home.replaceWith(this.moved.figure);
-    this.moved = null;
-    const figure = id ? document.getElementById(id) : null;
-    this.violins.hidden = !figure;
-    if (!figure) return;
-    const home = document.createComment("figure");
-    figure.replaceWith(home);
-    this.violins.append(figure);
-    this.moved = { figure, home };
+    for (const { element, home } of this.moved) home.replaceWith(element);
+    this.moved = [];
+    const move = (name: string, to: HTMLElement): void => {
+      const element = id ? document.getElementById(name) : null;
+      to.hidden = !element;
+      if (!element) return;
+      const home = document.createComment(name);
+      element.replaceWith(home);
+      to.append(element);
+      this.moved.push({ element, home });
+    };
+    move(id, this.violins);
+    move(`${id}_notes`, this.notes);
   }
 
   private select(range: Range, series: number): void {
@@ -151,7 +161,7 @@ class Page {
     this.timeline.show(target, second ? [chosen, second] : [chosen], series);
     this.list.mark([chosen, second]);
     const { series: all, causes } = this.store.document;
-    this.graph.show(this.store.run(series), all[series], target, chosen, causes[0].colour);
+    this.graph.show(this.store.run(series), all[series], target, chosen, causes[0]?.colour ?? "");
   }
 }
 

@@ -144,7 +144,7 @@ export class Panel {
         const colour = row.marked || (job >= 0 && this.chain.has(task[job])) ? running : faint;
         const wanted = colour + (colour === faint ? "" : "99");
         if (wanted !== style) ctx.fillStyle = style = wanted;
-        ctx.globalAlpha = share;
+        ctx.globalAlpha = 0.25 + 0.75 * share; // a lone short job stays visible
         const left = x(from);
         const width = Math.max(1, x(to) - left);
         ctx.fillRect(left, top, width, height);

@@ -219,7 +219,7 @@ export class Timeline {
       h("h4", {}, `${panel.series.label}: ${ms(o.latency)} ms of output ${o.sequence}`),
       h("ul", {}, ...sums),
       h("p", { class: "small" }, h("code", {}, this.command(target, o))),
-      o.causes && h("details", {}, h("summary", {}, `${rows.length} parts in the order of time`),
+      rows.length === 0 ? null : h("details", {}, h("summary", {}, `${rows.length} parts in the order of time`),
         h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Parts of the latency" },
           h("table", { class: "data" },
             h("thead", {}, h("tr", {}, ...header.map((t) => h("th", { scope: "col" }, t)))), h("tbody", {}, ...rows)))));

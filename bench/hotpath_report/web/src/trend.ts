@@ -94,10 +94,12 @@ export class Trend {
   /** Intervals in which a processor was slow. */
   private shade(u: uPlot): void {
     u.ctx.fillStyle = theme("missing");
+    u.ctx.beginPath(); // of one shape: periods of several processors overlap
     for (const { from_s, until_s } of this.stored().flatMap((r) => r.slow)) {
       const left = u.valToPos(from_s, "x", true);
-      u.ctx.fillRect(left, u.bbox.top, u.valToPos(until_s, "x", true) - left, u.bbox.height);
+      u.ctx.rect(left, u.bbox.top, u.valToPos(until_s, "x", true) - left, u.bbox.height);
     }
+    u.ctx.fill();
   }
 
   /** Time per work of each processor: 1 is the pace of the calibration. */
@@ -115,13 +117,10 @@ export class Trend {
   }
 
   private tell(): void {
-    const slow = this.stored().flatMap((r) => r.slow.map((p) => ({ ...p, executor: r.executor })));
-    const periods = slow.map(
-      (p) => `${p.executor}: processor ${p.cpu}, ${p.from_s.toFixed(2)} to ${p.until_s.toFixed(2)} s, ${p.factor.toFixed(2)} times slower`,
-    );
+    const slow = this.stored().flatMap((r) => r.slow);
     const live = this.visible.some((s) => this.store.run(s).source === "live");
     const none = live ? "No processor was slow in this repetition." : "";
-    this.text.textContent = periods.length ? `Shaded: a slow processor (${periods.join("; ")}).` : none;
+    this.text.textContent = slow.length ? `Shaded: ${slow.length} periods of a slow processor; the table below has them.` : none;
   }
 
   /** A click selects the nearest output. */
