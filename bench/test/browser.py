@@ -62,6 +62,23 @@ class Browser:
                 raise AssertionError(f"the page's script did not start: {self.messages()}")
             time.sleep(0.05)
 
+    def drag(self, selector: str, *places: tuple[float, float]) -> None:
+        """Moves the mouse to the first place, given as shares of an element's width and height, and
+        with a pressed button along the others; with one place, only moves."""
+        box = self.run(
+            "const e = document.querySelector(arguments[0]); e.scrollIntoView({block: 'center', behavior: 'instant'});"
+            "return e.getBoundingClientRect().toJSON()",
+            selector,
+        )
+        for number, (x, y) in enumerate(places):
+            at = {"x": box["left"] + x * box["width"], "y": box["top"] + y * box["height"]}
+            pressed = {"button": "left", "buttons": 1, "clickCount": 1}
+            self.command("Input.dispatchMouseEvent", type="mouseMoved", **at, **(pressed if number else {}))
+            if len(places) > 1 and number in (0, len(places) - 1):
+                kind = "mouseReleased" if number else "mousePressed"
+                self.command("Input.dispatchMouseEvent", type=kind, **at, **pressed)
+        self.run("return 0")  # after the next frame
+
     def messages(self) -> list[str]:
         """Messages of the console since the last call."""
         return [entry["message"] for entry in self.driver.get_log("browser")]

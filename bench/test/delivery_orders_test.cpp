@@ -44,9 +44,9 @@ class Process : public tracing::Sink {
   void lost(const tracing::LostSample&) override {}
 
   /// After a message of each publisher: endpoints without any do not count.
-  RecordedDeliveries deliveries() {
+  imports::RecordedDeliveries deliveries() {
     for (const std::uint64_t publisher : publishers_) tell(K::rcl_publish, {publisher, 9});
-    return created_deliveries(assembler_.system());
+    return imports::created_deliveries(assembler_.system());
   }
   const tracing::System& system() const { return assembler_.system(); }
 
@@ -76,9 +76,9 @@ TEST(DeliveryOrders, SubscribersAfterTheirPublisherAreReachedInTheOrderOfCreatio
     process.subscription("/a");
     process.service();
     process.subscription("/a");
-    const RecordedDeliveries all = process.deliveries();
+    const imports::RecordedDeliveries all = process.deliveries();
     ASSERT_EQ(all.size(), 1U);
-    EXPECT_EQ(all.begin()->second.source, DeliverySource::creation);
+    EXPECT_EQ(all.begin()->second.source, imports::DeliverySource::creation);
     EXPECT_THAT(all.begin()->second.subscriptions, ElementsAre(0, 1));
   }
 }
@@ -91,8 +91,8 @@ TEST(DeliveryOrders, SubscribersBeforeTheirPublisherFollowTheTableOfReaders) {
   process.service();
   process.publisher("/a");
   process.subscription("/a");
-  const RecordedDelivery delivery = process.deliveries().begin()->second;
-  EXPECT_EQ(delivery.source, DeliverySource::ids);
+  const imports::RecordedDelivery delivery = process.deliveries().begin()->second;
+  EXPECT_EQ(delivery.source, imports::DeliverySource::ids);
   EXPECT_THAT(delivery.subscriptions, ElementsAre(2, 0, 1, 3));
 }
 
@@ -106,9 +106,9 @@ TEST(DeliveryOrders, AreUnknownIfSomeEndpointOrTheMiddlewareIs) {
   Process gap, other(7, kOther), without(7, 0);
   gap.subscription("/b");
   gap.untraced();
-  EXPECT_EQ(source(gap), DeliverySource::unknown);
-  EXPECT_EQ(source(other), DeliverySource::unknown);
-  EXPECT_EQ(source(without), DeliverySource::unknown);
+  EXPECT_EQ(source(gap), imports::DeliverySource::unknown);
+  EXPECT_EQ(source(other), imports::DeliverySource::unknown);
+  EXPECT_EQ(source(without), imports::DeliverySource::unknown);
 }
 
 TEST(DeliveryOrders, TheOrderOfStartsCountsWhereSamplesAreQueuedByArrival) {
@@ -127,13 +127,13 @@ TEST(DeliveryOrders, TheOrderOfStartsCountsWhereSamplesAreQueuedByArrival) {
     }
   }
   const std::vector<std::uint32_t> one_executor = {0, 0}, two_executors = {0, 1};
-  RecordedDeliveries deliveries = process.deliveries();
+  imports::RecordedDeliveries deliveries = process.deliveries();
   EXPECT_FALSE(add_started_deliveries(jobs, Family::priority_events, one_executor, deliveries));
   EXPECT_FALSE(add_started_deliveries(jobs, Family::events, two_executors, deliveries));
-  EXPECT_EQ(deliveries.begin()->second.source, DeliverySource::unknown);
+  EXPECT_EQ(deliveries.begin()->second.source, imports::DeliverySource::unknown);
   EXPECT_TRUE(add_started_deliveries(jobs, Family::events, one_executor, deliveries));
-  const RecordedDelivery& delivery = deliveries.begin()->second;
-  EXPECT_EQ(delivery.source, DeliverySource::starts);
+  const imports::RecordedDelivery& delivery = deliveries.begin()->second;
+  EXPECT_EQ(delivery.source, imports::DeliverySource::starts);
   EXPECT_THAT(delivery.subscriptions, ElementsAre(1, 0));
   EXPECT_EQ(delivery.messages, 10U);
   EXPECT_EQ(delivery.agreeing, 9U);

@@ -285,6 +285,50 @@ class Page(CommandTest):
         output = view("Enter")
         self.assertLess(output[1] - output[0], 0.1e9)
 
+    def test_the_mouse(self) -> None:
+        self.accepted("simulate", "--executors", "default,rm-ro", "--duration", 4, "--output", "run")
+        browser = self.page("run")
+        latencies = [
+            row[2] / 1e6 for rows in RunFolder(self.folder / "run").chains().values() for row in rows
+        ]
+        over = ".ecdf .u-over"
+        scale = browser.run("const s = hotpathPage.ecdf.plot.scales.y; return [s.min, s.max]")
+        self.assertEqual(scale[0], 0)
+        # Hover: the tooltip has the quantile at this height.
+        browser.drag(over, (0.5, 0.02))
+        self.assertIn("the largest", browser.run("return document.querySelector('.ecdf .tip').innerText"))
+        self.assertIn(
+            f"{max(latencies):.3f} ms", browser.run("return document.querySelector('.ecdf .tip').innerText")
+        )
+        # Drag: the outputs within a range of latencies.
+        browser.drag(over, (0.5, 0.3), (0.6, 0.4), (0.8, 0.4))
+        chosen = [v for v in latencies if 0.5 * scale[1] <= v <= 0.8 * scale[1]]
+        self.assertTrue(0 < len(chosen) < len(latencies))
+        listed = browser.run(READ_LIST)
+        self.assertEqual(
+            [int(row["latencyNs"]) / 1e6 for row in listed["rows"]], sorted(chosen, reverse=True)
+        )
+        # Click: the outputs of the curve below the cursor, around this quantile.
+        browser.drag(over, (21 / scale[1], 0.3), (21 / scale[1], 0.3))
+        rows = browser.run(READ_LIST)["rows"]
+        self.assertEqual({row["text"].split("\t")[1].strip() for row in rows}, {"rm-ro"})
+        # Timeline: drag pans, and a double click zooms.
+        canvas = ".timeline canvas"
+        before = browser.run(READ_TIMELINE)["view"]
+        browser.drag(canvas, (0.6, 0.5), (0.55, 0.5), (0.5, 0.5))
+        after = browser.run(READ_TIMELINE)["view"]
+        self.assertGreater(after["from"], before["from"])
+        browser.run("document.querySelector(arguments[0]).dispatchEvent(new MouseEvent('dblclick'))", canvas)
+        nearer = browser.run(READ_TIMELINE)["view"]
+        self.assertAlmostEqual(nearer["to"] - nearer["from"], (after["to"] - after["from"]) / 2, delta=1)
+        # Over time: a click selects the nearest output.
+        browser.run("const t = hotpathPage.trend, u = t.plots[0], o = t.outputs[3];"
+                    "window.place = [u.valToPos(o.end / 1e9, 'x') / u.over.clientWidth,"
+                    " u.valToPos(o.latency / 1e6, 'y') / u.over.clientHeight, o.sequence]")  # fmt: skip
+        x, y, sequence = browser.run("return window.place")
+        browser.drag(".trend .u-over", (x, y), (x, y))
+        self.assertIn(f"of output {sequence}", browser.run(READ_ACCOUNTS)[0]["title"])
+
     def test_hostile_names_are_text(self) -> None:
         self.accepted("simulate", "--graph", "sequences", "--executors", "default,rm-ro", "--duration", 2,
                       "--output", "run")  # fmt: skip
