@@ -2,6 +2,7 @@
 """The interactive page of `hotpath report` in headless Chromium: what it shows is read back and
 compared with summary.json, jobs.csv, chains.csv and `hotpath explain --json`."""
 
+import csv
 import json
 import re
 import shutil
@@ -186,6 +187,7 @@ class Page(CommandTest):
         self.check_run(browser, "run")
         self.check_two_executors(browser)
         self.check_sentences(browser)
+        self.check_bounds(browser)
         self.assertEqual(browser.violations(), [])
 
     def check_sentences(self, browser: Browser) -> None:
@@ -197,6 +199,21 @@ class Page(CommandTest):
         for executors, text in zip([first, *(f"{first},{other}" for other in others)], shown, strict=True):
             answer = self.accepted("explain", "run", "--executor", executors, "--json")
             self.assertEqual(text, " ".join(json.loads(answer)["sentences"]))
+
+    def check_bounds(self, browser: Browser) -> None:
+        """The lines of the hot path are the tightest bounds of `hotpath analyze`, and the computation."""
+        browser.run(CHOOSE, "target", "hot_path")
+        marks = browser.run("return hotpathPage.target.marks.map((m) => [m.label, m.ms])")
+        self.accepted("analyze", "autoware", "--trace", "run", "--csv", "bounds.csv")
+        expected: dict[str, float] = {}
+        with (self.folder / "bounds.csv").open(newline="") as file:
+            for row in csv.DictReader(file):
+                if row["kind"] == "hot_path":
+                    label, bound = f"bound of {row['executor']}", int(row["bound_ns"]) / 1e6
+                    expected[label] = min(bound, expected.get(label, bound))
+        self.assertIn("bound of rm-ro", expected)
+        limits = {x["label"]: x["ms"] for x in RunFolder(self.folder / "run").run["limits"]}
+        self.assertEqual(dict(marks), expected | limits)
 
     def check_two_executors(self, browser: Browser) -> None:
         """The same source job under another executor, on the same axis."""
@@ -248,7 +265,7 @@ class Page(CommandTest):
             [" ".join(label.split()[:3]) for label in labels], ["rm-ro in rm-ro", "edf-ro in edf-ro"]
         )
         marks = browser.run("return hotpathPage.target.marks.map((m) => m.label)")
-        self.assertEqual({"deadline", "bound of rm-ro", "bound of edf-ro"}, set(marks))
+        self.assertEqual({"deadline", "bound of rm-ro in rm-ro", "bound of edf-ro in edf-ro"}, set(marks))
         jobs = [
             j
             for j in RunFolder(self.folder / "rm-ro").jobs()["rm-ro", 0]

@@ -3,24 +3,29 @@
 and outputs from `hotpath report --json`."""
 
 import base64
+import contextlib
 import hashlib
 import json
 import math
+import tempfile
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hotpath_report import hotpath_command, style
-from hotpath_report.errors import RunError
+from hotpath_report.errors import InputError, RunError
 from hotpath_report.hotpath_command import PACKAGE
 from hotpath_report.run import Run
 from hotpath_report.shown_text import printable_content
 from hotpath_report.statistics import Samples, Values
+from hotpath_report.tables import NS_PER_MS, read_table
 
 SCRIPT = PACKAGE / "web" / "page.js"
+LARGEST_ANALYZED = 200_000_000  # bytes of jobs.csv, which `hotpath analyze` and `explain` read
 POINTS_OF_DECADE = 20  # of the logarithmic tail of a distribution
 
 ByExecutor = dict[str, Samples]
@@ -79,26 +84,41 @@ def series_of(runs: Sequence[Run], names: Sequence[str]) -> list[dict[str, Any]]
     ]
 
 
-def marks_of(measured: Measured, runs: Sequence[Run], series: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def bounds_of(run: Run) -> dict[tuple[str, str, str], float]:
+    """The tightest bound (ms) of each (executor, kind, name) that `hotpath analyze` gives for a run, in
+    which kind is chain or task; empty where it gives none, or would read long."""
+    bounds = {(b["executor"], "task", b["task"]): float(b["ms"]) for b in run.facts.get("bounds", [])}
+    jobs, graph = run.folder / "jobs.csv", run.facts["graph"].get("file")
+    if not graph or not jobs.exists() or jobs.stat().st_size > LARGEST_ANALYZED:
+        return bounds
+    with tempfile.TemporaryDirectory() as folder, contextlib.suppress(InputError, RunError):
+        path = Path(folder) / "bounds.csv"
+        hotpath_command.output_of("analyze", graph, "--trace", run.folder, "--csv", path)
+        rows = read_table(path, ["executor", "kind", "name", "bound_ns"])
+        rows = rows[rows["kind"].isin(["hot_path", "task"])].replace({"kind": {"hot_path": "chain"}})
+        for key, bound in rows.groupby(["executor", "kind", "name"])["bound_ns"].min().items():
+            bounds[key] = float(bound) / NS_PER_MS
+    return bounds
+
+
+def marks_of(
+    measured: Measured, runs: Sequence[Run], bounds: Sequence[dict[tuple[str, str, str], float]], series: Any
+) -> list[dict[str, Any]]:
     """Bounds, deadlines and the computation on the path."""
-    if measured.kind == "chain":
-        first = [limit for limit in runs[0].facts.get("limits", []) if limit["ms"] > 0]
-        is_first = runs[0].facts.get("chains", [measured.name])[:1] == [measured.name]
-        return [{"label": x["label"], "ms": x["ms"], "series": None} for x in first] if is_first else []
-    marks: set[tuple[str, float, int | None]] = {
-        ("deadline", row.deadline_ms, None)
-        for run in runs
-        if (run.folder / "summary.json").exists()
-        for row in run.timer_counts().itertuples()
-        if row.task == measured.name and row.deadline_ms
-    }
-    places = {(s["run"], s["executor"]): number for number, s in enumerate(series)}
-    marks |= {
-        (f"bound of {bound['executor']}", bound["ms"], places.get((number, bound["executor"])))
-        for number, run in enumerate(runs)
-        for bound in run.facts.get("bounds", [])
-        if bound["task"] == measured.name
-    }
+    marks: set[tuple[str, float, int | None]] = set()
+    if measured.kind == "chain" and runs[0].facts.get("chains", [measured.name])[:1] == [measured.name]:
+        marks |= {(x["label"], x["ms"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
+    if measured.kind == "task":
+        marks |= {
+            ("deadline", row.deadline_ms, None)
+            for run in runs
+            if (run.folder / "summary.json").exists()
+            for row in run.timer_counts().itertuples()
+            if row.task == measured.name and row.deadline_ms
+        }
+    for number, of in enumerate(series):
+        if bound := bounds[of["run"]].get((of["executor"], measured.kind, measured.name)):
+            marks.add((f"bound of {of['label']}", round(bound, 6), number))
     return [
         {"label": a, "ms": b, "series": c} for a, b, c in sorted(marks, key=lambda mark: (mark[1], mark[0]))
     ]
@@ -133,7 +153,8 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
     for cause in data["causes"]:
         cause["colour"] = style.CAUSES[cause["name"]]
     data["series"] = series
-    data["targets"] = [target(m, series, marks_of(m, runs, series)) for m in measured]
+    bounds = [bounds_of(run) for run in runs]
+    data["targets"] = [target(m, series, marks_of(m, runs, bounds, series)) for m in measured]
     return data
 
 

@@ -18,7 +18,6 @@ from hotpath_report.samples import samples_of_run
 from hotpath_report.shown_text import printable_content
 from hotpath_report.statistics import Samples
 
-LARGEST_EXPLAINED = 200_000_000  # bytes of jobs.csv, which `hotpath explain` reads for each executor
 
 COMPARED = (
     "Ratio, Cliff's delta and rank test: against the run's first executor; above 1 and above 0 are better"
@@ -141,7 +140,7 @@ def causes(runs: Sequence[ReportedRun], chain: str) -> list[str]:
     made = []
     for run in runs:
         jobs, executors = run.run.folder / "jobs.csv", list(run.samples.get(("Chain", chain), {}))
-        if not jobs.exists() or jobs.stat().st_size > LARGEST_EXPLAINED:
+        if not jobs.exists() or jobs.stat().st_size > interactive.LARGEST_ANALYZED:
             continue
         for executor in executors:
             pair = executor if executor == executors[0] else f"{executors[0]},{executor}"
