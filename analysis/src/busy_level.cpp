@@ -17,6 +17,7 @@ BusyLevel::BusyLevel(const GraphTopology& topology, const GraphOrder& order, con
       node_of(topology.size(), kNone),
       timers_of(topology.size(), kNone),
       topology_(topology),
+      order_(order),
       overheads_(overheads) {
   for (const TaskId id : topology.order()) {
     if (order.rank[id] <= rank) add_task(id);
@@ -25,13 +26,14 @@ BusyLevel::BusyLevel(const GraphTopology& topology, const GraphOrder& order, con
     if (inside(id) && topology.join_of(id)) join_at(topology.join_index(id));
   }
   add_up();
+  if (!order.threads.empty() && rank > order.threads.back()) utilisation = kInfinite;
   if (utilisation > 1) return;
   blockers = all_blockers();
   drop_dominated();
 }
 
 std::int64_t BusyLevel::job_work(TaskId id) const {
-  return add(topology_.set()[id].wcet.count(), overheads_.job);
+  return order_.rank[id] == GraphOrder::kArrival ? 0 : add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
 void BusyLevel::add_task(TaskId id) {
@@ -49,12 +51,16 @@ void BusyLevel::add_task(TaskId id) {
   nodes.push_back({.id = id, .joined = joined, .work = joined ? overheads_.job : job_work(id)});
   const Task& task = topology_.set()[id];
   if (task.kind != TaskKind::timer) return;
+  const std::size_t thread = order_.thread_of(order_.rank[id]);
   const auto same = [&](const Timers& some) {
-    return some.period == task.period.count() && some.deadline == task.deadline.count();
+    return some.period == task.period.count() && some.deadline == task.deadline.count() &&
+           some.jitter == order_.jitter_of(id) && some.thread == thread;
   };
   const auto known = std::ranges::find_if(timers, same);
   timers_of[id] = static_cast<std::size_t>(known - timers.begin());
-  if (known == timers.end()) timers.push_back({task.period.count(), task.deadline.count(), {}});
+  if (known == timers.end()) {
+    timers.push_back({task.period.count(), task.deadline.count(), order_.jitter_of(id), thread, {}});
+  }
   timers[timers_of[id]].nodes.push_back(own);
 }
 
@@ -87,7 +93,12 @@ void BusyLevel::add_up() {
       rate[n] = node.complete ? std::numeric_limits<double>::max() : 0;
       for (const std::size_t input : node.inputs) rate[n] = std::min(rate[n], rate[input]);
     } else if (timers_of[node.id] != kNone) {
-      rate[n] += 1.0 / static_cast<double>(timers[timers_of[node.id]].period);
+      const Timers& timer = timers[timers_of[node.id]];
+      rate[n] += 1.0 / static_cast<double>(timer.period);
+      // A level that such samples do not enter has a bound all the same.
+      if (timer.jitter == GraphOrder::kUnbounded && !node.feeds.empty()) {
+        utilisation = kInfinite;
+      }
     }
     for (const std::size_t fed : node.feeds) {
       if (nodes[fed].id != kNoTask) rate[fed] += rate[n];
@@ -99,11 +110,19 @@ void BusyLevel::add_up() {
 /// The longest of the blockers with the same effect.
 std::vector<Blocker> BusyLevel::all_blockers() const {
   std::map<std::vector<TaskId>, Blocker> longest = {{{}, Blocker{kNoTask, kNoTask, overheads_.wake_up}}};
+  std::map<std::vector<TaskId>, Blocker> begins;
+  const std::size_t thread = order_.thread_of(rank);
   for (TaskId id = 0; id < topology_.size(); ++id) {
     if (inside(id) || topology_.roots(id).empty()) continue;
+    const bool preempted = order_.thread_of(order_.rank[id]) != thread;
     std::vector<TaskId> activated;
     for (const TaskId fed : topology_.set()[id].feeds) {
       if (inside(fed)) activated.push_back(fed);
+    }
+    if (preempted) {
+      // It cannot run in the window, but its publication may begin it.
+      if (!activated.empty()) begins[activated] = {id, kNoTask, 0};
+      continue;
     }
     Blocker& blocker = longest[activated];
     if (!activated.empty()) blocker.task = id;
@@ -111,8 +130,10 @@ std::vector<Blocker> BusyLevel::all_blockers() const {
     blocker.work = std::max({blocker.work, job_work(id), overheads_.wake_up});
   }
   std::vector<Blocker> all;
-  all.reserve(longest.size());
-  for (const auto& [activated, blocker] : longest) all.push_back(blocker);
+  all.reserve(longest.size() + begins.size());
+  for (const auto* some : {&longest, &begins}) {
+    for (const auto& [activated, blocker] : *some) all.push_back(blocker);
+  }
   return all;
 }
 

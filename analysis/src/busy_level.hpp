@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct Blocker {
 /// GraphBusyWindow can count them repeatedly.
 struct BusyLevel {
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+  static constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
   /// A task of the level, or a join with some input in the level; a join has one job each time it
   /// fires.
@@ -35,12 +37,14 @@ struct BusyLevel {
     /// Nodes that receive one job per job of this one; for an input of a join: the join.
     std::vector<std::size_t> feeds{};
   };
-  /// Timers with the same number of jobs in any window.
+  /// Timers with the same number of jobs in any window, of one thread.
   struct Timers {
-    std::int64_t period, deadline;
+    std::int64_t period, deadline, jitter;
+    std::size_t thread;
     std::vector<std::size_t> nodes;
   };
 
+  /// The topology and the order must outlive this object.
   BusyLevel(const GraphTopology& topology, const GraphOrder& order, const GraphOverheads& overheads,
             std::int64_t rank);
 
@@ -71,6 +75,7 @@ struct BusyLevel {
   void drop_dominated();
 
   const GraphTopology& topology_;
+  const GraphOrder& order_;
   const GraphOverheads overheads_;
 };
 

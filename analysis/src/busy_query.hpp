@@ -13,8 +13,7 @@
 
 namespace hotpath {
 
-/// Smaller than the rank of any task.
-inline constexpr std::int64_t kNoRank = std::numeric_limits<std::int64_t>::min();
+inline constexpr std::int64_t kNoRank = GraphOrder::kNone;
 
 /// A search in the windows of a level.
 struct GraphBusyWindow::Query {
@@ -25,6 +24,7 @@ struct GraphBusyWindow::Query {
   bool later_root_jobs = true;           ///< Whether later jobs of `root` than the analysed one may precede.
   std::int64_t root_jobs = 0;            ///< Number of jobs of `root` up to the analysed one.
   bool closed = true;                    ///< Whether jobs released at the end of an interval count.
+  bool from_arrival = false;             ///< Whether the time counts from the arrival of the root's job.
   std::optional<std::int64_t> deadline;  ///< Relative to the window's start; later deadlines do not precede.
   std::vector<std::size_t> left_out;     ///< Nodes of the level, each with one job that does not count.
   /// Argument of work(): the level's rank, then the number of jobs of each of its timers.

@@ -127,16 +127,14 @@ bool releases_first(const BoundedSystem& system, const GraphOverheads& overheads
   return system.platform.raised_releaser && overheads.lateness == 0 && overheads.release == 0;
 }
 
-void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBounds& out) {
-  for (TaskId id = 0; id < topology.size(); ++id) {
-    const bool timer = topology.set()[id].kind == TaskKind::timer;
-    const bool runs = !topology.roots(id).empty();
-    out.tasks.push_back(!runs ? std::nullopt : timer ? paths.until_finish(id, id) : paths.response(id));
-    if (timer && out.tasks.back()) out.parts[id] = paths.parts(id, id);
-  }
-  for (const CallbackGraph::DataChain& chain : topology.graph().chains) {
-    out.chains.push_back(chain_age(topology, paths, chain, out.no_chain_bound.emplace_back()));
-  }
+/// Every subscription before every timer; timers in any order.
+GraphOrder subscriptions_first(const BoundedSystem& system, const GraphOverheads& overheads) {
+  const TaskSet& set = system.graph.set;
+  GraphOrder order = any_order(set);
+  for (TaskId id = 0; id < set.size(); ++id) order.rank[id] = set[id].kind == TaskKind::timer ? 1 : 0;
+  order.newest_first = system.scheduling.ties == Ties::lifo;
+  order.releases_first = releases_first(system, overheads);
+  return order;
 }
 
 struct Method {
@@ -201,7 +199,7 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              GraphOrder order = any_order(s.graph.set);
              order.by_deadline = true;
-             order.timers_behind_equals = s.scheduling.ties == Ties::lifo;
+             order.newest_first = s.scheduling.ties == Ties::lifo;
              order.releases_first = releases_first(s, overheads);
              const GraphBusyWindow by_deadline(topology, order, overheads);
              bound_graph(topology, TighterPaths(by_deadline, in_any_order), out);
@@ -211,12 +209,30 @@ const std::array kMethods = {
                            A::mixed_deadlines}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
-             const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads_of(s, true));
-             bound_graph(topology, paths, out);
+             const GraphOverheads overheads = overheads_of(s, true);
+             const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads);
+             const bool first = s.scheduling.rule == SubscriptionRule::first;
+             if (!first || s.executor.traits.family != Family::priority_events) {
+               return bound_graph(topology, paths, out);
+             }
+             const GraphBusyWindow ahead_of_timers(topology, subscriptions_first(s, overheads), overheads);
+             bound_graph(topology, TighterPaths(ahead_of_timers, paths), out);
            }},
 };
 
 }  // namespace
+
+void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBounds& out) {
+  for (TaskId id = 0; id < topology.size(); ++id) {
+    const bool timer = topology.set()[id].kind == TaskKind::timer;
+    const bool runs = !topology.roots(id).empty();
+    out.tasks.push_back(!runs ? std::nullopt : timer ? paths.until_finish(id, id) : paths.response(id));
+    if (timer && out.tasks.back()) out.parts[id] = paths.parts(id, id);
+  }
+  for (const CallbackGraph::DataChain& chain : topology.graph().chains) {
+    out.chains.push_back(chain_age(topology, paths, chain, out.no_chain_bound.emplace_back()));
+  }
+}
 
 std::string not_covered(std::uint32_t missing) {
   std::string text = "it does not cover ";
@@ -244,7 +260,7 @@ GraphOrder priority_ranks(const BoundedSystem& system) {
   for (const Key& key : keys) {
     ranks.rank.push_back(std::lower_bound(sorted.begin(), sorted.end(), key) - sorted.begin());
   }
-  ranks.timers_behind_equals = options.ties == Ties::lifo;
+  ranks.newest_first = options.ties == Ties::lifo;
   return ranks;
 }
 
@@ -296,12 +312,12 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
 
 GraphBounds attempt(const char* method, std::uint32_t missing,
                     const std::function<void(GraphBounds&)>& bound) {
-  GraphBounds out{method, {}, {}, {}, missing == 0 ? "" : not_covered(missing), {}};
+  GraphBounds out{method, {}, {}, {}, missing == 0 ? "" : not_covered(missing), {}, {}};
   if (missing != 0) return out;
   try {
     bound(out);
   } catch (const AnalysisError& error) {
-    out = {method, {}, {}, {}, error.what(), {}};
+    out = {method, {}, {}, {}, error.what(), {}, {}};
   }
   return out;
 }

@@ -10,7 +10,7 @@ namespace hotpath {
 using exact::add, exact::subtract;
 
 bool GraphBusyWindow::overtakes(TaskId root, TaskId to) const {
-  if (order_.by_deadline) return order_.timers_behind_equals;
+  if (order_.by_deadline) return order_.newest_first;
   return largest_rank(root, to, false) < order_.rank[root];
 }
 
@@ -20,7 +20,7 @@ std::optional<std::int64_t> GraphBusyWindow::precedence(TaskId first, TaskId to,
   if (!order_.by_deadline) {
     return largest_rank(first, to) < order_.rank[root] ? std::optional(visible) : std::nullopt;
   }
-  if (!order_.timers_behind_equals) return std::nullopt;
+  if (!order_.newest_first) return std::nullopt;
   const std::int64_t later = topology_.set()[first].deadline.count() - topology_.set()[root].deadline.count();
   return std::max(visible, add(later, first < root ? 0 : 1));
 }
@@ -46,7 +46,7 @@ std::vector<TaskId> GraphBusyWindow::only_path(TaskId root, TaskId to) const {
 /// delivery is known. Empty if there are several paths, or if a rank on the path is larger than one
 /// before.
 std::vector<TaskId> GraphBusyWindow::left_behind(TaskId root, TaskId to) const {
-  if (!order_.timers_behind_equals) return {};
+  if (!order_.newest_first) return {};
   const std::vector<TaskId> path = only_path(root, to);
   std::vector<TaskId> behind;
   for (std::size_t i = 1; i < path.size(); ++i) {
@@ -67,26 +67,69 @@ std::vector<TaskId> GraphBusyWindow::left_behind(TaskId root, TaskId to) const {
 std::optional<GraphBusyWindow::Query> GraphBusyWindow::query_from_start(TaskId root, TaskId to) const {
   if (!overtakes(root, to)) return std::nullopt;
   Query q;
-  q.level = level(order_.by_deadline ? order_.rank[root] : largest_rank(root, to, false));
+  // While the job of `root` runs, every more urgent thread preempts it.
+  const std::int64_t rank = std::max(largest_rank(root, to, false), order_.above(order_.rank[root]));
+  q.level = level(order_.by_deadline ? order_.rank[root] : rank);
   q.blocker = {root, root, job_work(root)};
   q.target = to;
   q.closed = !order_.releases_first;
   for (const TaskId id : left_behind(root, to)) {
     if (q.level->inside(id)) q.left_out.push_back(q.level->node_of[id]);
   }
-  if (order_.by_deadline) {
-    // Of the jobs released later, only those with deadlines up to that of the path.
-    q.root = root;
-    q.later_root_jobs = false;
-    q.deadline = topology_.set()[root].deadline.count() + (q.closed ? overheads_.lateness : -1);
-  }
+  if (q.level->utilisation == BusyLevel::kInfinite) return std::nullopt;
+  if (order_.by_deadline) limit_to_deadline(q, root);
   return q;
+}
+
+/// Of the jobs released behind the query's blocker, which has the deadline of a job of `root`, only those
+/// with deadlines up to it.
+void GraphBusyWindow::limit_to_deadline(Query& q, TaskId root) const {
+  q.root = root;
+  q.later_root_jobs = false;
+  q.deadline = topology_.set()[root].deadline.count() + (q.closed ? overheads_.lateness : -1);
+}
+
+/// From the end of a job of `publisher` to the end of the job of `subscription` that it activates, if this
+/// job precedes all that was pending at the start of the publisher's (docs/analysis.md, "Response time of a
+/// subscription"). std::nullopt: not known.
+std::optional<std::int64_t> GraphBusyWindow::response_behind(TaskId publisher, TaskId subscription) const {
+  const std::int64_t rank = order_.rank[subscription];
+  const std::vector<TaskId>& roots = topology_.roots(publisher);
+  const auto precedes = [&](TaskId id) { return order_.rank[id] <= rank; };
+  if (!order_.threads.empty()) return std::nullopt;
+  if (order_.by_deadline || order_.rank[publisher] <= rank) {
+    if (!order_.newest_first || !topology_.one_publisher(subscription)) return std::nullopt;
+    const bool ranked = order_.rank[publisher] == rank && std::ranges::none_of(roots, precedes);
+    if (!order_.by_deadline && !ranked) return std::nullopt;
+  }
+  Query q;
+  q.level = level(rank);
+  q.blocker = {publisher, publisher, job_work(publisher)};
+  q.target = subscription;
+  q.closed = !order_.releases_first;
+  for (const TaskId fed : topology_.set()[publisher].feeds) {
+    if (fed == subscription || !order_.newest_first || !topology_.graph().delivery_known) break;
+    if (order_.rank[fed] == rank) q.left_out.push_back(q.level->node_of[fed]);
+  }
+  std::int64_t largest = 0;
+  for (const TaskId root : order_.by_deadline ? roots : std::vector<TaskId>{kNoTask}) {
+    if (order_.by_deadline) limit_to_deadline(q, root);
+    for (const bool works : {true, false}) {
+      q.works = works;
+      const auto start = end_of_work(q, 0);
+      const auto end = start ? end_after(q, *start, own_work(q)) : std::nullopt;
+      if (!end) return std::nullopt;
+      largest = std::max(largest, subtract(*end, q.blocker.work));
+      if (topology_.join_of(subscription) == nullptr) break;
+    }
+  }
+  return largest;
 }
 
 std::optional<std::int64_t> GraphBusyWindow::start_to_start(TaskId root, TaskId to) const {
   if (root == to) return 0;
   if (auto q = query_from_start(root, to)) {
-    if (const auto start = end_of_work(*q, 0)) return end_after(*start, overheads_.job);
+    if (const auto start = end_of_work(*q, 0)) return end_after(*q, *start, overheads_.job);
   }
   const auto finish = until_finish(root, to);
   return finish ? std::optional(subtract(*finish, topology_.set()[to].bcet.count())) : std::nullopt;
@@ -99,8 +142,8 @@ std::optional<std::int64_t> GraphBusyWindow::later_start_to_start(TaskId root, T
   auto all = query_from_start(root, to);
   // Jobs of `other` overtake the path on their way to `input`, and none starts behind the join.
   const auto precedes = [&](TaskId id) { return order_.rank[other] <= order_.rank[id]; };
-  if (order_.by_deadline || !all || join == path.end() || !all->level->inside(other) ||
-      !overtakes(other, input) || std::any_of(join + 1, path.end(), precedes)) {
+  if (order_.by_deadline || !order_.threads.empty() || !all || join == path.end() ||
+      !all->level->inside(other) || !overtakes(other, input) || std::any_of(join + 1, path.end(), precedes)) {
     return std::nullopt;
   }
   Query none = *all;  // Case 1: no job of `other` starts before the join is complete.
@@ -112,16 +155,22 @@ std::optional<std::int64_t> GraphBusyWindow::later_start_to_start(TaskId root, T
   // the same instant.
   std::int64_t before = job_work(root);
   if (before == 0 && !all->closed && topology_.set()[root].feeds.size() == 1) {
-    if (path[1] == meets) return end_after(*without, overheads_.job);
+    if (path[1] == meets) return end_after(none, *without, overheads_.job);
     if (topology_.join_of(path[1]) == nullptr) before = job_work(path[1]);
   }
-  return std::max(end_after(*without, overheads_.job), subtract(end_after(*whole, overheads_.job), before));
+  const auto later = end_after(none, *without, overheads_.job), end = end_after(*all, *whole, overheads_.job);
+  return later && end ? std::optional(std::max(*later, subtract(*end, before))) : std::nullopt;
 }
 
 std::optional<std::int64_t> GraphBusyWindow::start_to_finish(TaskId root, TaskId to) const {
-  if (root == to) return end_after(0, job_work(root));
+  if (root == to && order_.above(order_.rank[root]) == kNoRank) {
+    Query q;
+    q.target = root;
+    return end_after(q, 0, job_work(root));
+  }
+  if (root == to) return until_finish(root, to);
   if (auto q = query_from_start(root, to)) {
-    if (const auto start = end_of_work(*q, 0)) return end_after(*start, job_work(to));
+    if (const auto start = end_of_work(*q, 0)) return end_after(*q, *start, job_work(to));
   }
   return until_finish(root, to);
 }

@@ -60,6 +60,7 @@ std::optional<std::int64_t> GraphBusyWindow::until_finish(TaskId root, TaskId to
 std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const {
   std::int64_t largest = 0;
   for (const TaskId p : topology_.publishers(subscription)) {
+    std::int64_t behind_roots = 0;
     for (const TaskId root : topology_.roots(p)) {
       // Bounds for a job that completes its join, and for a job that does not and follows
       // completing ones.
@@ -68,8 +69,10 @@ std::optional<std::int64_t> GraphBusyWindow::response(TaskId subscription) const
       if (!finish || !start) return std::nullopt;
       const std::int64_t published =
           add(topology_.least_until_start(root, p), topology_.set()[p].bcet.count());
-      largest = std::max(largest, subtract(std::max(*start, *finish), published));
+      behind_roots = std::max(behind_roots, subtract(std::max(*start, *finish), published));
     }
+    largest =
+        std::max(largest, std::min(behind_roots, response_behind(p, subscription).value_or(behind_roots)));
   }
   // The subscription is pending in a window of its own rank.
   const std::optional<std::int64_t> own = level(order_.rank[subscription])->window;
@@ -89,7 +92,7 @@ std::int64_t GraphBusyWindow::largest_rank(TaskId root, TaskId to, bool with_roo
 }
 
 std::int64_t GraphBusyWindow::job_work(TaskId id) const {
-  return add(topology_.set()[id].wcet.count(), overheads_.job);
+  return order_.rank[id] == GraphOrder::kArrival ? 0 : add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
 std::shared_ptr<const BusyLevel> GraphBusyWindow::level(std::int64_t rank) const {
@@ -115,8 +118,9 @@ std::shared_ptr<const BusyLevel> GraphBusyWindow::level(std::int64_t rank) const
   return created;
 }
 
-std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool closed) const {
-  const std::int64_t until = add(t, overheads_.lateness);
+std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool closed,
+                                       std::int64_t jitter) const {
+  const std::int64_t until = add(add(t, overheads_.lateness), jitter);
   return closed ? floor_div(until, period) + 1 : std::max<std::int64_t>(1, ceil_div(until, period));
 }
 
@@ -131,7 +135,7 @@ std::int64_t GraphBusyWindow::releases_work(std::int64_t t) const {
 void GraphBusyWindow::count_timers(Query& q, std::int64_t t) const {
   q.timers.assign(1, q.level->rank);
   for (const BusyLevel::Timers& some : q.level->timers) {
-    const std::int64_t jobs = arrivals(some.period, t, q.closed);
+    const std::int64_t jobs = arrivals(some.period, t, q.closed, some.jitter);
     q.timers.push_back(q.deadline ? std::min(jobs, urgent_jobs(some, *q.deadline)) : jobs);
   }
 }
@@ -206,17 +210,55 @@ std::int64_t GraphBusyWindow::own_work(const Query& q) const {
   return waits ? overheads_.job : job_work(q.target);
 }
 
-/// The end of work that begins at `start`. Releases interrupt it.
-std::int64_t GraphBusyWindow::end_after(std::int64_t start, std::int64_t own_work) const {
-  const std::int64_t work = add(subtract(start, releases_work(start)), own_work);
-  return *exact::least_fixed_point(add(start, own_work),
-                                   [&](std::int64_t t) { return add(work, releases_work(t)); });
+/// Work of those jobs of work() whose threads preempt the thread of `rank`.
+std::int64_t GraphBusyWindow::preempting_work(const Query& q, std::int64_t rank) const {
+  const std::int64_t above = order_.above(rank);
+  const BusyLevel& in = *q.level;
+  std::int64_t sum = 0;
+  for (std::size_t n = 0; n < in.nodes.size(); ++n) {
+    const BusyLevel::Node& node = in.nodes[n];
+    const TaskId task = node.id == kNoTask ? topology_.graph().joins[node.join].inputs.front() : node.id;
+    if (order_.rank[task] > above) continue;
+    sum = add(sum, multiply(add(counting_->all->jobs[n], counting_->change.of(n)), node.work));
+  }
+  return sum;
+}
+
+/// The end of the target's work that begins at `start`. Releases interrupt it, and jobs of more urgent
+/// threads, but no other job of its own thread.
+std::optional<std::int64_t> GraphBusyWindow::end_after(Query& q, std::int64_t start,
+                                                       std::int64_t own_work) const {
+  const std::int64_t rank = order_.rank[q.target];
+  const bool preempted = order_.above(rank) != kNoRank;
+  std::int64_t before = releases_work(start);
+  std::vector<std::int64_t> timers;
+  if (preempted) {
+    before = add(before, (work(q, start), preempting_work(q, rank)));
+    timers = q.timers;
+  }
+  const std::int64_t own = add(subtract(start, before), own_work);
+  const auto next = [&](std::int64_t t) {
+    if (!preempted) return add(own, releases_work(t));
+    q.timers = timers;
+    for (std::size_t i = 0; i < q.level->timers.size(); ++i) {
+      const BusyLevel::Timers& some = q.level->timers[i];
+      if (some.thread >= order_.thread_of(rank) && some.thread > 0) continue;
+      q.timers[i + 1] = std::max(timers[i + 1], arrivals(some.period, t, false, some.jitter));
+    }
+    static_cast<void>(work_of_jobs(q));
+    return add(own, add(releases_work(t), preempting_work(q, rank)));
+  };
+  return exact::least_fixed_point(add(start, own_work), next, kEndless - 1);
 }
 
 /// Time from a timestamp `released` after the window's start to the end of the target's job that
 /// begins at `start`.
-std::int64_t GraphBusyWindow::response_to(const Query& q, std::int64_t start, std::int64_t released) const {
-  return add(subtract(end_after(start, own_work(q)), released), overheads_.lateness);
+std::optional<std::int64_t> GraphBusyWindow::response_to(Query& q, std::int64_t start,
+                                                         std::int64_t released) const {
+  const std::int64_t late = add(overheads_.lateness, order_.jitter_of(q.root));
+  const auto end = end_after(q, start, own_work(q));
+  if (!end) return std::nullopt;
+  return subtract(*end, q.from_arrival ? std::max<std::int64_t>(0, released - late) : released - late);
 }
 
 /// The longest job that may have started with a deadline later than `deadline` after the window's
@@ -308,9 +350,10 @@ std::optional<std::int64_t> GraphBusyWindow::bound_by_deadline(TaskId root, Task
     if (known >= 0 && overheads_.release == 0 && work(q, known) <= known) continue;
     const auto start = end_of_work(q, 0);
     if (!start) return std::nullopt;
-    const std::int64_t response = response_to(q, *start, step.first);
-    if (response <= largest) continue;
-    largest = response;
+    const auto response = response_to(q, *start, step.first);
+    if (!response) return std::nullopt;
+    if (*response <= largest) continue;
+    largest = *response;
     work(q, *start);
     if (parts != nullptr) *parts = parts_of(q);
   }
@@ -342,13 +385,15 @@ std::optional<std::int64_t> GraphBusyWindow::bound(Query& q, std::vector<std::in
     const auto start = start_of(q, w, starts);
     if (!start) return std::nullopt;
     w = *start;
-    const std::int64_t response = response_to(q, w, released);
-    if (parts != nullptr && response > largest) {
+    const auto response = response_to(q, w, released);
+    if (!response) return std::nullopt;
+    if (parts != nullptr && *response > largest) {
       work(q, w);
       *parts = parts_of(q);
     }
-    largest = std::max(largest, response);
-    const std::int64_t next = add(released, period) - overheads_.lateness;
+    largest = std::max(largest, *response);
+    const std::int64_t next = add(released, period) - overheads_.lateness - order_.jitter_of(q.root);
+    if (next < 0) continue;
     if (*q.level->window <= next || window_ends_by(q, next)) return largest;
   }
   return std::nullopt;
@@ -385,19 +430,48 @@ PathParts GraphBusyWindow::parts_of(const Query& q) const {
 
 PathParts GraphBusyWindow::parts(TaskId root, TaskId to) const {
   PathParts parts;
-  static_cast<void>(find_bound(root, to, true, &parts));
+  Query q;
+  static_cast<void>(find_bound(q, root, to, &parts));
   return parts;
 }
 
-std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool works) const {
-  const auto [entry, is_new] = known_.try_emplace({root, to, works});
-  if (is_new) entry->second = find_bound(root, to, works, nullptr);
-  return entry->second;
+std::optional<std::int64_t> GraphBusyWindow::since_arrival(TaskId root, TaskId to, bool works) const {
+  return bound(root, to, works, true);
 }
 
-std::optional<std::int64_t> GraphBusyWindow::find_bound(TaskId root, TaskId to, bool works,
+std::optional<std::int64_t> GraphBusyWindow::longest_window(TaskId id) const {
+  return level(order_.rank[id])->window;
+}
+
+std::optional<std::int64_t> GraphBusyWindow::bound(TaskId root, TaskId to, bool works,
+                                                   bool from_arrival) const {
+  const auto [entry, is_new] = known_.try_emplace({root, to, works, from_arrival});
+  if (!is_new) return entry->second;
+  Query q;
+  q.works = works;
+  q.from_arrival = from_arrival;
+  return entry->second = find_bound(q, root, to, nullptr);
+}
+
+/// Whether jobs of `root` may run before an earlier one's job of `to`: not if the first task on the way
+/// has a larger rank than all others, since a task's jobs run in the order of their activation.
+bool GraphBusyWindow::later_jobs_precede(TaskId root, TaskId to, const BusyLevel& in) const {
+  TaskId first = root;
+  if (order_.rank[root] == GraphOrder::kArrival) {
+    first = kNoTask;
+    for (const TaskId fed : topology_.set()[root].feeds) {
+      if (!in.inside(fed)) continue;
+      if (first != kNoTask) return true;
+      first = fed;
+    }
+  }
+  return order_.rank[first] != in.rank || largest_rank(first, to, false) >= in.rank;
+}
+
+/// The largest bound on query.works of a job of `to`, over all blockers.
+std::optional<std::int64_t> GraphBusyWindow::find_bound(Query& like, TaskId root, TaskId to,
                                                         PathParts* parts) const {
-  if (order_.by_deadline) return bound_by_deadline(root, to, works, parts);
+  if (order_.by_deadline) return bound_by_deadline(root, to, like.works, parts);
   const std::int64_t rank = largest_rank(root, to);
   if (rank == kNoRank) return std::nullopt;
   const std::shared_ptr<const BusyLevel> in = level(rank);
@@ -405,13 +479,12 @@ std::optional<std::int64_t> GraphBusyWindow::find_bound(TaskId root, TaskId to, 
   std::int64_t largest = 0;
   std::vector<std::int64_t> starts;
   for (const Blocker& blocker : in->blockers) {
-    Query q;
+    Query q = like;
     q.level = in;
     q.blocker = blocker;
     q.root = root;
     q.target = to;
-    q.works = works;
-    q.later_root_jobs = !(order_.timers_behind_equals && order_.rank[root] == rank);
+    q.later_root_jobs = later_jobs_precede(root, to, *in);
     q.closed = blocker.work == 0 || !order_.releases_first;
     PathParts of_blocker;
     const auto response = bound(q, starts, parts ? &of_blocker : nullptr);

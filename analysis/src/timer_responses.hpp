@@ -24,6 +24,9 @@ std::string not_covered(std::uint32_t missing);
 GraphBounds attempt(const char* method, std::uint32_t missing,
                     const std::function<void(GraphBounds&)>& bound);
 
+/// Fills in the bounds of all tasks and chains.
+void bound_graph(const GraphTopology& topology, const PathBounds& paths, GraphBounds& out);
+
 /// Ranks of the paper's priority order (priority, then subscriptions before timers, then timers by
 /// task). Without fixed priorities all levels are equal.
 GraphOrder priority_ranks(const BoundedSystem& system);

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <utility>
 
-#include "bounds/guarantees.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "program/interrupt.hpp"
 #include "program/parallel.hpp"
 #include "program/text.hpp"
+#include "setup/deployed_system.hpp"
 #include "simulated/repetition.hpp"
 #include "simulated/run_totals.hpp"
 
@@ -137,10 +137,8 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
 
 void add_bound(Prediction& prediction, const Objective& objective) {
   const Candidate& candidate = *prediction.candidate;
-  // The analyses cover one executor.
-  if (candidate.spec.deployment || candidate.graph.chains.empty()) return;
-  const auto all =
-      bounds::guarantees(candidate.graph, candidate.tasks, *candidate.spec.entry, candidate.spec.scheduler);
+  if (candidate.graph.chains.empty()) return;
+  const auto all = setup::guarantees(candidate.graph, candidate.tasks, candidate.spec);
   if (!all) return;
   const bounds::ChainGuarantee* chain = all->chain(candidate.graph.chains[objective.chain].name);
   if (chain == nullptr) return;

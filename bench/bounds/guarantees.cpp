@@ -3,9 +3,6 @@
 
 #include <algorithm>
 
-#include "bounds/bounds.hpp"
-#include "hotpath/analysis/analysis_error.hpp"
-
 namespace hotpath::bounds {
 
 namespace {
@@ -22,14 +19,13 @@ const ChainGuarantee* Guarantees::chain(const std::string& name) const {
   return chain == chains.end() ? nullptr : &*chain;
 }
 
-std::optional<Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,
-                                     const ExecutorEntry& executor, const SchedulerOptions& options) try {
-  const CallbackGraph callbacks = callback_graph(graph, tasks, false);
+std::optional<Guarantees> smallest_of(const CallbackGraph& callbacks,
+                                      const std::vector<GraphBounds>& all_bounds) {
   Guarantees all;
-  all.tasks.resize(tasks.set.size());
+  all.tasks.resize(callbacks.set.size());
   for (const CallbackGraph::DataChain& chain : callbacks.chains) all.chains.push_back({chain.name, {}, {}});
   bool covered = false;
-  for (const GraphBounds& bounds : graph_bounds(bounded_system(graph, callbacks, executor, options))) {
+  for (const GraphBounds& bounds : all_bounds) {
     covered = covered || bounds.refusal.empty();
     for (std::size_t t = 0; t < bounds.tasks.size(); ++t) {
       keep_smaller(all.tasks[t], bounds.tasks[t], bounds.method);
@@ -41,8 +37,6 @@ std::optional<Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks
     }
   }
   return covered ? std::optional(std::move(all)) : std::nullopt;
-} catch (const AnalysisError&) {
-  return std::nullopt;  // no method covers the rules by which some node publishes
 }
 
 }  // namespace hotpath::bounds

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "hotpath/analysis/graph_bounds.hpp"
-#include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath::bounds {
 
@@ -33,8 +32,7 @@ struct Guarantees {
 };
 
 /// The smallest of the bounds of all methods; std::nullopt if no method covers the system.
-[[nodiscard]] std::optional<Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,
-                                                   const ExecutorEntry& executor,
-                                                   const SchedulerOptions& options);
+[[nodiscard]] std::optional<Guarantees> smallest_of(const CallbackGraph& callbacks,
+                                                    const std::vector<GraphBounds>& all_bounds);
 
 }  // namespace hotpath::bounds

@@ -23,7 +23,8 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   add_list(command, "--executors", o.executors, "NAMES",
            "Executors (`hotpath list executors`), separated by commas,\n"
            "with variants such as rm-ro:first; by default\n"
-           "default,events-ro,rm-ro,edf-ro, or the executors of --trace");
+           "default,events-ro,rm-ro,edf-ro, or those of --trace");
+  add_deployments_option(command, o);
   add_scaling_options(command, o);
   add_choice(command, "--phases", o.known_phases, "Bounds for these timer phases only; by default for any");
   add_text(command, "--phases-of", o.phases_of, "RUN",
@@ -48,7 +49,7 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   exclude(command, "--delta-us", {"--release-cost-us"});
   // The run determines these options; a chain has neither a CSV table nor a page.
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
-  exclude(command, "--chain", {"--exact", "--witness", "--csv", "--page"});
+  exclude(command, "--chain", {"--deployments", "--exact", "--witness", "--csv", "--page"});
 }
 
 }  // namespace hotpath::commands

@@ -19,6 +19,7 @@
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
+#include "setup/deployed_system.hpp"
 #include "setup/stored_system.hpp"
 
 namespace hotpath::guarantees {
@@ -45,7 +46,8 @@ class Analysis {
             "--witness: worst cases are exact for known phases; give --phases or --phases-of");
       }
     }
-    if (options_.executors.empty()) options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
+    if (options_.executors.empty() && options_.deployments.empty() && stored_.empty())
+      options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
     if (!trace_) graph_ = setup::graph_to_run(options_);
     const GraphPlatform platform = graph_.platform;
     options_.apply_to(graph_.platform);
@@ -80,7 +82,9 @@ class Analysis {
     out_ << program::text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
                           costs_text().c_str());
     bounds::Report report(tasks_.set, observed_, out_);
-    for (const setup::ExecutorSpec& executor : setup::executors_to_run(options_, graph_, tasks_)) {
+    const std::vector<setup::ExecutorSpec> all =
+        stored_.empty() ? setup::executors_to_run(options_, graph_, tasks_) : std::move(stored_);
+    for (const setup::ExecutorSpec& executor : all) {
       options_.chain.empty() ? bound(executor, report) : bound_chain(executor);
     }
     if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", report.csv());
@@ -97,7 +101,10 @@ class Analysis {
   /// Bounds the system of the run, with its executors unless others are given.
   void take_over_run() {
     setup::StoredSystem system = setup::stored_system(*trace_, options_.graph);
-    if (!options_.executors.empty()) system.options.executors = options_.executors;
+    const bool others = !options_.executors.empty() || !options_.deployments.empty();
+    if (others) system.options.executors = options_.executors;
+    if (!others) stored_ = std::move(system.executors);
+    system.options.deployments = options_.deployments;
     static_cast<setup::CommonOptions&>(options_) = std::move(system.options);
     graph_ = std::move(system.graph);
   }
@@ -162,9 +169,7 @@ class Analysis {
     check_phases_of_run(callbacks, executor.label);
     std::string refusals;
     bool any = false;
-    const BoundedSystem system =
-        bounds::bounded_system(graph_, callbacks, *executor.entry, executor.scheduler);
-    std::vector<GraphBounds> all = graph_bounds(system);
+    std::vector<GraphBounds> all = setup::bounds_of(graph_, callbacks, executor);
     GraphTasks tasks = tasks_;
     tasks.set = callbacks.set;
     std::vector<bounds::ReachedWorstCase> reached;
@@ -177,13 +182,14 @@ class Analysis {
         continue;
       }
       report.print(executor.label, callbacks, bounds);
+      if (!bounds.left_out.empty()) out_ << "No exact " << bounds.left_out << "\n";
       any = true;
     }
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n" << refusals;
     if (any && all.back().method == bounds::kExactMethod && !all.back().refusal.empty()) {
       out_ << "No exact values: " << all.back().refusal << "\n";
     }
-    if (!options_.witness.empty()) {
+    if (!options_.witness.empty() && !reached.empty()) {
       write_witnesses(reached, graph_, tasks, executor, options_, options_.witness, out_);
     }
   }
@@ -191,12 +197,13 @@ class Analysis {
   GraphBounds exact(const CallbackGraph& callbacks, const GraphTasks& tasks,
                     const setup::ExecutorSpec& executor,
                     std::vector<bounds::ReachedWorstCase>& reached) const {
+    GraphBounds none;
+    none.method = bounds::kExactMethod;
+    none.refusal = executor.deployment ? "several executors are not explored" : "";
     if (!callbacks.phases_known) {
-      GraphBounds none;
-      none.method = bounds::kExactMethod;
       none.refusal = "worst cases are exact for known phases only; give --phases or --phases-of";
-      return none;
     }
+    if (!none.refusal.empty()) return none;
     const std::size_t limit =
         options_.exact ? kMostStates
                        : std::min(kMostStatesByDefault, kMostTaskStatesByDefault / tasks.set.size());
@@ -255,6 +262,7 @@ class Analysis {
   AnalyzeOptions options_;
   std::ostream& out_;
   std::optional<results::StoredRun> trace_;
+  std::vector<setup::ExecutorSpec> stored_;  // the executors of trace_, unless others are asked for
   Graph graph_;
   GraphTasks tasks_;
   std::optional<bounds::Observed> observed_;

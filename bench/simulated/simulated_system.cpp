@@ -9,6 +9,7 @@
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/text.hpp"
+#include "setup/deployed_system.hpp"
 
 namespace hotpath::simulated {
 
@@ -32,17 +33,9 @@ SimulatedThread thread_of(const DeployedExecutor& executor, const std::string& f
                                        to_string(executor.policy)),
                        "take fifo or other");
   }
-  if (executor.processors.empty()) return thread;
-  thread.processors = 0;
-  for (const int processor : executor.processors) {
-    if (static_cast<unsigned>(processor) >= cores) {
-      throw InputError(
-          file, executor.line,
-          program::concat("executor ", executor.name, ": the simulated machine has no processor ", processor),
-          program::concat("it has processors 0 to ", cores - 1, "; add some with --cores"));
-    }
-    thread.processors |= std::uint64_t{1} << processor;
-  }
+  setup::check_processors(executor, file, cores);
+  if (!executor.processors.empty()) thread.processors = 0;
+  for (const int processor : executor.processors) thread.processors |= std::uint64_t{1} << processor;
   return thread;
 }
 

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <iostream>
 
-#include "bounds/guarantees.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
@@ -14,6 +13,7 @@
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
+#include "setup/deployed_system.hpp"
 #include "setup/limits.hpp"
 #include "setup/run_setup.hpp"
 #include "sweep/capacity.hpp"
@@ -162,7 +162,7 @@ class CapacitySearch {
       options.apply_to(graph.platform);
       const GraphTasks tasks = make_tasks(graph);
       const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
-      const auto guaranteed = bounds::guarantees(graph, tasks, *spec.entry, spec.scheduler);
+      const auto guaranteed = setup::guarantees(graph, tasks, spec);
       any = any || guaranteed;
       return guaranteed ? failure_of(*guaranteed, tasks.set, graph) : "no method covers it";
     };

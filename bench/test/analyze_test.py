@@ -282,6 +282,59 @@ class AnalyzeTest(CommandTest):
             out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertRegex(out.partition("exploration: exact")[2], why)
 
+    def test_chains_in_a_circle_have_no_exact_age(self) -> None:
+        nodes = (
+            SENSOR.format("S", 100, 1),
+            "{name: A, type: cyclic, period_ms: 50, inputs: [S, B], execution_time_ms: 2}",
+            "{name: B, type: transform, input: A, execution_time_ms: 3}",
+            "{name: C, type: transform, input: S, execution_time_ms: 1}",
+        )
+        names = "nodes: [S, A, B, C], sources: [S]"
+        chains = f"chains: [{{name: round, {names}, sink: B}}, {{name: straight, {names}, sink: C}}]"
+        graph = self.graph(*nodes, more=chains)
+        out = self.accepted("analyze", graph, "--executors", "rm-ro", "--phases", "synchronous", "--exact")
+        exact = out.partition("exploration: exact")[2]
+        self.assertRegex(exact, r"\nround +- .*data goes round in a circle through A")
+        self.assertRegex(exact, r"\nstraight +[0-9]")
+        self.assertRegex(exact, r"\nB/A +3\.000")
+
+    def test_deployments_of_pinned_fifo_threads_have_bounds(self) -> None:
+        graph = self.graph(
+            SENSOR.format("A", 20, 4),
+            SENSOR.format("B", 50, 6),
+            TRANSFORM.format("T", "A", 5),
+            TRANSFORM.format("O", "B", 1),
+            chain="A T",
+        )
+        mine = self.folder / "mine.yaml"
+        rows = (
+            'name: first, policy: "fifo:20", processors: [0], owns: [A]',
+            'name: second, policy: "fifo:10", processors: [1], owns: [T]',
+            'name: third, policy: "fifo:5", processors: [1], owns: [B]',
+            "name: others, owns: rest",
+        )
+        mine.write_text("name: mine\nexecutors:\n" + "".join(f"  - {{{row}}}\n" for row in rows))
+        out = self.accepted("analyze", graph, "--cores", 2, "--deployment", mine, "--phases", "synchronous")
+        for row in (
+            r"A +4\.000",
+            r"B +11\.000",
+            r"T/A +5\.000",
+            r"O/B +-",
+            r"chain +9\.000",
+            r"chain +4\.000\n",
+        ):
+            self.assertRegex(out, "\n" + row)
+        self.assertIn("No exact values: several executors are not explored", out)
+        run = self.folder / "run"
+        simulation = ("simulate", "--graph", graph, "--cores", 2, "--deployments", f"{mine},rm-threads")
+        self.accepted(*simulation, "--duration", 2, "--output", run)
+        compared = self.accepted("analyze", graph, "--trace", run)
+        self.assertRegex(compared, r"\nchain +9\.000 .* 9\.000 +1\.000")
+        self.assertIn("may run on several processors", compared)
+        code, _, err = self.command("analyze", graph, "--deployments", mine)
+        self.assertEqual(code, 2)
+        self.assertIn("mine.yaml:4: executor second: the simulated machine has no processor 1", err)
+
     def test_a_witness_reaches_the_exact_worst_case(self) -> None:
         nodes = [SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 3), FUSION.format("F", "A", "B", 5)]
         nodes.append(

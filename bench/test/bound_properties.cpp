@@ -14,7 +14,8 @@
 #include "hotpath/reference_system/phases.hpp"
 #include "program/text.hpp"
 #include "random_graphs.hpp"
-#include "setup/executor_spec.hpp"
+#include "setup/deployed_system.hpp"
+#include "simulated/simulated_system.hpp"
 
 namespace hotpath::test {
 
@@ -99,17 +100,77 @@ Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
   return graph;
 }
 
+/// A few executors, to which nodes or tasks belong at random, each with a priority and a processor, or of the
+/// ordinary scheduling class. Priorities may be equal; the machine has no costs but that of dispatches.
+setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks) {
+  GraphPlatform& platform = graph.platform;
+  const Duration dispatch = platform.dispatch_cost;
+  platform = {};
+  platform.dispatch_cost = dispatch;
+  platform.cores = static_cast<unsigned>(draw(random, 1, 3));
+  if (chance(random, 50)) platform.timer_thread = TimerThread::raised;
+  const std::int64_t more_work = draw(random, 1, platform.cores);
+  for (Task& task : tasks.set.tasks) task.wcet *= more_work, task.bcet *= more_work;
+  Deployment plan;
+  plan.name = "deployment";
+  const std::vector<std::string> executors =
+      platform.timer_thread == TimerThread::raised
+          ? std::vector<std::string>{"default", "static", "fp-ro", "rm-ro", "events-ro", "fp-ro:fifo"}
+          : std::vector<std::string>{"default", "static", "fp-ro", "rm-ro:first", "edf-ro", "dm-ro"};
+  const std::int64_t last = chance(random, 30) ? static_cast<std::int64_t>(tasks.set.size()) - 1 : 4;
+  for (std::int64_t e = 0; e <= last; ++e) {
+    DeployedExecutor& executor = plan.executors.emplace_back();
+    executor.name = "executor" + std::to_string(e);
+    executor.executor = executors[static_cast<std::size_t>(draw(random, 0, 5))];
+    const bool few = chance(random, 50);
+    if (!chance(random, 10)) {
+      executor.policy = {
+          ThreadPolicy::Class::fifo, static_cast<int>(draw(random, 1, few ? 4 : 95)), {}, {}, {}};
+    }
+    if (executor.policy.priority > 0 || chance(random, 50)) {
+      executor.processors = {static_cast<int>(draw(random, 0, platform.cores - 1))};
+    }
+  }
+  const bool by_task = chance(random, 30);
+  std::vector<std::uint32_t> of_node;
+  for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+    of_node.push_back(static_cast<std::uint32_t>(draw(random, 0, last)));
+  }
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    plan.executor_of.push_back(by_task ? static_cast<std::uint32_t>(draw(random, 0, last))
+                                       : of_node[tasks.origin[id].node]);
+  }
+  return setup::deploy(std::move(plan), {});
+}
+
+/// Where the tasks run, for the report of a counter-example.
+std::string deployment_text(const setup::ExecutorSpec& executor, const TaskSet& set) {
+  std::string all;
+  for (TaskId id = 0; executor.deployment && id < set.size(); ++id) {
+    const Deployment& plan = executor.deployment->plan;
+    const DeployedExecutor& e = plan.executors[plan.executor_of[id]];
+    all +=
+        program::concat("\n", set[id].name, " of ", set[id].wcet.count(), " ns: ", e.name, " ", e.executor,
+                        " ", to_string(e.policy), " on ", e.processors.empty() ? -1 : e.processors.front());
+  }
+  return all;
+}
+
 /// std::nullopt if the machine is overloaded; such a run is not compared with its bounds.
 std::optional<Trace> simulated(const Graph& graph, const GraphTasks& tasks,
                                const setup::ExecutorSpec& executor, const ExecutionTimes& times,
                                std::vector<ChainObservation>* observations, Duration duration = 2s) {
   GraphWorkload workload(graph, tasks, times, observations);
   SimulationOptions options;
-  options.platform = make_platform(graph, *executor.entry);
+  options.platform = make_platform(graph, *setup::parts(executor).front().entry);
   options.duration = duration;
   options.max_backlog = 1000;
+  const simulated::System system(executor, graph, tasks);
+  Trace trace;
+  TraceRecorder recorder(trace);
   try {
-    return simulate_trace(tasks.set, *executor.entry, executor.scheduler, workload, options);
+    simulate(tasks.set, system.executors(), system.executor_of(), workload, options, &recorder);
+    return trace;
   } catch (const SimulationError&) {
     return std::nullopt;
   }
@@ -124,7 +185,8 @@ class BoundCase {
                       (also_covers & static_cast<std::uint32_t>(Assumption::any_delivery)) != 0),
         graph_(draw_graph(random_, seed, any_delivery_)),
         tasks_(make_tasks(graph_)),
-        executor_(setup::parse_executor(executor, {})),
+        executor_(executor.empty() ? random_deployment(random_, graph_, tasks_)
+                                   : setup::parse_executor(executor, {})),
         also_covers_(also_covers) {}
 
   CaseResult check() {
@@ -148,6 +210,7 @@ class BoundCase {
     callbacks_ = bounds::callback_graph(graph_, tasks_, phases_known_);
     if ((also_covers_ & static_cast<std::uint32_t>(Assumption::any_delivery)) != 0)
       callbacks_.delivery_known = true;
+    if (executor_.deployment) return setup::bounds_of(graph_, callbacks_, executor_);
     const BoundedSystem system =
         bounds::bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
@@ -256,13 +319,13 @@ class BoundCase {
     result_.wrong = executor_.label + ", " + method + ": " + name + " was observed with " +
                     std::to_string(seen) + " ns, against " + std::to_string(bound) + " ns, seed " +
                     std::to_string(seed_) + (phases_known_ ? ", phases known" : ", phases unknown") +
-                    ". Graph:\n" + graph_yaml(graph_);
+                    ". Graph:\n" + graph_yaml(graph_) + deployment_text(executor_, tasks_.set);
   }
 
   const std::uint64_t seed_;
   Random random_;
   const bool any_delivery_;
-  const Graph graph_;
+  Graph graph_;
   GraphTasks tasks_;
   const setup::ExecutorSpec executor_;
   const std::uint32_t also_covers_;
@@ -355,6 +418,7 @@ std::vector<Property> properties() {
     all.push_back({std::string("bounds/") + executor, 150,
                    [name = std::string(executor)](std::uint64_t seed) { return check_bounds(seed, name); }});
   }
+  all.push_back({"bounds/deployments", 600, [](std::uint64_t seed) { return check_bounds(seed, ""); }});
   for (const std::string name : {"default", "events-ro", "rm-ro", "dm-ro", "fp-ro", "edf-ro", "rm-ro:fifo"}) {
     all.push_back(
         {"timer_chains/" + name, 300, [name](std::uint64_t seed) { return check_timer_chain(seed, name); }});

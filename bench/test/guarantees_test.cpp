@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What theory guarantees for graphs whose worst cases can be worked out by hand.
-#include "bounds/guarantees.hpp"
+#include "setup/deployed_system.hpp"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,8 @@ SchedulerOptions with_rule(SubscriptionRule rule) {
 
 const bounds::ChainGuarantee hot_path_of_autoware(const char* executor, SubscriptionRule rule) {
   const Graph graph = load_graph(find_graph("autoware"));
-  const auto all = bounds::guarantees(graph, make_tasks(graph), *find_executor(executor), with_rule(rule));
+  const auto all =
+      setup::guarantees(graph, make_tasks(graph), setup::parse_executor(executor, with_rule(rule)));
   return all.value().chains.at(0);
 }
 
@@ -78,6 +79,16 @@ TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   EXPECT_EQ(age(3ms), 5ms);
   EXPECT_EQ(age(60ms), 62ms);
   EXPECT_EQ(age(0ms), 2ms);
+}
+
+TEST(Guarantees, ADeploymentOfPinnedThreadsHasThoseOfItsProcessors) {
+  Graph graph = load_graph(find_graph("autoware"));
+  graph.platform.cores = 2;
+  const GraphTasks tasks = make_tasks(graph);
+  const auto picas = setup::guarantees(graph, tasks, setup::deploy("picas", graph, tasks, {}));
+  // From the rear driver on: its transformer on the other processor, then five jobs before the estimator.
+  EXPECT_EQ(Duration(picas.value().chains.at(0).hot_path.value().ns), 25'200us);
+  EXPECT_FALSE(setup::guarantees(graph, tasks, setup::deploy("isolated", graph, tasks, {})));
 }
 
 }  // namespace

@@ -113,6 +113,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--witness": Changes({"--witness": "worst"}, {"--phases": "synchronous"}),
             "--entity-order": Changes({"--entity-order": "reverse"}, {"GRAPH": "sequences"}),
             "--trace": Changes({"--trace": "{timers}"}),
+            "--deployments": Changes({"--deployments": "rm-threads"}),
             "--strict": Elsewhere("a live run must exceed a bound", "analyze_test.py"),
             "--chain": Changes({"--chain": "IMU,FrontCamera"}),
             "--csv": Changes({"--csv": "bounds.csv"}),

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <set>
 
+#include "hotpath/core/exploration.hpp"
 #include "hotpath/reference_system/observe.hpp"
 
 namespace hotpath {
@@ -103,6 +104,7 @@ void GraphWorkload::describe(StateWords& words) const {
     for (const Unread& unread : unread_[id]) {
       words.add(id);
       describe(unread.sample, structure_->sources[id], words);
+      if (with_publications_) describe_publication(unread.parent, words);
     }
   }
   for (std::size_t i = 0; i < busy_; ++i) {
@@ -162,9 +164,9 @@ void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRe
   });
   assert(message != on_the_way_.end() && "only a published message can arrive");
   if (--message->deliveries > 0) {
-    unread_[subscription].push_back({sequence, message->sample});
+    unread_[subscription].push_back({sequence, message->sample, parent});
   } else {
-    unread_[subscription].push_back({sequence, std::move(message->sample)});
+    unread_[subscription].push_back({sequence, std::move(message->sample), parent});
     on_the_way_.erase(message);
   }
 }

@@ -124,7 +124,11 @@ class Exploration final : public JobSink, public ExploredInstant {
     settle();
     const TaskId task = record.job.task;
     if (options_.tracked.empty() || !options_.tracked[task]) return;
-    current_->starts.push_back(record.job.ref());
+    begin_to_track(record.job.ref());
+  }
+
+  void begin_to_track(JobRef job) {
+    current_->starts.push_back(job);
     current_->zone.assign(current_->zone.grow(), kNow, 0, 0);
   }
 
@@ -132,6 +136,9 @@ class Exploration final : public JobSink, public ExploredInstant {
     settle();
     observer_.ended(record, *this);
     unsettled_ = record.outcome == Outcome::ran;
+    if (options_.publications && unsettled_ && !set_[record.job.task].feeds.empty()) {
+      begin_to_track(publication_by(record.job.ref()));
+    }
   }
 
   void settle() {
@@ -144,6 +151,16 @@ class Exploration final : public JobSink, public ExploredInstant {
     const std::size_t a = current_->start_of(earlier), b = current_->start_of(later);
     assert(a != kConstant && b != kConstant && "a job that is not tracked");
     return Duration(current_->zone.most(b, a));
+  }
+
+  [[nodiscard]] Duration longest_since(JobRef job) const override {
+    const std::size_t published = current_->start_of(publication_by(job));
+    assert(published != kConstant && "a sample whose publication is not tracked");
+    return Duration(current_->zone.most(kNow, published));
+  }
+
+  void keep_longest_since(std::size_t slot, JobRef job) override {
+    keep(slot, current_->start_of(publication_by(job)), kNow, -longest_since(job).count());
   }
 
   void keep_latest(std::size_t slot) override { keep(slot, kConstant, kNow, -current_->zone.highest(kNow)); }
@@ -362,6 +379,9 @@ class Exploration final : public JobSink, public ExploredInstant {
     if (state.busy()) coordinates.push_back(kEnd);
     if (slices_ && state.executor().on_core) coordinates.push_back(kSlice);
     const SimulatedWorkers::State& executor = state.executor();
+    if (options_.publications && state.busy() && executor.has_job && !is_of_timer(executor.job)) {
+      describe_publication(executor.job.parent, words);
+    }
     if (executor.step == ExploredState::Step::run) add_start(state, executor.job.ref(), coordinates);
     for (const JobRef& job : words.data()) add_start(state, job, coordinates);
 
@@ -453,6 +473,13 @@ class Exploration final : public JobSink, public ExploredInstant {
 };
 
 }  // namespace
+
+void describe_publication(JobRef job, StateWords& words) {
+  const JobRef publication = publication_by(job);
+  words.add_data(publication, kNever);
+  const std::vector<JobRef>& all = words.data();
+  words.add(std::find(all.begin(), all.end(), publication) - all.begin());
+}
 
 ExplorationResult explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
                           const ExplorationOptions& options, ExplorationObserver& observer) {

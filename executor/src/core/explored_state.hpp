@@ -18,7 +18,7 @@ enum Coordinate : std::size_t {
   kNow,    ///< The instant at hand.
   kEnd,    ///< Of the executor thread's step.
   kSlice,  ///< End of the executor thread's time slice.
-  kStarts  ///< From here on: the starts of ExploredState::starts.
+  kStarts  ///< From here on: the instants of ExploredState::starts.
 };
 
 struct ExploredState {
@@ -29,7 +29,7 @@ struct ExploredState {
   std::unique_ptr<Workload> workload;
   std::unique_ptr<Simulation> simulation;
   Zone zone{kStarts};
-  std::vector<JobRef> starts;
+  std::vector<JobRef> starts;  ///< Jobs, for their starts, or publication_by() of jobs.
   Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
   std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
 

@@ -31,6 +31,7 @@ struct GraphBounds {
   std::vector<std::string> no_chain_bound;  ///< Parallel to `chains`: the reason for a missing bound.
   /// The assumptions that the method does not cover, and a method that does; empty if it applies.
   std::string refusal;
+  std::string left_out = {};  ///< What the method bounds for other systems, and why not here; empty: nothing.
   std::map<TaskId, PathParts> parts;  ///< Components of the timers' bounds, if the method gives them.
 };
 

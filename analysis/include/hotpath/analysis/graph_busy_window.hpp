@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,24 +17,47 @@ namespace hotpath {
 struct Blocker;
 struct BusyLevel;
 
-/// The order in which one executor thread runs pending jobs: the smaller rank first.
+/// The order in which one processor runs pending jobs: the smaller rank first.
 struct GraphOrder {
+  /// Smaller than the rank of any task.
+  static constexpr std::int64_t kNone = std::numeric_limits<std::int64_t>::min();
+  /// Rank of a timer that stands for samples from elsewhere: its jobs take no time.
+  static constexpr std::int64_t kArrival = -1;
+
   std::vector<std::int64_t> rank;  ///< By task.
-  /// A timer's job never precedes a pending job of its own or a smaller rank that was released
-  /// before it. Otherwise jobs of one rank run in any order. By deadline: among jobs of one
-  /// deadline, subscriptions precede timers, and timers follow each other by id.
-  bool timers_behind_equals = false;
+  /// Ties `lifo`: among subscriptions of one rank, the most recently activated goes first. By deadline: also,
+  /// among jobs of one deadline, subscriptions precede timers, and timers follow each other by id. Otherwise
+  /// jobs of one rank run in any order, those of one task in the order of their activation.
+  bool newest_first = false;
   /// At the same instant, releases happen before the executor decides.
   bool releases_first = false;
   /// Among jobs of one rank, the earliest absolute deadline goes first: the deadline of the timer's
   /// job, which subscriptions inherit. All ranks are equal then.
   bool by_deadline = false;
+  /// The largest rank of each executor thread, from the most urgent thread on. A thread preempts those
+  /// behind it, and runs its own jobs to their ends. Tasks of larger ranks have no bound: their threads share
+  /// what is left. Empty: there is one thread.
+  std::vector<std::int64_t> threads = {};
+  /// By task: how much later than its timestamp a timer's job may come, besides GraphOverheads::lateness;
+  /// kUnbounded: any time. Empty: none comes later.
+  std::vector<std::int64_t> jitter = {};
+  static constexpr std::int64_t kUnbounded = -1;
+
+  [[nodiscard]] std::size_t thread_of(std::int64_t its_rank) const {
+    return static_cast<std::size_t>(std::ranges::lower_bound(threads, its_rank) - threads.begin());
+  }
+  /// The largest rank of the threads that preempt the thread of this rank; kNone: none does.
+  [[nodiscard]] std::int64_t above(std::int64_t its_rank) const {
+    const std::size_t thread = thread_of(its_rank);
+    return thread == 0 ? kNone : threads[thread - 1];
+  }
+  [[nodiscard]] std::int64_t jitter_of(TaskId timer) const { return jitter.empty() ? 0 : jitter[timer]; }
 };
 
 /// One rank for all tasks: covers every order that never idles while a job is pending.
 GraphOrder any_order(const TaskSet& set);
 
-/// Busy windows of one thread that runs jobs to completion in a fixed order of ranks
+/// Busy windows of one processor whose threads run jobs to completion in a fixed order of ranks
 /// (docs/analysis.md, "Busy windows of a graph"). The jobs of a timer and of the subscriptions
 /// downstream count together, jobs of joins once.
 class GraphBusyWindow : public PathBounds {
@@ -53,6 +78,11 @@ class GraphBusyWindow : public PathBounds {
   std::int64_t lateness() const override { return overheads_.lateness; }
   std::optional<std::int64_t> response(TaskId subscription) const override;
   PathParts parts(TaskId root, TaskId to) const override;
+  /// Like until_finish(), or until_start() unless it works, but from the instant at which the job of `root`
+  /// comes, which may be later than its timestamp.
+  [[nodiscard]] std::optional<std::int64_t> since_arrival(TaskId root, TaskId to, bool works) const;
+  /// The longest time for which jobs of the task's rank or of a smaller rank may be pending.
+  [[nodiscard]] std::optional<std::int64_t> longest_window(TaskId id) const;
 
  private:
   struct Query;
@@ -63,13 +93,15 @@ class GraphBusyWindow : public PathBounds {
   std::int64_t largest_rank(TaskId root, TaskId to, bool with_root = true) const;
   std::int64_t job_work(TaskId id) const;
   std::int64_t releases_work(std::int64_t t) const;
-  std::int64_t arrivals(std::int64_t period, std::int64_t t, bool closed) const;
+  std::int64_t arrivals(std::int64_t period, std::int64_t t, bool closed, std::int64_t jitter = 0) const;
   void count_timers(Query& query, std::int64_t t) const;
   std::int64_t work(Query& query, std::int64_t t) const;
   std::int64_t work_of_jobs(const Query& query) const;
   std::optional<std::int64_t> end_of_work(Query& query, std::int64_t from) const;
-  std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works) const;
-  std::optional<std::int64_t> find_bound(TaskId root, TaskId to, bool works, PathParts* parts) const;
+  std::optional<std::int64_t> bound(TaskId root, TaskId to, bool works, bool from_arrival = false) const;
+  std::optional<std::int64_t> find_bound(Query& query, TaskId root, TaskId to, PathParts* parts) const;
+  bool later_jobs_precede(TaskId root, TaskId to, const BusyLevel& level) const;
+  std::optional<std::int64_t> response_behind(TaskId publisher, TaskId subscription) const;
   std::optional<std::int64_t> bound_by_deadline(TaskId root, TaskId to, bool works, PathParts* parts) const;
   Blocker blocker_behind(std::int64_t deadline) const;
   const std::optional<std::vector<DeadlineStep>>& deadline_steps(TaskId root) const;
@@ -77,11 +109,13 @@ class GraphBusyWindow : public PathBounds {
   Query query(TaskId root, const DeadlineStep& step) const;
   std::vector<TaskId> only_path(TaskId root, TaskId to) const;
   std::vector<TaskId> left_behind(TaskId root, TaskId to) const;
+  void limit_to_deadline(Query& query, TaskId root) const;
   std::optional<Query> query_from_start(TaskId root, TaskId to) const;
   std::int64_t own_work(const Query& query) const;
   bool window_ends_by(const Query& query, std::int64_t next) const;
-  std::int64_t end_after(std::int64_t start, std::int64_t own_work) const;
-  std::int64_t response_to(const Query& query, std::int64_t start, std::int64_t released) const;
+  std::int64_t preempting_work(const Query& query, std::int64_t rank) const;
+  std::optional<std::int64_t> end_after(Query& query, std::int64_t start, std::int64_t own_work) const;
+  std::optional<std::int64_t> response_to(Query& query, std::int64_t start, std::int64_t released) const;
   PathParts parts_of(const Query& query) const;
   std::optional<std::int64_t> bound(Query& query, std::vector<std::int64_t>& starts, PathParts* parts) const;
   std::optional<std::int64_t> start_of(Query& query, std::int64_t from,
@@ -97,7 +131,7 @@ class GraphBusyWindow : public PathBounds {
   mutable std::map<std::int64_t, std::shared_ptr<const BusyLevel>> levels_;
   mutable std::size_t known_nodes_ = 0;  ///< Number of nodes in `levels_`; too many clear it.
   mutable std::map<TaskId, std::optional<std::vector<DeadlineStep>>> steps_;
-  mutable std::map<std::tuple<TaskId, TaskId, bool>, std::optional<std::int64_t>> known_;
+  mutable std::map<std::tuple<TaskId, TaskId, bool, bool>, std::optional<std::int64_t>> known_;
   /// By rank, target, whether the target works, and blocker: the start of the first job, where it
   /// is the same for every root.
   mutable std::map<std::tuple<std::int64_t, TaskId, bool, TaskId>, std::optional<std::int64_t>> first_starts_;

@@ -19,6 +19,15 @@ struct ExplorationRefused : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The instant at which a job ends and publishes, as data of a state (StateWords): what a workload with
+/// unread samples of it describes for ExplorationOptions::publications.
+[[nodiscard]] inline JobRef publication_by(JobRef job) {
+  constexpr TaskId kPublication = TaskId{1} << 31;
+  return {job.task | kPublication, job.sequence};
+}
+/// Adds the instant, and which of those before it are the same.
+void describe_publication(JobRef job, StateWords& words);
+
 /// What one instant of an exploration stands for: all schedules that reach it by the same decisions.
 class ExploredInstant {
  public:
@@ -29,10 +38,14 @@ class ExploredInstant {
   /// jobs of ExplorationOptions::tracked; `later` ends at this instant, and a message in the system has data
   /// of `earlier`.
   [[nodiscard]] virtual Duration longest_between(JobRef earlier, JobRef later) const = 0;
+  /// From the end of `job`, which published a sample, to this instant, in the schedule in which this takes
+  /// longest. The sample is unread, or taken by a job that has not published yet.
+  [[nodiscard]] virtual Duration longest_since(JobRef job) const = 0;
   /// Makes the schedule in which it comes last, or in which longest_between() is reached, the witness of
   /// `slot`, below ExplorationOptions::witnesses; otherwise without effect.
   virtual void keep_latest(std::size_t slot) = 0;
   virtual void keep_longest(std::size_t slot, JobRef earlier, JobRef later) = 0;
+  virtual void keep_longest_since(std::size_t slot, JobRef job) = 0;
 };
 
 class ExplorationObserver {
@@ -48,6 +61,7 @@ class ExplorationObserver {
 struct ExplorationOptions {
   Platform platform;
   std::vector<bool> tracked;  ///< By task: its jobs' starts matter to longest_between(). Empty: none does.
+  bool publications = false;  ///< Keeps what longest_since() needs, if the workload describes it.
   std::size_t max_states = 100'000;
   std::function<std::string()> stop = nullptr;  ///< Asked now and then: why to give up; empty: go on.
   std::size_t witnesses = 0;  ///< Slots for schedules; with any, it needs several times the memory.

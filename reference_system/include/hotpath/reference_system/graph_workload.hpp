@@ -49,6 +49,8 @@ class GraphWorkload final : public Workload {
     return std::make_unique<GraphWorkload>(*this);
   }
   void describe(StateWords& words) const override;
+  /// From now on, describe() has the publications of unread samples (exploration.hpp).
+  void describe_publications() { with_publications_ = true; }
 
  private:
   struct OnTheWay {
@@ -60,6 +62,7 @@ class GraphWorkload final : public Workload {
   struct Unread {
     std::uint64_t sequence;
     SimulatedSample sample;
+    JobRef parent;
   };
 
   /// Completes a job at its end.
@@ -98,6 +101,7 @@ class GraphWorkload final : public Workload {
   std::vector<std::vector<Unread>> unread_;             // by subscription, oldest first; at most its depth
   std::vector<Activation<SimulatedMessages>> running_;  // the first busy_; the others are clear
   std::size_t busy_ = 0;
+  bool with_publications_ = false;
   std::vector<TaskId> reached_;
   std::deque<OnTheWay> on_the_way_;
 };

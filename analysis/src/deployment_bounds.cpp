@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/analysis/deployment_bounds.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "hotpath/analysis/exact.hpp"
+#include "processor_windows.hpp"
+#include "timer_responses.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using exact::add, exact::subtract;
+using Bound = std::optional<std::int64_t>;
+
+constexpr std::uint32_t kNowhere = ~0U;
+constexpr std::size_t kMostStreams = 256;  // of one publisher
+constexpr int kMostRounds = 1000;
+constexpr std::int64_t kLongest = std::int64_t{1} << 50;  // 13 days
+
+/// Why the system is not covered; empty if it is.
+std::string refusal_of(const DeployedSystem& system) {
+  const Platform& p = system.platform;
+  if (p.release_cost + p.pass_cost > Duration{}) return "it does not cover release costs";
+  if (p.wait_cost + p.wait_cost_per_entity > Duration{}) return "it does not cover the costs of waits";
+  if (p.wake_up_latency > Duration{}) return "it does not cover wake-up latencies";
+  if (p.delivery_delay > Duration{}) return "it does not cover a delay of delivery";
+  bool any = false;
+  for (const DeployedThread& thread : system.threads) {
+    if (!thread.other_policy.empty()) {
+      return "executor " + thread.name + " runs under " + thread.other_policy + "; give it fifo or other";
+    }
+    if (thread.priority == 0) continue;
+    any = true;
+    const ExecutorTraits& traits = thread.executor->traits;
+    const bool own_timers = traits.timers != TimerHandling::polled;
+    const std::string name = "executor " + thread.name + " ";
+    if (thread.processors.size() != 1) return name + "may run on several processors; give it one";
+    if (traits.timers == TimerHandling::release_and_execute ||
+        worker_count(*thread.executor, thread.scheduling) > (own_timers ? 2U : 1U)) {
+      return name + "runs jobs in several threads";
+    }
+    if (own_timers && thread.timers_priority <= thread.priority) {
+      return name + "has a timer thread that does not preempt it; raise that thread's priority";
+    }
+  }
+  return any ? "" : "no executor has a thread under SCHED_FIFO that is bound to a processor";
+}
+
+/// The ranks of a processor's tasks. Threads of one priority take turns in any order; a thread that has its
+/// priority for itself runs its jobs in the executor's order if that is a fixed one.
+GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here) {
+  const TaskSet& set = system.graph.set;
+  std::map<int, std::set<std::uint32_t>, std::greater<>> levels;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (here[id]) levels[system.threads[system.thread_of[id]].priority].insert(system.thread_of[id]);
+  }
+  GraphOrder order = any_order(set);
+  order.releases_first = true;
+  std::int64_t next = 0;
+  for (const auto& [priority, threads] : levels) {
+    const DeployedThread& first = system.threads[*threads.begin()];
+    GraphOrder within = any_order(set);
+    const Policy policy = first.executor->traits.policy.value_or(Policy::fifo);
+    const bool fixed = policy == Policy::rm || policy == Policy::dm || policy == Policy::fp;
+    if (threads.size() == 1 && fixed) {
+      within = priority_ranks({system.graph, *first.executor, first.scheduling, system.platform});
+    }
+    std::int64_t largest = 0;
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (!here[id] || !threads.contains(system.thread_of[id])) continue;
+      order.rank[id] = next + within.rank[id];
+      largest = std::max(largest, within.rank[id]);
+    }
+    next += largest + 1;
+    if (priority > 0) order.threads.push_back(next - 1);
+  }
+  return order;
+}
+
+/// The graph without joins whose inputs run in several threads: each of their jobs may publish.
+CallbackGraph with_joins_of_one_thread(const DeployedSystem& system) {
+  CallbackGraph graph = system.graph;
+  std::erase_if(graph.joins, [&](const CallbackGraph::Join& join) {
+    const std::uint32_t thread = system.thread_of[join.inputs.front()];
+    return std::ranges::any_of(join.inputs, [&](TaskId id) { return system.thread_of[id] != thread; });
+  });
+  return graph;
+}
+
+/// Bounds along paths over all processors. The latest ends of the jobs that publish to other processors are
+/// the least fixed point of all processors' busy windows.
+class DeploymentPaths final : public PathBounds {
+ public:
+  explicit DeploymentPaths(const DeployedSystem& system)
+      : graph_(with_joins_of_one_thread(system)),
+        topology_(graph_),
+        set_(graph_.set),
+        processor_of_(set_.size(), kNowhere) {
+    std::set<unsigned> processors;
+    for (TaskId id = 0; id < set_.size(); ++id) {
+      const DeployedThread& thread = system.threads[system.thread_of[id]];
+      bounded_.push_back(thread.priority > 0);
+      if (thread.processors.size() != 1) continue;
+      processor_of_[id] = thread.processors.front();
+      if (thread.priority > 0) processors.insert(thread.processors.front());
+    }
+    GraphOverheads overheads;
+    overheads.job = system.platform.dispatch_cost.count();
+    for (const unsigned processor : processors) {
+      std::vector<bool> here(set_.size());
+      for (TaskId id = 0; id < set_.size(); ++id) here[id] = processor_of_[id] == processor;
+      processors_[processor] = std::make_unique<ProcessorWindows>(graph_, here, order_on(system, here),
+                                                                  overheads, streams_to(here));
+    }
+    settle();
+  }
+
+  Bound until_start(TaskId root, TaskId to) const override { return longest(root, to, false); }
+  Bound until_finish(TaskId root, TaskId to) const override { return longest(root, to, true); }
+
+  Bound start_to_start(TaskId root, TaskId to) const override {
+    if (root == to) return 0;
+    if (on_one_processor(root, to)) return windows_of(root).start_to_start(root, to);
+    const Bound finish = until_finish(root, to);
+    return finish ? Bound(subtract(*finish, set_[to].bcet.count())) : std::nullopt;
+  }
+  Bound start_to_finish(TaskId root, TaskId to) const override {
+    return on_one_processor(root, to) ? windows_of(root).start_to_finish(root, to) : until_finish(root, to);
+  }
+  Bound later_start_to_start(TaskId, TaskId, TaskId, TaskId, TaskId) const override { return std::nullopt; }
+  bool overtakes(TaskId, TaskId) const override { return false; }
+  Bound precedence(TaskId, TaskId, TaskId) const override { return std::nullopt; }
+  std::int64_t lateness() const override { return 0; }
+
+  Bound response(TaskId subscription) const override {
+    if (!bounded_[subscription]) return std::nullopt;
+    Bound largest = 0;
+    for (const TaskId p : topology_.publishers(subscription)) {
+      for (const TaskId root : topology_.roots(p)) {
+        const Bound finish = until_finish(root, subscription), start = until_start(root, subscription);
+        if (!finish || !start) largest = std::nullopt;
+        if (largest) largest = std::max(*largest, subtract(std::max(*start, *finish), least_end(root, p)));
+      }
+    }
+    const Bound window = windows_of(subscription).longest_window(subscription);
+    return largest && window ? std::min(*largest, *window) : largest ? largest : window;
+  }
+
+  PathParts parts(TaskId root, TaskId to) const override {
+    PathParts parts;
+    Bound most;
+    for_each_way(root, to, true, [&](TaskId timer, TaskId publisher, Bound way) {
+      if (!way || (most && *way <= *most)) return;
+      most = way;
+      parts = windows_of(to).parts(timer, to);
+      if (publisher != kNoTask) parts.work.emplace_back(publisher, *latest_end(root, publisher));
+    });
+    std::ranges::stable_sort(parts.work, std::greater<>(), [](const auto& part) { return part.second; });
+    return parts;
+  }
+
+ private:
+  const GraphBusyWindow& windows_of(TaskId id) const { return processors_.at(processor_of_[id])->windows(); }
+
+  std::int64_t least_end(TaskId root, TaskId id) const {
+    return add(topology_.least_until_start(root, id), set_[id].bcet.count());
+  }
+
+  /// The tasks that publish together with `id`.
+  std::vector<TaskId> together(TaskId id) const {
+    const auto* join = topology_.join_of(id);
+    return join ? join->inputs : std::vector<TaskId>{id};
+  }
+
+  bool leads_to(TaskId root, TaskId id) const {
+    return std::ranges::binary_search(topology_.roots(id), root);
+  }
+
+  /// The outputs of `publisher`, one stream for each way from a timer, or from the join that they come from.
+  std::vector<SampleStream> outputs(TaskId publisher) const {
+    const auto* join = topology_.join_of(publisher);
+    if (join == nullptr) return jobs(publisher);
+    std::vector<SampleStream> fewest;
+    double least = std::numeric_limits<double>::infinity();
+    for (const TaskId input : join->inputs) {
+      std::vector<SampleStream> all = jobs(input);
+      double rate = 0;
+      for (SampleStream& stream : all) {
+        rate += 1.0 / static_cast<double>(set_[stream.root].period.count());
+        stream.inputs.push_back(input);
+      }
+      if (rate < least) fewest = std::move(all), least = rate;
+    }
+    return fewest;
+  }
+
+  /// The activations of `id`.
+  std::vector<SampleStream> jobs(TaskId id) const {
+    std::vector<SampleStream> all;
+    if (set_[id].kind == TaskKind::timer) all.push_back({kNoTask, id});
+    for (const TaskId p : topology_.publishers(id)) {
+      if (together(p).front() != p) continue;
+      const std::vector<SampleStream> some = outputs(p);
+      all.insert(all.end(), some.begin(), some.end());
+    }
+    if (all.size() > kMostStreams) {
+      throw AnalysisError("more than " + std::to_string(kMostStreams) + " ways lead to " + set_[id].name);
+    }
+    return all;
+  }
+
+  std::vector<SampleStream> streams_to(const std::vector<bool>& here) {
+    std::vector<SampleStream> all;
+    for (TaskId p = 0; p < set_.size(); ++p) {
+      const auto is_here = [&](TaskId fed) { return here[fed]; };
+      if (here[p] || together(p).front() != p || !std::ranges::any_of(set_[p].feeds, is_here)) continue;
+      for (SampleStream& stream : outputs(p)) {
+        stream.publisher = p;
+        all.push_back(stream);
+        need(together(p));
+        for (const TaskId input : stream.inputs) need(together(input));
+      }
+    }
+    return all;
+  }
+
+  void need(const std::vector<TaskId>& tasks) {
+    for (const TaskId id : tasks) {
+      for (const TaskId root : topology_.roots(id)) ends_.try_emplace({root, id}, least_end(root, id));
+    }
+  }
+
+  /// The latest end of the job of `id` that a job of `root` leads to; it is one of those in ends_.
+  Bound latest_end(TaskId root, TaskId id) const { return ends_.at({root, id}); }
+
+  Bound jitter_at(TaskId root, TaskId id) const {
+    const Bound latest = latest_end(root, id);
+    return latest ? Bound(subtract(*latest, least_end(root, id))) : std::nullopt;
+  }
+
+  /// The longest time from an output of the join of `input` to a publication of `publisher`.
+  Bound hop(TaskId input, TaskId publisher) const {
+    if (topology_.join_of(input) == topology_.join_of(publisher)) return 0;
+    std::int64_t longest = 0;
+    for (const TaskId from : together(input)) {
+      for (const TaskId root : topology_.roots(from)) {
+        for (const TaskId p : together(publisher)) {
+          if (!leads_to(root, p)) continue;
+          const Bound latest = latest_end(root, p);
+          if (!latest) return std::nullopt;
+          longest = std::max(longest, subtract(*latest, least_end(root, from)));
+        }
+      }
+    }
+    return longest;
+  }
+
+  /// How late the samples of a stream may come. Between two outputs of a join lies another sample of the
+  /// input, which the first of them may have taken up to a period late.
+  Bound jitter_of(const SampleStream& stream) const {
+    Bound jitter = jitter_at(stream.root, stream.of_root() ? stream.publisher : stream.inputs.front());
+    for (std::size_t i = 0; i < stream.inputs.size() && jitter; ++i) {
+      const TaskId next = i + 1 < stream.inputs.size() ? stream.inputs[i + 1] : stream.publisher;
+      const Bound way = hop(stream.inputs[i], next);
+      if (!way) return std::nullopt;
+      jitter = add(*jitter, add(set_[stream.root].period.count(), *way));
+    }
+    return jitter;
+  }
+
+  void set_jitters() {
+    for (const auto& [number, processor] : processors_) {
+      std::vector<std::int64_t> jitter;
+      for (const SampleStream& stream : processor->streams()) {
+        jitter.push_back(jitter_of(stream).value_or(GraphOrder::kUnbounded));
+      }
+      processor->set_jitter(jitter);
+    }
+    known_.clear();
+  }
+
+  /// Raises the latest ends until all processors' windows agree with them.
+  void settle() {
+    for (int round = 0; round < kMostRounds; ++round) {
+      set_jitters();
+      bool changed = false;
+      std::map<std::pair<TaskId, TaskId>, Bound> next = ends_;
+      for (auto& [way, end] : next) {
+        const Bound finish = until_finish(way.first, way.second), start = until_start(way.first, way.second);
+        Bound latest = finish && start ? Bound(std::max(*finish, *start)) : std::nullopt;
+        if (latest && *latest > kLongest) latest = std::nullopt;
+        if (!end || (latest && *latest <= *end)) continue;
+        end = latest;
+        changed = true;
+      }
+      ends_ = std::move(next);
+      if (!changed) return;
+    }
+    throw AnalysisError("the latencies of processors that activate each other have no fixed point");
+  }
+
+  /// Calls `way(timer, publisher, bound)` for each way from `root` to `to`, by the sample with which it comes
+  /// to the processor of `to`; kNoTask: `root` is on this processor.
+  template <class Way>
+  void for_each_way(TaskId root, TaskId to, bool works, Way way) const {
+    if (!bounded_[to]) return way(root, kNoTask, std::nullopt);
+    const ProcessorWindows& here = *processors_.at(processor_of_[to]);
+    const GraphBusyWindow& windows = here.windows();
+    if (processor_of_[root] == processor_of_[to] && here.leads_to(root, to)) {
+      way(root, kNoTask, works ? windows.until_finish(root, to) : windows.until_start(root, to));
+    }
+    for (std::size_t s = 0; s < here.streams().size(); ++s) {
+      const SampleStream& stream = here.streams()[s];
+      const TaskId timer = here.timer(s);
+      if (!here.leads_to(timer, to)) continue;
+      for (const TaskId p : together(stream.publisher)) {
+        if (!leads_to(root, p)) continue;
+        if (stream.of_root() && stream.root != root) continue;
+        const Bound before = stream.of_root() ? Bound(least_end(root, p)) : latest_end(root, p);
+        const Bound behind = !stream.of_root() ? windows.since_arrival(timer, to, works)
+                             : works           ? windows.until_finish(timer, to)
+                                               : windows.until_start(timer, to);
+        way(timer, p, before && behind && latest_end(root, p) ? Bound(add(*before, *behind)) : std::nullopt);
+      }
+    }
+  }
+
+  Bound longest(TaskId root, TaskId to, bool works) const {
+    const auto [entry, is_new] = known_.try_emplace({root, to, works});
+    if (!is_new) return entry->second;
+    Bound most;
+    bool any = false, bounded = true;
+    for_each_way(root, to, works, [&](TaskId, TaskId, Bound way) {
+      any = true;
+      bounded = bounded && way.has_value();
+      if (way && (!most || *way > *most)) most = way;
+    });
+    return entry->second = any && bounded ? most : std::nullopt;
+  }
+
+  bool on_one_processor(TaskId root, TaskId to) const {
+    bool stays = true;
+    for_each_way(root, to, true,
+                 [&](TaskId, TaskId publisher, Bound way) { stays = stays && publisher == kNoTask && way; });
+    return stays;
+  }
+
+  const CallbackGraph graph_;
+  const GraphTopology topology_;
+  const TaskSet& set_;
+  std::vector<std::uint32_t> processor_of_;  // by task; kNowhere: several, in the ordinary scheduling class
+  std::vector<bool> bounded_;                // by task: not of that class
+  std::map<unsigned, std::unique_ptr<ProcessorWindows>> processors_;
+  /// By root and task, of those that publish to other processors or from whose join such samples come.
+  std::map<std::pair<TaskId, TaskId>, Bound> ends_;
+  mutable std::map<std::tuple<TaskId, TaskId, bool>, Bound> known_;
+};
+
+/// Names the executor that leaves a chain without a bound, if one does.
+void explain_missing(const DeployedSystem& system, const GraphTopology& topology, GraphBounds& out) {
+  for (std::size_t c = 0; c < out.chains.size(); ++c) {
+    if (out.chains[c]) continue;
+    std::vector<TaskId> upstream = system.graph.chains[c].sinks;
+    for (std::size_t i = 0; i < upstream.size(); ++i) {
+      const DeployedThread& thread = system.threads[system.thread_of[upstream[i]]];
+      if (thread.priority == 0) {
+        out.no_chain_bound[c] = system.graph.set[upstream[i]].name + " runs in executor " + thread.name +
+                                ", whose thread is of the ordinary scheduling class";
+        break;
+      }
+      for (const TaskId p : topology.publishers(upstream[i])) {
+        if (std::ranges::find(upstream, p) == upstream.end()) upstream.push_back(p);
+      }
+      for (const TaskId read : system.graph.reads[upstream[i]]) {
+        if (std::ranges::find(upstream, read) == upstream.end()) upstream.push_back(read);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+GraphBounds deployment_bounds(const DeployedSystem& system) {
+  GraphBounds out;
+  out.method = "busy windows of each processor";
+  out.refusal = refusal_of(system);
+  if (!out.refusal.empty()) return out;
+  const std::string method = out.method;
+  return attempt(method.c_str(), 0, [&](GraphBounds& bounds) {
+    const GraphTopology topology(system.graph);
+    bound_graph(topology, DeploymentPaths(system), bounds);
+    explain_missing(system, topology, bounds);
+  });
+}
+
+}  // namespace hotpath

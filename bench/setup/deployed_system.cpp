@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "setup/deployed_system.hpp"
+
+#include <numeric>
+
+#include "bounds/bounds.hpp"
+#include "hotpath/core/input_error.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "program/text.hpp"
+
+namespace hotpath::setup {
+
+void check_processors(const DeployedExecutor& executor, const std::string& file, unsigned cores) {
+  for (const int processor : executor.processors) {
+    if (static_cast<unsigned>(processor) < cores) continue;
+    throw InputError(
+        file, executor.line,
+        program::concat("executor ", executor.name, ": the simulated machine has no processor ", processor),
+        program::concat("it has processors 0 to ", cores - 1, "; add some with --cores"));
+  }
+}
+
+DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callbacks,
+                               const Deployed& deployment) {
+  DeployedSystem system{callbacks, {}, deployment.plan.executor_of, {}};
+  for (std::size_t e = 0; e < deployment.executors.size(); ++e) {
+    const ExecutorSpec& spec = deployment.executors[e];
+    const DeployedExecutor& plan = deployment.plan.executors[e];
+    check_processors(plan, deployment.plan.file, graph.platform.cores);
+    DeployedThread& thread = system.threads.emplace_back();
+    thread.name = plan.name;
+    thread.executor = spec.entry;
+    thread.scheduling = spec.scheduler;
+    const bool fifo = plan.policy.scheduling_class == ThreadPolicy::Class::fifo;
+    if (fifo) thread.priority = thread.timers_priority = plan.policy.priority;
+    if (!fifo && !plan.policy.ordinary()) thread.other_policy = to_string(plan.policy);
+    const Platform platform = make_platform(graph, *spec.entry);
+    if (platform.raised_releaser) thread.timers_priority = raised_above(plan.policy).priority;
+    thread.processors.assign(plan.processors.begin(), plan.processors.end());
+    if (thread.processors.empty()) {
+      thread.processors.resize(graph.platform.cores);
+      std::iota(thread.processors.begin(), thread.processors.end(), 0U);
+    }
+    system.platform = platform;
+  }
+  return system;
+}
+
+std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
+                                   const ExecutorSpec& spec) {
+  if (spec.deployment) return {deployment_bounds(deployed_system(graph, callbacks, *spec.deployment))};
+  return graph_bounds(bounds::bounded_system(graph, callbacks, *spec.entry, spec.scheduler));
+}
+
+std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,
+                                             const ExecutorSpec& spec) {
+  try {
+    const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
+    return bounds::smallest_of(callbacks, bounds_of(graph, callbacks, spec));
+  } catch (const AnalysisError&) {
+    return std::nullopt;  // no method covers the rules by which some node publishes
+  }
+}
+
+}  // namespace hotpath::setup

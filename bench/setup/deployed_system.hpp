@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "bounds/guarantees.hpp"
+#include "hotpath/analysis/deployment_bounds.hpp"
+#include "setup/executor_spec.hpp"
+
+namespace hotpath::setup {
+
+/// Throws InputError with the executor's line if the simulated machine lacks one of its processors.
+void check_processors(const DeployedExecutor& executor, const std::string& file, unsigned cores);
+
+/// The graph under a deployment on the machine of its platform, with the threads of a simulation. `callbacks`
+/// must outlive it. Throws InputError for a processor that the machine lacks.
+[[nodiscard]] DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callbacks,
+                                             const Deployed& deployment);
+
+/// The bounds of every method for an executor or a deployment.
+[[nodiscard]] std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
+                                                 const ExecutorSpec& spec);
+
+/// What theory guarantees for any phases; std::nullopt if no method covers the system.
+[[nodiscard]] std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,
+                                                           const ExecutorSpec& spec);
+
+}  // namespace hotpath::setup
