@@ -27,8 +27,6 @@ constexpr std::int64_t kLongest = std::int64_t{1} << 50;  // 13 days
 std::string refusal_of(const DeployedSystem& system) {
   const Platform& p = system.platform;
   if (p.release_cost + p.pass_cost > Duration{}) return "it does not cover release costs";
-  if (p.wait_cost + p.wait_cost_per_entity > Duration{}) return "it does not cover the costs of waits";
-  if (p.wake_up_latency > Duration{}) return "it does not cover wake-up latencies";
   if (p.delivery_delay > Duration{}) return "it does not cover a delay of delivery";
   bool any = false;
   for (const DeployedThread& thread : system.threads) {
@@ -44,6 +42,9 @@ std::string refusal_of(const DeployedSystem& system) {
     if (traits.timers == TimerHandling::release_and_execute ||
         worker_count(*thread.executor, thread.scheduling) > (own_timers ? 2U : 1U)) {
       return name + "runs jobs in several threads";
+    }
+    if (traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration{}) {
+      return name + "has a timer thread that the end of each timer's job wakes up";
     }
     if (own_timers && thread.timers_priority <= thread.priority) {
       return name + "has a timer thread that does not preempt it; raise that thread's priority";
@@ -61,7 +62,7 @@ GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here)
     if (here[id]) levels[system.threads[system.thread_of[id]].priority].insert(system.thread_of[id]);
   }
   GraphOrder order = any_order(set);
-  order.releases_first = true;
+  order.releases_first = system.platform.wake_up_latency == Duration{};
   std::int64_t next = 0;
   for (const auto& [priority, threads] : levels) {
     const DeployedThread& first = system.threads[*threads.begin()];
@@ -83,6 +84,22 @@ GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here)
   return order;
 }
 
+/// What comes before each job. Every job of a wait set may need a wait.
+GraphOverheads overheads_on(const DeployedSystem& system, const std::vector<bool>& here) {
+  const Platform& p = system.platform;
+  GraphOverheads overheads;
+  overheads.job = p.dispatch_cost.count();
+  for (TaskId id = 0; id < here.size(); ++id) {
+    const DeployedThread& thread = system.threads[system.thread_of[id]];
+    if (!here[id] || thread.executor->traits.family != Family::wait_set) continue;
+    const std::int64_t entities = std::int64_t{p.other_entities} + system.graph.set.size();
+    const std::int64_t wait =
+        add(p.wait_cost.count(), exact::multiply(p.wait_cost_per_entity.count(), entities));
+    overheads.job = add(p.dispatch_cost.count(), wait);
+  }
+  return overheads;
+}
+
 /// The graph without joins whose inputs run in several threads: each of their jobs may publish.
 CallbackGraph with_joins_of_one_thread(const DeployedSystem& system) {
   CallbackGraph graph = system.graph;
@@ -101,7 +118,9 @@ class DeploymentPaths final : public PathBounds {
       : graph_(with_joins_of_one_thread(system)),
         topology_(graph_),
         set_(graph_.set),
-        processor_of_(set_.size(), kNowhere) {
+        processor_of_(set_.size(), kNowhere),
+        thread_of_(system.thread_of),
+        wake_up_(system.platform.wake_up_latency.count()) {
     std::set<unsigned> processors;
     for (TaskId id = 0; id < set_.size(); ++id) {
       const DeployedThread& thread = system.threads[system.thread_of[id]];
@@ -110,13 +129,12 @@ class DeploymentPaths final : public PathBounds {
       processor_of_[id] = thread.processors.front();
       if (thread.priority > 0) processors.insert(thread.processors.front());
     }
-    GraphOverheads overheads;
-    overheads.job = system.platform.dispatch_cost.count();
     for (const unsigned processor : processors) {
       std::vector<bool> here(set_.size());
       for (TaskId id = 0; id < set_.size(); ++id) here[id] = processor_of_[id] == processor;
-      processors_[processor] = std::make_unique<ProcessorWindows>(graph_, here, order_on(system, here),
-                                                                  overheads, streams_to(here));
+      const auto elsewhere = [this](TaskId publisher, TaskId fed) { return comes_as_stream(publisher, fed); };
+      processors_[processor] = std::make_unique<ProcessorWindows>(
+          graph_, here, elsewhere, order_on(system, here), overheads_on(system, here), streams_to(here));
     }
     settle();
   }
@@ -148,7 +166,8 @@ class DeploymentPaths final : public PathBounds {
         if (largest) largest = std::max(*largest, subtract(std::max(*start, *finish), least_end(root, p)));
       }
     }
-    const Bound window = windows_of(subscription).longest_window(subscription);
+    Bound window = windows_of(subscription).longest_window(subscription);
+    if (window) *window = add(*window, wake_up_);
     return largest && window ? std::min(*largest, *window) : largest ? largest : window;
   }
 
@@ -215,11 +234,17 @@ class DeploymentPaths final : public PathBounds {
     return all;
   }
 
+  /// Samples from another processor, and, where a sleeping thread must wake up first, from another thread.
+  bool comes_as_stream(TaskId publisher, TaskId fed) const {
+    const bool other_thread = wake_up_ > 0 && thread_of_[publisher] != thread_of_[fed];
+    return processor_of_[publisher] != processor_of_[fed] || other_thread;
+  }
+
   std::vector<SampleStream> streams_to(const std::vector<bool>& here) {
     std::vector<SampleStream> all;
     for (TaskId p = 0; p < set_.size(); ++p) {
-      const auto is_here = [&](TaskId fed) { return here[fed]; };
-      if (here[p] || together(p).front() != p || !std::ranges::any_of(set_[p].feeds, is_here)) continue;
+      const auto comes = [&](TaskId fed) { return here[fed] && comes_as_stream(p, fed); };
+      if (together(p).front() != p || !std::ranges::any_of(set_[p].feeds, comes)) continue;
       for (SampleStream& stream : outputs(p)) {
         stream.publisher = p;
         all.push_back(stream);
@@ -271,7 +296,7 @@ class DeploymentPaths final : public PathBounds {
       if (!way) return std::nullopt;
       jitter = add(*jitter, add(set_[stream.root].period.count(), *way));
     }
-    return jitter;
+    return jitter ? Bound(add(*jitter, wake_up_)) : std::nullopt;
   }
 
   void set_jitters() {
@@ -280,7 +305,7 @@ class DeploymentPaths final : public PathBounds {
       for (const SampleStream& stream : processor->streams()) {
         jitter.push_back(jitter_of(stream).value_or(GraphOrder::kUnbounded));
       }
-      processor->set_jitter(jitter);
+      processor->set_jitter(jitter, 2 * wake_up_);  // of the timer thread, and of the executor's
     }
     known_.clear();
   }
@@ -322,11 +347,14 @@ class DeploymentPaths final : public PathBounds {
       for (const TaskId p : together(stream.publisher)) {
         if (!leads_to(root, p)) continue;
         if (stream.of_root() && stream.root != root) continue;
-        const Bound before = stream.of_root() ? Bound(least_end(root, p)) : latest_end(root, p);
+        const Bound latest = latest_end(root, p);
+        const Bound before = stream.of_root() ? Bound(least_end(root, p))
+                             : latest         ? Bound(add(*latest, wake_up_))
+                                              : std::nullopt;
         const Bound behind = !stream.of_root() ? windows.since_arrival(timer, to, works)
                              : works           ? windows.until_finish(timer, to)
                                                : windows.until_start(timer, to);
-        way(timer, p, before && behind && latest_end(root, p) ? Bound(add(*before, *behind)) : std::nullopt);
+        way(timer, p, before && behind && latest ? Bound(add(*before, *behind)) : std::nullopt);
       }
     }
   }
@@ -355,7 +383,9 @@ class DeploymentPaths final : public PathBounds {
   const GraphTopology topology_;
   const TaskSet& set_;
   std::vector<std::uint32_t> processor_of_;  // by task; kNowhere: several, in the ordinary scheduling class
-  std::vector<bool> bounded_;                // by task: not of that class
+  const std::vector<std::uint32_t> thread_of_;
+  const std::int64_t wake_up_;
+  std::vector<bool> bounded_;  // by task: not of that class
   std::map<unsigned, std::unique_ptr<ProcessorWindows>> processors_;
   /// By root and task, of those that publish to other processors or from whose join such samples come.
   std::map<std::pair<TaskId, TaskId>, Bound> ends_;

@@ -6,8 +6,8 @@
 namespace hotpath {
 
 ProcessorWindows::ProcessorWindows(const CallbackGraph& whole, const std::vector<bool>& here,
-                                   GraphOrder order, const GraphOverheads& overheads,
-                                   std::vector<SampleStream> streams)
+                                   const Elsewhere& elsewhere, GraphOrder order,
+                                   const GraphOverheads& overheads, std::vector<SampleStream> streams)
     : first_(whole.set.size()),
       streams_(std::move(streams)),
       order_(std::move(order)),
@@ -18,7 +18,7 @@ ProcessorWindows::ProcessorWindows(const CallbackGraph& whole, const std::vector
   for (TaskId id = 0; id < first_; ++id) {
     Task& task = graph_.set.tasks[id];
     if (here[id]) {
-      std::erase_if(task.feeds, [&](TaskId fed) { return !here[fed]; });
+      std::erase_if(task.feeds, [&](TaskId fed) { return !here[fed] || elsewhere(id, fed); });
       continue;
     }
     task.kind = TaskKind::subscription;  // without a timer upstream, it never runs
@@ -29,7 +29,7 @@ ProcessorWindows::ProcessorWindows(const CallbackGraph& whole, const std::vector
     Task timer;
     timer.period = timer.deadline = whole.set[stream.root].period;
     for (const TaskId fed : whole.set[stream.publisher].feeds) {
-      if (here[fed]) timer.feeds.push_back(fed);
+      if (here[fed] && elsewhere(stream.publisher, fed)) timer.feeds.push_back(fed);
     }
     graph_.set.tasks.push_back(timer);
     order_.rank.push_back(GraphOrder::kArrival);
@@ -40,8 +40,8 @@ ProcessorWindows::ProcessorWindows(const CallbackGraph& whole, const std::vector
   topology_.emplace(graph_);
 }
 
-void ProcessorWindows::set_jitter(const std::vector<std::int64_t>& jitter) {
-  order_.jitter.assign(first_, 0);
+void ProcessorWindows::set_jitter(const std::vector<std::int64_t>& jitter, std::int64_t late) {
+  order_.jitter.assign(first_, late);
   order_.jitter.insert(order_.jitter.end(), jitter.begin(), jitter.end());
   windows_.emplace(*topology_, order_, overheads_);
 }

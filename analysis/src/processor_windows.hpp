@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -25,18 +26,21 @@ struct SampleStream {
 /// The tasks of one processor as a graph with timers for the samples from elsewhere, and its busy windows.
 class ProcessorWindows {
  public:
+  using Elsewhere = std::function<bool(TaskId publisher, TaskId fed)>;
+
   /// `whole`: the whole system, in which each job of the inputs of a join that is left out may publish.
-  /// `here`: by task. `order` has the ranks of the tasks that are here.
-  ProcessorWindows(const CallbackGraph& whole, const std::vector<bool>& here, GraphOrder order,
-                   const GraphOverheads& overheads, std::vector<SampleStream> streams);
+  /// `elsewhere(publisher, fed)`: whether samples come to `fed`, which is here, as a stream. `order` has the
+  /// ranks of the tasks that are here.
+  ProcessorWindows(const CallbackGraph& whole, const std::vector<bool>& here, const Elsewhere& elsewhere,
+                   GraphOrder order, const GraphOverheads& overheads, std::vector<SampleStream> streams);
   ProcessorWindows(const ProcessorWindows&) = delete;
   ProcessorWindows& operator=(const ProcessorWindows&) = delete;
 
   [[nodiscard]] const std::vector<SampleStream>& streams() const { return streams_; }
   /// The timer of a stream in windows().
   [[nodiscard]] TaskId timer(std::size_t stream) const { return first_ + static_cast<TaskId>(stream); }
-  /// Replaces the windows by those in which the streams are late by up to this, in ns.
-  void set_jitter(const std::vector<std::int64_t>& jitter);
+  /// Replaces the windows by those in which the streams are late by up to this, in ns, and timers by `late`.
+  void set_jitter(const std::vector<std::int64_t>& jitter, std::int64_t late);
   [[nodiscard]] const GraphBusyWindow& windows() const { return *windows_; }
   /// Whether jobs of `from`, a timer of windows(), lead to jobs of `to` on this processor.
   [[nodiscard]] bool leads_to(TaskId from, TaskId to) const;

@@ -180,6 +180,22 @@ TEST(DeploymentBounds, AJoinOnAnotherProcessorPublishesOncePerSetOfInputs) {
   EXPECT_THAT(system.bounds().tasks[victim], Optional(350));
 }
 
+TEST(DeploymentBounds, CostsComeBeforeJobsAndWakeUpsBeforeThreads) {
+  Deployed system;
+  const std::uint32_t first = system.thread(2), second = system.thread(1, "fp-ro");
+  const TaskId source = system.timer(first, 1000, 10);
+  system.subscription(second, {source}, 20);
+  system.platform().dispatch_cost = 1ns;
+  system.platform().wait_cost = 2ns;
+  EXPECT_THAT(system.responses(), ElementsAre(13, 26));  // the sample may be published 10 after the timestamp
+  // Two wake-ups before the timer's job, one before the subscription's. The timer's next job may come
+  // between.
+  system.platform().wake_up_latency = 5ns;
+  const GraphBounds bounds = system.bounds();
+  EXPECT_THAT(bounds.tasks[source], Optional(23));
+  EXPECT_THAT(bounds.tasks[1], Optional(5 + 23 + 13));
+}
+
 TEST(DeploymentBounds, WhatIsNotCoveredIsRefusedByName) {
   const auto refusal = [](const auto& change) {
     Deployed system;
@@ -203,9 +219,13 @@ TEST(DeploymentBounds, WhatIsNotCoveredIsRefusedByName) {
                 s.last_thread().timers_priority = 5;
               }),
               HasSubstr("timer thread"));
+  EXPECT_THAT(refusal([](Deployed& s) {
+                s.last_thread().executor = find_executor("cbg");
+                s.last_thread().scheduling.workers = 1;
+                s.platform().wake_up_latency = 1ns;
+              }),
+              HasSubstr("wakes up"));
   EXPECT_THAT(refusal([](Deployed& s) { s.platform().release_cost = 1ns; }), HasSubstr("release costs"));
-  EXPECT_THAT(refusal([](Deployed& s) { s.platform().wait_cost = 1ns; }), HasSubstr("waits"));
-  EXPECT_THAT(refusal([](Deployed& s) { s.platform().wake_up_latency = 1ns; }), HasSubstr("wake-up"));
   EXPECT_THAT(refusal([](Deployed& s) { s.platform().delivery_delay = 1ns; }), HasSubstr("delivery"));
 }
 

@@ -101,12 +101,12 @@ Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
 }
 
 /// A few executors, to which nodes or tasks belong at random, each with a priority and a processor, or of the
-/// ordinary scheduling class. Priorities may be equal; the machine has no costs but that of dispatches.
+/// ordinary scheduling class. Priorities may be equal; the machine has those costs that the method covers.
 setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks) {
   GraphPlatform& platform = graph.platform;
-  const Duration dispatch = platform.dispatch_cost;
-  platform = {};
-  platform.dispatch_cost = dispatch;
+  platform.release_cost = platform.pass_cost = platform.delivery_delay = {};
+  if (chance(random, 50)) platform.wake_up = {};
+  platform.timer_thread = TimerThread::by_executor;
   platform.cores = static_cast<unsigned>(draw(random, 1, 3));
   if (chance(random, 50)) platform.timer_thread = TimerThread::raised;
   const std::int64_t more_work = draw(random, 1, platform.cores);
