@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hotpath/tracing/ctf_writer.hpp"
+#include "import/hypothesis.hpp"
 #include "import/import_ctf.hpp"
 #include "program/output_target.hpp"
 #include "program/text.hpp"
@@ -235,12 +236,6 @@ class RunEvents {
   std::map<std::pair<TaskId, std::uint64_t>, std::map<TaskId, Time>> published_;  // by job: readers
 };
 
-/// Only rclcpp's executors that share the class Executor emit events of their waits.
-bool has_wait_events(const setup::ExecutorSpec& executor) {
-  const ExecutorTraits& traits = executor.entry->traits;
-  return traits.family == Family::wait_set && traits.runs_first == TaskKind::timer;
-}
-
 /// An executor that rclcpp has from Jazzy on.
 bool is_jazzy(const setup::ExecutorSpec& executor) {
   const auto& on_rclcpp = executor.entry->traits.on_rclcpp;
@@ -251,12 +246,12 @@ bool is_jazzy(const setup::ExecutorSpec& executor) {
 /// executor; in a simulation only the deployment knows their processes.
 void set_threads(const setup::ExecutorSpec& executor, bool simulated, ExportedRun& exported) {
   exported.jazzy = std::ranges::any_of(setup::parts(executor), is_jazzy);
-  if (!executor.deployment) return exported.polled.assign(kMaxWorkers, has_wait_events(executor));
+  if (!executor.deployment) return exported.polled.assign(kMaxWorkers, emits_waits(executor.entry->traits));
   std::vector<std::uint16_t> processes;
   for (std::size_t e = 0; e < setup::parts(executor).size(); ++e) {
     const setup::ExecutorSpec& part = setup::parts(executor)[e];
     const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
-    exported.polled.insert(exported.polled.end(), workers, has_wait_events(part));
+    exported.polled.insert(exported.polled.end(), workers, emits_waits(part.entry->traits));
     const auto process = static_cast<std::uint16_t>(executor.deployment->plan.executors[e].process);
     processes.insert(processes.end(), workers, process);
   }

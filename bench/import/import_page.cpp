@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "import/recognition_text.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::imports {
@@ -71,15 +72,17 @@ json executors_json(const Facts& facts) {
       threads.push_back(
           {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
     }
-    executors.push_back({{"name", executor.name},
-                         {"process", executor.process},
-                         {"executor", facts.interpretations.best.labels[e]},
-                         {"why", executor.why},
-                         {"threads", threads},
-                         {"dispatch", cost_json(costs.dispatch)},
-                         {"wait", cost_json(costs.wait)},
-                         {"wake_up", cost_json(costs.wake_up)},
-                         {"delivery", cost_json(costs.delivery)}});
+    executors.push_back(
+        {{"name", executor.name},
+         {"process", executor.process},
+         {"executor", facts.interpretations.best.labels[e]},
+         {"given", !facts.recording.given.empty()},
+         {"recognition", recognition_json(facts.recording.recognitions[e], facts.recording.first_graph)},
+         {"threads", threads},
+         {"dispatch", cost_json(costs.dispatch)},
+         {"wait", cost_json(costs.wait)},
+         {"wake_up", cost_json(costs.wake_up)},
+         {"delivery", cost_json(costs.delivery)}});
   }
   return executors;
 }
@@ -218,7 +221,6 @@ json import_json(const Facts& facts) {
           {"executors", executors_json(facts)},
           {"tried", tried},
           {"execution_times", to_string(best.graph.platform.execution_times)},
-          {"entity_order_contradicts_creation", best.precedence.contradicting},
           {"deliveries", deliveries_json(facts.recording.system, facts.recording.deliveries)},
           {"tasks", tasks_json(facts)},
           {"rules", rules_json(facts.recording)},
@@ -234,7 +236,13 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
                        facts.recording.jobs.size() + facts.later_jobs, best.executor->label.c_str());
   for (const std::string& warning : warnings(facts)) out << "warning: " << warning << '\n';
   const SelfCheck& check = best.check;
-  out << program::text("Self-check: %s (order of jobs %.3f similar)\n", to_string(check.light),
+  for (std::size_t e = 0; e < best.labels.size(); ++e) {
+    const Recognition& recognition = facts.recording.recognitions[e];
+    out << "Recognition of " << facts.recording.executors.executors[e].name << ": "
+        << to_string(recognition.verdict) << ". " << sentence(recognition, facts.recording.first_graph)
+        << '\n';
+  }
+  out << program::text("Reproduction: %s (order of jobs %.3f similar)\n", to_string(check.light),
                        check.schedule.similarity);
   for (const auto& chain : check.chains) {
     if (!std::isfinite(chain.recorded_ms.p50) || !std::isfinite(chain.simulated_ms.p50)) continue;

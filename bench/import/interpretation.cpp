@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "import/chain_option.hpp"
+#include "import/recognition_text.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "setup/run_setup.hpp"
@@ -24,9 +26,6 @@ constexpr std::size_t kTried = 20'000;
 
 /// Most chains to find if the user names none.
 constexpr std::size_t kChainsFound = 5;
-
-/// Share of pairs of tasks that may contradict an order.
-constexpr double kSameOrder = 0.01;
 
 const ExecutorEntry& entry_of(const std::string& label) { return *setup::parse_executor(label, {}).entry; }
 
@@ -100,8 +99,6 @@ class Interpreter {
       for (std::size_t i = 0; i < result_.records.size(); ++i)
         if (result_.records[i].outcome == Outcome::ran) result_.records[i].cpu_time = displacement_.own[i];
     }
-    const bool wait_sets = entry_of(result_.labels.front()).traits.family == Family::wait_set;
-    result_.precedence = recorded_precedence(recording_.graph, window(), wait_sets);
   }
 
   void measure_costs() {
@@ -269,41 +266,27 @@ Recording beginning(const Recording& all, std::size_t jobs) {
   return few;
 }
 
-Interpretations best_of(const Recording& recording) {
-  std::vector<std::string> labels;
-  for (const RecordedExecutor& e : recording.executors.executors) labels.push_back(e.candidates.front());
-  if (labels.empty())
-    throw program::UsageError("the trace shows no executor: record it from the start of the nodes on");
+Interpretations best_of(const Recording& recording, const std::vector<std::string>& labels) {
   Interpretations all{Interpreter(recording, labels, TimerThread::by_executor).interpret(), {}};
-  const auto similarity = [](const Interpretation& i) { return i.check.schedule.similarity; };
-  const auto attempt = [&](const std::vector<std::string>& with, TimerThread timer_thread,
-                           const std::string& title) {
-    Interpretation attempted = Interpreter(recording, with, timer_thread).interpret();
-    all.tried.emplace_back(title, similarity(attempted));
-    if (similarity(attempted) > similarity(all.best)) all.best = std::move(attempted);
-  };
-  for (std::size_t e = 0; e < labels.size(); ++e) {
-    const std::vector<std::string>& candidates = recording.executors.executors[e].candidates;
-    if (candidates.size() > 1) all.tried.emplace_back(candidates.front(), similarity(all.best));
-    for (std::size_t c = 1; c < candidates.size(); ++c) {
-      std::vector<std::string> other = all.best.labels;
-      other[e] = candidates[c];
-      attempt(other, TimerThread::by_executor, candidates[c]);
-    }
-  }
   // Linux usually lets a thread that has slept preempt a busy one at once.
-  const bool releases = std::ranges::any_of(all.best.labels, [](const std::string& label) {
-    return entry_of(label).traits.timers != TimerHandling::polled;
+  const bool may_be_raised = std::ranges::any_of(labels, [](const std::string& label) {
+    const ExecutorTraits& traits = entry_of(label).traits;
+    return traits.timers != TimerHandling::polled && !traits.raises_timer_thread;
   });
-  if (releases) attempt(std::vector(all.best.labels), TimerThread::raised, "raised timer thread");
+  if (!may_be_raised) return all;
+  const auto similarity = [](const Interpretation& i) { return i.check.schedule.similarity; };
+  all.tried.emplace_back("timer thread as the executor has it", similarity(all.best));
+  Interpretation raised = Interpreter(recording, labels, TimerThread::raised).interpret();
+  all.tried.emplace_back("raised timer thread", similarity(raised));
+  if (similarity(raised) > similarity(all.best)) all.best = std::move(raised);
   return all;
 }
 
-Interpretations best_interpretation(const Recording& recording) {
-  if (recording.jobs.size() <= kTried) return best_of(recording);
+Interpretations best_interpretation(const Recording& recording, const std::vector<std::string>& labels) {
+  if (recording.jobs.size() <= kTried) return best_of(recording, labels);
   const Recording few = beginning(recording, kTried);
-  Interpretations all = best_of(few);
-  all.best = Interpreter(recording, all.best.labels, all.best.graph.platform.timer_thread).interpret();
+  Interpretations all = best_of(few, labels);
+  all.best = Interpreter(recording, labels, all.best.graph.platform.timer_thread).interpret();
   return all;
 }
 
@@ -329,11 +312,26 @@ void set_phases(Recording& recording) {
   graph.tasks = make_tasks(graph.graph);
 }
 
+/// What recognition found out about the graph.
+struct Findings {
+  std::vector<std::string> labels;  // by executor
+  OrderEvidence order;
+  std::map<std::uint32_t, std::int64_t> priorities;  // by callback
+};
+
+void set_priorities(RecordedGraph& graph, const std::map<std::uint32_t, std::int64_t>& priorities) {
+  for (const auto& [callback, priority] : priorities) {
+    const TaskOrigin& origin = graph.tasks.origin[graph.task_of[callback]];
+    graph.graph.nodes[origin.node].callbacks[origin.callback].priority = priority;
+  }
+}
+
 /// Makes the graph with nodes and callbacks in that order.
-void arrange(Recording& r, const ServiceOrder& order, const CtfOptions& options) {
+void arrange(Recording& r, const ServiceOrder& order, const Findings& findings, const CtfOptions& options) {
   const std::string name = std::filesystem::path(options.trace).lexically_normal().filename();
   r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback, name, order);
   r.graph.graph.delivery = delivery_of_graph(r.deliveries, r.graph);
+  set_priorities(r.graph, findings.priorities);
   r.timers = recorded_timers(r.system, r.graph, r.jobs, r.end);
   set_phases(r);
   Graph& graph = r.graph.graph;
@@ -342,39 +340,89 @@ void arrange(Recording& r, const ServiceOrder& order, const CtfOptions& options)
   if (!options.deployment.empty()) r.deployment = find_deployment(options.deployment, graph, r.graph.tasks);
 }
 
+/// Compares the possible executors of each group of threads with its decisions.
+void recognise_executors(Recording& recording) {
+  RecordedTrace rows(recording.system, recording.graph, recording.timers, recording.timers.released);
+  std::vector<JobRecord> records;
+  for (const tracing::Job& job : recording.jobs) {
+    const bool in_graph = recording.graph.task(job.ref) != kNoTask;
+    records.push_back(in_graph ? rows.job(job) : JobRecord{});
+  }
+  const RecordedWindow window{recording.jobs, records};
+  for (const RecordedExecutor& executor : recording.executors.executors) {
+    const RecordedSteps steps = recorded_steps(recording.graph, window, recording.lost, executor, kTried);
+    const bool waits = std::ranges::any_of(
+        executor.threads, [&](std::uint32_t t) { return recording.system.threads[t].waits > 0; });
+    recording.recognitions.push_back(
+        recognise(recording.system, recording.graph, steps,
+                  possible_hypotheses(steps, waits, recording.system.rcl_version)));
+  }
+}
+
+/// What the recognised executors, or the given one, say about the graph.
+Findings findings_of(const Recording& recording) {
+  Findings findings;
+  for (const Recognition& recognition : recording.recognitions) {
+    const std::vector<Score>& ranking = recognition.ranking;
+    const auto score =
+        recording.given.empty()
+            ? ranking.begin()
+            : std::ranges::find(ranking, recording.given, [](const Score& s) { return s.hypothesis.label; });
+    if (score == ranking.end()) {
+      findings.labels.push_back(recording.given.empty() ? std::string(kBaselineExecutor) : recording.given);
+      continue;
+    }
+    findings.labels.push_back(score->hypothesis.label);
+    findings.order.insert(score->evidence.begin(), score->evidence.end());
+    if (score->hypothesis.entry->traits.policy != Policy::fp) continue;
+    for (TaskId id = 0; id < recording.graph.tasks.set.size(); ++id)
+      if (recording.graph.callback_of[id] != kNone && recording.graph.tasks.set[id].kind == TaskKind::timer)
+        findings.priorities[recording.graph.callback_of[id]] = score->hypothesis.levels[id];
+  }
+  return findings;
+}
+
 }  // namespace
 
 Interpretations interpret(Recording& recording, const CtfOptions& options) {
   std::ranges::sort(recording.jobs, {}, &tracing::Job::started);
   const tracing::Job& last = recording.jobs.back();
   recording.end = (last.ended ? last.finish : last.start) + Duration(1);
-  recording.executors = recorded_executors(recording.system, options.executor);
+  recording.executors = recorded_executors(recording.system);
+  recording.given = options.executor;
   recording.cores = options.cores > 0 ? options.cores : cores_of(recording.system);
   recording.deliveries = created_deliveries(recording.system);
-  arrange(recording, {}, options);
-  Interpretations all = best_interpretation(recording);
-  const auto again = [&] {
-    all.best = Interpreter(recording, all.best.labels, all.best.graph.platform.timer_thread).interpret();
-  };
-  const auto finish = [&](Interpretations result) {
-    for (std::string& note : delivery_notes(recording.system, recording.deliveries))
-      recording.graph.notes.push_back(std::move(note));
-    return result;
-  };
-  const Family family = entry_of(all.best.labels.front()).traits.family;
-  if (add_started_deliveries(recording.jobs, family, recording.executors.of_callback, recording.deliveries)) {
-    arrange(recording, {}, options);
-    again();
+  arrange(recording, {}, {}, options);
+  if (recording.executors.executors.empty())
+    throw program::UsageError("the trace shows no executor: record it from the start of the nodes on");
+  recording.first_graph = recording.graph;
+  recognise_executors(recording);
+  const Findings findings = findings_of(recording);
+  const Family family = entry_of(findings.labels.front()).traits.family;
+  const bool more_deliveries =
+      add_started_deliveries(recording.jobs, family, recording.executors.of_callback, recording.deliveries);
+  if (more_deliveries || !findings.order.empty() || !findings.priorities.empty()) {
+    const ServiceOrder order = findings.order.empty()
+                                   ? ServiceOrder{}
+                                   : service_order(recording.system, recording.graph, findings.order);
+    arrange(recording, order, findings, options);
+    if (!findings.order.empty())
+      recording.graph.notes.push_back(
+          "Nodes and callbacks are in the order in which the executor served them, which is not that of "
+          "their creation.");
+    if (!findings.priorities.empty())
+      recording.graph.notes.push_back(
+          "The priorities of timers in the graph are fitted to the order of jobs; only their order counts.");
   }
-  const double contradicting = all.best.precedence.contradicting;
-  if (family != Family::wait_set || contradicting <= kSameOrder) return finish(std::move(all));
-  arrange(recording, service_order(recording.system, recording.graph, all.best.precedence), options);
-  again();
-  recording.graph.notes.push_back(program::text(
-      "Nodes and callbacks are in the order in which the executor served them; it contradicts their "
-      "order of creation in %.0f %% of pairs.",
-      100 * contradicting));
-  return finish(std::move(all));
+  for (std::string& note : delivery_notes(recording.system, recording.deliveries))
+    recording.graph.notes.push_back(std::move(note));
+  Interpretations all = best_interpretation(recording, findings.labels);
+  for (const Recognition& recognition : recording.recognitions) {
+    if (!recording.given.empty() || recognition.verdict != Verdict::none_fits) continue;
+    all.best.check.light = std::max(all.best.check.light, Light::yellow);
+    all.best.check.reasons.push_back(sentence(recognition, recording.first_graph));
+  }
+  return all;
 }
 
 }  // namespace hotpath::imports

@@ -8,6 +8,7 @@
 
 #include "import/delivery_orders.hpp"
 #include "import/import_ctf.hpp"
+#include "import/recognition.hpp"
 #include "import/recorded_trace.hpp"
 #include "import/recorded_window.hpp"
 #include "import/self_check.hpp"
@@ -23,7 +24,10 @@ struct Recording {
   // Set by interpret():
   RecordedExecutors executors = {};
   RecordedDeliveries deliveries = {};
-  RecordedGraph graph = {};  ///< With phases, chains and orders of delivery.
+  std::vector<Recognition> recognitions = {};  ///< By executor.
+  std::string given = {};                      ///< The executor that the user named, or empty.
+  RecordedGraph first_graph = {};              ///< In the order of creation, as recognition sees it.
+  RecordedGraph graph = {};                    ///< With phases, chains and orders of delivery.
   RecordedTimers timers = {};
   Time end{};  ///< In the trace's time.
   unsigned cores = 1;
@@ -37,22 +41,22 @@ struct Interpretation {
   std::unique_ptr<RecordedTrace> rows;
   std::vector<JobRecord> records;    ///< Parallel to the recording's jobs; in the trace's time.
   std::vector<RecordedCosts> costs;  ///< By executor.
-  Precedence precedence;
-  Graph graph;  ///< With execution times and platform.
+  Graph graph;                       ///< With execution times and platform.
   GraphTasks tasks;
   Trace trace;  ///< Relative to its epoch.
   std::optional<setup::ExecutorSpec> executor;
   SelfCheck check;
 };
 
-/// The tried interpretations, and the one with the most similar order of jobs.
+/// The interpretation under the recognised or given executors. Where these do not decide how fast
+/// timer threads wake up, each way was tried, and the most similar order of jobs decided.
 struct Interpretations {
   Interpretation best;
-  std::vector<std::pair<std::string, double>> tried;  ///< Labels and similarities, if there was a choice.
+  std::vector<std::pair<std::string, double>> tried;  ///< Ways and similarities, if there was a choice.
 };
 
-/// Learns executors, graph, timers and chains from the jobs, in any order, and tries the executors
-/// that may have run them. Writes no file, and reads none but a deployment of the user. Throws
+/// Learns graph, timers and chains from the jobs, in any order, recognises the executors, and
+/// simulates the graph under them. Writes no file, and reads none but a deployment of the user. Throws
 /// UsageError if the jobs do not suffice, and the errors of the options.
 [[nodiscard]] Interpretations interpret(Recording& recording, const CtfOptions& options);
 

@@ -8,13 +8,11 @@
 
 namespace hotpath::imports {
 
-/// Threads that share callbacks, and the executors to which they may belong.
+/// Threads that share callbacks.
 struct RecordedExecutor {
   std::string name;
-  std::uint32_t process = 0;            ///< Id of its process.
-  std::vector<std::uint32_t> threads;   ///< Threads that ran callbacks, as indices into the system's threads.
-  std::vector<std::string> candidates;  ///< Labels as on the command line, the likeliest first; >= 1.
-  std::string why;                      ///< The evidence in the trace.
+  std::uint32_t process = 0;           ///< Id of its process.
+  std::vector<std::uint32_t> threads;  ///< Threads that ran callbacks, as indices into the system's threads.
 };
 
 struct RecordedExecutors {
@@ -22,8 +20,8 @@ struct RecordedExecutors {
   std::vector<std::uint32_t> of_callback;  ///< By callback; kNone: no thread ran it.
 };
 
-/// Callbacks that ran on one thread share an executor. `given`: the executor, if the user knows it.
-[[nodiscard]] RecordedExecutors recorded_executors(const tracing::System& system, const std::string& given);
+/// Callbacks that ran on one thread share an executor.
+[[nodiscard]] RecordedExecutors recorded_executors(const tracing::System& system);
 
 /// The processors on which at least one in a hundred of a thread's jobs ended.
 [[nodiscard]] std::vector<std::int32_t> usual_processors(const tracing::Thread& thread);

@@ -42,19 +42,6 @@ struct Displacement {
 [[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
                                            const RecordedExecutor& executor, const ExecutorEntry& entry);
 
-/// How often one task ran before another where the executor's order decided: among tasks of one
-/// snapshot, if the executor's waits are events; among readers of one message, if it queues events.
-struct Precedence {
-  std::vector<std::vector<std::uint32_t>> before;  ///< By task, by task.
-  double contradicting = 0;                        ///< Share of pairs that contradict the order of creation.
-};
-[[nodiscard]] Precedence recorded_precedence(const RecordedGraph& graph, const RecordedWindow& window,
-                                             bool wait_sets);
-
-/// Nodes and callbacks in the order that agrees with most pairs; equals in the order of creation.
-[[nodiscard]] ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,
-                                         const Precedence& precedence);
-
 /// The observations of the chains' sinks. Histories of jobs follow the recorded messages, and the
 /// inferred rules within nodes. `graph.graph` has the chains.
 [[nodiscard]] std::vector<ChainObservation> recorded_chains(const tracing::System& system,

@@ -129,7 +129,7 @@ class HostileNames(CommandTest):
                     fields[key] = value + LINES
         folder = trace.write(self.folder / NAME.replace("/", ""))
         _, out, _ = self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
-        self.assertIn("Self-check:", out)
+        self.assertIn("Reproduction:", out)
         self.printed("graph", "imported/graph.yaml", codes=(0,))
         task = json.loads((self.folder / "imported" / "run" / "run.json").read_text())["tasks"][0]["task"]
         self.assertIn(

@@ -30,7 +30,7 @@ class ImportTest(CommandTest):
         output = trace.parent / f"{trace.name}_imported"
         code, out, err = self.command("import", "ctf", trace, "--output", output, *arguments)
         self.assertEqual(code, 0, err)
-        self.assertIn("Self-check:", out)
+        self.assertIn("Reproduction:", out)
         return json.loads((output / "import.json").read_text()), output
 
     def unpacked(self, name: str) -> Any:

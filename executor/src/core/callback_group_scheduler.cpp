@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace hotpath {
 
@@ -140,13 +141,30 @@ Decision CallbackGroupScheduler::decide(Worker worker, Time now) {
   Decision decision;
   if (worker == timer_manager()) {
     decision.wake_at = waiting_.empty() ? kNever : waiting_.front().next_call;
-  } else if (ready_groups_.empty()) {
-    idle_.insert(worker);
-  } else {
+  } else if (const std::optional<Job> event = next_event()) {
     idle_.erase(worker);
-    decision.job = take(groups_[ready_groups_.pop()].events.pop(), now);
+    decision.job = take(*event, now);
+  } else {
+    idle_.insert(worker);
   }
   return decision;
+}
+
+std::optional<Job> CallbackGroupScheduler::next_event() {
+  if (ready_groups_.empty()) return std::nullopt;
+  if (!follows()) return groups_[ready_groups_.pop()].events.pop();
+  std::optional<Job> event;
+  // The first event of each group, and only if none may run a later one.
+  for (const bool later : {false, true}) {
+    const auto take_from = [&](std::uint32_t group) {
+      bool first = true;
+      event = groups_[group].events.pop_first(
+          [&](const Job& job) { return (std::exchange(first, false) || later) && may_run(job.task); });
+      return event.has_value();
+    };
+    if (ready_groups_.pop_first(take_from)) break;
+  }
+  return event;
 }
 
 Effect CallbackGroupScheduler::finished(Worker, const Job& job, Time now) {

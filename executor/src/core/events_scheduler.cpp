@@ -51,9 +51,15 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
   return {executors(), added.overwritten};
 }
 
+std::optional<Job> EventsScheduler::next_of(EventsQueue& queue) const {
+  if (queue.empty()) return std::nullopt;
+  if (!follows()) return queue.pop();
+  return queue.pop_first([this](const Job& job) { return may_run(job.task); });
+}
+
 Decision EventsScheduler::next_event() {
   if (events_->empty()) return {};
-  const std::optional<Job> first = timer_management() == 1 ? events_->pop() : next_of_free_group();
+  const std::optional<Job> first = timer_management() == 1 ? next_of(*events_) : next_of_free_group();
   if (!first) return {};
   Job job = *first;
   if (unread_.is_subscription(job.task)) {
@@ -71,7 +77,8 @@ Decision EventsScheduler::next_event() {
 }
 
 std::optional<Job> EventsScheduler::next_of_free_group() {
-  std::optional<Job> job = events_->pop_first([this](const Job& j) { return !busy_[set_[j.task].group]; });
+  std::optional<Job> job =
+      events_->pop_first([this](const Job& j) { return !busy_[set_[j.task].group] && may_run(j.task); });
   if (job) {
     const std::uint32_t group = set_[job->task].group;
     busy_[group] = set_.groups[group] == CallbackGroup::mutually_exclusive;

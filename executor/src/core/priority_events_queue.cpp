@@ -36,15 +36,13 @@ Job PriorityEventsQueue::pop() {
 
 std::optional<Job> PriorityEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
   if (!heap_.empty() && may_run(slots_[heap_.front().slot])) return pop();
-  auto first = heap_.end();
-  for (auto entry = heap_.begin(); entry != heap_.end(); ++entry) {
-    const bool earlier = first == heap_.end() || entry->key < first->key;
-    if (earlier && may_run(slots_[entry->slot])) first = entry;
-  }
+  // A sorted array is a heap, also without one of its elements.
+  std::sort(heap_.begin(), heap_.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
+  const auto first = std::find_if(heap_.begin() + (heap_.empty() ? 0 : 1), heap_.end(),
+                                  [&](const Entry& e) { return may_run(slots_[e.slot]); });
   if (first == heap_.end()) return std::nullopt;
   const std::uint32_t slot = first->slot;
   heap_.erase(first);
-  std::make_heap(heap_.begin(), heap_.end(), runs_later);
   free_.push_back(slot);
   return slots_[slot];
 }

@@ -15,8 +15,8 @@ Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
 
 Decision TimerReadyQueueScheduler::decide(Worker worker, Time) {
   if (worker == kExecutor) return next_event();
-  if (timer_ready_->empty()) return {std::nullopt, timers_.next_call(), {}};
-  return {timer_ready_->pop(), kNever, {}};
+  const std::optional<Job> job = next_of(*timer_ready_);
+  return {job, job ? kNever : timers_.next_call(), {}};
 }
 
 void TimerReadyQueueScheduler::unfinished(Time now, const Visitor& visit) const {

@@ -53,6 +53,18 @@ Job TimersManager::call_head(Time now) {
   return job;
 }
 
+std::optional<Job> TimersManager::call_first(Time now, const std::function<bool(TaskId)>& may_run) {
+  std::sort(heap_.begin(), heap_.end(), before);
+  const auto entry = std::find_if(heap_.begin(), heap_.end(), [&](const Entry& e) {
+    return e.next_call > now || may_run(timers_[e.timer].task());
+  });
+  if (entry == heap_.end() || entry->next_call > now) return std::nullopt;
+  const Job job = timers_[entry->timer].call(now);
+  entry->next_call = timers_[entry->timer].next_call();
+  std::sort(heap_.begin(), heap_.end(), before);
+  return job;
+}
+
 void TimersManager::sift_down(std::size_t i) {
   const Entry moving = heap_[i];
   for (;;) {

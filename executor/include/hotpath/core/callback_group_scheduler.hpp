@@ -63,6 +63,20 @@ class CallbackGroupScheduler final : public Scheduler {
    public:
     explicit GroupQueue(std::size_t groups) : ring_(groups) {}
     [[nodiscard]] bool empty() const { return count_ == 0; }
+    /// Removes the first group for which `take` is true; returns whether there was one.
+    template <class Take>
+    bool pop_first(Take&& take) {
+      bool taken = false;
+      for (std::size_t left = count_; left > 0; --left) {
+        const std::uint32_t first = pop();
+        if (taken || !take(first)) {
+          push(first);
+        } else {
+          taken = true;
+        }
+      }
+      return taken;
+    }
     void push(std::uint32_t group) { ring_[(head_ + count_++) % ring_.size()] = group; }
     std::uint32_t pop() {
       const std::uint32_t group = ring_[head_];
@@ -81,12 +95,7 @@ class CallbackGroupScheduler final : public Scheduler {
     }
     /// Returns whether the queue contained the group.
     bool erase(std::uint32_t group) {
-      bool erased = false;
-      for (std::size_t left = count_; left > 0; --left) {
-        const std::uint32_t first = pop();
-        first == group ? static_cast<void>(erased = true) : push(first);
-      }
-      return erased;
+      return pop_first([&](std::uint32_t other) { return other == group; });
     }
 
    private:
@@ -101,6 +110,8 @@ class CallbackGroupScheduler final : public Scheduler {
   WorkerSet add_event(TaskId task, Time now);
   WorkerSet queue_group(std::uint32_t group);
   [[nodiscard]] Job take(const Job& event, Time now);
+  /// Removes the event that runs next from its group, and the group from the ready groups.
+  [[nodiscard]] std::optional<Job> next_event();
 
   TaskSet set_;
   const std::vector<WorkerRole> roles_;

@@ -43,6 +43,8 @@ class EventsScheduler : public Scheduler {
   [[nodiscard]] WorkerSet executors() const;
   /// An executor worker's decision.
   Decision next_event();
+  /// Takes the first job that may run from a queue.
+  [[nodiscard]] std::optional<Job> next_of(EventsQueue& queue) const;
   /// Visits the events queue and any further queue of a derived class.
   virtual void for_each_queue(const std::function<void(EventsQueue&)>& visit) { visit(*events_); }
 

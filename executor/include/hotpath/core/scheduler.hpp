@@ -95,6 +95,13 @@ class Scheduler {
   virtual void change_task(TaskId task, const std::optional<std::int64_t>& priority,
                            const std::vector<TaskId>& feeds);
 
+  /// Makes decisions follow a recorded schedule: from now on a decision takes the first job, in the
+  /// scheduler's own order, for whose task `may_run` is true, and none if there is no such job.
+  /// `may_run` sees each task that it rejects, so the first one it sees is the one that the
+  /// scheduler would have run. Such decisions may allocate.
+  using Choice = std::function<bool(TaskId)>;
+  void follow(Choice may_run) { may_run_ = std::move(may_run); }
+
   /// For the exploration of all schedules. A copy in the same state; none: this scheduler is not explored.
   [[nodiscard]] virtual std::unique_ptr<Scheduler> clone() const { return nullptr; }
   /// Adds all that its later answers depend on, besides the numbers of the tasks and the calls to come.
@@ -109,12 +116,19 @@ class Scheduler {
   [[nodiscard]] virtual bool hands_deadlines_down() const { return false; }
 
  protected:
+  /// Whether decisions follow a recorded schedule; otherwise every job may run.
+  [[nodiscard]] bool follows() const { return may_run_ != nullptr; }
+  [[nodiscard]] bool may_run(TaskId task) const { return !follows() || may_run_(task); }
+
   static void visit_due(const Timer& timer, Time now, const Visitor& visit);
   static void visit_unread(const UnreadSamples& unread, TaskId task, const Visitor& visit);
   /// The common part of unfinished(): due timers and unread samples.
   static void visit_unfinished(std::span<const Timer> timers, const UnreadSamples& unread, Time now,
                                const Visitor& visit);
   static Time next_timestamp(std::span<const Timer> timers, Time now);
+
+ private:
+  Choice may_run_;
 };
 
 /// One turn of a worker: release, then decide. Every driver advances a worker only through

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include "hotpath/core/timer.hpp"
@@ -27,6 +29,9 @@ class TimersManager {
 
   /// Calls the head timer, which must be due, and restores the heap. O(log n).
   Job call_head(Time now);
+
+  /// Calls the first due timer, in the order of next calls, for which `may_run` is true. O(n log n).
+  std::optional<Job> call_first(Time now, const std::function<bool(TaskId)>& may_run);
 
   /// Removed timers are included, but never ready.
   [[nodiscard]] const std::vector<Timer>& timers() const { return timers_; }

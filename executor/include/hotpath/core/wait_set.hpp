@@ -69,7 +69,10 @@ class WaitSet : public Scheduler {
   /// until free_group().
   template <class Decide>
   std::optional<Job> take(Time now, Decide&& pick) {
-    const TaskId id = snapshot_.take_first(pick);
+    const TaskId id = snapshot_.take_first([&](TaskId task) {
+      const Pick action = pick(task);
+      return action == Pick::run && !may_run(task) ? Pick::leave : action;
+    });
     if (id == kNoTask) return std::nullopt;
     Job job = set_.tasks[id].kind == TaskKind::timer ? timer(id).call(now) : unread_.take(id);
     // If a sample was overwritten since the poll, a younger sample has its place in the snapshot.

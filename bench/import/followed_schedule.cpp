@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "hotpath/core/platform.hpp"
+#include "import/hypothesis.hpp"
+
+namespace hotpath::imports {
+
+namespace {
+
+/// Drives a scheduler whose tasks have their places in the hypothesis's order as ids.
+class Follower {
+ public:
+  Follower(const TaskSet& set, const RecordedSteps& recorded, const Hypothesis& hypothesis)
+      : recorded_(recorded),
+        traits_(hypothesis.entry->traits),
+        tasks_(hypothesis.order),
+        place_(set.size()),
+        started_(set.size(), 0),
+        started_on_(recorded.ready_on.size(), 0),
+        owed_(set.size(), 0),
+        deadline_(recorded.deadline) {
+    for (TaskId at = 0; at < tasks_.size(); ++at) place_[tasks_[at]] = at;
+    set_ = {std::vector<Task>(set.size()), set.groups};
+    for (TaskId id = 0; id < set.size(); ++id) add_task(id, set[id], hypothesis);
+    scheduler_ = hypothesis.entry->make(set_, hypothesis.options);
+    scheduler_->follow([this](TaskId at) { return may_run(at); });
+    scheduler_->begin(recorded.epoch);
+    const std::span<const WorkerRole> roles = scheduler_->workers();
+    const auto manager = std::ranges::find(roles, WorkerRole::timer_management);
+    manager_ = static_cast<Worker>(manager - roles.begin());
+    asks_in_vain_ = hypothesis.asks_in_vain;
+    if (hypothesis.releases_late) late_ = Platform{}.time_slice;
+    releases_ = manager != roles.end() && traits_.timers != TimerHandling::release_and_execute;
+  }
+
+  Agreement run(std::size_t from, std::size_t starts) {
+    agreement_.decisions.reserve(starts);
+    const std::vector<RecordedStep>& steps = recorded_.steps;
+    for (std::size_t i = 0; i < steps.size() && agreement_.decisions.size() < starts;) {
+      advance(steps[i].at);
+      if (steps[i].kind == RecordedStep::Kind::arrival) {
+        i = deliver(i);
+        continue;
+      }
+      counts_ = agreement_.decisions.size() >= from;
+      steps[i].kind == RecordedStep::Kind::start ? start(steps[i]) : finish(steps[i]);
+      ++i;
+    }
+    return std::move(agreement_);
+  }
+
+ private:
+  struct Running {
+    std::uint32_t job;
+    Worker worker;
+    Job scheduled;
+  };
+
+  /// Tasks of other executors only pass on their priorities.
+  void add_task(TaskId id, const Task& recorded, const Hypothesis& hypothesis) {
+    Task& task = set_.tasks[place_[id]];
+    task = recorded;
+    task.local = recorded_.own[id];
+    for (TaskId& fed : task.feeds) fed = place_[fed];
+    if (task.kind == TaskKind::subscription) return;
+    task.deadline = task.period;
+    if (hypothesis.levels.empty()) return;
+    task.priority = hypothesis.levels[id];
+    if (traits_.policy == Policy::dm) task.deadline = Duration(hypothesis.levels[id]);
+  }
+
+  /// Advances the clock, and with it a thread that only releases timers. It spins from the first
+  /// job on.
+  void advance(Time at, bool idle = false) {
+    const Duration late = idle ? Duration::zero() : late_;
+    while (releases_ && wake_at_ != kNever && wake_at_ + late <= at) {
+      now_ = std::max(now_, wake_at_ + late);
+      const Turn turn = take_turn(*scheduler_, manager_, now_);
+      const bool stays = turn.released == 0 && turn.decision.wake_at <= wake_at_;
+      wake_at_ = turn.decision.wake_at;
+      if (stays) break;
+    }
+    now_ = std::max(now_, at);
+  }
+
+  /// Delivers one message to all its readers; returns the step after the last one.
+  std::size_t deliver(std::size_t first) {
+    const std::vector<RecordedStep>& steps = recorded_.steps;
+    readers_.clear();
+    std::size_t i = first;
+    for (; i < steps.size() && steps[i].kind == RecordedStep::Kind::arrival &&
+           steps[i].at == steps[first].at && steps[i].job == steps[first].job;
+         ++i)
+      readers_.push_back(place_[steps[i].task]);
+    std::ranges::sort(readers_);
+    const std::uint32_t job = steps[first].job;
+    for (const TaskId at : readers_) {
+      SampleInfo sample{steps[first].at, kNever, {at, 0}};
+      if (job != kNone) sample.deadline = deadline_[job];
+      const WorkerSet wake = scheduler_->sample_arrived(at, sample, now_).wake;
+      note_wake_up(wake);
+      settle(wake);
+    }
+    return i;
+  }
+
+  void note_wake_up(WorkerSet wake) {
+    if (releases_ && wake.contains(manager_)) wake_at_ = std::min(wake_at_, now_);
+  }
+
+  /// Asks for the woken threads that sleep until their next job becomes ready.
+  void settle(WorkerSet woken) {
+    if (!asks_in_vain_) return;
+    wanted_ = kNoTask;
+    for (std::size_t asked = 0; !woken.empty() && asked < 2 * started_on_.size(); ++asked) {
+      const Worker worker = woken.pop_first();
+      const std::vector<Time>& ready = recorded_.ready_on[worker];
+      const bool sleeps = started_on_[worker] == ready.size() || ready[started_on_[worker]] > now_;
+      const bool runs = std::ranges::find(running_, worker, &Running::worker) != running_.end();
+      if (sleeps && !runs) woken |= take_turn(*scheduler_, worker, now_).decision.wake;
+    }
+  }
+
+  [[nodiscard]] bool is_subscription(TaskId at) const { return set_[at].kind == TaskKind::subscription; }
+
+  /// The scheduler's question whether it may run a job of the task.
+  bool may_run(TaskId at) {
+    if (at == wanted_) return true;
+    if (wanted_ == kNoTask) return false;
+    if (is_subscription(at) && scheduler_->unread(at) == 0) return true;  // an event that finds no sample
+    if (owed_[at] > 0) {
+      --owed_[at];
+      return true;
+    }
+    if (preferred_ == kNoTask) preferred_ = at;
+    // It starts again with a new snapshot.
+    if (std::ranges::find(asked_, at) != asked_.end()) asked_.clear();
+    asked_.push_back(at);
+    return false;
+  }
+
+  void start(const RecordedStep& step) {
+    if (!begun_) {
+      begun_ = true;
+      wake_at_ = now_;
+      advance(now_, true);
+    }
+    if (step.free < step.ready) advance(now_, true);
+    wanted_ = place_[step.task];
+    const bool timers_apart = traits_.timers == TimerHandling::release_and_execute;
+    const Worker worker = timers_apart ? (set_[wanted_].kind == TaskKind::timer ? 1 : 0) : step.thread;
+    for (;;) {
+      preferred_ = kNoTask;
+      asked_.clear();
+      const Turn turn = take_turn(*scheduler_, worker, now_);
+      const std::optional<Job>& job = turn.decision.job;
+      if (job && job->task == wanted_ && !job->empty) {
+        if (step.job < deadline_.size()) deadline_[step.job] = job->deadline;
+        running_.push_back({step.job, worker, *job});
+        woken_ = turn.decision.wake;
+      } else if (job) {
+        note_wake_up(scheduler_->finished(worker, *job, now_).wake);
+        continue;
+      } else if (traits_.timers == TimerHandling::release_only && !is_subscription(wanted_)) {
+        ++owed_[wanted_];
+      }
+      judge(step, job.has_value());
+      ++started_[step.task];
+      ++started_on_[step.thread];
+      settle(std::exchange(woken_, {}));
+      return;
+    }
+  }
+
+  void judge(const RecordedStep& step, bool possible) {
+    using Of = Agreement::Of;
+    Of of = possible ? Of::yes : Of::no;
+    if (possible && preferred_ != kNoTask) {
+      const TaskId preferred = tasks_[preferred_];
+      const std::vector<Time>& ready = recorded_.ready[preferred];
+      const Time at = started_[preferred] < ready.size() ? ready[started_[preferred]] : Time::min();
+      of = at > std::max(step.free, step.ready) ? Of::open : Of::no;
+      for (const TaskId asked : asked_)
+        if (counts_ && of == Of::no) ++agreement_.before[{step.task, tasks_[asked]}];
+    }
+    if (counts_ && of == Of::no) ++agreement_.contradictions;
+    agreement_.decisions.push_back(of);
+    agreement_.preferred.push_back(preferred_ == kNoTask ? kNoTask : tasks_[preferred_]);
+  }
+
+  void finish(const RecordedStep& step) {
+    const auto running = std::ranges::find(running_, step.job, &Running::job);
+    if (running == running_.end()) return;
+    const bool timers_apart = traits_.timers == TimerHandling::release_and_execute;
+    const bool timer = set_[running->scheduled.task].kind == TaskKind::timer;
+    const Worker worker = timers_apart ? (timer ? 1 : 0) : step.thread;
+    WorkerSet wake = scheduler_->finished(worker, running->scheduled, now_).wake;
+    running_.erase(running);
+    note_wake_up(wake);
+    wake.insert(worker);
+    settle(wake);
+  }
+
+  const RecordedSteps& recorded_;
+  const ExecutorTraits& traits_;
+  const std::vector<TaskId>& tasks_;  // by place
+  std::vector<TaskId> place_;         // by task
+  TaskSet set_;                       // by place
+  std::unique_ptr<Scheduler> scheduler_;
+  bool asks_in_vain_ = false, releases_ = false, begun_ = false, counts_ = false;
+  Worker manager_ = 0;
+  Duration late_{};  // from the instant at which a timer is due to its release
+  Time now_ = Time::min(), wake_at_ = kNever;
+  std::vector<std::size_t> started_;     // by task
+  std::vector<std::size_t> started_on_;  // by thread
+  WorkerSet woken_;
+  std::vector<std::uint32_t> owed_;  // by place: jobs that ran before the scheduler released them
+  std::vector<Time> deadline_;       // by recorded job
+  std::vector<Running> running_;
+  TaskId wanted_ = kNoTask, preferred_ = kNoTask;  // places
+  std::vector<TaskId> asked_, readers_;            // places
+  Agreement agreement_;
+};
+
+}  // namespace
+
+Agreement follow(const TaskSet& set, const RecordedSteps& recorded, const Hypothesis& hypothesis,
+                 std::size_t from, std::size_t starts) {
+  return Follower(set, recorded, hypothesis).run(from, starts);
+}
+
+}  // namespace hotpath::imports

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/registry.hpp"
+#include "import/recorded_steps.hpp"
+
+namespace hotpath::imports {
+
+/// An executor that may have run a recording, with what it leaves open.
+struct Hypothesis {
+  std::string label;  ///< As on the command line.
+  const ExecutorEntry* entry = nullptr;
+  SchedulerOptions options;
+  /// All tasks in the order of entities, of delivery to the readers of a message, and of ties.
+  std::vector<TaskId> order;
+  /// By task: the priorities, or relative deadlines, of timers; empty: none are to be fitted.
+  std::vector<std::int64_t> levels;
+  /// Threads that share a wait set ask in vain before they sleep, which changes the order of the
+  /// set. A recording does not show whether another thread was faster.
+  bool asks_in_vain = false;
+  /// The thread that releases timers does not preempt the executor's thread: it waits until that
+  /// thread sleeps, or for a time slice of Linux.
+  bool releases_late = false;
+
+  /// Whether the executor orders timers by numbers that a trace does not contain.
+  [[nodiscard]] bool needs_levels() const {
+    return entry->traits.policy == Policy::fp || entry->traits.policy == Policy::dm;
+  }
+};
+
+/// How far the decisions of a hypothesis agree with a recording.
+struct Agreement {
+  enum class Of : std::uint8_t {
+    yes,
+    no,
+    open,  ///< The job that the scheduler prefers became ready while the thread may have been deciding.
+  };
+  std::vector<Of> decisions;      ///< By start.
+  std::vector<TaskId> preferred;  ///< By start: the task that the scheduler would have run; kNoTask: none.
+  std::size_t contradictions = 0;
+  /// How often the first task ran while the scheduler had the second one ahead of it.
+  std::map<std::pair<TaskId, TaskId>, std::uint32_t> before;
+};
+
+/// Drives the executor's scheduler with the recorded arrivals and makes it run the recorded jobs.
+/// Covers the first `starts` decisions and counts contradictions from decision `from` on.
+[[nodiscard]] Agreement follow(const TaskSet& set, const RecordedSteps& recorded,
+                               const Hypothesis& hypothesis, std::size_t from, std::size_t starts);
+
+/// Whether rclcpp's executor of this kind emits events of its waits: those of class Executor do.
+[[nodiscard]] bool emits_waits(const ExecutorTraits& traits);
+
+/// The executors of the registry, with their variants, that can have run so many threads.
+/// `rcl_version` excludes executors of other releases; empty: unknown.
+[[nodiscard]] std::vector<Hypothesis> possible_hypotheses(const RecordedSteps& recorded, bool waits,
+                                                          const std::string& rcl_version);
+
+}  // namespace hotpath::imports

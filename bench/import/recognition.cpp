@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/recognition.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "import/fitted_levels.hpp"
+
+namespace hotpath::imports {
+
+namespace {
+
+using Of = Agreement::Of;
+
+/// With fewer contested decisions a recording recognises nothing.
+constexpr std::size_t kFewest = 20;
+/// A smaller share of agreeing decisions is no explanation.
+constexpr double kFits = 0.8;
+/// Limits of the share of decisions that noise is taken to change.
+constexpr double kLeastNoise = 0.02, kMostNoise = 0.3;
+/// A hypothesis is excluded if the best one is a thousand times as likely, and if the number of
+/// decisions that tell them apart exceeds its standard deviation by this factor, and if they are of
+/// so many kinds.
+const double kDecisive = std::log(1000);
+constexpr double kDeviations = 2.5;
+constexpr std::size_t kKinds = 2;
+/// A recording does not show when threads that share a wait set polled it. Such executors are told
+/// apart only by larger differences of their agreement.
+constexpr double kUnseenPolls = 0.1;
+/// A fitted order must remove this share of the contradictions, and as many.
+constexpr double kBetter = 0.1;
+constexpr std::size_t kFewer = 3;
+/// Evidence for the order of two tasks that counts.
+constexpr std::int64_t kEvidence = 2;
+
+class Recogniser {
+ public:
+  Recogniser(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps)
+      : system_(system), graph_(graph), set_(graph.tasks.set), steps_(steps), half_(steps.starts / 2) {}
+
+  Recognition recognise(const std::vector<Hypothesis>& possible) {
+    std::size_t starts = 0;
+    for (const RecordedStep& step : steps_.steps) {
+      if (step.kind != RecordedStep::Kind::start) continue;
+      ran_.push_back(step.task);
+      if (starts++ < half_) continue;
+      ++result_.decisions;
+      result_.contested += step.contested;
+    }
+    for (const Hypothesis& hypothesis : possible) add(hypothesis);
+    rank();
+    judge();
+    return std::move(result_);
+  }
+
+ private:
+  void add(const Hypothesis& hypothesis) {
+    Score score, other;
+    score.hypothesis = other.hypothesis = hypothesis;
+    const std::size_t contradictions = fit_order(score);
+    const ExecutorTraits& traits = hypothesis.entry->traits;
+    const bool releases =
+        traits.timers == TimerHandling::release_only || traits.timers == TimerHandling::marked_ready;
+    other.hypothesis.asks_in_vain = shares_waits(traits);
+    other.hypothesis.releases_late = releases && !traits.raises_timer_thread;
+    const bool is_open = other.hypothesis.asks_in_vain || other.hypothesis.releases_late;
+    if (is_open && fit_order(other) < contradictions) score = std::move(other);
+    if (hypothesis.needs_levels()) fit_levels(set_, steps_, score.hypothesis, half_);
+    Agreement agreement = follow(set_, steps_, score.hypothesis, half_, steps_.starts);
+    score.contradictions = agreement.contradictions;
+    const double contested = static_cast<double>(std::max<std::size_t>(1, result_.contested));
+    score.agreement = std::max(0.0, 1 - static_cast<double>(score.contradictions) / contested);
+    decisions_.push_back(std::move(agreement));
+    score.number = decisions_.size() - 1;
+    result_.ranking.push_back(std::move(score));
+  }
+
+  /// Compares the order of creation with its reverse: where two tasks compete by that order alone,
+  /// one of the two contradicts the recording.
+  /// Returns the contradictions of the first half.
+  std::size_t fit_order(Score& score) {
+    Hypothesis& hypothesis = score.hypothesis;
+    const std::vector<TaskId> creation = hypothesis.order;
+    const Agreement forward = follow(set_, steps_, hypothesis, 0, half_);
+    std::ranges::reverse(hypothesis.order);
+    const Agreement backward = follow(set_, steps_, hypothesis, 0, half_);
+    hypothesis.order = creation;
+    OrderEvidence evidence;
+    for (const auto& [pair, count] : forward.before) evidence[std::minmax(pair.first, pair.second)] -= count;
+    for (const auto& [pair, count] : backward.before) evidence[std::minmax(pair.first, pair.second)] += count;
+    std::erase_if(evidence, [](const auto& e) { return std::abs(e.second) < kEvidence; });
+    if (std::ranges::none_of(evidence, [](const auto& e) { return e.second < 0; }))
+      return forward.contradictions;
+    hypothesis.order = tasks_in(service_order(system_, graph_, evidence), system_, graph_);
+    const std::size_t fitted = follow(set_, steps_, hypothesis, 0, half_).contradictions;
+    const auto least = std::max<std::size_t>(
+        kFewer, static_cast<std::size_t>(kBetter * static_cast<double>(forward.contradictions)));
+    if (fitted + least > forward.contradictions) {
+      hypothesis.order = creation;
+      return forward.contradictions;
+    }
+    score.evidence = std::move(evidence);
+    return fitted;
+  }
+
+  /// What a hypothesis may choose besides the order of tasks, and how unusual it is.
+  static int open_choices(const Hypothesis& hypothesis) {
+    const ExecutorTraits& traits = hypothesis.entry->traits;
+    const int variants = static_cast<int>(hypothesis.options.rule != SubscriptionRule::inherit) +
+                         static_cast<int>(hypothesis.options.ties != Ties::lifo);
+    return variants + (traits.policy == Policy::fp ? 4 : 0) + (traits.policy == Policy::dm ? 8 : 0) +
+           (traits.on_rclcpp ? 0 : 16);
+  }
+
+  /// Sorts the scores by contradictions to the recording. The first one is the simplest of those
+  /// that the recording does not tell apart from the best one.
+  void rank() {
+    std::vector<Score>& ranking = result_.ranking;
+    std::ranges::stable_sort(
+        ranking, {}, [](const Score& s) { return std::pair(s.contradictions, open_choices(s.hypothesis)); });
+    if (ranking.empty()) return;
+    compare_with(ranking.front());
+    const auto leads = [&](const Score& s) { return is_leading(s, ranking.front()); };
+    const auto simplest = std::ranges::min_element(
+        ranking, {}, [&](const Score& s) { return leads(s) ? open_choices(s.hypothesis) : 1000; });
+    std::rotate(ranking.begin(), simplest, simplest + 1);
+    compare_with(ranking.front());
+    const auto excluded = std::ranges::stable_partition(ranking, leads);
+    result_.leading = static_cast<std::size_t>(excluded.begin() - ranking.begin());
+    find_break(ranking.front());
+  }
+
+  void compare_with(const Score& best) {
+    const std::vector<Of>& of_best = decisions_[best.number].decisions;
+    const double noise = std::clamp(1 - best.agreement, kLeastNoise, kMostNoise);
+    for (Score& score : result_.ranking) {
+      const Agreement& other = decisions_[score.number];
+      std::set<std::pair<TaskId, TaskId>> kinds;
+      score.against = score.in_favour = 0;
+      for (std::size_t d = half_; d < of_best.size(); ++d) {
+        const bool against = of_best[d] != Of::no && other.decisions[d] == Of::no;
+        if (against) kinds.emplace(ran_[d], other.preferred[d]);
+        score.against += against;
+        score.in_favour += of_best[d] == Of::no && other.decisions[d] != Of::no;
+      }
+      score.kinds_against = kinds.size();
+      const double difference = static_cast<double>(score.against) - static_cast<double>(score.in_favour);
+      score.margin = difference * std::log((1 - noise) / noise);
+    }
+  }
+
+  static bool shares_waits(const ExecutorTraits& traits) {
+    return traits.timers == TimerHandling::polled && traits.many_workers;
+  }
+
+  static bool is_leading(const Score& score, const Score& best) {
+    if (shares_waits(score.hypothesis.entry->traits) && best.agreement - score.agreement < kUnseenPolls)
+      return true;
+    const double only_one = static_cast<double>(score.against + score.in_favour);
+    const double difference = static_cast<double>(score.against) - static_cast<double>(score.in_favour);
+    return score.margin < kDecisive || score.kinds_against < kKinds ||
+           difference < kDeviations * std::sqrt(only_one);
+  }
+
+  void find_break(const Score& best) {
+    std::size_t start = 0;
+    for (const RecordedStep& step : steps_.steps) {
+      if (step.kind != RecordedStep::Kind::start || start++ < half_) continue;
+      if (decisions_[best.number].decisions[start - 1] != Of::no) continue;
+      result_.breaks = {step.at, step.task};
+      return;
+    }
+  }
+
+  void judge() {
+    const auto leaders = std::span(result_.ranking).first(result_.leading);
+    if (leaders.empty() || (leaders.front().agreement < kFits && result_.contested >= kFewest)) {
+      result_.verdict = Verdict::none_fits;
+      return;
+    }
+    // Events of waits prove more than decisions do.
+    if (result_.ranking.size() == 1 && emits_waits(leaders.front().hypothesis.entry->traits)) {
+      result_.verdict = Verdict::recognised;
+      return;
+    }
+    if (result_.contested < kFewest) return;
+    const ExecutorTraits& first = leaders.front().hypothesis.entry->traits;
+    const bool same = std::ranges::all_of(leaders, [&](const Score& s) {
+      const ExecutorTraits& traits = s.hypothesis.entry->traits;
+      return s.against + s.in_favour == 0 || (traits.family == first.family && traits.timers == first.timers);
+    });
+    if (same) result_.verdict = leaders.size() == 1 ? Verdict::recognised : Verdict::tie;
+  }
+
+  const tracing::System& system_;
+  const RecordedGraph& graph_;
+  const TaskSet& set_;
+  const RecordedSteps& steps_;
+  const std::size_t half_;
+  std::vector<Agreement> decisions_;  // by hypothesis, as they were added
+  std::vector<TaskId> ran_;           // by start
+  Recognition result_;
+};
+
+}  // namespace
+
+std::vector<std::string> Recognition::names() const {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < leading; ++i) names.push_back(ranking[i].hypothesis.label);
+  return names;
+}
+
+Recognition recognise(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps,
+                      const std::vector<Hypothesis>& possible) {
+  return Recogniser(system, graph, steps).recognise(possible);
+}
+
+}  // namespace hotpath::imports

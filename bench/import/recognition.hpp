@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "import/hypothesis.hpp"
+
+namespace hotpath::imports {
+
+/// The answer to the question which executor ran a recording.
+enum class Verdict : std::uint8_t {
+  recognised,
+  tie,        ///< Several executors explain it equally well.
+  undecided,  ///< Too few decisions distinguish the executors.
+  none_fits,
+};
+constexpr auto enum_texts(Verdict) {
+  return std::to_array<EnumText<Verdict>>({{Verdict::recognised, "recognised"},
+                                           {Verdict::tie, "tie"},
+                                           {Verdict::undecided, "undecided"},
+                                           {Verdict::none_fits, "none fits"}});
+}
+
+/// By pair of tasks, the smaller one first: how many more contradictions there are if it comes
+/// second than if it comes first.
+using OrderEvidence = std::map<std::pair<TaskId, TaskId>, std::int64_t>;
+
+/// How well a hypothesis explains the decisions of the judged part of a recording.
+struct Score {
+  Hypothesis hypothesis;   ///< Fitted.
+  OrderEvidence evidence;  ///< Empty: the order of creation explains the recording as well.
+  std::size_t number = 0;  ///< In the order of the hypotheses.
+  std::size_t contradictions = 0;
+  double agreement = 0;  ///< Share of the contested decisions that agree.
+  double margin = 0;     ///< Log-likelihood ratio of the best hypothesis to this one.
+  /// The kinds of these decisions, by the tasks that ran and that this one would have run: jobs
+  /// that repeat their times repeat one decision again and again.
+  std::size_t kinds_against = 0;
+  std::size_t against = 0, in_favour = 0;  ///< Decisions that only the best, or only this one explains.
+};
+
+struct Contradiction {
+  Time at{};  ///< In the trace's time.
+  TaskId recorded = kNoTask;
+};
+
+struct Recognition {
+  Verdict verdict = Verdict::undecided;
+  std::vector<Score> ranking;                ///< The best first.
+  std::size_t leading = 0;                   ///< The first ones, which the recording cannot tell apart.
+  std::size_t decisions = 0, contested = 0;  ///< Of the judged part.
+  std::optional<Contradiction> breaks;       ///< The first decision that the best does not explain.
+
+  [[nodiscard]] std::vector<std::string> names() const;  ///< Labels of the leading hypotheses.
+};
+
+/// Compares all executors that can have run the threads. What a hypothesis leaves open is fitted on
+/// the first half of the decisions, and judged on the second half.
+[[nodiscard]] Recognition recognise(const tracing::System& system, const RecordedGraph& graph,
+                                    const RecordedSteps& steps, const std::vector<Hypothesis>& possible);
+
+/// Nodes and callbacks in the order that agrees with most evidence; equals in the order of creation.
+[[nodiscard]] ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,
+                                         const OrderEvidence& evidence);
+/// The tasks of `graph` in the order that they have in a graph of that order.
+[[nodiscard]] std::vector<TaskId> tasks_in(const ServiceOrder& order, const tracing::System& system,
+                                           const RecordedGraph& graph);
+
+}  // namespace hotpath::imports

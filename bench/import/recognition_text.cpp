@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/recognition_text.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "program/text.hpp"
+
+namespace hotpath::imports {
+
+namespace {
+
+std::string share_of(const Score& score, const Recognition& r) {
+  return program::text("%.1f %% of %zu contested decisions", 100 * score.agreement, r.contested);
+}
+
+std::string next_one(const Recognition& r) {
+  if (r.ranking.size() == 1) return "; no other known executor has such threads.";
+  if (r.leading >= r.ranking.size()) return ".";
+  const Score& next = r.ranking[r.leading];
+  return program::text("; the next one, %s, explains %.1f %%.", next.hypothesis.label.c_str(),
+                       100 * next.agreement);
+}
+
+std::string undecided(const Recognition& r, const std::string& names) {
+  std::size_t differing = 0;
+  for (const Score& score : std::span(r.ranking).first(r.leading))
+    differing = std::max(differing, score.against + score.in_favour);
+  const std::string known = r.contested == 0 ? "No" : program::concat("Only ", r.contested);
+  if (differing == 0 || r.contested < 20)
+    return program::concat(known, " of ", r.decisions,
+                           " judged decisions had a choice, too few to tell executors apart (possible: ",
+                           names, "). Record at a load at which callbacks wait for each other.");
+  return program::concat("The recording does not tell ", names, " apart: they differ in at most ", differing,
+                         " of ", r.contested, " contested decisions.");
+}
+
+}  // namespace
+
+std::string sentence(const Recognition& r, const RecordedGraph& graph) {
+  if (r.ranking.empty()) return "No known executor runs such threads.";
+  const std::string names = program::joined(r.names(), ", ");
+  const Score& best = r.ranking.front();
+  switch (r.verdict) {
+    case Verdict::recognised:
+      return program::concat(names, " explains ", share_of(best, r), next_one(r));
+    case Verdict::tie:
+      return program::concat(names, " explain the recording equally well, ", share_of(best, r), next_one(r));
+    case Verdict::undecided:
+      return undecided(r, names);
+    case Verdict::none_fits: {
+      std::string all = program::concat("No known executor fits: the best one, ", best.hypothesis.label,
+                                        ", explains ", share_of(best, r));
+      if (r.breaks)
+        all += program::text(". It first breaks at %.1f ms, when %s ran", to_ms(r.breaks->at - graph.epoch),
+                             graph.tasks.set[r.breaks->recorded].name.c_str());
+      return all + ".";
+    }
+  }
+  return {};
+}
+
+nlohmann::json recognition_json(const Recognition& r, const RecordedGraph& graph) {
+  using nlohmann::json;
+  json ranking = json::array();
+  for (const Score& score : r.ranking) {
+    ranking.push_back({{"executor", score.hypothesis.label},
+                       {"agreement", score.agreement},
+                       {"contradictions", score.contradictions},
+                       {"margin", score.margin},
+                       {"only_best_explains", score.against},
+                       {"kinds_only_best_explains", score.kinds_against},
+                       {"only_this_explains", score.in_favour},
+                       {"order_is_fitted", !score.evidence.empty()},
+                       {"priorities_are_fitted", score.hypothesis.needs_levels()}});
+  }
+  return {{"verdict", to_string(r.verdict)},
+          {"executors", r.verdict == Verdict::none_fits ? std::vector<std::string>() : r.names()},
+          {"sentence", sentence(r, graph)},
+          {"decisions", r.decisions},
+          {"contested", r.contested},
+          {"ranking", ranking}};
+}
+
+}  // namespace hotpath::imports

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/recorded_steps.hpp"
+
+#include <algorithm>
+
+namespace hotpath::imports {
+
+namespace {
+
+class Steps {
+ public:
+  Steps(const RecordedGraph& graph, const RecordedWindow& window, const RecordedExecutor& executor)
+      : graph_(graph), set_(graph.tasks.set), window_(window), executor_(executor), job_at_(set_.size()) {
+    result_.epoch = graph.epoch;
+    result_.ready.resize(set_.size());
+    result_.ready_on.resize(executor.threads.size());
+    result_.own.resize(set_.size(), false);
+    result_.has_timers.resize(executor.threads.size(), false);
+    result_.has_others.resize(executor.threads.size(), false);
+    result_.deadline.resize(window.jobs.size(), kNever);
+  }
+
+  RecordedSteps make(std::span<const tracing::LostSample> lost, std::size_t most) {
+    for (std::uint32_t j = 0; j < window_.jobs.size() && result_.starts < most; ++j) add_job(j);
+    for (const tracing::LostSample& sample : lost) {
+      const TaskId task = graph_.task({sample.subscription, 0});
+      if (task != kNoTask && result_.own[task] && sample.sample.published < last_)
+        add_arrival(task, sample.sample);
+    }
+    std::ranges::sort(all_, {}, [](const Placed& p) { return std::tuple(p.step.at, p.event, p.step.task); });
+    for (Placed& p : all_) result_.steps.push_back(p.step);
+    find_contests();
+    return std::move(result_);
+  }
+
+ private:
+  struct Placed {
+    RecordedStep step;
+    std::uint64_t event;
+  };
+
+  void add_job(std::uint32_t j) {
+    const tracing::Job& job = window_.jobs[j];
+    const TaskId task = graph_.task(job.ref);
+    if (task == kNoTask) return;
+    const Job& recorded = window_.records[j].job;
+    remember(task, job.ref.number, j);
+    const std::uint32_t parent = recorded_job(job.sample.parent);
+    const bool timer = set_[task].kind == TaskKind::timer;
+    result_.deadline[j] = timer             ? recorded.timestamp + set_[task].period
+                          : parent != kNone ? result_.deadline[parent]
+                                            : kNever;
+    const auto thread = std::ranges::find(executor_.threads, job.thread);
+    if (thread == executor_.threads.end()) return;
+    const auto t = static_cast<std::uint32_t>(thread - executor_.threads.begin());
+    result_.own[task] = true;
+    (timer ? result_.has_timers : result_.has_others)[t] = true;
+    ++result_.starts;
+    last_ = job.start;
+    if (!timer) add_arrival(task, job.sample);
+    result_.ready[task].push_back(recorded.timestamp);
+    result_.ready_on[t].push_back(recorded.timestamp);
+    RecordedStep step;
+    step.task = task;
+    step.thread = t;
+    step.job = j;
+    step.at = job.start;
+    step.ready = recorded.timestamp;
+    all_.push_back({step, job.started});
+    if (!job.ended) return;
+    step.kind = RecordedStep::Kind::finish;
+    step.at = job.finish;
+    all_.push_back({step, job.finished});
+  }
+
+  void add_arrival(TaskId task, const tracing::Sample& sample) {
+    RecordedStep step;
+    step.kind = RecordedStep::Kind::arrival;
+    step.at = sample.published;
+    step.task = task;
+    step.job = recorded_job(sample.parent);
+    std::uint64_t event = 0;
+    if (step.job != kNone) {
+      for (const tracing::Publication& p : window_.jobs[step.job].published)
+        if (p.at == sample.published) event = p.event;
+    }
+    all_.push_back({step, event});
+  }
+
+  void remember(TaskId task, std::uint64_t number, std::uint32_t job) {
+    JobsOfTask& of = job_at_[task];
+    if (of.jobs.empty()) of.first = number;
+    if (number < of.first) return;
+    of.jobs.resize(std::max<std::size_t>(of.jobs.size(), number - of.first + 1), kNone);
+    of.jobs[number - of.first] = job;
+  }
+
+  std::uint32_t recorded_job(const tracing::JobRef& ref) const {
+    const TaskId task = graph_.task(ref);
+    if (task == kNoTask) return kNone;
+    const JobsOfTask& of = job_at_[task];
+    return ref.number < of.first || ref.number - of.first >= of.jobs.size() ? kNone
+                                                                            : of.jobs[ref.number - of.first];
+  }
+
+  /// Marks the decisions at which a task was ready that ran later.
+  void find_contests() {
+    std::vector<std::size_t> started(set_.size(), 0);
+    std::vector<int> running(set_.groups.size(), 0);
+    std::vector<Time> free(executor_.threads.size(), Time::min());
+    std::vector<TaskId> own;
+    for (TaskId id = 0; id < set_.size(); ++id)
+      if (result_.own[id]) own.push_back(id);
+    for (RecordedStep& step : result_.steps) {
+      if (step.kind == RecordedStep::Kind::arrival) continue;
+      const bool exclusive = set_.groups[set_[step.task].group] == CallbackGroup::mutually_exclusive;
+      if (step.kind == RecordedStep::Kind::finish) {
+        free[step.thread] = step.at;
+        if (exclusive) --running[set_[step.task].group];
+        continue;
+      }
+      step.free = free[step.thread];
+      step.contested = std::ranges::any_of(own, [&](TaskId id) {
+        const std::vector<Time>& ready = result_.ready[id];
+        return id != step.task && running[set_[id].group] == 0 && started[id] < ready.size() &&
+               ready[started[id]] <= step.at;
+      });
+      ++started[step.task];
+      if (exclusive) ++running[set_[step.task].group];
+    }
+  }
+
+  struct JobsOfTask {
+    std::uint64_t first = 0;
+    std::vector<std::uint32_t> jobs;  // by number, from the first one on
+  };
+
+  const RecordedGraph& graph_;
+  const TaskSet& set_;
+  const RecordedWindow& window_;
+  const RecordedExecutor& executor_;
+  std::vector<JobsOfTask> job_at_;  // by task
+  std::vector<Placed> all_;
+  Time last_{};
+  RecordedSteps result_;
+};
+
+}  // namespace
+
+RecordedSteps recorded_steps(const RecordedGraph& graph, const RecordedWindow& window,
+                             std::span<const tracing::LostSample> lost, const RecordedExecutor& executor,
+                             std::size_t most) {
+  return Steps(graph, window, executor).make(lost, most);
+}
+
+}  // namespace hotpath::imports

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Simulates runs under the executors of the registry, exports them as traces, and checks which
+executor `hotpath import ctf` recognises. HOTPATH_RECOGNITIONS sets the number of random graphs,
+HOTPATH_RECOGNITION_SEED the first seed."""
+
+import json
+import os
+import random
+import shutil
+from collections import Counter
+from typing import Any
+
+from hotpath_command import CommandTest
+
+COUNT = int(os.environ.get("HOTPATH_RECOGNITIONS", "16"))
+FIRST_SEED = int(os.environ.get("HOTPATH_RECOGNITION_SEED", "1000"))
+MANY_THREADS = ("multi", "cbg")
+PERIODS = (10, 20, 25, 30, 40, 50, 50, 60, 80, 100, 100, 120, 200)
+
+
+def random_graph(numbers: random.Random) -> list[Any]:
+    """Nodes of a graph: three to seven timers, and subscriptions in trees and joins behind them.
+    Half of the timers have given priorities."""
+    nodes: list[Any] = []
+    topics: list[str] = []
+    for i in range(numbers.randint(3, 7)):
+        period = numbers.choice(PERIODS)
+        nodes.append({"type": "sensor", "period_ms": period, "priority": numbers.randint(0, 5)})
+        topics.append(f"N{i}")
+    for i in range(len(nodes), len(nodes) + numbers.randint(3, 10)):
+        join = len(topics) > 1 and numbers.random() < 0.25
+        inputs = numbers.sample(topics, 2 if join else 1)
+        depth = numbers.choice((1, 5, 10))
+        if join:
+            nodes.append({"type": "fusion", "inputs": [{"topic": t, "depth": depth} for t in inputs]})
+        else:
+            nodes.append({"type": "transform", "input": {"topic": inputs[0], "depth": depth}})
+        topics.append(f"N{i}")
+    for i, node in enumerate(nodes):
+        node |= {"name": f"N{i}", "execution_time_ms": round(numbers.uniform(0.5, 8), 2)}
+    return nodes
+
+
+class Recognition(CommandTest):
+    def recognised(self, graph: Any, executor: str, *options: object) -> Any:
+        """(content of import.json) of a simulated run under the executor."""
+        run, trace, output = (self.folder / name for name in ("run", "trace", "imported"))
+        for folder in (run, trace, output):
+            shutil.rmtree(folder, ignore_errors=True)
+        plan = ("--graph", graph, "--executors", executor, "--warm-up", 0, *options)
+        self.accepted("simulate", *plan, "--output", run)
+        self.accepted("export", "ctf", run, "--output", trace)
+        self.accepted("import", "ctf", trace, "--output", output)
+        return json.loads((output / "import.json").read_text())
+
+    def executors(self) -> list[str]:
+        names = [line.split()[0] for line in self.accepted("list", "executors").splitlines() if line]
+        return [f"{name}:2" if name.startswith(MANY_THREADS) else name for name in names]
+
+    def test_every_executor(self) -> None:
+        """The executor that ran is recognised, alone or in a tie, and reproduced."""
+        for executor in self.executors():
+            with self.subTest(executor):
+                facts = self.recognised(
+                    "autoware", executor, "--duration", 8, "--cores", 2, "--dispatch-cost-us", 5, "--load", 80
+                )
+                (found,) = facts["executors"]
+                self.assertIn(found["recognition"]["verdict"], ("recognised", "tie"), found["recognition"])
+                self.assertIn(executor, found["recognition"]["executors"])
+                self.assertEqual(facts["self_check"]["light"], "green", facts["self_check"]["reasons"])
+
+    def test_random_graphs(self) -> None:
+        """No executor is named wrongly, and 95 % are recognised."""
+        outcomes: Counter[str] = Counter()
+        executors = self.executors()
+        for i in range(COUNT):
+            numbers = random.Random(FIRST_SEED + i)
+            executor = executors[i % len(executors)]
+            cores = 2 if executor.endswith(":2") else 1
+            graph = self.folder / "graph.yaml"
+            graph.write_text(json.dumps({"name": "random", "nodes": random_graph(numbers)}))
+            load = round(numbers.uniform(60, 95) * cores)
+            facts = self.recognised(
+                graph, executor, "--duration", 20, "--load", load, "--cores", cores, "--phases", "random",
+                "--seed", i, "--dispatch-cost-us", 5,
+            )  # fmt: skip
+            found = [e["recognition"] for e in facts["executors"]]
+            right = len(found) == 1 and executor in found[0]["executors"]
+            verdict = found[0]["verdict"] if len(found) == 1 else "several executors"
+            confident = verdict in ("recognised", "tie")
+            outcome = verdict if right or not confident else "wrong"
+            outcomes[outcome] += 1
+            if os.environ.get("HOTPATH_RECOGNITIONS"):
+                light = facts["self_check"]["light"]
+                print(
+                    FIRST_SEED + i, executor, load, outcome, light, [r["sentence"] for r in found], flush=True
+                )
+        if os.environ.get("HOTPATH_RECOGNITIONS"):
+            print(dict(outcomes))
+        self.assertEqual(outcomes["wrong"], 0, outcomes)
+        self.assertGreaterEqual(outcomes["recognised"] + outcomes["tie"], 0.95 * COUNT, outcomes)
