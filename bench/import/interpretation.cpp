@@ -95,7 +95,10 @@ class Interpreter {
       result_.records.push_back(in_graph ? result_.rows->job(job) : JobRecord{});
     }
     displacement_ = recorded_displacement(recording_.system, window());
-    if (recording_.executors.executors.size() > 1) {
+    const bool timers_apart = std::ranges::any_of(result_.labels, [](const std::string& label) {
+      return entry_of(label).traits.timers == TimerHandling::release_and_execute;
+    });
+    if (recording_.executors.executors.size() > 1 || (timers_apart && recording_.cores == 1)) {
       for (std::size_t i = 0; i < result_.records.size(); ++i)
         if (result_.records[i].outcome == Outcome::ran) result_.records[i].cpu_time = displacement_.own[i];
     }

@@ -25,9 +25,9 @@ constexpr double kLeastNoise = 0.02, kMostNoise = 0.3;
 const double kDecisive = std::log(1000);
 constexpr double kDeviations = 2.5;
 constexpr std::size_t kKinds = 2;
-/// A recording does not show when threads that share a wait set polled it. Such executors are told
-/// apart only by larger differences of their agreement.
-constexpr double kUnseenPolls = 0.1;
+/// Executors whose threads notice unseen what is ready are told apart only by larger differences of
+/// their agreement; those that release timers only if no hypothesis has the agreement kExact.
+constexpr double kUnseen = 0.1, kExact = 0.97;
 /// A fitted order must remove this share of the contradictions, and as many.
 constexpr double kBetter = 0.1;
 constexpr std::size_t kFewer = 3;
@@ -154,8 +154,16 @@ class Recogniser {
     return traits.timers == TimerHandling::polled && traits.many_workers;
   }
 
+  /// Whether a recording does not show when the executor notices what is ready: when threads that
+  /// share a wait set poll it, or when the thread that releases timers runs.
+  static bool notices_unseen(const ExecutorTraits& traits, double best) {
+    const bool releases = traits.timers != TimerHandling::polled && !traits.raises_timer_thread;
+    return shares_waits(traits) || (releases && best < kExact);
+  }
+
   static bool is_leading(const Score& score, const Score& best) {
-    if (shares_waits(score.hypothesis.entry->traits) && best.agreement - score.agreement < kUnseenPolls)
+    if (notices_unseen(score.hypothesis.entry->traits, best.agreement) &&
+        best.agreement - score.agreement < kUnseen)
       return true;
     const double only_one = static_cast<double>(score.against + score.in_favour);
     const double difference = static_cast<double>(score.against) - static_cast<double>(score.in_favour);
@@ -190,7 +198,8 @@ class Recogniser {
       const ExecutorTraits& traits = s.hypothesis.entry->traits;
       return s.against + s.in_favour == 0 || (traits.family == first.family && traits.timers == first.timers);
     });
-    if (same) result_.verdict = leaders.size() == 1 ? Verdict::recognised : Verdict::tie;
+    const bool few = 2 * leaders.size() <= result_.ranking.size();
+    if (same || few) result_.verdict = leaders.size() == 1 ? Verdict::recognised : Verdict::tie;
   }
 
   const tracing::System& system_;

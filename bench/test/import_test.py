@@ -11,7 +11,7 @@ import tarfile
 from pathlib import Path
 from typing import Any
 
-from ctf_trace import MS, run_on, sensor_and_filter
+from ctf_trace import MS, CtfTrace, run_on, sensor_and_filter
 from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder
 
@@ -353,6 +353,21 @@ class Faults(ImportTest):
         self.assertEqual(facts["warnings"], [])
         self.assertEqual(facts["self_check"]["light"], "green")
         self.assertEqual(facts["self_check"]["similarity"], 1)
+
+    def test_an_unknown_executor(self) -> None:
+        trace, numbers = CtfTrace(), random.Random(1)
+        node = trace.node(0, "sensor")
+        timers = [trace.timer(MS, node, 20 * MS) for _ in range(6)]
+        for period in range(1, 200):
+            at = (1 + 20 * period) * MS
+            for timer in numbers.sample(timers, len(timers)):
+                trace.job(at, at + MS, timer)
+                at += MS
+        facts, _ = self.imported(trace.write(self.folder / "trace"))
+        (executor,) = facts["executors"]
+        self.assertEqual(executor["recognition"]["verdict"], "none fits", executor["recognition"])
+        self.assertEqual(executor["recognition"]["executors"], [])
+        self.assertNotEqual(facts["self_check"]["light"], "green")
 
     def test_no_initialisation_events(self) -> None:
         trace, _ = sensor_and_filter(initialised=False)
