@@ -25,7 +25,6 @@ row.querySelector('button').click();
 const other = document.getElementById('other');
 other.value = [...other.options].find((o) => o.text === 'rm-ro').value;
 other.dispatchEvent(new Event('change'));
-document.querySelector('.ecdf .plot').dispatchEvent(new KeyboardEvent('keydown', {key: 'End'}));
 window.scrollTo(0, 0);
 """
 # From the top of one element to the bottom of another one.
