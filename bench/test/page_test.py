@@ -318,8 +318,8 @@ class Page(CommandTest):
             f"{max(latencies):.3f} ms", browser.run("return document.querySelector('.ecdf .tip').innerText")
         )
         # Drag: the outputs within a range of latencies.
-        browser.drag(over, (0.5, 0.3), (0.6, 0.4), (0.8, 0.4))
-        chosen = [v for v in latencies if 0.5 * scale[1] <= v <= 0.8 * scale[1]]
+        browser.drag(over, *((value / scale[1], 0.4) for value in (30, 40, 44)))
+        chosen = [v for v in latencies if 30 <= v <= 44]
         self.assertTrue(0 < len(chosen) < len(latencies))
         listed = browser.run(READ_LIST)
         self.assertEqual(
