@@ -85,6 +85,25 @@ class Advise(CommandTest):
         self.assertIn("Found chain_1: S -> C", out)
         self.assertEqual(advice["objective"], "chain_1 within 40 ms")
 
+    def test_draws_unknown_orders_of_delivery_and_says_what_they_are_worth(self) -> None:
+        """Of two subscribers, rm-ro runs the last one reached first, and events-ro the first one."""
+        graph = self.folder / "unknown.yaml"
+        graph.write_text(
+            "name: unknown\ntopics: {S: {delivery: unknown}}\nnodes:\n"
+            "- {name: S, type: sensor, period_ms: 100, execution_time_ms: 1}\n"
+            "- {name: A, type: command, input: S, execution_time_ms: 2}\n"
+            "- {name: B, type: command, input: S, execution_time_ms: 3}\n"
+            "chains:\n- {name: c, nodes: [S, A], sources: [S], sink: A}\n"
+        )
+        options = ("--executors", "rm-ro,events-ro", "--now", "events-ro", "--costs", "graph")
+        out, advice = self.advise(graph, *options, "--draws", 10, "--duration", 1)
+        self.assertEqual(advice["draws"], 10)
+        self.assertEqual({row["worst_ms"]["value"] for row in advice["ranking"]}, {4.0})
+        self.assertIn("delivery in the order of creation: events-ro 1.0 ms, rm-ro 4.0 ms.", out)
+        self.assertIn("delivery in the reverse order: rm-ro 1.0 ms, events-ro 4.0 ms.", out)
+        exact = self.accepted("analyze", graph, "--executors", "rm-ro", "--phases", "synchronous")
+        self.assertIn("needs the order in which samples of topic S reach its subscribers", exact)
+
     def test_timers_alone_are_ranked_by_lateness(self) -> None:
         _, advice = self.advise("timers_only_60", "--draws", 2, "--duration", 5)
         self.assertEqual(advice["objective"], "worst lateness of timers")
