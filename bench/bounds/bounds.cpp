@@ -21,6 +21,7 @@ class Mapping {
     const Callback& callback = tasks_.callbacks[id];
     out.reads.emplace_back();
     out.every.push_back(1);
+    if (callback.publishes_early()) fail(id, "publishes before the end of its jobs");
     if (callback.waits_for_sets()) return add_to_join(id, out);
     for (const Publication& p : callback.publishes) {
       if (is_all_new(p)) fail(id, "publishes some topics with every job and others when a set is complete");

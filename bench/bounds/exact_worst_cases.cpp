@@ -253,6 +253,12 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
                      " reach its subscribers (`delivery` under `topics` in the graph)";
     return bounds;
   }
+  const auto early = std::ranges::find_if(tasks.callbacks, &Callback::publishes_early);
+  if (early != tasks.callbacks.end()) {
+    bounds.refusal =
+        "it does not cover callback " + early->task + ", which publishes before the end of its jobs";
+    return bounds;
+  }
   ExplorationOptions options;
   options.max_states = max_states;
   try {

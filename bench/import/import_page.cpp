@@ -174,12 +174,6 @@ std::vector<std::string> warnings(const Facts& facts) {
   for (const tracing::Callback& c : system.callbacks) never_ended += c.never_ended;
   if (never_ended > 0)
     all.push_back(program::concat(never_ended, " jobs have no end in the trace; they count as running."));
-  for (const EarlyPublication& e : early_publications(facts.recording.graph, facts.recording.jobs)) {
-    all.push_back(program::text(
-        "%s publishes %.1f ms before its jobs end, after %.0f %% of each (medians); the simulation publishes "
-        "at their ends.",
-        facts.recording.graph.tasks.set[e.task].name.c_str(), to_ms(e.before_end), 100 * e.share));
-  }
   for (const std::string& note : facts.recording.graph.notes) all.push_back(note);
   return all;
 }

@@ -55,7 +55,6 @@ class Interpreter {
     }
     result_.trace.chains = join_chains(result_.graph, result_.tasks, result_.trace, observations);
     result_.check = self_check(result_.graph, result_.tasks, *result_.executor, result_.trace);
-    if (result_.check.light != Light::green) explain();
     return std::move(result_);
   }
 
@@ -196,20 +195,6 @@ class Interpreter {
     result_.trace.executor = result_.executor->label;
   }
 
-  /// Adds known differences between the system and its simulation.
-  void explain() {
-    const auto early = early_publications(recording_.graph, recording_.jobs);
-    if (early.empty()) return;
-    const EarlyPublication& most = early.front();
-    const std::string others =
-        early.size() == 1 ? ""
-                          : program::concat(" (and ", early.size() - 1, " other tasks also publish early)");
-    result_.check.reasons.push_back(program::text(
-        "%s publishes %.1f ms before its jobs end%s; the simulation publishes at their ends, so that "
-        "its data comes later by this time, and readers on other threads start later.",
-        result_.tasks.set[most.task].name.c_str(), to_ms(most.before_end), others.c_str()));
-  }
-
   /// The recorded threads. A trace has no policies: fifo stands for threads that preempted others.
   Deployment recorded_deployment() const {
     Deployment deployment;
@@ -335,6 +320,7 @@ void arrange(Recording& r, const ServiceOrder& order, const Findings& findings, 
   r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback, name, order);
   r.graph.graph.delivery = delivery_of_graph(r.deliveries, r.graph);
   set_priorities(r.graph, findings.priorities);
+  set_publication_instants(early_publications(r.system, r.graph, r.jobs), r.graph.tasks, r.graph.graph);
   r.timers = recorded_timers(r.system, r.graph, r.jobs, r.end);
   set_phases(r);
   Graph& graph = r.graph.graph;

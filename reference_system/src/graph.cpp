@@ -80,7 +80,7 @@ class Rates {
       const Callback& callback = tasks_.callbacks[t];
       if (callback.input && contains(publication.of, *callback.input))
         slowest = std::min(slowest, activations(t));
-      for (const Publication& p : callback.publishes) sharers += p == publication;
+      for (const Publication& p : callback.publishes) sharers += same_rule(p, publication);
     }
     return slowest / static_cast<double>(sharers);
   }

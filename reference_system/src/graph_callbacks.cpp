@@ -199,8 +199,9 @@ class CallbackParser {
   }
 
   void parse_rule(const YamlMap& map, Publication& publication) const {
-    map.check_keys({"topic", "when", "of", "every", "last_of"});
+    map.check_keys({"topic", "when", "of", "every", "last_of", "at_percent"});
     publication.topic = map.require("topic", "TOPIC").topic();
+    if (const auto at = map.find("at_percent")) publication.at = at->percent() / 100;
     const auto when = map.find("when"), of = map.find("of"), every = map.find("every"),
                last = map.find("last_of");
     if (int(when.has_value()) + int(every.has_value()) + int(last.has_value()) > 1) {

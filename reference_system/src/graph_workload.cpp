@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <set>
 
 #include "hotpath/core/exploration.hpp"
@@ -108,7 +109,7 @@ void GraphWorkload::describe(StateWords& words) const {
     }
   }
   for (std::size_t i = 0; i < busy_; ++i) {
-    const Activation<SimulatedMessages>& job = running_[i];
+    const Running& job = running_[i];
     words.add(job.ref.task);
     words.add(job.works ? 1 : 0);
     describe(job.own, structure_->sources[job.ref.task], words);
@@ -121,40 +122,77 @@ void GraphWorkload::describe(StateWords& words) const {
 Duration GraphWorkload::start(const Job& job, Time now) {
   const TaskOrigin& origin = tasks_.origin[job.task];
   if (busy_ == running_.size()) running_.emplace_back();
-  Activation<SimulatedMessages>& running = running_[busy_++];
+  Running& running = running_[busy_++];
   SimulatedSample sample;
   if (origin.input) sample = take(job.task, job.sequence);
   node_of(job.task).start(origin.callback, job.ref(), std::move(sample), now, running);
-  return running.works ? times_.of(job) : Duration{};
+  const Duration time = running.works ? times_.of(job) : Duration{};
+  running.early = tasks_.callbacks[job.task].publishes_early();
+  if (!running.early) return time;
+  running.time = time;
+  running.done = Duration{};
+  running.published.assign(running.messages.size(), false);
+  return running.done = next_instant(running);
 }
 
 std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task& task, Time) {
   std::size_t i = 0;
   while (i < busy_ && running_[i].ref != job.ref()) ++i;
   assert(i < busy_ && "only a started job can finish");
-  const std::span<const TaskId> reached = complete(task, running_[i]);
+  rest_.reset();
+  const std::span<const TaskId> reached =
+      running_[i].early ? publish_due(running_[i]) : complete(task, running_[i]);
+  if (rest_) return reached;
   running_[i].clear();
   if (i != --busy_) std::swap(running_[i], running_[busy_]);
   return reached;
 }
 
-std::span<const TaskId> GraphWorkload::complete(const Task& task, Activation<SimulatedMessages>& job) {
-  const TaskId id = job.ref.task;
-  const std::size_t publications = tasks_.readers[id].size();
+const std::vector<TaskId>& GraphWorkload::publish(Running& job, std::size_t index) {
+  SimulatedMessage& message = pool_->take();
+  SimulatedSample sample(*pool_, message);
+  node_of(job.ref.task).finish(job, index, message);
+  observe(message, job);
+  const std::vector<TaskId>& readers = tasks_.readers[job.ref.task][job.messages[index].publication];
+  if (!readers.empty()) on_the_way_.push_back({job.ref, std::move(sample), &readers, readers.size()});
+  return readers;
+}
+
+std::span<const TaskId> GraphWorkload::complete(const Task& task, Running& job) {
+  const std::size_t publications = tasks_.readers[job.ref.task].size();
   if (publications == 0 && job.own) observe(*job.own, job);
   reached_.clear();
-  Logic& node = node_of(id);
   for (std::size_t i = 0; i < job.messages.size(); ++i) {
-    SimulatedMessage& message = pool_->take();
-    SimulatedSample sample(*pool_, message);
-    node.finish(job, i, message);
-    observe(message, job);
-    const std::vector<TaskId>& readers = tasks_.readers[id][job.messages[i].publication];
-    if (readers.empty()) continue;
-    on_the_way_.push_back({job.ref, std::move(sample), &readers, readers.size()});
+    const std::vector<TaskId>& readers = publish(job, i);
     if (job.messages.size() < publications) reached_.insert(reached_.end(), readers.begin(), readers.end());
   }
   return job.messages.size() < publications ? std::span<const TaskId>(reached_) : task.feeds;
+}
+
+Duration GraphWorkload::instant_of(const Running& job, std::size_t message) const {
+  const double share = nodes_[tasks_.origin[job.ref.task].node]->share(job, message);
+  return Duration(std::llround(share * static_cast<double>(job.time.count())));
+}
+
+Duration GraphWorkload::next_instant(const Running& job) const {
+  Duration next = job.time;
+  for (std::size_t i = 0; i < job.messages.size(); ++i)
+    if (!job.published[i]) next = std::min(next, instant_of(job, i));
+  return next;
+}
+
+std::span<const TaskId> GraphWorkload::publish_due(Running& job) {
+  reached_.clear();
+  for (std::size_t i = 0; i < job.messages.size(); ++i) {
+    if (job.published[i] || instant_of(job, i) > job.done) continue;
+    job.published[i] = true;
+    const std::vector<TaskId>& readers = publish(job, i);
+    reached_.insert(reached_.end(), readers.begin(), readers.end());
+  }
+  if (job.done == job.time) return reached_;
+  const Duration next = next_instant(job);
+  rest_ = next - std::exchange(job.done, next);
+  return reached_;
 }
 
 void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {

@@ -232,7 +232,7 @@ class Writer {
   }
 
   void publication(const Node& n, const Publication& p) {
-    if (p.rule == PublishRule::always) {
+    if (p.rule == PublishRule::always && p.at == 1) {
       out_ << p.topic;
       return;
     }
@@ -246,6 +246,7 @@ class Writer {
       pair("when", "all_new");
       words("of", of);
     }
+    if (p.at < 1) milliseconds("at_percent", Duration(std::llround(p.at * 1e8)));
     out_ << YAML::EndMap;
   }
 

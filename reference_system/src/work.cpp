@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/reference_system/work.hpp"
 
+#include <cmath>
 #include <ctime>
+#include <set>
 
 #include "hotpath/live/clock.hpp"
 
@@ -24,6 +26,21 @@ std::int64_t Work::burn(Time start) const {
       return count_primes_until(limit_, thread_cpu_clock() + duration_, thread_cpu_clock);
   }
   return 0;
+}
+
+std::vector<WorkPart> parts_of(WorkMode mode, const Callback& callback, const CrunchScale& scale) {
+  std::set<double> ends = {1};
+  for (const Publication& p : callback.publishes) ends.insert(p.at);
+  std::vector<WorkPart> parts;
+  double begin = 0;
+  for (const double end : ends) {
+    // Work until an instant counts from the start of the job.
+    const double share = mode == WorkMode::wall ? end : end - begin;
+    const auto time = Duration(std::llround(share * static_cast<double>(callback.worst.count())));
+    parts.push_back({end, Work(mode, time, scale)});
+    begin = end;
+  }
+  return parts;
 }
 
 }  // namespace hotpath

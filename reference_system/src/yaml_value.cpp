@@ -98,6 +98,14 @@ Duration YamlValue::microseconds() const {
   return *duration / kPerMillisecond;
 }
 
+double YamlValue::percent() const {
+  // The same digits as milliseconds have.
+  const std::optional<Duration> percent = node_.IsScalar() ? parse_ms(node_.Scalar()) : std::nullopt;
+  if (!percent || *percent < Duration::zero() || *percent > std::chrono::milliseconds(100))
+    fail(what_ + " is " + kind_of(node_), "give a percentage from 0 to 100 such as 62.5");
+  return static_cast<double>(percent->count()) / 1e6;
+}
+
 std::int64_t YamlValue::integer(std::int64_t least, std::int64_t most) const {
   const std::string digits = node_.IsScalar() ? node_.Scalar() : std::string();
   std::int64_t number = 0;

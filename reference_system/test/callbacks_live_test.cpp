@@ -24,8 +24,8 @@ struct Live {
   std::vector<TaskAccount> accounts;
 };
 
-Live run(Graph graph, const std::string& executor, TransportKind transport) {
-  scale_to_load(graph, 0);
+Live run(Graph graph, const std::string& executor, TransportKind transport, double load_percent = 0) {
+  scale_to_load(graph, load_percent);
   Live live;
   live.tasks = make_tasks(graph);
   const std::vector<Duration> first = make_phases(graph, live.tasks, Phases::synchronous, {});
@@ -83,6 +83,31 @@ TEST(LiveDelivery, FollowsTheGraph) {
     }
     EXPECT_GT(compared, 0U);
   }
+}
+
+/// Each sample carries the instant of its publication, within the job that published it.
+TEST(LivePublications, FollowTheirInstantsWithinTheJob) {
+  Graph g = load_graph(find_graph("callbacks"));
+  for (Node& node : g.nodes) {
+    for (Callback& callback : node.callbacks) {
+      for (Publication& p : callback.publishes) p.at = 0.25;
+    }
+  }
+  g.work = WorkMode::wall;
+  const Live live = run(g, "multi", TransportKind::intra_process, 20);
+  std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*> jobs;
+  for (const JobRecord& r : live.trace.jobs) {
+    if (r.outcome == Outcome::ran) jobs[{r.job.task, r.job.sequence}] = &r;
+  }
+  std::size_t before_the_end = 0;
+  for (const JobRecord& r : live.trace.jobs) {
+    const auto parent = jobs.find({r.job.parent.task, r.job.parent.sequence});
+    if (parent == jobs.end() || live.tasks.set[parent->first.first].wcet == Duration{}) continue;
+    const Task& task = live.tasks.set[parent->first.first];
+    EXPECT_GE(r.job.timestamp, parent->second->start + task.wcet / 4) << task.name;
+    before_the_end += r.job.timestamp < parent->second->start + task.wcet;
+  }
+  EXPECT_GT(before_the_end, 0U);
 }
 
 class LiveCallbacks : public testing::TestWithParam<std::tuple<const char*, TransportKind>> {};

@@ -190,6 +190,52 @@ TEST(Callbacks, OneJobPublishesSeveralTopicsEachByItsOwnRule) {
   EXPECT_THAT(s.starts("Y/y"), ElementsAre(21, 51)) << "every third job";
 }
 
+/// A works from 0 to 10 ms and publishes x after 2 ms, y after 6.5 ms and z at its end.
+TEST(Callbacks, AJobPublishesAtSeveralInstantsBeforeItsEnd) {
+  const std::string nodes =
+      "  - name: A\n    type: callbacks\n    callbacks:\n"
+      "      - {timer: t, period_ms: 20, execution_time_ms: 10, publishes: [z, {topic: y, at_percent: 65}, "
+      "{topic: x, at_percent: 20}]}\n"
+      "  - {name: X, type: command, input: x}\n"
+      "  - {name: Y, type: command, input: y}\n"
+      "  - {name: Z, type: command, input: z}\n";
+  Graph g = load("name: g\nnodes:\n" + nodes);
+  const Simulated one = simulate_graph(g, *find_executor("events-ro"), 20ms);
+  EXPECT_THAT(one.starts("X/x"), ElementsAre(10)) << "the only thread is busy";
+  std::map<std::string, Time> first;  // the publication, or for A the end of the job
+  for (const JobRecord& r : one.trace.jobs) {
+    const std::string& task = one.tasks.set[r.job.task].name;
+    if (r.job.sequence == 0) first[task] = task == "A/t" ? r.finish : r.job.timestamp;
+  }
+  EXPECT_EQ(first.at("X/x"), Time{} + 2ms);
+  EXPECT_EQ(first.at("Y/y"), Time{} + 6500us);
+  EXPECT_EQ(first.at("Z/z"), Time{} + 10ms);
+  EXPECT_EQ(first.at("A/t"), Time{} + 10ms);
+  g.platform.cores = 2;
+  const Simulated two = simulate_graph(g, *find_executor("multi"), 20ms, std::nullopt, {.workers = 2});
+  EXPECT_THAT(two.starts("X/x"), ElementsAre(2));
+  EXPECT_THAT(two.starts("Z/z"), ElementsAre(10));
+}
+
+/// Q completes the set of F, whose job works for 4 ms and publishes after 1 ms.
+TEST(Callbacks, ASetIsPublishedWithinTheJobThatCompletesIt) {
+  const std::string early = ", publishes: {topic: both, when: all_new, of: [P, Q], at_percent: 25}}\n";
+  const Simulated s = simulate_text(
+      "  - {name: P, type: sensor, period_ms: 10}\n"
+      "  - {name: Q, type: sensor, period_ms: 10}\n"
+      "  - name: F\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: P, execution_time_ms: 4" +
+          early + "      - {subscription: Q, execution_time_ms: 4" + early +
+          "  - {name: C, type: command, input: both}\n",
+      20ms);
+  std::vector<Time> published;
+  for (const JobRecord& r : s.trace.jobs) {
+    if (s.tasks.set[r.job.task].name == "C/both") published.push_back(r.job.timestamp);
+  }
+  EXPECT_THAT(published, ElementsAre(Time{} + 1ms, Time{} + 11ms));
+  EXPECT_THAT(s.starts("C/both"), ElementsAre(4, 14));
+}
+
 TEST(Callbacks, TheLastArrivalCompletesASetAndOnlyItsJobTakesTime) {
   const Simulated s = simulate_text(
       "  - {name: P, type: sensor, period_ms: 10}\n"
@@ -474,6 +520,8 @@ TEST(Callbacks, MistakesAreReportedWithTheirLine) {
       {c + s + "publishes: {topic: x, when: sometimes}}\n", ":7: ", "always, all_new"},
       {c + s + "publishes: {topic: x, of: [S]}}\n", ":7: ", "needs the rule all_new"},
       {c + s + "publishes: {topic: x, every: 2, last_of: [S]}}\n", ":7: ", "several rules"},
+      {c + t + "publishes: {topic: x, at_percent: 101}}\n", ":7: ", "from 0 to 100"},
+      {c + t + "publishes: {topic: x, at_percent: early}}\n", ":7: ", "from 0 to 100"},
       {c + s + "publishes: S}\n", ":7: ", "publishes topic S, as node S does"},
       {c + "      - {subscription: R}\n", ":7: ", "no node publishes"},
       {c + t + "publishes: x}\n      - {timer: u, period_ms: 1, publishes: y}\n" +

@@ -62,7 +62,7 @@ nodes:
   callbacks:
   - {timer: one, period_ms: 100, phase_ms: 3, deadline_ms: 50, priority: 1, execution_time_ms: {min: 1, max: 2.5}, group: h, publishes: [t, {topic: k, last_of: [b, a]}]}
   - {subscription: a, depth: 3, execution_time_ms: {measured: [3, 1, 2]}, group: g, publishes: {topic: k, when: all_new, of: [a, b]}}
-  - {subscription: b, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: {topic: l, every: 4}}
+  - {subscription: b, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: [{topic: l, every: 4, at_percent: 33.3}, {topic: m, at_percent: 0}]}
 chains:
 - {name: c, nodes: [S, I, K/a], sources: [S], sink: K/a}
 )";

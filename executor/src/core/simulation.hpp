@@ -279,22 +279,29 @@ class Simulation {
       done(w);
       return;
     }
-    const Duration time = workload_->start(job, now_);
-    if (time < Duration{} || time > kLongestInstant) {
-      throw SimulationError("the execution time of a job of task `" + set_[job.task].name +
-                            "` must be between 0 and 2^60 ns");
-    }
-    workers_.begin_step(w, Step::run, time, now_);
+    run(w, workload_->start(job, now_));
     if (sink_) sink_->started(record(w, Outcome::ran));
   }
 
+  void run(Worker w, Duration time) {
+    if (time < Duration{} || time > kLongestInstant) {
+      throw SimulationError("the execution time of a job of task `" + set_[workers_[w].job.task].name +
+                            "` must be between 0 and 2^60 ns");
+    }
+    workers_.begin_step(w, Step::run, time, now_);
+  }
+
+  /// Ends a job, or a part of it at whose end it publishes.
   void finish_job(Worker w) {
     const Job& job = workers_[w].job;
-    ++summary_.jobs;
-    if (sink_) sink_->ended(record(w, Outcome::ran));
     const std::span<const TaskId> reached = workload_->finish(job, set_[job.task], now_);
+    const std::optional<Duration> rest = workload_->rest();
+    if (!rest) {
+      ++summary_.jobs;
+      if (sink_) sink_->ended(record(w, Outcome::ran));
+    }
     if (!reached.empty()) publish(job, reached);
-    done(w);
+    rest ? run(w, *rest) : done(w);
   }
 
   void done(Worker w) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,12 +23,17 @@ class Workload {
  public:
   virtual ~Workload() = default;
 
-  /// `job` starts; returns its execution time, >= 0. Not called for empty events.
+  /// `job` starts; returns its execution time until it publishes or ends, >= 0. Not called for empty
+  /// events.
   virtual Duration start(const Job& job, Time now) = 0;
 
-  /// `job` of `task` finishes; returns the subset of `task.feeds` to which it publishes. The span
-  /// is valid until the next finish().
+  /// `job` of `task` publishes, and ends unless rest() says otherwise; returns the subset of
+  /// `task.feeds` to which it publishes now. The span is valid until the next finish().
   virtual std::span<const TaskId> finish(const Job& job, const Task& task, Time now) = 0;
+
+  /// The execution time until the job of the last finish() publishes again or ends, >= 0; std::nullopt:
+  /// it has ended.
+  [[nodiscard]] virtual std::optional<Duration> rest() const { return std::nullopt; }
 
   /// The message published by job `parent` has reached `subscription` with number `sequence` (0, 1,
   /// ...). Messages of one publisher arrive in the order of publication.

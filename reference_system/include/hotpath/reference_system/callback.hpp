@@ -25,10 +25,13 @@ struct Publication {
   PublishRule rule = PublishRule::always;
   std::vector<std::uint32_t> of;  ///< all_new, last_of: ascending indices into the node's inputs, >= 1.
   std::uint32_t n = 1;            ///< every: >= 1.
-  /// Callbacks of one node with equal publications complete the same set: its samples enter one
-  /// message.
+  double at = 1;                  ///< Share of the execution time before it, in [0, 1]; 1: at the end.
   friend bool operator==(const Publication&, const Publication&) = default;
 };
+
+/// Whether two publications of callbacks of one node follow the same rule. If it is all_new, they
+/// complete the same set, whose samples enter one message.
+[[nodiscard]] bool same_rule(const Publication& a, const Publication& b);
 
 /// A quantile of execution times.
 struct DurationQuantile {
@@ -60,6 +63,8 @@ struct Callback {
 
   /// Whether each publication waits for a set: a job that completes none takes no time.
   [[nodiscard]] bool waits_for_sets() const;
+  /// Whether it publishes before the end of its jobs.
+  [[nodiscard]] bool publishes_early() const;
   /// Compares measured values, not their addresses.
   friend bool operator==(const Callback& a, const Callback& b);
 };

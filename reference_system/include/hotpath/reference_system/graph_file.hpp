@@ -32,7 +32,7 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///                  - timer, period_ms, phase_ms, deadline_ms, or subscription, depth; each with
 ///                    priority, execution_time_ms, group, publishes: [TOPIC or {topic, RULE}]
 ///                    where RULE is when: always, when: all_new with of: [TOPIC], every: N,
-///                    or last_of: [TOPIC]
+///                    or last_of: [TOPIC]; and at_percent: the share of the execution time before it
 ///     chains:  - name, nodes, sources, sink
 ///     platform: cores, timer_thread: by_executor|raised|equal, execution_times:
 ///     worst|uniform|measured|replayed,

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,6 +43,7 @@ class GraphWorkload final : public Workload {
 
   Duration start(const Job& job, Time now) override;
   std::span<const TaskId> finish(const Job& job, const Task& task, Time now) override;
+  [[nodiscard]] std::optional<Duration> rest() const override { return rest_; }
   void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) override;
   void overwritten(TaskId subscription, std::uint64_t sequence) override;
   /// The copy appends to the same observations.
@@ -65,8 +67,23 @@ class GraphWorkload final : public Workload {
     JobRef parent;
   };
 
+  /// A job that runs.
+  struct Running : Activation<SimulatedMessages> {
+    bool early = false;           ///< It publishes some message before its end.
+    Duration time{}, done{};      ///< Its execution time, and that up to the end of its current part.
+    std::vector<bool> published;  ///< By message; only if `early`.
+  };
+
   /// Completes a job at its end.
-  std::span<const TaskId> complete(const Task& task, Activation<SimulatedMessages>& job);
+  std::span<const TaskId> complete(const Task& task, Running& job);
+  /// Publishes the messages that are due; sets rest_.
+  std::span<const TaskId> publish_due(Running& job);
+  /// The time from the start to the publication of a message, and to the next instant of publication or the
+  /// end.
+  [[nodiscard]] Duration instant_of(const Running& job, std::size_t message) const;
+  [[nodiscard]] Duration next_instant(const Running& job) const;
+  /// Publishes one message; returns its readers.
+  const std::vector<TaskId>& publish(Running& job, std::size_t message);
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
   void describe(const SimulatedSample& sample, const std::vector<TaskId>& sources, StateWords& words) const;
@@ -98,11 +115,12 @@ class GraphWorkload final : public Workload {
   // Declared before everything that holds messages.
   std::shared_ptr<SimulatedMessagePool> pool_ = std::make_shared<SimulatedMessagePool>();
   std::vector<std::shared_ptr<Logic>> nodes_;
-  std::vector<std::vector<Unread>> unread_;             // by subscription, oldest first; at most its depth
-  std::vector<Activation<SimulatedMessages>> running_;  // the first busy_; the others are clear
+  std::vector<std::vector<Unread>> unread_;  // by subscription, oldest first; at most its depth
+  std::vector<Running> running_;             // the first busy_; the others are clear
   std::size_t busy_ = 0;
   bool with_publications_ = false;
   std::vector<TaskId> reached_;
+  std::optional<Duration> rest_;
   std::deque<OnTheWay> on_the_way_;
 };
 

@@ -98,6 +98,11 @@ class NodeLogic {
     return publication(job, index).output;
   }
 
+  /// The share of the job's execution time before its message `index`.
+  [[nodiscard]] double share(const Activation<Messages>& job, std::size_t index) const {
+    return publication(job, index).what.at;
+  }
+
   /// Fills the job's message `index`.
   void finish(const Activation<Messages>& job, std::size_t index, Message& out) {
     const OfPublication& publication = this->publication(job, index);
@@ -158,7 +163,7 @@ class NodeLogic {
   std::uint32_t set_of(const Publication& publication) {
     if (publication.of.empty()) return kNoSet;
     const auto same = [&](const Set& set) {
-      return publication.rule == PublishRule::all_new && set.what == publication;
+      return publication.rule == PublishRule::all_new && same_rule(set.what, publication);
     };
     const auto known = std::find_if(sets_.begin(), sets_.end(), same);
     if (known != sets_.end()) return static_cast<std::uint32_t>(known - sets_.begin());

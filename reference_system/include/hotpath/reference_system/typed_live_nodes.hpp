@@ -55,7 +55,7 @@ class TypedLiveNodes final : public LiveNodes {
       for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
     }
     const CrunchScale scale(calibration);
-    for (const Callback& callback : tasks_.callbacks) work_.emplace_back(graph.work, callback.worst, scale);
+    for (const Callback& callback : tasks_.callbacks) work_.push_back(parts_of(graph.work, callback, scale));
   }
 
   void connect(SampleSink& sink) override {
@@ -96,12 +96,14 @@ class TypedLiveNodes final : public LiveNodes {
     Activation<Messages>& activation = jobs_[worker];
     node.logic.start(tasks_.origin[job.task].callback, job.ref(), std::move(sample), start, activation);
     if (activation.works) {
-      const std::int64_t result = work_[job.task].burn(start);
+      for (const WorkPart& part : work_[job.task]) {
+        const std::int64_t result = part.work.burn(start);
+        for (std::size_t i = 0; i < activation.messages.size(); ++i) {
+          if (node.logic.share(activation, i) == part.end) publish(node, job, activation, i, result, worker);
+        }
+      }
       if (tasks_.readers[job.task].empty() && activation.own) {
         observe(Messages::message(activation.own), activation, worker);
-      }
-      for (std::size_t i = 0; i < activation.messages.size(); ++i) {
-        publish(node, job, activation, i, result, worker);
       }
     }
     activation.clear();
@@ -140,7 +142,7 @@ class TypedLiveNodes final : public LiveNodes {
   RunMemory& memory_;
   std::vector<RecordLog<ChainObservation>> chain_logs_;
   std::vector<std::vector<std::uint32_t>> ends_;  // by task: chains
-  std::vector<Work> work_;                        // per task
+  std::vector<std::vector<WorkPart>> work_;       // per task: up to each instant of publication, and the end
 
   std::unique_ptr<Transport<Message>> transport_;  // declared before everything that holds its samples
   std::deque<Local> locals_;

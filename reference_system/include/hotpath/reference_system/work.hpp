@@ -25,4 +25,13 @@ class Work {
   std::uint32_t limit_;
 };
 
+/// The part of a job up to an instant at which it publishes, or to its end.
+struct WorkPart {
+  double end = 1;  ///< Share of the execution time at its end.
+  Work work;
+};
+/// The parts of a callback's jobs, in order; the last one ends with the job.
+[[nodiscard]] std::vector<WorkPart> parts_of(WorkMode mode, const Callback& callback,
+                                             const CrunchScale& scale);
+
 }  // namespace hotpath

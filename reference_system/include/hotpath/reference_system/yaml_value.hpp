@@ -40,6 +40,8 @@ class YamlValue {
   Duration milliseconds(bool zero_allowed) const;
   /// >= 0.
   Duration microseconds() const;
+  /// In [0, 100].
+  double percent() const;
   std::int64_t integer(std::int64_t least, std::int64_t most) const;
   /// Any integer except the extremes, which are reserved for "none".
   std::int64_t priority() const {
