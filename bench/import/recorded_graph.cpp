@@ -16,6 +16,9 @@ namespace hotpath::imports {
 
 namespace {
 
+/// A service with fewer requests has no rate.
+constexpr std::uint64_t kLeastRequests = 10;
+
 std::string graph_name(const std::string& ros_name, bool is_node) {
   const std::string name = is_node ? graph_node_name(ros_name) : graph_topic_name(ros_name);
   return name.empty() ? "unnamed" : name;
@@ -76,7 +79,11 @@ class Builder {
         jobs_of_unknown += recorded.jobs;
         continue;
       }
-      if (recorded.kind == tracing::CallbackKind::service) continue;
+      if (recorded.kind == tracing::CallbackKind::service) {
+        is_task_[c] = recorded.node != kNone && recorded.jobs >= kLeastRequests &&
+                      subscribed.emplace(recorded.node, recorded.topic).second;
+        continue;
+      }
       if (recorded.kind == tracing::CallbackKind::subscription) {
         if (is_housekeeping(topic_of(c))) continue;
         if (!subscribed.emplace(recorded.node, recorded.topic).second) {
@@ -107,7 +114,7 @@ class Builder {
   void drop_silent_inputs() {
     for (const InferredRule& rule : result_.rules) published_.insert(rule.topic);
     for (std::uint32_t c = 0; c < is_task_.size(); ++c) {
-      if (!is_task_[c] || callback(c).kind != tracing::CallbackKind::subscription ||
+      if (!is_task_[c] || callback(c).kind == tracing::CallbackKind::timer ||
           published_.contains(callback(c).topic))
         continue;
       if (callback(c).jobs > 0) {
@@ -152,7 +159,7 @@ class Builder {
     if (own.empty()) return;
     std::map<std::uint32_t, std::uint32_t> input_of;  // by callback
     for (const std::uint32_t c : own) {
-      if (callback(c).kind != tracing::CallbackKind::subscription) continue;
+      if (callback(c).kind == tracing::CallbackKind::timer) continue;
       input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
       node.inputs.push_back({graph_name(topic_of(c), false), std::max(1U, callback(c).depth), {}});
     }
@@ -229,9 +236,8 @@ class Builder {
     node.groups = {CallbackGroup::mutually_exclusive};
     for (const std::uint32_t topic : outside_) {
       std::vector<Time> at;
-      const std::uint32_t reader = *std::ranges::find_if(
-          system_.topics[topic].subscriptions,
-          [&](std::uint32_t c) { return c < is_task_.size() && is_task_[c] && callback(c).jobs > 0; });
+      std::uint32_t reader = 0;
+      while (!is_task_[reader] || callback(reader).topic != topic || callback(reader).jobs == 0) ++reader;
       for (const tracing::Job& job : jobs_)
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
       if (at.size() < 2) at = {Time{}, Time{} + std::chrono::hours(1)};
@@ -244,8 +250,11 @@ class Builder {
       timer.phase = at.front() - Time{};
       timer.publishes.emplace_back().topic = name;
       node.outputs.push_back(name);
-      note("No callback of the trace publishes topic ", system_.topics[topic].name, "; a timer of ",
-           program::fixed(to_ms(timer.period), 1), " ms without work publishes it in the graph.");
+      const bool service = callback(reader).kind == tracing::CallbackKind::service;
+      note(service ? "A trace does not show the requests to service "
+                   : "No callback of the trace publishes topic ",
+           system_.topics[topic].name, "; a timer of ", program::fixed(to_ms(timer.period), 1),
+           " ms without work ", service ? "sends them" : "publishes it", " in the graph.");
       result_.callback_of.push_back(kNone);
       node.callbacks.push_back(std::move(timer));
     }

@@ -84,6 +84,12 @@ class CtfTrace:
         self.event(at, "rclcpp_subscription_callback_added", subscription=rclcpp, callback=callback)
         return rmw, callback
 
+    def service(self, at: Any, node: Any, name: str) -> Any:
+        handle, callback = self.address(), self.address()
+        self.event(at, "rcl_service_init", service_handle=handle, node_handle=node, service_name=name)
+        self.event(at, "rclcpp_service_callback_added", service_handle=handle, callback=callback)
+        return callback
+
     def job(
         self, start: Any, end: Any, callback: Any, publishes: Any = None, takes: Any = None, after: Any = None
     ) -> Any:

@@ -445,6 +445,38 @@ class Faults(ImportTest):
         facts = self.warned(trace, "No callback of the trace publishes topic /outer", 300)
         self.assertTrue(any("Nobody published /silent" in w for w in facts["warnings"]))
 
+    def test_services_are_tasks_whose_load_is_simulated(self) -> None:
+        """A service of 6 ms every 20 ms keeps every second message waiting. One that ran twice is
+        left out."""
+        trace, handles = sensor_and_filter(0)
+        service = trace.service(3 * MS, handles["nodes"][1], "/filter/set_parameters")
+        rare = trace.service(3 * MS, handles["nodes"][1], "/filter/get_parameters")
+        for i in range(200):
+            at = handles["at"] + 10 * i * MS
+            blocked = 6 * MS if i % 2 else 0
+            if blocked:
+                trace.job(at - 2 * MS, at + 4 * MS, service)
+            start = at + (4 * MS + 50_000 if blocked else 20_000)
+            stamp = trace.job(start, start + 2 * MS, handles["timer"], publishes=handles["publisher"])
+            taken = (handles["rmw"], stamp)
+            trace.job(start + 2 * MS + 50_000, start + 5 * MS, handles["subscription"], takes=taken)
+            if i in (20, 40):
+                trace.job(at + 6 * MS, at + 7 * MS, rare)
+        trace.events.sort(key=lambda event: event[0])
+        facts, output = self.imported(trace.write(self.folder / "served"))
+        tasks = {t["task"]: t for t in facts["tasks"]}
+        self.assertEqual(tasks["filter/filter/set_parameters"]["jobs"], 100)
+        self.assertEqual(facts["left_out"]["jobs"], 2)
+        self.assertTrue(any("requests to service /filter/set_param" in w for w in facts["warnings"]))
+        responses = facts["self_check"]
+        self.assertGreater(responses["response_p99_ms"]["recorded"], 5)
+        self.assertAlmostEqual(
+            responses["response_p99_ms"]["simulated"], responses["response_p99_ms"]["recorded"], delta=0.5
+        )
+        (jobs,) = RunFolder(output / "simulated").jobs().values()
+        served = [job for job in jobs if job.task == "filter/filter/set_parameters"]
+        self.assertEqual(sum(job.outcome == "ran" for job in served), 100)
+
     def test_publications_long_before_the_end(self) -> None:
         trace, handles = sensor_and_filter(0)
         for i in range(100):

@@ -69,6 +69,8 @@ void Assembler::start(const Event& e) {
   job.has_sample = true;
   if (std::exchange(thread.taken_by, kNone) == callback) {
     job.sample = thread.taken;
+  } else if (system_.callbacks[callback].kind == CallbackKind::service) {
+    job.sample = stranger(callback, e.at);  // its request is not traced
   } else if (system_.callbacks[callback].kind != CallbackKind::subscription) {
     job.has_sample = false;
   } else if (e.number[1] != 0 && !state.unread.empty()) {

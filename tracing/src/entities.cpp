@@ -29,6 +29,7 @@ void Assembler::describe(const Event& e) {
       return;
     case K::service_init:
       endpoint(e, Endpoint::Kind::service, 0);
+      if (*e.text[0] != '\0') services_[first] = {find(nodes_, second, kNone), topic_named(e.text[0])};
       return;
     case K::client_init:
       endpoint(e, Endpoint::Kind::client, 0);
@@ -61,7 +62,7 @@ void Assembler::describe(const Event& e) {
       return;
     }
     case K::service_callback_added:
-      return set_handle(second, add_callback(CallbackKind::service));
+      return add_service_callback(e);
     case K::buffer_to_ipb:
       ipb_of_buffer_[first] = e.number[1];
       return;
@@ -115,6 +116,15 @@ void Assembler::add_timer_callback(const Event& e) {
   system_.callbacks[timer.callback].period = timer.period;
   system_.callbacks[timer.callback].created = timer.created;
   set_handle({e.process, e.number[1]}, timer.callback);
+}
+
+void Assembler::add_service_callback(const Event& e) {
+  const std::uint32_t index = add_callback(CallbackKind::service);
+  const Service service = find(services_, {e.process, e.number[0]}, {});
+  system_.callbacks[index].node = service.node;
+  system_.callbacks[index].topic = service.topic;
+  system_.callbacks[index].depth = kServiceDepth;
+  set_handle({e.process, e.number[1]}, index);
 }
 
 std::uint32_t Assembler::add_callback(CallbackKind kind) {

@@ -37,6 +37,8 @@ class Assembler {
   [[nodiscard]] const System& system() const { return system_; }
 
  private:
+  /// History depth of a service (rmw_qos_profile_services_default).
+  static constexpr std::uint32_t kServiceDepth = 10;
   /// Most unread samples of a subscription that keeps all.
   static constexpr std::size_t kKeepAll = 1000;
 
@@ -57,6 +59,9 @@ class Assembler {
     Duration period{};
     Time created{};
     std::uint32_t callback = kNone;
+  };
+  struct Service {
+    std::uint32_t node = kNone, topic = kNone;
   };
   struct Unread {
     Sample sample;
@@ -86,6 +91,7 @@ class Assembler {
   /// The endpoint behind the handle of the middleware (0: none), which is new or was created just before.
   Endpoint& endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t rmw_handle);
   void add_timer_callback(const Event& e);
+  void add_service_callback(const Event& e);
   std::uint32_t add_callback(CallbackKind kind);
   void set_handle(Handle callback, std::uint32_t index);
   std::uint32_t topic_named(const std::string& name);
@@ -121,6 +127,7 @@ class Assembler {
   ByHandle<std::uint32_t> publishers_;  // to endpoints
   ByHandle<std::uint32_t> endpoints_;   // by the middleware's handle; initialised by it, not yet by rcl
   ByHandle<Timer> timers_;
+  ByHandle<Service> services_;
   std::unordered_map<std::string, std::uint32_t> topics_;
   ByHandle<std::uint32_t> thread_indices_;      // by process and id
   std::vector<ThreadState> threads_;            // parallel to those of the system

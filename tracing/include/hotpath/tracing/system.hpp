@@ -19,21 +19,21 @@ enum class CallbackKind : std::uint8_t { timer, subscription, service, unknown }
 struct Callback {
   CallbackKind kind = CallbackKind::unknown;
   std::uint32_t node = kNone;
-  std::uint32_t topic = kNone;                     ///< Subscriptions: index into topics.
-  std::uint32_t depth = 0;                         ///< Subscriptions: history depth; 0: unknown, or keep all.
-  Duration period{};                               ///< Timers.
-  Time created{};                                  ///< Timers: its creation.
-  std::uint64_t jobs = 0;                          ///< Jobs that ended.
-  std::uint64_t never_ended = 0;                   ///< Jobs without an end in the trace.
-  Duration busy{};                                 ///< Start to end of all jobs.
-  std::map<std::uint32_t, std::uint64_t> threads;  ///< Jobs by thread.
+  std::uint32_t topic = kNone;                       ///< Subscriptions, services: index into topics.
+  std::uint32_t depth = 0;                           ///< The same: history depth; 0: unknown, or keep all.
+  Duration period{};                                 ///< Timers.
+  Time created{};                                    ///< Timers: its creation.
+  std::uint64_t jobs = 0;                            ///< Jobs that ended.
+  std::uint64_t never_ended = 0;                     ///< Jobs without an end in the trace.
+  Duration busy{};                                   ///< Start to end of all jobs.
+  std::map<std::uint32_t, std::uint64_t> threads;    ///< Jobs by thread.
   std::map<std::uint32_t, std::uint64_t> published;  ///< Messages that its jobs published, by topic.
   std::uint64_t samples = 0;                         ///< Subscriptions: published for it.
   std::uint64_t strangers = 0;  ///< Subscriptions: samples taken without a traced publication.
 };
 
 struct Topic {
-  std::string name;
+  std::string name;                          ///< Of a topic or a service.
   std::vector<std::uint32_t> subscriptions;  ///< Callbacks.
 };
 
