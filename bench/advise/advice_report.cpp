@@ -2,6 +2,7 @@
 #include "advise/advice_report.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -92,6 +93,17 @@ void write_excluded(std::ostream& out, const Advice& advice) {
 
 void write_ranking(std::ostream& out, const Advice& advice) {
   out << ranking_table(advice) << "\n";
+  /// By timer: the least and greatest distance of its starts.
+  json periods_json(const ExecutorSummary& summary) {
+    json all = json::object();
+    for (const TaskSummary& task : summary.tasks) {
+      if (!std::isfinite(task.period_range_ms())) continue;
+      all[task.task] = {
+          {"period", to_ms(task.period)}, {"least", task.period_ms->min}, {"greatest", task.period_ms->max}};
+    }
+    return all;
+  }
+
   write_excluded(out, advice);
   out << "\n";
   for (const std::string& sentence : sentences(advice)) out << sentence << "\n";
@@ -139,6 +151,7 @@ json advice_json(const Advice& advice) {
         const results::LatencySummary& l = latency(advice, *p);
         row["median_ms"] = json_of(l.quantiles.p50, l.p50);
         row["p99_ms"] = json_of(l.quantiles.p99, l.p99);
+        row["periods_ms"] = periods_json(p->summary);
         row["worst_ms"] = json_of(l.quantiles.max, l.max);
       }
     }

@@ -41,7 +41,7 @@ struct Advice {
 [[nodiscard]] const char* bounded_latency(const Objective& objective);
 
 void write_ranking(std::ostream& out, const Advice& advice);
-/// Three sentences: the recommendation and its gain, the confidence in it, its cost.
+/// The recommendation and its gain, the confidence in it, its cost, and the timers whose period varies more.
 [[nodiscard]] std::vector<std::string> sentences(const Advice& advice);
 /// The content of advice.json.
 [[nodiscard]] nlohmann::json advice_json(const Advice& advice);

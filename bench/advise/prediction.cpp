@@ -103,8 +103,8 @@ class Draws {
     std::vector<results::ExecutorRuns> runs(1);
     runs.front().executor = candidate.name;
     runs.front().repetitions = p.draws;
-    results::Summary summary = results::summarize(
-        candidate.tasks.set, runs, setup::summary_options(options_.common, candidate.graph, candidate.tasks));
+    results::Summary summary = results::summarize(candidate.tasks.set, runs,
+                                                  setup::summary_options(options_.common, candidate.graph));
     p.summary = std::move(summary.executors.front());
     for (const Drawn& drawn : totals_[c]) drawn.totals->add_to(p.summary);
   }

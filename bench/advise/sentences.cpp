@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "advise/advice_report.hpp"
 #include "advise/ranking.hpp"
@@ -85,6 +86,32 @@ std::string third_sentence(const Advice& advice) {
   return text + (overtaken.empty() ? "; no other candidate overtakes it under the assumptions below."
                                    : "; another candidate overtakes it with " + overtaken + ".");
 }
+/// Names the timers whose period varies clearly more than today, the worst first.
+std::string who_pays(const Advice& advice) {
+  constexpr double kShare = 0.05;  // of the period: less does not matter to a periodic callback
+  constexpr std::size_t kMost = 3;
+  const Prediction &best = *advice.best, &now = *advice.now;
+  if (&best == &now || !now.overload.empty()) return "";
+  std::vector<std::pair<double, std::string>> paying;  // by the growth as a share of the period
+  std::size_t timers = 0;
+  for (std::size_t t = 0; t < best.summary.tasks.size(); ++t) {
+    const results::TaskSummary &after = best.summary.tasks[t], &before = now.summary.tasks[t];
+    timers += after.kind == TaskKind::timer;
+    const double growth = (after.period_range_ms() - before.period_range_ms()) / to_ms(after.period);
+    if (!(growth > kShare)) continue;  // nor without two jobs
+    paying.emplace_back(growth, program::concat(after.task, "'s period varies by ",
+                                                program::fixed(after.period_range_ms(), 1), " ms instead of ",
+                                                program::fixed(before.period_range_ms(), 1), " ms"));
+  }
+  if (timers == 0) return "";
+  if (paying.empty()) return "No timer pays for it: no period varies clearly more than today.";
+  std::ranges::stable_sort(paying, std::greater(), &std::pair<double, std::string>::first);
+  const std::size_t more = paying.size() - std::min(kMost, paying.size());
+  paying.resize(std::min(kMost, paying.size()));
+  std::string text = "Timers pay for it: ";
+  for (const auto& [growth, sentence] : paying) text += (text.ends_with(": ") ? "" : "; ") + sentence;
+  return text + (more > 0 ? program::concat("; and ", more, " more.") : ".");
+}
 
 }  // namespace
 
@@ -110,7 +137,9 @@ std::string value_text(const Objective& objective, const Prediction& p) {
 
 std::vector<std::string> sentences(const Advice& advice) {
   if (advice.best == nullptr) return {first_sentence(advice)};
-  return {first_sentence(advice), second_sentence(advice), third_sentence(advice)};
+  std::vector<std::string> all = {first_sentence(advice), second_sentence(advice), third_sentence(advice)};
+  if (std::string paying = who_pays(advice); !paying.empty()) all.push_back(std::move(paying));
+  return all;
 }
 
 }  // namespace hotpath::advise

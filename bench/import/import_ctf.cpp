@@ -190,9 +190,8 @@ class CtfImport final : public tracing::Sink {
     repetition.accounts = account(best.tasks.set, repetition.trace);
     record.runs.push_back(results::record_of(best.tasks.set, setup::chain_names(best.graph), repetition));
     folder.write("run.json", json(record));
-    const results::Summary summary =
-        results::summarize(best.tasks.set, {{trace.executor, {repetition}}},
-                           setup::summary_options(common, best.graph, best.tasks));
+    const results::Summary summary = results::summarize(best.tasks.set, {{trace.executor, {repetition}}},
+                                                        setup::summary_options(common, best.graph));
     folder.close(record, json(summary));
   }
 

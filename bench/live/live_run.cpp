@@ -59,7 +59,7 @@ class LiveRun {
     tasks_ = plan_.tasks = make_tasks(graph_);
     name_stacks();
     executors_ = setup::executors_to_run(options_, graph_, tasks_);
-    counting_ = setup::summary_options(options_, graph_, tasks_);
+    counting_ = setup::summary_options(options_, graph_);
     for (const setup::ExecutorSpec& e : executors_) runs_.push_back({e.label, {}});
     check();
   }

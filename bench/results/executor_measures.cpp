@@ -20,10 +20,10 @@ LatencySummary latency_summary(const RepeatedSamples& samples, const BootstrapOp
           estimates[3].interval};
 }
 
-void append_periods(std::vector<std::pair<std::uint64_t, Time>> starts, std::vector<double>& periods_ms) {
+void append_periods(std::vector<std::pair<std::uint64_t, Time>>& starts, std::deque<Duration>& periods) {
   std::ranges::sort(starts);
   for (std::size_t k = 1; k < starts.size(); ++k) {
-    periods_ms.push_back(to_ms(starts[k].second - starts[k - 1].second));
+    periods.push_back(starts[k].second - starts[k - 1].second);
   }
 }
 
@@ -75,6 +75,7 @@ ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, con
       timers_only_(timers_only(set)),
       responses_(set.size()),
       authors_(timers_only_ ? set.size() : 0),
+      periods_(set.size()),
       latencies_(options.chains.size()) {
   summary_.executor = std::move(executor);
   summary_.chains.resize(options.chains.size());
@@ -85,12 +86,12 @@ ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, con
     t.period = task.period;
     t.deadline = task.deadline;
   }
-  for (const TaskId id : options.cyclic_timers) periods_[id];
 }
 
 void ExecutorMeasures::begin(Time epoch, Time end) {
   const Time counted_from = epoch + options_.warm_up;
   current_.emplace(Current{counted_from, end, {}, std::nullopt});
+  current_->starts.resize(set_.size());
   if (timers_only_) current_->authors.emplace(set_, epoch, counted_from);
 }
 
@@ -103,12 +104,12 @@ void ExecutorMeasures::add(const JobRecord& r) {
   if (current_->authors) current_->authors->add(r);
   if (!counts(r, counted_from)) return;
   responses_[id].push_back(to_ms(response_time(r)));
-  if (periods_.contains(id)) current_->starts[id].emplace_back(r.job.sequence, r.start);
+  if (task.kind == TaskKind::timer) current_->starts[id].emplace_back(r.job.sequence, r.start);
 }
 
 void ExecutorMeasures::end(std::uint32_t place, std::uint32_t repetition, const ProcessUsage& usage,
                            std::uint64_t lost_records, const std::vector<TaskAccount>& accounts) {
-  for (auto& [id, of_task] : current_->starts) append_periods(std::move(of_task), periods_[id]);
+  for (TaskId id = 0; id < set_.size(); ++id) append_periods(current_->starts[id], periods_[id]);
   if (current_->authors) current_->authors->append_to(authors_);
   current_.reset();
   Ended& ended = ended_[place] = {usage, lost_records, {repetition}, {}};
@@ -149,8 +150,14 @@ ExecutorSummary ExecutorMeasures::finish(std::vector<RepeatedSamples>& hot_paths
     TaskSummary& task = summary_.tasks[id];
     task.response_ms = quantiles_of(responses_[id]);
     if (timers_only_) task.response_authors_ms = quantiles_of(authors_[id]);
-    if (const auto periods = periods_.find(id); periods != periods_.end()) {
-      task.period_ms = quantiles(std::move(periods->second));
+    if (task.kind == TaskKind::timer) {
+      std::vector<double> periods, deviations;
+      for (const Duration period : std::exchange(periods_[id], {})) {
+        periods.push_back(to_ms(period));
+        deviations.push_back(to_ms(period_deviation(set_[id], period)));
+      }
+      task.period_ms = quantiles(std::move(periods));
+      task.period_deviation_ms = quantiles(std::move(deviations));
     }
     summary_.executed += task.account[Outcome::ran];
     summary_.skipped += task.account[Outcome::skipped];

@@ -34,7 +34,8 @@ class AuthorsResponses {
   std::vector<std::vector<Executed>> executed_;  // by task
 };
 
-/// Collects the summary of one executor job by job, in 8 bytes per counted job. A measure over
+/// Collects the summary of one executor job by job, in 8 bytes per counted job, and as many again per timer's
+/// job. A measure over
 /// single jobs belongs into add(const JobRecord&).
 class ExecutorMeasures {
  public:
@@ -58,7 +59,7 @@ class ExecutorMeasures {
  private:
   struct Current {
     Time counted_from, end;
-    std::map<TaskId, std::vector<std::pair<std::uint64_t, Time>>> starts;  // of cyclic timers, by sequence
+    std::vector<std::vector<std::pair<std::uint64_t, Time>>> starts;  // of timers, by task: sequence, start
     std::optional<AuthorsResponses> authors;
   };
   struct Ended {
@@ -80,7 +81,7 @@ class ExecutorMeasures {
   const bool timers_only_;
   std::optional<Current> current_;
   std::vector<std::deque<double>> responses_, authors_;        // ms, by task
-  std::map<TaskId, std::vector<double>> periods_;              // ms
+  std::vector<std::deque<Duration>> periods_;                  // by task
   std::map<std::uint32_t, Ended> ended_;                       // by place
   std::vector<std::map<std::uint32_t, Latencies>> latencies_;  // by chain, then by place
 };

@@ -19,6 +19,12 @@ namespace hotpath::results {
   return task.kind == TaskKind::timer && response > task.deadline;
 }
 
+/// The period jitter of one pair of consecutive jobs of a timer that ran: how far the distance of their
+/// starts is from the period. A skipped timestamp between them adds a period to the distance.
+[[nodiscard]] inline Duration period_deviation(const Task& timer, Duration start_to_start) {
+  return std::chrono::abs(start_to_start - timer.period);
+}
+
 /// Whether the set has no subscriptions.
 [[nodiscard]] inline bool timers_only(const TaskSet& set) {
   return std::ranges::count(set.tasks, TaskKind::subscription, &Task::kind) == 0;

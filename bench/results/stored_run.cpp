@@ -24,21 +24,6 @@ std::string named(const std::string& executor, std::uint32_t repetition) {
   return program::concat(executor, " (repetition ", repetition, ")");
 }
 
-/// Timers of nodes that also have subscriptions. Only for nodes of the reference system's types,
-/// whose timers have the node's name.
-std::vector<TaskId> cyclic_timers(const TaskSet& set) {
-  std::vector<TaskId> timers;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    const std::string prefix = set[id].name + "/";
-    const auto is_input = [&](const Task& t) { return t.name.starts_with(prefix); };
-    const bool named_as_node = set[id].name.find('/') == std::string::npos;
-    if (set[id].kind == TaskKind::timer && named_as_node && std::ranges::any_of(set.tasks, is_input)) {
-      timers.push_back(id);
-    }
-  }
-  return timers;
-}
-
 auto find_trace(auto& traces, const std::string& executor, std::uint32_t repetition) {
   return std::ranges::find_if(
       traces, [&](const Trace& t) { return t.executor == executor && t.repetition == repetition; });
@@ -145,7 +130,6 @@ const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetit
 SummaryOptions StoredRun::summary_options() const {
   SummaryOptions options;
   options.chains = chains();
-  options.cyclic_timers = cyclic_timers(tasks_);
   options.warm_up = warm_up();
   options.bootstrap.seed = record_.seed;
   return options;

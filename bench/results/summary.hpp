@@ -31,9 +31,8 @@ struct ExecutorRuns {
 
 /// The properties of graph and run that a summary needs.
 struct SummaryOptions {
-  std::vector<std::string> chains;    ///< Names; a trace's ChainRecord::chain is an index into them.
-  std::vector<TaskId> cyclic_timers;  ///< Timers of the cyclic nodes, whose period is measured.
-  Duration warm_up{};                 ///< >= 0, from the epoch.
+  std::vector<std::string> chains;  ///< Names; a trace's ChainRecord::chain is an index into them.
+  Duration warm_up{};               ///< >= 0, from the epoch.
   BootstrapOptions bootstrap;
 };
 
@@ -68,10 +67,16 @@ struct TaskSummary {
   /// next call as read at the start, plus its period. Only for sets without subscriptions, where
   /// the trace determines it.
   std::optional<Quantiles> response_authors_ms;
-  /// Cyclic nodes: time between the starts of consecutive executed jobs. Upstream divides it by the
+  /// Timers: time between the starts of consecutive counted jobs. Upstream divides it by the
   /// difference of the message numbers, which is 1 between executed jobs, so a skipped timestamp
   /// doubles the period.
   std::optional<Quantiles> period_ms;
+  std::optional<Quantiles> period_deviation_ms;  ///< Timers: period_deviation() of the same pairs of jobs.
+
+  /// How much the distance of the starts varies, from the least to the greatest; NaN without two jobs.
+  [[nodiscard]] double period_range_ms() const {
+    return period_ms && period_ms->n > 0 ? period_ms->max - period_ms->min : kNoValue;
+  }
 
   /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
   [[nodiscard]] bool never_ran() const {

@@ -63,6 +63,7 @@ static void to_json(json& j, const TaskSummary& task) {
   }
   if (task.response_authors_ms) j["response_authors_ms"] = task.response_authors_ms;
   if (task.period_ms) j["period_ms"] = task.period_ms;
+  if (task.period_deviation_ms) j["period_deviation_ms"] = task.period_deviation_ms;
 }
 
 /// Seconds since the epoch.

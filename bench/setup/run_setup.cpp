@@ -182,14 +182,9 @@ std::vector<results::MeasuredChain> measured_chains(const Graph& graph, const Gr
   return chains;
 }
 
-results::SummaryOptions summary_options(const CommonOptions& options, const Graph& graph,
-                                        const GraphTasks& tasks) {
+results::SummaryOptions summary_options(const CommonOptions& options, const Graph& graph) {
   results::SummaryOptions s;
   s.chains = chain_names(graph);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    const bool cyclic = graph.nodes[tasks.origin[id].node].type == NodeType::cyclic;
-    if (cyclic && !tasks.origin[id].input) s.cyclic_timers.push_back(id);
-  }
   s.warm_up = seconds(options.warm_up_s);
   s.bootstrap.seed = options.seed;
   return s;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -44,6 +46,7 @@ class RunTotals final : public JobSink {
     t.least = std::min(t.least, response);
     t.most = std::max(t.most, response);
     t.sum_ms += to_ms(response);
+    if (task.kind == TaskKind::timer) t.periods.add(record, task);
   }
 
   /// Fills in the counts of `accounts`.
@@ -60,6 +63,7 @@ class RunTotals final : public JobSink {
       task.after_warm_up += t.counts;
       summary.after_warm_up += t.counts;
       task.longest_wait = std::max(task.longest_wait, t.longest_wait);
+      if (t.periods.n > 0) t.periods.add_to(task);
       if (t.responses == 0) continue;
       Quantiles& q = task.response_ms;
       const double sum = (q.n == 0 ? 0 : q.mean * static_cast<double>(q.n)) + t.sum_ms;
@@ -71,9 +75,52 @@ class RunTotals final : public JobSink {
   }
 
  private:
+  /// Distances of a timer's starts. Jobs that end out of order wait for the earlier ones.
+  struct Periods {
+    std::uint64_t n = 0;
+    Duration least = Duration::max(), most{}, furthest{};
+    double sum_ms = 0, sum_deviations_ms = 0;
+
+    void add(const JobRecord& r, const Task& timer) {
+      waiting_.emplace(r.job.sequence, std::pair(r.start, r.job.sequence + 1 + r.job.skipped));
+      while (!waiting_.empty() && (!before_ || waiting_.begin()->first <= next_)) {
+        const auto [start, next] = waiting_.extract(waiting_.begin()).mapped();
+        if (before_) {
+          const Duration period = start - *before_, deviation = results::period_deviation(timer, period);
+          ++n;
+          least = std::min(least, period);
+          most = std::max(most, period);
+          furthest = std::max(furthest, deviation);
+          sum_ms += to_ms(period);
+          sum_deviations_ms += to_ms(deviation);
+        }
+        before_ = start;
+        next_ = next;
+      }
+    }
+    void add_to(results::TaskSummary& task) const {
+      add_to(task.period_ms, to_ms(least), to_ms(most), sum_ms);
+      add_to(task.period_deviation_ms, kNoValue, to_ms(furthest), sum_deviations_ms);
+    }
+
+   private:
+    void add_to(std::optional<Quantiles>& quantiles, double least_ms, double most_ms, double sum) const {
+      if (!quantiles) quantiles.emplace();
+      Quantiles& q = *quantiles;
+      sum += q.n == 0 ? 0 : q.mean * static_cast<double>(q.n);
+      q.n += n;
+      q.min = std::fmin(q.min, least_ms);
+      q.max = std::fmax(q.max, most_ms);
+      q.mean = sum / static_cast<double>(q.n);
+    }
+    std::map<std::uint64_t, std::pair<Time, std::uint64_t>> waiting_;  // by sequence: start, next sequence
+    std::optional<Time> before_;
+    std::uint64_t next_ = 0;
+  };
   struct OfTask {
     TaskAccount account;
     results::TimerCounts counts;
+    Periods periods;
     std::uint64_t responses = 0;
     Duration least = Duration::max(), most{}, longest_wait{};
     double sum_ms = 0;

@@ -46,7 +46,7 @@ class SimulatedRun {
         graph_(simulated_graph(options)),
         tasks_(make_tasks(graph_)),
         executors_(setup::executors_to_run(options, graph_, tasks_, graph_.platform.cores)),
-        counting_(setup::summary_options(options, graph_, tasks_)),
+        counting_(setup::summary_options(options, graph_)),
         chains_(setup::measured_chains(graph_, tasks_)) {
     prepare();
   }

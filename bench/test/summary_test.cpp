@@ -76,7 +76,6 @@ const std::vector<results::MeasuredChain> kChains = {{"hot_path", {kPoints, kClu
 results::SummaryOptions options(double warm_up_ms = 0) {
   results::SummaryOptions o;
   o.chains = {"hot_path"};
-  o.cyclic_timers = {kPlanner};
   o.warm_up = from_ms(warm_up_ms);
   o.bootstrap.resamples = 200;
   return o;
@@ -234,19 +233,25 @@ TEST(Ratio, IsAbsentWithoutDefault) {
   EXPECT_TRUE(nlohmann::json(s)["executors"][0]["chains"][0]["ratio_to_default"]["max"].is_null());
 }
 
-// The reference-system's BehaviorPlanner period: the distance between starts of consecutive
+// As the reference-system measures the period of BehaviorPlanner: the distance between starts of consecutive
 // executed jobs.
-TEST(PlannerPeriod, IsTheDistanceOfStartsSoThatASkippedTimestampShows) {
+TEST(Periods, AreTheDistanceOfStartsSoThatASkippedTimestampShows) {
   const results::ExecutorSummary s = summary_of({repetition(
       0, {ran(kPlanner, 3, 300, 310, 311), ran(kPlanner, 0, 0, 4, 5), ran(kPlanner, 1, 100, 110, 111)}, {})});
   ASSERT_TRUE(s.tasks[kPlanner].period_ms);
   EXPECT_EQ(s.tasks[kPlanner].period_ms->n, 2u);
   EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_ms->min, 106);
   EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_ms->max, 200);
-  EXPECT_FALSE(s.tasks[kLidar].period_ms) << "not a cyclic node's timer";
+  ASSERT_TRUE(s.tasks[kPlanner].period_deviation_ms);
+  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_deviation_ms->min, 6);
+  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_deviation_ms->max, 100);
+  EXPECT_DOUBLE_EQ(s.tasks[kPlanner].period_range_ms(), 94);
+  EXPECT_EQ(s.tasks[kLidar].period_ms->n, 0u);
+  EXPECT_TRUE(std::isnan(s.tasks[kLidar].period_range_ms()));
+  EXPECT_FALSE(s.tasks[kPoints].period_ms) << "a subscription has no period";
 }
 
-TEST(PlannerPeriod, DoesNotReachFromOneRepetitionIntoTheNext) {
+TEST(Periods, DoNotReachFromOneRepetitionIntoTheNext) {
   const results::ExecutorSummary s = summary_of(
       {repetition(0, {ran(kPlanner, 0, 0, 4, 5)}, {}), repetition(1, {ran(kPlanner, 1, 100, 104, 105)}, {})});
   EXPECT_EQ(s.tasks[kPlanner].period_ms->n, 0u);

@@ -121,6 +121,22 @@ def losses_by_task(runs: Sequence[ReportedRun]) -> list[Table]:
     return [Table("Losses by task", header, rows, folded=len(rows) > 12)] if rows else []
 
 
+def periods(runs: Sequence[ReportedRun]) -> list[Table]:
+    """Distances between the starts of each timer's jobs. Runs of older versions have none."""
+    keys = ["min", "max"]
+    rows = [
+        [run.name, e["executor"], task["task"], *(f"{task['period_ms'][key]:.2f}" for key in keys)]
+        + [f"{off:.2f}" if (off := task["period_deviation_ms"]["p99"]) is not None else ""]
+        for run in runs
+        if (run.run.folder / "summary.json").exists()
+        for e in run.run.summary()
+        for task in e["tasks"]
+        if (task.get("period_deviation_ms") or {}).get("n")
+    ]
+    header = ["run", "executor", "timer", "least ms", "greatest ms", "p99 off its period by ms"]
+    return [Table("Periods of timers, from start to start", header, rows, folded=True)] if rows else []
+
+
 def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
     """Periods of a slow processor."""
     keys = ["cpu", "from_s", "until_s", "factor"]
@@ -174,7 +190,7 @@ def write(folders: Sequence[str], folder: Path) -> None:
         raise InputError(f"{folders[0]}: nothing to report: no samples of chains or timers after the warm-up")
     graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
     facts = [run.facts() for run in runs]
-    tables = losses(runs) + losses_by_task(runs) + disturbances(runs)
+    tables = losses(runs) + losses_by_task(runs) + periods(runs) + disturbances(runs)
     commands = list(dict.fromkeys(command for run in runs if (command := run.run.command())))
     data = interactive.document([run.run for run in runs], [run.name for run in runs], measured(runs))
     content = {
