@@ -2,15 +2,14 @@
 #include "advise/advice.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "advise/advice_report.hpp"
+#include "advise/advised_graph.hpp"
 #include "advise/ranking.hpp"
 #include "explain/simulated_difference.hpp"
-#include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
@@ -26,28 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostChains = 8;
 /// Number of best candidates in the doubts, in addition to the current executor.
 constexpr std::size_t kDoubted = 3;
 /// The ranking's share of the budget; the rest is for the doubts.
 constexpr double kRankingShare = 0.6;
-
-Graph graph_of(const Options& options) {
-  Graph graph = setup::graph_to_run(options);
-  if (options.cores) graph.platform.cores = *options.cores;
-  if (graph.chains.empty()) {
-    graph.chains = find_chains(graph, make_tasks(graph), kMostChains);
-    for (const Chain& chain : graph.chains) {
-      std::cout << "Found " << chain.name << ": " << program::joined(chain.nodes, " -> ") << "\n";
-    }
-  }
-  return graph;
-}
-
-std::string default_objective(const Options& options, const Graph& graph) {
-  return graph.chains.empty() && options.objective == Options{}.objective ? "worst_lateness"
-                                                                          : options.objective;
-}
 
 /// Rejects a graph that does not fit into memory: every candidate has a graph and tasks, and every
 /// candidate under simulation has a trace.
@@ -59,27 +40,14 @@ void check_memory(const Options& options, const GraphTasks& tasks) {
                             "a shorter --duration, fewer --threads, or a part of the graph");
 }
 
-/// Throws RunError with the number of cores that would suffice.
-void check_load(const Graph& graph, const GraphTasks& tasks) {
-  const double load = mean_load_percent(graph, tasks);
-  if (load < 100.0 * graph.platform.cores) return;
-  throw program::RunError(program::concat(
-      "overload: the callbacks of ", graph.name, " need ", program::fixed(load, 0),
-      " % of one core, and there are ", graph.platform.cores, graph.platform.cores == 1 ? " core" : " cores",
-      ": no executor can keep up; give the graph ", std::floor(load / 100) + 1,
-      " cores or more (--cores), or less work (--load)"));
-}
-
 class Adviser {
  public:
   explicit Adviser(const Options& options)
       : options_(options),
-        graph_(graph_of(options)),
-        objective_(parse_objective(default_objective(options, graph_), graph_)) {
+        graph_(advised_graph(options)),
+        objective_(advised_objective(options, graph_, "hot_path:p99")),
+        candidate_options_(candidate_options(options, graph_, "reference")) {
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
-    if (options.costs != "reference" && options.costs != "graph") {
-      throw program::UsageError("--costs: `" + options.costs + "` is neither reference nor graph");
-    }
     const GraphTasks tasks = make_tasks(graph_);
     check_load(graph_, tasks);
     check_memory(options_, tasks);
@@ -87,7 +55,7 @@ class Adviser {
 
   void run() {
     program::check_output_folder(setup::output_folder(options_, graph_));
-    const std::vector<Candidate> candidates = make_candidates(graph_, objective_, candidate_options());
+    const std::vector<Candidate> candidates = make_candidates(graph_, objective_, candidate_options_);
     Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}, {}};
     std::vector<Prediction> predictions = predicted("ranking", candidates, kRankingShare * options_.budget_s);
     for (Prediction& p : predictions) {
@@ -108,16 +76,6 @@ class Adviser {
   }
 
  private:
-  CandidateOptions candidate_options() const {
-    CandidateOptions o;
-    o.executors = options_.executors;
-    o.deployments = options_.deployments;
-    o.now = options_.now;
-    o.scheduling = setup::scheduling_of(options_, make_tasks(graph_).set, graph_.platform.cores);
-    o.reference_costs = options_.costs == "reference";
-    return o;
-  }
-
   /// A deployment from a file has the name in the file, and is the last candidate.
   std::string now_name(const std::vector<Candidate>& candidates) const {
     const auto now = std::ranges::find(candidates, options_.now, &Candidate::name);
@@ -279,6 +237,7 @@ class Adviser {
   Options options_;
   const Graph graph_;
   const Objective objective_;
+  const CandidateOptions candidate_options_;
 };
 
 }  // namespace

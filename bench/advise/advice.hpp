@@ -10,13 +10,15 @@ namespace hotpath::advise {
 
 /// The command line of `hotpath advise`.
 struct Options : setup::CommonOptions {
-  std::string objective = "hot_path:p99";
-  std::string now = "default";  ///< The system's current executor or deployment.
-  std::string costs = "reference";
+  std::optional<std::string> objective;  ///< By default as the help of --for says.
+  std::string now = "default";           ///< The system's current executor or deployment.
+  std::optional<std::string> costs;      ///< By default as the help of --costs says.
   std::optional<unsigned> cores;
   std::uint32_t draws = 20;
   double budget_s = 120;
   unsigned threads = 0;
+  bool choose_phases = false;       ///< advise_phases() instead of advise().
+  std::optional<double> margin_ms;  ///< advise_phases(): how far offsets may be off; >= 0.
 };
 
 /// Predicts the graph under every suitable executor and deployment, ranks them, repeats the ranking

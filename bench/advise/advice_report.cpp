@@ -24,9 +24,13 @@ std::size_t waited_long(const results::ExecutorSummary& summary) {
   }));
 }
 
+bool shows_end_to_end(const Objective& objective) {
+  return objective.kind == Objective::Kind::requirements || objective.statistic == Objective::Statistic::age;
+}
+
 const results::LatencySummary& latency(const Advice& advice, const Prediction& p) {
   const results::ChainSummary& chain = p.summary.chains[advice.objective.chain];
-  return advice.objective.kind == Objective::Kind::requirements ? chain.end_to_end : chain.hot_path;
+  return shows_end_to_end(advice.objective) ? chain.end_to_end : chain.hot_path;
 }
 
 program::TextTable::Cell with_interval(double value, const std::optional<Interval>& interval) {
@@ -47,9 +51,9 @@ program::TextTable ranking_table(const Advice& advice) {
   const std::string chain = chains ? advice.graph.chains[advice.objective.chain].name : "";
   program::TextTable table(
       program::concat(chains ? chain : advice.graph.name, ": ",
-                      !chains                                                  ? "jobs"
-                      : advice.objective.kind == Objective::Kind::requirements ? "end-to-end latency in ms"
-                                                                               : "hot-path latency in ms",
+                      !chains                              ? "jobs"
+                      : shows_end_to_end(advice.objective) ? "end-to-end latency in ms"
+                                                           : "hot-path latency in ms",
                       ", best first by ", advice.objective.text),
       {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
        lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
@@ -89,21 +93,21 @@ void write_excluded(std::ostream& out, const Advice& advice) {
   }
 }
 
+/// By timer: the least and greatest distance of its starts.
+json periods_json(const results::ExecutorSummary& summary) {
+  json all = json::object();
+  for (const results::TaskSummary& task : summary.tasks) {
+    if (!std::isfinite(task.period_range_ms())) continue;
+    all[task.task] = {
+        {"period", to_ms(task.period)}, {"least", task.period_ms->min}, {"greatest", task.period_ms->max}};
+  }
+  return all;
+}
+
 }  // namespace
 
 void write_ranking(std::ostream& out, const Advice& advice) {
   out << ranking_table(advice) << "\n";
-  /// By timer: the least and greatest distance of its starts.
-  json periods_json(const ExecutorSummary& summary) {
-    json all = json::object();
-    for (const TaskSummary& task : summary.tasks) {
-      if (!std::isfinite(task.period_range_ms())) continue;
-      all[task.task] = {
-          {"period", to_ms(task.period)}, {"least", task.period_ms->min}, {"greatest", task.period_ms->max}};
-    }
-    return all;
-  }
-
   write_excluded(out, advice);
   out << "\n";
   for (const std::string& sentence : sentences(advice)) out << sentence << "\n";
@@ -147,11 +151,11 @@ json advice_json(const Advice& advice) {
       row["bound_ms"] = p->bound_ms ? json(*p->bound_ms) : json();
       row["bound_method"] = p->bound_method;
       row["bound_of"] = bounded_latency(advice.objective);
+      row["periods_ms"] = periods_json(p->summary);
       if (!advice.graph.chains.empty()) {
         const results::LatencySummary& l = latency(advice, *p);
         row["median_ms"] = json_of(l.quantiles.p50, l.p50);
         row["p99_ms"] = json_of(l.quantiles.p99, l.p99);
-        row["periods_ms"] = periods_json(p->summary);
         row["worst_ms"] = json_of(l.quantiles.max, l.max);
       }
     }

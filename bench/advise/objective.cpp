@@ -17,10 +17,12 @@ namespace {
 
 using Statistic = Objective::Statistic;
 
-constexpr std::array<std::pair<const char*, Statistic>, 3> kStatistics = {
-    {{"median", Statistic::median}, {"p99", Statistic::p99}, {"worst", Statistic::worst}}};
+constexpr std::array<std::pair<const char*, Statistic>, 4> kStatistics = {{{"median", Statistic::median},
+                                                                           {"p99", Statistic::p99},
+                                                                           {"worst", Statistic::worst},
+                                                                           {"age", Statistic::age}}};
 constexpr const char* kForms =
-    "give hot_path:median, :p99 or :worst, CHAIN:p99, CHAIN<MS, worst_lateness or losses";
+    "give hot_path:median, :p99, :worst or :age, CHAIN:p99, CHAIN<MS, worst_lateness or losses";
 constexpr const char* kFirst = "hot_path";
 
 std::size_t chain_named(const std::string& name, const Graph& graph) {
@@ -42,7 +44,8 @@ Objective latency_of(const std::string& chain, const std::string& statistic, con
   Objective objective;
   objective.statistic = named->second;
   objective.chain = chain_named(chain, graph);
-  objective.text = program::concat(named->first, " of ", graph.chains[objective.chain].name);
+  objective.text = program::concat(objective.of_hot_path() ? named->first : "greatest age", " of ",
+                                   graph.chains[objective.chain].name);
   return objective;
 }
 
@@ -101,15 +104,16 @@ double loss_percent(const results::ExecutorSummary& summary) {
   return results::percent_of(lost, summary.executed + lost);
 }
 
-double statistic_of(Statistic statistic, const results::LatencySummary& latency) {
-  const Quantiles& q = latency.quantiles;
+double statistic_of(Statistic statistic, const results::ChainSummary& chain) {
+  if (statistic == Statistic::age) return chain.end_to_end.quantiles.max;
+  const Quantiles& q = chain.hot_path.quantiles;
   return statistic == Statistic::median ? q.p50 : statistic == Statistic::p99 ? q.p99 : q.max;
 }
 
 Score score(const Objective& objective, const results::ExecutorSummary& summary) {
   switch (objective.kind) {
     case Objective::Kind::latency:
-      return {finite(statistic_of(objective.statistic, summary.chains[objective.chain].hot_path)),
+      return {finite(statistic_of(objective.statistic, summary.chains[objective.chain])),
               loss_percent(summary)};
     case Objective::Kind::worst_lateness:
       return {worst_lateness(summary), loss_percent(summary)};

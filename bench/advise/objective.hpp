@@ -13,7 +13,8 @@ namespace hotpath::advise {
 /// The quantity that `hotpath advise --for` minimises.
 struct Objective {
   enum class Kind : std::uint8_t { latency, worst_lateness, losses, requirements };
-  enum class Statistic : std::uint8_t { median, p99, worst };
+  /// Of the hot-path latency; `age`: the worst end-to-end latency.
+  enum class Statistic : std::uint8_t { median, p99, worst, age };
   /// A limit of a chain's end-to-end latency.
   struct Requirement {
     std::size_t chain = 0;  ///< Index into the graph's chains.
@@ -25,9 +26,12 @@ struct Objective {
   std::size_t chain = 0;                 ///< latency: index into the graph's chains.
   std::vector<Requirement> requirements;
   std::string text;  ///< In words, such as `p99 of hot_path`.
+
+  /// Whether it is about the hot-path latency of the chain, not the end-to-end latency.
+  [[nodiscard]] bool of_hot_path() const { return kind == Kind::latency && statistic != Statistic::age; }
 };
 
-/// Parses `hot_path:p99` (also median, worst) for the first chain, `CHAIN:p99` for another chain, a
+/// Parses `hot_path:p99` (also median, worst, age) for the first chain, `CHAIN:p99` for another chain, a
 /// list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. Throws UsageError, also if the
 /// graph lacks the chain.
 [[nodiscard]] Objective parse_objective(const std::string& text, const Graph& graph);
@@ -46,7 +50,7 @@ struct Score {
 /// latencies in ms. Without samples the value is infinite.
 [[nodiscard]] Score score(const Objective& objective, const results::ExecutorSummary& summary);
 
-/// The median, p99 or worst case of a latency.
-[[nodiscard]] double statistic_of(Objective::Statistic statistic, const results::LatencySummary& latency);
+/// The median, p99 or worst case of a chain's hot-path latency, or its worst end-to-end latency.
+[[nodiscard]] double statistic_of(Objective::Statistic statistic, const results::ChainSummary& chain);
 
 }  // namespace hotpath::advise

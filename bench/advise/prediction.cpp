@@ -142,18 +142,19 @@ void add_bound(Prediction& prediction, const Objective& objective) {
   if (!all) return;
   const bounds::ChainGuarantee* chain = all->chain(candidate.graph.chains[objective.chain].name);
   if (chain == nullptr) return;
-  const auto& bound = objective.kind == Objective::Kind::latency ? chain->hot_path : chain->age;
+  const auto& bound = objective.of_hot_path() ? chain->hot_path : chain->age;
   if (!bound) return;
   prediction.bound_ms = to_ms(Duration(bound->ns));
   prediction.bound_method = bound->method;
 }
 
-RepeatedSamples latencies_of(const Prediction& prediction, std::size_t chain) {
+RepeatedSamples latencies_of(const Prediction& prediction, const Objective& objective) {
   std::vector<std::vector<double>> by_draw;
   for (const results::Repetition& draw : prediction.draws) {
     std::vector<double>& samples = by_draw.emplace_back();
     for (const ChainRecord& r : draw.trace.chains) {
-      if (r.chain == chain) samples.push_back(to_ms(r.hot_path_latency));
+      if (r.chain != objective.chain) continue;
+      samples.push_back(to_ms(objective.of_hot_path() ? r.hot_path_latency : r.end_to_end_latency));
     }
   }
   return RepeatedSamples(std::move(by_draw));

@@ -57,7 +57,7 @@ struct SimulatedDraw {
 /// Adds the tightest bound of the objective's chain, if a method covers the candidate.
 void add_bound(Prediction& prediction, const Objective& objective);
 
-/// The chain's latencies in ms by draw.
-[[nodiscard]] RepeatedSamples latencies_of(const Prediction& prediction, std::size_t chain);
+/// The latencies of the objective's chain in ms by draw: hot-path, or else end-to-end.
+[[nodiscard]] RepeatedSamples latencies_of(const Prediction& prediction, const Objective& objective);
 
 }  // namespace hotpath::advise

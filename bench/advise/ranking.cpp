@@ -36,8 +36,8 @@ std::size_t never_ran(const results::ExecutorSummary& summary) {
 
 std::optional<bool> differs(const Objective& objective, const Prediction& a, const Prediction& b) {
   if (objective.kind != Objective::Kind::latency) return std::nullopt;
-  const Estimate difference = difference_of_quantiles(
-      latencies_of(a, objective.chain), latencies_of(b, objective.chain), probability(objective));
+  const Estimate difference =
+      difference_of_quantiles(latencies_of(a, objective), latencies_of(b, objective), probability(objective));
   if (!difference.interval) return std::nullopt;
   return difference.interval->low > 0 || difference.interval->high < 0;
 }

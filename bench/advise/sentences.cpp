@@ -58,12 +58,10 @@ std::string second_sentence(const Advice& advice) {
                             : *distinct ? ", a difference beyond noise"
                                         : ", a difference within noise");
   }
-  text += best.bound_ms
-              ? program::concat(
-                    "; theory guarantees ", program::fixed(*best.bound_ms, 1), " ms ",
-                    advice.objective.kind == Objective::Kind::latency ? "on the hot path" : "end to end",
-                    " (", best.bound_method, ")")
-              : "; theory gives no bound";
+  text += best.bound_ms ? program::concat("; theory guarantees ", program::fixed(*best.bound_ms, 1), " ms ",
+                                          advice.objective.of_hot_path() ? "on the hot path" : "end to end",
+                                          " (", best.bound_method, ")")
+                        : "; theory gives no bound";
   return text + ".";
 }
 
@@ -86,6 +84,7 @@ std::string third_sentence(const Advice& advice) {
   return text + (overtaken.empty() ? "; no other candidate overtakes it under the assumptions below."
                                    : "; another candidate overtakes it with " + overtaken + ".");
 }
+
 /// Names the timers whose period varies clearly more than today, the worst first.
 std::string who_pays(const Advice& advice) {
   constexpr double kShare = 0.05;  // of the period: less does not matter to a periodic callback
@@ -116,7 +115,7 @@ std::string who_pays(const Advice& advice) {
 }  // namespace
 
 const char* bounded_latency(const Objective& objective) {
-  return objective.kind == Objective::Kind::latency ? "hot path" : "end to end";
+  return objective.of_hot_path() ? "hot path" : "end to end";
 }
 
 std::string value_text(const Objective& objective, const Prediction& p) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,13 @@ struct ReachedWorstCase {
   std::int64_t value_ns = 0;
   Witness witness;
 };
+
+/// The most states that an exploration without a limit of its own may take. A state takes time in proportion
+/// to the tasks: the limit keeps an executor below a second.
+[[nodiscard]] inline std::size_t usual_state_limit(const TaskSet& set) {
+  constexpr std::size_t kMostStates = 50'000, kMostTaskStates = 1'000'000;
+  return std::min(kMostStates, kMostTaskStates / set.size());
+}
 
 /// The exact worst cases of one executor thread for the phases that `tasks` has and any execution times
 /// between the best and the worst case of each task: response times, and age of data and hot-path latency of

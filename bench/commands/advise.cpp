@@ -1,31 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/advice.hpp"
+#include "advise/phase_advice.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "program/errors.hpp"
 
 namespace hotpath::commands {
+
+namespace {
+
+/// Makes `--phases` without a word, or with the word `chosen`, choose the phases.
+void choose_phases_option(CLI::App& advise, advise::Options& o) {
+  advise.remove_option(advise.get_option("--phases"));
+  const std::string alone = "chosen";
+  const auto check = [alone](const std::string& text) {
+    if (text == alone || parse<Phases>(text)) return std::string();
+    return program::concat("`", text, "` is none of ", program::joined(words<Phases>()), ", ", alone,
+                           "; give --phases without a word after GRAPH");
+  };
+  const auto set = [&o, alone](const std::string& text) {
+    o.choose_phases = text == alone;
+    o.phases = o.choose_phases ? Phases::creation : *parse<Phases>(text);
+  };
+  advise
+      .add_option_function<std::string>("--phases", set,
+                                        "Timer phases of all draws; random without this option.\n"
+                                        "--phases alone: choose phases that minimise what is\n"
+                                        "guaranteed by --for")
+      ->expected(0, 1)
+      ->check(check, "")
+      ->type_name("[" + program::joined(words<Phases>(), "|") + "|chosen]")
+      ->default_str(alone)  // what CLI11 passes for an option without a word
+      ->group(kSystemGroup);
+  add_number(advise, "--margin", o.margin_ms, {0, 1e6}, "MS",
+             "With --phases alone: how far offsets may be off, by default\n"
+             "1 % of the shortest period")
+      ->group(kSystemGroup);
+  exclude(advise, "--phases-file", {"--phases"});
+}
+
+}  // namespace
 
 void add_advise_command(CLI::App& app) {
   auto [command, o] = add_command<advise::Options>(
       app, "advise", "Predict the best executor and deployment for a graph by simulation",
-      "hotpath advise autoware --cores 2 --for hot_path:p99 --draws 20", advise::advise);
+      "hotpath advise autoware --cores 2 --for hot_path:p99 --draws 20", [](const advise::Options& options) {
+        if (options.choose_phases) return advise::advise_phases(options);
+        if (options.margin_ms)
+          throw program::UsageError("--margin is for phases that are chosen; add --phases without a word");
+        advise::advise(options);
+      });
   o.phases = Phases::random;
   o.duration_s = 10;
   o.warm_up_s = 1;
   add_graph_options(command, o);
   CLI::App& advise = command;
   advise.remove_option(advise.get_option("--work"));  // for live runs only
+  choose_phases_option(advise, o);
   advise.add_option("GRAPH", o.graph, "Alias of --graph")->type_name("");
   exclude(advise, "GRAPH", {"--graph"});
   advise.option_defaults()->group("Objective and candidates");
   add_text(advise, "--for", o.objective, "OBJECTIVE",
-           "CHAIN:median, CHAIN:p99 or CHAIN:worst, such as hot_path:p99;\n"
-           "CHAIN<MS, several separated by commas; worst_lateness; losses");
+           "CHAIN:median, CHAIN:p99, CHAIN:worst or CHAIN:age;\n"
+           "CHAIN<MS, several separated by commas; worst_lateness;\n"
+           "losses; by default hot_path:p99, with --phases alone\nhot_path:worst");
   add_text(advise, "--now", o.now, "NAME", "Current executor or deployment, the baseline");
   add_cores_option(advise, o.cores);
   add_text(advise, "--costs", o.costs, "reference|graph",
            "Costs of executors: measured for each on the reference\n"
-           "machine, or those of the graph's platform for all");
+           "machine, or those of the graph's platform for all; by default\n"
+           "reference, with --phases alone graph");
   add_list(advise, "--executors", o.executors, "NAMES",
            "Candidates besides --deployments, separated by commas;\nby default all that suit the graph");
   add_deployments_option(advise, o);

@@ -27,6 +27,8 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   add_deployments_option(command, o);
   add_scaling_options(command, o);
   add_choice(command, "--phases", o.known_phases, "Bounds for these timer phases only; by default for any");
+  add_text(command, "--phases-file", o.phases_file, "FILE",
+           "Bounds for the timer phases of a CSV file (docs/phases.md)");
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the timer phases of the same executor's first\nrepetition in a stored run");
   command.add_flag("--exact", o.exact,
@@ -45,7 +47,8 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   add_text(command, "--page", o.page, "FOLDER", "Also write a page with figures into this folder");
   add_platform_options(command, o);
   add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "Alias of --release-cost-us");
-  exclude(command, "--phases-of", {"--phases"});
+  exclude(command, "--phases-of", {"--phases", "--phases-file"});
+  exclude(command, "--phases-file", {"--phases"});
   exclude(command, "--delta-us", {"--release-cost-us"});
   // The run determines these options; a chain has neither a CSV table nor a page.
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});

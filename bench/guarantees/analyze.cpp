@@ -26,10 +26,9 @@ namespace hotpath::guarantees {
 
 namespace {
 
-// Limits of the exact worst cases. A state takes time in proportion to the tasks: without --exact, those
-// of one executor take less than a second.
-constexpr std::size_t kMostStates = 1'000'000, kMostStatesByDefault = 50'000;
-constexpr std::size_t kMostTaskStatesByDefault = 1'000'000;
+constexpr std::size_t kMostStates = 1'000'000;  // of the exact worst cases, with --exact
+
+constexpr const char* kGivePhases = "give --phases, --phases-file or --phases-of";
 
 class Analysis {
  public:
@@ -105,8 +104,13 @@ class Analysis {
     if (others) system.options.executors = options_.executors;
     if (!others) stored_ = std::move(system.executors);
     system.options.deployments = options_.deployments;
+    system.options.phases_file = options_.phases_file;
     static_cast<setup::CommonOptions&>(options_) = std::move(system.options);
     graph_ = std::move(system.graph);
+  }
+
+  bool phases_known() const {
+    return options_.known_phases || !options_.phases_file.empty() || !options_.phases_of.empty();
   }
 
   /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
@@ -155,8 +159,8 @@ class Analysis {
     if (!options_.phases_of.empty()) {
       const results::StoredRun run(options_.phases_of, "--phases-of");
       setup::set_phases(tasks.set, run.first_timestamps(tasks.set, executor.label, 0));
-    } else if (options_.known_phases) {
-      options_.phases = *options_.known_phases;
+    } else if (phases_known()) {
+      options_.phases = options_.known_phases.value_or(Phases::given);
       setup::set_phases(tasks.set, setup::phases_of_repetition(options_, graph_, tasks, executor, 0));
     } else {
       known = false;
@@ -201,12 +205,10 @@ class Analysis {
     none.method = bounds::kExactMethod;
     none.refusal = executor.deployment ? "several executors are not explored" : "";
     if (!callbacks.phases_known) {
-      none.refusal = "worst cases are exact for known phases only; give --phases or --phases-of";
+      none.refusal = program::concat("worst cases are exact for known phases only; ", kGivePhases);
     }
     if (!none.refusal.empty()) return none;
-    const std::size_t limit =
-        options_.exact ? kMostStates
-                       : std::min(kMostStatesByDefault, kMostTaskStatesByDefault / tasks.set.size());
+    const std::size_t limit = options_.exact ? kMostStates : bounds::usual_state_limit(tasks.set);
     GraphBounds bounds = bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, limit,
                                                    options_.witness.empty() ? nullptr : &reached);
     if (!options_.exact && bounds.refusal.ends_with(" states")) bounds.refusal += "; --exact allows more";

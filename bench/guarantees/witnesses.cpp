@@ -48,11 +48,10 @@ class Witnesses {
     program::create_folder(folder_, "--witness");
     const fs::path graph_file = folder_ / "graph.yaml";
     write_graph(graph_file, graph);
-    std::string phases = "task,first_release_ms\n", order;
-    for (const Task& task : tasks.set.tasks) {
-      if (task.kind == TaskKind::timer) phases += task.name + "," + in_ms(task.phase) + "\n";
-    }
-    write("phases.csv", phases);
+    std::vector<Duration> first;
+    for (const Task& task : tasks.set.tasks) first.push_back(task.phase);
+    write("phases.csv", phases_csv(tasks.set, first));
+    std::string order;
     for (const TaskId id : executor.scheduler.entity_order) order += tasks.set[id].name + "\n";
     if (!order.empty()) write("entity_order.txt", order);
     simulation_.graph = graph_file;

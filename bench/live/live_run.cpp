@@ -17,6 +17,7 @@
 #include "live/rclcpp_process.hpp"
 #include "live/repeated_attempts.hpp"
 #include "live/repetition_runner.hpp"
+#include "live/timer_grid.hpp"
 #include "machine/machine.hpp"
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
@@ -263,6 +264,10 @@ class LiveRun {
     // names them, so that a killed run can be recovered.
     if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
     note(p, result);
+    if (result.measured && options_.phases == Phases::given) {
+      const std::string sentence = left_grid(p.tasks.set, executor, result.repetition);
+      if (!sentence.empty()) warn(sentence);
+    }
     record_attempt(run_.runs, executor.label, attempt);
     folder.write("run.json", json(run_));
     if (result.setup_failed) throw program::RunError(result.failure);

@@ -130,4 +130,12 @@ std::vector<Duration> read_phases(const std::string& path, const Graph& graph, c
   return PhasesFile(path, graph).read(executor);
 }
 
+std::string phases_csv(const TaskSet& set, const std::vector<Duration>& first) {
+  std::string csv = "task,first_release_ms\n";
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind == TaskKind::timer) csv += set[id].name + "," + format_ms(first[id]) + "\n";
+  }
+  return csv;
+}
+
 }  // namespace hotpath

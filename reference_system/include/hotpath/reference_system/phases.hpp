@@ -61,4 +61,8 @@ struct PhaseOptions {
 [[nodiscard]] std::vector<Duration> read_phases(const std::string& path, const Graph& graph,
                                                 const std::string& executor);
 
+/// The content of a file for read_phases(), in the form `task,first_release_ms`, to the nanosecond. `first`:
+/// by task, not negative.
+[[nodiscard]] std::string phases_csv(const TaskSet& set, const std::vector<Duration>& first);
+
 }  // namespace hotpath

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath advise --phases`: the phases that it chooses, what proves them, and what it refuses."""
+
+import csv
+import json
+from typing import Any
+
+from hotpath_command import CommandTest, RunFolder
+
+# A fusion of two sensors, and a busy timer that can come between.
+GRAPH = """name: small
+nodes:
+- {name: P, type: sensor, period_ms: 40, execution_time_ms: 6, best_case_execution_time_ms: 2}
+- {name: Q, type: sensor, period_ms: 40, execution_time_ms: 6, best_case_execution_time_ms: 2}
+- {name: R, type: sensor, period_ms: 60, execution_time_ms: 9, best_case_execution_time_ms: 4}
+- {name: F, type: fusion, inputs: [P, Q], execution_time_ms: 3, best_case_execution_time_ms: 1}
+- {name: S, type: command, input: F, execution_time_ms: 1}
+chains:
+- {name: pq, nodes: [P, Q, F, S], sources: [P, Q], sink: S}
+"""
+
+
+class AdvisePhases(CommandTest):
+    def setUp(self) -> None:
+        super().setUp()
+        self.graph = self.folder / "small.yaml"
+        self.graph.write_text(GRAPH)
+
+    def advise(self, *arguments: object) -> tuple[str, Any]:
+        output = self.folder / "advice"
+        out = self.accepted("advise", *arguments, "--phases", "--output", output)
+        return out, json.loads((output / "phases.json").read_text())
+
+    def refused(self, *arguments: object) -> str:
+        code, _, err = self.command("advise", *arguments, "--output", self.folder / "refused")
+        self.assertEqual(code, 2, err)
+        self.assertFalse((self.folder / "refused").exists())
+        return str(err)
+
+    def guaranteed(self, *phases: object) -> dict[str, float]:
+        """Exact worst cases by `analyze`: hot path and age of the chain, in ms."""
+        table = self.folder / "bounds.csv"
+        self.accepted("analyze", self.graph, "--executors", "rm-ro", *phases, "--csv", table)
+        with open(table, newline="") as file:
+            rows = [
+                r for r in csv.DictReader(file) if r["method"].startswith("exploration") and r["name"] == "pq"
+            ]
+        return {row["kind"]: int(row["bound_ns"]) / 1e6 for row in rows}
+
+    def test_chooses_phases_that_guarantee_less(self) -> None:
+        out, advice = self.advise(self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--draws", 4)
+        (best,) = [c for c in advice["candidates"] if c["name"] == advice["recommended"]]
+        for candidate in advice["candidates"]:
+            self.assertTrue(candidate["complete"])
+            self.assertLessEqual(candidate["chosen"]["objective"], candidate["within_margin"])
+            self.assertLess(candidate["chosen"]["age_ms"], candidate["random"][-1]["age_ms"])
+            if candidate["name"] == "default":
+                self.assertLess(candidate["chosen"]["age_ms"], candidate["by_rule"]["creation"]["age_ms"])
+        for sentence in advice["sentences"]:
+            self.assertIn(sentence, out)
+        simulated = advice["simulated"]
+        self.assertLessEqual(simulated["end_to_end_latency_ms"]["max"], best["chosen"]["age_ms"])
+        self.assertLessEqual(simulated["hot_path_latency_ms"]["max"], best["chosen"]["hot_path_ms"])
+        self.assertEqual(advice["margin_ms"], 0.4, "1 % of the shortest period")
+        self.assertEqual([s["within_ms"] for s in advice["sensitivity"]], [0.08, 0.4, 1.6])
+        worst = advice["sensitivity"][1]["draws"][-1]["objective"]
+        self.assertLess(worst, best["random"][-1]["age_ms"])
+
+    def test_without_a_margin_exact_offsets_are_at_least_as_good_as_the_compared_ones(self) -> None:
+        _, advice = self.advise(
+            *(self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--draws", 4, "--margin", 0)
+        )
+        for candidate in advice["candidates"]:
+            others = [v["objective"] for v in [*candidate["by_rule"].values(), *candidate["random"]]]
+            self.assertLessEqual(candidate["chosen"]["objective"], min(others), candidate["name"])
+
+    def test_the_file_is_that_of_all_commands_and_its_witness_reaches_the_guarantee(self) -> None:
+        _, advice = self.advise(
+            self.graph, "--executors", "rm-ro", "--now", "rm-ro", "--for", "pq:worst", "--draws", 2
+        )
+        chosen, phases = advice["candidates"][0]["chosen"], self.folder / "advice" / "phases.csv"
+        found = self.guaranteed("--phases-file", phases)
+        self.assertAlmostEqual(found["hot_path"], chosen["hot_path_ms"])
+        self.assertAlmostEqual(found["chain"], chosen["age_ms"])
+        creation = self.guaranteed("--phases", "creation")
+        by_creation = advice["candidates"][0]["by_rule"]["creation"]
+        self.assertAlmostEqual(creation["hot_path"], by_creation["hot_path_ms"])
+        with open(phases, newline="") as file:
+            rows = {row["task"]: float(row["first_release_ms"]) for row in csv.DictReader(file)}
+        self.assertEqual(rows, advice["candidates"][0]["first_release_ms"])
+        witness = self.checked("advice/witness/rm-ro/hot_path_pq")
+        ((_, chains),) = witness.chains().items()
+        self.assertAlmostEqual(max(c[2] for c in chains) / 1e6, chosen["hot_path_ms"])
+        run = self.measure(
+            *("simulate", "--graph", self.graph, "--executors", "rm-ro", "--phases-file", phases),
+            *("--execution-times", "uniform", "--duration", 20, "--warm-up", 0),
+        )
+        self.assertEqual(run.run["runs"][0]["first_timestamps_ms"], rows)
+        (executor,) = run.summary()["executors"]
+        self.assertLessEqual(executor["chains"][0]["hot_path_latency_ms"]["max"], chosen["hot_path_ms"])
+
+    def test_depends_on_the_seed_alone(self) -> None:
+        texts = []
+        for threads in (1, 2):
+            output = self.folder / f"by_{threads}"
+            self.accepted(
+                *("advise", self.graph, "--phases", "--executors", "rm-ro", "--draws", 2),
+                *("--threads", threads, "--output", output),
+            )
+            texts.append((output / "phases.csv").read_text())
+        self.assertEqual(*texts)
+
+    def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:
+        _, advice = self.advise(self.graph, "--for", "pq:worst", "--draws", 2, "--duration", 2)
+        names = {c["name"]: c for c in advice["candidates"]}
+        self.assertIn("fp-ro:chain", names)
+        if advice["recommended"] == "fp-ro:chain":
+            graph = self.folder / "advice" / "graph.yaml"
+            self.measure("simulate", "--graph", graph, "--executors", "fp-ro", "--phases-file",
+                         self.folder / "advice" / "phases.csv", "--duration", 1)  # fmt: skip
+
+    def test_timers_alone_are_judged_by_lateness(self) -> None:
+        out, advice = self.advise("timers_only_60", "--executors", "rm-ro", "--draws", 2, "--budget", 20)
+        self.assertEqual(advice["objective"], "worst lateness of timers")
+        self.assertIn("guaranteed lateness of timers", out)
+
+    def test_several_threads_and_deployments_are_refused_by_name(self) -> None:
+        out, advice = self.advise(
+            *(self.graph, "--cores", 2, "--executors", "rm-ro,multi:2", "--deployments", "isolated"),
+            *("--draws", 2, "--for", "pq<60"),
+        )
+        refusals = {c["name"]: c["refusal"] for c in advice["candidates"]}
+        self.assertIn("several threads", refusals["multi:2"])
+        self.assertIn("deployment", refusals["isolated"])
+        self.assertIn("multi:2 has no exact values", out)
+        code, _, err = self.command("advise", self.graph, "--phases", "--cores", 2, "--executors", "multi:2",
+                                    "--now", "multi:2", "--output", self.folder / "none")  # fmt: skip
+        self.assertEqual(code, 1)
+        self.assertIn("nothing is guaranteed; multi:2:", err)
+
+    def test_constant_execution_times_are_said(self) -> None:
+        out, _ = self.advise(
+            "sequences", "--executors", "rm-ro", "--now", "rm-ro", "--draws", 1, "--budget", 10
+        )
+        self.assertIn("Execution times are constant in this graph", out)
+
+    def test_wrong_use_is_refused(self) -> None:
+        for words, message in (
+            (("--phases", "--for", "pq:p99"), "CHAIN:worst or CHAIN:age"),
+            (("--phases", "--for", "losses"), "not losses"),
+            (("--phases", "nonsense"), "is none of creation, synchronous, given, random, chosen"),
+            (("--phases", "--phases-file", "x"), "--phases-file"),
+            (("--phases", "--costs", "none"), "neither reference nor graph"),
+            (("--phases", "--margin", 30), "half of the shortest period"),
+            (("--margin", 1), "add --phases"),
+        ):
+            self.assertIn(message, self.refused(self.graph, *words), words)
+
+    def test_runs_with_given_phases_say_when_timers_are_skipped(self) -> None:
+        """A job that takes longer than the period makes its own timer skip, on any machine."""
+        graph = self.folder / "slow.yaml"
+        graph.write_text(
+            "name: slow\nnodes:\n- {name: A, type: sensor, period_ms: 20, phase_ms: 5, execution_time_ms: 30}\n"
+        )
+        output = self.folder / "live"
+        _, _, err = self.command(
+            *("run", "--graph", graph, "--executors", "default", "--phases", "given", "--work", "wall"),
+            *("--duration", 0.5, "--warm-up", 0, "--transport", "intra_process", "--output", output),
+        )
+        self.assertRegex(
+            err, r"default, repetition 0: timers left the grid of their given phases: A skipped \d+ of"
+        )
+        self.assertTrue(any("left the grid" in w for w in RunFolder(output).run["warnings"]))
