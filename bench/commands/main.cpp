@@ -136,7 +136,7 @@ int main(int argc, char** argv) {
       add_experiment_command, add_machine_command,  add_bench_command,
       add_summarize_command,  add_report_command,   add_compare_results_command,
       add_advise_command,     add_import_command,   add_export_command,
-      add_recover_command,    add_check_command};
+      add_recover_command,    add_check_command,    add_completion_command};
   for (const auto add : commands) add(app);
   try {
     app.parse(argc, argv);

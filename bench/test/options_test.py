@@ -250,6 +250,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "export ctf": ({"RUN": "{run}", "--output": "out"}, {"--output": ELSEWHERE}),
     "recover": ({}, {}),
     "check": ({}, {}),
+    "completion": ({}, {}),
 }  # fmt: skip
 LIVE = {"run", "compare"}  # options_live_test.py
 
@@ -349,9 +350,9 @@ class Contradictions(OptionTest):
             ("advise --phase-step 3", ("--phases", "--phase-step")),
             ("advise autoware --graph sequences", ("--graph", "GRAPH")),
             ("analyze autoware --phases random --phases-of x", ("--phases", "--phases-of")),
-            ("analyze autoware --trace x --rate 50", ("--trace", "--rate")),
             ("analyze autoware --phases random --phases-file x", ("--phases", "--phases-file")),
             ("analyze autoware --phases-of x --phases-file x", ("--phases-of", "--phases-file")),
+            ("analyze autoware --trace x --rate 50", ("--trace", "--rate")),
             ("analyze autoware --trace x --copies 2", ("--trace", "--copies")),
             ("analyze autoware --trace x --entity-order reverse", ("--trace", "--entity-order")),
             ("analyze autoware --chain a,b --csv x", ("--chain", "--csv")),
