@@ -34,9 +34,9 @@ class AuthorsResponses {
   std::vector<std::vector<Executed>> executed_;  // by task
 };
 
-/// Collects the summary of one executor job by job, in 8 bytes per counted job, and as many again per timer's
-/// job. A measure over
-/// single jobs belongs into add(const JobRecord&).
+/// Collects the summary of one executor job by job, in 8 bytes per counted job, 8 more per counted job of a
+/// timer, and 16 per counted job of a timer in the current repetition. A measure over single jobs belongs
+/// into add(const JobRecord&).
 class ExecutorMeasures {
  public:
   /// The arguments must outlive it.

@@ -16,9 +16,9 @@ namespace hotpath::results {
 /// the rows of a repetition are not contiguous.
 void for_each_record(const StoredRun& run, const std::function<void(const JobRow&)>& use);
 
-/// The summary of a stored run, read row by row: needs 8 bytes per job, and for sets without
-/// subscriptions 32 bytes per job of the current repetition. Calls `also` for every job. Throws
-/// UsageError for files that are missing or not of one run, InputError for malformed files.
+/// The summary of a stored run, read row by row: needs 8 bytes per job and 8 more per job of a timer, and of
+/// the current repetition 16 bytes per job of a timer, for sets without subscriptions 48. Calls `also` for
+/// every job. Throws UsageError for files that are missing or not of one run, InputError for malformed files.
 [[nodiscard]] Summary summarize(
     const StoredRun& run, const SummaryOptions& options,
     const std::function<void(const JobRow&)>& also = [](const JobRow&) {});
