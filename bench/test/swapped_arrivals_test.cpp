@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "results/swapped_arrivals.hpp"
+#include "results/results::swapped_arrivals.hpp"
 
 #include <gtest/gtest.h>
 
@@ -31,19 +31,19 @@ JobRecord arrival(TaskId task, std::uint64_t message, std::int64_t ns) {
   return r;
 }
 
-TEST(SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {
+TEST(results::SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {
   Graph g = three_readers();
   Trace trace;
   trace.jobs = {arrival(1, 0, 10),  arrival(2, 0, 20),  arrival(3, 0, 30), arrival(1, 1, 130),
                 arrival(2, 1, 120), arrival(3, 1, 130), arrival(3, 2, 200)};
-  const std::vector<SwappedArrivals> swapped = swapped_arrivals(make_tasks(g), trace);
+  const std::vector<results::SwappedArrivals> swapped = results::swapped_arrivals(make_tasks(g), trace);
   ASSERT_EQ(swapped.size(), 1U);
   EXPECT_EQ(swapped[0].stated_first, 1U);
   EXPECT_EQ(swapped[0].arrived_first, 2U);
   EXPECT_EQ(swapped[0].messages, 2U);
   EXPECT_EQ(swapped[0].swapped, 1U);
   g.delivery["S"].nodes = {"C", "B", "A"};
-  EXPECT_EQ(swapped_arrivals(make_tasks(g), trace).size(), 2U);
+  EXPECT_EQ(results::swapped_arrivals(make_tasks(g), trace).size(), 2U);
 }
 
 }  // namespace
