@@ -48,6 +48,7 @@ void add_report_command(CLI::App& app);
 void add_compare_results_command(CLI::App& app);
 void add_import_command(CLI::App& app);
 void add_export_command(CLI::App& app);
+void add_watch_command(CLI::App& app);
 /// To be added last: it knows the commands of `app` when it runs.
 void add_completion_command(CLI::App& app);
 

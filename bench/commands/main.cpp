@@ -22,7 +22,9 @@
 #include "hotpath/tracing/ctf_trace.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
+#include "program/new_files.hpp"
 #include "program/shown_text.hpp"
+#include "watch/watch.hpp"
 
 namespace {
 
@@ -109,12 +111,13 @@ std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  using namespace hotpath;
   occupy_standard_streams();
   if (!stack_suffices()) return 1;
   // A closed pipe or an exceeded file-size limit must fail the write, not kill the process.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  umask(umask(0) | 077);  // only the user may access results and shared memory
+  program::restrict_new_files();
 
   const hotpath::program::PrintableStreams printable_streams;
   CLI::App app(
@@ -126,7 +129,6 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", HOTPATH_VERSION);
   app.failure_message(wrong_use);
   app.require_subcommand(1);
-  using namespace hotpath;
   using namespace hotpath::commands;
   const std::initializer_list<void (*)(CLI::App&)> commands = {
       add_run_command,        add_compare_command,  add_simulate_command,
@@ -136,7 +138,8 @@ int main(int argc, char** argv) {
       add_experiment_command, add_machine_command,  add_bench_command,
       add_summarize_command,  add_report_command,   add_compare_results_command,
       add_advise_command,     add_import_command,   add_export_command,
-      add_recover_command,    add_check_command,    add_completion_command};
+      add_recover_command,    add_check_command,    add_watch_command,
+      add_completion_command};
   for (const auto add : commands) add(app);
   try {
     app.parse(argc, argv);
@@ -150,6 +153,9 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::fputs(kOutOfMemory, stderr);
     return 1;
+  } catch (const watch::ContractBroken& error) {
+    std::fprintf(stderr, "hotpath: %s\n", printable(error.what(), kLongestMessage).c_str());
+    return 3;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hotpath: %s\n", printable(error.what(), kLongestMessage).c_str());
     return is_wrong_use(error) ? 2 : 1;

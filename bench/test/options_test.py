@@ -249,6 +249,13 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "export ctf": ({"RUN": "{run}", "--output": "out"}, {"--output": ELSEWHERE}),
     "recover": ({}, {}),
+    "watch": (
+        {},
+        {
+            option: Elsewhere("it watches in real time", "watch_test.py")
+            for option in ("--for", "--once", "--contract", "--fail-on", "--record", "--keep", "--json")
+        },
+    ),
     "check": ({}, {}),
     "completion": ({}, {}),
 }  # fmt: skip

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "results/results::swapped_arrivals.hpp"
+#include "results/swapped_arrivals.hpp"
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ JobRecord arrival(TaskId task, std::uint64_t message, std::int64_t ns) {
   return r;
 }
 
-TEST(results::SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {
+TEST(SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {
   Graph g = three_readers();
   Trace trace;
   trace.jobs = {arrival(1, 0, 10),  arrival(2, 0, 20),  arrival(3, 0, 30), arrival(1, 1, 130),

@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -53,6 +54,28 @@ std::vector<std::string> new_rings(const std::string& session) {
   return names;
 }
 
+/// Removes what killed watchers left behind.
+void remove_abandoned() {
+  const std::string prefix = std::string(sensor::kNamePrefix).substr(1);
+  std::vector<std::string> sessions;
+  std::error_code error;
+  fs::directory_iterator at("/dev/shm", error);
+  for (const fs::directory_iterator end; !error && at != end; at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    if (name.starts_with(prefix) && name.size() == prefix.size() + sensor::kSessionDigits)
+      sessions.push_back(name.substr(prefix.size()));
+  }
+  for (const std::string& session : sessions) {
+    const int marker = shm_open(marker_of(session).c_str(), O_RDWR, 0);
+    if (marker < 0) continue;  // of another user
+    if (flock(marker, LOCK_EX | LOCK_NB) == 0) {
+      for (const std::string& ring : new_rings(session)) shm_unlink(ring.c_str());
+      shm_unlink(marker_of(session).c_str());
+    }
+    close(marker);
+  }
+}
+
 bool lives(std::uint32_t process) { return kill(static_cast<pid_t>(process), 0) == 0 || errno != ESRCH; }
 
 }  // namespace
@@ -65,12 +88,17 @@ struct Session::Source {
   std::unique_ptr<RingReader> reader;
 };
 
-Session::Session() : name_(random_name()) {
-  marker_ = shm_open(marker_of(name_).c_str(), O_RDWR | O_CREAT | O_EXCL, 0600);
-  if (marker_ < 0 || flock(marker_, LOCK_EX) != 0) {
-    throw program::RunError(
-        program::concat("no shared memory for the sensor in /dev/shm: ", std::strerror(errno)));
-  }
+Session::Session() {
+  remove_abandoned();
+  struct stat status {};
+  do {  // a watcher that starts at the same time may take the marker for an abandoned one
+    if (marker_ >= 0) close(marker_);
+    name_ = random_name();
+    marker_ = shm_open(marker_of(name_).c_str(), O_RDWR | O_CREAT | O_EXCL, 0600);
+    if (marker_ < 0 || flock(marker_, LOCK_EX) != 0 || fstat(marker_, &status) != 0)
+      throw program::RunError(
+          program::concat("no shared memory for the sensor in /dev/shm: ", std::strerror(errno)));
+  } while (status.st_nlink == 0);
 }
 
 Session::~Session() {

@@ -21,7 +21,7 @@ struct Losses {
 /// Reads the events of all programs that run with the sensor and this session's name.
 class Session {
  public:
-  /// Creates the session's marker. Throws RunError.
+  /// Removes what killed watchers left behind, and creates the session's marker. Throws RunError.
   Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;

@@ -11,6 +11,16 @@ void ros_trace_rcl_publisher_init(const void* publisher, const void* node, const
                                   std::size_t depth);
 void ros_trace_callback_start(const void* callback, bool intra_process);
 void ros_trace_callback_end(const void* callback);
+void ros_trace_rcl_subscription_init(const void* subscription, const void* node, const void* rmw,
+                                     const char* topic, std::size_t depth);
+void ros_trace_rclcpp_subscription_init(const void* subscription, const void* rclcpp);
+void ros_trace_rclcpp_subscription_callback_added(const void* rclcpp, const void* callback);
+void ros_trace_rcl_timer_init(const void* timer, std::int64_t period);
+void ros_trace_rclcpp_timer_callback_added(const void* timer, const void* callback);
+void ros_trace_rclcpp_timer_link_node(const void* timer, const void* node);
+void ros_trace_rcl_publish(const void* publisher, const void* message);
+void ros_trace_rmw_publish(const void* publisher, const void* message, std::int64_t timestamp);
+void ros_trace_rmw_take(const void* subscription, const void* message, std::int64_t timestamp, bool taken);
 bool ros_trace_enabled_rmw_take();
 void ros_trace_do_rmw_take(const void* subscription, const void* message, std::int64_t timestamp, bool taken);
 /// Calls of the stand-in so far; the real library does not have it.

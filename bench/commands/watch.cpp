@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "watch/watch.hpp"
+
+#include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
+#include "program/interrupt.hpp"
+
+namespace hotpath::commands {
+
+void add_watch_command(CLI::App& app) {
+  auto [command, o] = add_command<watch::WatchOptions>(
+      app, "watch", "Watch the callbacks of a running ROS 2 program",
+      "hotpath watch -- ros2 launch my_robot robot.launch.py", [](const watch::WatchOptions& options) {
+        program::catch_interrupts();
+        watch::watch(options);
+      });
+  command
+      .add_option("COMMAND", o.command,
+                  "Program to start and watch, with its arguments, after `--`;\n"
+                  "its standard output goes to standard error")
+      ->type_name("")
+      ->required();
+  add_number(command, "--for", o.seconds, {0.1, 1e7}, "SECONDS",
+             "Then end the program; by default until it ends");
+  command.add_flag("--once", o.once, "Report once, at the end, instead of every second");
+  auto* const contract = add_text(command, "--contract", o.contract, "FILE",
+                                  "Compare the jobs with this contract (docs/watch.md)");
+  add_choice(command, "--fail-on", o.fail_on, "Exit with code 3 if a term of the contract is broken")
+      ->needs(contract);
+  auto* const record = add_text(
+      command, "--record", o.record, "FOLDER",
+      "Keep the last events, and write them as CTF into a subfolder at\nthe first broken term and on "
+      "SIGUSR1");
+  add_number(command, "--keep", o.keep, {1, 600}, "SECONDS", "Events that --record keeps; by default 10")
+      ->needs(record);
+  command.add_flag("--json", o.json, "Print a line of JSON for each report");
+}
+
+}  // namespace hotpath::commands

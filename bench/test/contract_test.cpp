@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "hotpath/core/input_error.hpp"
+#include "watch/contract_check.hpp"
+#include "watch/observer.hpp"
+#include "watched_system.hpp"
+
+namespace hotpath::watch {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+/// The timer's jobs take at most 2 ms; samples are at least 8 ms apart.
+constexpr const char* kContract = R"(
+callbacks:
+- node: source
+  budget_ms: {value: 2, from: measured}
+  period_ms: {value: 10, from: given}
+  response_ms: {value: 3, from: derived}
+- node: space.sink
+  topic: a
+  depth: {value: 2, from: given}
+  minimum_distance_ms: {value: 8, from: derived}
+- node: elsewhere
+  budget_ms: {value: 1, from: given}
+)";
+
+class ContractFile {
+ public:
+  explicit ContractFile(const std::string& text) { std::ofstream(path_) << text; }
+  ~ContractFile() { fs::remove(path_); }
+  Contract read() const { return read_contract(path_); }
+
+ private:
+  const std::string path_ = fs::temp_directory_path() / ("hotpath_contract_" + std::to_string(getpid()));
+};
+
+class Checking : public testing::Test {
+ protected:
+  void observe() {
+    Observer observer(&check, nullptr);
+    for (const tracing::Event& event : system.events) observer.event(event);
+  }
+  /// Verdict by callback and term.
+  std::string verdict(const std::string& callback, const std::string& term, const Losses& losses = {}) {
+    const nlohmann::json stored = check.json(losses);
+    for (const nlohmann::json& t : stored["terms"])
+      if (t["callback"] == callback && t["term"] == term) return t["verdict"];
+    return "no such term";
+  }
+
+  WatchedSystem system;
+  ContractCheck check{ContractFile(kContract).read(), Time{}};
+};
+
+TEST_F(Checking, AllTermsHold) {
+  for (int i = 1; i <= 5; ++i) system.run(10 * i, 2);
+  observe();
+  EXPECT_FALSE(check.broken());
+  EXPECT_EQ(check.incident(), "");
+  for (const char* term : {"budget_ms", "period_ms", "response_ms"})
+    EXPECT_EQ(verdict("source (timer)", term), "held") << term;
+  for (const char* term : {"depth", "minimum_distance_ms"})
+    EXPECT_EQ(verdict("space.sink/a", term), "held") << term;
+  EXPECT_EQ(verdict("elsewhere (timer)", "budget_ms"), "not observable");
+}
+
+TEST_F(Checking, NamesTheFirstBrokenAssumptionAndWhatFollowed) {
+  system.run(10, 2);
+  system.run(20, 2.5);
+  system.run(30, 4);
+  observe();
+  EXPECT_TRUE(check.broken());
+  EXPECT_EQ(
+      check.incident(),
+      "0.022 s: source (timer) ran 2.500 ms, budget 2.000 ms (measured); 11.500 ms later source (timer) "
+      "responded after 4.000 ms, bound 3.000 ms (derived)");
+  EXPECT_EQ(verdict("source (timer)", "budget_ms"), "broken");
+  EXPECT_EQ(verdict("source (timer)", "response_ms"), "broken");
+  EXPECT_EQ(verdict("source (timer)", "period_ms"), "held");
+}
+
+TEST_F(Checking, DoubtsABoundThatIsExceededWithoutACause) {
+  system.run(12, 2);
+  observe();
+  EXPECT_THAT(check.incident(), HasSubstr("responded after 4.000 ms, bound 3.000 ms (derived), while every "
+                                          "assumption that the contract states held"));
+}
+
+TEST_F(Checking, SeesSamplesTooClose) {
+  system.run(12, 1);
+  system.run(20, 0.5);
+  observe();
+  EXPECT_THAT(check.incident(), HasSubstr("space.sink/a got samples at a distance of 7.500 ms"));
+}
+
+TEST_F(Checking, SeesOtherPeriodsAndDepths) {
+  system.events[2].number[1] = 9'000'000;
+  system.events[6].number[3] = 3;
+  system.run(9, 1);
+  observe();
+  EXPECT_EQ(verdict("source (timer)", "period_ms"), "broken");
+  EXPECT_EQ(verdict("space.sink/a", "depth"), "broken");
+  EXPECT_THAT(check.incident(), HasSubstr("has a period of 9.000 ms, period 10.000 ms (given)"));
+}
+
+TEST_F(Checking, CannotTellWhatHeldWithLostEvents) {
+  system.run(10, 2);
+  observe();
+  EXPECT_EQ(verdict("source (timer)", "budget_ms", {.dropped = 1}), "not observable");
+  system.run(20, 3);
+  observe();
+  EXPECT_EQ(verdict("source (timer)", "budget_ms", {.dropped = 1}), "broken");
+}
+
+TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
+  const std::map<std::string, std::string> wrong = {
+      {"callbacks: []", "callback"},
+      {"callbacks: [{node: a}]", "promises nothing"},
+      {"callbacks: [{topic: a}]", "node"},
+      {"callbacks: [{node: a, budget_ms: 5}]", "budget_ms"},
+      {"callbacks: [{node: a, budget_ms: {value: 5}}]", "from"},
+      {"callbacks: [{node: a, budget_ms: {value: -5, from: given}}]", "budget_ms"},
+      {"callbacks: [{node: a, budget_ms: {value: 5, from: hearsay}}]", "measured"},
+      {"callbacks: [{node: a, depth: {value: 5, from: given}}]", "depth"},
+      {"callbacks: [{node: a, topic: b, period_ms: {value: 5, from: given}}]", "period_ms"},
+      {"callbacks: [{node: a, unknown: 1}]", "unknown"},
+      {"other: 1", "other"},
+      {"callbacks: [{node: a, budget_ms: {value: 5, from: given}}, {node: a, period_ms: {value: 5, from: "
+       "given}}]",
+       "second entry for a (timer)"}};
+  for (const auto& [text, part] : wrong) {
+    try {
+      (void)ContractFile(text).read();
+      ADD_FAILURE() << text;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(part)) << text;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hotpath::watch

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "watch/observer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "watched_system.hpp"
+
+namespace hotpath::watch {
+namespace {
+
+constexpr Duration kMs = std::chrono::milliseconds(1);
+
+class Observing : public testing::Test {
+ protected:
+  void observe() {
+    for (const tracing::Event& event : system.events) observer.event(event);
+  }
+  WatchedSystem system;
+  FlightRecorder recorder{std::chrono::milliseconds(22)};
+  Observer observer{nullptr, &recorder};
+};
+
+TEST_F(Observing, KeepsTimesAndLossesOfCallbacks) {
+  system.run(10, 2);
+  system.run(23, 4);                                           // 3 ms late
+  for (int i = 3; i <= 6; ++i) system.run(10 * i, 1, i == 6);  // the last of four; depth 2
+  observe();
+  const CallbackObservation& timer = observer.callbacks()[0];
+  EXPECT_EQ(timer.jobs, 6U);
+  EXPECT_EQ(timer.lost, 0U);
+  EXPECT_EQ(timer.execution.max(), 4 * kMs);
+  EXPECT_EQ(timer.response.max(), 7 * kMs);
+  const CallbackObservation& subscription = observer.callbacks()[1];
+  EXPECT_EQ(subscription.jobs, 3U);
+  EXPECT_EQ(subscription.lost, 2U);
+  EXPECT_EQ(subscription.execution.max(), 1 * kMs);
+  EXPECT_EQ(subscription.response.max(), 1 * kMs);
+}
+
+TEST_F(Observing, SkipsTimestampsLikeRcl) {
+  system.run(10, 1);
+  system.run(45, 1);  // due at 20; 30 and 40 are skipped
+  system.run(50, 2);
+  observe();
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 26 * kMs);
+  EXPECT_LT(observer.callbacks()[0].response.quantile(0.6), 3 * kMs);
+}
+
+TEST_F(Observing, CountsFromTheFirstJobAfterATimerWasReset) {
+  system.run(10, 1);
+  system.run(15, 1);  // before 20
+  system.run(27, 1);  // 2 ms after 25
+  observe();
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+}
+
+TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
+  for (int i = 1; i <= 20; ++i) system.run(10 * i, 2);
+  observe();
+  const std::vector<tracing::Event> events = recorder.events();
+  EXPECT_TRUE(std::ranges::is_sorted(events, {}, &tracing::Event::at));
+  ASSERT_EQ(events.size(), 9U + 3U * 7U - 1U) << "from 181 ms on: without the start of the job at 180 ms";
+  EXPECT_EQ(events.front().kind, tracing::EventKind::timer_init);
+  EXPECT_EQ(events.front().at, at_ms(180)) << "moved by whole periods";
+  Observer again(nullptr, nullptr);
+  for (const tracing::Event& event : events) again.event(event);
+  EXPECT_EQ(again.callbacks()[0].jobs, 2U);
+  EXPECT_EQ(again.callbacks()[0].response.max(), 2 * kMs);
+}
+
+}  // namespace
+}  // namespace hotpath::watch

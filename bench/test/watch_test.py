@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Watches programs with `hotpath watch`: a program that calls tracepoints like rclcpp, with a stand-in
+for tracetools and with the real library, and programs without tracepoints."""
+
+import json
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+from hotpath_command import CommandTest
+
+TRACED_SYSTEM = os.environ["TRACED_SYSTEM"]
+REAL = Path(os.environ.get("AMENT_PREFIX_PATH", "/opt/ros/jazzy").split(":")[0]) / "lib"
+
+
+class WatchTest(CommandTest):
+    def watched(self, *arguments: object) -> Any:
+        """(exit code, the lines of JSON, standard error)"""
+        code, out, err = self.command("watch", "--json", *arguments)
+        return code, [json.loads(line) for line in out.splitlines()], err
+
+    def assert_counts(self, report: Any) -> None:
+        """Of a timer with 90 jobs, whose every third message is taken."""
+        timer, subscription = report["callbacks"]
+        self.assertEqual((timer["node"], timer["kind"], timer["period_ms"]), ("/source", "timer", 1))
+        self.assertEqual((timer["jobs"], timer["lost"]), (90, 0))
+        self.assertEqual((subscription["node"], subscription["topic"]), ("/space/sink", "/a"))
+        self.assertEqual((subscription["jobs"], subscription["lost"]), (30, 60))
+        self.assertEqual(report["events"], 9 + 90 * 4 + 30 * 3)
+        self.assertEqual([report[key] for key in ("dropped", "damaged", "late")], [0, 0, 0])
+        self.assertGreaterEqual(subscription["response_ms"]["max"], subscription["execution_ms"]["max"])
+
+    def test_counts_jobs_and_losses(self) -> None:
+        code, reports, err = self.watched("--once", "--", TRACED_SYSTEM, 90, 3)
+        self.assertEqual((code, err, len(reports)), (0, "done\n", 1))
+        self.assert_counts(reports[0])
+
+    def test_counts_the_same_with_the_real_tracetools(self) -> None:
+        if not (REAL / "libtracetools.so").exists():
+            self.skipTest("left out: no ROS 2 was found")
+        self.environment["LD_LIBRARY_PATH"] = str(REAL)
+        code, reports, err = self.watched("--once", "--", TRACED_SYSTEM, 90, 3)
+        self.assertEqual((code, err), (0, "done\n"))
+        self.assert_counts(reports[-1])
+
+    def test_prints_a_table(self) -> None:
+        code, out, _ = self.command("watch", "--", TRACED_SYSTEM, 90, 3)
+        self.assertEqual(code, 0)
+        rows = {line.split("  ")[0]: line.split()[-7:] for line in out.splitlines()}
+        self.assertEqual(rows["/space/sink /a"][1:3], ["30", "60"])
+        self.assertEqual(rows["/source (timer 1 ms)"][1:3], ["90", "0"])
+
+    def test_reports_every_second_unless_once(self) -> None:
+        system = (TRACED_SYSTEM, 1200, 1, 1)
+        self.assertGreater(len(self.watched("--", *system)[1]), 1)
+        self.assertEqual(len(self.watched("--once", "--", *system)[1]), 1)
+
+    def test_adds_the_sensor_to_other_preloaded_libraries(self) -> None:
+        self.environment["LD_PRELOAD"] = os.environ["FAILING_CALLS"]
+        code, _, err = self.watched("--once", "--", "sh", "-c", "echo $LD_PRELOAD")
+        self.assertEqual(code, 0)
+        self.assertRegex(err, "libhotpath_watch.so:.*libfailing_calls.so\n")
+
+    def test_keeps_the_signals_and_the_file_mode_mask_of_the_program(self) -> None:
+        self.assertEqual(self.watched("--once", "--", "sh", "-c", "umask 027; exit 0")[0], 0)
+        before = os.umask(0o022)
+        try:
+            _, _, err = self.watched("--once", "--", "sh", "-c", "umask; grep SigIgn /proc/self/status")
+        finally:
+            os.umask(before)
+        mask, ignored = err.splitlines()[:2]
+        self.assertEqual(int(mask, 8), 0o022)
+        self.assertFalse(int(ignored.split()[1], 16) & (1 << (signal.SIGXFSZ - 1)))
+
+    def test_ends_the_program_after_the_given_time(self) -> None:
+        code, reports, _ = self.watched("--for", 0.5, "--", TRACED_SYSTEM, 1_000_000, 1, 1)
+        self.assertEqual(code, 0)
+        self.assertGreater(reports[-1]["callbacks"][0]["jobs"], 0)
+
+    def test_ends_a_program_that_ignores_the_request(self) -> None:
+        self.assertEqual(self.watched("--for", 0.1, "--", "sh", "-c", "trap '' INT; exec sleep 100")[0], 0)
+
+    def test_an_interrupt_ends_both(self) -> None:
+        process = self.start("watch", "--json", "--", TRACED_SYSTEM, 1_000_000, 1, 1)
+        self.assertTrue(process.stdout.readline())
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(self.finish(process)[0], 128 + signal.SIGTERM)
+
+    def test_the_program_outlives_a_killed_watcher(self) -> None:
+        process = self.start("watch", "--json", "--", TRACED_SYSTEM, 1500, 1, 1)
+        self.assertTrue(process.stdout.readline())
+        process.kill()
+        self.assertEqual(process.communicate(timeout=60)[1], "done\n")
+        self.watched("--once", "--", "true")  # removes what the killed watcher left in /dev/shm
+
+    def contract(self, budget_ms: Any) -> Path:
+        path = self.folder / "contract.yaml"
+        path.write_text(
+            "callbacks:\n"
+            f"- {{node: source, budget_ms: {{value: {budget_ms}, from: measured}}}}\n"
+            "- {node: space.sink, topic: a, depth: {value: 1, from: given}}\n"
+        )
+        return path
+
+    def test_a_contract_that_holds(self) -> None:
+        arguments = ("--contract", self.contract(100_000), "--fail-on", "broken", "--once", "--")
+        code, reports, _ = self.watched(*arguments, TRACED_SYSTEM, 10, 1)
+        self.assertEqual(code, 0)
+        self.assertEqual([t["verdict"] for t in reports[0]["contract"]["terms"]], ["held", "held"])
+        self.assertEqual([t["checked"] for t in reports[0]["contract"]["terms"]], [10, 10])
+        self.assertEqual(reports[0]["contract"]["incident"], "")
+
+    def test_a_broken_contract(self) -> None:
+        arguments = ("--contract", self.contract(4), "--once")
+        system = ("--", TRACED_SYSTEM, 3, 1, 10, 5)  # jobs of at least 5 ms
+        code, out, err = self.command("watch", *arguments, *system)
+        self.assertEqual(code, 0)
+        self.assertRegex(out, r"Incident: .* source \(timer\) ran .* ms, budget 4.000 ms \(measured\)")
+        code, reports, err = self.watched(*arguments, "--fail-on", "broken", *system)
+        self.assertEqual(code, 3)
+        self.assertIn("the contract", err)
+        self.assertEqual([t["broken"] for t in reports[0]["contract"]["terms"]], [3, 0])
+        self.assertEqual(self.command("watch", "--contract", "missing.yaml", *system)[0], 2)
+        self.assertEqual(self.command("watch", "--fail-on", "broken", *system)[0], 2)
+        self.assertEqual(self.command("watch", "--keep", 5, *system)[0], 2)
+
+    def test_records_an_incident_that_can_be_imported(self) -> None:
+        record = ("--record", "record", "--contract", self.contract(4))
+        _, _, err = self.watched(*record, "--once", "--", TRACED_SYSTEM, 300, 1, 10, 5)
+        self.assertIn("record/snapshot_1: ", err)
+        self.assertEqual([f.name for f in (self.folder / "record").iterdir()], ["snapshot_1"])
+        out = self.accepted("import", "ctf", "record/snapshot_1", "--output", "imported")
+        self.assertIn("2 nodes, 2 tasks", out)
+        self.assertEqual(self.command("watch", *record, "--", "true")[0], 2)  # the folder is not empty
+
+    def test_records_on_request_the_last_events(self) -> None:
+        process = self.start(
+            "watch", "--json", "--record", "record", "--keep", 1, "--", TRACED_SYSTEM, 1_000_000, 1, 10
+        )
+        reports = [json.loads(process.stdout.readline()) for _ in range(3)]
+        self.assertGreater(reports[-1]["callbacks"][0]["jobs"], 0)
+        process.send_signal(signal.SIGUSR1)
+        self.wait_for((self.folder / "record" / "snapshot_1").exists, "a snapshot")
+        process.send_signal(signal.SIGTERM)
+        self.assertIn("requested by SIGUSR1", self.finish(process)[2])
+        out = self.accepted("import", "ctf", "record/snapshot_1", "--output", "imported")
+        self.assertIn("2 nodes, 2 tasks", out)
+
+    def test_says_why_nothing_was_recorded(self) -> None:
+        code, reports, err = self.watched("--once", "--", "true")
+        self.assertEqual((code, reports[0]["events"]), (0, 0))
+        self.assertIn("no tracepoint was recorded", err)
+
+    def test_reports_programs_that_fail(self) -> None:
+        code, _, err = self.watched("--once", "--", "sh", "-c", "exit 3")
+        self.assertEqual(code, 1)
+        self.assertIn("`sh` ended with exit code 3", err)
+        code, _, err = self.watched("--once", "--", "no-such-program")
+        self.assertEqual(code, 1)
+        self.assertIn("`no-such-program` could not be started", err)
+        self.assertEqual(self.command("watch")[0], 2)

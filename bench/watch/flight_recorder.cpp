@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "watch/flight_recorder.hpp"
+
+#include <algorithm>
+
+#include "hotpath/tracing/ctf_writer.hpp"
+#include "program/whole_file.hpp"
+
+namespace hotpath::watch {
+
+using tracing::Event;
+using K = tracing::EventKind;
+
+bool describes(K kind) {
+  switch (kind) {
+    case K::callback_start:
+    case K::callback_end:
+    case K::rcl_publish:
+    case K::rmw_publish:
+    case K::intra_publish:
+    case K::rmw_take:
+    case K::ring_buffer_enqueue:
+    case K::ring_buffer_dequeue:
+    case K::wait_for_work:
+      return false;
+    default:
+      return true;
+  }
+}
+
+void FlightRecorder::keep(const Event& event) {
+  if (describes(event.kind)) {
+    descriptions_.push_back(event);
+    return;
+  }
+  recent_.push_back(event);
+  while (recent_.front().at + length_ < event.at || recent_.size() > kMost) recent_.pop_front();
+}
+
+std::vector<Event> FlightRecorder::events() const {
+  std::vector<Event> events = descriptions_;
+  // Readers merge the streams of processors by time alone.
+  const tracing::Time before = recent_.empty() ? tracing::Time{} : recent_.front().at - tracing::Duration(1);
+  for (Event& event : events) {
+    if (event.at >= before) continue;
+    event.processor = 0;
+    const tracing::Duration period(static_cast<std::int64_t>(event.number[1]));
+    if (event.kind != K::timer_init || period <= tracing::Duration::zero()) {
+      event.at = before;
+    } else {
+      event.at += (before - event.at) / period * period;
+    }
+  }
+  events.insert(events.end(), recent_.begin(), recent_.end());
+  std::ranges::stable_sort(events, {}, &Event::at);
+  for (Event& event : events) event.processor = std::max(event.processor, 0);  // -1: unknown
+  return events;
+}
+
+void FlightRecorder::write(const std::filesystem::path& folder) const {
+  const std::vector<Event> kept = events();
+  program::write_whole_folder(
+      folder, [&](const std::filesystem::path& part) { tracing::write_ctf(part, kept, "watched"); });
+}
+
+}  // namespace hotpath::watch

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <vector>
+
+#include "hotpath/tracing/event.hpp"
+
+namespace hotpath::watch {
+
+/// Whether the event describes a node, publisher or callback, instead of a job.
+[[nodiscard]] bool describes(tracing::EventKind kind);
+
+/// Keeps the last events of a running system, and all events that describe its nodes, publishers and
+/// callbacks, for a trace that can be imported. The texts of events must outlive it.
+class FlightRecorder {
+ public:
+  explicit FlightRecorder(tracing::Duration length) : length_(length) {}
+
+  /// The next event in the order of time.
+  void keep(const tracing::Event& event);
+
+  /// The kept events in the order of time. Descriptions that are older than the kept jobs move to the
+  /// beginning. The creation of a timer moves by whole periods, which keeps its timestamps.
+  [[nodiscard]] std::vector<tracing::Event> events() const;
+  /// Writes a trace (CTF 1.8) into a new folder. Throws RunError.
+  void write(const std::filesystem::path& folder) const;
+
+ private:
+  /// 250 MB.
+  static constexpr std::size_t kMost = 3'000'000;
+
+  const tracing::Duration length_;
+  std::vector<tracing::Event> descriptions_;
+  std::deque<tracing::Event> recent_;
+};
+
+}  // namespace hotpath::watch

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "hotpath/core/timer.hpp"
+#include "hotpath/tracing/assembler.hpp"
+#include "program/latency_histogram.hpp"
+#include "watch/contract_check.hpp"
+#include "watch/flight_recorder.hpp"
+
+namespace hotpath::watch {
+
+/// What was observed of one callback since the beginning.
+struct CallbackObservation {
+  std::uint64_t jobs = 0;
+  std::uint64_t lost = 0;               ///< Samples that were overwritten unread.
+  program::LatencyHistogram execution;  ///< Start to end, including preemption.
+  program::LatencyHistogram response;   ///< Timestamp to end, where the timestamp is known.
+  std::optional<Timer> timer = {};      ///< Timers: their nominal instants.
+};
+
+/// Assembles the events of running programs, and keeps statistics of each callback. Memory is bounded
+/// by the number of callbacks and threads.
+class Observer : public tracing::Sink {
+ public:
+  /// Passes jobs on to the contract and events to the recorder, which outlive it; nullptr: none.
+  Observer(ContractCheck* contract, FlightRecorder* recorder) : contract_(contract), recorder_(recorder) {}
+
+  /// The next event in the order of time.
+  void event(const tracing::Event& e);
+
+  [[nodiscard]] const tracing::System& system() const { return assembler_.system(); }
+  /// By callback of the system.
+  [[nodiscard]] const std::vector<CallbackObservation>& callbacks() const { return callbacks_; }
+  [[nodiscard]] std::uint64_t events() const { return events_; }
+  /// Entities that were not added, because a system has less than kMostEntities.
+  [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
+
+  static constexpr std::uint64_t kMostEntities = 200'000;
+
+ private:
+  void ended(tracing::Job&& job) override;
+  void lost(const tracing::LostSample& sample) override;
+  CallbackObservation& of(std::uint32_t callback);
+  /// Timestamp of the job; std::nullopt: unknown.
+  static std::optional<Time> timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
+                                          CallbackObservation& observed);
+
+  ContractCheck* const contract_;
+  FlightRecorder* const recorder_;
+  tracing::Assembler assembler_{*this};
+  std::vector<CallbackObservation> callbacks_;
+  std::uint64_t events_ = 0, entities_ = 0, ignored_ = 0;
+};
+
+}  // namespace hotpath::watch

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "watch/watch.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <thread>
+#include <utility>
+
+#include "program/child_process.hpp"
+#include "program/errors.hpp"
+#include "program/interrupt.hpp"
+#include "program/output_target.hpp"
+#include "program/shown_text.hpp"
+#include "program/text.hpp"
+#include "program/whole_file.hpp"
+#include "watch/contract_check.hpp"
+#include "watch/flight_recorder.hpp"
+#include "watch/observation_report.hpp"
+#include "watch/observer.hpp"
+#include "watch/session.hpp"
+#include "watch/watched_program.hpp"
+
+namespace hotpath::watch {
+
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::seconds;
+
+constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr seconds kReport{1};
+/// From the request to end until the next, stronger one.
+constexpr seconds kPatience{5};
+constexpr int kNice = 10;
+constexpr double kDefaultKeep_s = 10;
+constexpr const char* kClearTerminal = "\033[H\033[2J";
+
+std::optional<ContractCheck> contract_of(const WatchOptions& options, Time begin) {
+  if (options.contract.empty()) return std::nullopt;
+  return ContractCheck(read_contract(options.contract), begin);
+}
+
+std::optional<FlightRecorder> recorder_of(const WatchOptions& options) {
+  if (options.record.empty()) return std::nullopt;
+  program::check_output_folder(options.record, "", "--record");
+  program::create_folder(options.record, "--record");
+  return FlightRecorder(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
+}
+
+volatile std::sig_atomic_t snapshot_requested = 0;
+
+class Watch {
+ public:
+  explicit Watch(const WatchOptions& options)
+      : options_(options),
+        contract_(contract_of(options, begin_)),
+        recorder_(recorder_of(options)),
+        program_(options.command, session_.name()),
+        observer_(contract_ ? &*contract_ : nullptr, recorder_ ? &*recorder_ : nullptr) {
+    setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
+    if (recorder_) std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
+  }
+
+  void run() {
+    while (!program_.ended()) {
+      std::this_thread::sleep_for(kPoll);
+      observe(session_.poll(now()));
+      if (elapsed() >= reported_ + kReport) report();
+      end_program_if_due();
+    }
+    observe(session_.finish(now()));
+    report();
+    print_result();
+    const int status = *program_.ended();
+    if (asked_to_end_ == 0 && status != 0)
+      throw program::RunError("`" + options_.command.front() + "` " + program::how_it_ended(status));
+    if (options_.fail_on && contract_->broken())
+      throw ContractBroken("the contract " + options_.contract + " is broken: " + contract_->incident());
+  }
+
+ private:
+  static Time now() { return std::chrono::steady_clock::now(); }
+  Duration elapsed() const { return now() - begin_; }
+  bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
+
+  void observe(const std::vector<tracing::Event>& events) {
+    for (const tracing::Event& event : events) observer_.event(event);
+    if (!recorder_) return;
+    if (contract_ && contract_->broken() && !std::exchange(incident_recorded_, true))
+      write_snapshot(contract_->incident());
+    if (std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
+  }
+
+  /// A disk that is full does not end the watch.
+  void write_snapshot(const std::string& reason) {
+    const fs::path folder = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
+    try {
+      recorder_->write(folder);
+      std::cerr << "hotpath: " << folder.string() << ": " << reason << std::endl;
+    } catch (const std::exception& error) {
+      std::cerr << "hotpath: " << error.what() << std::endl;
+    }
+  }
+
+  void print_result() const {
+    if (!is_refreshed() && !options_.json) std::cout << report_.table();
+    if (contract_ && !options_.json) {
+      std::cout << contract_->table(session_.losses());
+      if (!contract_->incident().empty()) std::cout << "Incident: " << contract_->incident() << "\n";
+    }
+    if (session_.threads() == 0) {
+      std::cerr << "hotpath: no tracepoint was recorded: a program without tracetools, of a distribution "
+                   "before Jazzy, of another user, or without room in /dev/shm\n";
+    }
+  }
+
+  void report() {
+    reported_ = elapsed();
+    report_.update(observer_, session_, reported_);
+    if (options_.json && !options_.once) print_json();
+    if (options_.json && options_.once && program_.ended()) print_json();
+    if (is_refreshed())
+      program::data_output() << kClearTerminal << std::flush, std::cout << report_.table() << std::flush;
+  }
+
+  void print_json() const {
+    nlohmann::json line = report_.json();
+    if (contract_) line["contract"] = contract_->json(session_.losses());
+    program::data_output() << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+                           << std::endl;
+  }
+
+  /// Asks the program to end after the given time or an interrupt; the longer it takes, the more
+  /// forcefully. A terminal sends Ctrl-C to the program as well, and a second SIGINT might cut its
+  /// orderly end short.
+  void end_program_if_due() {
+    constexpr int kRequests[] = {SIGINT, SIGTERM, SIGKILL};
+    if (!due_) {
+      const bool over = options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
+      if (!over && program::interrupted() == 0) return;
+      due_ = elapsed() + (over ? seconds(0) : seconds(1));
+    }
+    if (elapsed() < *due_ || asked_to_end_ == std::size(kRequests)) return;
+    program_.signal(kRequests[asked_to_end_++]);
+    *due_ = elapsed() + kPatience;
+  }
+
+  const WatchOptions& options_;
+  const Time begin_ = now();
+  std::optional<ContractCheck> contract_;
+  Session session_;  // keeps the texts of the recorder's events
+  std::optional<FlightRecorder> recorder_;
+  WatchedProgram program_;
+  Observer observer_;
+  ObservationReport report_;
+  Duration reported_{};
+  std::optional<Duration> due_;  // the next request to end
+  std::size_t asked_to_end_ = 0;
+  std::size_t snapshots_ = 0;
+  bool incident_recorded_ = false;
+};
+
+}  // namespace
+
+void watch(const WatchOptions& options) { Watch(options).run(); }
+
+}  // namespace hotpath::watch

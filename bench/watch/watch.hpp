@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "hotpath/core/enum_text.hpp"
+
+namespace hotpath::watch {
+
+/// Exit code 3.
+struct ContractBroken : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+enum class FailOn : std::uint8_t { broken };
+constexpr auto enum_texts(FailOn) { return std::to_array<EnumText<FailOn>>({{FailOn::broken, "broken"}}); }
+
+struct WatchOptions {
+  std::vector<std::string> command;  ///< Program and arguments.
+  std::optional<double> seconds;     ///< Length; by default until the program ends.
+  bool once = false, json = false;
+  std::string contract;                ///< File; empty: none.
+  std::optional<FailOn> fail_on = {};  ///< Needs a contract.
+  std::string record;                  ///< Folder for the last events; empty: not kept.
+  std::optional<double> keep;          ///< Seconds of events that are kept.
+};
+
+/// Starts the program with the sensor, and reports what its callbacks do until it ends, until the
+/// given time, or until an interrupt. Then it asks the program to end. Throws UsageError and
+/// InputError, RunError if the program cannot be started or fails, and ContractBroken.
+void watch(const WatchOptions& options);
+
+}  // namespace hotpath::watch
