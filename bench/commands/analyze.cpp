@@ -1,18 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
+#include <memory>
+#include <string>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "guarantees/analyze.hpp"
 #include "program/interrupt.hpp"
+#include "program/whole_file.hpp"
+#include "watch/stated_contract.hpp"
 
 namespace hotpath::commands {
 
 void add_analyze_command(CLI::App& app) {
-  add_analyze_command(app, [](const guarantees::AnalyzeOptions& options) {
+  auto contract = std::make_shared<std::string>();
+  add_analyze_command(app, [contract](const guarantees::AnalyzeOptions& options) {
     program::catch_interrupts();
+    const std::string text = contract->empty() ? "" : watch::stated_contract(options);
     guarantees::analyze(options, std::cout);
+    if (!contract->empty()) program::write_output_file(*contract, "--contract", text);
   });
+  CLI::App& command = *app.get_subcommand("analyze");
+  add_output_file(command, "--contract", *contract,
+                  "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
+  exclude(command, "--contract", {"--phases", "--phases-of", "--trace", "--chain", "--exact"});
 }
 
 void add_analyze_command(CLI::App& app, const std::function<void(const guarantees::AnalyzeOptions&)>& run) {

@@ -103,6 +103,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "analyze": (
         {"GRAPH": "timers_only_60", "--executors": "default,rm-ro"},
         PLATFORM | {
+            "--contract": Elsewhere("a watched system is checked with it", "watch_test.py"),
             "--executors": Changes({"--executors": "edf-ro"}),
             "--load": Changes({"--load": 50}),
             "--rate": Changes({"--rate": 90}),

@@ -7,7 +7,6 @@ import os
 import signal
 from pathlib import Path
 from typing import Any
-
 from hotpath_command import CommandTest
 
 TRACED_SYSTEM = os.environ["TRACED_SYSTEM"]
@@ -124,6 +123,42 @@ class WatchTest(CommandTest):
         self.assertEqual(self.command("watch", "--contract", "missing.yaml", *system)[0], 2)
         self.assertEqual(self.command("watch", "--fail-on", "broken", *system)[0], 2)
         self.assertEqual(self.command("watch", "--keep", 5, *system)[0], 2)
+
+    def test_the_contract_of_an_analysis(self) -> None:
+        graph = self.folder / "small.yaml"
+        graph.write_text(
+            "name: small\nnodes:\n"
+            "- {name: source, type: sensor, period_ms: 100, execution_time_ms: 2}\n"
+            "- {name: space.sink, type: transform, input: source, execution_time_ms: 1}\n"
+        )
+        analyze = ("analyze", graph, "--contract", "contract.yaml")
+        self.accepted(*analyze, "--executors", "rm-ro")
+        code, reports, _ = self.watched(
+            "--contract", "contract.yaml", "--once", "--", TRACED_SYSTEM, 3, 1, 100, 5
+        )
+        self.assertEqual(code, 0)
+        terms = {(t["callback"], t["term"]): t for t in reports[0]["contract"]["terms"]}
+        stated = {key: (t["limit"], t["from"]) for key, t in terms.items()}
+        bound, _ = stated["source (timer)", "response_ms"]
+        self.assertGreaterEqual(bound, 2)
+        # The source publishes from its timestamp to its bound.
+        sink = "space.sink/source"
+        expected = {
+            ("source (timer)", "budget_ms"): (2, "given"),
+            ("source (timer)", "period_ms"): (100, "given"),
+            ("source (timer)", "response_ms"): (bound, "derived"),
+            (sink, "budget_ms"): (1, "given"),
+            (sink, "depth"): (1, "given"),
+            (sink, "minimum_distance_ms"): (100 - bound, "derived"),
+            (sink, "response_ms"): (stated[sink, "response_ms"][0], "derived"),
+        }
+        self.assertEqual(stated, expected)
+        self.assertEqual(terms["source (timer)", "budget_ms"]["verdict"], "broken")
+        self.assertEqual(terms["source (timer)", "period_ms"]["verdict"], "held")
+        for wrong in (("--executors", "rm-ro,default"), (), ("--executors", "rm-ro", "--phases", "given")):
+            code, _, err = self.command(*analyze, *wrong)
+            self.assertEqual(code, 2)
+            self.assertIn("--contract", err)
 
     def test_records_an_incident_that_can_be_imported(self) -> None:
         record = ("--record", "record", "--contract", self.contract(4))
