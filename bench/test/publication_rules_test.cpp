@@ -69,7 +69,7 @@ TEST(RecordedExecutors, ThreadsOfTwoProcessesMayHaveOneId) {
     timer.node = index;
     timer.threads[index] = 1;
   }
-  const auto found = imports::recorded_executors(system, "default").executors;
+  const auto found = imports::recorded_executors(system).executors;
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].name, "process_7_thread_1");
   EXPECT_EQ(found[1].name, "process_8_thread_1");

@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "bounds/guarantees.hpp"
 #include "program/errors.hpp"
+#include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
 #include "watch/contract.hpp"
 
@@ -29,7 +29,7 @@ class StatedContract {
     if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
     tasks_ = make_tasks(graph_);
     const setup::ExecutorSpec executor = setup::executors_to_run(options, graph_, tasks_).front();
-    const auto bounds = bounds::guarantees(graph_, tasks_, *executor.entry, executor.scheduler);
+    const auto bounds = setup::guarantees(graph_, tasks_, executor);
     responses_.resize(tasks_.set.size());
     for (TaskId task = 0; bounds && task < tasks_.set.size(); ++task)
       if (bounds->tasks[task]) responses_[task] = Duration(bounds->tasks[task]->ns);
