@@ -25,8 +25,9 @@ constexpr double kLeastNoise = 0.02, kMostNoise = 0.3;
 const double kDecisive = std::log(1000);
 constexpr double kDeviations = 2.5;
 constexpr std::size_t kKinds = 2;
-/// Executors whose threads notice unseen what is ready are told apart only by larger differences of
-/// their agreement; those that release timers only if no hypothesis has the agreement kExact.
+/// A trace does not show when a thread that polls a shared wait set noticed a ready entity: such executors
+/// are distinguished only by a difference in agreement above kUnseen; executors that release timers only
+/// if no hypothesis has the agreement kExact.
 constexpr double kUnseen = 0.1, kExact = 0.97;
 /// A fitted order must remove this share of the contradictions, and as many.
 constexpr double kBetter = 0.1;
