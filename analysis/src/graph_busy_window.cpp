@@ -120,7 +120,8 @@ std::shared_ptr<const BusyLevel> GraphBusyWindow::level(std::int64_t rank) const
 
 std::int64_t GraphBusyWindow::arrivals(std::int64_t period, std::int64_t t, bool closed,
                                        std::int64_t jitter) const {
-  const std::int64_t until = add(add(t, overheads_.lateness), jitter);
+  // Jobs that may come at any time have no work in a level that has a bound: their number is irrelevant.
+  const std::int64_t until = add(add(t, overheads_.lateness), std::max<std::int64_t>(jitter, 0));
   return closed ? floor_div(until, period) + 1 : std::max<std::int64_t>(1, ceil_div(until, period));
 }
 

@@ -43,6 +43,7 @@ USES = {
     "run": ((*LIVE, "--output", "live"), "live/summary.json"),
     "compare": ((*LIVE, "--executors", "default,rm-ro", "--output", "compared"), "compared/summary.json"),
     "watch": (("--once", "--", "true"), ">0 events"),
+    "completion": (("bash",), ">complete"),
     "replay": (("live", "--live", "--duration", 0.1), None),
 }  # fmt: skip
 # `bench` measures for minutes with programs next to the command: see bench_command_test.py.

@@ -2,7 +2,6 @@
 #include "hotpath/tracing/ctf_writer.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -103,6 +102,11 @@ class Source {
   bt_field_class* class_of(FieldType type) const {
     if (type == FieldType::text) return bt_field_class_string_create(trace_class_.get());
     if (type == FieldType::integer) return bt_field_class_integer_signed_create(trace_class_.get());
+    if (type == FieldType::gid) {
+      const FieldClass byte(bt_field_class_integer_unsigned_create(trace_class_.get()));
+      bt_field_class_integer_set_field_value_range(byte.get(), 8);
+      return bt_field_class_array_static_create(trace_class_.get(), byte.get(), 16);
+    }
     bt_field_class* const address = bt_field_class_integer_unsigned_create(trace_class_.get());
     bt_field_class_integer_set_preferred_display_base(
         address, BT_FIELD_CLASS_INTEGER_PREFERRED_DISPLAY_BASE_HEXADECIMAL);
@@ -155,13 +159,21 @@ class Source {
           bt_field_string_set_value(field, *text++);
           break;
         case FieldType::gid:
-          assert(false && "ids of endpoints are only read");
+          set_bytes(field, 0, *number++);
+          set_bytes(field, 8, *number++);
           break;
       }
     }
     return message;
   }
 
+  /// Eight elements from position `first` on, the first one highest.
+  static void set_bytes(bt_field* array, std::uint64_t first, std::uint64_t bytes) {
+    for (std::uint64_t i = 0; i < 8; ++i) {
+      bt_field_integer_unsigned_set_value(bt_field_array_borrow_element_field_by_index(array, first + i),
+                                          bytes >> (56 - 8 * i) & 0xff);
+    }
+  }
   static bt_field* member(bt_field* structure, std::uint64_t i) {
     return bt_field_structure_borrow_member_field_by_index(structure, i);
   }

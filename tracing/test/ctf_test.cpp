@@ -33,9 +33,10 @@ class Ctf : public testing::Test {
       for (const EventFormat::Field& field : format.fields) {
         if (field.type == FieldType::text) {
           e.text[texts++] = field.name;
-        } else {
+          continue;
+        }
+        for (int n = field.type == FieldType::gid ? 2 : 1; n > 0; --n, ++numbers) {
           e.number[numbers] = 1000 * (i + 1) + numbers;
-          ++numbers;
         }
       }
     }
