@@ -114,7 +114,9 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--cores": Changes({"--cores": 2}, {"--timer-thread": "equal"}),
             "--exact": Changes({"--exact": True}),  # says which phases it needs
             "--witness": Changes({"--witness": "worst"}, {"--phases": "synchronous"}),
-            "--entity-order": Changes({"--entity-order": "reverse"}, {"GRAPH": "sequences"}),
+            "--entity-order": Changes(
+                {"--entity-order": "reverse"}, {"GRAPH": "sequences", "--phases": "creation"}
+            ),
             "--trace": Changes({"--trace": "{timers}"}),
             "--deployments": Changes({"--deployments": "rm-threads"}),
             "--strict": Elsewhere("a live run must exceed a bound", "analyze_test.py"),
