@@ -267,7 +267,7 @@ class PhaseAdviser {
     setup::set_phases(tasks.set, best.found.first);
     setup::ExecutorSpec spec = c.spec;
     if (c.sets_priorities) spec.label = spec.entry->name;  // the label is that of the candidate
-    guarantees::write_witnesses(reached, c.graph, tasks, spec, options_, folder_ / "witness", std::cout);
+    std::cout << guarantees::write_witnesses(reached, c.graph, tasks, spec, options_, folder_ / "witness");
   }
 
   /// Simulates the file of phases; throws RunError if a guarantee is exceeded.

@@ -114,6 +114,7 @@ class Search {
   /// The middle of the longest run of points with the best score.
   std::size_t middle_of_best(const std::vector<FirstTimestamps>& points, bool circular) const {
     std::vector<PhaseScore> scores;
+    scores.reserve(points.size());
     for (const FirstTimestamps& point : points) scores.push_back(known_.at(point).score);
     const PhaseScore best =
         *std::ranges::min_element(scores, [](const auto& a, const auto& b) { return a < b; });

@@ -6,6 +6,7 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/core/registry.hpp"
 #include "program/shown_text.hpp"
+#include "program/text.hpp"
 
 namespace hotpath::commands {
 
@@ -81,7 +82,7 @@ void describe(const CLI::App& app, const std::string& command, std::ostream& out
     for (const std::string& name : option->get_lnames()) {
       options.push_back("--" + name);
       if (option->get_expected_max() > 0)
-        out << entry("_hotpath_values", command + " --" + name, kind_of(*option));
+        out << entry("_hotpath_values", program::concat(command, " --", name), kind_of(*option));
     }
   }
   const std::string key = command.empty() ? "hotpath" : command;

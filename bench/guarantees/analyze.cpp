@@ -194,7 +194,7 @@ class Analysis {
       out_ << "No exact values: " << all.back().refusal << "\n";
     }
     if (!options_.witness.empty() && !reached.empty()) {
-      write_witnesses(reached, graph_, tasks, executor, options_, options_.witness, out_);
+      out_ << write_witnesses(reached, graph_, tasks, executor, options_, options_.witness);
     }
   }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <ostream>
+#include <sstream>
 
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
@@ -139,11 +140,13 @@ class Witnesses {
 
 }  // namespace
 
-void write_witnesses(const std::vector<bounds::ReachedWorstCase>& worst_cases, const Graph& graph,
-                     const GraphTasks& tasks, const setup::ExecutorSpec& executor,
-                     const setup::CommonOptions& options, const fs::path& folder, std::ostream& out) {
+std::string write_witnesses(const std::vector<bounds::ReachedWorstCase>& worst_cases, const Graph& graph,
+                            const GraphTasks& tasks, const setup::ExecutorSpec& executor,
+                            const setup::CommonOptions& options, const fs::path& folder) {
+  std::ostringstream out;
   Witnesses witnesses(graph, tasks, executor, options, folder, out);
   for (const bounds::ReachedWorstCase& worst : worst_cases) witnesses.add(worst);
+  return out.str();
 }
 
 }  // namespace hotpath::guarantees
