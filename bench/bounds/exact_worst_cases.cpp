@@ -220,21 +220,18 @@ std::string why_to_stop() {
 
 /// Explores every schedule; with `observer.of_subscriptions` for response times of subscriptions alone, which
 /// need the publications of unread samples in each state.
-void explore_graph(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
-                   const SchedulerOptions& scheduling, ExplorationOptions options, WorstCases& observer,
-                   std::vector<ReachedWorstCase>* reached) {
+void explore_graph(const GraphTasks& tasks, const Scheduler& scheduler, ExplorationOptions options,
+                   WorstCases& observer, std::vector<ReachedWorstCase>* reached) {
   const WorstCaseTimes times(tasks.set);
   Graph explored = observer.explored();
   if (observer.of_subscriptions) explored.chains.clear();
   GraphWorkload workload(explored, tasks, times, observer.observations());
-  options.platform = make_platform(graph, executor);
   options.stop = why_to_stop;
   options.publications = observer.of_subscriptions;
   if (observer.of_subscriptions) workload.describe_publications();
   if (!observer.of_subscriptions) options.tracked = observer.tracked();
   if (reached != nullptr) options.witnesses = observer.witnesses();
-  ExplorationResult result =
-      explore(tasks.set, *executor.make(tasks.set, scheduling), workload, options, observer);
+  ExplorationResult result = explore(tasks.set, scheduler, workload, options, observer);
   if (reached == nullptr) return;
   for (ReachedWorstCase& worst : observer.reached(std::move(result.witnesses))) {
     reached->push_back(std::move(worst));
@@ -261,9 +258,11 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
   }
   ExplorationOptions options;
   options.max_states = max_states;
+  options.platform = make_platform(graph, executor);
+  const std::unique_ptr<const Scheduler> scheduler = executor.make(tasks.set, scheduling);
   try {
     WorstCases worst(graph, tasks, bounds);
-    explore_graph(graph, tasks, executor, scheduling, options, worst, reached);
+    explore_graph(tasks, *scheduler, options, worst, reached);
   } catch (const ExplorationRefused& error) {
     bounds = {};
     bounds.method = kExactMethod;
@@ -276,7 +275,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const
   try {
     WorstCases worst(graph, tasks, responses);
     worst.of_subscriptions = true;
-    explore_graph(graph, tasks, executor, scheduling, options, worst, reached);
+    explore_graph(tasks, *scheduler, options, worst, reached);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       if (responses.tasks[id]) bounds.tasks[id] = responses.tasks[id];
     }

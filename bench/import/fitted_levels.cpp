@@ -76,6 +76,7 @@ class Fit {
       if (ran != ahead && ran != kNoTask && ahead != kNoTask) wrong[{ran, ahead}] += count;
     }
     std::vector<std::pair<std::uint32_t, std::pair<TaskId, TaskId>>> most;
+    most.reserve(wrong.size());
     for (const auto& [pair, count] : wrong) most.emplace_back(count, pair);
     std::ranges::stable_sort(most, std::ranges::greater{}, [](const auto& m) { return m.first; });
     if (most.size() > kPairs) most.resize(kPairs);

@@ -372,6 +372,7 @@ CaseResult check_timer_chain(std::uint64_t seed, const std::string& name, std::u
   std::shuffle(chain.begin(), chain.end(), random);
   chain.resize(static_cast<std::size_t>(draw(random, 1, static_cast<std::int64_t>(chain.size()))));
   std::vector<std::string> names;
+  names.reserve(chain.size());
   for (const TaskId id : chain) names.push_back(tasks.set[id].name);
   const bool phases_known = chance(random, 50);
   draw_phases(random, graph, tasks);

@@ -230,11 +230,13 @@ class CallbackParser {
       const std::string topic = item.topic();
       const auto position = std::find(topics.begin(), topics.end(), topic);
       if (position == topics.end()) {
+        // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends the loop
         item.fail(subject + " waits for topic " + topic + ", to which " + what_ + " does not subscribe",
                   suggest(topic, topics));
       }
       const auto index = static_cast<std::uint32_t>(position - topics.begin());
       if (std::find(inputs.begin(), inputs.end(), index) != inputs.end()) {
+        // NOLINTNEXTLINE(performance-inefficient-string-concatenation): it ends the loop
         item.fail(subject + " names topic " + topic + " twice", "name each input once");
       }
       inputs.push_back(index);

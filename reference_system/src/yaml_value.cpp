@@ -53,7 +53,7 @@ std::string YamlValue::text() const {
 }
 
 std::string YamlValue::checked_name(std::size_t most_bytes, bool slash) const {
-  const std::string name = text();
+  std::string name = text();
   if (name.empty()) fail(what_ + " is empty", "give 1 to " + std::to_string(most_bytes) + " bytes");
   if (name.size() > most_bytes) {
     fail(what_ + " `" + name + "` has " + std::to_string(name.size()) + " bytes",

@@ -401,7 +401,7 @@ TEST(Callbacks, MessagesRememberAHundredNodes) {
       const std::string name = branch + std::to_string(i), before = branch + std::to_string(i - 1);
       nodes += "  - name: " + name + "\n    type: callbacks\n    callbacks:\n      - {" +
                (i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before) +
-               ", execution_time_ms: 0.1, publishes: " + name + "}\n";
+               ", execution_time_ms: 0.1, publishes: " + name + "}\n";  // NOLINT(performance-*)
       names += name + ", ";
     }
   }

@@ -69,6 +69,7 @@ void Assembler::start(const Event& e) {
   job.has_sample = true;
   if (std::exchange(thread.taken_by, kNone) == callback) {
     job.sample = thread.taken;
+    // NOLINTNEXTLINE(bugprone-branch-clone): the order of the conditions matters
   } else if (system_.callbacks[callback].kind == CallbackKind::service) {
     job.sample = stranger(callback, e.at);  // its request is not traced
   } else if (system_.callbacks[callback].kind != CallbackKind::subscription) {

@@ -3,6 +3,7 @@
 
 namespace hotpath::tracing {
 
+// A table. NOLINTNEXTLINE(readability-function-size)
 std::span<const EventFormat> formats() {
   using enum EventKind;
   constexpr auto a = FieldType::address, i = FieldType::integer, t = FieldType::text, g = FieldType::gid;

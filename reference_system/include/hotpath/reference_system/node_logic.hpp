@@ -62,6 +62,7 @@ class NodeLogic {
       if (own.keeps_sample) lost = missed(own.last_seen, sample);
       for (const auto& [set, slot] : own.stores) {
         const bool shared = own.keeps_sample || std::pair(set, slot) != own.stores.back();
+        // NOLINTNEXTLINE(bugprone-use-after-move): the last place gets the sample itself
         sets_[set].slots[slot].held = shared ? Messages::share(sample) : std::move(sample);
       }
       if (own.keeps_sample) job.own = std::move(sample);
