@@ -2,11 +2,19 @@
 """Figures of `hotpath bench`: decisions, transport and the hot path of the reference system."""
 
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from hotpath_report import style
 from hotpath_report.bench_data import SPEC, Bench
 from hotpath_report.hotpath_command import executor_named
 from hotpath_report.style import SERIES
+
+
+def duration(ns: float, _position: int | None = None) -> str:
+    """A tick in the largest unit of which it has at least one: `20 µs`."""
+    units = [(size, unit) for size, unit in ((1e9, "s"), (1e6, "ms"), (1e3, "µs")) if ns >= size]
+    size, unit = units[0] if units else (1, "ns")
+    return f"{ns / size:g} {unit}"
 
 
 def draw_lines(axes: Axes, bench: Bench, pattern: str, metric: str) -> bool:
@@ -18,10 +26,12 @@ def draw_lines(axes: Axes, bench: Bench, pattern: str, metric: str) -> bool:
     for series, (label, points) in zip(SERIES, sorted(lines.items())):
         colour = style.colour_of(label) if executor_named(label) else series
         axes.loglog(*zip(*sorted(points)), "o-", color=colour, label=label, markersize=4)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter("{x:g}")
-    axes.set_ylabel("ns")
     axes.margins(y=0.25)
+    low, high = axes.get_ylim()
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < 100 * low else (1,)))
+    for axis, text in ((axes.xaxis, "{x:g}"), (axes.yaxis, FuncFormatter(duration))):
+        axis.set_major_formatter(text)
+        axis.set_minor_formatter(NullFormatter())
     if lines:
         axes.legend(fontsize=8, ncol=2, loc="upper left")
     return bool(lines)
