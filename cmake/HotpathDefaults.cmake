@@ -20,6 +20,7 @@ if(HOTPATH_ONE_DEFINITION)
   add_link_options(${HOTPATH_ONE_DEFINITION_FLAGS})
 endif()
 option(BUILD_TESTING "Build the tests" ON)
+option(HOTPATH_SOURCE_FILES "Programs find graphs and scripts in the source tree before the installed ones" ON)
 option(HOTPATH_FUZZ "Build the fuzz targets: needs clang, and the flags of the preset `fuzz`" OFF)
 # The transport fastdds and everything that publishes over it. Off where Fast DDS or its generator
 # is missing, for example on Ubuntu with ROS 2: a process must never load a second Fast DDS beside
@@ -44,6 +45,23 @@ macro(hotpath_final_run_path)
   set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
   set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
 endmacro()
+
+# hotpath_data_folders(name folders...): sets `name` to these folders of the package, separated by
+# colons: those of its source tree, then those that it installs into share/PACKAGE.
+function(hotpath_data_folders name)
+  set(trees ${CMAKE_INSTALL_PREFIX}/share/${PROJECT_NAME})
+  if(HOTPATH_SOURCE_FILES)
+    list(PREPEND trees ${PROJECT_SOURCE_DIR})
+  endif()
+  set(folders)
+  foreach(tree IN LISTS trees)
+    foreach(folder IN LISTS ARGN)
+      list(APPEND folders ${tree}/${folder})
+    endforeach()
+  endforeach()
+  list(JOIN folders ":" folders)
+  set(${name} ${folders} PARENT_SCOPE)
+endfunction()
 
 # Warnings for the project's own code; generated code is compiled without them.
 function(hotpath_warnings target)

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # ros_node.sh PROGRAM IGNORED ARGUMENTS...: lets roslaunch run a program of this tree, wherever it
-# was built. roslaunch finds programs only in installed ROS packages or in ROS_PACKAGE_PATH. The
+# was built, or else the installed one in PATH. roslaunch finds programs only in installed ROS packages or in ROS_PACKAGE_PATH. The
 # launch files therefore name a program that every ROS 1 has (IGNORED) and set this script as its
 # launch-prefix; the script runs PROGRAM instead.
 set -euo pipefail
@@ -14,7 +14,8 @@ case $program in
   hotpath_ros1_bridge) places=(build/ros1_bridge install/hotpath_ros1_bridge/bin) ;;
   *) echo "ros_node.sh: unknown program $program" >&2; exit 2 ;;
 esac
-for place in ${HOTPATH_PROGRAMS:-} "${places[@]}"; do
+installed=$(command -v "$program" || true)
+for place in ${HOTPATH_PROGRAMS:-} "${places[@]}" ${installed:+"$(dirname "$installed")"}; do
   if [ -x "$place/$program" ]; then
     arguments=("$@")
     if [ "$program" = hotpath ]; then  # not a ROS node: drop roslaunch's __name:= and __log:= arguments

@@ -72,6 +72,11 @@ Estimate compare(const RepeatedSamples& a, const RepeatedSamples& b, double prob
 
 }  // namespace
 
+std::size_t nearest_rank(std::size_t count, double probability) {
+  const double rank = std::ceil(probability * static_cast<double>(count));
+  return rank < 1 ? 0 : std::min(static_cast<std::size_t>(rank), count) - 1;
+}
+
 double quantile(std::span<const double> ascending, double probability) {
   if (ascending.empty()) return kNoValue;
   const auto [lower, share] = position(ascending.size(), probability);

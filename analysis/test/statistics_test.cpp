@@ -35,6 +35,15 @@ TEST(Quantile, HyndmanAndFanType7) {
   EXPECT_DOUBLE_EQ(quantile(four, 0.9), 3.7);
 }
 
+TEST(NearestRank, IsTheFirstSampleThatEnoughDoNotExceed) {
+  EXPECT_EQ(nearest_rank(100, 0.99), 98u);
+  EXPECT_EQ(nearest_rank(101, 0.99), 99u);
+  EXPECT_EQ(nearest_rank(4, 0.5), 1u);
+  EXPECT_EQ(nearest_rank(5, 0.5), 2u);
+  EXPECT_EQ(nearest_rank(5, 0), 0u);
+  EXPECT_EQ(nearest_rank(5, 1), 4u);
+}
+
 TEST(Quantiles, OfNoSampleCountZeroAndHaveNoValue) {
   const Quantiles none = quantiles({});
   EXPECT_EQ(none.n, 0u);

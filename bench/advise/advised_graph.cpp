@@ -44,11 +44,11 @@ CandidateOptions candidate_options(const Options& options, const Graph& graph, c
 void check_load(const Graph& graph, const GraphTasks& tasks) {
   const double load = mean_load_percent(graph, tasks);
   if (load < 100.0 * graph.platform.cores) return;
-  throw program::RunError(program::concat(
+  throw program::OverloadError(program::concat(
       "overload: the callbacks of ", graph.name, " need ", program::fixed(load, 0),
-      " % of one core, and there are ", graph.platform.cores, graph.platform.cores == 1 ? " core" : " cores",
-      ": no executor can keep up; give the graph ", std::floor(load / 100) + 1,
-      " cores or more (--cores), or less work (--load)"));
+      " % of one core, and there ", graph.platform.cores == 1 ? "is " : "are ", graph.platform.cores,
+      graph.platform.cores == 1 ? " core" : " cores", ": no executor can keep up; give the graph ",
+      std::floor(load / 100) + 1, " cores or more (--cores), or less work (--load)"));
 }
 
 }  // namespace hotpath::advise

@@ -24,9 +24,8 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
   };
   advise
       .add_option_function<std::string>("--phases", set,
-                                        "Timer phases of all draws; random without this option.\n"
-                                        "--phases alone: choose phases that minimise what is\n"
-                                        "guaranteed by --for")
+                                        "Timer phases of all draws; by default random. Without a\n"
+                                        "value: choose the phases with the best guaranteed --for")
       ->expected(0, 1)
       ->check(check, "")
       ->type_name("[" + program::joined(words<Phases>(), "|") + "|chosen]")

@@ -43,11 +43,11 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the timer phases of the same executor's first\nrepetition in a stored run");
   command.add_flag("--exact", o.exact,
-                   "Allow more time and memory for the exact worst cases, which known\n"
-                   "phases have under executors with one thread that runs jobs: a\n"
-                   "million states instead of up to 50000");
+                   "Explore up to 1000000 states instead of up to 50000 for the exact\n"
+                   "worst cases, which known phases have under executors with one\n"
+                   "thread that runs jobs");
   add_text(command, "--witness", o.witness, "FOLDER",
-           "For each exact worst case, store a simulated run that reaches\nit below this folder");
+           "Store a simulated run that reaches each exact worst case in\na subfolder of this folder");
   add_entity_order_option(command, o);
   auto* trace = add_text(command, "--trace", o.trace, "RUN",
                          "Folder of a run of this graph, to compare with the bounds");

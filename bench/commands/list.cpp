@@ -69,8 +69,8 @@ void add_list_command(CLI::App& app) {
       add_command<bool>(*list, "executors", "Executors: name, rclcpp class, scheduling policy", "",
                         [](bool as_json) { as_json ? print_executors_json() : print_executors(); });
   executors.add_flag("--json", json, "Print JSON, with family, policy and figure colour");
-  list->add_subcommand("graphs", "Graphs that a name selects")->callback(print_graphs);
-  list->add_subcommand("deployments", "Deployments that a name selects: presets and files")
+  list->add_subcommand("graphs", "Graphs available by name")->callback(print_graphs);
+  list->add_subcommand("deployments", "Deployments available by name: presets and files")
       ->callback(print_deployments);
 }
 

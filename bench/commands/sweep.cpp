@@ -174,7 +174,7 @@ void add_sweep_command(CLI::App& app) {
              "Parallel cells per rank, 0 for one per CPU; live cells run\none at a time");
   add_number(sweep, "--rank-time-out", o.rank_time_out_s, {0.1, 3600}, "SECONDS",
              "Silence after which other ranks take over a rank's cells");
-  sweep.add_flag("--yes", o.yes, "Start also a sweep that takes more than 1 hour or 1 GB");
+  sweep.add_flag("--yes", o.yes, "Start even if the sweep takes more than 1 hour or 1 GB");
 }
 
 }  // namespace hotpath::commands

@@ -21,7 +21,7 @@ void add_watch_command(CLI::App& app) {
       ->type_name("")
       ->required();
   add_number(command, "--for", o.seconds, {0.1, 1e7}, "SECONDS",
-             "Then end the program; by default until it ends");
+             "Stop the program after this time; by default watch until it exits");
   command.add_flag("--once", o.once, "Report once, at the end, instead of every second");
   auto* const contract = add_text(command, "--contract", o.contract, "FILE",
                                   "Compare the jobs with this contract (docs/watch.md)");

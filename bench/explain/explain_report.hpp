@@ -19,7 +19,7 @@ struct Subject {
   std::size_t missing = 0;  ///< Outputs whose jobs the trace lacks.
 };
 
-/// Three sentences, as few as there is something to say.
+/// At most three sentences.
 [[nodiscard]] std::vector<std::string> sentences(const Subject& subject, const Explanation& explanation);
 [[nodiscard]] std::vector<std::string> sentences(const Subject& subject, const Overview& overview);
 /// Why one is faster than the other.

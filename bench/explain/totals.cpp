@@ -5,6 +5,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "hotpath/analysis/statistics.hpp"
+
 namespace hotpath::explain {
 
 namespace {
@@ -55,9 +57,7 @@ void Totals::add(const Explanation& explanation) {
 }
 
 const Output& at_quantile(const std::vector<Output>& by_latency, double quantile) {
-  const auto count = static_cast<double>(by_latency.size());
-  const double rank = std::clamp(std::ceil(quantile * count), 1.0, count);
-  return by_latency[static_cast<std::size_t>(rank) - 1];
+  return by_latency[nearest_rank(by_latency.size(), quantile)];
 }
 
 std::vector<Output> sorted_by_latency(std::vector<Output> outputs) {

@@ -71,8 +71,8 @@ class Executor:
     """Traits of an executor, from the C++ registry."""
 
     name: str
-    family: str  # wait_set, events or priority_events
-    timers: str  # polled, release_only or release_and_execute
+    family: str  # as `hotpath list executors --json` names it
+    timers: str  # how it handles them, likewise
     policy: str | None  # of the events queue, if it has one
     colour: str  # #RRGGBB
 

@@ -26,7 +26,7 @@ NAMES = ("executor", "chain", "task")  # text columns, even if every name is a n
 def check_regular(path: Path) -> None:
     """Raises InputError unless `path` is a regular file: devices and FIFOs may never end."""
     if not stat.S_ISREG(path.stat().st_mode):
-        raise InputError(f"{path}: is no regular file")
+        raise InputError(f"{path}: is not a regular file")
     READ.append(path)
 
 

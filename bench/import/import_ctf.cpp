@@ -110,8 +110,8 @@ class CtfImport final : public tracing::Sink {
 
   std::string no_jobs() const {
     if (!reading_.broken_off.empty() && assembler_.system().nodes.empty())
-      return options_.trace + " breaks off " + reading_.broken_off +
-             " and has no event of ros2_tracing before; record it again";
+      return options_.trace + " has no event of ros2_tracing before it breaks off (" + reading_.broken_off +
+             "); record it again";
     if (assembler_.system().nodes.empty()) {
       return options_.trace +
              " has no events of ros2_tracing; record user-space events `ros2:*` (`lttng enable-event -u "

@@ -80,9 +80,9 @@ class SpeedWatch {
 /// little work.
 [[nodiscard]] std::optional<double> usual_pace(const std::vector<std::span<const SpeedWindow>>& repetitions);
 
+inline constexpr double kSlowFactor = 1.1;
 /// Periods of one repetition, by CPU, in which the work took at least kSlowFactor times the usual
 /// time.
-inline constexpr double kSlowFactor = 1.1;
 [[nodiscard]] std::vector<SlowPeriod> slow_periods(std::span<const SpeedWindow> windows, double usual);
 
 /// Part of a sentence with time, CPU and factor of the first few periods.

@@ -12,6 +12,10 @@ namespace hotpath {
 
 inline constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
+/// Index among `count` > 0 ascending samples of the smallest one that at least the share `probability`
+/// in [0, 1] of them do not exceed (nearest rank): where the value must be one of the samples.
+std::size_t nearest_rank(std::size_t count, double probability);
+
 /// Quantile of ascending samples by linear interpolation between the two samples around (n - 1) *
 /// probability (Hyndman and Fan 1996, type 7, the default of NumPy and R). The quantile at 1/2 is
 /// the median, at 0 and 1 the extremes. A single sample equals all of its quantiles; without
