@@ -54,7 +54,7 @@ bool has_releaser(const ExecutorEntry& executor) { return executor.traits.timers
 
 bool has_fixed_priorities(const ExecutorEntry& executor) {
   const auto policy = executor.traits.policy;
-  return policy == Policy::rm || policy == Policy::dm || policy == Policy::fp;
+  return policy && levels_of(*policy) == Levels::fixed;
 }
 
 std::size_t timers(const TaskSet& set) {
@@ -94,8 +94,15 @@ std::uint32_t order_of(const BoundedSystem& system) {
     case Family::priority_events:
       break;
   }
-  if (has_fixed_priorities(system.executor)) return bits({A::fixed_priorities});
-  return bits({t.policy == Policy::edf ? A::deadlines : A::activation_order});
+  switch (levels_of(t.policy.value_or(Policy::fifo))) {
+    case Levels::fixed:
+      return bits({A::fixed_priorities});
+    case Levels::deadline:
+      return bits({A::deadlines});
+    case Levels::arrival:
+      return bits({A::activation_order});
+  }
+  return bits({A::other_order});
 }
 
 Duration release_cost(const Platform& platform) { return platform.release_cost + platform.pass_cost; }

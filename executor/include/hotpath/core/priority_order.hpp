@@ -17,6 +17,23 @@ enum class Policy : std::uint8_t {
   edf,   ///< Earliest absolute deadline first.
 };
 
+/// What a policy orders by.
+enum class Levels : std::uint8_t { arrival, fixed, deadline };
+
+constexpr Levels levels_of(Policy policy) {
+  switch (policy) {
+    case Policy::fifo:
+      return Levels::arrival;
+    case Policy::rm:
+    case Policy::dm:
+    case Policy::fp:
+      return Levels::fixed;
+    case Policy::edf:
+      return Levels::deadline;
+  }
+  return Levels::arrival;
+}
+
 /// The source of a subscription's priority.
 enum class SubscriptionRule : std::uint8_t {
   inherit,  ///< Fixed priority: the highest of the timers upstream; EDF: the absolute deadline of the
