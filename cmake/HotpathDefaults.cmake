@@ -78,7 +78,7 @@ function(hotpath_add_library name)
   add_library(${target} STATIC ${ARGN})
   add_library(${PROJECT_NAME}::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
-  install(TARGETS ${target} EXPORT ${PROJECT_NAME} ARCHIVE DESTINATION lib)
+  install(TARGETS ${target} EXPORT ${PROJECT_NAME} ARCHIVE DESTINATION lib COMPONENT development)
 endfunction()
 
 # hotpath_library(name sources...): hotpath_add_library with the package's include/ folder and the
@@ -122,7 +122,7 @@ function(hotpath_idl_library name file)
   target_include_directories(${target} SYSTEM PUBLIC
     $<BUILD_INTERFACE:${generated}> $<INSTALL_INTERFACE:include>)
   target_link_libraries(${target} PUBLIC fastrtps fastcdr)
-  install(FILES ${headers} DESTINATION include)
+  install(FILES ${headers} DESTINATION include COMPONENT development)
 endfunction()
 
 # hotpath_export(dependencies...): headers, targets and a CMake config that finds the dependencies
