@@ -23,7 +23,7 @@ ls build-package/packages/*.deb
 
 command -v debootstrap >/dev/null || apt-get install -y -qq --no-install-recommends debootstrap >/dev/null
 mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | head -1)
-root=$(mktemp -d)
+root=$(mktemp -d) && chmod 755 "$root"
 trap 'umount "$root/proc" 2>/dev/null || true; rm -rf "$root"' EXIT
 debootstrap --variant=minbase bookworm "$root" "$mirror" >build-package/debootstrap.log ||
   { tail -5 build-package/debootstrap.log >&2; exit 1; }
@@ -44,10 +44,11 @@ chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root DEB
   hotpath run --executor rm-ro --transport intra_process --duration 1 --output run
   hotpath_ros1_bridge --help
   bash -c ". /usr/share/bash-completion/completions/hotpath; complete -p hotpath"
-  test -s simulated/report/report.html && test -s bench/report.md && test -s run/summary.json
-  test -e /usr/lib/libhotpath_watch.so
-  ! hotpath list graphs | grep -q "/build\|/home"
+  for file in simulated/report/report.html bench/report.md run/summary.json /usr/lib/libhotpath_watch.so; do
+    test -s "$file"
+  done
   apt-get purge -y -qq hotpath hotpath-ros1-bridge >/dev/null
-  ! find /usr -path "*hotpath*" | grep .
+  left=$(find /usr -path "*hotpath*")
+  test -z "$left" || { echo "left behind: $left"; exit 1; }
 '
 echo "== the packages install, run and can be removed"
