@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <memory>
 #include <tuple>
+#include <utility>
 
 #include "program/errors.hpp"
 
@@ -28,34 +29,25 @@ std::vector<char*> argument_list(std::vector<std::string>& words) {
 
 namespace {
 
-/// In a forked child: executes a program, or writes errno to the close-on-exec pipe `failure`.
-/// Calls only functions that are safe although other threads may have held locks during fork().
-[[noreturn]] void become(const std::vector<char*>& arguments, int errors, bool silent, pid_t parent,
-                         int failure) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // dies with the thread that waits for it
-  if (getppid() != parent) _exit(1);
-  dup2(errors, STDERR_FILENO);
-  if (silent) dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
-  execvp(arguments.front(), arguments.data());
-  const int cause = errno;
-  std::ignore = write(failure, &cause, sizeof cause);
-  _exit(127);
+RunError not_started(const std::string& program, int cause) {
+  return RunError{"`" + program + "` could not be started (" + std::strerror(cause) + "); is it installed?"};
 }
 
 }  // namespace
 
-ProgramEnd run_program(std::vector<std::string> words, bool silent) {
-  const std::unique_ptr<FILE, int (*)(FILE*)> errors(std::tmpfile(), std::fclose);
-  if (!errors) throw RunError(std::string("no temporary file: ") + std::strerror(errno));
-  const auto fail = [&](int cause) {
-    throw RunError("`" + words.front() + "` could not be started (" + std::strerror(cause) +
-                   "); is it installed?");
-  };
+pid_t start_program(std::vector<std::string> words, const std::function<void()>& prepare,
+                    char* const* environment) {
   const std::vector<char*> arguments = argument_list(words);
   int failure[2];
-  if (pipe2(failure, O_CLOEXEC) != 0) fail(errno);
-  const pid_t parent = getpid(), id = fork();
-  if (id == 0) become(arguments, fileno(errors.get()), silent, parent, failure[1]);
+  if (pipe2(failure, O_CLOEXEC) != 0) throw not_started(words.front(), errno);
+  const pid_t id = fork();
+  if (id == 0) {
+    prepare();
+    execvpe(arguments.front(), arguments.data(), environment);
+    const int cause = errno;
+    std::ignore = write(failure[1], &cause, sizeof cause);
+    _exit(127);
+  }
   int cause = id < 0 ? errno : 0;
   close(failure[1]);
   ssize_t bytes = 0;  // end of file, once exec() has closed the pipe
@@ -63,10 +55,27 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
     bytes = id > 0 ? read(failure[0], &cause, sizeof cause) : 1;
   } while (bytes < 0 && errno == EINTR);
   close(failure[0]);
-  const bool started = bytes == 0;
+  if (bytes == 0) return id;
+  int status = 0;
+  if (id > 0) await_process(id, &status);
+  throw not_started(words.front(), cause);
+}
+
+ProgramEnd run_program(std::vector<std::string> words, bool silent) {
+  const std::unique_ptr<FILE, int (*)(FILE*)> errors(std::tmpfile(), std::fclose);
+  if (!errors) throw RunError(std::string("no temporary file: ") + std::strerror(errno));
+  const int standard_error = fileno(errors.get());
+  const pid_t parent = getpid();
+  const pid_t id = start_program(
+      std::move(words),
+      [&] {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);  // dies with the thread that waits for it
+        if (getppid() != parent) _exit(1);
+        dup2(standard_error, STDERR_FILENO);
+        if (silent) dup2(open("/dev/null", O_WRONLY), STDOUT_FILENO);
+      },
+      environ);
   ProgramEnd end;
-  if (id > 0 && !started) await_process(id, &end.status);
-  if (!started) fail(cause);
   // Continue a program that was stopped alone, so that we do not wait forever. Ctrl-Z stops us as
   // well.
   while (await_process(id, &end.status, WUNTRACED) == id && WIFSTOPPED(end.status)) kill(id, SIGCONT);

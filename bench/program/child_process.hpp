@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,13 @@ namespace hotpath::program {
 
 /// The words as an argument list for execv(); it must not outlive `words`.
 std::vector<char*> argument_list(std::vector<std::string>& words);
+
+/// Starts a program (found along PATH) with these arguments and this environment. The child process
+/// first calls `prepare`, which may only call functions that are safe although other threads may
+/// have held locks during fork(). Returns its id, for await_process(). Throws RunError when the
+/// program cannot be started.
+pid_t start_program(std::vector<std::string> words, const std::function<void()>& prepare,
+                    char* const* environment);
 
 /// The result of another program.
 struct ProgramEnd {

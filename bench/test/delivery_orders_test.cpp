@@ -111,6 +111,24 @@ TEST(DeliveryOrders, AreUnknownIfSomeEndpointOrTheMiddlewareIs) {
   EXPECT_EQ(source(without), imports::DeliverySource::unknown);
 }
 
+TEST(DeliveryOrders, AreUnknownIfSeveralReadersLieInOtherProcesses) {
+  Process process;
+  process.publisher("/a");
+  for (int i = 0; i < 4; ++i) process.subscription("/a");
+  tracing::System system = process.system();
+  for (tracing::Endpoint& endpoint : system.endpoints) endpoint.publications = 1;
+  for (tracing::Callback& callback : system.callbacks) callback.samples = 1;
+  const auto source = [&](std::size_t elsewhere) {
+    tracing::System split = system;
+    for (std::size_t i = 0; i < elsewhere; ++i)
+      split.endpoints.at(split.endpoints.size() - 1 - i).process = 8;
+    return imports::created_deliveries(split).begin()->second.source;
+  };
+  EXPECT_EQ(source(0), imports::DeliverySource::creation);
+  EXPECT_EQ(source(1), imports::DeliverySource::creation);
+  EXPECT_EQ(source(2), imports::DeliverySource::unknown);
+}
+
 TEST(DeliveryOrders, TheOrderOfStartsCountsWhereSamplesAreQueuedByArrival) {
   Process process(7, 0);
   process.subscription("/a");
@@ -127,6 +145,9 @@ TEST(DeliveryOrders, TheOrderOfStartsCountsWhereSamplesAreQueuedByArrival) {
     }
   }
   const std::vector<std::uint32_t> one_executor = {0, 0}, two_executors = {0, 1};
+  imports::RecordedDeliveries even = process.deliveries();
+  const std::span<const tracing::Job> two_messages = std::span(jobs).subspan(6, 4);
+  EXPECT_FALSE(add_started_deliveries(two_messages, Family::events, one_executor, even)) << "no majority";
   imports::RecordedDeliveries deliveries = process.deliveries();
   EXPECT_FALSE(add_started_deliveries(jobs, Family::priority_events, one_executor, deliveries));
   EXPECT_FALSE(add_started_deliveries(jobs, Family::events, two_executors, deliveries));

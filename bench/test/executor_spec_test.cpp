@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "hotpath/core/input_error.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath {
@@ -76,6 +77,27 @@ TEST(ExecutorSpec, VariantsThatAnExecutorDoesNotHaveAreRefused) {
   EXPECT_THAT(refusal("rm-ro:4"), HasSubstr("`4`"));
   EXPECT_THAT(refusal("default:first"), HasSubstr("`first`"));
   EXPECT_THAT(refusal("events-ro:fifo"), HasSubstr("`fifo`"));
+}
+
+TEST(ExecutorSpec, ATimerThreadNeedsAPriorityAboveItsExecutor) {
+  const auto deployed = [](const std::string& executor, const std::string& policy) -> std::string {
+    Deployment plan;
+    plan.name = "plan";
+    plan.file = "plan.yaml";
+    DeployedExecutor& e = plan.executors.emplace_back();
+    e.executor = executor;
+    e.policy = parse_thread_policy(policy);
+    try {
+      static_cast<void>(setup::deploy(plan, {}));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(deployed("rm-ro", "fifo:98"), "accepted");
+  EXPECT_THAT(deployed("rm-ro", "fifo:99"), HasSubstr("cannot have a priority above fifo:99"));
+  EXPECT_THAT(deployed("rm-ro", "deadline:1/5/10"), HasSubstr("cannot have a priority above deadline"));
+  EXPECT_EQ(deployed("default", "fifo:99"), "accepted");
 }
 
 TEST(ExecutorSpec, ThePaperComparesSevenExecutors) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "bounds/bounds.hpp"
+#include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
 
@@ -89,6 +90,31 @@ TEST(Guarantees, ADeploymentOfPinnedThreadsHasThoseOfItsProcessors) {
   // From the rear driver on: its transformer on the other processor, then five jobs before the estimator.
   EXPECT_EQ(Duration(picas.value().chains.at(0).hot_path.value().ns), 25'200us);
   EXPECT_FALSE(setup::guarantees(graph, tasks, setup::deploy("isolated", graph, tasks, {})));
+}
+
+TEST(Guarantees, ADeploymentKeepsItsProcessorsAndPolicies) {
+  Graph graph = load_graph(find_graph("autoware"));
+  graph.platform.cores = 2;
+  const GraphTasks tasks = make_tasks(graph);
+  const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
+  Deployment plan;
+  plan.name = "plan";
+  plan.file = "plan.yaml";
+  plan.executors = {
+      {.name = "a", .executor = "default", .policy = parse_thread_policy("rr:5"), .processors = {1}}};
+  plan.executor_of.assign(tasks.set.size(), 0);
+  const auto thread = [&] {
+    return setup::deployed_system(graph, callbacks, *setup::deploy(plan, {}).deployment).threads.at(0);
+  };
+  EXPECT_EQ(thread().other_policy, "rr:5");
+  EXPECT_EQ(thread().processors, std::vector<unsigned>{1});
+  plan.executors[0].policy = parse_thread_policy("fifo:5");
+  plan.executors[0].processors = {};
+  EXPECT_EQ(thread().other_policy, "");
+  EXPECT_EQ(thread().priority, 5);
+  EXPECT_EQ(thread().processors, (std::vector<unsigned>{0, 1}));
+  plan.executors[0].processors = {2};
+  EXPECT_THROW(thread(), InputError);
 }
 
 }  // namespace

@@ -172,6 +172,18 @@ TEST(ProcessorSpeed, ASlowProcessorIsFoundUnderThreadsThatPreemptEachOther) {
   expect_one(slow_in(nested), 9s, 15s, 1.4);
 }
 
+TEST(ProcessorSpeed, AThreadMayHaveChangedProcessorsInTheWarmUp) {
+  Trace nested;
+  nested.epoch = kEpoch;
+  for (Duration now{}; now < 20s; now += 15ms) {
+    const double pace = now >= 9s && now < 15s ? 1.4 : 1;
+    const auto took = [&](Duration work) { return from_ms(to_ms(work) * pace); };
+    Host::append(nested, kWork, now, now + took(8100us), 0);
+    Host::append(nested, kWork, now + 1ms, now + 1ms + took(4050us), 1, now < 1s ? 0 : 1);
+  }
+  expect_one(slow_in(nested, {}, 2s), 9s, 15s, 1.4);
+}
+
 TEST(ProcessorSpeed, ThreadsThatChangeProcessorsTellItWhereTheyAreAlone) {
   const auto trace = [](double factor, bool meet) {
     Trace t;
@@ -211,6 +223,18 @@ TEST(ProcessorSpeed, IgnoresTheWarmUp) {
   const Host host{.begin = 0s, .end = 3s, .factor = 2};
   EXPECT_THAT(slow_in(host.run()), SizeIs(1));
   EXPECT_THAT(slow_in(host.run(), {}, 4s), IsEmpty());
+}
+
+TEST(ProcessorSpeed, TwoPeriodsWithQuickTimeBetweenThemAreTwo) {
+  Trace twice = Host{.begin = 8s, .end = 11s, .factor = 1.5}.run();
+  const Trace later = Host{.begin = 18s, .end = 21s, .factor = 1.5}.run();
+  std::erase_if(twice.jobs, [](const JobRecord& r) { return r.start >= kEpoch + 15s; });
+  std::ranges::copy_if(later.jobs, std::back_inserter(twice.jobs),
+                       [](const JobRecord& r) { return r.start >= kEpoch + 15s; });
+  const std::vector<results::SlowPeriod> slow = slow_in(twice);
+  ASSERT_THAT(slow, SizeIs(2));
+  EXPECT_LT(slow[0].end, 12s);
+  EXPECT_GT(slow[1].begin, 17s);
 }
 
 TEST(ProcessorSpeed, TellsNothingWithoutJobsOfKnownWork) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <set>
@@ -10,6 +11,7 @@
 
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
+#include "results/run_record.hpp"
 
 namespace hotpath {
 namespace {
@@ -99,6 +101,30 @@ TEST_F(RunFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {
   EXPECT_THAT(refusal(base_), HasSubstr("holds files already")) << "of somebody else";
   std::filesystem::create_directory(base_ / "empty");
   EXPECT_EQ(refusal(base_ / "empty"), "accepted");
+}
+
+TEST_F(RunFolderTest, ARunThatWasInterruptedOrFailedIsNotComplete) {
+  results::RunRecord whole, partial, failed;
+  partial.partial = true;
+  failed.failures = {"rm-ro was killed."};
+  for (results::RunRecord* record : {&whole, &partial, &failed}) {
+    record->simulation.emplace();
+    results::RunFolder folder(base_ / std::to_string(record - &whole));
+    folder.close(*record, nlohmann::json::object());
+    const auto stored = nlohmann::json::parse(content(folder.path() / "run.json"));
+    EXPECT_EQ(record->complete, record == &whole);
+    EXPECT_EQ(stored["complete"], record == &whole);
+  }
+}
+
+TEST_F(RunFolderTest, ARunningRunIsLocked) {
+  {
+    const results::RunFolder folder(base_ / "run");
+    EXPECT_LT(results::RunFolder::lock(base_ / "run"), 0);
+  }
+  const int lock = results::RunFolder::lock(base_ / "run");
+  EXPECT_GE(lock, 0) << "it was killed";
+  close(lock);
 }
 
 TEST_F(RunFolderTest, FolderThatCannotBeMadeIsRefused) {

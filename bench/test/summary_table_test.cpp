@@ -157,6 +157,30 @@ TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {
   EXPECT_THAT(plain(s), Not(HasSubstr("IMU")));
 }
 
+TEST(Table, NumbersHaveThreeDigitsAfterRounding) {
+  for (const auto& [value, text] :
+       {std::pair(0.12345, "0.123"), std::pair(0.9996, "1.00"), std::pair(9.996, "10.0"),
+        std::pair(999.4, "999.4"), std::pair(999.96, "1000"), std::pair(12345.6, "12346")}) {
+    results::Summary s = two_executors();
+    s.executors[1].cpu_per_callback_us = value;
+    EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro .* 12 +" + std::string(text) + " +0.500")) << value;
+  }
+}
+
+TEST(Table, HasTheTimerWhosePeriodVariesMost) {
+  results::Summary s = two_executors();
+  for (const auto& [name, range] : {std::pair("IMU", 2.0), std::pair("Camera", 5.0), std::pair("Map", 3.0)}) {
+    results::TaskSummary& timer = s.executors[0].tasks.emplace_back();
+    timer.task = name;
+    timer.period = std::chrono::milliseconds(100);
+    timer.account.count[static_cast<std::size_t>(Outcome::ran)] = 1;
+    timer.period_ms = quantiles({100 - range, 100.0, 100.0});
+    timer.period_deviation_ms = quantiles({range, 0.0, 0.0});
+  }
+  EXPECT_THAT(plain(s), testing::ContainsRegex("default +Camera +100.0 +95.0 +100.0 +4.90\n"));
+  EXPECT_THAT(plain(s), Not(HasSubstr("IMU")));
+}
+
 TEST(Table, OfNothingIsEmpty) { EXPECT_EQ(plain({}), ""); }
 
 }  // namespace

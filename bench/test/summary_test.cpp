@@ -308,6 +308,11 @@ TEST(AuthorsResponse, RefersToTheLatestReleaseBeforeTheStart) {
   ASSERT_TRUE(task.response_authors_ms);
   EXPECT_DOUBLE_EQ(task.response_authors_ms->min, 15);
   EXPECT_DOUBLE_EQ(task.response_authors_ms->max, 20);
+  // A release at the very start of a job precedes it; a skipped timestamp moves the next call.
+  JobRecord late = ran(0, 0, 0, 30, 35);
+  EXPECT_DOUBLE_EQ(of(set, {late, second}).response_authors_ms->min, 5);
+  late.job.skipped = 2;
+  EXPECT_DOUBLE_EQ(of(set, {late}).response_authors_ms->max, -25);
   set.tasks.emplace_back().kind = TaskKind::subscription;
   EXPECT_FALSE(of(set, {first, second}).response_authors_ms) << "not timers alone";
 }
@@ -339,6 +344,42 @@ TEST(SummaryJson, IsValidWithoutAnySample) {
   EXPECT_TRUE(executor.at("usage").at("cpu_use_percent").is_null());
   EXPECT_EQ(executor.at("chains").at(0).at("hot_path_latency_ms").at("n"), 0);
   EXPECT_TRUE(executor.at("chains").at(0).at("hot_path_latency_ms").at("p999").is_null());
+}
+
+TEST(Speed, ARepetitionWithTooLittleWorkIsNotJudged) {
+  results::Repetition busy = repetition(0, {}, {}), slow = repetition(1, {}, {}),
+                      idle = repetition(2, {}, {});
+  const auto windows = [](double pace) {
+    std::vector<results::SpeedWindow> all;
+    for (int s = 0; s < 4; ++s) {
+      const Duration begin = std::chrono::seconds(s);
+      all.push_back({1, begin, begin + std::chrono::seconds(1), from_ms(500 * pace), from_ms(500)});
+    }
+    return all;
+  };
+  busy.speed = windows(1);
+  slow.speed = windows(2);
+  const results::Summary summary =
+      results::summarize(small_set(), {{"default", {busy, slow, idle}}}, options());
+  EXPECT_EQ(summary.executors[0].speed.observed, 2u);
+  ASSERT_EQ(summary.executors[0].speed.slow.size(), 1u);
+  const nlohmann::json stored = summary;
+  const auto& judged = stored.at("executors").at(0).at("processor_speed").at("slow").at(0);
+  EXPECT_EQ(judged.at("repetition"), 1);
+  EXPECT_EQ(judged.at("slow_s"), 4.0);
+  EXPECT_EQ(judged.at("periods").at(0).at("until_s"), 4.0);
+}
+
+TEST(SummaryJson, HasAnIntervalForEachQuantile) {
+  results::Summary summary;
+  results::ChainSummary& chain = summary.executors.emplace_back().chains.emplace_back();
+  chain.hot_path.p50 = Interval{1, 2};
+  chain.hot_path.p99 = Interval{3, 4};
+  chain.hot_path.p999 = Interval{5, 6};
+  chain.hot_path.max = Interval{7, 8};
+  const nlohmann::json stored = summary;
+  EXPECT_EQ(stored["executors"][0]["chains"][0]["hot_path_latency_ms"]["interval"].dump(),
+            R"({"max":[7.0,8.0],"p50":[1.0,2.0],"p99":[3.0,4.0],"p999":[5.0,6.0]})");
 }
 
 TEST(SummaryJson, NamesUnitsInItsKeys) {

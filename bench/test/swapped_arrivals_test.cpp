@@ -34,13 +34,14 @@ JobRecord arrival(TaskId task, std::uint64_t message, std::int64_t ns) {
 TEST(SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {
   Graph g = three_readers();
   Trace trace;
-  trace.jobs = {arrival(1, 0, 10),  arrival(2, 0, 20),  arrival(3, 0, 30), arrival(1, 1, 130),
-                arrival(2, 1, 120), arrival(3, 1, 130), arrival(3, 2, 200)};
+  trace.jobs = {arrival(1, 0, 10),  arrival(2, 0, 20),  arrival(3, 0, 30),  arrival(1, 1, 130),
+                arrival(2, 1, 120), arrival(3, 1, 130), arrival(3, 2, 200), arrival(1, 3, 300),
+                arrival(2, 3, 300), arrival(3, 3, 300)};  // the last ones at once
   const std::vector<results::SwappedArrivals> swapped = results::swapped_arrivals(make_tasks(g), trace);
   ASSERT_EQ(swapped.size(), 1U);
   EXPECT_EQ(swapped[0].stated_first, 1U);
   EXPECT_EQ(swapped[0].arrived_first, 2U);
-  EXPECT_EQ(swapped[0].messages, 2U);
+  EXPECT_EQ(swapped[0].messages, 3U);
   EXPECT_EQ(swapped[0].swapped, 1U);
   g.delivery["S"].nodes = {"C", "B", "A"};
   EXPECT_EQ(results::swapped_arrivals(make_tasks(g), trace).size(), 2U);

@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/watched_program.hpp"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <csignal>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <tuple>
+#include <utility>
 
 #include "hotpath/sensor/ring.hpp"
 #include "program/child_process.hpp"
@@ -38,20 +34,6 @@ std::string sensor_library() {
   return library;
 }
 
-/// In a forked child: executes the program, or writes errno to the close-on-exec pipe `failure`.
-/// Calls only functions that are safe although other threads may have held locks during fork().
-[[noreturn]] void become(const std::vector<char*>& arguments, const std::vector<char*>& environment,
-                         int failure) {
-  std::signal(SIGPIPE, SIG_DFL);  // this program ignores both
-  std::signal(SIGXFSZ, SIG_DFL);
-  umask(program::inherited_umask);
-  dup2(STDERR_FILENO, STDOUT_FILENO);
-  execvpe(arguments.front(), arguments.data(), environment.data());
-  const int cause = errno;
-  std::ignore = write(failure, &cause, sizeof cause);
-  _exit(127);
-}
-
 std::vector<std::string> environment_with(const std::string& library, const std::string& session) {
   const std::string preload = "LD_PRELOAD=", watch = std::string(sensor::kSessionVariable) + "=";
   std::vector<std::string> words;
@@ -73,25 +55,13 @@ std::vector<std::string> environment_with(const std::string& library, const std:
 
 WatchedProgram::WatchedProgram(std::vector<std::string> words, const std::string& session) {
   std::vector<std::string> environment = environment_with(sensor_library(), session);
-  const std::vector<char*> arguments = program::argument_list(words);
-  const std::vector<char*> variables = program::argument_list(environment);
-  int failure[2];
-  if (pipe2(failure, O_CLOEXEC) != 0)
-    throw program::RunError(std::string("no pipe: ") + std::strerror(errno));
-  id_ = fork();
-  if (id_ == 0) become(arguments, variables, failure[1]);
-  int cause = id_ < 0 ? errno : 0;
-  close(failure[1]);
-  ssize_t bytes = 0;  // end of file, once exec() has closed the pipe
-  do {
-    bytes = id_ > 0 ? read(failure[0], &cause, sizeof cause) : 1;
-  } while (bytes < 0 && errno == EINTR);
-  close(failure[0]);
-  if (bytes == 0) return;
-  int status = 0;
-  if (id_ > 0) program::await_process(id_, &status);
-  throw program::RunError("`" + words.front() + "` could not be started (" + std::strerror(cause) +
-                          "); is it installed?");
+  const auto prepare = [] {
+    std::signal(SIGPIPE, SIG_DFL);  // this program ignores both
+    std::signal(SIGXFSZ, SIG_DFL);
+    umask(program::inherited_umask);
+    dup2(STDERR_FILENO, STDOUT_FILENO);
+  };
+  id_ = program::start_program(std::move(words), prepare, program::argument_list(environment).data());
 }
 
 WatchedProgram::~WatchedProgram() {

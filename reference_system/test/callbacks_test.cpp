@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Nodes of type `callbacks` in virtual time: the six types expressed as callbacks give the same
-// run; each rule, group and limit has a hand-computed case.
+// run; each rule and kind of group has a hand-computed case.
 #include <gmock/gmock.h>
 
-#include <unistd.h>
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <sstream>
 
+#include "callbacks_graph.hpp"
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/core/trace_csv.hpp"
-#include "hotpath/reference_system/graph_edges.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 
@@ -23,34 +18,6 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
-using testing::HasSubstr;
-
-/// A file that is removed after the test.
-class File {
- public:
-  File(const std::string& name, const std::string& text)
-      : path_(std::filesystem::temp_directory_path() / (std::to_string(getpid()) + name)) {
-    std::ofstream(path_) << text;
-  }
-  ~File() { std::filesystem::remove(path_); }
-  std::string path() const { return path_.string(); }
-
- private:
-  std::filesystem::path path_;
-};
-
-Graph load(const std::string& text) { return load_graph(File("callbacks_test.yaml", text).path()); }
-
-/// The message of the InputError for a graph with only this node; empty if the graph is valid.
-std::string error_of(const std::string& node) {
-  try {
-    load("name: g\nnodes:\n  - {name: S, type: sensor, period_ms: 10}\n  - name: N\n    type: callbacks\n" +
-         node);
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
-}
 
 struct Simulated {
   GraphTasks tasks;
@@ -319,24 +286,6 @@ TEST(Callbacks, ATimersMessageMayReturnToItAndItsOldEntryIsRemoved) {
   for (const ChainRecord& c : s.trace.chains) EXPECT_EQ(c.hot_path_latency, 1ms);
 }
 
-TEST(Callbacks, QuantilesOfExecutionTimesBecomeValuesWithTheseQuantiles) {
-  const Graph g = load(
-      "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
-      "      - {timer: t, period_ms: 10, execution_time_ms: {min: 1, p50: 2, p95: 4, p99: 8, max: 9}}\n");
-  const Callback& callback = g.nodes[0].callbacks[0];
-  ASSERT_TRUE(callback.measured);
-  const std::vector<Duration>& values = *callback.measured;
-  ASSERT_EQ(values.size(), 200U);
-  EXPECT_TRUE(std::is_sorted(values.begin(), values.end()));
-  EXPECT_EQ(values.front(), 1ms);
-  EXPECT_EQ(values.back(), 9ms);
-  EXPECT_LT(values[99], 2ms);
-  EXPECT_GT(values[100], 2ms);
-  EXPECT_LT(values[189], 4ms);
-  EXPECT_GT(values[190], 4ms);
-  EXPECT_GT(values[198], 8ms);
-}
-
 /// Whether jobs of the two timers overlap with two workers on two cores.
 bool overlap(const std::string& kind) {
   const Graph g = load(
@@ -357,29 +306,6 @@ bool overlap(const std::string& kind) {
 TEST(Callbacks, TimersOfOneMutuallyExclusiveGroupNeverOverlapReentrantOnesDo) {
   EXPECT_FALSE(overlap("mutually_exclusive"));
   EXPECT_TRUE(overlap("reentrant"));
-}
-
-TEST(Callbacks, AGroupIsOfItsNodeAndTheDefaultIsMutuallyExclusive) {
-  const Graph g = load(
-      "name: g\nnodes:\n"
-      "  - {name: S, type: sensor, period_ms: 10, callback_group: reentrant}\n"
-      "  - name: A\n    type: callbacks\n    groups: {r: reentrant, m: mutually_exclusive}\n    callbacks:\n"
-      "      - {timer: t, period_ms: 10}\n      - {timer: u, period_ms: 10, group: r}\n"
-      "      - {subscription: S, group: m}\n      - {timer: v, period_ms: 10}\n");
-  const GraphTasks tasks = make_tasks(g);
-  std::vector<std::uint32_t> groups;
-  for (const Task& task : tasks.set.tasks) groups.push_back(task.group);
-  EXPECT_THAT(groups, ElementsAre(0, 3, 1, 2, 3));
-  using enum CallbackGroup;
-  EXPECT_THAT(tasks.set.groups, ElementsAre(reentrant, reentrant, mutually_exclusive, mutually_exclusive));
-}
-
-TEST(Callbacks, TheHotPathConsistsOfTheTasksInTheChain) {
-  std::vector<std::string> hot;
-  for (const GraphEdge& edge : graph_edges(load_graph(find_graph("callbacks")))) {
-    if (edge.hot) hot.push_back(edge.topic);
-  }
-  EXPECT_THAT(hot, ElementsAre("points", "pose", "path"));
 }
 
 TEST(Callbacks, NamesMayBeLong) {
@@ -439,107 +365,6 @@ TEST(Callbacks, MeasuredTimesAreDrawnUniformlyFromTheGivenValues) {
   }
   EXPECT_EQ(count.size(), 3U);
   for (const Duration d : {1ms, 2ms, 4ms}) EXPECT_NEAR(count[d], 1000, 150);
-}
-
-TEST(Callbacks, MeasuredTimesFromAFileBesideTheGraph) {
-  const File csv("times.csv", "task,execution_time_ms\nx,1.5\nx,0.5\n");
-  const std::string name = std::filesystem::path(csv.path()).filename().string();
-  const auto node = [](const std::string& file) {
-    return "    callbacks:\n      - {timer: t, period_ms: 10, execution_time_ms: {file: " + file + "}}\n";
-  };
-  EXPECT_EQ(error_of(node(name)), "");
-  const File bad("bad.csv", "execution_time_ms\n1\n-2\n"), empty("empty.csv", "execution_time_ms\n");
-  EXPECT_THAT(error_of(node(bad.path())), HasSubstr("bad.csv:3: an execution time is `-2`"));
-  EXPECT_THAT(error_of(node(empty.path())), HasSubstr("the file has no execution time"));
-  EXPECT_THAT(error_of(node("missing.csv")), HasSubstr("missing.csv"));
-}
-
-TEST(Callbacks, LoadScalesAllOfThem) {
-  Graph g = load(
-      "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
-      "      - {timer: t, period_ms: 10, execution_time_ms: {measured: [1, 2]}, publishes: {topic: x, every: "
-      "2}}\n"
-      "      - {subscription: x, execution_time_ms: 2}\n");
-  EXPECT_DOUBLE_EQ(load_percent(g), 30);
-  scale_to_load(g, 60);
-  EXPECT_THAT(*g.nodes[0].callbacks[0].measured, ElementsAre(2ms, 4ms));
-  EXPECT_EQ(make_tasks(g).set[1].wcet, 4ms);
-}
-
-TEST(Callbacks, AChainHasAtMostEightSources) {
-  std::string nodes = "name: g\nnodes:\n", names;
-  for (const char c : std::string("ABCDEFGHI")) {
-    nodes += std::string("  - {name: ") + c + ", type: sensor, period_ms: 10, output: x}\n";
-    names += (names.empty() ? "" : ", ") + std::string(1, c);
-  }
-  nodes += "  - {name: Z, type: command, input: x}\ntopics: {x: {publishers: many}}\n";
-  try {
-    load(nodes + "chains:\n  - {name: c, nodes: [" + names + ", Z], sources: [" + names + "], sink: Z}\n");
-    FAIL() << "took nine sources";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(":15: chain c has 9 sources"));
-  }
-}
-
-TEST(Callbacks, MistakesAreReportedWithTheirLine) {
-  const std::string c = "    callbacks:\n", t = "      - {timer: t, period_ms: 10, ",
-                    s = "      - {subscription: S, ";
-  const std::vector<std::array<std::string, 3>> wrong = {
-      {"", ":4: ", "`callbacks` is missing"},
-      {"    period_ms: 5\n" + c + t + "}\n", ":6: ", "`period_ms` is not a key of callbacks N"},
-      {"    callbacks: []\n", ":6: ", "empty list"},
-      {c + "      - {period_ms: 10}\n", ":7: ", "neither timer nor subscription"},
-      {c + "      - {timer: t, subscription: S}\n", ":7: ", "both a timer and a subscription"},
-      {c + t + "depth: 2}\n", ":7: ", "`depth` is not a key of timer N/t"},
-      {c + t + "perod_ms: 2}\n", ":7: ", "unknown key `perod_ms`"},
-      {c + "      - {timer: t}\n", ":7: ", "`period_ms` is missing"},
-      {c + "      - {timer: t, period_ms: -1}\n", ":7: ", "negative"},
-      {c + "      - {timer: a/b, period_ms: 1}\n", ":7: ", "contains /"},
-      {c + t + "}\n" + t + "}\n", ":8: ", "two callbacks with the name N/t"},
-      {c + "      - {timer: S, period_ms: 1}\n" + s + "}\n", ":8: ", "two callbacks with the name N/S"},
-      {c + s + "}\n" + s + "}\n", ":8: ", "two callbacks with the name N/S"},
-      {"    groups: {a: reentrant}\n" + c + t + "group: b}\n", ":8: ", "not among `groups`"},
-      {c + t + "group: b}\n", ":7: ", "add `groups: {b: reentrant}`"},
-      {"    groups: {a: shared}\n" + c + t + "}\n", ":6: ", "mutually_exclusive, reentrant"},
-      {c + t + "execution_time_ms: -1}\n", ":7: ", "negative"},
-      {c + t + "execution_time_ms: {min: 2, max: 1}}\n", ":7: ", "`min` above its `max`"},
-      {c + t + "execution_time_ms: {min: 2, p50: 1, max: 3}}\n", ":7: ", "`min` above its `p50`"},
-      {c + t + "execution_time_ms: {min: 2}}\n", ":7: ", "`max` is missing"},
-      {c + t + "execution_time_ms: {measured: []}}\n", ":7: ", "empty list"},
-      {c + t + "execution_time_ms: {measured: [1, -2]}}\n", ":7: ", "negative"},
-      {c + t + "execution_time_ms: {measured: [1], max: 2}}\n", ":7: ", "in two ways"},
-      {c + t + "execution_time_ms: {mean: 1}}\n", ":7: ", "unknown key `mean`"},
-      {c + t + "publishes: [x, x]}\n", ":7: ", "publishes topic x twice"},
-      {c + t + "publishes: []}\n", ":7: ", "empty list"},
-      {c + t + "publishes: {every: 2}}\n", ":7: ", "`topic` is missing"},
-      {c + t + "publishes: {topic: x, every: 0}}\n", ":7: ", "from 1 to"},
-      {c + t + "publishes: {topic: x, when: all_new}}\n", ":7: ", "`of` is missing"},
-      {c + t + "publishes: {topic: x, when: all_new, of: []}}\n", ":7: ", "empty list"},
-      {c + t + "publishes: {topic: x, when: all_new, of: [S]}}\n", ":7: ", "does not subscribe"},
-      {c + s + "publishes: {topic: x, when: all_new, of: [S, S]}}\n", ":7: ", "names topic S twice"},
-      {c + s + "publishes: {topic: x, when: sometimes}}\n", ":7: ", "always, all_new"},
-      {c + s + "publishes: {topic: x, of: [S]}}\n", ":7: ", "needs the rule all_new"},
-      {c + s + "publishes: {topic: x, every: 2, last_of: [S]}}\n", ":7: ", "several rules"},
-      {c + t + "publishes: {topic: x, at_percent: 101}}\n", ":7: ", "from 0 to 100"},
-      {c + t + "publishes: {topic: x, at_percent: early}}\n", ":7: ", "from 0 to 100"},
-      {c + s + "publishes: S}\n", ":7: ", "publishes topic S, as node S does"},
-      {c + "      - {subscription: R}\n", ":7: ", "no node publishes"},
-      {c + t + "publishes: x}\n      - {timer: u, period_ms: 1, publishes: y}\n" +
-           "chains:\n  - {name: c, nodes: [N], sources: [N], sink: N}\n",
-       ":10: ", "2 timers; name the task in which data begins, such as N/t"},
-      {c + t + "publishes: x}\nchains:\n  - {name: c, nodes: [N/u], sources: [N/u], sink: N/u}\n",
-       ":9: ", "did you mean `N/t`"},
-      {c + s + "}\n" + t + "publishes: {topic: x, last_of: [S]}}\n" +
-           "chains:\n  - {name: c, nodes: [S, N/S], sources: [S], sink: N/S}\n",
-       ":10: ", "only stores its samples"},
-      {c + s +
-           "publishes: x}\n      - {subscription: x, publishes: y}\n      - {subscription: y, publishes: "
-           "x}\n",
-       ":8", "form a cycle"},
-  };
-  for (const auto& [text, line, problem] : wrong) {
-    EXPECT_THAT(error_of(text), testing::AllOf(HasSubstr(line), HasSubstr(problem))) << text;
-  }
 }
 
 }  // namespace

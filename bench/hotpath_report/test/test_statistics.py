@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hotpath_report.statistics import BLOCKS, PERCENTILES, Samples, difference, rank_test, ratio
+from hotpath_report.statistics import BLOCKS, PERCENTILES, Samples, difference, fit_line, rank_test, ratio
 
 
 def normal(mean: float, repetitions: int = 5, size: int = 200, seed: int = 1) -> list[Any]:
@@ -72,6 +72,17 @@ class Comparisons(unittest.TestCase):
         self.assertTrue(ratio(high, low, 0.5).excludes(1))
         self.assertTrue(difference(high, low, 0.5).excludes(0))
         self.assertAlmostEqual(ratio(high, low, 0.5).value, 2, delta=0.05)
+
+    def test_less_confidence_makes_the_interval_narrower(self) -> None:
+        low, high = Samples(normal(10)), Samples(normal(20, seed=2))
+        usual, narrow = ratio(high, low, 0.5), ratio(high, low, 0.5, 0.5)
+        self.assertLess(narrow.high - narrow.low, usual.high - usual.low)
+
+    def test_a_line_follows_the_weights(self) -> None:
+        for weights, expected in (((1, 1, 0), (1, 0)), ((0, 1, 1), (7, -12))):
+            slope, intercept = fit_line((1, 2, 3), (1, 2, 9), weights)
+            self.assertAlmostEqual(slope, expected[0])
+            self.assertAlmostEqual(intercept, expected[1])
 
     def test_equal_groups_are_within_noise(self) -> None:
         self.assertFalse(difference(Samples(normal(10)), Samples(normal(10, seed=2)), 0.5).excludes(0))

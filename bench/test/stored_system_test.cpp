@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// The system of a stored run is the one that ran.
+#include "setup/stored_system.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "hotpath/reference_system/graph_file.hpp"
+#include "program/errors.hpp"
+#include "setup/setup_facts.hpp"
+
+namespace hotpath {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+/// The system that a run folder with this run.json has.
+setup::StoredSystem stored(const results::RunRecord& record) {
+  std::string folder = std::filesystem::temp_directory_path() / "hotpath_XXXXXX";
+  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no folder");
+  std::ofstream(folder + "/run.json") << nlohmann::json(record);
+  const std::unique_ptr<const std::string, void (*)(const std::string*)> remove(
+      &folder, [](const std::string* path) { std::filesystem::remove_all(*path); });
+  return setup::stored_system(results::StoredRun(folder, "RUN"));
+}
+
+class StoredSystemTest : public testing::Test {
+ protected:
+  StoredSystemTest() { options_.graph = "autoware"; }
+
+  results::RunRecord record(const std::vector<setup::ExecutorSpec>& executors) {
+    results::RunRecord record = setup::record_of(options_, graph_, tasks_.set, executors);
+    record.simulation.emplace(results::SimulationRecord{graph_.platform, "worst"});
+    return record;
+  }
+
+  setup::CommonOptions options_;
+  Graph graph_ = load_graph(find_graph("autoware"));
+  GraphTasks tasks_ = make_tasks(graph_);
+};
+
+TEST_F(StoredSystemTest, HasTheOrderThatItsFileHadThen) {
+  options_.entity_order = "/no/longer/there.txt";
+  options_.entity_tasks = {tasks_.set[3].name, tasks_.set[1].name};
+  const SchedulerOptions scheduling = setup::scheduling_of(options_, tasks_.set, 2);
+  const setup::StoredSystem system = stored(record({setup::parse_executor("default", scheduling)}));
+  EXPECT_THAT(system.executor("default").scheduler.entity_order, ElementsAre(3, 1));
+}
+
+TEST_F(StoredSystemTest, HasTheBacklogOfTheSimulation) {
+  results::RunRecord run = record({setup::parse_executor("default", {})});
+  EXPECT_EQ(stored(run).backlog, std::nullopt);
+  run.simulation->max_backlog = 7;
+  EXPECT_EQ(stored(run).backlog, 7U);
+}
+
+TEST_F(StoredSystemTest, HasTheThreadsOfItsDeployments) {
+  graph_.platform.cores = 2;
+  Deployment plan;
+  plan.name = "two";
+  plan.processes = {"a", "b"};
+  for (const int processor : {1, 0}) {
+    DeployedExecutor& e = plan.executors.emplace_back();
+    e.name = "thread_" + std::to_string(processor);
+    e.executor = "rm-ro:first";
+    e.policy = {ThreadPolicy::Class::fifo, 10 + processor};
+    e.processors = {processor};
+    e.process = static_cast<std::uint32_t>(processor);
+  }
+  plan.executor_of.assign(tasks_.set.size(), 0);
+  plan.executor_of.back() = 1;
+  const setup::StoredSystem system = stored(record({setup::deploy(plan, {})}));
+  const Deployment& read = system.executor("two").deployment->plan;
+  EXPECT_EQ(read.executor_of, plan.executor_of);
+  EXPECT_EQ(read.processes.size(), 2U);
+  ASSERT_EQ(read.executors.size(), 2U);
+  for (std::size_t e = 0; e < 2; ++e) {
+    EXPECT_EQ(read.executors[e].name, plan.executors[e].name);
+    EXPECT_EQ(read.executors[e].executor, plan.executors[e].executor);
+    EXPECT_EQ(read.executors[e].policy, plan.executors[e].policy);
+    EXPECT_EQ(read.executors[e].processors, plan.executors[e].processors);
+    EXPECT_EQ(read.executors[e].process, plan.executors[e].process);
+  }
+}
+
+TEST_F(StoredSystemTest, AGraphThatHasChangedSinceIsRejected) {
+  const results::RunRecord run = record({setup::parse_executor("default", {})});
+  const auto error_of = [&](auto&& change) {
+    results::RunRecord changed = run;
+    change(*std::ranges::find(changed.tasks.tasks, TaskKind::timer, &Task::kind));
+    try {
+      static_cast<void>(stored(changed));
+      return std::string("accepted");
+    } catch (const program::UsageError& error) {
+      return std::string(error.what());
+    }
+  };
+  EXPECT_EQ(error_of([](Task&) {}), "accepted");
+  EXPECT_THAT(error_of([](Task& t) { t.wcet += 1ns; }), HasSubstr("an execution time"));
+  EXPECT_THAT(error_of([](Task& t) { t.period += 1ns; }), HasSubstr("a period"));
+  EXPECT_THAT(error_of([](Task& t) { t.deadline -= 1ns; }), HasSubstr("a deadline"));
+}
+
+}  // namespace
+}  // namespace hotpath

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/trace_window.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "hotpath/core/trace_csv.hpp"
+
+namespace hotpath {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// The tasks of the rows that lie in the window [from, to), in milliseconds.
+std::string tasks_in(Duration from, Duration to) {
+  TaskSet set;
+  Trace trace;
+  trace.executor = "default";
+  const auto add = [&](const char* name, Duration ready, Duration start, Duration finish, Outcome outcome) {
+    JobRecord& r = trace.jobs.emplace_back();
+    r.job.task = static_cast<TaskId>(set.tasks.size());
+    r.job.timestamp = r.job.release = Time{} + ready;
+    r.start = Time{} + start;
+    r.finish = Time{} + finish;
+    r.outcome = outcome;
+    set.tasks.emplace_back().name = name;
+  };
+  add("waits", 0ms, 12ms, 13ms, Outcome::ran);
+  add("ends", 0ms, 1ms, 10ms, Outcome::ran);
+  add("over", 0ms, 1ms, 9ms, Outcome::ran);
+  add("late", 20ms, 20ms, 21ms, Outcome::ran);
+  add("open", 2ms, 3ms, 0ms, Outcome::running);
+  add("lost", 15ms, 0ms, 0ms, Outcome::overwritten);
+  std::string file = std::filesystem::temp_directory_path() / "hotpath-XXXXXX.csv";
+  if (mkstemps(file.data(), 4) < 0) return "no file";
+  {
+    std::ofstream out(file);
+    out << kJobsCsvHeader << '\n';
+    write_jobs_csv(out, set, trace);
+    trace.repetition = 1;
+    write_jobs_csv(out, set, trace);
+  }
+  std::ostringstream window;
+  results::write_window(window, file, {"default", 0, Time{} + from, Time{} + to});
+  std::filesystem::remove(file);
+  std::istringstream lines(window.str());
+  std::string names;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    std::string field;
+    for (int column = 0; column < 3; ++column) std::getline(fields, field, ',');
+    names += (names.empty() ? "" : " ") + field;
+  }
+  return names;
+}
+
+TEST(TraceWindow, HasTheJobsThatWereReadyOrRunningInIt) {
+  EXPECT_EQ(tasks_in(10ms, 20ms), "task waits ends open lost");
+  EXPECT_EQ(tasks_in(11ms, 15ms), "task waits open");
+  EXPECT_EQ(tasks_in(0ms, 1ms), "task waits ends over");
+  EXPECT_EQ(tasks_in(20ms, 21ms), "task late open");
+}
+
+}  // namespace
+}  // namespace hotpath
