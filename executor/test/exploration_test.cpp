@@ -148,6 +148,30 @@ TEST(Exploration, RefusesSeveralThreadsAndOverload) {
   EXPECT_THROW(explored(set, "rm-re"), ExplorationRefused);
 }
 
+TEST(Exploration, RefusesReleaseCostsOfAThreadThatSharesItsCoreInTurns) {
+  TaskSet set;
+  add_timer(set, 10ms, 1ms);
+  Platform platform;
+  platform.release_cost = 1us;
+  EXPECT_NO_THROW(explored(set, "rm-ro", platform));
+  platform.raised_releaser = false;
+  EXPECT_THROW(explored(set, "rm-ro", platform), ExplorationRefused);
+}
+
+/// The timer thread holds the scheduler's lock from 10 to 12 ms. The rare job ends from 8 to 11 ms.
+TEST(Exploration, AJobThatEndsDuringAReleaseWaitsForIt) {
+  TaskSet set;
+  const TaskId often = add_timer(set, 10ms, 2ms);
+  const TaskId rare = add_timer(set, 20ms, 4ms, 5ms);
+  set.tasks[rare].bcet = 1ms;
+  Platform platform;
+  platform.cores = 2;
+  platform.release_cost = 2ms;
+  const Worst worst = explored(set, "rm-ro", platform);
+  EXPECT_EQ(worst.at(often), 4ms);
+  EXPECT_EQ(worst.at(rare), 6ms);
+}
+
 /// Sets so small that all combinations of execution times can be simulated.
 TEST(Exploration, FindsWhatEnumerationFinds) {
   std::mt19937_64 random(1);
@@ -165,6 +189,9 @@ TEST(Exploration, FindsWhatEnumerationFinds) {
       for (const TaskId id : {b, reader}) set.tasks[id].bcet = draw(0, set[id].wcet.count());
       set.tasks[a].priority = static_cast<std::int64_t>(random() % 2);
       Platform platform = default_platform(*find_executor(executor));
+      if (number % 3 > 0) platform.release_cost = 1ns;
+      if (number % 3 > 1) platform.cores = 2;
+      if (platform.cores == 1 && !platform.raised_releaser) platform.release_cost = {};
       const Worst exact = explored(set, executor, platform);
       const Worst seen = enumerated(set, executor, 36ns, 2, platform);
       for (const TaskId id : {a, b}) {

@@ -76,12 +76,13 @@ class Exploration final : public JobSink, public ExploredInstant {
  private:
   void check(const Scheduler& scheduler) {
     const Platform& p = options_.platform;
-    const bool costs = p.release_cost + p.pass_cost > Duration{};
     const bool own_timers = scheduler.workers().size() > 1;
     const bool alone = p.cores == 1;
     slices_ = own_timers && alone && !p.raised_releaser;
     if (p.delivery_delay > Duration{}) throw ExplorationRefused("delivery delays are not explored");
-    if (own_timers && costs) throw ExplorationRefused("release costs are not explored");
+    if (slices_ && p.release_cost + p.pass_cost > Duration{}) {
+      throw ExplorationRefused("release costs of a timer thread that shares its core in turns are not explored");
+    }
     double load = 0;
     for (const Task& task : set_.tasks) {
       if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);

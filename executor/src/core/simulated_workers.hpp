@@ -141,7 +141,8 @@ inline std::size_t SimulatedWorkers::insert(Worker w, bool in_front) {
   const int priority = states_[w].priority + (in_front ? 1 : 0);
   const auto place = std::find_if(ready_.begin(), ready_.end(),
                                   [&](Worker other) { return states_[other].priority < priority; });
-  return static_cast<std::size_t>(ready_.insert(place, w) - ready_.begin());
+  const auto inserted = ready_.insert(place, w);  // before begin(), since it may move all elements
+  return static_cast<std::size_t>(inserted - ready_.begin());
 }
 
 inline void SimulatedWorkers::begin_step(Worker w, Step step, Duration length, Time now) {
