@@ -172,6 +172,20 @@ TEST(Exploration, AJobThatEndsDuringAReleaseWaitsForIt) {
   EXPECT_EQ(worst.at(rare), 6ms);
 }
 
+TEST(Exploration, SamplesArriveAfterTheDelay) {
+  TaskSet set;
+  const TaskId often = add_timer(set, 10ms, 2ms);
+  const TaskId rare = add_timer(set, 20ms, 4ms, 5ms);
+  add_subscription(set, {rare}, 3ms);
+  set.tasks[rare].bcet = 1ms;
+  Platform platform;
+  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 4ms);  // the reader runs from 9 to 12
+  platform.delivery_delay = 1ms;
+  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 5ms);  // it runs from 10 to 13
+  platform.delivery_delay = 5ms;
+  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 2ms);  // its sample arrives at 11 or later
+}
+
 /// Sets so small that all combinations of execution times can be simulated.
 TEST(Exploration, FindsWhatEnumerationFinds) {
   std::mt19937_64 random(1);
@@ -182,18 +196,21 @@ TEST(Exploration, FindsWhatEnumerationFinds) {
        {"default", "static", "events-ro", "rm-ro", "edf-ro", "fp-ro", "dm-ro", "cbg"}) {
     std::size_t equal = 0, compared = 0;
     for (int number = 0; number < 30; ++number) {
+      const bool costs = number % 3 > 0;
+      const Duration period = costs ? 10ns : 6ns;
       TaskSet set;
-      const TaskId a = add_timer(set, 6ns, draw(1, 2), draw(0, 3));
-      const TaskId b = add_timer(set, 12ns, draw(1, 3), draw(0, 6));
+      const TaskId a = add_timer(set, period, draw(1, 2), draw(0, 3));
+      const TaskId b = add_timer(set, 2 * period, draw(1, 3), draw(0, 6));
       const TaskId reader = add_subscription(set, {number % 2 == 0 ? a : b}, draw(1, 1));
       for (const TaskId id : {b, reader}) set.tasks[id].bcet = draw(0, set[id].wcet.count());
       set.tasks[a].priority = static_cast<std::int64_t>(random() % 2);
       Platform platform = default_platform(*find_executor(executor));
-      if (number % 3 > 0) platform.release_cost = 1ns;
+      if (costs) platform.dispatch_cost = 1ns;
       if (number % 3 > 1) platform.cores = 2;
-      if (platform.cores == 1 && !platform.raised_releaser) platform.release_cost = {};
+      if (costs && (platform.cores > 1 || platform.raised_releaser)) platform.release_cost = 1ns;
+      platform.delivery_delay = Duration(number % 5);
       const Worst exact = explored(set, executor, platform);
-      const Worst seen = enumerated(set, executor, 36ns, 2, platform);
+      const Worst seen = enumerated(set, executor, 6 * period, 2, platform);
       for (const TaskId id : {a, b}) {
         ASSERT_GE(exact.at(id), seen.at(id)) << executor << ", set " << number << ", task " << id;
         ++compared;

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "explored_branches.hpp"
 #include "explored_paths.hpp"
 #include "explored_state.hpp"
 
@@ -17,7 +18,6 @@ namespace hotpath {
 
 namespace {
 
-constexpr Worker kTimers = 1;  // if there is one
 constexpr Time kBeforeAll{Duration(-1)};
 
 std::int64_t hyperperiod(const TaskSet& set) {
@@ -78,10 +78,11 @@ class Exploration final : public JobSink, public ExploredInstant {
     const Platform& p = options_.platform;
     const bool own_timers = scheduler.workers().size() > 1;
     const bool alone = p.cores == 1;
-    slices_ = own_timers && alone && !p.raised_releaser;
-    if (p.delivery_delay > Duration{}) throw ExplorationRefused("delivery delays are not explored");
-    if (slices_ && p.release_cost + p.pass_cost > Duration{}) {
-      throw ExplorationRefused("release costs of a timer thread that shares its core in turns are not explored");
+    branches_.slices = own_timers && alone && !p.raised_releaser;
+    branches_.delivery_delay = p.delivery_delay.count();
+    if (branches_.slices && p.release_cost + p.pass_cost > Duration{}) {
+      throw ExplorationRefused(
+          "release costs of a timer thread that shares its core in turns are not explored");
     }
     double load = 0;
     for (const Task& task : set_.tasks) {
@@ -117,6 +118,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   void before(ExploredState& state, bool step_ends) {
     current_ = &state;
     step_ends_ = step_ends || !state.busy();
+    step_before_ = state.executor().step;
     unsettled_ = false;
     slice_before_ = state.executor().slice_end;
   }
@@ -137,7 +139,8 @@ class Exploration final : public JobSink, public ExploredInstant {
     settle();
     observer_.ended(record, *this);
     unsettled_ = record.outcome == Outcome::ran;
-    if (options_.publications && unsettled_ && !set_[record.job.task].feeds.empty()) {
+    const bool matters = options_.publications || options_.platform.delivery_delay > Duration{};
+    if (matters && unsettled_ && !set_[record.job.task].feeds.empty()) {
       begin_to_track(publication_by(record.job.ref()));
     }
   }
@@ -206,6 +209,8 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   void after(ExploredState& state) {
     settle();
+    // If the thread was displaced at the end of a dispatch, the job starts as soon as it has the core again.
+    if (state.executor().step != step_before_) step_ends_ = true;
     Zone& zone = state.zone;
     const SimulatedWorkers::State& executor = state.executor();
     const std::int64_t now = (state.simulation->now() - Time{}).count();
@@ -224,7 +229,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       }
       state.end_there = end;
     }
-    if (slices_ && executor.on_core && executor.slice_end != slice_before_) {
+    if (branches_.slices && executor.on_core && executor.slice_end != slice_before_) {
       const std::int64_t slice = (executor.slice_end - Time{}).count() - now;
       zone.assign(kSlice, kNow, slice, slice);
     }
@@ -238,41 +243,25 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
   }
 
-  /// The next instant at which something happens besides the executor thread's own.
-  static Time next_of_others(ExploredState& state) {
-    SimulatedWorkers::State& executor = state.executor();
-    if (!state.busy() || !executor.on_core) return state.simulation->next_instant();
-    const Time until = std::exchange(executor.until, kNever);
-    const Time slice = std::exchange(executor.slice_end, kNever);
-    const Time next = state.simulation->next_instant();
-    executor.until = until;
-    executor.slice_end = slice;
-    return next;
-  }
-
-  /// Whether the timer thread waits for the executor thread's core until the end of the time slice.
-  [[nodiscard]] bool slice_matters(const ExploredState& state) const {
-    if (!slices_) return false;
-    const SimulatedWorkers::State& timers = state.simulation->workers()[kTimers];
-    return !timers.on_core && timers.step != ExploredState::Step::asleep &&
-           timers.step != ExploredState::Step::blocked;
-  }
-
   void expand(ExploredState state) {
     for (;;) {
-      const Time others = next_of_others(state);
-      if (!state.busy() || !state.executor().on_core) {
+      const Time others = ExploredBranches::next_of_others(state);
+      std::vector<ExploredBranches::Instant> first = branches_.ends_of_thread(state);
+      const std::vector<ExploredBranches::Instant> arriving = branches_.arrivals(state);
+      if (!arriving.empty()) first.push_back(arriving.front());
+      if (first.empty()) {
         if (others == kNever) return;
         state.zone.assign(kNow, kConstant, (others - Time{}).count(), (others - Time{}).count());
         return happen(std::move(state), others, false);
       }
       const Time change = state.scheduler->next_change(state.from);
-      const std::vector<Branch> branches = branches_until(state, others, change);
-      // What is left ends at or after the timestamp, from which on decisions are other ones.
+      const std::vector<ExploredBranches::Branch> branches = branches_.until(state, others, change);
+      // What is left happens at or after the timestamp, from which on decisions are other ones.
       const std::int64_t from = (change - Time{}).count();
-      const bool goes_on = others > change && state.zone.limit(kConstant, kEnd, -from) &&
-                           (!slice_matters(state) || state.zone.limit(kConstant, kSlice, -from));
-      for (const Branch& branch : branches) {
+      const bool goes_on = others > change && std::ranges::all_of(first, [&](const auto& instant) {
+                             return state.zone.limit(kConstant, instant.coordinate, instant.later - from);
+                           });
+      for (const auto& branch : branches) {
         const bool needed_again = goes_on || &branch != &branches.back();
         follow(branch, needed_again ? state.copy() : std::move(state));
       }
@@ -281,67 +270,20 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
   }
 
-  /// Schedules in which the same happens next.
-  struct Branch {
-    Zone zone;
-    bool step_ends;
-  };
-
-  /// Everything that can happen next, at `others` or before it, and before `change`.
-  [[nodiscard]] std::vector<Branch> branches_until(const ExploredState& state, Time others,
-                                                   Time change) const {
-    std::vector<Branch> branches;
-    std::vector<std::size_t> uncertain = {kEnd};
-    if (slice_matters(state)) uncertain.push_back(kSlice);
-    const bool with_others = others <= change && others != kNever;
-    const unsigned subsets = 1U << (uncertain.size() + (with_others ? 1 : 0));
-    for (unsigned subset = 1; subset < subsets; ++subset) {
-      const bool at_others = (subset >> uncertain.size()) != 0;
-      Zone zone = state.zone;
-      const std::size_t now = (subset & 1U) != 0                           ? kEnd
-                              : (subset & 2U) != 0 && uncertain.size() > 1 ? kSlice
-                                                                           : kConstant;
-      if (now == kConstant) {
-        const std::int64_t instant = (others - Time{}).count();
-        zone.assign(kNow, kConstant, instant, instant);
-      } else {
-        zone.assign(kNow, now, 0, 0);
-      }
-      if (!comes_first(zone, uncertain, subset, at_others, others, change)) continue;
-      const bool ends = (subset & 1U) != 0;
-      if (!slices_ || slice_matters(state)) {
-        branches.push_back({std::move(zone), ends});
-        continue;
-      }
-      // A timer thread that becomes ready now gets the core at once if the time slice is over.
-      Zone over = zone;
-      if (over.limit(kSlice, kNow, 0)) branches.push_back({std::move(over), ends});
-      if (zone.limit(kNow, kSlice, -1)) branches.push_back({std::move(zone), ends});
-    }
-    return branches;
-  }
-
   /// What happens at kNow in the schedules of the branch, of which the simulation follows one.
-  void follow(const Branch& branch, ExploredState next) {
+  void follow(const ExploredBranches::Branch& branch, ExploredState next) {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
-    next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
-    next.end_there = point[kEnd];
-    if (slices_) next.executor().slice_end = Time{} + Duration(point[kSlice]);
-    happen(std::move(next), Time{} + Duration(point[kNow]), branch.step_ends);
-  }
-
-  /// Keeps the points at which those of `subset` happen at kNow, and all else later.
-  static bool comes_first(Zone& zone, const std::vector<std::size_t>& uncertain, unsigned subset,
-                          bool at_others, Time others, Time change) {
-    for (std::size_t i = 0; i < uncertain.size(); ++i) {
-      const bool now = ((subset >> i) & 1U) != 0;
-      if (now ? !zone.equate(uncertain[i], kNow) : !zone.limit(kNow, uncertain[i], -1)) return false;
+    if (next.runs()) {
+      next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
+      next.end_there = point[kEnd];
+      if (branches_.slices) next.executor().slice_end = Time{} + Duration(point[kSlice]);
     }
-    const Time limit = std::min(others, change);
-    const std::int64_t ns = (limit - Time{}).count();
-    if (at_others) return zone.equate(kNow, kConstant, ns);
-    return limit == kNever || zone.limit(kNow, kConstant, ns - 1);
+    next.simulation->reschedule_arrivals([&](JobRef job) {
+      const auto arrival = branches_.arrival_from(next, job);
+      return Time{} + Duration(point[arrival.coordinate] + arrival.later);
+    });
+    happen(std::move(next), Time{} + Duration(point[kNow]), branch.step_ends);
   }
 
   void happen(ExploredState state, Time instant, bool step_ends) {
@@ -349,7 +291,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     state.simulation->advance(instant);
     after(state);
     const bool goes_on = !step_ends_ && state.busy();
-    if (slice_matters(state) && state.busy() && state.executor().on_core) {
+    if (branches_.slice_matters(state) && state.busy() && state.executor().on_core) {
       // A slice that is over already ends now.
       Zone over = state.zone;
       if (over.limit(kSlice, kNow, -1)) {
@@ -378,7 +320,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     state.workload->describe(words);
     std::vector<std::size_t> coordinates = {kConstant};
     if (state.busy()) coordinates.push_back(kEnd);
-    if (slices_ && state.executor().on_core) coordinates.push_back(kSlice);
+    if (branches_.slices && state.executor().on_core) coordinates.push_back(kSlice);
     const SimulatedWorkers::State& executor = state.executor();
     if (options_.publications && state.busy() && executor.has_job && !is_of_timer(executor.job)) {
       describe_publication(executor.job.parent, words);
@@ -443,17 +385,21 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   /// When something happens next in the state.
-  static std::int64_t earliest(Met& met) {
+  [[nodiscard]] std::int64_t earliest(Met& met) const {
     const ExploredState& state = *met.state;
-    const bool uncertain = state.busy() && state.executor().on_core;
-    return uncertain ? state.zone.lowest(kEnd) : (next_of_others(*met.state) - Time{}).count();
+    std::int64_t next = state.runs() ? state.zone.lowest(kEnd)
+                                     : (ExploredBranches::next_of_others(*met.state) - Time{}).count();
+    for (const auto& arrival : branches_.arrivals(state)) {
+      next = std::min(next, state.zone.lowest(arrival.coordinate) + arrival.later);
+    }
+    return next;
   }
 
   const TaskSet& set_;
   const ExplorationOptions& options_;
   ExplorationObserver& observer_;
   const std::int64_t hyperperiod_;
-  bool slices_ = false;  // the two threads share a core in turns
+  ExploredBranches branches_;
   std::vector<std::uint32_t> executor_of_;
   std::size_t expanded_ = 0;
 
@@ -470,6 +416,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   // While something happens:
   ExploredState* current_ = nullptr;
   bool step_ends_ = false, unsettled_ = false;
+  ExploredState::Step step_before_{};
   Time slice_before_{};
 };
 

@@ -40,6 +40,8 @@ struct ExploredState {
     return executor().step == Step::run || executor().step == Step::dispatch ||
            executor().step == Step::release;
   }
+  /// Whether time passes for that step.
+  [[nodiscard]] bool runs() const { return busy() && executor().on_core; }
   [[nodiscard]] ExploredState copy() const {
     ExploredState copied;
     copied.scheduler = scheduler->clone();
