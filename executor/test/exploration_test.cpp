@@ -148,13 +148,13 @@ TEST(Exploration, RefusesSeveralThreadsAndOverload) {
   EXPECT_THROW(explored(set, "rm-re"), ExplorationRefused);
 }
 
-TEST(Exploration, RefusesReleaseCostsOfAThreadThatSharesItsCoreInTurns) {
+TEST(Exploration, RefusesReleasesThatDisplaceWallClockWork) {
   TaskSet set;
   add_timer(set, 10ms, 1ms);
   Platform platform;
-  platform.release_cost = 1us;
+  platform.wall_clock_work = true;
   EXPECT_NO_THROW(explored(set, "rm-ro", platform));
-  platform.raised_releaser = false;
+  platform.release_cost = 1us;
   EXPECT_THROW(explored(set, "rm-ro", platform), ExplorationRefused);
 }
 
@@ -207,7 +207,9 @@ TEST(Exploration, FindsWhatEnumerationFinds) {
       Platform platform = default_platform(*find_executor(executor));
       if (costs) platform.dispatch_cost = 1ns;
       if (number % 3 > 1) platform.cores = 2;
-      if (costs && (platform.cores > 1 || platform.raised_releaser)) platform.release_cost = 1ns;
+      if (costs) platform.release_cost = 1ns;
+      if (number % 7 == 0) platform.wake_up_latency = 1ns;
+      if (number % 4 == 0) platform.raised_releaser = false;
       platform.delivery_delay = Duration(number % 5);
       const Worst exact = explored(set, executor, platform);
       const Worst seen = enumerated(set, executor, 6 * period, 2, platform);

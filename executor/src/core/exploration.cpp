@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <queue>
@@ -80,9 +81,8 @@ class Exploration final : public JobSink, public ExploredInstant {
     const bool alone = p.cores == 1;
     branches_.slices = own_timers && alone && !p.raised_releaser;
     branches_.delivery_delay = p.delivery_delay.count();
-    if (branches_.slices && p.release_cost + p.pass_cost > Duration{}) {
-      throw ExplorationRefused(
-          "release costs of a timer thread that shares its core in turns are not explored");
+    if (own_timers && alone && p.wall_clock_work && p.release_cost + p.pass_cost > Duration{}) {
+      throw ExplorationRefused("release costs that displace jobs with `work: wall` are not explored");
     }
     double load = 0;
     for (const Task& task : set_.tasks) {
@@ -118,9 +118,9 @@ class Exploration final : public JobSink, public ExploredInstant {
   void before(ExploredState& state, bool step_ends) {
     current_ = &state;
     step_ends_ = step_ends || !state.busy();
-    step_before_ = state.executor().step;
     unsettled_ = false;
-    slice_before_ = state.executor().slice_end;
+    before_ = state.executor();
+    if (state.simulation->workers().size() > 1) timers_before_ = timers_of(state);
   }
 
   void started(const JobRecord& record) override {
@@ -187,7 +187,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   void keep_ends(ExploredState& state, std::size_t place) {
     if (kept_.empty()) return;
     from_ = {place, met_[place].coordinates, met_[place].origin};
-    for (const std::size_t end : {kEnd, kSlice}) {
+    for (const std::size_t end : {kEnd, kSlice, kTimers}) {
       const std::size_t copy = state.zone.grow();
       state.zone.assign(copy, end, 0, 0);
       std::replace(from_.coordinates.begin(), from_.coordinates.end(), std::size_t{end}, copy);
@@ -210,7 +210,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   void after(ExploredState& state) {
     settle();
     // If the thread was displaced at the end of a dispatch, the job starts as soon as it has the core again.
-    if (state.executor().step != step_before_) step_ends_ = true;
+    if (state.executor().step != before_.step) step_ends_ = true;
     Zone& zone = state.zone;
     const SimulatedWorkers::State& executor = state.executor();
     const std::int64_t now = (state.simulation->now() - Time{}).count();
@@ -229,24 +229,73 @@ class Exploration final : public JobSink, public ExploredInstant {
       }
       state.end_there = end;
     }
-    if (branches_.slices && executor.on_core && executor.slice_end != slice_before_) {
+    if (branches_.slices && executor.on_core && executor.slice_end != before_.slice_end) {
       const std::int64_t slice = (executor.slice_end - Time{}).count() - now;
       zone.assign(kSlice, kNow, slice, slice);
     }
-    const SimulatedWorkers& workers = state.simulation->workers();
-    for (Worker w = 0; w < workers.size() && !zone.fixed(kNow); ++w) {
-      const SimulatedWorkers::State& worker = workers[w];
-      if (worker.step != ExploredState::Step::asleep || worker.until == kNever) continue;
-      if (worker.wake_at != kNever && worker.until == worker.wake_at + options_.platform.wake_up_latency)
-        continue;
-      throw ExplorationRefused("wake-ups at instants that depend on execution times are not explored");
+    note_threads(state);
+  }
+
+  /// Whether a sleeping thread was woken at an instant that depends on execution times. It then wakes at the
+  /// coordinate `end`.
+  void note_sleep(ExploredState& state, const SimulatedWorkers::State& thread,
+                  const SimulatedWorkers::State& before, std::size_t end, bool& uncertain) const {
+    const bool by_timer =
+        thread.wake_at != kNever && thread.until == thread.wake_at + options_.platform.wake_up_latency;
+    if (thread.until == kNever || by_timer) {
+      uncertain = false;
+    } else if (before.step != thread.step || before.until != thread.until) {
+      uncertain = !state.zone.fixed(kNow);
+      const std::int64_t latency = (thread.until - state.simulation->now()).count();
+      if (uncertain) state.zone.assign(end, kNow, latency, latency);
     }
+  }
+
+  void note_threads(ExploredState& state) {
+    SimulatedWorkers::State& executor = state.executor();
+    if (executor.step == ExploredState::Step::asleep) {
+      note_sleep(state, executor, before_, kEnd, state.wakes);
+    } else {
+      state.wakes = false;
+    }
+    if (state.simulation->workers().size() == 1) return;
+    const SimulatedWorkers::State& timers = timers_of(state);
+    const bool was_displaced = before_.step == executor.step && !before_.on_core && !executor.on_core;
+    const bool released = state.releases && timers_before_.step == ExploredState::Step::release &&
+                          timers_before_.until <= state.simulation->now();
+    if (released && was_displaced && state.busy()) {
+      executor.until += timers_before_.remaining;
+      state.end_there = (executor.until - Time{}).count();
+      state.zone.assign(kEnd, kEnd, timers_before_.remaining.count(), timers_before_.remaining.count());
+    }
+    if (timers.step == ExploredState::Step::asleep) {
+      note_sleep(state, timers, timers_before_, kTimers, state.releases);
+    } else if (timers.step == ExploredState::Step::release) {
+      note_release(state);
+    } else {
+      state.releases = false;
+    }
+  }
+
+  void note_release(ExploredState& state) const {
+    const SimulatedWorkers::State& timers = timers_of(state);
+    if (branches_.slices && (!timers.on_core || timers.slice_end <= timers.until)) {
+      throw ExplorationRefused("releases that take longer than a time slice are not explored");
+    }
+    if (timers_before_.step == timers.step && timers_before_.until == timers.until) return;
+    state.releases = !state.zone.fixed(kNow);
+    const std::int64_t cost = (timers.until - state.simulation->now()).count();
+    if (state.releases) state.zone.assign(kTimers, kNow, cost, cost);
+  }
+
+  static const SimulatedWorkers::State& timers_of(const ExploredState& state) {
+    return state.simulation->workers()[ExploredState::kTimerThread];
   }
 
   void expand(ExploredState state) {
     for (;;) {
       const Time others = ExploredBranches::next_of_others(state);
-      std::vector<ExploredBranches::Instant> first = branches_.ends_of_thread(state);
+      std::vector<ExploredBranches::Instant> first = branches_.ends_of_threads(state);
       const std::vector<ExploredBranches::Instant> arriving = branches_.arrivals(state);
       if (!arriving.empty()) first.push_back(arriving.front());
       if (first.empty()) {
@@ -274,15 +323,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   void follow(const ExploredBranches::Branch& branch, ExploredState next) {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
-    if (next.runs()) {
-      next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
-      next.end_there = point[kEnd];
-      if (branches_.slices) next.executor().slice_end = Time{} + Duration(point[kSlice]);
-    }
-    next.simulation->reschedule_arrivals([&](JobRef job) {
-      const auto arrival = branches_.arrival_from(next, job);
-      return Time{} + Duration(point[arrival.coordinate] + arrival.later);
-    });
+    branches_.move_to(point, next);
     happen(std::move(next), Time{} + Duration(point[kNow]), branch.step_ends);
   }
 
@@ -315,14 +356,16 @@ class Exploration final : public JobSink, public ExploredInstant {
     const std::int64_t origin =
         first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
     StateWords words(Time{} + Duration(origin));
-    state.simulation->describe(words);
+    state.simulation->describe(words, state.wakes, state.releases);
     state.scheduler->describe(words);
     state.workload->describe(words);
     std::vector<std::size_t> coordinates = {kConstant};
-    if (state.busy()) coordinates.push_back(kEnd);
+    if (state.busy() || state.wakes) coordinates.push_back(kEnd);
+    if (state.releases) coordinates.push_back(kTimers);
     if (branches_.slices && state.executor().on_core) coordinates.push_back(kSlice);
     const SimulatedWorkers::State& executor = state.executor();
-    if (options_.publications && state.busy() && executor.has_job && !is_of_timer(executor.job)) {
+    const bool has_sample = executor.has_job && !executor.job.empty && !is_of_timer(executor.job);
+    if (options_.publications && state.busy() && has_sample) {
       describe_publication(executor.job.parent, words);
     }
     if (executor.step == ExploredState::Step::run) add_start(state, executor.job.ref(), coordinates);
@@ -387,10 +430,13 @@ class Exploration final : public JobSink, public ExploredInstant {
   /// When something happens next in the state.
   [[nodiscard]] std::int64_t earliest(Met& met) const {
     const ExploredState& state = *met.state;
-    std::int64_t next = state.runs() ? state.zone.lowest(kEnd)
-                                     : (ExploredBranches::next_of_others(*met.state) - Time{}).count();
-    for (const auto& arrival : branches_.arrivals(state)) {
-      next = std::min(next, state.zone.lowest(arrival.coordinate) + arrival.later);
+    std::vector<ExploredBranches::Instant> instants = branches_.ends_of_threads(state);
+    const std::vector<ExploredBranches::Instant> arriving = branches_.arrivals(state);
+    if (!arriving.empty()) instants.push_back(arriving.front());
+    std::int64_t next = instants.empty() ? (ExploredBranches::next_of_others(*met.state) - Time{}).count()
+                                         : std::numeric_limits<std::int64_t>::max();
+    for (const auto& [coordinate, later] : instants) {
+      next = std::min(next, state.zone.lowest(coordinate) + later);
     }
     return next;
   }
@@ -416,8 +462,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   // While something happens:
   ExploredState* current_ = nullptr;
   bool step_ends_ = false, unsettled_ = false;
-  ExploredState::Step step_before_{};
-  Time slice_before_{};
+  SimulatedWorkers::State before_, timers_before_;
 };
 
 }  // namespace

@@ -24,12 +24,14 @@ struct ExploredBranches {
   bool slices = false;  ///< The two threads share a core in turns.
   std::int64_t delivery_delay = 0;
 
-  /// The next instant of the other thread, or of the executor thread if it is not busy.
+  /// The next instant that does not depend on execution times.
   static Time next_of_others(ExploredState& state);
   /// Whether the timer thread waits for the executor thread's core until the end of the time slice.
   [[nodiscard]] bool slice_matters(const ExploredState& state) const;
-  /// When the step and the time slice of the executor thread end.
-  [[nodiscard]] std::vector<Instant> ends_of_thread(const ExploredState& state) const;
+  /// When the step, the sleep and the time slice of the executor thread end, and the timer thread's release.
+  [[nodiscard]] std::vector<Instant> ends_of_threads(const ExploredState& state) const;
+  /// Gives the simulation of `state` the instants of its zone at this point.
+  void move_to(const std::vector<std::int64_t>& point, ExploredState& state) const;
   /// When the samples that the job published arrive.
   [[nodiscard]] Instant arrival_from(const ExploredState& state, JobRef job) const {
     return {state.start_of(publication_by(job)), delivery_delay};

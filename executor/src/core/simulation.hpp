@@ -114,16 +114,19 @@ class Simulation {
   [[nodiscard]] const SimulatedWorkers& workers() const { return workers_; }
 
   /// Adds what decides its future besides its schedulers and its workload, and besides the end of the step
-  /// and of the time slice of worker 0, and when samples arrive.
-  void describe(StateWords& words) const {
+  /// and of the time slice of worker 0, and when samples arrive. Nor when worker 0 wakes (`wakes`), nor when
+  /// worker 1 wakes or its release ends (`releases`).
+  void describe(StateWords& words, bool wakes, bool releases) const {
+    words.add((wakes ? 1 : 0) + (releases ? 2 : 0));
     for (Worker w = 0; w < workers_.size(); ++w) {
       const SimulatedWorkers::State& worker = workers_[w];
       words.add(static_cast<std::int64_t>(worker.step));
       words.add((worker.on_core ? 1 : 0) + (worker.woken ? 2 : 0) + (worker.in_pass ? 4 : 0));
       words.add(worker.priority);
-      if (worker.step == Step::asleep) words.add(worker.until);
+      if (worker.step == Step::asleep && !(w == 0 ? wakes : releases)) words.add(worker.until);
       if (worker.step == Step::asleep || worker.step == Step::blocked) continue;
-      if (w > 0 && worker.on_core) words.add(worker.until);
+      if (w > 0 && worker.on_core && releases) words.add((worker.slice_end - worker.until).count());
+      if (w > 0 && worker.on_core && !releases) words.add(worker.until);
       if (w > 0 && !worker.on_core) words.add(worker.remaining.count());
       if (w == 0 && !worker.on_core) words.add(worker.remaining == Duration{} ? 1 : 0);
       if (!worker.on_core) words.add(worker.slice_left.count());
