@@ -85,6 +85,8 @@ TEST(DeploymentBounds, ThreadsOfOneTimerAreClassicalResponseTimeAnalysis) {
   // Lehoczky 1990, "Fixed priority scheduling of periodic task sets with arbitrary deadlines": the fifth
   // job of the second task is the worst.
   EXPECT_THAT(preemptive({{26, 70}, {62, 100}}), ElementsAre(26, 118));
+  // schedcat, the test of preemptive fixed-priority response times.
+  EXPECT_THAT(preemptive({{1, 4}, {1, 5}, {3, 9}, {3, 18}}), ElementsAre(1, 2, 7, 18));
 }
 
 TEST(DeploymentBounds, EqualPrioritiesTakeTurnsInAnyOrder) {

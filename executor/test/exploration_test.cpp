@@ -148,6 +148,44 @@ TEST(Exploration, RefusesSeveralThreadsAndOverload) {
   EXPECT_THROW(explored(set, "rm-re"), ExplorationRefused);
 }
 
+TEST(Exploration, RefusesReleasesThatDisplaceWallClockWork) {
+  TaskSet set;
+  add_timer(set, 10ms, 1ms);
+  Platform platform;
+  platform.wall_clock_work = true;
+  EXPECT_NO_THROW(explored(set, "rm-ro", platform));
+  platform.release_cost = 1us;
+  EXPECT_THROW(explored(set, "rm-ro", platform), ExplorationRefused);
+}
+
+/// The timer thread holds the scheduler's lock from 10 to 12 ms. The rare job ends from 8 to 11 ms.
+TEST(Exploration, AJobThatEndsDuringAReleaseWaitsForIt) {
+  TaskSet set;
+  const TaskId often = add_timer(set, 10ms, 2ms);
+  const TaskId rare = add_timer(set, 20ms, 4ms, 5ms);
+  set.tasks[rare].bcet = 1ms;
+  Platform platform;
+  platform.cores = 2;
+  platform.release_cost = 2ms;
+  const Worst worst = explored(set, "rm-ro", platform);
+  EXPECT_EQ(worst.at(often), 4ms);
+  EXPECT_EQ(worst.at(rare), 6ms);
+}
+
+TEST(Exploration, SamplesArriveAfterTheDelay) {
+  TaskSet set;
+  const TaskId often = add_timer(set, 10ms, 2ms);
+  const TaskId rare = add_timer(set, 20ms, 4ms, 5ms);
+  add_subscription(set, {rare}, 3ms);
+  set.tasks[rare].bcet = 1ms;
+  Platform platform;
+  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 4ms);  // the reader runs from 9 to 12
+  platform.delivery_delay = 1ms;
+  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 5ms);  // it runs from 10 to 13
+  platform.delivery_delay = 5ms;
+  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 2ms);  // its sample arrives at 11 or later
+}
+
 /// Sets so small that all combinations of execution times can be simulated.
 TEST(Exploration, FindsWhatEnumerationFinds) {
   std::mt19937_64 random(1);
@@ -158,15 +196,23 @@ TEST(Exploration, FindsWhatEnumerationFinds) {
        {"default", "static", "events-ro", "rm-ro", "edf-ro", "fp-ro", "dm-ro", "cbg"}) {
     std::size_t equal = 0, compared = 0;
     for (int number = 0; number < 30; ++number) {
+      const bool costs = number % 3 > 0;
+      const Duration period = costs ? 10ns : 6ns;
       TaskSet set;
-      const TaskId a = add_timer(set, 6ns, draw(1, 2), draw(0, 3));
-      const TaskId b = add_timer(set, 12ns, draw(1, 3), draw(0, 6));
+      const TaskId a = add_timer(set, period, draw(1, 2), draw(0, 3));
+      const TaskId b = add_timer(set, 2 * period, draw(1, 3), draw(0, 6));
       const TaskId reader = add_subscription(set, {number % 2 == 0 ? a : b}, draw(1, 1));
       for (const TaskId id : {b, reader}) set.tasks[id].bcet = draw(0, set[id].wcet.count());
       set.tasks[a].priority = static_cast<std::int64_t>(random() % 2);
       Platform platform = default_platform(*find_executor(executor));
+      if (costs) platform.dispatch_cost = 1ns;
+      if (number % 3 > 1) platform.cores = 2;
+      if (costs) platform.release_cost = 1ns;
+      if (number % 7 == 0) platform.wake_up_latency = 1ns;
+      if (number % 4 == 0) platform.raised_releaser = false;
+      platform.delivery_delay = Duration(number % 5);
       const Worst exact = explored(set, executor, platform);
-      const Worst seen = enumerated(set, executor, 36ns, 2, platform);
+      const Worst seen = enumerated(set, executor, 6 * period, 2, platform);
       for (const TaskId id : {a, b}) {
         ASSERT_GE(exact.at(id), seen.at(id)) << executor << ", set " << number << ", task " << id;
         ++compared;

@@ -108,6 +108,9 @@ void GraphWorkload::describe(StateWords& words) const {
       if (with_publications_) describe_publication(unread.parent, words);
     }
   }
+  for (const OnTheWay& message : on_the_way_) {
+    describe(message.sample, structure_->sources[message.parent.task], words);
+  }
   for (std::size_t i = 0; i < busy_; ++i) {
     const Running& job = running_[i];
     words.add(job.ref.task);

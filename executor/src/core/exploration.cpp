@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <queue>
 #include <string>
 #include <utility>
 
+#include "explored_branches.hpp"
 #include "explored_paths.hpp"
 #include "explored_state.hpp"
 
@@ -17,7 +19,6 @@ namespace hotpath {
 
 namespace {
 
-constexpr Worker kTimers = 1;  // if there is one
 constexpr Time kBeforeAll{Duration(-1)};
 
 std::int64_t hyperperiod(const TaskSet& set) {
@@ -76,12 +77,13 @@ class Exploration final : public JobSink, public ExploredInstant {
  private:
   void check(const Scheduler& scheduler) {
     const Platform& p = options_.platform;
-    const bool costs = p.release_cost + p.pass_cost > Duration{};
     const bool own_timers = scheduler.workers().size() > 1;
     const bool alone = p.cores == 1;
-    slices_ = own_timers && alone && !p.raised_releaser;
-    if (p.delivery_delay > Duration{}) throw ExplorationRefused("delivery delays are not explored");
-    if (own_timers && costs) throw ExplorationRefused("release costs are not explored");
+    branches_.slices = own_timers && alone && !p.raised_releaser;
+    branches_.delivery_delay = p.delivery_delay.count();
+    if (own_timers && alone && p.wall_clock_work && p.release_cost + p.pass_cost > Duration{}) {
+      throw ExplorationRefused("release costs that displace jobs with `work: wall` are not explored");
+    }
     double load = 0;
     for (const Task& task : set_.tasks) {
       if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
@@ -117,7 +119,8 @@ class Exploration final : public JobSink, public ExploredInstant {
     current_ = &state;
     step_ends_ = step_ends || !state.busy();
     unsettled_ = false;
-    slice_before_ = state.executor().slice_end;
+    before_ = state.executor();
+    if (state.simulation->workers().size() > 1) timers_before_ = timers_of(state);
   }
 
   void started(const JobRecord& record) override {
@@ -136,7 +139,8 @@ class Exploration final : public JobSink, public ExploredInstant {
     settle();
     observer_.ended(record, *this);
     unsettled_ = record.outcome == Outcome::ran;
-    if (options_.publications && unsettled_ && !set_[record.job.task].feeds.empty()) {
+    const bool matters = options_.publications || options_.platform.delivery_delay > Duration{};
+    if (matters && unsettled_ && !set_[record.job.task].feeds.empty()) {
       begin_to_track(publication_by(record.job.ref()));
     }
   }
@@ -183,7 +187,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   void keep_ends(ExploredState& state, std::size_t place) {
     if (kept_.empty()) return;
     from_ = {place, met_[place].coordinates, met_[place].origin};
-    for (const std::size_t end : {kEnd, kSlice}) {
+    for (const std::size_t end : {kEnd, kSlice, kTimers}) {
       const std::size_t copy = state.zone.grow();
       state.zone.assign(copy, end, 0, 0);
       std::replace(from_.coordinates.begin(), from_.coordinates.end(), std::size_t{end}, copy);
@@ -205,6 +209,8 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   void after(ExploredState& state) {
     settle();
+    // If the thread was displaced at the end of a dispatch, the job starts as soon as it has the core again.
+    if (state.executor().step != before_.step) step_ends_ = true;
     Zone& zone = state.zone;
     const SimulatedWorkers::State& executor = state.executor();
     const std::int64_t now = (state.simulation->now() - Time{}).count();
@@ -223,55 +229,88 @@ class Exploration final : public JobSink, public ExploredInstant {
       }
       state.end_there = end;
     }
-    if (slices_ && executor.on_core && executor.slice_end != slice_before_) {
+    if (branches_.slices && executor.on_core && executor.slice_end != before_.slice_end) {
       const std::int64_t slice = (executor.slice_end - Time{}).count() - now;
       zone.assign(kSlice, kNow, slice, slice);
     }
-    const SimulatedWorkers& workers = state.simulation->workers();
-    for (Worker w = 0; w < workers.size() && !zone.fixed(kNow); ++w) {
-      const SimulatedWorkers::State& worker = workers[w];
-      if (worker.step != ExploredState::Step::asleep || worker.until == kNever) continue;
-      if (worker.wake_at != kNever && worker.until == worker.wake_at + options_.platform.wake_up_latency)
-        continue;
-      throw ExplorationRefused("wake-ups at instants that depend on execution times are not explored");
+    note_threads(state);
+  }
+
+  /// Whether a sleeping thread was woken at an instant that depends on execution times. It then wakes at the
+  /// coordinate `end`.
+  void note_sleep(ExploredState& state, const SimulatedWorkers::State& thread,
+                  const SimulatedWorkers::State& before, std::size_t end, bool& uncertain) const {
+    const bool by_timer =
+        thread.wake_at != kNever && thread.until == thread.wake_at + options_.platform.wake_up_latency;
+    if (thread.until == kNever || by_timer) {
+      uncertain = false;
+    } else if (before.step != thread.step || before.until != thread.until) {
+      uncertain = !state.zone.fixed(kNow);
+      const std::int64_t latency = (thread.until - state.simulation->now()).count();
+      if (uncertain) state.zone.assign(end, kNow, latency, latency);
     }
   }
 
-  /// The next instant at which something happens besides the executor thread's own.
-  static Time next_of_others(ExploredState& state) {
+  void note_threads(ExploredState& state) {
     SimulatedWorkers::State& executor = state.executor();
-    if (!state.busy() || !executor.on_core) return state.simulation->next_instant();
-    const Time until = std::exchange(executor.until, kNever);
-    const Time slice = std::exchange(executor.slice_end, kNever);
-    const Time next = state.simulation->next_instant();
-    executor.until = until;
-    executor.slice_end = slice;
-    return next;
+    if (executor.step == ExploredState::Step::asleep) {
+      note_sleep(state, executor, before_, kEnd, state.wakes);
+    } else {
+      state.wakes = false;
+    }
+    if (state.simulation->workers().size() == 1) return;
+    const SimulatedWorkers::State& timers = timers_of(state);
+    const bool was_displaced = before_.step == executor.step && !before_.on_core && !executor.on_core;
+    const bool released = state.releases && timers_before_.step == ExploredState::Step::release &&
+                          timers_before_.until <= state.simulation->now();
+    if (released && was_displaced && state.busy()) {
+      executor.until += timers_before_.remaining;
+      state.end_there = (executor.until - Time{}).count();
+      state.zone.assign(kEnd, kEnd, timers_before_.remaining.count(), timers_before_.remaining.count());
+    }
+    if (timers.step == ExploredState::Step::asleep) {
+      note_sleep(state, timers, timers_before_, kTimers, state.releases);
+    } else if (timers.step == ExploredState::Step::release) {
+      note_release(state);
+    } else {
+      state.releases = false;
+    }
   }
 
-  /// Whether the timer thread waits for the executor thread's core until the end of the time slice.
-  [[nodiscard]] bool slice_matters(const ExploredState& state) const {
-    if (!slices_) return false;
-    const SimulatedWorkers::State& timers = state.simulation->workers()[kTimers];
-    return !timers.on_core && timers.step != ExploredState::Step::asleep &&
-           timers.step != ExploredState::Step::blocked;
+  void note_release(ExploredState& state) const {
+    const SimulatedWorkers::State& timers = timers_of(state);
+    if (branches_.slices && (!timers.on_core || timers.slice_end <= timers.until)) {
+      throw ExplorationRefused("releases that take longer than a time slice are not explored");
+    }
+    if (timers_before_.step == timers.step && timers_before_.until == timers.until) return;
+    state.releases = !state.zone.fixed(kNow);
+    const std::int64_t cost = (timers.until - state.simulation->now()).count();
+    if (state.releases) state.zone.assign(kTimers, kNow, cost, cost);
+  }
+
+  static const SimulatedWorkers::State& timers_of(const ExploredState& state) {
+    return state.simulation->workers()[ExploredState::kTimerThread];
   }
 
   void expand(ExploredState state) {
     for (;;) {
-      const Time others = next_of_others(state);
-      if (!state.busy() || !state.executor().on_core) {
+      const Time others = ExploredBranches::next_of_others(state);
+      std::vector<ExploredBranches::Instant> first = branches_.ends_of_threads(state);
+      const std::vector<ExploredBranches::Instant> arriving = branches_.arrivals(state);
+      if (!arriving.empty()) first.push_back(arriving.front());
+      if (first.empty()) {
         if (others == kNever) return;
         state.zone.assign(kNow, kConstant, (others - Time{}).count(), (others - Time{}).count());
         return happen(std::move(state), others, false);
       }
       const Time change = state.scheduler->next_change(state.from);
-      const std::vector<Branch> branches = branches_until(state, others, change);
-      // What is left ends at or after the timestamp, from which on decisions are other ones.
+      const std::vector<ExploredBranches::Branch> branches = branches_.until(state, others, change);
+      // What is left happens at or after the timestamp, from which on decisions are other ones.
       const std::int64_t from = (change - Time{}).count();
-      const bool goes_on = others > change && state.zone.limit(kConstant, kEnd, -from) &&
-                           (!slice_matters(state) || state.zone.limit(kConstant, kSlice, -from));
-      for (const Branch& branch : branches) {
+      const bool goes_on = others > change && std::ranges::all_of(first, [&](const auto& instant) {
+                             return state.zone.limit(kConstant, instant.coordinate, instant.later - from);
+                           });
+      for (const auto& branch : branches) {
         const bool needed_again = goes_on || &branch != &branches.back();
         follow(branch, needed_again ? state.copy() : std::move(state));
       }
@@ -280,67 +319,12 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
   }
 
-  /// Schedules in which the same happens next.
-  struct Branch {
-    Zone zone;
-    bool step_ends;
-  };
-
-  /// Everything that can happen next, at `others` or before it, and before `change`.
-  [[nodiscard]] std::vector<Branch> branches_until(const ExploredState& state, Time others,
-                                                   Time change) const {
-    std::vector<Branch> branches;
-    std::vector<std::size_t> uncertain = {kEnd};
-    if (slice_matters(state)) uncertain.push_back(kSlice);
-    const bool with_others = others <= change && others != kNever;
-    const unsigned subsets = 1U << (uncertain.size() + (with_others ? 1 : 0));
-    for (unsigned subset = 1; subset < subsets; ++subset) {
-      const bool at_others = (subset >> uncertain.size()) != 0;
-      Zone zone = state.zone;
-      const std::size_t now = (subset & 1U) != 0                           ? kEnd
-                              : (subset & 2U) != 0 && uncertain.size() > 1 ? kSlice
-                                                                           : kConstant;
-      if (now == kConstant) {
-        const std::int64_t instant = (others - Time{}).count();
-        zone.assign(kNow, kConstant, instant, instant);
-      } else {
-        zone.assign(kNow, now, 0, 0);
-      }
-      if (!comes_first(zone, uncertain, subset, at_others, others, change)) continue;
-      const bool ends = (subset & 1U) != 0;
-      if (!slices_ || slice_matters(state)) {
-        branches.push_back({std::move(zone), ends});
-        continue;
-      }
-      // A timer thread that becomes ready now gets the core at once if the time slice is over.
-      Zone over = zone;
-      if (over.limit(kSlice, kNow, 0)) branches.push_back({std::move(over), ends});
-      if (zone.limit(kNow, kSlice, -1)) branches.push_back({std::move(zone), ends});
-    }
-    return branches;
-  }
-
   /// What happens at kNow in the schedules of the branch, of which the simulation follows one.
-  void follow(const Branch& branch, ExploredState next) {
+  void follow(const ExploredBranches::Branch& branch, ExploredState next) {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
-    next.executor().until = next.executor().step_end = Time{} + Duration(point[kEnd]);
-    next.end_there = point[kEnd];
-    if (slices_) next.executor().slice_end = Time{} + Duration(point[kSlice]);
+    branches_.move_to(point, next);
     happen(std::move(next), Time{} + Duration(point[kNow]), branch.step_ends);
-  }
-
-  /// Keeps the points at which those of `subset` happen at kNow, and all else later.
-  static bool comes_first(Zone& zone, const std::vector<std::size_t>& uncertain, unsigned subset,
-                          bool at_others, Time others, Time change) {
-    for (std::size_t i = 0; i < uncertain.size(); ++i) {
-      const bool now = ((subset >> i) & 1U) != 0;
-      if (now ? !zone.equate(uncertain[i], kNow) : !zone.limit(kNow, uncertain[i], -1)) return false;
-    }
-    const Time limit = std::min(others, change);
-    const std::int64_t ns = (limit - Time{}).count();
-    if (at_others) return zone.equate(kNow, kConstant, ns);
-    return limit == kNever || zone.limit(kNow, kConstant, ns - 1);
   }
 
   void happen(ExploredState state, Time instant, bool step_ends) {
@@ -348,7 +332,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     state.simulation->advance(instant);
     after(state);
     const bool goes_on = !step_ends_ && state.busy();
-    if (slice_matters(state) && state.busy() && state.executor().on_core) {
+    if (branches_.slice_matters(state) && state.busy() && state.executor().on_core) {
       // A slice that is over already ends now.
       Zone over = state.zone;
       if (over.limit(kSlice, kNow, -1)) {
@@ -372,14 +356,16 @@ class Exploration final : public JobSink, public ExploredInstant {
     const std::int64_t origin =
         first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
     StateWords words(Time{} + Duration(origin));
-    state.simulation->describe(words);
+    state.simulation->describe(words, state.wakes, state.releases);
     state.scheduler->describe(words);
     state.workload->describe(words);
     std::vector<std::size_t> coordinates = {kConstant};
-    if (state.busy()) coordinates.push_back(kEnd);
-    if (slices_ && state.executor().on_core) coordinates.push_back(kSlice);
+    if (state.busy() || state.wakes) coordinates.push_back(kEnd);
+    if (state.releases) coordinates.push_back(kTimers);
+    if (branches_.slices && state.executor().on_core) coordinates.push_back(kSlice);
     const SimulatedWorkers::State& executor = state.executor();
-    if (options_.publications && state.busy() && executor.has_job && !is_of_timer(executor.job)) {
+    const bool has_sample = executor.has_job && !executor.job.empty && !is_of_timer(executor.job);
+    if (options_.publications && state.busy() && has_sample) {
       describe_publication(executor.job.parent, words);
     }
     if (executor.step == ExploredState::Step::run) add_start(state, executor.job.ref(), coordinates);
@@ -442,17 +428,24 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   /// When something happens next in the state.
-  static std::int64_t earliest(Met& met) {
+  [[nodiscard]] std::int64_t earliest(Met& met) const {
     const ExploredState& state = *met.state;
-    const bool uncertain = state.busy() && state.executor().on_core;
-    return uncertain ? state.zone.lowest(kEnd) : (next_of_others(*met.state) - Time{}).count();
+    std::vector<ExploredBranches::Instant> instants = branches_.ends_of_threads(state);
+    const std::vector<ExploredBranches::Instant> arriving = branches_.arrivals(state);
+    if (!arriving.empty()) instants.push_back(arriving.front());
+    std::int64_t next = instants.empty() ? (ExploredBranches::next_of_others(*met.state) - Time{}).count()
+                                         : std::numeric_limits<std::int64_t>::max();
+    for (const auto& [coordinate, later] : instants) {
+      next = std::min(next, state.zone.lowest(coordinate) + later);
+    }
+    return next;
   }
 
   const TaskSet& set_;
   const ExplorationOptions& options_;
   ExplorationObserver& observer_;
   const std::int64_t hyperperiod_;
-  bool slices_ = false;  // the two threads share a core in turns
+  ExploredBranches branches_;
   std::vector<std::uint32_t> executor_of_;
   std::size_t expanded_ = 0;
 
@@ -469,7 +462,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   // While something happens:
   ExploredState* current_ = nullptr;
   bool step_ends_ = false, unsettled_ = false;
-  Time slice_before_{};
+  SimulatedWorkers::State before_, timers_before_;
 };
 
 }  // namespace

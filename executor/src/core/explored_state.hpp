@@ -15,15 +15,16 @@ namespace hotpath {
 /// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
 enum Coordinate : std::size_t {
   kConstant,
-  kNow,    ///< The instant at hand.
-  kEnd,    ///< Of the executor thread's step.
-  kSlice,  ///< End of the executor thread's time slice.
-  kStarts  ///< From here on: the instants of ExploredState::starts.
+  kNow,     ///< The instant at hand.
+  kEnd,     ///< Of the executor thread's step, or of its sleep.
+  kSlice,   ///< End of the executor thread's time slice.
+  kTimers,  ///< End of the timer thread's release, or of its sleep.
+  kStarts   ///< From here on: the instants of ExploredState::starts.
 };
 
 struct ExploredState {
   using Step = SimulatedWorkers::Step;
-  static constexpr Worker kExecutor = 0;
+  static constexpr Worker kExecutor = 0, kTimerThread = 1;  // the latter if there is one
 
   std::unique_ptr<Scheduler> scheduler;
   std::unique_ptr<Workload> workload;
@@ -32,6 +33,9 @@ struct ExploredState {
   std::vector<JobRef> starts;  ///< Jobs, for their starts, or publication_by() of jobs.
   Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
   std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
+  // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
+  // uncertain.
+  bool wakes = false, releases = false;
 
   [[nodiscard]] SimulatedWorkers::State& executor() { return simulation->workers()[kExecutor]; }
   [[nodiscard]] const SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
@@ -39,6 +43,12 @@ struct ExploredState {
   [[nodiscard]] bool busy() const {
     return executor().step == Step::run || executor().step == Step::dispatch ||
            executor().step == Step::release;
+  }
+  /// Whether time passes for that step.
+  [[nodiscard]] bool runs() const { return busy() && executor().on_core; }
+  /// Whether the timer thread sleeps until an uncertain instant.
+  [[nodiscard]] bool timers_wake() const {
+    return releases && simulation->workers()[kTimerThread].step == Step::asleep;
   }
   [[nodiscard]] ExploredState copy() const {
     ExploredState copied;
@@ -49,6 +59,8 @@ struct ExploredState {
     copied.starts = starts;
     copied.from = from;
     copied.end_there = end_there;
+    copied.wakes = wakes;
+    copied.releases = releases;
     return copied;
   }
   [[nodiscard]] std::size_t start_of(JobRef job) const {

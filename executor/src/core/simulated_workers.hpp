@@ -71,6 +71,8 @@ class SimulatedWorkers {
   /// The worker sleeps until `wake_at` or until it is woken.
   void sleep(Worker w, Time wake_at, Time now);
   void wake(Worker w, Time now);
+  /// Changes when a sleeping worker wakes.
+  void sleep_until(Worker w, Time until);
   /// Makes sleeping workers ready whose wake-up time has come.
   void wake_sleepers(Time now);
   /// Changes the priority of a ready worker.
@@ -89,7 +91,6 @@ class SimulatedWorkers {
   void assign_core(std::size_t position, Time now);
   void choose_running();
   bool place(Worker w);
-  void sleep_until(Worker w, Time until);
   void give_core(Worker w, Time now);
   void take_core(Worker w, Time now);
   /// Inserts behind or in front of the workers of equal priority; returns the position.
@@ -141,7 +142,8 @@ inline std::size_t SimulatedWorkers::insert(Worker w, bool in_front) {
   const int priority = states_[w].priority + (in_front ? 1 : 0);
   const auto place = std::find_if(ready_.begin(), ready_.end(),
                                   [&](Worker other) { return states_[other].priority < priority; });
-  return static_cast<std::size_t>(ready_.insert(place, w) - ready_.begin());
+  const auto inserted = ready_.insert(place, w);  // before begin(), since it may move all elements
+  return static_cast<std::size_t>(inserted - ready_.begin());
 }
 
 inline void SimulatedWorkers::begin_step(Worker w, Step step, Duration length, Time now) {

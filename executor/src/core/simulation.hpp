@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string>
 
+#include "hotpath/core/exploration.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "simulated_workers.hpp"
 
@@ -74,8 +75,9 @@ class Simulation {
     for (Worker w = 0; w < workers_.size(); ++w) workers_.make_ready(w, now_);
     take_steps();
   }
+  [[nodiscard]] Time next_of_threads() const { return workers_.next_instant(now_); }
   [[nodiscard]] Time next_instant() const {
-    const Time next = workers_.next_instant(now_);
+    const Time next = next_of_threads();
     return on_the_way_.empty() ? next : std::min(next, on_the_way_.front().arrival);
   }
   void advance(Time instant) {
@@ -94,21 +96,39 @@ class Simulation {
     return copied;
   }
   [[nodiscard]] Time now() const { return now_; }
+  /// The jobs that published the samples on the way, each once, in the order in which they arrive.
+  [[nodiscard]] std::vector<JobRef> on_the_way() const {
+    std::vector<JobRef> jobs;
+    for (const Sample& sample : on_the_way_) {
+      if (jobs.empty() || jobs.back() != sample.info.parent) jobs.push_back(sample.info.parent);
+    }
+    return jobs;
+  }
+  /// Changes when the samples on the way arrive, by the jobs that published them; their order must not
+  /// change.
+  template <class ArrivalOf>
+  void reschedule_arrivals(const ArrivalOf& arrival_of) {
+    for (Sample& sample : on_the_way_) sample.arrival = arrival_of(sample.info.parent);
+  }
   [[nodiscard]] SimulatedWorkers& workers() { return workers_; }
   [[nodiscard]] const SimulatedWorkers& workers() const { return workers_; }
 
   /// Adds what decides its future besides its schedulers and its workload, and besides the end of the step
-  /// and of the time slice of worker 0.
-  void describe(StateWords& words) const {
+  /// and of the time slice of worker 0, and when samples arrive. Nor when worker 0 wakes (`wakes`), nor when
+  /// worker 1 wakes or its release ends (`releases`).
+  void describe(StateWords& words, bool wakes, bool releases) const {
+    words.add((wakes ? 1 : 0) + (releases ? 2 : 0));
     for (Worker w = 0; w < workers_.size(); ++w) {
       const SimulatedWorkers::State& worker = workers_[w];
       words.add(static_cast<std::int64_t>(worker.step));
       words.add((worker.on_core ? 1 : 0) + (worker.woken ? 2 : 0) + (worker.in_pass ? 4 : 0));
       words.add(worker.priority);
-      if (worker.step == Step::asleep) words.add(worker.until);
+      if (worker.step == Step::asleep && !(w == 0 ? wakes : releases)) words.add(worker.until);
       if (worker.step == Step::asleep || worker.step == Step::blocked) continue;
-      if (w > 0 && worker.on_core) words.add(worker.until);
+      if (w > 0 && worker.on_core && releases) words.add((worker.slice_end - worker.until).count());
+      if (w > 0 && worker.on_core && !releases) words.add(worker.until);
       if (w > 0 && !worker.on_core) words.add(worker.remaining.count());
+      if (w == 0 && !worker.on_core) words.add(worker.remaining == Duration{} ? 1 : 0);
       if (!worker.on_core) words.add(worker.slice_left.count());
       if (!worker.has_job) {
         words.add(worker.wake_at);
@@ -118,6 +138,11 @@ class Simulation {
       words.add(worker.job.empty ? 1 : 0);
       if (is_of_timer(worker.job)) words.add(worker.job.timestamp);
       if (executors_[worker.executor].scheduler->hands_deadlines_down()) words.add(worker.job.deadline);
+    }
+    for (const Sample& sample : on_the_way_) {
+      words.add(sample.subscription);
+      describe_publication(sample.info.parent, words);
+      if (executors_.front().scheduler->hands_deadlines_down()) words.add(sample.info.deadline);
     }
     for (const Executor& executor : executors_) {
       words.add(executor.lock_holder ? static_cast<std::int64_t>(*executor.lock_holder) : -1);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -81,6 +82,7 @@ class Zone {
   }
 
   [[nodiscard]] bool contains(const Zone& other) const {
+    assert(size_ == other.size_ && "two zones with other coordinates");
     return std::equal(most_.begin(), most_.end(), other.most_.begin(), std::greater_equal<>());
   }
 
