@@ -10,7 +10,7 @@ import subprocess
 import unittest
 from typing import Any
 
-from browser import MISSING, WEB, Browser
+from browser import MISSING, WEB, Browser, opened
 from hotpath_command import CommandTest, RunFolder
 
 SIMULATED = ("--executors", "default,rm-ro,multi:2,events-ro", "--duration", 4)
@@ -64,17 +64,7 @@ class Page(CommandTest):
         """The browser with the page about runs; closed after the test, which fails if the page made a
         request or wrote to the console."""
         self.accepted("report", *runs, "--output", "page")
-        browser = Browser(**options)
-        self.addCleanup(browser.close)
-        page = self.folder / "page" / "report.html"
-        browser.open(page)
-
-        def check() -> None:
-            self.assertEqual(browser.messages(), [])
-            self.assertEqual(browser.requests(), [page.resolve().as_uri()])
-
-        self.addCleanup(check)
-        return browser
+        return opened(self, self.folder / "page" / "report.html", **options)
 
     def check_curves(self, browser: Browser, run: RunFolder, target: str, latencies: dict[str, Any]) -> None:
         """Compares the curves of a chain or task with {executor: quantiles of summary.json}."""

@@ -1,9 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // The data of the page: a JSON document, deflated and in base64. hotpath computed every number in it.
 
+/** How a curve looks: colour and dash tell it apart. */
+export interface Look {
+  label: string; colour: string; dash: number[];
+}
+
 /** One of the page's curves: an executor of a run. */
-export interface Series {
-  run: number; executor: string; label: string; colour: string; dash: number[];
+export interface Series extends Look {
+  run: number; executor: string;
+}
+
+/** A curve over a quantity, with a value and its interval at each x. */
+export interface Line extends Look {
+  x: number[]; value: number[]; low: (number | null)[]; high: (number | null)[];
+}
+
+export interface Plot {
+  title: string; x: string; log: boolean; lines: Line[];
+  figure: string; // id of the figure that it replaces
 }
 
 /** A distribution at the probabilities `q`, in ms; the last point is the largest sample. */
@@ -62,7 +77,8 @@ export interface Cause {
 }
 
 export interface Document {
-  causes: Cause[]; rules: string[]; series: Series[]; targets: Target[]; runs: Run[];
+  causes: Cause[]; rules: string[]; series: Series[]; targets: Target[]; runs: Run[]; plots?: Plot[];
+  shown?: number; // curves that are switched on at first
 }
 
 interface ByteStream {
