@@ -50,6 +50,14 @@ return [...document.querySelectorAll('.account')].map((a) => ({
   text: a.querySelector('ul').innerText,
   parts: [...a.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((c) => c.textContent))}));
 """
+COUNT_CANVASES = """
+window.canvases = 0;
+const make = Document.prototype.createElement;
+Document.prototype.createElement = function (name, ...more) {
+  window.canvases += name === 'canvas';
+  return make.call(this, name, ...more);
+};
+"""
 READ_TIMELINE = """
 const t = hotpathPage.timeline;
 const panel = (p) => ({label: p.series.label, rows: p.rows.map((r) => r.name), shown: p.shown});
@@ -344,6 +352,27 @@ class Page(CommandTest):
         x, y, sequence = browser.run("return window.place")
         browser.drag(".trend .u-over", (x, y), (x, y))
         self.assertIn(f"of output {sequence}", browser.run(READ_ACCOUNTS)[0]["title"])
+
+    def test_every_plot_is_drawn_once(self) -> None:
+        """Opening a page makes as many canvases as it shows; a second drawing would make another one."""
+        self.accepted("simulate", "--executors", "default,rm-ro", "--duration", 2, "--output", "run")
+        self.accepted("report", "run", "--output", "page")
+        browser = Browser()
+        self.addCleanup(browser.close)
+        browser.command("Page.addScriptToEvaluateOnNewDocument", source=COUNT_CANVASES)
+        browser.open(self.folder / "page" / "report.html")
+        made, shown, timelines = browser.run(
+            "return [canvases, document.querySelectorAll('canvas').length, hotpathPage.timeline.drawings]"
+        )
+        self.assertEqual((made, timelines), (shown, 1))
+        browser.command(
+            "Emulation.setDeviceMetricsOverride", width=900, height=800, deviceScaleFactor=1, mobile=False
+        )
+        widths = "return [document.querySelector('.ecdf canvas').clientWidth, hotpathPage.timeline.drawings]"
+        browser.run("return 0")
+        width, timelines = browser.run(widths)
+        self.assertLess(width, 900)
+        self.assertEqual(timelines, 2)
 
     def test_hostile_names_are_text(self) -> None:
         self.accepted("simulate", "--graph", "sequences", "--executors", "default,rm-ro", "--duration", 2,

@@ -49,7 +49,7 @@ export abstract class Readable {
     this.plotted = h("div", { class: "plot", tabindex: 0, role: "application", "aria-roledescription": kind, "aria-describedby": id });
     this.keys = h("p", { id, class: "faint small" }, keys);
     this.plotted.addEventListener("keydown", (event) => this.key(event));
-    onWidth(this.plotted, () => this.draw());
+    onWidth(this.plotted, () => this.plot?.width, () => this.draw());
     onTheme(() => this.draw());
   }
 

@@ -26,7 +26,7 @@ export class Trend {
       h("div", { class: "controls" }, h("label", { for: "trend-repetition" }, "Repetition: "), this.choice),
       this.latencies, this.pace, this.text,
     );
-    onWidth(this.latencies, () => this.draw());
+    onWidth(this.latencies, () => this.plots[0]?.width, () => this.draw());
     onTheme(() => this.draw());
   }
 
