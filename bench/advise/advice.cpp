@@ -9,6 +9,7 @@
 #include "advise/advice_report.hpp"
 #include "advise/advised_graph.hpp"
 #include "advise/ranking.hpp"
+#include "advise/stored_draw.hpp"
 #include "explain/simulated_difference.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
@@ -56,7 +57,7 @@ class Adviser {
   void run() {
     program::check_output_folder(setup::output_folder(options_, graph_));
     const std::vector<Candidate> candidates = make_candidates(graph_, objective_, candidate_options_);
-    Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}, {}};
+    Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}, {}, {}};
     std::vector<Prediction> predictions = predicted("ranking", candidates, kRankingShare * options_.budget_s);
     for (Prediction& p : predictions) {
       if (p.overload.empty()) add_bound(p, objective_);
@@ -224,6 +225,11 @@ class Adviser {
     const fs::path folder = setup::output_folder(options_, graph_);
     program::create_folder(folder);
     advice.change = write_change(advice, folder);
+    if (!advice.causes.empty()) {
+      advice.stored.push_back(store_first_draw(*advice.now->candidate, options_, folder / "now"));
+      advice.stored.push_back(store_first_draw(*advice.best->candidate, options_, folder / "recommended"));
+    }
+    if (!graph_.chains.empty()) write_latencies(folder / "latencies.csv", advice.ranked, objective_.chain);
     program::write_whole_file(folder / "advice.json", advice_json(advice));
     write_ranking(std::cout, advice);
     if (advice.draws < advice.asked_draws) {

@@ -131,8 +131,12 @@ json advice_json(const Advice& advice) {
       {"sentences", sentences(advice)},
       {"causes", advice.causes},
       {"change", advice.change},
+      {"stored", advice.stored},
       {"chain",
        advice.graph.chains.empty() ? json() : json(advice.graph.chains[advice.objective.chain].name)}};
+  all["requirements_ms"] = json::object();
+  for (const Objective::Requirement& r : advice.objective.requirements)
+    all["requirements_ms"][advice.graph.chains[r.chain].name] = r.most_ms;
   all["doubts"] = json::array();
   for (const Doubt& d : advice.doubts) {
     all["doubts"].push_back({{"assumption", d.assumption}, {"order", d.order}, {"same_first", d.same_first}});

@@ -31,6 +31,8 @@ struct Advice {
   /// Why the recommended executor is faster than today's along the objective's chain, in the first
   /// draw; empty: there is no difference to explain.
   std::vector<std::string> causes;
+  /// Labels in the stored runs now/run and recommended/run of the first draw; empty: there are none.
+  std::vector<std::string> stored;
   std::string change;  ///< The file of the recommended change; empty: none is needed.
 };
 

@@ -19,7 +19,7 @@ struct ReportArguments {
   std::vector<std::string> runs;
   std::string before, after, output;
   bool json = false, gate = false, across_loads = false;
-  std::string junit, markdown;
+  std::string junit, markdown, page;
 };
 
 void run_tool(const std::string& command, std::vector<std::string> words, const std::string& option,
@@ -74,6 +74,10 @@ void add_compare_results_command(CLI::App& app) {
         std::vector<std::string> words = {a.before, a.after};
         if (a.gate) words.emplace_back("--gate");
         if (a.across_loads) words.emplace_back("--across-loads");
+        if (!a.page.empty()) {
+          program::check_output_folder(a.page, "report.html", "--page");
+          words.push_back("--page=" + a.page);
+        }
         if (!a.junit.empty()) words.push_back("--junit=" + a.junit);
         if (!a.markdown.empty()) words.push_back("--markdown=" + a.markdown);
         run_tool("compare-results", words, "--csv", a.output);
@@ -93,6 +97,8 @@ void add_compare_results_command(CLI::App& app) {
                                           "Exit with code 1 if NEW has a significant regression,\n"
                                           "corrected for multiple comparisons")
                                 ->excludes(csv);
+  add_text(command, "--page", o.page, "FOLDER",
+           "Also write report.html, a page with both distributions, and\nreport.md into this folder");
   add_output_file(command, "--junit", o.junit, kJunitHelp)->needs(gate);
   add_output_file(command, "--markdown", o.markdown, kMarkdownHelp)->needs(gate);
 }

@@ -65,6 +65,19 @@ std::string because(const Behind& behind) {
   return behind.cause == Cause::executor ? "" : phrase(behind.cause);
 }
 
+double sum_of(const std::vector<Item>& items) {
+  double sum = 0;
+  for (const Item& item : items) sum += item.ms;
+  return sum;
+}
+
+/// The sum of gains or losses and, if there are several, the share of each in this sum.
+std::string apart(const std::vector<Item>& items, const char* joint, const char* after = "") {
+  const double sum = sum_of(items);
+  if (items.size() == 1) return program::concat(ms(sum), after, joint, items.front().text);
+  return program::concat(ms(sum), after, ", of which ", shares(largest(items, sum / 100), sum, joint));
+}
+
 /// The jobs behind which most time passed.
 std::string longest_waits(const TaskSet& set, const Totals& totals) {
   std::vector<Item> items;
@@ -212,13 +225,25 @@ std::vector<std::string> sentences(const Subject& subject, const Overview& o) {
     all.push_back("No output takes longer than the median.");
     return all;
   }
+  const double excess = tail - median;
+  const std::vector<Item> shrunk =
+      causes([&](Cause cause) { return o.middle.mean_ms(cause) - o.tail.mean_ms(cause); }, excess / 100);
   std::vector<Item> jobs;
   for (const auto& [key, sum] : o.tail.behind) {
-    const double excess = o.tail.mean_ms(key) - o.middle.mean_ms(key);
-    jobs.push_back({excess, program::concat(set[key.task].name, " (", because(key), ")")});
+    const double more = o.tail.mean_ms(key) - o.middle.mean_ms(key);
+    jobs.push_back({more, program::concat(set[key.task].name, " (", because(key), ")")});
   }
   jobs = largest(std::move(jobs));
-  const double excess = tail - median;
+  if (!shrunk.empty() || (!jobs.empty() && jobs.front().ms > excess)) {
+    all.push_back(program::concat(
+        "Compared with the median (", ms(median), "), the worst ", percent(kTail, 1), " (", o.tail.outputs,
+        " of ", o.all.outputs, " outputs, on average ", ms(tail), ") have ", apart(grown, " for ", " more"),
+        shrunk.empty() ? "" : program::concat("; and ", apart(shrunk, " for ", " less")), ".",
+        jobs.empty() ? ""
+                     : program::concat(" The wait that grows most is ", ms(jobs.front().ms),
+                                       " longer, behind ", jobs.front().text, ".")));
+    return all;
+  }
   all.push_back(program::concat(
       "Of the worst ", percent(kTail, 1), " (", o.tail.outputs, " of ", o.all.outputs,
       " outputs, on average ", ms(tail), "), ", percent(grown.front().ms, excess),
@@ -247,8 +272,9 @@ std::vector<std::string> sentences(const Subject& a, const Subject& b, const Com
       program::concat(fast.executor, " is faster than ", slow.executor, " by ", ms(gain), " on average, ",
                       ms(std::min(of_a, of_b)), " instead of ", ms(std::max(of_a, of_b)), " (", outputs,
                       ")."),
-      program::concat("It saves ", shares(saved, gain, " of "),
-                      added.empty() ? "" : program::concat(", and adds ", shares(added, gain, " of ")), ".")};
+      added.empty()
+          ? program::concat("It saves ", shares(saved, sum_of(saved), " of "), ".")
+          : program::concat("It saves ", apart(saved, " for "), "; it adds ", apart(added, " for "), ".")};
   std::map<TaskId, double> by_task;
   for (const auto& [behind, sum] : more.behind) by_task[behind.task] += more.mean_ms(behind);
   for (const auto& [behind, sum] : less.behind) by_task[behind.task] -= less.mean_ms(behind);

@@ -2,8 +2,10 @@
 #include "explain/stored_outputs.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -39,11 +41,11 @@ void check_tasks(const results::StoredRun& run, const TaskSet& graph) {
 }  // namespace
 
 StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& executor,
-                             const Options& options)
+                             std::optional<std::uint32_t> repetition)
     : run_(run),
       system_(run.check([&] { return setup::stored_system(run); })),
       executor_(executor_of(run, executor)),
-      repetition_(options.repetition),
+      repetition_(repetition),
       subject_{system_.tasks.set, executor_, "", "", 0} {
   check_tasks(run, system_.tasks.set);
   if (repetition_) static_cast<void>(run.run(executor_, *repetition_));  // throws if it did not run
@@ -51,6 +53,11 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
     return System(system_.executor(executor_), system_.graph, system_.tasks, run.record().kind,
                   std::max(1U, run.record().cores()));
   }));
+}
+
+StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& executor,
+                             const Options& options)
+    : StoredOutputs(run, executor, options.repetition) {
   choose_target(options);
   target_.chain ? read_chains() : read_responses();
   if (outputs_.empty()) {
@@ -105,11 +112,16 @@ void StoredOutputs::read_chains() {
 }
 
 void StoredOutputs::read_responses() {
+  for_each_response([&](TaskId task, const Output& output) {
+    if (task == target_.task) outputs_.push_back(output);
+  });
+}
+
+void StoredOutputs::for_each_response(const std::function<void(TaskId, const Output&)>& use) const {
   results::for_each_record(run_, [&](const JobRow& row) {
     const JobRecord& r = row.record;
-    if (r.job.task != target_.task || !selected(row.executor, row.repetition)) return;
-    if (!results::counts(r, Time{} + run_.warm_up())) return;
-    outputs_.push_back({row.repetition, r.job.sequence, results::response_time(r)});
+    if (!selected(row.executor, row.repetition) || !results::counts(r, Time{} + run_.warm_up())) return;
+    use(r.job.task, {row.repetition, r.job.sequence, results::response_time(r)});
   });
 }
 
@@ -150,25 +162,55 @@ RepetitionFacts StoredOutputs::facts_of(std::uint32_t repetition,
 }
 
 void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {
-  Explainer explainer(*explained_, target_, outputs, "explain " + run_.folder().string(), use);
+  std::deque<Explainer> explainers;  // never moves them
+  explainers.emplace_back(*explained_, target_, outputs, "explain " + run_.folder().string(), use);
+  pass_jobs(explainers);
+  subject_.missing = explainers.front().missing() + younger_;
+  if (explainers.front().missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
+}
+
+void StoredOutputs::explain_tasks(const results::StoredRun& run, const std::string& executor,
+                                  std::size_t most,
+                                  const std::function<void(TaskId, const Explanation&)>& use) {
+  const StoredOutputs all(run, executor, std::nullopt);
+  std::vector<std::vector<Output>> slowest(all.system_.tasks.set.size());
+  const auto keep = [most](std::vector<Output>& outputs) {
+    std::ranges::stable_sort(outputs, std::greater<>(), &Output::latency);
+    outputs.resize(std::min(outputs.size(), most));
+  };
+  all.for_each_response([&](TaskId task, const Output& output) {
+    slowest[task].push_back(output);
+    if (slowest[task].size() >= 4 * most) keep(slowest[task]);
+  });
+  std::deque<Explainer> explainers;  // never moves them
+  for (TaskId task = 0; task < slowest.size(); ++task) {
+    if (slowest[task].empty()) continue;
+    keep(slowest[task]);
+    explainers.emplace_back(*all.explained_, Target{std::nullopt, task}, std::move(slowest[task]),
+                            "explain " + run.folder().string(),
+                            [&use, task](const Explanation& e) { use(task, e); });
+  }
+  if (!explainers.empty()) all.pass_jobs(explainers);
+}
+
+void StoredOutputs::pass_jobs(std::deque<Explainer>& explainers) const {
   std::unique_ptr<ExecutionTimes> times;
   std::optional<std::uint32_t> current;
   results::for_each_record(run_, [&](const JobRow& row) {
     if (!selected(row.executor, row.repetition)) return;
     if (current != row.repetition) {
-      if (current) explainer.end();
-      explainer.begin(row.repetition, facts_of(row.repetition, times));
+      if (current) std::ranges::for_each(explainers, &Explainer::end);
+      const RepetitionFacts facts = facts_of(row.repetition, times);
+      for (Explainer& explainer : explainers) explainer.begin(row.repetition, facts);
       current = row.repetition;
     }
-    if (started(row.record) && row.record.start < explainer.last_start()) {
+    if (started(row.record) && row.record.start < explainers.front().last_start()) {
       throw InputError((run_.folder() / "jobs.csv").string(), static_cast<std::int64_t>(row.line),
                        "the job is not in the order of starts", "keep the order of the rows");
     }
-    explainer.add(row.record);
+    for (Explainer& explainer : explainers) explainer.add(row.record);
   });
-  if (current) explainer.end();
-  subject_.missing = explainer.missing() + younger_;
-  if (explainer.missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
+  if (current) std::ranges::for_each(explainers, &Explainer::end);
 }
 
 }  // namespace hotpath::explain

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -29,11 +30,23 @@ class StoredOutputs {
   /// Explains these outputs. Throws UsageError if none of their jobs is in the trace, InputError.
   void explain(const std::vector<Output>& outputs, const Explainer::Use& use);
 
+  /// Explains the counted jobs with the largest response times of every task, at most `most` of each, and
+  /// reads the jobs twice for all tasks. Throws as the constructor and explain() do.
+  static void explain_tasks(const results::StoredRun& run, const std::string& executor, std::size_t most,
+                            const std::function<void(TaskId, const Explanation&)>& use);
+
  private:
+  /// Without a target.
+  StoredOutputs(const results::StoredRun& run, const std::string& executor,
+                std::optional<std::uint32_t> repetition);
   void choose_target(const Options& options);
   [[nodiscard]] bool selected(std::string_view executor, std::uint32_t repetition) const;
   void read_chains();
   void read_responses();
+  /// `use` gets the counted jobs of all tasks.
+  void for_each_response(const std::function<void(TaskId, const Output&)>& use) const;
+  /// Passes the jobs to all of them.
+  void pass_jobs(std::deque<Explainer>& explainers) const;
   [[nodiscard]] RepetitionFacts facts_of(std::uint32_t repetition,
                                          std::unique_ptr<ExecutionTimes>& times) const;
   [[nodiscard]] std::vector<results::SlowPeriod> slow_periods(std::uint32_t repetition) const;

@@ -2,6 +2,7 @@
 """Common style of all figures: colours, fonts, panels, legends."""
 
 import io
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -39,29 +40,40 @@ def colour_of(executor: str) -> str:
     return known.colour if known else FAINT
 
 
-# Colours of the causes of a latency: those of Okabe and Ito, which the colour-blind tell apart.
+# Colours of the causes of a latency: those of Okabe and Ito, and three more that the colour-blind tell
+# apart from them (test_palette.py).
 CAUSES = {
     "running": "#0072b2",
     "join": "#cc79a7",
     "executor": "#e69f00",
     "older_sample": "#d55e00",
     "snapshot": "#f0e442",
-    "overhead": "#999999",
+    "overhead": "#cacaca",
     "delivery": "#56b4e9",
     "displaced": "#009e73",
-    "withheld": "#c9b8e8",
+    "withheld": "#c055f6",
     "unexplained": "#ffffff",
 }
 # Dashes of curves, in points: with the label, they tell executors apart without colour.
 DASHES: list[list[int]] = [[], [8, 3], [2, 3], [8, 3, 2, 3], [14, 4], [4, 2, 1, 2], [10, 2, 2, 2, 2, 2]]
 
 
-def dash_of(executor: str, run: int = 0) -> list[int]:
-    """The executor's dash in curves of the `run`-th run of a figure: neighbours in the registry,
-    whose colours are similar, and runs of one executor differ."""
+def dash_of(executor: str, number: int = 0) -> list[int]:
+    """The executor's dash in curves: neighbours in the registry, whose colours are similar, differ.
+    `number` counts curves of one colour, which differ as well."""
     known = executor_named(executor)
     place = list(registry()).index(known.name) if known else 0
-    return DASHES[(place + 2 * run) % len(DASHES)]
+    return DASHES[(place + 2 * number) % len(DASHES)]
+
+
+def dashes_of(executors: Sequence[str]) -> list[list[int]]:
+    """The dashes of the curves of a figure, in which an executor can occur several times."""
+    seen: Counter[str] = Counter()
+    made = []
+    for executor in executors:
+        made.append(dash_of(executor, seen[colour_of(executor)]))
+        seen[colour_of(executor)] += 1
+    return made
 
 
 def is_narrow(inches: float) -> bool:

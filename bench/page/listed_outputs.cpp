@@ -31,7 +31,7 @@ std::vector<Output> listed(const std::vector<Output>& outputs, std::size_t most)
 
 ListedOutputs::ListedOutputs(const results::StoredRun& run, const std::string& executor,
                              const std::string& chain, std::size_t most)
-    : causes_(explain::kCauses) {
+    : ListedOutputs() {
   explain::Options options;
   options.chain = chain;
   explain::StoredOutputs stored(run, executor, options);

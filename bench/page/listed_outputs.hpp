@@ -17,9 +17,11 @@ namespace hotpath::page {
 [[nodiscard]] std::vector<explain::Output> listed(const std::vector<explain::Output>& outputs,
                                                   std::size_t most);
 
-/// Explained outputs of one chain under one executor, one column of integers per property.
+/// Explained outputs of one chain, or jobs of one task, under one executor, one column of integers per
+/// property.
 class ListedOutputs {
  public:
+  ListedOutputs() : causes_(explain::kCauses) {}
   /// Reads and explains the outputs, of which it keeps at most `most`. Throws as StoredOutputs does.
   ListedOutputs(const results::StoredRun& run, const std::string& executor, const std::string& chain,
                 std::size_t most);
@@ -32,9 +34,9 @@ class ListedOutputs {
   [[nodiscard]] nlohmann::json columns() const;
   /// The time from the origin to the end of the `most` worst outputs, with a margin, by repetition.
   [[nodiscard]] std::map<std::uint32_t, std::vector<Interval>> worst(std::size_t most) const;
+  void add(const explain::Explanation& explanation);
 
  private:
-  void add(const explain::Explanation& explanation);
   [[nodiscard]] std::vector<std::size_t> by_latency() const;
 
   using Column = std::vector<std::int64_t>;

@@ -21,6 +21,7 @@ using nlohmann::json;
 namespace {
 
 constexpr std::size_t kWorst = 10;             // outputs of a chain whose jobs a thinned page keeps
+constexpr std::size_t kMostOfTask = 20;        // explained jobs of a task under an executor
 constexpr std::size_t kMostRows = 20'000'000;  // rows of jobs.csv to read for all chains
 
 /// What part of a page one run may fill.
@@ -72,6 +73,7 @@ class RunData {
     } else {
       add_graph(data);
       add_outputs(data, rows);
+      add_tasks(data, rows);
       const StoredJobs jobs(run_, rows, share_.jobs, std::move(wanted_));
       data["repetitions"] = jobs.repetitions();
       data["jobs"] = {{"started", jobs.started()}, {"kept", jobs.kept()}};
@@ -121,6 +123,37 @@ class RunData {
       notes_.push_back(program::concat("Because of its size, the page leaves out the causes of the last ",
                                        unread, " of ", pairs,
                                        " pairs of chain and executor; `hotpath explain` has them."));
+    }
+  }
+
+  /// The slowest jobs of each task under each executor.
+  void add_tasks(json& data, std::size_t rows) {
+    const std::size_t tasks = run_.tasks().size(), executors = run_.executors().size();
+    const std::size_t most = std::min(kMostOfTask, share_.outputs / (tasks * executors));
+    data["responses"] = json::array();
+    if (!data.contains("graph")) return;
+    if (most == 0 || rows > kMostRows / tasks) {
+      notes_.emplace_back(
+          "Because of its size, the page leaves out the causes of response times of tasks; "
+          "`hotpath explain --task` has them.");
+      return;
+    }
+    try {
+      for (const std::string& executor : run_.executors()) {
+        std::vector<ListedOutputs> listed(tasks);
+        explain::StoredOutputs::explain_tasks(
+            run_, executor, most,
+            [&](TaskId task, const explain::Explanation& explanation) { listed[task].add(explanation); });
+        for (TaskId task = 0; task < tasks; ++task) {
+          listed[task].keep_parts(share_.parts / (tasks * executors));
+          json columns = listed[task].columns();
+          columns["task"] = task;
+          columns["executor"] = executor;
+          data["responses"].push_back(std::move(columns));
+        }
+      }
+    } catch (const program::UsageError& error) {
+      notes_.push_back(program::concat("The page shows no causes of response times: ", error.what()));
     }
   }
 

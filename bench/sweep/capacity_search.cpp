@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <map>
 
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
@@ -43,9 +44,38 @@ setup::Limits limits_of(Over over) {
   return over == Over::load ? setup::kLoads : over == Over::rate ? setup::kRates : setup::kCopies;
 }
 
+/// What a tried level measured, for figures.
+struct Measured {
+  results::LatencySummary latency;  ///< Hot-path latency of the chain with the largest one.
+  MeasuredRow row;                  ///< Of any chain: losses and deadlines of the executor.
+};
+
+/// The columns of text_of().
+constexpr const char* kMeasuredOfLevel =
+    "p99_ms,p99_low_ms,p99_high_ms,worst_ms,worst_low_ms,worst_high_ms,lost,deadline_overruns,response_share_"
+    "max";
+
+std::string text_of(const Measured& m) {
+  std::string text;
+  const auto add = [&](const std::optional<double>& value) {
+    text += value && std::isfinite(*value) ? program::text(",%.6f", *value) : ",";
+  };
+  const auto with_interval = [&](double value, const std::optional<Interval>& interval) {
+    add(value);
+    add(interval ? std::optional(interval->low) : std::nullopt);
+    add(interval ? std::optional(interval->high) : std::nullopt);
+  };
+  with_interval(m.latency.quantiles.p99, m.latency.p99);
+  with_interval(m.latency.quantiles.max, m.latency.max);
+  text += program::concat(",", m.row.lost(), ",", m.row.deadline_overruns);
+  add(m.row.response_share_max);
+  return text;
+}
+
 /// The result for an executor or deployment.
 struct Row {
   std::string label;
+  std::map<double, Measured> levels;  ///< By level; without those whose run failed.
   Capacity measured;
   std::optional<Capacity> analysed;  ///< nullopt: no method bounds it.
 };
@@ -114,11 +144,15 @@ class CapacitySearch {
     const simulated::Options first = one(name, deployment, levels_.low);
     const Graph graph = setup::graph_to_run(first);
     const std::string label = setup::executors_to_run(first, graph, make_tasks(graph)).front().label;
+    std::map<double, Measured> measured;
     const auto failure = [&](double level) {
       std::cerr << label << ": " << to_string(options_.over) << " " << level << std::flush;
       std::string why;
       try {
-        why = required_.failure(measured_rows(measure(one(name, deployment, level))), label);
+        const results::Summary summary = measure(one(name, deployment, level));
+        const std::vector<MeasuredRow> rows = measured_rows(summary);
+        why = required_.failure(rows, label);
+        if (!rows.empty()) measured[level] = {slowest(summary.executors.front()), rows.front()};
       } catch (const program::OverloadError& error) {
         why = error.what();
       } catch (const program::RunError& error) {
@@ -127,8 +161,19 @@ class CapacitySearch {
       std::cerr << (why.empty() ? " holds" : ": " + why) << "\n";
       return why;
     };
-    rows_.push_back({label, find_capacity(levels_, options_.coarse, failure), std::nullopt});
+    Capacity found = find_capacity(levels_, options_.coarse, failure);
+    rows_.push_back({label, std::move(measured), std::move(found), std::nullopt});
     if (!deployment) rows_.back().analysed = analyse(name);
+  }
+
+  /// Of the chain with the largest hot-path latency; empty quantiles without chains.
+  static results::LatencySummary slowest(const results::ExecutorSummary& executor) {
+    results::LatencySummary most;
+    for (const results::ChainSummary& chain : executor.chains) {
+      const Quantiles& q = chain.hot_path.quantiles;
+      if (q.n > 0 && !(q.max <= most.quantiles.max)) most = chain.hot_path;
+    }
+    return most;
   }
 
   results::Summary measure(const simulated::Options& options) const {
@@ -234,21 +279,23 @@ class CapacitySearch {
     program::create_folder(folder_);
     program::write_whole_file(folder_ / "capacity.md", page + "\n" + confidence() + "\n");
     program::write_whole_file(folder_ / "levels.csv", [&](std::ostream& out) {
-      out << "executor,source," << over << ",holds,capacity,why\n";
+      out << "executor,source," << over << ",holds,capacity,why," << kMeasuredOfLevel << "\n";
       for (const Row& row : rows_) {
-        write_levels(out, row.label, options_.live ? "live" : "simulated", row.measured);
-        if (row.analysed) write_levels(out, row.label, "analysis", *row.analysed);
+        write_levels(out, row, options_.live ? "live" : "simulated", row.measured);
+        if (row.analysed) write_levels(out, row, "analysis", *row.analysed);
       }
     });
     program::draw_figure("capacity", folder_);
     std::cout << "\nResults: " << folder_.string() << "\n";
   }
 
-  void write_levels(std::ostream& out, const std::string& label, const char* source,
-                    const Capacity& c) const {
+  void write_levels(std::ostream& out, const Row& row, const char* source, const Capacity& c) const {
     for (const auto& [level, why] : c.tried) {
-      program::write_row(out, label, source, levels_.at(level), why.empty() ? 1 : 0,
-                         level == c.highest ? 1 : 0, program::csv_field(why));
+      const auto measured = row.levels.find(levels_.at(level));
+      const bool has = &c == &row.measured && measured != row.levels.end();
+      out << program::csv_field(row.label) << "," << source << "," << levels_.at(level) << ","
+          << (why.empty() ? 1 : 0) << "," << (level == c.highest ? 1 : 0) << "," << program::csv_field(why)
+          << (has ? text_of(measured->second) : ",,,,,,,,,") << "\n";
     }
   }
 

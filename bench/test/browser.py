@@ -104,3 +104,19 @@ class Browser:
     def close(self) -> None:
         """Ends the browser."""
         self.driver.quit()
+
+
+def opened(test: unittest.TestCase, page: Path, **options: Any) -> Browser:
+    """The browser with a page; closed after the test, which fails if the page made a request or wrote to
+    the console."""
+    browser = Browser(**options)
+    test.addCleanup(browser.close)
+    browser.open(page)
+
+    def check() -> None:
+        test.assertEqual(browser.messages(), [])
+        made = [address for address in browser.requests() if not address.startswith("data:")]
+        test.assertEqual(made, [page.resolve().as_uri()])
+
+    test.addCleanup(check)
+    return browser

@@ -444,6 +444,45 @@ TEST(Overviews, SeparateTheTail) {
                          "is waiting behind slow (earlier event (FIFO))")));
 }
 
+/// The totals of one output with some causes.
+Totals totals_of(std::initializer_list<std::pair<Cause, Duration>> causes) {
+  Totals totals;
+  totals.outputs = 1;
+  for (const auto& [cause, length] : causes) {
+    totals.causes[static_cast<std::size_t>(cause)] = length;
+    totals.latency += length;
+  }
+  return totals;
+}
+
+TEST(Overviews, GiveLongerAndShorterCausesApart) {
+  Overview overview({{0, 0, 10ms}});
+  overview.all = overview.middle = totals_of({{Cause::running, 10ms}, {Cause::snapshot, 15ms}});
+  overview.tail = totals_of({{Cause::running, 10ms}, {Cause::executor, 18ms}, {Cause::join, 2ms}});
+  const TaskSet set;
+  EXPECT_EQ(
+      sentences({set, "default", "chain", "", 0}, overview).back(),
+      "Compared with the median (25.0 ms), the worst 1 % (1 of 1 outputs, on average 30.0 ms) have "
+      "20.0 ms more, of which 18.0 ms (90 %) for waiting for the executor and 2.0 ms (10 %) for waiting "
+      "for a join's other input or timer; and 15.0 ms less for a wait set's snapshot taken too early.");
+}
+
+TEST(Comparisons, GiveSavingsAndLossesApart) {
+  const TaskSet set;
+  Comparison c;
+  c.a = totals_of({{Cause::running, 10ms}, {Cause::executor, 6ms}, {Cause::snapshot, 2ms}});
+  c.b = totals_of({{Cause::running, 10ms}, {Cause::older_sample, 7ms}});
+  const auto told = [&] { return sentences({set, "a", "chain", "", 0}, {set, "b", "chain", "", 0}, c)[1]; };
+  EXPECT_EQ(
+      told(),
+      "It saves 8.0 ms, of which 6.0 ms (75 %) for waiting for the executor and 2.0 ms (25 %) for a wait "
+      "set's snapshot taken too early; it adds 7.0 ms for queued behind an older sample.");
+  c.b = totals_of({{Cause::running, 10ms}});
+  EXPECT_EQ(told(),
+            "It saves 6.0 ms (75 %) of waiting for the executor and 2.0 ms (25 %) of a wait set's snapshot "
+            "taken too early.");
+}
+
 TEST(Comparisons, PairOutputsOfTheSameSourceJob) {
   const auto side = [](std::uint64_t first, Duration latency) {
     ComparedOutputs outputs;

@@ -116,7 +116,7 @@ class HostileNames(CommandTest):
         self.assertIn("has no task", self.printed("validate", run, "--output", "v", codes=(2,))[2])
         self.printed("report", run, codes=(0,))
         self.printed("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
-        gate = ("--junit", "gate.xml", "--markdown", "gate.md")
+        gate = ("--junit", "gate.xml", "--markdown", "gate.md", "--page", "gate")
         self.printed("compare-results", run, run, "--gate", *gate, codes=(0,))
         self.printed("compare-results", run, run, codes=(0,))
         self.assertGreater(self.check_pages(self.folder), 5)

@@ -232,6 +232,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--across-loads": Elsewhere("it needs runs of two loads", "../hotpath_report/test/test_gate.py"),
             "--junit": Changes({"--junit": "gate.xml"}, {"--gate": True}),
             "--markdown": Changes({"--markdown": "gate.md"}, {"--gate": True}),
+            "--page": Changes({"--page": "page"}),
         },
     ),
     "import ctf": (

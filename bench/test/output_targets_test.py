@@ -66,6 +66,7 @@ FOLDERS = {
     ("experiment waters", "--output"): ["experiment", "waters", "--sets", 1000000],
     ("bench", "--output"): ["bench"],
     ("report", "--output"): ["report", "RUN"],
+    ("compare-results", "--page"): ["compare-results", "RUN", "RUN"],
     ("advise", "--output"): ["advise", *LONG],
     ("import ctf", "--output"): ["import", "ctf", "trace"],
     ("import caret", "--output"): ["import", "caret", "architecture.yaml"],
@@ -78,6 +79,7 @@ MARKS = {
     "experiment wcrt-table --output": "wcrt_table.csv",
     "experiment waters --output": "waters.csv",
     "report --output": "report.html",
+    "compare-results --page": "report.html",
     "sweep --output": "sweep.json",
 }
 SWEEP = "command: simulate\nfixed: {executors: default, duration: 1e5}\naxes: {load: [10, 20]}\n"

@@ -10,7 +10,7 @@ import subprocess
 import unittest
 from typing import Any
 
-from browser import MISSING, WEB, Browser
+from browser import MISSING, WEB, Browser, opened
 from hotpath_command import CommandTest, RunFolder
 
 SIMULATED = ("--executors", "default,rm-ro,multi:2,events-ro", "--duration", 4)
@@ -50,6 +50,14 @@ return [...document.querySelectorAll('.account')].map((a) => ({
   text: a.querySelector('ul').innerText,
   parts: [...a.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((c) => c.textContent))}));
 """
+COUNT_CANVASES = """
+window.canvases = 0;
+const make = Document.prototype.createElement;
+Document.prototype.createElement = function (name, ...more) {
+  window.canvases += name === 'canvas';
+  return make.call(this, name, ...more);
+};
+"""
 READ_TIMELINE = """
 const t = hotpathPage.timeline;
 const panel = (p) => ({label: p.series.label, rows: p.rows.map((r) => r.name), shown: p.shown});
@@ -64,17 +72,7 @@ class Page(CommandTest):
         """The browser with the page about runs; closed after the test, which fails if the page made a
         request or wrote to the console."""
         self.accepted("report", *runs, "--output", "page")
-        browser = Browser(**options)
-        self.addCleanup(browser.close)
-        page = self.folder / "page" / "report.html"
-        browser.open(page)
-
-        def check() -> None:
-            self.assertEqual(browser.messages(), [])
-            self.assertEqual(browser.requests(), [page.resolve().as_uri()])
-
-        self.addCleanup(check)
-        return browser
+        return opened(self, self.folder / "page" / "report.html", **options)
 
     def check_curves(self, browser: Browser, run: RunFolder, target: str, latencies: dict[str, Any]) -> None:
         """Compares the curves of a chain or task with {executor: quantiles of summary.json}."""
@@ -119,13 +117,15 @@ class Page(CommandTest):
             self.assertIn(f"{int(row['latencyNs']) / 1e6:.3f} ms", row["text"])
         return listed["rows"]
 
-    def check_output(self, browser: Browser, run: RunFolder, chain: str, place: int) -> None:
+    def check_output(
+        self, browser: Browser, run: RunFolder, name: str, place: int, kind: str = "chain"
+    ) -> None:
         """Clicks an output of the list: its causes are those of `hotpath explain`, and the timeline
         shows the jobs of its path where jobs.csv has them."""
         browser.run("document.querySelectorAll('.outputs .pick')[arguments[0]].click()", place)
         row = browser.run(READ_LIST)["rows"][place]
         series = browser.run("return hotpathPage.store.document.series")[int(row["series"])]
-        words = ("--executor", series["executor"], "--chain", chain, "--repetition", row["repetition"])
+        words = ("--executor", series["executor"], f"--{kind}", name, "--repetition", row["repetition"])
         one = json.loads(self.accepted("explain", run.path, *words, "--sequence", row["sequence"], "--json"))
         account = browser.run(READ_ACCOUNTS)[0]
         self.assertEqual(account["causes"], {name: ns for name, ns in one["causes_ns"].items() if ns > 0})
@@ -164,7 +164,9 @@ class Page(CommandTest):
         for item, part in zip(bar, one["parts"]):
             self.assertAlmostEqual((item["right"] - item["left"]) * per_pixel, part["ns"], delta=1)
         last = jobs[f"{one['path'][-1]['task']} {one['path'][-1]['sequence']}"]
-        self.assertAlmostEqual(instant(bar[-1]["right"]), last.start, delta=1)
+        self.assertAlmostEqual(
+            instant(bar[-1]["right"]), last.start if "chain" in one else last.finish, delta=1
+        )
 
     def check_run(self, browser: Browser, folder: str) -> None:
         """All distributions, and the worst and the last listed output of each chain."""
@@ -180,6 +182,11 @@ class Page(CommandTest):
             of = {e["executor"]: e["tasks"][k]["response_ms"] for e in executors}
             if any(quantiles["n"] > 0 for quantiles in of.values()):
                 self.check_curves(browser, run, task["task"], of)
+                if k % 8 == 0:  # the slowest job, and the tenth
+                    browser.run(CHOOSE_RANGE, "", "")
+                    listed = len(browser.run(READ_LIST)["rows"])
+                    for place in {0, min(9, listed - 1)}:
+                        self.check_output(browser, run, task["task"], place, "task")
 
     def test_a_simulated_run_of_several_executors(self) -> None:
         self.accepted("simulate", *SIMULATED, "--output", "run")
@@ -345,6 +352,27 @@ class Page(CommandTest):
         x, y, sequence = browser.run("return window.place")
         browser.drag(".trend .u-over", (x, y), (x, y))
         self.assertIn(f"of output {sequence}", browser.run(READ_ACCOUNTS)[0]["title"])
+
+    def test_every_plot_is_drawn_once(self) -> None:
+        """Opening a page makes as many canvases as it shows; a second drawing would make another one."""
+        self.accepted("simulate", "--executors", "default,rm-ro", "--duration", 2, "--output", "run")
+        self.accepted("report", "run", "--output", "page")
+        browser = Browser()
+        self.addCleanup(browser.close)
+        browser.command("Page.addScriptToEvaluateOnNewDocument", source=COUNT_CANVASES)
+        browser.open(self.folder / "page" / "report.html")
+        made, shown, timelines = browser.run(
+            "return [canvases, document.querySelectorAll('canvas').length, hotpathPage.timeline.drawings]"
+        )
+        self.assertEqual((made, timelines), (shown, 1))
+        browser.command(
+            "Emulation.setDeviceMetricsOverride", width=900, height=800, deviceScaleFactor=1, mobile=False
+        )
+        widths = "return [document.querySelector('.ecdf canvas').clientWidth, hotpathPage.timeline.drawings]"
+        browser.run("return 0")
+        width, timelines = browser.run(widths)
+        self.assertLess(width, 900)
+        self.assertEqual(timelines, 2)
 
     def test_hostile_names_are_text(self) -> None:
         self.accepted("simulate", "--graph", "sequences", "--executors", "default,rm-ro", "--duration", 2,

@@ -12,6 +12,8 @@ import pandas as pd
 from hotpath_report.comparison import sides
 from hotpath_report.comparison.gate import gate as judge
 from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key
+from hotpath_report.pages import comparison_page
+from hotpath_report.pages.writer import Table
 from hotpath_report.paper.storage import IN_FRAMES, TIMERS_FILE
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference, percent_of
 from hotpath_report.tables import read_json, read_table, text_table, write_output
@@ -79,12 +81,26 @@ def table_of(rows: pd.DataFrame) -> Iterator[str]:
     yield "\n" + ", ".join(f"{n} {word}" for word, n in counts) + f", of {len(rows)} percentiles"
 
 
+def page_table(rows: pd.DataFrame) -> Table:
+    """The same for a page."""
+    names = (" ".join(filter(None, key)) for key in rows[KEYS].to_numpy())
+    cells = [[name, *row] for name, row in zip(names, rows[COLUMNS[6:]].to_numpy())]
+    header = ["", "percentile", "old ms", "new ms", "difference ms", "95 % interval", ""]
+    return Table("Differences", header, cells, numbers=True)
+
+
 def compare_results(
-    old: str, new: str, csv: str | None, gate: bool, across_loads: bool, **outputs: str | None
+    old: str,
+    new: str,
+    csv: str | None,
+    gate: bool,
+    across_loads: bool,
+    page: str | None,
+    **outputs: str | None,
 ) -> int:
     """Prints the differences, or runs the gate; writes the table as CSV. Raises InputError."""
     if gate:
-        return judge(old, new, across_loads, outputs)
+        return judge(old, new, across_loads, outputs | {"page": page})
     folders = Path(old), Path(new)
     before, after = map(sides.read, folders)
     if across_loads:
@@ -99,4 +115,7 @@ def compare_results(
         alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
         if alone:
             print(f"only in {folder}: {', '.join(alone)}")
+    if page:
+        sentences = list(other_differences(*folders))
+        comparison_page.write(Path(page), folders, (before, after), sentences, page_table(rows))
     return 0

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 from hotpath_report.comparison.judgement import ALARM_RATE, POWER, Judgement, judge, percent_text
 from hotpath_report.comparison import sides
 from hotpath_report.comparison.sides import Key
+from hotpath_report.pages import comparison_page
 from hotpath_report.pages.text import render
 from hotpath_report.pages.writer import Table
 from hotpath_report.statistics import Pairing, Samples, median
@@ -30,11 +31,16 @@ def of_hot_paths(samples: Mapping[Key, Samples]) -> dict[Key, Samples]:
     return chains or dict(samples)
 
 
+def worst_first(judgements: Sequence[Judgement]) -> Table:
+    """The comparisons, those that became worse first."""
+    rows = [j.cells() for j in sorted(judgements, key=lambda j: not j.worse)]
+    return Table("Verdicts", HEADER, rows, numbers=True)
+
+
 def markdown(judgements: Sequence[Judgement], old: str, new: str) -> str:
     """Summary for a pull request."""
-    rows = [j.cells() for j in sorted(judgements, key=lambda j: not j.worse)]
     content = {"verdict": verdict(judgements), "power": power(judgements), "old": old, "new": new}
-    return render("gate.md", "md", {**content, "table": Table("", HEADER, rows, numbers=True)})
+    return render("gate.md", "md", {**content, "table": worst_first(judgements)})
 
 
 def junit(judgements: Sequence[Judgement]) -> str:
@@ -99,4 +105,8 @@ def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> 
         write_output(Path(outputs["junit"]), "--junit", junit(judgements))
     if outputs.get("markdown"):
         write_output(Path(outputs["markdown"]), "--markdown", markdown(judgements, old, new))
+    if outputs.get("page"):
+        sentences = [verdict(judgements), power(judgements)]
+        page = Path(outputs["page"])
+        comparison_page.write(page, folders, (before, after), sentences, worst_first(judgements))
     return int(any(j.worse for j in judgements))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
@@ -28,15 +29,11 @@ def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str)
         axes.plot([bound], [y + 0.36], marker="^", color=INK, markersize=6, linestyle="")
 
 
-def draw(folder: str) -> None:
-    """Writes capacity.svg and capacity.png. Raises InputError."""
-    path = Path(folder) / "levels.csv"
-    rows = read_table(path, ["executor", "source", "holds", "capacity"])
-    if rows.empty:
-        raise InputError(f"{path}: no rows, there is nothing to draw")
+def levels(rows: pd.DataFrame, width: float) -> Figure:
+    """A row of marks per executor."""
     over = rows.columns[2]
     executors = list(rows["executor"].unique())
-    figure, (axes,) = style.new_figure(style.WIDE, 0.9 + 0.5 * len(executors))
+    figure, (axes,) = style.new_figure(width, 0.9 + 0.5 * len(executors))
     style.rows_of_labels(axes, executors, xlabel=over)
     for y, executor in enumerate(executors):
         draw_row(axes, y, executor, rows[rows["executor"] == executor], over)
@@ -47,7 +44,17 @@ def draw(folder: str) -> None:
         style.dot("largest level that an analysis accepts", "^"),
     ]
     style.add_key(figure, marks, 4)
+    return figure
+
+
+def draw(folder: str) -> None:
+    """Writes capacity.svg and capacity.png. Raises InputError."""
+    path = Path(folder) / "levels.csv"
+    rows = read_table(path, ["executor", "source", "holds", "capacity"])
+    if rows.empty:
+        raise InputError(f"{path}: no rows, there is nothing to draw")
+    figure = levels(rows, style.WIDE)
     source = "live" if (rows["source"] == "live").any() else "simulated"
-    title = f"Highest {over} that each executor sustains"
+    title = f"Highest {rows.columns[2]} that each executor sustains"
     style.add_title(figure, title, f"{source}; each mark is a tried level")
     style.save(figure, folder, "capacity")

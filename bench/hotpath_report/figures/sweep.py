@@ -2,7 +2,7 @@
 """Figures of `hotpath sweep`: lines with intervals, heat maps and small multiples."""
 
 import math
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -49,9 +49,9 @@ def key(figure: Figure, table: Table) -> None:
     style.add_key(figure, [*handles, style.patch("95 % interval over repetitions", alpha=0.3)], 6)
 
 
-def lines(table: Table) -> Figure:
+def lines(table: Table, width: float = style.WIDE) -> Figure:
     """Median and worst case over x; other axes are pooled."""
-    figure, panels = style.new_figure(style.WIDE, 3.6, 1, 2)
+    figure, panels = style.new_figure(width, 3.6, 1, 2)
     for axes, measure in zip(panels, table.measures):
         draw_lines(axes, table, table.rows, measure)
         axes.set_title(measure.title)
@@ -59,12 +59,12 @@ def lines(table: Table) -> Figure:
     return figure
 
 
-def multiples(table: Table, measure: Measure) -> Figure:
+def multiples(table: Table, width: float = style.WIDE) -> Figure:
     """A small panel per value of the second axis."""
-    axis = table.others[0]
+    axis, measure = table.others[0], table.multiplied
     values = list(table.rows[axis].unique())[:MOST_PANELS]
     columns = min(3, len(values))
-    figure, panels = style.new_figure(style.WIDE, 2.4, math.ceil(len(values) / columns), columns, True)
+    figure, panels = style.new_figure(width, 2.4, math.ceil(len(values) / columns), columns, True)
     for axes, value in zip(panels, values):
         draw_lines(axes, table, table.rows[table.rows[axis] == value], measure)
         axes.set_title(f"{axis} {value}", fontsize=10)
@@ -116,10 +116,10 @@ def write_numbers(axes: Axes, grid: Any, norm: Any) -> None:
         )
 
 
-def heat_map(table: Table) -> Figure:
+def heat_map(table: Table, width: float = style.WIDE) -> Figure:
     """Median, worst case and losses over x and executor."""
     rows = 0.5 + 0.27 * len(table.executors)
-    figure, panels = style.new_figure(style.WIDE, rows, len(table.measures))
+    figure, panels = style.new_figure(width, rows, len(table.measures))
     for axes, measure in zip(panels, table.measures):
         draw_map(axes, table, measure)
     panels[-1].set_xlabel(table.x)
@@ -132,18 +132,9 @@ def heat_map(table: Table) -> Figure:
     return figure
 
 
-def draw(folder: str) -> None:
-    """Writes sweep_lines, sweep_map and, with a second axis, sweep_multiples. Raises InputError."""
-    table = Table(Path(folder))
-    what = ("Latency", "Median, worst case") if table.chain else ("Response times", "Responses, overruns")
-    drawn = [
-        ("sweep_lines", f"{what[0]} over {table.x}", lines(table)),
-        ("sweep_map", f"{what[1]} and losses over {table.x} and executor", heat_map(table)),
-    ]
-    if table.others:
-        measure = table.measures[1] if table.chain else table.measures[0]
-        title = f"{measure.title.capitalize()}, by {table.others[0]}"
-        drawn.append(("sweep_multiples", title, multiples(table, measure)))
-    for name, title, figure in drawn:
+def draw(table: Table, figures: Sequence[tuple[str, str, Callable[[Table], Figure]]], folder: str) -> None:
+    """Writes sweep_NAME.svg and .png for each name, title and function that draws."""
+    for name, title, made in figures:
+        figure = made(table)
         style.add_title(figure, title, table.subtitle())
-        style.save(figure, folder, name)
+        style.save(figure, folder, f"sweep_{name}")

@@ -52,6 +52,8 @@ class Table:
         self.others = [a for a in self.axes if a != self.x]
         self.executors = list(self.rows["executor"].unique())
         self.failed = int(self.rows["failure"].notna().sum())
+        self.what = "Latency" if self.chain else "Response times"
+        self.multiplied = self.measures[1] if self.chain else self.measures[0]  # by the second axis
 
     def points(self, rows: pd.DataFrame, measure: Measure) -> dict[float, Estimate]:
         """{x: quantile over the repetitions with its interval}"""

@@ -87,5 +87,6 @@ def write(folder: str) -> None:
         title=f"Guaranteed bounds of {found['graph']}",
         facts=facts,
         losses=[],
+        made_by="`hotpath analyze`. Every bound: bounds.csv.",
     )
     print(f"\n{Path(folder) / 'report.html'} (and report.md)")

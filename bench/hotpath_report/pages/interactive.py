@@ -70,17 +70,20 @@ def curve(series: int, samples: Samples) -> dict[str, Any]:
 
 def series_of(runs: Sequence[Run], names: Sequence[str]) -> list[dict[str, Any]]:
     """The curves of a page: each executor of each run."""
-    several = len(runs) > 1
-    return [
-        {
-            "run": number,
-            "executor": executor,
-            "label": f"{executor} in {names[number]}" if several else executor,
-            "colour": style.colour_of(executor),
-            "dash": style.dash_of(executor, number),
-        }
+    found = [
+        (number, executor, f"{executor} in {names[number]}" if len(runs) > 1 else executor)
         for number, run in enumerate(runs)
         for executor in run.executors
+    ]
+    return curves_of(found)
+
+
+def curves_of(found: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
+    """The looks of curves, given as number of the run, executor and label."""
+    dashes = style.dashes_of([executor for _, executor, _ in found])
+    return [
+        {"run": run, "executor": executor, "label": label, "colour": style.colour_of(executor), "dash": dash}
+        for (run, executor, label), dash in zip(found, dashes)
     ]
 
 
@@ -131,6 +134,13 @@ def target(measured: Measured, series: list[dict[str, Any]], marks: list[dict[st
         for number, of in enumerate(series)
         if (samples := measured.runs[of["run"]].get(of["executor"]))
     ]
+    return target_of(measured, curves, marks)
+
+
+def target_of(
+    measured: Measured, curves: list[dict[str, Any]], marks: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """The same for curves that are made already."""
     names = {key: getattr(measured, key) for key in ("kind", "name", "title", "measure", "figure")}
     return names | {"curves": curves, "marks": marks}
 
@@ -140,11 +150,12 @@ def slow_periods(run: Run) -> dict[tuple[str, int], list[dict[str, float]]]:
     return {(executor, repetition): periods for executor, repetition, periods in run.slow_repetitions()}
 
 
-def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
-    """Everything that the interactive part shows; web/src/data.ts describes it."""
+def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
+    """Jobs, outputs and causes of stored runs, without distributions."""
+    if not runs:
+        return {"causes": [], "rules": [], "runs": []}
     stored = json.loads(hotpath_command.output_of("report", *(run.folder for run in runs), "--json"))
     data: dict[str, Any] = printable_content(stored)
-    series = series_of(runs, names)
     for run, name, of in zip(runs, names, data["runs"]):
         of |= {"name": name, "source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
         slow = slow_periods(run)
@@ -152,6 +163,13 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
             r["slow"] = slow.get((r["executor"], r["repetition"]), [])
     for cause in data["causes"]:
         cause["colour"] = style.CAUSES[cause["name"]]
+    return data
+
+
+def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
+    """Everything that the interactive part shows; web/src/data.ts describes it."""
+    data = stored_part(runs, names)
+    series = series_of(runs, names)
     data["series"] = series
     bounds = [bounds_of(run) for run in runs]
     data["targets"] = [target(m, series, marks_of(m, runs, bounds, series)) for m in measured]
@@ -162,17 +180,13 @@ def distributions(sources: Sequence[str], measured: Sequence[Measured]) -> dict[
     """As document(), of samples alone: a series for each executor of each source, which has the place
     of a run."""
     executors = [list(dict.fromkeys(e for m in measured for e in m.runs[k])) for k in range(len(sources))]
-    series = [
-        {
-            "run": number,
-            "executor": executor,
-            "label": f"{executor}, {source}",
-            "colour": style.colour_of(executor),
-            "dash": style.dash_of(executor, number),
-        }
-        for number, source in enumerate(sources)
-        for executor in executors[number]
-    ]
+    series = curves_of(
+        [
+            (k, executor, f"{executor}, {source}")
+            for k, source in enumerate(sources)
+            for executor in executors[k]
+        ]
+    )
     runs = [
         {"name": source, "source": source, "executors": names, "tasks": [], "notes": [], "warm_up_ns": 0}
         for source, names in zip(sources, executors)

@@ -198,5 +198,6 @@ def write(folders: Sequence[str], folder: Path) -> None:
         "losses": tables,
         "commands": commands,
         "interactive": interactive.embedded(data),
+        "made_by": "`hotpath report`. Every job: jobs.csv of the run.",
     }
     write_page(folder, "report", made, title=f"Executors on {graphs}", **content)

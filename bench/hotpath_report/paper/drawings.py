@@ -95,8 +95,9 @@ def release_cost(evidence: Evidence, width: float) -> Drawing:
     return Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0]), width), table)
 
 
-def over_load(evidence: Evidence, width: float) -> Drawing:
-    """Hot path over load; the live point at the paper's load comes from the study `autoware`."""
+def load_points(evidence: Evidence) -> dict[tuple[str, str], dict[int, Samples]]:
+    """Hot path over load by source and executor; the live point at the paper's load comes from the study
+    `autoware`."""
     points: dict[tuple[str, str], dict[int, Samples]] = {}
     for (study, source, load, executor), samples in evidence.all_latencies.items():
         papers = (study, source, load) == ("autoware", "live", PAPER_LOAD_PERCENT)
@@ -104,6 +105,12 @@ def over_load(evidence: Evidence, width: float) -> Drawing:
             points.setdefault((source, executor), {})[load] = samples
     if not any(len(found) > 1 for found in points.values()):
         raise Missing
+    return points
+
+
+def over_load(evidence: Evidence, width: float) -> Drawing:
+    """Hot path over load."""
+    points = load_points(evidence)
     table = violins.percentile_table(
         ({"source": source, "executor": executor, "load_percent": load}, samples)
         for (source, executor), found in sorted(points.items())

@@ -16,12 +16,12 @@ import pandas as pd
 from hotpath_report import statistics
 from hotpath_report.errors import Missing
 from hotpath_report.figures.violins import percentile_table
-from hotpath_report.pages import interactive
+from hotpath_report.pages import curves, interactive
 from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import drawings, storage, tables
-from hotpath_report.paper.cells import MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS, duration_text
+from hotpath_report.paper.cells import EXECUTORS, MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS, duration_text
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.findings import LIMITS
@@ -33,6 +33,7 @@ from hotpath_report.samples import GROUPS
 from hotpath_report.statistics import Estimate
 from hotpath_report.tables import make_folder, write_file, write_json
 
+OVER_LOAD = next(item.figure for item in ITEMS if item.draw == "over_load")
 # Figures at the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
 
@@ -135,6 +136,22 @@ def measured(evidence: Evidence) -> list[Measured]:
     return [m for m in made if any(m.runs)]
 
 
+def plots(evidence: Evidence) -> list[dict[str, Any]]:
+    """Median and worst hot-path latency over the load."""
+    made = []
+    with suppress(Missing):
+        points = drawings.load_points(evidence)
+        for p, title in ((0.5, "median hot-path latency (ms)"), (1.0, "worst hot-path latency (ms)")):
+            lines = [
+                (e, f"{e}, {source}", {float(x): s.estimate(p) for x, s in found.items()})
+                for source in SOURCES
+                for e in EXECUTORS["map"]
+                if (found := points.get((source, e)))
+            ]
+            made.append(curves.plot(title, "load in % of one core", curves.lines(lines), OVER_LOAD))
+    return made
+
+
 def percentiles(evidence: Evidence) -> pd.DataFrame:
     """A row per percentile of each distribution, with the cells behind it."""
     found = [(("hot path", *key, ""), samples) for key, samples in sorted(evidence.all_latencies.items())]
@@ -179,7 +196,9 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
         statistics=statistics,
         noisy=NOISY,
         noise_table=noise_table(evidence),
-        interactive=interactive.embedded(interactive.distributions(SOURCES, measured(evidence))),
+        interactive=interactive.embedded(
+            interactive.distributions(SOURCES, measured(evidence)) | {"plots": plots(evidence)}
+        ),
     )
     return verdicts
 

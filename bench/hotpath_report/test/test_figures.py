@@ -340,23 +340,36 @@ class Advice(FigureTest):
         folder = self.folder / "advice"
         folder.mkdir()
         (folder / "advice.json").write_text(text)
+        rows = ["rm-ro,0,c,0,20000000,25000000", "rm-ro,0,c,1,30000000,35000000", "default,0,c,0,30000000,"]
+        (folder / "latencies.csv").write_text("\n".join([CHAINS_HEADER.strip(), *rows]) + "\n")
         return folder
 
     def test_marks_the_current_executor(self) -> None:
         value = {"value": 20.0, "interval": [18.0, 22.0]}
         rows = [
             {"name": name, "median_ms": value, "p99_ms": value, "worst_ms": {"value": 30.0}}
+            | {"overload": "", "description": "", "lost_percent": 0.0, "bound_ms": 40.0}
             for name in ("rm-ro", "default")
         ]
+        rows.append({"name": "static", "overload": "it is too slow"})
         facts = {"graph": "tiny", "chain": "c", "objective": "p99 of c", "now": "default", "draws": 3}
-        folder = self.write_advice(
-            json.dumps(facts | {"seconds": 10, "cores": 2, "ranking": [*rows, {"name": "static"}]})
-        )
+        facts |= {
+            "recommended": "rm-ro",
+            "sentences": ["Take rm-ro."],
+            "causes": [],
+            "change": "",
+            "doubts": [],
+        }
+        facts |= {"requirements_ms": {}, "stored": [], "seconds": 10, "cores": 2, "ranking": rows}
+        folder = self.write_advice(json.dumps(facts))
         result = self.call("advice", folder)
         self.assert_drawn(result, folder, "advice")
         text = (folder / "advice.svg").read_text()
         self.assertIn("default (now)", text)
         self.assertNotIn("static", text)
+        page = (folder / "report.md").read_text()
+        self.assertIn("Take rm-ro.", page)
+        self.assertIn("| static |  |  |  |  |  | it is too slow |", page)
 
     def test_no_advice(self) -> None:
         self.assert_refused(self.call("advice", self.write_advice("{")), "advice.json")

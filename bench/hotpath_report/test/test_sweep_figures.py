@@ -11,8 +11,9 @@ from unittest.mock import patch
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
-from hotpath_report.figures import capacity, sweep
+from hotpath_report.figures import capacity
 from hotpath_report.figures.sweep_table import Table
+from hotpath_report.pages import sweep_page
 
 COLUMNS = "cell,load,phases,repetition,seed,failure,executor,chain,"
 COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_overruns"
@@ -58,16 +59,16 @@ class SweepFigures(unittest.TestCase):
 
     def test_all_figures_are_drawn(self) -> None:
         self.write()
-        sweep.draw(str(self.folder))
+        sweep_page.write(str(self.folder))
         self.write(chain="", axes=("load",))
-        sweep.draw(str(self.folder))
+        sweep_page.write(str(self.folder))
         names = {p.name for p in self.folder.glob("*.svg")}
         self.assertEqual(names, {"sweep_lines.svg", "sweep_map.svg"})
 
     def test_rejects_a_sweep_without_a_numeric_axis(self) -> None:
         self.write(axes=("phases",))
         with self.assertRaisesRegex(InputError, "no numeric axis"):
-            sweep.draw(str(self.folder))
+            sweep_page.write(str(self.folder))
 
     def test_capacity_is_drawn_as_a_bar(self) -> None:
         lines = ["executor,source,load,holds,capacity,why"]

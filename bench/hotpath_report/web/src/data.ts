@@ -1,9 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // The data of the page: a JSON document, deflated and in base64. hotpath computed every number in it.
 
+/** How a curve looks: colour and dash tell it apart. */
+export interface Look {
+  label: string; colour: string; dash: number[];
+}
+
 /** One of the page's curves: an executor of a run. */
-export interface Series {
-  run: number; executor: string; label: string; colour: string; dash: number[];
+export interface Series extends Look {
+  run: number; executor: string;
+}
+
+/** A curve over a quantity, with a value and its interval at each x. */
+export interface Line extends Look {
+  x: number[]; value: number[]; low: (number | null)[]; high: (number | null)[];
+}
+
+export interface Plot {
+  title: string; x: string; log: boolean; lines: Line[];
+  figure: string; // id of the figure that it replaces
 }
 
 /** A distribution at the probabilities `q`, in ms; the last point is the largest sample. */
@@ -45,14 +60,14 @@ export interface StoredRepetition {
 }
 
 export interface StoredOutputs {
-  chain: string; executor: string; outputs: number; missing: number; repetition: number[]; sequence: number[];
+  chain?: string; task?: number; executor: string; outputs: number; missing: number; repetition: number[]; sequence: number[];
   end_ns: number[]; latency_ns: number[]; complete: number[]; causes_ns: number[][]; parts: number[];
   part: Columns; steps: number[]; step: Columns;
 }
 
 export interface Run {
   name: string; source: string; executors: string[]; tasks: Task[]; graph?: Graph;
-  repetitions?: StoredRepetition[]; outputs?: StoredOutputs[]; warm_up_ns: number;
+  repetitions?: StoredRepetition[]; outputs?: StoredOutputs[]; responses?: StoredOutputs[]; warm_up_ns: number;
   jobs?: { started: number; kept: number };
   notes: string[];
 }
@@ -62,7 +77,8 @@ export interface Cause {
 }
 
 export interface Document {
-  causes: Cause[]; rules: string[]; series: Series[]; targets: Target[]; runs: Run[];
+  causes: Cause[]; rules: string[]; series: Series[]; targets: Target[]; runs: Run[]; plots?: Plot[];
+  shown?: number; // curves that are switched on at first
 }
 
 interface ByteStream {
@@ -189,7 +205,10 @@ export class Store {
 
   private ofChain(chain: string, series: number): Output[] {
     const executor = this.document.series[series].executor;
-    const of = (this.run(series).outputs ?? []).find((o) => o.chain === chain && o.executor === executor);
+    return this.explained(series, (this.run(series).outputs ?? []).find((o) => o.chain === chain && o.executor === executor));
+  }
+
+  private explained(series: number, of: StoredOutputs | undefined): Output[] {
     if (!of) return [];
     const firstPart = offsets(of.parts);
     const firstStep = offsets(of.steps);
@@ -213,8 +232,11 @@ export class Store {
 
   private ofTask(name: string, series: number): Output[] {
     const task = this.run(series).tasks.findIndex((t) => t.name === name);
-    const warmUp = this.run(series).warm_up_ns;
+    const { warm_up_ns: warmUp, responses } = this.run(series);
     const list: Output[] = [];
+    const { executor } = this.document.series[series];
+    const slowest = this.explained(series, responses?.find((r) => r.task === task && r.executor === executor));
+    const known = new Map(slowest.map((o) => [`${o.repetition} ${o.sequence}`, o]));
     for (const of of this.repetitions(series)) {
       const jobs = of.replaced ? undefined : this.jobsOf(series, of.repetition);
       for (let i = 0; jobs && i < jobs.size; ++i) {
@@ -222,10 +244,9 @@ export class Store {
         const { repetition } = of;
         const sequence = jobs.sequence[i];
         const end = jobs.end[i];
-        list.push({
-          series, repetition, sequence, end, latency: end - jobs.timestamp[i],
-          causes: null, parts: [], path: [{ task, sequence }],
-        });
+        const { causes, parts } = known.get(`${repetition} ${sequence}`) ?? { causes: null, parts: [] };
+        const latency = end - jobs.timestamp[i];
+        list.push({ series, repetition, sequence, end, latency, causes, parts, path: [{ task, sequence }] });
       }
     }
     return list;

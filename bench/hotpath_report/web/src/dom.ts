@@ -46,12 +46,11 @@ export function onTheme(redraw: () => void): void {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 }
 
-/** Calls `resized` with the width of an element now and whenever it changes. */
-export function onWidth(element: Element, resized: (width: number) => void): void {
-  let last = -1;
+/** Calls `resized` when the width of an element is not the one for which it was drawn. */
+export function onWidth(element: Element, drawn: () => number | undefined, resized: () => void): void {
   new ResizeObserver(() => {
     const width = Math.floor(element.clientWidth);
-    if (width > 0 && width !== last) resized((last = width));
+    if (width > 0 && width !== drawn()) resized();
   }).observe(element);
 }
 

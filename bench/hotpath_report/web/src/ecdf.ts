@@ -3,8 +3,9 @@
 // probabilities, its y axis lies and holds latencies.
 
 import uPlot from "uplot";
+import { axis, Readable, valueRow, withIntervals } from "./curves";
 import type { Curve, Series, Target } from "./data";
-import { h, onTheme, onWidth, percent, swatch, theme } from "./dom";
+import { h, percent, theme } from "./dom";
 
 const BODY = 1.6; // length of the even part of the axis, in decades
 const TICKS = [0, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999, 0.9999, 0.99999, 0.999999];
@@ -21,30 +22,18 @@ export interface Range {
   to: number;
 }
 
-export class Ecdf {
+export class Ecdf extends Readable {
   readonly element = h("div", { class: "ecdf" });
-  private readonly plotted = h("div", {
-    class: "plot", tabindex: 0, role: "application",
-    "aria-roledescription": "cumulative distribution",
-    "aria-describedby": "ecdf-keys",
-  });
-  private readonly tip = h("div", { class: "tip", role: "status", "aria-live": "polite", hidden: true });
-  readonly keys = h("p", { id: "ecdf-keys", class: "faint small" });
-  private plot: uPlot | undefined;
   private target!: Target;
   private shown: Curve[] = [];
   private q: number[] = [];
-  private index = -1; // of the probability under the cursor
   private brushed: Range | null = null;
 
   constructor(private readonly series: Series[], private readonly select: (range: Range, series: number) => void) {
-    this.keys.textContent =
+    super("cumulative distribution", "ecdf-keys",
       "Drag over a range of latencies, or click a curve, to list these outputs. " +
-      "Keys: up and down move along the curves, Enter lists the outputs of this part and the slower ones.";
-    this.element.append(h("div", { class: "holder" }, this.plotted, this.tip), this.keys);
-    this.plotted.addEventListener("keydown", (event) => this.key(event));
-    onWidth(this.plotted, () => this.draw());
-    onTheme(() => this.draw());
+      "Keys: up and down move along the curves, Enter lists the outputs of this part and the slower ones.");
+    this.element.append(this.box, this.keys);
   }
 
   show(target: Target, visible: Set<number>): void {
@@ -89,18 +78,8 @@ export class Ecdf {
 
   private options(width: number, x: number[]): uPlot.Options {
     const ink = theme("ink");
-    const axis = { stroke: theme("faint"), grid: { stroke: theme("grid"), width: 1 }, ticks: { show: false } };
-    const series: uPlot.Series[] = [{}];
-    const bands: uPlot.Band[] = [];
-    this.shown.forEach((curve, i) => {
-      const { colour, dash, label } = this.series[curve.series];
-      const bound = { scale: "y", stroke: "transparent", width: 0, points: { show: false }, spanGaps: true };
-      series.push({ label, scale: "y", stroke: colour, dash, width: 2, points: { show: false }, spanGaps: true });
-      series.push({ ...bound }, { ...bound });
-      bands.push({ series: [3 * i + 3, 3 * i + 2], fill: `${colour}38` });
-    });
     return {
-      width, height: HEIGHT, series, bands,
+      width, height: HEIGHT, ...withIntervals(this.shown.map((curve) => this.series[curve.series]), 0),
       legend: { show: false },
       cursor: { drag: { x: false, y: false, setScale: false }, points: { show: false }, x: false },
       scales: {
@@ -108,15 +87,14 @@ export class Ecdf {
         y: { ori: 0, range: (_, __, max) => [0, 1.05 * Math.max(max, ...this.marksMs())] },
       },
       axes: [
-        {
-          ...axis, side: 3, size: 62,
-          splits: () => [...this.ticks().map(place), x[x.length - 1]],
+        axis({
+          side: 3, size: 62, splits: () => [...this.ticks().map(place), x[x.length - 1]],
           values: () => [...this.ticks().map(percent), "largest"],
-        },
-        {
-          ...axis, side: 2, scale: "y", label: this.target.measure, labelSize: 20, size: 32, space: 56,
+        }),
+        axis({
+          side: 2, scale: "y", label: this.target.measure, labelSize: 20, size: 32, space: 56,
           values: (_, splits) => splits.map((v) => String(Number(v.toPrecision(6)))),
-        },
+        }),
       ],
       hooks: {
         drawAxes: [(u) => this.drawMarks(u, ink)], // below the curves
@@ -138,7 +116,7 @@ export class Ecdf {
     return series === null || this.shown.some((c) => c.series === series);
   }
 
-  private draw(): void {
+  protected draw(): void {
     this.plot?.destroy();
     this.plot = undefined;
     const width = Math.floor(this.plotted.clientWidth);
@@ -183,32 +161,16 @@ export class Ecdf {
     ctx.restore();
   }
 
-  private hover(u: uPlot): void {
-    const { left, top, idx } = u.cursor;
-    if (left === undefined || top === undefined || left < 0 || idx === null || idx === undefined) {
-      if (document.activeElement !== this.plotted) this.tip.hidden = true;
-      return;
-    }
-    this.describe(idx);
+  protected length(): number {
+    return this.q.length;
   }
 
   /** Writes value and interval of each curve at a probability. */
-  private describe(index: number): void {
-    this.index = index;
+  protected describe(index: number): void {
     const q = this.q[index];
-    const head = q < 1 ? `${percent(q)} take at most` : "the largest";
-    const rows = this.rows(index).map(({ curve, at }) => {
-      const s = this.series[curve.series];
-      const { low, high } = { low: curve.low[at], high: curve.high[at] };
-      const interval = low === null || high === null ? "" : ` [${low.toFixed(3)}, ${high.toFixed(3)}]`;
-      return h(
-        "tr", { "data-series": curve.series, "data-q": q, "data-ms": curve.value[at] },
-        h("td", {}, swatch(s.colour, s.dash)), h("th", { scope: "row" }, s.label),
-        h("td", {}, `${curve.value[at].toFixed(3)} ms`), h("td", {}, interval),
-      );
-    });
-    this.tip.replaceChildren(h("b", {}, head), h("table", {}, h("tbody", {}, ...rows)));
-    this.tip.hidden = false;
+    this.tell(index, q < 1 ? `${percent(q)} take at most` : "the largest", this.rows(index).map(({ curve, at }) =>
+      valueRow(this.series[curve.series], `${curve.value[at].toFixed(3)} ms`, curve.low[at], curve.high[at],
+        { "data-series": curve.series, "data-q": q, "data-ms": curve.value[at] })));
   }
 
   /** Selects by mouse: a dragged range, or the outputs between the neighbours on the nearest curve. */
@@ -248,14 +210,7 @@ export class Ecdf {
     this.select({ from, to }, curve.series);
   }
 
-  private key(event: KeyboardEvent): void {
-    const steps: Record<string, number> = { ArrowUp: 1, ArrowRight: 1, ArrowDown: -1, ArrowLeft: -1 };
-    const last = this.q.length - 1;
-    if (event.key in steps) this.describe(Math.min(last, Math.max(0, this.index + steps[event.key])));
-    else if (event.key === "End") this.describe(last);
-    else if (event.key === "Home") this.describe(0);
-    else if (event.key === "Enter" && this.index >= 0) this.selectPart(Infinity, true);
-    else return;
-    event.preventDefault();
+  protected enter(): void {
+    this.selectPart(Infinity, true);
   }
 }

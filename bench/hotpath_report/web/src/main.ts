@@ -3,8 +3,9 @@
 // timelines.
 
 import uplotStyle from "uplot/dist/uPlot.min.css";
+import { legend, Plots } from "./curves";
 import { readDocument, Store, type Output, type Target } from "./data";
-import { h, swatch } from "./dom";
+import { h } from "./dom";
 import { Ecdf, type Range } from "./ecdf";
 import { GraphView } from "./graph";
 import { OutputList } from "./outputs";
@@ -20,6 +21,7 @@ class Page {
   readonly timeline: Timeline;
   readonly trend: Trend;
   readonly graph = new GraphView();
+  readonly plots: Plots | undefined;
   private readonly targets = h("select", { id: "target" });
   private readonly legend = h("fieldset", { class: "legend" });
   private readonly other = h("select", { id: "other" });
@@ -29,26 +31,31 @@ class Page {
   private readonly visible = new Set<number>();
   private moved: { element: Element; home: Comment }[] = [];
   private chosen: Output | null = null;
+  private alone = false; // the user wants one executor in the timeline
 
   constructor(readonly store: Store, root: HTMLElement) {
     this.ecdf = new Ecdf(store.document.series, (range, series) => this.select(range, series));
     this.list = new OutputList(store, (output) => this.pick(output), (range) => this.select(range, -1));
     this.timeline = new Timeline(store);
     this.trend = new Trend(store, (output) => this.pick(output));
-    for (let s = 0; s < Math.min(MOST_AT_FIRST, store.document.series.length); ++s) this.visible.add(s);
+    for (let s = 0; s < Math.min(store.document.shown ?? MOST_AT_FIRST, store.document.series.length); ++s) this.visible.add(s);
     this.fillTargets();
-    this.other.addEventListener("change", () => this.showTimeline());
-    const hasJobs = store.document.runs.some((r) => r.repetitions?.length);
-    const notes = store.document.runs.flatMap((r) => r.notes.map((n) => (store.document.runs.length > 1 ? `${r.name}: ${n}` : n)));
-    root.append(
-      h("h2", { id: "explore-title" }, hasJobs ? "Distributions, outputs and timelines" : "Distributions"),
-      ...notes.map((n) => h("p", { class: "note" }, n)),
-      h("div", { class: "controls" }, h("label", { for: "target" }, "Distribution of "), this.targets),
-      this.legend,
-      h("div", { class: "beside" }, this.ecdf.element, this.violins),
-      this.notes,
-      this.details,
-    );
+    this.other.addEventListener("change", () => {
+      this.alone = this.other.value === "";
+      this.showTimeline();
+    });
+    const { plots, targets, runs } = store.document;
+    const hasJobs = runs.some((r) => r.repetitions?.length);
+    const title = !targets.length ? "Curves" : hasJobs ? "Distributions, outputs and timelines" : "Distributions";
+    const notes = runs.flatMap((r) => r.notes.map((n) => (runs.length > 1 ? `${r.name}: ${n}` : n)));
+    root.append(h("h2", { id: "explore-title" }, title), ...notes.map((n) => h("p", { class: "note" }, n)));
+    root.hidden = false;
+    if (targets.length) {
+      root.append(
+        h("div", { class: "controls" }, h("label", { for: "target" }, "Distribution of "), this.targets),
+        this.legend, h("div", { class: "beside" }, this.ecdf.element, this.violins), this.notes, this.details);
+    }
+    if (plots?.length) root.append(...(targets.length ? [h("h3", {}, "Curves")] : []), (this.plots = new Plots(plots)).element);
     this.details.hidden = !hasJobs;
     if (!hasJobs) this.ecdf.keys.textContent = "On the keyboard, up and down move along the curves.";
     this.details.append(
@@ -57,8 +64,7 @@ class Page {
       h("div", { class: "controls" }, h("label", { for: "other" }, "With the same data under "), this.other),
       this.timeline.element, this.trend.element, this.graph.element,
     );
-    root.hidden = false;
-    this.showTarget();
+    if (targets.length) this.showTarget();
   }
 
   get target(): Target {
@@ -80,20 +86,11 @@ class Page {
   private showTarget(): void {
     const { target } = this;
     this.moveFigure(target.figure);
-    this.legend.replaceChildren(
-      h("legend", { class: "hidden" }, "Executors"),
-      ...target.curves.map((c) => {
-        const s = this.store.document.series[c.series];
-        const toggle = (): void => {
-          if (!this.visible.delete(c.series)) this.visible.add(c.series);
-          this.showVisible();
-        };
-        const box = h("input", { type: "checkbox", checked: this.visible.has(c.series), change: toggle });
-        const runs = c.repetitions > 1 ? `, ${c.repetitions} repetitions` : "";
-        return h("label", { "data-series": c.series, "data-n": c.n }, box, swatch(s.colour, s.dash),
-          h("span", {}, s.label), h("span", { class: "faint" }, `n = ${c.n}${runs}`));
-      }),
-    );
+    const entries = target.curves.map((c) => ({
+      look: this.store.document.series[c.series], data: { "data-series": c.series, "data-n": c.n },
+      more: `n = ${c.n}${c.repetitions > 1 ? `, ${c.repetitions} repetitions` : ""}`,
+    }));
+    this.legend.replaceChildren(h("legend", { class: "hidden" }, "Executors"), ...legend(entries, this.visible, () => this.showVisible()));
     this.showVisible();
   }
 
@@ -121,7 +118,6 @@ class Page {
   }
 
   private select(range: Range, series: number): void {
-
     const all = range.from <= 0 && range.to === Infinity;
     this.ecdf.mark(all ? null : range);
     const found = this.list.show(this.target, series >= 0 ? [series] : this.shown(), range);
@@ -156,7 +152,9 @@ class Page {
       h("option", { value: "" }, "no other executor"),
       ...others.map((s) => h("option", { value: s }, this.store.document.series[s].label)),
     );
+    const pair = this.shown().length === 2 ? others.find((s) => this.visible.has(s)) : undefined;
     if (others.some((s) => String(s) === kept)) this.other.value = kept;
+    else if (pair !== undefined && !this.alone) this.other.value = String(pair);
     const second = this.other.value === "" || !chosen ? null : this.partner(chosen, Number(this.other.value));
     this.timeline.show(target, second ? [chosen, second] : [chosen], series);
     this.list.mark([chosen, second]);

@@ -16,8 +16,7 @@ export class OutputList {
   private readonly series: Series[];
 
   constructor(
-    private readonly store: Store,
-    private readonly pick: (output: Output) => void,
+    private readonly store: Store, private readonly pick: (output: Output) => void,
     private readonly select: (range: Range) => void,
   ) {
     this.series = store.document.series;

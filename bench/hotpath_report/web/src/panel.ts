@@ -21,22 +21,16 @@ export class Panel {
   rows: Row[] = [];
   top = 0;
   readonly shown: Shown[] = [];
-  calls = 0;
   private key = new Int32Array(); // by job: the task or thread that has its row
   private rowOf = new Map<number, number>(); // by key
   private readonly chain: Set<number>;
   private readonly special = new Map<number, string>(); // colours of jobs on the path and ahead of it
 
   constructor(
-    readonly series: Series,
-    readonly jobs: Jobs,
-    readonly output: Output | null,
-    private readonly run: Run,
-    private readonly causes: Cause[],
-    chain: string,
+    readonly series: Series, readonly jobs: Jobs, readonly output: Output | null, private readonly run: Run,
+    private readonly causes: Cause[], chain: string,
   ) {
-    const tasks = run.graph?.chains.find((c) => c.name === chain)?.tasks ?? [];
-    this.chain = new Set(tasks);
+    this.chain = new Set(run.graph?.chains.find((c) => c.name === chain)?.tasks);
     for (const part of output?.parts ?? []) {
       const job = part.behind < 0 ? -1 : jobs.find(part.behind, part.behindSequence);
       if (job >= 0) this.special.set(job, causes[part.cause].colour);
@@ -94,7 +88,6 @@ export class Panel {
 
   draw(ctx: CanvasRenderingContext2D, view: View): void {
     this.shown.length = 0;
-    this.calls = 0;
     const x = (t: number): number => view.left + ((t - view.from) / (view.to - view.from)) * view.width;
     this.drawHead(ctx, view);
     ctx.save();
@@ -140,7 +133,7 @@ export class Panel {
       const top = this.y(k) + 2;
       const height = this.rowHeight - 5;
       let style = "";
-      this.calls += row.draw(view.from, view.to, perPixel, (from, to, share, job) => {
+      row.draw(view.from, view.to, perPixel, (from, to, share, job) => {
         const colour = row.marked || (job >= 0 && this.chain.has(task[job])) ? running : faint;
         const wanted = colour + (colour === faint ? "" : "99");
         if (wanted !== style) ctx.fillStyle = style = wanted;

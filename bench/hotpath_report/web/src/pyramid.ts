@@ -12,11 +12,8 @@ export class Row {
 
   /** `jobs` are positions in `start` and `end`, in order of start. */
   constructor(
-    readonly name: string,
-    readonly jobs: Int32Array,
-    private readonly start: Float64Array,
-    private readonly end: Float64Array,
-    length: number,
+    readonly name: string, readonly jobs: Int32Array, private readonly start: Float64Array,
+    private readonly end: Float64Array, length: number,
     readonly marked: boolean, // all of them belong to the selected chain
   ) {
     const bins = 2 ** Math.ceil(Math.log2(Math.max(2, 4 * jobs.length)));
@@ -48,33 +45,26 @@ export class Row {
     return low;
   }
 
-  /** Draws what is visible in [from, to) with `perPixel` ns in a pixel. Returns the number of calls. */
-  draw(from: number, to: number, perPixel: number, call: Draw): number {
+  /** Draws what is visible in [from, to) with `perPixel` ns in a pixel. */
+  draw(from: number, to: number, perPixel: number, call: Draw): void {
     const first = this.first(from);
     const last = this.first(to);
-    if (last - first < (to - from) / perPixel / 4) {
-      let k = first;
-      for (; k < this.jobs.length && this.start[this.jobs[k]] < to; ++k) {
-        const job = this.jobs[k];
-        call(this.start[job], this.end[job], 1, job);
-      }
-      return k - first;
+    if (last - first >= (to - from) / perPixel / 4) return this.drawBins(from, to, perPixel, call);
+    for (let k = first; k < this.jobs.length && this.start[this.jobs[k]] < to; ++k) {
+      const job = this.jobs[k];
+      call(this.start[job], this.end[job], 1, job);
     }
-    return this.drawBins(from, to, perPixel, call);
   }
 
-  private drawBins(from: number, to: number, perPixel: number, call: Draw): number {
+  private drawBins(from: number, to: number, perPixel: number, call: Draw): void {
     const k = Math.min(this.levels.length - 1, Math.max(0, Math.ceil(Math.log2((2 * perPixel) / this.bin))));
     const bins = this.levels[k];
     const bin = this.bin * 2 ** k;
     const end = Math.min(bins.length, Math.ceil(to / bin));
-    let calls = 0;
     let begin = 0;
     let share = 0;
     const flush = (upTo: number): void => {
-      if (share === 0) return;
-      call(begin * bin, upTo * bin, share / STEPS, -1);
-      ++calls;
+      if (share > 0) call(begin * bin, upTo * bin, share / STEPS, -1);
     };
     for (let b = Math.max(0, Math.floor(from / bin)); b < end; ++b) {
       const rounded = Math.ceil((STEPS * Math.min(bin, bins[b])) / bin);
@@ -84,6 +74,5 @@ export class Row {
       share = rounded;
     }
     flush(end);
-    return calls;
   }
 }

@@ -17,6 +17,7 @@ export class Timeline {
   readonly element = h("section", { class: "timeline", "aria-label": "Timeline" });
   panels: Panel[] = [];
   drawMs = 0; // script time of the last drawing
+  drawings = 0;
   private readonly canvas = h("canvas", {
     tabindex: 0, role: "application", "aria-roledescription": "timeline", "aria-describedby": "timeline-keys",
   });
@@ -27,6 +28,7 @@ export class Timeline {
   private readonly view: View = { from: 0, to: 1, left: 200, width: 800 };
   private length = 1; // of the repetition, in ns
   private pending = false;
+  private width = 0; // of the last drawing
 
   constructor(private readonly store: Store) {
     const option = (value: RowsOf, text: string): HTMLElement => h("option", { value }, text);
@@ -47,7 +49,7 @@ export class Timeline {
       this.note, this.causes,
     );
     this.listen();
-    onWidth(this.element, () => this.request());
+    onWidth(this.element, () => this.width, () => this.request());
     onTheme(() => this.request());
   }
 
@@ -110,15 +112,17 @@ export class Timeline {
     if (this.pending) return;
     this.pending = true;
     requestAnimationFrame(() => {
-      this.pending = false;
-      this.draw();
+      if (this.pending) this.draw();
     });
   }
 
   draw(): void {
     const begin = performance.now();
+    this.pending = false;
     const width = Math.floor(this.element.clientWidth);
     if (width === 0 || !this.panels.length) return;
+    this.width = width;
+    ++this.drawings;
     this.view.left = width < 700 ? 110 : 230;
     this.view.width = width - this.view.left - 4;
     let height = AXIS;

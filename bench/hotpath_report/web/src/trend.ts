@@ -2,6 +2,7 @@
 // Latency over time, with the processors' pace and the disturbed intervals below it.
 
 import uPlot from "uplot";
+import { axis } from "./curves";
 import type { Output, Store, StoredRepetition, Target } from "./data";
 import { h, NS_PER_MS, onTheme, onWidth, theme } from "./dom";
 
@@ -25,7 +26,7 @@ export class Trend {
       h("div", { class: "controls" }, h("label", { for: "trend-repetition" }, "Repetition: "), this.choice),
       this.latencies, this.pace, this.text,
     );
-    onWidth(this.latencies, () => this.draw());
+    onWidth(this.latencies, () => this.plots[0]?.width, () => this.draw());
     onTheme(() => this.draw());
   }
 
@@ -72,7 +73,6 @@ export class Trend {
   private scatter(
     width: number, height: number, length: number, label: string, tables: [number[], number[]][], at: HTMLElement,
   ): uPlot {
-    const axis = { stroke: theme("faint"), grid: { stroke: theme("grid"), width: 1 }, ticks: { show: false } };
     const series: uPlot.Series[] = this.visible.map((s) => {
       const { colour, label: name } = this.store.document.series[s];
       return { label: name, stroke: colour, paths: () => null, points: { show: true, size: 4, fill: colour, width: 0 } };
@@ -83,7 +83,7 @@ export class Trend {
         width, height, legend: { show: false },
         cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
         scales: { x: { time: false, range: [0, length] }, y: { range: (_, __, max) => [0, 1.08 * (max || 1)] } },
-        axes: [{ ...axis, values: (_, splits) => splits.map((v) => `${v} s`) }, { ...axis, size: 58, label, labelSize: 20 }],
+        axes: [axis({ values: (_, splits) => splits.map((v) => `${v} s`) }), axis({ size: 58, label, labelSize: 20 })],
         series: [{}, ...series],
         hooks: { drawAxes: [(u) => this.shade(u)], ready: [(u) => this.listen(u)] },
       },

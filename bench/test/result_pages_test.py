@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The interactive pages of `advise`, `sweep`, `capacity` and `compare-results` in headless Chromium: what
+they show is read back and compared with the files of the results."""
+
+import csv
+import json
+import re
+import statistics
+import unittest
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import page_test
+from browser import Browser, opened
+from hotpath_command import CommandTest, RunFolder
+
+# Moves along the curves with the keyboard and reads the tooltip at each position.
+READ_PLOT = """
+const plot = document.querySelector('.plots .plot'), found = [];
+const press = (key) => plot.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+plot.focus();
+press('Home');
+for (let last = null; ;) {
+  const rows = [...document.querySelectorAll('.plots .tip tr')];
+  const head = document.querySelector('.plots .tip b').innerText;
+  if (head === last) return found;
+  for (const r of rows) found.push([r.querySelector('th').innerText, Number(r.dataset.x), r.innerText]);
+  last = head;
+  press('ArrowRight');
+}
+"""
+SWEEP = """command: simulate
+repetitions: 3
+fixed: {graph: autoware, duration: 2, warm-up: 0, executors: [default, rm-ro], phases: random}
+axes:
+  load: [40, 60, 80]
+  cores: [1, 2]
+"""
+MEASURES: dict[str, tuple[str, Callable[[list[float]], float]]] = {
+    "median hot-path latency (ms)": ("hot_path_p50_ms", statistics.median),
+    "worst hot-path latency (ms)": ("hot_path_max_ms", max),
+    "lost: skipped and overwritten": ("lost", max),
+}
+
+
+def values(rows: list[Any]) -> dict[tuple[str, float], float]:
+    """{(executor, x): value} of READ_PLOT."""
+    return {(name, x): float(text.split("\t")[2]) for name, x, text in rows}
+
+
+class Results(CommandTest):
+    """Commands that also write their pages."""
+
+    def setUp(self) -> None:
+        super().setUp()
+        del self.environment["HOTPATH_FIGURES"]
+
+
+class Curves(Results):
+    """Sweeps and searches for a capacity."""
+
+    def rows(self, file: str) -> list[dict[str, str]]:
+        with (self.folder / file).open(newline="") as stream:
+            return list(csv.DictReader(stream))
+
+    def check_plot(self, browser: Browser, title: str, expected: dict[tuple[str, float], float]) -> None:
+        browser.run(page_test.CHOOSE, "curves-of", title)
+        found = values(browser.run(READ_PLOT))
+        self.assertEqual(set(found), set(expected), title)
+        for key, value in expected.items():
+            self.assertAlmostEqual(found[key], value, delta=0.00051, msg=f"{title} {key}")
+
+    def test_of_a_sweep(self) -> None:
+        (self.folder / "sweep.yaml").write_text(SWEEP)
+        self.accepted("sweep", "sweep.yaml", "--output", "swept")
+        rows = [row for row in self.rows("swept/table.csv") if row["chain"] == "hot_path"]
+        browser = opened(self, self.folder / "swept" / "report.html")
+        for title, (column, over_repetitions) in MEASURES.items():
+            for cores, suffix in (("", ""), ("1", ", cores 1"), ("2", ", cores 2")):
+                points: dict[tuple[str, float], list[float]] = {}
+                for row in rows:
+                    if cores in ("", row["cores"]):
+                        key = row["executor"], float(row["load"])
+                        points.setdefault(key, []).append(float(row[column]))
+                expected = {key: over_repetitions(of) for key, of in points.items()}
+                self.check_plot(browser, title + suffix, expected)
+        # An interval encloses its value, and the figure of the same lines is not shown twice.
+        interval = re.compile(r"([\d.]+)\t ?\[([\d.]+), ([\d.]+)\]")
+        browser.run(page_test.CHOOSE, "curves-of", next(iter(MEASURES)))
+        for _, _, text in browser.run(READ_PLOT):
+            value, low, high = map(float, interval.search(text).groups())  # type: ignore[union-attr]
+            self.assertTrue(low <= value <= high)
+        shown = "return ['lines', 'map', 'multiples'].map((id) => document.getElementById(id) !== null)"
+        self.assertEqual(browser.run(shown), [False, True, False])
+        box = "document.querySelector('.plots .legend input').click()"
+        browser.run(box)
+        self.assertEqual({name for name, _, _ in browser.run(READ_PLOT)}, {"rm-ro"})
+        self.assertEqual(browser.violations(), [])
+
+    def test_of_a_capacity(self) -> None:
+        words = ("--executors", "default,rm-ro", "--duration", 1, "--coarse", 3, "--resolution", 20)
+        self.accepted("capacity", *words, "--repetitions", 3, "--output", "levels")
+        rows = [row for row in self.rows("levels/levels.csv") if row["source"] == "simulated"]
+        self.assertGreater(len(rows), 4)
+        browser = opened(self, self.folder / "levels" / "report.html", dark=True)
+        columns = {"p99 of the hot-path latency (ms)": "p99_ms", "worst hot-path latency (ms)": "worst_ms",
+                   "deadline overruns": "deadline_overruns"}  # fmt: skip
+        for title, column in columns.items():
+            of = {(row["executor"], float(row["load"])): float(row[column]) for row in rows if row[column]}
+            self.check_plot(browser, title, of)
+        level = next(row for row in rows if row["executor"] == "rm-ro")
+        run = ("--executors", "rm-ro", "--load", level["load"], "--duration", 1, "--repetitions", 3)
+        self.accepted("simulate", *run, "--phases", "random", "--output", "run")
+        (executor,) = RunFolder(self.folder / "run").summary()["executors"]
+        latency = executor["chains"][0]["hot_path_latency_ms"]
+        self.assertAlmostEqual(float(level["worst_ms"]), latency["max"], delta=1e-5)
+        self.assertAlmostEqual(float(level["p99_ms"]), latency["p99"], delta=1e-5)
+        self.assertEqual(browser.violations(), [])
+
+
+class Distributions(Results):
+    """Advice and comparisons."""
+
+    def curves(self, browser: Browser) -> dict[tuple[str, float], float]:
+        """{(label, probability): ms}"""
+        labels = [of["label"] for of in browser.run("return hotpathPage.store.document.series")]
+        made = {}
+        for number, q, text in browser.run(page_test.READ_CURVES):
+            value = re.search(r"([\d.]+) ms", text)
+            assert value is not None, text
+            made[labels[number], q] = float(value[1])
+        return made
+
+    def check_advice(self, advice: dict[str, Any], browser: Browser, target: str) -> None:
+        """The curves of all candidates have the quantiles and bounds of advice.json."""
+        browser.run(page_test.CHOOSE, "target", target)
+        for _ in browser.run("return [...document.querySelectorAll('.legend input:not(:checked)')]"):
+            browser.run("document.querySelector('.legend input:not(:checked)').click()")
+        found = self.curves(browser)
+        compared = 0
+        for row in advice["ranking"]:
+            if "median_ms" not in row:
+                continue
+            label = row["name"] + (" (now)" if row["name"] == advice["now"] else "")
+            for q, key in ((0.5, "median_ms"), (0.99, "p99_ms"), (1, "worst_ms")):
+                if (label, q) in found:
+                    self.assertAlmostEqual(found[label, q], row[key]["value"], delta=0.00051, msg=label)
+                    compared += 1
+        self.assertGreaterEqual(compared, 2 * len(advice["ranking"]) // 2)
+        bounds = {f"bound of {r['name']}": r["bound_ms"] for r in advice["ranking"] if r.get("bound_ms")}
+        marks = dict(browser.run("return hotpathPage.target.marks.map((m) => [m.label, m.ms])"))
+        limits = advice["requirements_ms"]
+        self.assertEqual(marks.pop("requirement", None), next(iter(limits.values()), None))
+        self.assertEqual(set(marks), set(bounds))
+        for label, bound in bounds.items():
+            self.assertAlmostEqual(marks[label], bound, delta=1e-5)
+
+    def test_of_an_advice(self) -> None:
+        words = ("--executors", "default,rm-ro,events-ro", "--draws", 3, "--duration", 2)
+        out = self.accepted("advise", "autoware", *words, "--output", "advice")
+        folder = self.folder / "advice"
+        advice = json.loads((folder / "advice.json").read_text())
+        browser = opened(self, folder / "report.html")
+        # The current and the recommended one, over each other and one above the other.
+        on = "return [...document.querySelectorAll('.legend label')].filter((l) => l.querySelector('input').checked)"
+        names = browser.run(on + ".map((l) => l.innerText.split('n =')[0].trim())")
+        self.assertEqual(names, [f"{advice['now']} (now)", advice["recommended"]])
+        shown = browser.run(page_test.READ_TIMELINE)["panels"]
+        self.assertEqual({panel["label"] for panel in shown}, set(names))
+        accounts = browser.run(page_test.READ_ACCOUNTS)
+        self.assertEqual(len(accounts), 2)
+        self.assertEqual(*(account["parts"][0][3].split(" ")[-1] for account in accounts))
+        notes = browser.run(
+            "return [...document.querySelectorAll('#explore .notes li')].map((l) => l.innerText)"
+        )
+        self.assertEqual(notes, [" ".join(advice["causes"])])
+        for sentence in advice["causes"]:
+            self.assertIn(sentence, out)
+        self.check_advice(advice, browser, "hot_path")
+        self.check_stored_draws(folder, advice)
+        self.assertEqual(browser.violations(), [])
+
+    def check_stored_draws(self, folder: Path, advice: dict[str, Any]) -> None:
+        """The stored runs are the first draw, and their commands repeat them."""
+        with (folder / "latencies.csv").open(newline="") as stream:
+            rows = [row for row in csv.DictReader(stream) if row["repetition"] == "0"]
+        for name, stored in ((advice["now"], "now"), (advice["recommended"], "recommended")):
+            draw = [int(row["hot_path_latency_ns"]) for row in rows if row["executor"] == name]
+            run = RunFolder(folder / stored / "run")
+            ((_, outputs),) = run.chains().items()
+            self.assertEqual([latency for _, _, latency, _ in outputs], draw)
+            self.assertGreater(len(draw), 10)
+            self.accepted(*run.run["command"], "--output", f"again-{stored}")
+            again = (self.folder / f"again-{stored}" / "jobs.csv").read_bytes()
+            self.assertEqual(again, (folder / stored / "run" / "jobs.csv").read_bytes())
+
+    def test_of_an_advice_with_deployments_and_requirements(self) -> None:
+        words = ("--cores", 2, "--draws", 2, "--duration", 2, "--now", "multi:2", "--for", "hot_path<150")
+        self.accepted("advise", "autoware", *words, "--output", "advice")
+        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
+        browser = opened(self, self.folder / "advice" / "report.html")
+        self.check_advice(advice, browser, "hot_path, end to end")
+        if advice["stored"]:
+            self.check_stored_draws(self.folder / "advice", advice)
+
+    def test_of_a_gate(self) -> None:
+        for name, load in (("old", 80), ("new", 85)):
+            words = ("--executors", "default,rm-ro", "--load", load, "--duration", 2, "--repetitions", 3)
+            self.accepted("simulate", *words, "--phases", "random", "--output", name)
+        ended, out, _ = self.command(
+            "compare-results", "old", "new", "--gate", "--across-loads", "--page", "page"
+        )
+        self.assertEqual(ended, 1)
+        browser = opened(self, self.folder / "page" / "report.html", dark=True)
+        browser.run(page_test.CHOOSE, "target", "hot_path")
+        found = self.curves(browser)
+        for name in ("old", "new"):
+            for executor in RunFolder(self.folder / name).summary()["executors"]:
+                of = executor["chains"][0]["hot_path_latency_ms"]
+                for q, key in ((0.5, "p50"), (1, "max")):
+                    label = f"{executor['executor']} in {name}"
+                    self.assertAlmostEqual(found[label, q], of[key], delta=0.00051)
+        table = "return [...document.querySelectorAll('main > .scroll table')].at(-1).innerText"
+        shown = [line.split("\t") for line in browser.run(table).splitlines() if "\t" in line]
+        self.assertGreater(len(shown), 5)
+        for row in shown[1:]:
+            self.assertIn(" ".join(row[:3]), " ".join(out.split()))
+        self.assertEqual(shown[1][-1], "WORSE")
+        self.assertEqual(browser.violations(), [])
+        # Without --gate: the table of percentiles.
+        self.accepted("compare-results", "old", "new", "--across-loads", "--page", "page")
+        self.assertIn("beyond noise", (self.folder / "page" / "report.md").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
