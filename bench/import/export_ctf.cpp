@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <set>
 #include <string>
+#include <tuple>
 #include <unordered_set>
 #include <vector>
 
@@ -46,9 +48,51 @@ struct ExportedRun {
   const Graph& graph;
   const GraphTasks& tasks;  ///< With the run's phases.
   Trace trace;
-  std::vector<bool> polled;  ///< By worker: its executor emits events of its waits.
-  bool jazzy = false;        ///< As rclcpp 28 (rcl 9), else as rclcpp 26 (rcl 8).
+  std::vector<bool> polled;                  ///< By worker: its executor emits events of its waits.
+  std::vector<std::vector<int>> processors;  ///< By worker: where it may run; empty or missing: everywhere.
+  bool jazzy = false;                        ///< As rclcpp 28 (rcl 9), else as rclcpp 26 (rcl 8).
   unsigned cores = 1;
+};
+
+/// A simulation does not say on which processor a job ran. This gives each job one on which its
+/// thread may run: the last one of its thread or another one without a running job, otherwise one
+/// whose running job ends later, so that this one preempts it.
+class Processors {
+ public:
+  explicit Processors(const ExportedRun& run) : run_(run), running_(run.cores) {}
+
+  /// In the order of starts.
+  std::int32_t of(const JobRecord& r) {
+    const auto [last, is_new] =
+        last_.try_emplace({r.process, r.worker}, static_cast<int>(r.worker % run_.cores));
+    std::vector<int> allowed(run_.cores);
+    std::iota(allowed.begin(), allowed.end(), 0);
+    if (r.worker < run_.processors.size() && !run_.processors[r.worker].empty())
+      allowed = run_.processors[r.worker];
+    std::erase_if(allowed, [&](int p) { return p >= static_cast<int>(run_.cores); });
+    if (allowed.empty()) allowed = {last->second};
+    const auto own = std::ranges::find(allowed, last->second);
+    if (own != allowed.end()) std::iter_swap(allowed.begin(), own);
+    for (const int p : allowed)
+      std::erase_if(running_[static_cast<std::size_t>(p)],
+                    [&](const JobRecord* other) { return end_of(*other) <= r.start; });
+    const auto runs_nothing = [&](int p) { return running_[static_cast<std::size_t>(p)].empty(); };
+    const auto ends_later = [&](int p) {
+      return end_of(*running_[static_cast<std::size_t>(p)].back()) >= end_of(r);
+    };
+    auto at = std::ranges::find_if(allowed, runs_nothing);
+    if (at == allowed.end()) at = std::ranges::find_if(allowed, ends_later);
+    last->second = at == allowed.end() ? allowed.front() : *at;
+    running_[static_cast<std::size_t>(last->second)].push_back(&r);
+    return last->second;
+  }
+
+ private:
+  static Time end_of(const JobRecord& r) { return r.outcome == Outcome::ran ? r.finish : Time::max(); }
+
+  const ExportedRun& run_;
+  std::vector<std::vector<const JobRecord*>> running_;           // by processor, the innermost last
+  std::map<std::pair<std::uint16_t, std::uint16_t>, int> last_;  // by process and worker
 };
 
 /// The events that ros2_tracing would have recorded: before the run the initialisation of nodes,
@@ -161,19 +205,22 @@ class RunEvents {
     add(created, K::timer_link_node, where, {address(timer, id), address(node, origin.node)});
   }
 
-  /// Adds jobs in the order of starts: at one instant the events of an earlier job come first.
+  /// Adds jobs in the order of starts: at one instant the events of an earlier job come first, and
+  /// before all a job with an older sample, which another job of this instant did not replace.
   void add_jobs() {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)
       if (started(r)) jobs.push_back(&r);
-    std::ranges::stable_sort(jobs, {}, [](const JobRecord* r) {
-      return std::pair(r->start, r->outcome == Outcome::ran ? r->finish : Time::max());
+    std::ranges::stable_sort(jobs, {}, [this](const JobRecord* r) {
+      const bool older = run_.tasks.origin[r->job.task].input && r->job.timestamp < r->start;
+      return std::tuple(r->start, !older, r->outcome == Outcome::ran ? r->finish : Time::max());
     });
     std::map<std::pair<std::uint16_t, std::uint16_t>, const JobRecord*> previous;  // by process and worker
+    Processors processors(run_);
     for (const JobRecord* r : jobs) {
       tracing::Event where = on_main_thread(r->process);
       where.thread += r->worker;
-      where.processor = r->cpu >= 0 ? r->cpu : static_cast<std::int32_t>(r->worker % run_.cores);
+      where.processor = r->cpu >= 0 ? r->cpu : processors.of(*r);
       const JobRecord*& before = previous[{r->process, r->worker}];
       if (r->worker < run_.polled.size() && run_.polled[r->worker]) add_executor_events(*r, before, where);
       before = r;
@@ -252,8 +299,9 @@ void set_threads(const setup::ExecutorSpec& executor, bool simulated, ExportedRu
     const setup::ExecutorSpec& part = setup::parts(executor)[e];
     const std::uint32_t workers = worker_count(*part.entry, part.scheduler);
     exported.polled.insert(exported.polled.end(), workers, emits_waits(part.entry->traits));
-    const auto process = static_cast<std::uint16_t>(executor.deployment->plan.executors[e].process);
-    processes.insert(processes.end(), workers, process);
+    const DeployedExecutor& deployed = executor.deployment->plan.executors[e];
+    processes.insert(processes.end(), workers, static_cast<std::uint16_t>(deployed.process));
+    exported.processors.insert(exported.processors.end(), workers, deployed.processors);
   }
   for (JobRecord& r : exported.trace.jobs) {
     if (simulated && r.worker < processes.size()) r.process = processes[r.worker];
@@ -269,7 +317,7 @@ void export_ctf(const std::string& folder, const std::string& output) {
   run.load(system.tasks.set);
   for (const Trace& trace : run.traces()) {
     const GraphTasks tasks = system.tasks_of(run, trace.executor, trace.repetition);
-    ExportedRun exported{system.graph, tasks, trace, {}, false, run.record().cores()};
+    ExportedRun exported{system.graph, tasks, trace, {}, {}, false, run.record().cores()};
     run.check([&] { set_threads(system.executor(trace.executor), system.simulated, exported); });
     const bool one = run.traces().size() == 1;
     const fs::path to =

@@ -9,6 +9,9 @@ namespace hotpath::imports {
 
 namespace {
 
+/// No wake-up or delivery takes longer.
+constexpr Duration kLong = std::chrono::milliseconds(1);
+
 /// Drives a scheduler whose tasks have their places in the hypothesis's order as ids.
 class Follower {
  public:
@@ -177,16 +180,20 @@ class Follower {
   void judge(const RecordedStep& step, bool possible) {
     using Of = Agreement::Of;
     Of of = possible ? Of::yes : Of::no;
+    bool plain = false;
     if (possible && preferred_ != kNoTask) {
       const TaskId preferred = tasks_[preferred_];
       const std::vector<Time>& ready = recorded_.ready[preferred];
       const Time at = started_[preferred] < ready.size() ? ready[started_[preferred]] : Time::min();
-      of = at > std::max(step.free, step.ready) ? Of::open : Of::no;
+      const Time decided = std::max(step.free, step.ready);
+      of = at > decided ? Of::open : Of::no;
+      plain = of == Of::no && at < decided - kLong;
       for (const TaskId asked : asked_)
         if (counts_ && of == Of::no) ++agreement_.before[{step.task, tasks_[asked]}];
     }
     if (counts_ && of == Of::no) ++agreement_.contradictions;
     agreement_.decisions.push_back(of);
+    agreement_.plain.push_back(plain);
     agreement_.preferred.push_back(preferred_ == kNoTask ? kNoTask : tasks_[preferred_]);
   }
 

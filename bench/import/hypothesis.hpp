@@ -41,6 +41,9 @@ struct Agreement {
   };
   std::vector<Of> decisions;      ///< By start.
   std::vector<TaskId> preferred;  ///< By start: the task that the scheduler would have run; kNoTask: none.
+  /// By start: the scheduler would have run a job that had been ready for long, so that no delay of
+  /// wake-ups or deliveries explains the contradiction.
+  std::vector<bool> plain;
   std::size_t contradictions = 0;
   /// How often the first task ran while the scheduler had the second one ahead of it.
   std::map<std::pair<TaskId, TaskId>, std::uint32_t> before;

@@ -9,6 +9,7 @@
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "import/chain_option.hpp"
+#include "import/distinguishing_load.hpp"
 #include "import/recognition_text.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -406,6 +407,11 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
   for (std::string& note : delivery_notes(recording.system, recording.deliveries))
     recording.graph.notes.push_back(std::move(note));
   Interpretations all = best_interpretation(recording, findings.labels);
+  Recognition& first = recording.recognitions.front();
+  if (recording.recognitions.size() == 1 && first.verdict == Verdict::undecided)
+    first.remedy = distinguishing_load(all.best.graph, all.best.tasks, first.names(),
+                                       recording.executors.executors.front().threads.size())
+                       .sentence();
   for (const Recognition& recognition : recording.recognitions) {
     if (!recording.given.empty() || recognition.verdict != Verdict::none_fits) continue;
     all.best.check.light = std::max(all.best.check.light, Light::yellow);

@@ -25,6 +25,9 @@ constexpr double kLeastNoise = 0.02, kMostNoise = 0.3;
 const double kDecisive = std::log(1000);
 constexpr double kDeviations = 2.5;
 constexpr std::size_t kKinds = 2;
+/// Decisions of one kind suffice if there are so many that timing cannot explain, and if the best
+/// hypothesis has the agreement kExact.
+constexpr std::size_t kPlain = 20;
 /// A trace does not show when a thread that polls a shared wait set noticed a ready entity: such executors
 /// are distinguished only by a difference in agreement above kUnseen; executors that release timers only
 /// if no hypothesis has the agreement kExact.
@@ -139,11 +142,14 @@ class Recogniser {
       const Agreement& other = decisions_[score.number];
       std::set<std::pair<TaskId, TaskId>> kinds;
       score.against = score.in_favour = 0;
+      score.plain_against = score.plain_in_favour = 0;
       for (std::size_t d = half_; d < of_best.size(); ++d) {
         const bool against = of_best[d] != Of::no && other.decisions[d] == Of::no;
         if (against) kinds.emplace(ran_[d], other.preferred[d]);
         score.against += against;
         score.in_favour += of_best[d] == Of::no && other.decisions[d] != Of::no;
+        score.plain_against += against && other.plain[d];
+        score.plain_in_favour += decisions_[best.number].plain[d] && other.decisions[d] != Of::no;
       }
       score.kinds_against = kinds.size();
       const double difference = static_cast<double>(score.against) - static_cast<double>(score.in_favour);
@@ -168,7 +174,12 @@ class Recogniser {
       return true;
     const double only_one = static_cast<double>(score.against + score.in_favour);
     const double difference = static_cast<double>(score.against) - static_cast<double>(score.in_favour);
-    return score.margin < kDecisive || score.kinds_against < kKinds ||
+    const ExecutorTraits& traits = score.hypothesis.entry->traits;
+    const bool timing_is_seen =
+        !shares_waits(traits) && (traits.timers == TimerHandling::polled || traits.raises_timer_thread);
+    const bool plain = timing_is_seen && best.agreement >= kExact &&
+                       score.plain_against >= kPlain + 2 * score.plain_in_favour;
+    return score.margin < kDecisive || (score.kinds_against < kKinds && !plain) ||
            difference < kDeviations * std::sqrt(only_one);
   }
 

@@ -40,6 +40,7 @@ struct Score {
   /// that repeat their times repeat one decision again and again.
   std::size_t kinds_against = 0;
   std::size_t against = 0, in_favour = 0;  ///< Decisions that only the best, or only this one explains.
+  std::size_t plain_against = 0, plain_in_favour = 0;  ///< Those that timing cannot explain.
 };
 
 struct Contradiction {
@@ -53,6 +54,7 @@ struct Recognition {
   std::size_t leading = 0;                   ///< The first ones, which the recording cannot tell apart.
   std::size_t decisions = 0, contested = 0;  ///< Of the judged part.
   std::optional<Contradiction> breaks;       ///< The first decision that the best does not explain.
+  std::string remedy;  ///< If undecided: the load at which the leading ones would differ, as a sentence.
 
   [[nodiscard]] std::vector<std::string> names() const;  ///< Labels of the leading hypotheses.
 };

@@ -27,12 +27,15 @@ std::string undecided(const Recognition& r, const std::string& names) {
   for (const Score& score : std::span(r.ranking).first(r.leading))
     differing = std::max(differing, score.against + score.in_favour);
   const std::string known = r.contested == 0 ? "No" : program::concat("Only ", r.contested);
-  if (differing == 0 || r.contested < 20)
-    return program::concat(known, " of ", r.decisions,
-                           " judged decisions had a choice, too few to tell executors apart (possible: ",
-                           names, "). Record at a load at which callbacks wait for each other.");
-  return program::concat("The recording does not tell ", names, " apart: they differ in at most ", differing,
-                         " of ", r.contested, " contested decisions.");
+  std::string all =
+      differing == 0 || r.contested < 20
+          ? program::concat(known, " of ", r.decisions,
+                            " judged decisions had a choice, too few to tell executors apart (possible: ",
+                            names, "). Record at a load at which callbacks wait for each other.")
+          : program::concat("The recording does not tell ", names, " apart: they differ in at most ",
+                            differing, " of ", r.contested, " contested decisions.");
+  if (!r.remedy.empty()) all += " " + r.remedy;
+  return all;
 }
 
 }  // namespace
@@ -71,6 +74,7 @@ nlohmann::json recognition_json(const Recognition& r, const RecordedGraph& graph
                        {"only_best_explains", score.against},
                        {"kinds_only_best_explains", score.kinds_against},
                        {"only_this_explains", score.in_favour},
+                       {"only_best_explains_beyond_timing", score.plain_against},
                        {"order_is_fitted", !score.evidence.empty()},
                        {"priorities_are_fitted", score.hypothesis.needs_levels()}});
   }

@@ -15,6 +15,9 @@ struct Meetings {
   std::uint32_t waited = 0;  ///< Became ready during a job of the other thread and began after it.
 };
 
+/// After this time a thread that shares a wait set sleeps, even if its wait began twice.
+constexpr Duration kBeginning = std::chrono::microseconds(500);
+
 /// Few exceptions do not count: threads of the ordinary policy also preempt each other.
 bool is_above(const Meetings& of, const Meetings& other) {
   return of.within > 3 && of.within > 10 * other.within;
@@ -93,6 +96,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   const bool waits_recorded = std::ranges::any_of(window.jobs, [&](const tracing::Job& job) {
     return job.waited && std::ranges::find(executor.threads, job.thread) != executor.threads.end();
   });
+  const bool shares_waits = wait_set && entry.traits.many_workers;
   // A timer's releaser wakes the thread that runs its job.
   const TimerHandling timers = entry.traits.timers;
   const bool two_wake_ups = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
@@ -129,6 +133,8 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
     } else {
       // Another job on the processor delayed it, not the wake-up.
       if (busy_until[job.processor] > timestamp) continue;
+      // The beginning wait noticed it.
+      if (shares_waits && timestamp < window.jobs[last].finish + kBeginning) continue;
       const bool timer = graph.tasks.set[task].kind == TaskKind::timer;
       const Duration late = job.start - timestamp;
       wake_up.push_back(timer && two_wake_ups ? late / 2 : late);

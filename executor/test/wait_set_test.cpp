@@ -155,19 +155,27 @@ TEST(DefaultExecutorAnomaly, ReleasesAreSkippedWhenAWindowIsLongerThanAPeriod) {
   EXPECT_EQ(count(priority, short_period, Outcome::ran), 10U);
 }
 
-class MultiThreadedExecutor : public SingleThreadedExecutor {};
+class MultiThreadedExecutor : public SingleThreadedExecutor {
+ protected:
+  /// The decision at the end of the wait, if one begins that has something to find.
+  Decision decide(Worker worker, Duration now) {
+    const Decision decision = scheduler->decide(worker, at(now));
+    const bool finds = !decision.job && decision.wake_at <= at(now);
+    return finds ? scheduler->decide(worker, at(now)) : decision;
+  }
+};
 
 TEST_F(MultiThreadedExecutor, WorkersShareOneSnapshot) {
   const TaskId a = add_timer(set, 100ms, 0ms);
   const TaskId b = add_timer(set, 100ms, 0ms);
   const TaskId c = add_timer(set, 100ms, 0ms, 1ms);
   start(2);
-  EXPECT_EQ(scheduler->decide(0, at(0ms)).job->task, a);
-  const Job second = *scheduler->decide(1, at(2ms)).job;
+  EXPECT_EQ(decide(0, 0ms).job->task, a);
+  const Job second = *decide(1, 2ms).job;
   EXPECT_EQ(second.task, b);
   EXPECT_EQ(second.release, at(0ms));  // from worker 0's polling point
   scheduler->finished(1, second, at(3ms));
-  EXPECT_EQ(scheduler->decide(1, at(3ms)).job->task, c);
+  EXPECT_EQ(decide(1, 3ms).job->task, c);
 }
 
 TEST_F(MultiThreadedExecutor, MutuallyExclusiveGroupRunsOneJobAtATime) {
@@ -175,33 +183,75 @@ TEST_F(MultiThreadedExecutor, MutuallyExclusiveGroupRunsOneJobAtATime) {
   const TaskId b = add_timer(set, 100ms, 0ms);
   set.tasks[b].group = set.tasks[a].group;
   start(2);
-  const Job running = *scheduler->decide(0, at(0ms)).job;
+  const Job running = *decide(0, 0ms).job;
   EXPECT_EQ(running.task, a);
-  const Decision blocked = scheduler->decide(1, at(1ms));
+  const Decision blocked = decide(1, 1ms);
   EXPECT_FALSE(blocked.job);
   EXPECT_EQ(blocked.wake_at, kNever);  // the wait leaves out busy groups
   const Effect effect = scheduler->finished(0, running, at(9ms));
   EXPECT_EQ(effect.wake, WorkerSet::of(1));  // the interrupt guard condition
-  EXPECT_EQ(scheduler->decide(1, at(9ms)).job->task, b);
+  EXPECT_EQ(decide(1, 9ms).job->task, b);
 }
 
 TEST_F(MultiThreadedExecutor, ReentrantGroupRunsSeveralJobsEvenOfOneTimer) {
   const TaskId a = add_timer(set, 10ms, 0ms);
   set.groups[set.tasks[a].group] = CallbackGroup::reentrant;
   start(2);
-  EXPECT_EQ(scheduler->decide(0, at(0ms)).job->sequence, 0U);
-  EXPECT_EQ(scheduler->decide(1, at(10ms)).job->sequence, 1U);
+  EXPECT_EQ(decide(0, 0ms).job->sequence, 0U);
+  EXPECT_EQ(decide(1, 10ms).job->sequence, 1U);
 }
 
 TEST_F(MultiThreadedExecutor, OnlyOneIdleWorkerWaitsAndHandsTheWaitOn) {
   const TaskId a = add_timer(set, 100ms, 0ms, 10ms);
   start(3);
-  EXPECT_EQ(scheduler->decide(0, at(0ms)).wake_at, at(10ms));
-  EXPECT_EQ(scheduler->decide(1, at(0ms)).wake_at, kNever);  // queues on the wait mutex
-  const Decision decision = scheduler->decide(0, at(10ms));
+  EXPECT_EQ(decide(0, 0ms).wake_at, at(10ms));
+  EXPECT_EQ(decide(1, 0ms).wake_at, kNever);  // queues on the wait mutex
+  const Decision decision = decide(0, 10ms);
   EXPECT_EQ(decision.job->task, a);
   EXPECT_EQ(decision.wake, WorkerSet::of(1));
-  EXPECT_FALSE(scheduler->decide(1, at(10ms)).job);
+  EXPECT_FALSE(decide(1, 10ms).job);
+}
+
+TEST_F(MultiThreadedExecutor, TheSleepingWorkerDecidesBeforeTheOneThatEndsAJob) {
+  const TaskId a = add_timer(set, 100ms, 0ms);
+  const TaskId subscription = add_subscription(set, {a}, 0ms);
+  start(2);
+  const Job running = *decide(0, 0ms).job;
+  EXPECT_FALSE(decide(1, 1ms).job);
+  EXPECT_EQ(scheduler->sample_arrived(subscription, {}, at(4ms)).wake, WorkerSet::of(1));
+  EXPECT_EQ(scheduler->finished(0, running, at(4ms)).wake, WorkerSet::of(1));
+  const Decision ending = decide(0, 4ms);
+  EXPECT_FALSE(ending.job);
+  EXPECT_TRUE(ending.blocked);
+  const Decision decision = decide(1, 5ms);
+  EXPECT_EQ(decision.job->task, subscription);
+  EXPECT_EQ(decision.wake, WorkerSet::of(0));
+}
+
+TEST_F(MultiThreadedExecutor, AWaitFindsWhatArrivesBeforeItsEnd) {
+  const TaskId a = add_timer(set, 100ms, 0ms, 50ms);
+  const TaskId first = add_subscription(set, {a}, 0ms);
+  const TaskId second = add_subscription(set, {a}, 0ms);
+  start(2);
+  scheduler->sample_arrived(second, {}, at(1ms));
+  const Decision begun = scheduler->decide(0, at(1ms));
+  EXPECT_FALSE(begun.job);
+  EXPECT_EQ(begun.wake_at, at(1ms));
+  EXPECT_EQ(begun.waited_for, 3U);
+  scheduler->sample_arrived(first, {}, at(2ms));
+  EXPECT_EQ(scheduler->decide(0, at(2ms)).job->task, first);
+}
+
+TEST_F(MultiThreadedExecutor, AWaitLeavesOutGroupsThatWereBusyAtItsBeginning) {
+  const TaskId a = add_timer(set, 100ms, 0ms);
+  const TaskId subscription = add_subscription(set, {a}, 0ms);
+  set.tasks[subscription].group = set.tasks[a].group;
+  start(2);
+  const Job running = *decide(0, 0ms).job;
+  EXPECT_FALSE(decide(1, 1ms).job);
+  EXPECT_TRUE(scheduler->sample_arrived(subscription, {}, at(2ms)).wake.empty());
+  scheduler->finished(0, running, at(3ms));
+  EXPECT_EQ(decide(1, 3ms).job->task, subscription);  // of a second wait
 }
 
 TEST_F(MultiThreadedExecutor, TheRemedyKeepsBlockedTasksAheadOfTasksFoundLater) {
@@ -210,11 +260,11 @@ TEST_F(MultiThreadedExecutor, TheRemedyKeepsBlockedTasksAheadOfTasksFoundLater) 
   set.tasks[b].group = set.tasks[a].group;
   for (const Blocked blocked : {Blocked::forgotten, Blocked::kept}) {
     OneWorkerFixture::start(2U, blocked);
-    const Job running = *scheduler->decide(0, at(0ms)).job;
+    const Job running = *decide(0, 0ms).job;
     EXPECT_EQ(running.task, a);
-    EXPECT_FALSE(scheduler->decide(1, at(1ms)).job);  // polls: b stays, or is forgotten
-    scheduler->finished(0, running, at(10ms));        // a is due again
-    EXPECT_EQ(scheduler->decide(0, at(10ms)).job->task, blocked == Blocked::kept ? b : a);
+    EXPECT_FALSE(decide(1, 1ms).job);           // polls: b stays, or is forgotten
+    scheduler->finished(0, running, at(10ms));  // a is due again
+    EXPECT_EQ(decide(1, 10ms).job->task, blocked == Blocked::kept ? b : a);
   }
 }
 

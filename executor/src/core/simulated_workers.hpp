@@ -28,6 +28,7 @@ class SimulatedWorkers {
   struct State {
     Step step = Step::asleep;
     bool woken = false;    ///< Woken since its last turn.
+    bool queues = false;   ///< Asleep: it queues for a mutex instead of waiting for an event.
     bool in_pass = false;  ///< Has released timers since it last slept or ran a job.
     bool on_core = false;
     int priority = 0;      ///< Current priority: its own, or inherited from a worker that waits for its lock.
@@ -183,7 +184,7 @@ inline void SimulatedWorkers::wake(Worker w, Time now) {
   State& s = states_[w];
   s.woken = true;
   if (s.step != Step::asleep) return;
-  const Time until = std::min(s.until, now + wake_up_latency_);
+  const Time until = std::min(s.until, now + (s.queues ? Duration{} : wake_up_latency_));
   until <= now ? make_ready(w, now) : sleep_until(w, until);
 }
 

@@ -243,6 +243,7 @@ class Simulation {
     worker.has_job = turn.decision.job.has_value();
     if (worker.has_job) worker.job = of_whole_set(executor, *turn.decision.job);
     worker.wake_at = turn.decision.wake_at;
+    worker.queues = turn.decision.blocked;
     worker.to_wake = turn.decision.wake;
     if (executor.events) count_backlog(worker, turn.released);
     const Duration cost = cost_under_lock(worker, turn);
@@ -260,7 +261,7 @@ class Simulation {
       if (!worker.in_pass) cost += platform_.pass_cost;
       worker.in_pass = true;
     }
-    if (worker.has_job && turn.decision.waited_for > 0) {
+    if (turn.decision.waited_for > 0) {
       const std::uint32_t others = executors_[worker.executor].other_entities;
       cost += platform_.wait_cost + platform_.wait_cost_per_entity * (turn.decision.waited_for + others);
     }

@@ -20,8 +20,8 @@ Decision StaticScheduler::decide(Worker, Time now) {
   if (!decision.job) {
     forget_snapshot();
     const std::uint32_t tasks = poll(now, [](TaskId) { return true; });
-    if (!sleeps_) decision.waited_for = tasks;
     decision.job = next_ready(now);
+    if (!sleeps_ && decision.job) decision.waited_for = tasks;
   }
   sleeps_ = !decision.job;
   if (sleeps_) decision.wake_at = next_timer([](TaskId) { return true; });

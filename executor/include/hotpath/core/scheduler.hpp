@@ -42,6 +42,7 @@ struct Decision {
   /// Number of tasks in the wait set that this decision built and scanned; 0 if the job came from a
   /// snapshot, a queue, or the wait in which the worker slept.
   std::uint32_t waited_for = 0;
+  bool blocked = false;  ///< Without a job: the worker queues for a mutex that a sleeping one keeps.
 };
 
 /// Decides which job runs next and owns the queues. A plain state machine without thread, clock or

@@ -83,6 +83,8 @@ class WaitSet : public Scheduler {
 
   [[nodiscard]] bool group_free(TaskId task) const { return !group_busy_[group(task)]; }
   void free_group(TaskId task) { group_busy_[group(task)] = false; }
+  /// By callback group.
+  [[nodiscard]] const std::vector<bool>& busy_groups() const { return group_busy_; }
 
   /// The earliest next call of the eligible timers.
   template <class Eligible>

@@ -39,8 +39,17 @@ class WaitSetScheduler final : public WaitSet {
   /// The interrupt guard condition ends the wait, so that the next one includes the task.
   WorkerSet joined(TaskId) override { return wait_mutex_.waiting(); }
   std::optional<Job> pick(Time now);
+  /// A worker of several asks again at the end of the wait, because only then rcl_wait looks what is
+  /// ready: samples of other workers arrive meanwhile.
+  Decision begin_wait(Worker worker, Time now);
+  /// Whether the wait set of the sleeping worker has the task.
+  [[nodiscard]] bool is_waited_for(TaskId task) const {
+    const std::uint32_t group = set_.tasks[task].group;
+    return workers().size() == 1 || follows() || (group < left_out_.size() && !left_out_[group]);
+  }
 
   const Blocked blocked_;
+  std::vector<bool> left_out_;  // by callback group: busy when the wait began
   WaitMutex wait_mutex_;
 };
 

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Exports a simulated run of each executor and of each deployment preset as a trace and imports it:
+the import must find the same graph, jobs, losses and outputs, reproduce the run, and name the
+executor."""
+
+import json
+from collections import Counter
+from typing import Any
+
+from hotpath_command import CommandTest, RunFolder
+
+CHAIN = "FrontLidarDriver,RearLidarDriver:ObjectCollisionEstimator"
+MANY_THREADS = ("multi", "cbg")
+# Executors of a deployment's threads, where they are not the default one.
+EXECUTORS = {"picas": "fp-ro"}
+# Many threads of the ordinary policy share each processor. A trace does not show their time slices,
+# so the import does not know how long jobs really ran that overlap on a processor: it finds what
+# ran, but does not reproduce it.
+TIME_SLICED = ("isolated", "cie")
+# The export separates simultaneous events of several processors by a few nanoseconds.
+APART_NS = 100
+
+
+def named(run: RunFolder) -> dict[str, str]:
+    """By task, a name that a run and its import share: node and topic, or node and period."""
+    names = {}
+    for task in run.run["tasks"]:
+        node, _, topic = task["task"].partition("/")
+        names[task["task"]] = f"{node} {task['period_ns'] if task['kind'] == 'timer' else topic}"
+    return names
+
+
+class RoundTrip(CommandTest):
+    def names(self, kind: str) -> list[str]:
+        return [line.split()[0] for line in self.accepted("list", kind).splitlines() if line]
+
+    def imported(self, name: str, *plan: object) -> tuple[Any, RunFolder, RunFolder]:
+        """(content of import.json, the run, its import)"""
+        run, trace, output = (self.folder / f"{name}-{part}" for part in ("run", "trace", "import"))
+        options = ("--graph", "autoware", "--duration", 5, "--warm-up", 0, "--cores", 2, *plan)
+        self.accepted("simulate", *options, "--output", run)
+        self.accepted("export", "ctf", run, "--output", trace)
+        self.accepted("import", "ctf", trace, "--output", output, "--chain", CHAIN)
+        return json.loads((output / "import.json").read_text()), RunFolder(run), RunFolder(output / "run")
+
+    def check(self, facts: Any, run: RunFolder, found: RunFolder, lights: tuple[str, ...]) -> None:
+        self.assertEqual(self.connections(found), self.connections(run))
+        jobs, expected = self.instants(found), self.instants(run)
+        self.assertEqual({k: len(v) for k, v in jobs.items()}, {k: len(v) for k, v in expected.items()})
+        for task, instants in jobs.items():
+            for one, other in zip(instants, expected[task]):
+                self.assertLessEqual(abs(one - other), APART_NS, task)
+        self.assertEqual(self.losses(found), self.losses(run))
+        latencies, outputs = self.latencies(found, "ObjectCollisionEstimator"), self.latencies(run, "hot_path")
+        self.assertGreater(len(outputs), 30)
+        self.assertEqual(len(latencies), len(outputs))
+        for one, other in zip(latencies, outputs):
+            self.assertLessEqual(abs(one - other), APART_NS)
+        self.assertIn(facts["self_check"]["light"], lights, facts["self_check"]["reasons"])
+
+    def connections(self, run: RunFolder) -> Counter[Any]:
+        """How often jobs of a task ran because of a job of another task."""
+        names = named(run)
+        (jobs,) = run.jobs().values()
+        ran = (job for job in jobs if job.outcome == "ran")
+        return Counter((names[job.task], job.parent and names[job.parent[0]]) for job in ran)
+
+    def instants(self, run: RunFolder) -> dict[str, list[int]]:
+        """By task: starts and finishes, relative to the first start."""
+        names = named(run)
+        (jobs,) = run.jobs().values()
+        ran = [job for job in jobs if job.outcome == "ran"]
+        first = min(job.start for job in ran)
+        seen: dict[str, list[int]] = {}
+        for job in ran:
+            seen.setdefault(names[job.task], []).extend((job.start - first, job.finish - first))
+        return {task: sorted(instants) for task, instants in seen.items()}
+
+    def losses(self, run: RunFolder) -> Counter[Any]:
+        """Jobs that did not run, besides those at the end, and timestamps skipped."""
+        names = named(run)
+        lost: Counter[Any] = Counter()
+        (jobs,) = run.jobs().values()
+        for job in jobs:
+            if job.outcome == "overwritten":
+                lost[names[job.task]] += 1
+        for executor in run.summary()["executors"]:
+            for task in executor["tasks"]:
+                lost[names[task["task"]]] += task.get("skipped", 0)
+        return +lost
+
+    def latencies(self, run: RunFolder, chain: str) -> list[int]:
+        (rows,) = run.chains().values()
+        return sorted(row[2] for row in rows if row[0] == chain)
+
+    def test_every_executor(self) -> None:
+        for name in self.names("executors"):
+            executor = f"{name}:2" if name.startswith(MANY_THREADS) else name
+            with self.subTest(executor):
+                plan = ("--executors", executor, "--dispatch-cost-us", 5, "--load", 80)
+                facts, run, found = self.imported(name, *plan)
+                self.check(facts, run, found, ("green",))
+                (recognised,) = [e["recognition"] for e in facts["executors"]]
+                self.assertIn(recognised["verdict"], ("recognised", "tie"), recognised)
+                self.assertIn(executor, recognised["executors"])
+
+    def test_every_deployment(self) -> None:
+        """A thread whose callbacks never wait for each other may be undecided."""
+        for name in self.names("deployments"):
+            with self.subTest(name):
+                plan = ("--deployments", name, "--dispatch-cost-us", 5, "--load", 80)
+                facts, run, found = self.imported(name, *plan)
+                lights = ("green", "yellow", "red") if name in TIME_SLICED else ("green",)
+                self.check(facts, run, found, lights)
+                for executor in facts["executors"]:
+                    recognised = executor["recognition"]
+                    self.assertNotEqual(recognised["verdict"], "none fits", recognised)
+                    self.assertIn(EXECUTORS.get(name, "default"), recognised["executors"])
