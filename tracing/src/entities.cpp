@@ -44,10 +44,10 @@ void Assembler::describe(const Event& e) {
     case K::subscription_init:
       return add_subscription(e);
     case K::rclcpp_subscription_init:
-      rclcpp_subscriptions_[second] = find(subscriptions_, first, kNone);
-      return;
+      return add_rclcpp_subscription(second, find(subscriptions_, first, kNone));
     case K::subscription_callback_added: {
       const std::uint32_t subscription = find(rclcpp_subscriptions_, first, kNone);
+      rclcpp_callbacks_[first] = e.number[1];
       if (subscription != kNone) set_handle(second, subscription);
       return;
     }
@@ -95,6 +95,13 @@ void Assembler::add_subscription(const Event& e) {
   endpoints_.erase({e.process, e.number[2]});
   subscriptions_[{e.process, e.number[0]}] = index;
   rmw_subscriptions_[{e.process, e.number[2]}] = index;
+}
+
+/// rclcpp adds the callback of an intra-process subscription first, and then says whose it is.
+void Assembler::add_rclcpp_subscription(Handle rclcpp, std::uint32_t subscription) {
+  rclcpp_subscriptions_[rclcpp] = subscription;
+  const std::uint64_t callback = find(rclcpp_callbacks_, rclcpp, std::uint64_t{0});
+  if (callback != 0 && subscription != kNone) set_handle({rclcpp.process, callback}, subscription);
 }
 
 Endpoint& Assembler::endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t rmw_handle) {

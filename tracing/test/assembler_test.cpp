@@ -146,6 +146,35 @@ TEST(Assembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
   EXPECT_TRUE(recording.unread.empty());
 }
 
+// In rclcpp's order: the object of an intra-process subscription (24) adds its callback (25) before
+// an event says whose it is.
+TEST(Assembler, IntraProcessCallbacksBelongToTheirSubscription) {
+  Recording recording;
+  recording.make_nodes();
+  recording.tell(K::subscription_init, 9, {40, 2, 43, 1}, {"/b", ""});
+  recording.tell(K::buffer_to_ipb, 10, {31, 32});
+  recording.tell(K::ipb_to_subscription, 11, {32, 24});
+  recording.tell(K::subscription_callback_added, 12, {24, 25});
+  recording.tell(K::rclcpp_subscription_init, 13, {40, 24});
+  recording.tell(K::rclcpp_subscription_init, 14, {40, 42});
+  recording.tell(K::subscription_callback_added, 15, {42, 41});
+  recording.tell(K::ring_buffer_enqueue, 2000, {31, 4});
+  recording.tell(K::ring_buffer_dequeue, 3000, {31, 4});
+  recording.tell(K::callback_start, 3001, {25, 1});
+  recording.tell(K::callback_end, 3002, {25});
+  ASSERT_EQ(recording.jobs.size(), 1U);
+  EXPECT_EQ(recording.jobs[0].ref.callback, 2U);
+  EXPECT_TRUE(recording.jobs[0].has_sample);
+  EXPECT_EQ(recording.assembler.system().reused_handles, 0U);
+  // Another subscription at the same addresses.
+  recording.tell(K::subscription_init, 4000, {50, 1, 53, 1}, {"/a", ""});
+  recording.tell(K::subscription_callback_added, 4001, {24, 25});
+  recording.tell(K::rclcpp_subscription_init, 4002, {50, 24});
+  recording.tell(K::callback_start, 5000, {25, 1});
+  recording.tell(K::callback_end, 5001, {25});
+  EXPECT_EQ(recording.jobs[1].ref.callback, 3U);
+}
+
 TEST(Assembler, CallbacksThatNeverEndCountAsRunning) {
   Recording recording;
   recording.make_nodes();

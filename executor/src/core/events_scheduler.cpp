@@ -23,11 +23,13 @@ EventsScheduler::EventsScheduler(const EventsScheduler& other)
       roles_(other.roles_),
       set_(other.set_),
       unread_(other.unread_),
+      guaranteed_(other.guaranteed_),
       busy_(other.busy_) {}
 
 void EventsScheduler::describe(StateWords& words) const {
   for (const Timer& timer : timers_.timers()) words.add(timer.next_call());
   events_->describe(words);
+  guaranteed_.describe(words);
   for (TaskId id = 0; id < unread_.tasks(); ++id) {
     words.add(unread_.count(id));
     for (std::uint32_t i = 0; hands_deadlines_down() && i < unread_.count(id); ++i) {
@@ -48,18 +50,19 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
   UnreadSamples::Added added = unread_.add(task, sample);
   added.job.release = now;
   events_->push(added.job);
+  if (set_[task].guaranteed) guaranteed_.arrived(task, now);
   return {executors(), added.overwritten};
 }
 
 std::optional<Job> EventsScheduler::next_of(EventsQueue& queue) const {
   if (queue.empty()) return std::nullopt;
-  if (!follows()) return queue.pop();
-  return queue.pop_first([this](const Job& job) { return may_run(job.task); });
+  if (!follows() && timer_management() == 1) return queue.pop();
+  return queue.pop_first([this](const Job& job) { return is_free(job.task) && may_run(job.task); });
 }
 
-Decision EventsScheduler::next_event() {
+Decision EventsScheduler::next_event(Time now) {
   if (events_->empty()) return {};
-  const std::optional<Job> first = timer_management() == 1 ? next_of(*events_) : next_of_free_group();
+  const std::optional<Job> first = next_job(now);
   if (!first) return {};
   Job job = *first;
   if (unread_.is_subscription(job.task)) {
@@ -76,13 +79,20 @@ Decision EventsScheduler::next_event() {
   return {job, kNever, {}};
 }
 
-std::optional<Job> EventsScheduler::next_of_free_group() {
-  std::optional<Job> job =
-      events_->pop_first([this](const Job& j) { return !busy_[set_[j.task].group] && may_run(j.task); });
-  if (job) {
-    const std::uint32_t group = set_[job->task].group;
-    busy_[group] = set_.groups[group] == CallbackGroup::mutually_exclusive;
+std::optional<Job> EventsScheduler::next_job(Time now) {
+  const auto overdue =
+      guaranteed_.overdue(now, [this](TaskId task) { return is_free(task) && may_run(task); });
+  std::optional<Job> job;
+  if (overdue) {
+    job = events_->pop_first([task = *overdue](const Job& j) { return j.task == task; });
+    guaranteed_.started_overdue(now);
+  } else {
+    job = next_of(*events_);
   }
+  if (!job) return job;
+  if (set_[job->task].guaranteed) guaranteed_.started(job->task);
+  const std::uint32_t group = set_[job->task].group;
+  if (timer_management() > 1) busy_[group] = set_.groups[group] == CallbackGroup::mutually_exclusive;
   return job;
 }
 
@@ -121,6 +131,7 @@ void EventsScheduler::remove_task(TaskId task, Time now, const Visitor& dropped)
   if (timer) visit_due(timers_.remove(task), now, dropped);
   visit_unread(unread_, task, dropped);
   unread_.clear(task);
+  guaranteed_.removed(task);
 }
 
 void EventsScheduler::change_task(TaskId task, const std::optional<std::int64_t>& priority,

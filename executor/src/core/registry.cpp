@@ -68,15 +68,19 @@ std::unique_ptr<EventsQueue> make_queue(const TaskSet& set, const Options& optio
 
 template <Policy policy>
 Made make_ro(const TaskSet& set, const Options& options) {
-  return std::make_unique<ReleaseOnlyScheduler>(set, make_queue<policy>(set, options),
-                                                ReleaseOnlyScheduler::Release::all_due,
-                                                options.release_only_workers);
+  auto scheduler = std::make_unique<ReleaseOnlyScheduler>(set, make_queue<policy>(set, options),
+                                                          ReleaseOnlyScheduler::Release::all_due,
+                                                          options.release_only_workers);
+  scheduler->guarantee(options.guaranteed_wait);
+  return scheduler;
 }
 
 template <Policy policy>
 Made make_re(const TaskSet& set, const Options& options) {
-  return std::make_unique<TimerReadyQueueScheduler>(set, make_queue<policy>(set, options),
-                                                    make_queue<policy>(set, options));
+  auto scheduler = std::make_unique<TimerReadyQueueScheduler>(set, make_queue<policy>(set, options),
+                                                              make_queue<policy>(set, options));
+  scheduler->guarantee(options.guaranteed_wait);
+  return scheduler;
 }
 
 // In the golden traces, consecutive jobs of a snapshot are `dispatch` apart. The cost of a wait is

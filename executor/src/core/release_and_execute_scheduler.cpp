@@ -4,7 +4,7 @@
 namespace hotpath {
 
 Decision ReleaseAndExecuteScheduler::decide(Worker worker, Time now) {
-  if (worker == kExecutor) return next_event();
+  if (worker == kExecutor) return next_event(now);
   if (!timers_.due(now)) return {std::nullopt, timers_.next_call(), {}};
   if (!follows()) return {timers_.call_head(now), kNever, {}};
   const auto job = timers_.call_first(now, [this](TaskId timer) { return may_run(timer); });

@@ -15,8 +15,8 @@ Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
   return effect;
 }
 
-Decision ReleaseOnlyScheduler::decide(Worker worker, Time) {
-  if (worker != timer_management()) return next_event();
+Decision ReleaseOnlyScheduler::decide(Worker worker, Time now) {
+  if (worker != timer_management()) return next_event(now);
   return {std::nullopt, timers_.next_call(), {}};
 }
 

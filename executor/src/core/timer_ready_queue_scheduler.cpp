@@ -13,8 +13,8 @@ Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
   return effect;
 }
 
-Decision TimerReadyQueueScheduler::decide(Worker worker, Time) {
-  if (worker == kExecutor) return next_event();
+Decision TimerReadyQueueScheduler::decide(Worker worker, Time now) {
+  if (worker == kExecutor) return next_event(now);
   const std::optional<Job> job = next_of(*timer_ready_);
   return {job, job ? kNever : timers_.next_call(), {}};
 }

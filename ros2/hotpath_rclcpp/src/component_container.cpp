@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // component_container under PriorityExecutor. Parameters and defaults: `executor` (rm-ro),
-// `threads` (1), `priorities` and `graph` (files; none), `learn` (true), `timer_thread` and
-// `executor_threads` (required policies; none).
+// `threads` (1), `priorities`, `graph` and `offsets` (files; none), `learn` (true), `service_wait_ms` (100),
+// `timer_thread` and `executor_threads` (required policies; none).
 #include <limits>
 #include <rclcpp_components/component_manager.hpp>
 
@@ -20,7 +20,10 @@ hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
   options.threads = static_cast<unsigned>(threads);
   options.priorities = node.declare_parameter("priorities", options.priorities);
   options.graph = node.declare_parameter("graph", options.graph);
+  options.offsets = node.declare_parameter("offsets", options.offsets);
   options.learn = node.declare_parameter("learn", options.learn);
+  options.service_wait =
+      std::chrono::milliseconds(node.declare_parameter("service_wait_ms", std::int64_t{100}));
   const std::string timer_thread = node.declare_parameter("timer_thread", "");
   const std::string executor_threads = node.declare_parameter("executor_threads", "");
   if (!timer_thread.empty()) options.timer_thread = timer_thread;

@@ -9,13 +9,6 @@
 
 namespace hotpath {
 
-namespace {
-
-/// Without a new edge for this long, learning counts as complete.
-constexpr Duration kLeastLearning = std::chrono::seconds(2);
-
-}  // namespace
-
 WorkerSet ExecutorDriver::claim(WorkerSet wake) {
   WorkerSet claimed;
   if (alone_ && !wake.empty()) wake = WorkerSet::of(0);
@@ -91,10 +84,10 @@ bool ExecutorDriver::look_after(Lock& lock, Time now, const Refresh& refresh) {
     lock.lock();
     return true;
   }
-  if (learnt_at_ && now - *learnt_at_ > std::max(kLeastLearning, 2 * longest_period_)) {
-    learnt_at_.reset();
+  if (notices_.due(now)) {
+    const Notices::Lines lines = notices_.take(now, schedule_);
     lock.unlock();
-    log_order("Learnt which callbacks publish to which subscriptions");
+    log(lines);
     lock.lock();
     return true;
   }
@@ -116,6 +109,8 @@ bool ExecutorDriver::run_job(Lock& lock, Worker worker, const Job& job, WorkerSe
   entry->pending = false;
   if (entry->events > 0) --entry->events;
   ++running_;
+  const Time start = now();
+  notices_.waited(entry, start - job.timestamp, schedule_.period_of(job.task), start);
   lock.unlock();
   unpark(claimed);
   bool ran = false;

@@ -11,6 +11,7 @@
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/parker.hpp"
 #include "hotpath/live/pi_mutex.hpp"
+#include "notices.hpp"
 #include "schedule.hpp"
 
 namespace hotpath {
@@ -59,9 +60,10 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   /// to a timer: the timer's destructor takes that lock.
   void time_jumped(const std::shared_ptr<Entry>& entry, bool clock_changed);
 
-  void set_priority(const std::shared_ptr<void>& entity, std::int64_t priority);
+  void set_priority(const std::shared_ptr<void>& entity, std::int64_t priority, bool service = false);
   [[nodiscard]] std::vector<std::string> order();
-  void log_order(const char* why);
+  /// Logs warnings about the options.
+  void check_options();
   [[nodiscard]] std::vector<std::string> thread_policies();
   [[nodiscard]] const Setup& setup() const { return schedule_.setup(); }
 
@@ -78,6 +80,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
 
   bool goes_on(const std::atomic_bool& spinning) const { return spinning.load() && !shut_down_.load(); }
   void prepare(Worker worker);
+  static void log(const Notices::Lines& lines);
   void work(Worker worker, std::atomic_bool& spinning, const Refresh& refresh);
   bool keeps_up(Worker worker) { return schedule_.scheduler().workers()[worker] == WorkerRole::executor; }
   /// Upkeep. Any executor worker does it, since the others may run callbacks that wait for it.
@@ -93,7 +96,9 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   bool execute_waitable(const std::shared_ptr<Entry>& entry, rclcpp::Waitable& waitable);
   void sleep(Lock& lock, Worker worker, Time until);
 
-  void schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
+  /// `first`: the first release, if it is known better than rcl's next call.
+  void schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer,
+                      std::optional<Time> first = std::nullopt);
   void retire_timer(const std::shared_ptr<Entry>& entry);
   void after_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer, TimerClock clock,
                    Duration known_period);
@@ -116,7 +121,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   std::vector<std::weak_ptr<Entry>> cancelled_;  ///< Only if rclcpp does not report timer resets.
   std::vector<std::weak_ptr<Entry>> jumped_;     ///< Timers whose simulated time moved.
   Time poll_at_ = kNever;
-  std::optional<Time> learnt_at_;  ///< When the last edge was learnt; reset once it is logged.
+  Notices notices_;
   Duration longest_period_{};
   std::atomic_bool changed_{false}, shut_down_{false};
 };

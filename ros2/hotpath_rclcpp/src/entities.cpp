@@ -40,6 +40,8 @@ Announced announced;
 constexpr std::uint32_t kMostDepth = 256;
 constexpr std::uint32_t kDepthOfOthers = 16;
 
+constexpr std::string_view kParameterEvents = "/parameter_events";
+
 std::uint32_t depth(const rclcpp::QoS& qos) {
   const auto profile = qos.get_rmw_qos_profile();
   if (profile.history == RMW_QOS_POLICY_HISTORY_KEEP_ALL) return kMostDepth;
@@ -71,6 +73,7 @@ std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& e
   entry->id = node ? node->get_fully_qualified_name() : "";
   entry->task.kind = kind == EntryKind::timer ? TaskKind::timer : TaskKind::subscription;
   entry->task.depth = kDepthOfOthers;
+  entry->task.guaranteed = entry->task.kind == TaskKind::subscription && kind != EntryKind::subscription;
   return entry;
 }
 
@@ -216,6 +219,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
           e.topic = s->get_topic_name();
           e.id += "@Subscription(" + e.topic + ")";
           e.task.depth = depth(s->get_actual_qos());
+          e.task.guaranteed = e.topic == kParameterEvents;
           if (const auto waitable = s->get_intra_process_waitable()) {
             subscription_of[waitable] = s;
           }
@@ -248,6 +252,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
           e.topic = intra_process->get_topic_name();
           e.id += "@Subscription(" + e.topic + ")";
           e.task.depth = depth(intra_process->get_actual_qos());
+          e.task.guaranteed = e.topic == kParameterEvents;
           if (const auto s = subscription_of.find(Handle(w)); s != subscription_of.end())
             e.stands_for = s->second;
         });

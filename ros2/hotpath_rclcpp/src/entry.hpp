@@ -23,6 +23,14 @@ struct Group {
 
 enum class EntryKind : std::uint8_t { timer, subscription, service, client, waitable };
 
+constexpr auto enum_texts(EntryKind) {
+  return std::to_array<EnumText<EntryKind>>({{EntryKind::timer, "timer"},
+                                             {EntryKind::subscription, "subscription"},
+                                             {EntryKind::service, "service"},
+                                             {EntryKind::client, "client"},
+                                             {EntryKind::waitable, "waitable"}});
+}
+
 /// How the driver finds out when a timer is due.
 enum class TimerClock : std::uint8_t {
   steady,     ///< It computes the instants; rclcpp reports resets.
@@ -41,12 +49,17 @@ struct Entry {
   std::shared_ptr<Group> group;
   std::weak_ptr<void> stands_for;  ///< The subscription of an intra-process waitable.
 
-  Task task;                                ///< The scheduler's view; timers: with the current period.
-  TaskId number = kNoTask;                  ///< kNoTask: not in the schedule.
-  TaskId ghost = kNoTask;                   ///< Simulated time: the task that passes on the timer's priority.
+  Task task;                ///< The scheduler's view; timers: with the current period.
+  TaskId number = kNoTask;  ///< kNoTask: not in the schedule.
+  /// A task that runs nothing but passes its priority on: to a timer of simulated time, or to a
+  /// service or client with a given place.
+  TaskId ghost = kNoTask;
   std::vector<std::weak_ptr<Entry>> feeds;  ///< Learnt.
   std::deque<int> ready;                    ///< Waitables: ids of ready entities, in order of arrival.
   std::size_t events = 0;  ///< Events in the scheduler's queue, including those of overwritten samples.
+
+  bool from_outside = false;  ///< A sample came from outside this executor.
+  bool waited_long = false;   ///< The log has named it for its waiting time.
 
   TimerClock clock = TimerClock::steady;
   bool pending = false;        ///< Simulated time: released and not started.

@@ -7,6 +7,7 @@
 #include <rclcpp/experimental/subscription_intra_process_base.hpp>
 
 #include "driver.hpp"
+#include "trace_events.hpp"
 
 namespace hotpath {
 
@@ -79,6 +80,7 @@ void ExecutorDriver::prepare(Worker worker) {
     const std::lock_guard lock(mutex_);
     lanes_[worker].policy = obtained;
   }
+  trace::executor_thread(&schedule_, worker, schedule_.scheduler().workers()[worker], obtained);
   if (stays || obtained == wanted.policy) return;
   static std::once_flag told;
   std::call_once(told, [&] {
@@ -100,8 +102,11 @@ void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t co
     if (running.driver == this) {
       info.deadline = running.job.deadline;
       info.parent = running.job.ref();
-      if (schedule_.learn(running.job.task, entry)) learnt_at_ = now;
+      if (schedule_.learn(running.job.task, entry)) notices_.order_changed(now, longest_period_, true);
+    } else if (!entry->topic.empty()) {
+      notices_.came_from_outside(entry, now, longest_period_);
     }
+    info.deadline = schedule_.deadline_of(*entry, info.deadline, now);
     for (; count > 0; --count) {
       if (entry->kind == EntryKind::waitable) entry->ready.push_back(which);
       claimed |= enqueue(entry, info, now);
@@ -117,6 +122,7 @@ WorkerSet ExecutorDriver::enqueue(const std::shared_ptr<Entry>& entry, const Sam
 
 bool ExecutorDriver::execute(const std::shared_ptr<Entry>& entry, const Job& job) {
   const RunningScope scope(this, job);
+  trace::executor_job(&schedule_, job);
   switch (entry->kind) {
     case EntryKind::timer: {
       const auto timer = lock<rclcpp::TimerBase>(*entry);
@@ -158,13 +164,19 @@ bool ExecutorDriver::execute_waitable(const std::shared_ptr<Entry>& entry, rclcp
   return true;
 }
 
-void ExecutorDriver::log_order(const char* why) {
-  std::string order;
-  for (const std::string& text : this->order()) order += "\n  " + text;
-  RCLCPP_INFO(logger(), "%s. Executor %s, callbacks, most urgent first:%s", why, setup().name.c_str(),
-              order.c_str());
-  const std::lock_guard lock(mutex_);
-  for (const std::string& text : schedule_.unmatched()) RCLCPP_WARN(logger(), "%s", text.c_str());
+void ExecutorDriver::log(const Notices::Lines& lines) {
+  if (!lines.info.empty()) RCLCPP_INFO(logger(), "%s", lines.info.c_str());
+  for (const std::string& text : lines.warnings) RCLCPP_WARN(logger(), "%s", text.c_str());
+  for (const std::string& text : lines.order) RCLCPP_DEBUG(logger(), "%s", text.c_str());
+}
+
+void ExecutorDriver::check_options() {
+  Notices::Lines lines;
+  {
+    const std::lock_guard lock(mutex_);
+    lines.warnings = notices_.of_options(schedule_);
+  }
+  log(lines);
 }
 
 std::vector<std::string> ExecutorDriver::order() {
@@ -183,10 +195,10 @@ std::vector<std::string> ExecutorDriver::thread_policies() {
   return texts;
 }
 
-void ExecutorDriver::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority) {
+void ExecutorDriver::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority, bool service) {
   if (!entity) throw std::invalid_argument("set_priority: the entity is a null pointer; pass a valid one");
   const std::lock_guard lock(mutex_);
-  schedule_.set_priority(entity, priority);
+  schedule_.set_priority(entity, priority, service, now());
 }
 
 }  // namespace hotpath

@@ -19,7 +19,7 @@ struct PriorityExecutorParts {
   const std::shared_ptr<ExecutorDriver> driver;
   Entities entities;
   const ExecutorDriver::Refresh refresh;
-  std::atomic_bool order_logged{false};
+  std::atomic_bool options_checked{false};
 };
 
 namespace {
@@ -75,9 +75,9 @@ void PriorityExecutor::begin_to_spin(const char* what) {
 void PriorityExecutor::spin() {
   begin_to_spin("spin()");
   RCPPUTILS_SCOPE_EXIT(spinning.store(false););
-  if (!parts_->order_logged.exchange(true)) {
+  if (!parts_->options_checked.exchange(true)) {
     parts_->entities.refresh();
-    parts_->driver->log_order("Spinning");
+    parts_->driver->check_options();
   }
   parts_->driver->spin(spinning, parts_->refresh);
 }
@@ -155,10 +155,10 @@ void PriorityExecutor::set_priority(const rclcpp::SubscriptionBase::SharedPtr& s
   parts_->driver->set_priority(subscription, priority);
 }
 void PriorityExecutor::set_priority(const rclcpp::ServiceBase::SharedPtr& service, std::int64_t priority) {
-  parts_->driver->set_priority(service, priority);
+  parts_->driver->set_priority(service, priority, true);
 }
 void PriorityExecutor::set_priority(const rclcpp::ClientBase::SharedPtr& client, std::int64_t priority) {
-  parts_->driver->set_priority(client, priority);
+  parts_->driver->set_priority(client, priority, true);
 }
 void PriorityExecutor::set_priority(const rclcpp::CallbackGroup::SharedPtr& group, std::int64_t priority) {
   parts_->driver->set_priority(group, priority);

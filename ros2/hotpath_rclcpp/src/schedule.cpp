@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "hotpath/reference_system/ros_names.hpp"
+#include "trace_events.hpp"
 
 namespace hotpath {
 
@@ -31,6 +32,7 @@ Schedule::Schedule(Setup setup)
       scheduler_(setup_.executor->make(set_, setup_.scheduler)),
       entries_(set_.size()) {
   scheduler_->begin(Time{});
+  trace::executor_init(this, setup_);
 }
 
 std::optional<TaskId> Schedule::in_graph(const Entry& entry) const {
@@ -49,6 +51,11 @@ std::optional<TaskId> Schedule::in_graph(const Entry& entry) const {
   return std::nullopt;
 }
 
+std::optional<Duration> Schedule::offset_of(const Entry& entry) const {
+  const auto ghost = setup_.offsets.empty() ? std::nullopt : in_graph(entry);
+  return ghost ? std::optional(setup_.offsets[*ghost]) : std::nullopt;
+}
+
 std::optional<std::int64_t> Schedule::priority_of(const Entry& entry) const {
   for (const std::weak_ptr<void>& handle :
        {entry.entity, entry.stands_for, std::weak_ptr<void>(entry.group->group)}) {
@@ -61,11 +68,57 @@ std::optional<std::int64_t> Schedule::priority_of(const Entry& entry) const {
   return std::nullopt;
 }
 
+std::optional<Duration> Schedule::place_of(const Entry& entry) const {
+  const bool service = entry.kind == EntryKind::service || entry.kind == EntryKind::client;
+  if (!service || setup_.executor->traits.policy == Policy::fp) return std::nullopt;
+  const auto found = by_hand_.find(entry.entity);
+  return found == by_hand_.end() ? std::nullopt : std::optional(Duration(found->second));
+}
+
+void Schedule::compute_upstream() {
+  if (!std::exchange(stale_, false)) return;
+  const auto shortest = [this](Policy policy, Duration Task::*member) {
+    std::vector<Duration> values;
+    for (const TaskId timer : most_urgent_timers(set_, policy)) {
+      values.push_back(timer == kNoTask || set_[timer].always_due ? Duration{} : set_[timer].*member);
+    }
+    return values;
+  };
+  periods_ = shortest(Policy::rm, &Task::period);
+  deadlines_ = shortest(Policy::dm, &Task::deadline);
+}
+
+Duration Schedule::period_of(TaskId task) {
+  compute_upstream();
+  return task < periods_.size() ? periods_[task] : Duration{};
+}
+
+Time Schedule::deadline_of(const Entry& entry, Time inherited, Time now) {
+  if (setup_.executor->traits.policy != Policy::edf) return inherited;
+  if (const auto place = place_of(entry)) return now + *place;
+  if (inherited != kNever) return inherited;
+  compute_upstream();
+  const Duration deadline = deadlines_[entry.number];
+  return deadline > Duration::zero() ? now + deadline : kNever;
+}
+
+void Schedule::give_place(const std::shared_ptr<Entry>& entry, Time now) {
+  const auto place = place_of(*entry);
+  if (!place || entry->number == kNoTask) return;
+  if (entry->ghost != kNoTask) drop(entry->ghost, now);
+  JoiningTask ghost;
+  ghost.task.kind = TaskKind::timer;
+  ghost.task.local = false;
+  ghost.task.period = ghost.task.deadline = *place;
+  ghost.task.feeds = {entry->number};
+  entry->ghost = add(ghost, now, entry).task;
+}
+
 std::vector<TaskId> Schedule::feeds_of(const Entry& entry) const {
   std::vector<TaskId> feeds;
   for (const std::weak_ptr<Entry>& weak : entry.feeds) {
     const auto fed = weak.lock();
-    if (fed && fed->number != kNoTask) feeds.push_back(fed->number);
+    if (fed && fed->number != kNoTask && !place_of(*fed)) feeds.push_back(fed->number);
   }
   return feeds;
 }
@@ -78,12 +131,13 @@ std::vector<TaskId> Schedule::feeders_of(const Entry& entry) const {
     }
   }
   for (const std::shared_ptr<Entry>& other : living()) {
-    if (knows(*other, entry)) feeders.push_back(other->number);
+    if (knows(*other, entry) && !place_of(entry)) feeders.push_back(other->number);
   }
   return feeders;
 }
 
 Joined Schedule::add(JoiningTask joining, Time now, std::shared_ptr<Entry> entry) {
+  stale_ = true;
   joining.new_group = entry->group->kind;
   Group& group = *entry->group;
   if (std::exchange(group.generation, generation_) != generation_) {
@@ -121,19 +175,25 @@ WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time n
   }
   const Joined joined = add(joining, now, entry);
   entry->number = joined.task;
+  give_place(entry, now);
+  trace::executor_callback(this, *entry);
+  trace_priorities();
   return joined.wake;
 }
 
+std::size_t Schedule::drop(TaskId task, Time now) {
+  std::size_t jobs = 0;
+  stale_ = true;
+  hotpath::leave(set_, task);
+  entries_[task] = nullptr;
+  scheduler_->remove_task(task, now, [&](const Job&, Outcome) { ++jobs; });
+  return jobs;
+}
+
 std::size_t Schedule::leave(Entry& entry, Time now) {
-  std::size_t dropped = 0;
-  if (entry.number == kNoTask) return dropped;
-  const auto drop = [&](TaskId task) {
-    hotpath::leave(set_, task);
-    entries_[task] = nullptr;
-    scheduler_->remove_task(task, now, [&](const Job&, Outcome) { ++dropped; });
-  };
-  drop(std::exchange(entry.number, kNoTask));
-  if (entry.ghost != kNoTask) drop(std::exchange(entry.ghost, kNoTask));
+  if (entry.number == kNoTask) return 0;
+  std::size_t dropped = drop(std::exchange(entry.number, kNoTask), now);
+  if (entry.ghost != kNoTask) dropped += drop(std::exchange(entry.ghost, kNoTask), now);
   entry.pending = false;
   entry.events = 0;
   return dropped;
@@ -154,6 +214,14 @@ std::size_t Schedule::queued(Time now) const {
   return jobs;
 }
 
+void Schedule::for_each_waiting(
+    Time now, const std::function<void(const std::shared_ptr<Entry>&, Duration)>& visit) const {
+  scheduler_->unfinished(now, [&](const Job& job, Outcome outcome) {
+    const std::shared_ptr<Entry>& entry = entries_[job.task];
+    if (entry && outcome == Outcome::queued) visit(entry, now - job.timestamp);
+  });
+}
+
 bool Schedule::compact(Time now) {
   const auto alive =
       static_cast<std::size_t>(std::ranges::count_if(entries_, [](const auto& e) { return e != nullptr; }));
@@ -162,6 +230,8 @@ bool Schedule::compact(Time now) {
   const std::vector<std::shared_ptr<Entry>> entries = living();
   for (const std::shared_ptr<Entry>& entry : entries) entry->number = entry->ghost = kNoTask;
   ++generation_;
+  stale_ = true;
+  traced_.clear();
   set_ = setup_.tasks.set;
   entries_.assign(set_.size(), nullptr);
   scheduler_ = setup_.executor->make(set_, setup_.scheduler);
@@ -171,6 +241,7 @@ bool Schedule::compact(Time now) {
 }
 
 void Schedule::change(const Entry& entry) {
+  stale_ = true;
   Task& task = set_.tasks[entry.number];
   task.priority = priority_of(entry);
   task.feeds = feeds_of(entry);
@@ -184,18 +255,47 @@ bool Schedule::learn(TaskId from, const std::shared_ptr<Entry>& to) {
   std::erase_if(publisher.feeds, [](const auto& fed) { return fed.expired(); });
   publisher.feeds.push_back(to);
   change(publisher);
+  trace_priorities();
   return true;
 }
 
-void Schedule::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority) {
-  if (setup_.executor->traits.policy != Policy::fp) {
-    throw std::invalid_argument("set_priority: executor `" + setup_.name +
-                                "` computes its own order; only fp-ro and fp-re take given priorities");
+void Schedule::set_priority(const std::shared_ptr<void>& entity, std::int64_t priority, bool service,
+                            Time now) {
+  const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
+  const std::string error = "set_priority: executor `" + setup_.name + "` ";
+  if (policy == Policy::fifo) {
+    throw std::invalid_argument(error +
+                                "runs callbacks by arrival; only the paper's executors take priorities");
+  }
+  if (policy != Policy::fp && !service) {
+    throw std::invalid_argument(error +
+                                "computes the order of timers and subscriptions; only fp-ro and fp-re " +
+                                "take their priorities");
+  }
+  if (policy != Policy::fp && priority <= 0) {
+    throw std::invalid_argument(error +
+                                "takes the priority of a service or client as a period or deadline in " +
+                                "ns, > 0, not " + std::to_string(priority));
   }
   std::erase_if(by_hand_, [](const auto& given) { return given.first.expired(); });
   by_hand_[entity] = priority;
   for (const std::shared_ptr<Entry>& entry : living()) {
-    if (entry->number != kNoTask) change(*entry);
+    if (entry->number == kNoTask) continue;
+    change(*entry);
+    if (entry->entity.lock() == entity) give_place(entry, now);
+  }
+  trace_priorities();
+}
+
+void Schedule::trace_priorities() {
+  const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
+  if (policy == Policy::fifo || policy == Policy::edf || !trace::priorities_are_recorded()) return;
+  const std::vector<std::int64_t> levels = inherited_levels(set_, policy);
+  traced_.resize(levels.size());
+  for (const std::shared_ptr<Entry>& entry : living()) {
+    const TaskId task = entry->number;
+    if (task == kNoTask || std::exchange(traced_[task], levels[task]) == levels[task]) continue;
+    trace::executor_priority(this, task, levels[task]);
   }
 }
 
@@ -218,6 +318,20 @@ std::vector<std::string> Schedule::order() const {
     texts.push_back(e->id + ": " + by);
   }
   return texts;
+}
+
+bool Schedule::runs_last(const Entry& entry) const {
+  const Policy policy = setup_.executor->traits.policy.value_or(Policy::fifo);
+  if (entry.number == kNoTask || policy == Policy::fifo) return false;
+  if (setup_.scheduler.rule == SubscriptionRule::first) return false;
+  if (policy == Policy::edf) return most_urgent_timers(set_, policy)[entry.number] == kNoTask;
+  return inherited_levels(set_, policy)[entry.number] == std::numeric_limits<std::int64_t>::max();
+}
+
+bool Schedule::lacks_priorities() const {
+  return setup_.executor->traits.policy == Policy::fp && by_hand_.empty() && setup_.priorities.empty() &&
+         std::ranges::none_of(setup_.tasks.set.tasks,
+                              [](const Task& task) { return task.priority.has_value(); });
 }
 
 std::vector<std::string> Schedule::unmatched() const {

@@ -7,6 +7,7 @@
 
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/phases.hpp"
 
 namespace hotpath {
 
@@ -89,6 +90,13 @@ Setup understand(const PriorityExecutorOptions& options) {
     setup.tasks = make_tasks(setup.graph);
     for (Task& task : setup.tasks.set.tasks) task.local = false;
   }
+  if (!options.offsets.empty()) {
+    if (options.graph.empty()) {
+      throw std::invalid_argument("offsets (" + options.offsets +
+                                  ") need the graph whose timers they name; give the option `graph` too");
+    }
+    setup.offsets = read_phases(options.offsets, setup.graph, std::string(setup.executor->name));
+  }
   if (!options.priorities.empty()) {
     if (setup.executor->traits.policy != Policy::fp) {
       throw std::invalid_argument("priorities (" + options.priorities +
@@ -97,6 +105,13 @@ Setup understand(const PriorityExecutorOptions& options) {
     }
     setup.priorities = read_priorities(options.priorities);
     setup.priorities_file = options.priorities;
+  }
+  if (options.service_wait < std::chrono::nanoseconds::zero()) {
+    throw std::invalid_argument("service_wait is " + std::to_string(options.service_wait.count()) +
+                                " ns; it must be 0 (no limit) or more");
+  }
+  if (setup.executor->traits.family == Family::priority_events) {
+    setup.scheduler.guaranteed_wait = options.service_wait;
   }
   setup.learn = options.learn && options.graph.empty();
   setup.executor_threads = policy(options.executor_threads, {});

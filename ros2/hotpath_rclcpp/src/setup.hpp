@@ -17,7 +17,8 @@ struct Setup {
   std::vector<GivenPriority> priorities;
   std::string priorities_file;
   Graph graph;
-  GraphTasks tasks;  ///< The graph's tasks; none is local.
+  GraphTasks tasks;               ///< The graph's tasks; none is local.
+  std::vector<Duration> offsets;  ///< By task of the graph; empty: none are given.
   bool learn = true;
   ThreadPolicyRequest executor_threads, timer_thread;
 };

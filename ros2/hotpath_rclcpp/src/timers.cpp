@@ -49,16 +49,48 @@ TimerClock clock_of(rclcpp::TimerBase& timer) {
   return simulated ? TimerClock::simulated : TimerClock::checked;
 }
 
+/// Makes rcl's timer due at the next instant that is `offset` plus a multiple of its period, and
+/// returns that instant; rcl's is later by the time between two readings of the clock.
+Time align(rclcpp::TimerBase& timer, Duration offset, Duration period) {
+  const rcl_timer_t* const handle = timer.get_timer_handle().get();
+  versions::on_reset(timer, [](std::size_t) {});  // the next callback would learn of this reset
+  const Time now = hotpath::now();
+  const Duration until = period - (now.time_since_epoch() - offset) % period;
+  std::int64_t before = 0;
+  // rcl has no other way to set the next call.
+  if (rcl_timer_exchange_period(handle, until.count(), &before) != RCL_RET_OK) {
+    rclcpp::exceptions::throw_from_rcl_error(RCL_RET_ERROR, "a timer cannot start at its offset");
+  }
+  timer.reset();
+  if (rcl_timer_exchange_period(handle, period.count(), &before) != RCL_RET_OK) {
+    rclcpp::exceptions::throw_from_rcl_error(RCL_RET_ERROR, "a timer cannot get its period back");
+  }
+  return now + until;
+}
+
 }  // namespace
 
 void ExecutorDriver::join(const std::shared_ptr<Entry>& entry) {
   if (entry->kind == EntryKind::timer) {
-    if (const auto timer = lock<rclcpp::TimerBase>(*entry)) schedule_timer(entry, *timer);
+    const auto timer = lock<rclcpp::TimerBase>(*entry);
+    if (!timer) return;
+    std::optional<Duration> offset;
+    {
+      const std::lock_guard lock(mutex_);
+      offset = schedule_.offset_of(*entry);
+    }
+    const bool may_move = !timer->is_canceled() && clock_of(*timer) != TimerClock::simulated;
+    std::optional<Time> first;
+    if (offset && may_move && entry->task.period > Duration::zero()) {
+      first = align(*timer, *offset, entry->task.period);
+    }
+    schedule_timer(entry, *timer, first);
     return;
   }
   const std::lock_guard lock(mutex_);
   const Time now = hotpath::now();
   schedule_.join(entry, now, now);  // wakes no worker: nothing has arrived
+  notices_.order_changed(now, longest_period_, false);
 }
 
 std::vector<int> ExecutorDriver::leave(const std::shared_ptr<Entry>& entry) {
@@ -70,7 +102,8 @@ std::vector<int> ExecutorDriver::leave(const std::shared_ptr<Entry>& entry) {
   return std::vector<int>(events, 0);
 }
 
-void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {
+void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer,
+                                    std::optional<Time> first) {
   const Look seen = look(timer);
   const TimerClock clock = clock_of(timer);
   WorkerSet claimed;
@@ -84,7 +117,10 @@ void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp:
     entry->task.period = std::max(seen.period, Duration(1));
     entry->rcl_next = {seen.earliest, seen.latest};
     longest_period_ = std::max(longest_period_, seen.period);
-    if (!seen.cancelled) claimed = claim(schedule_.join(entry, seen.earliest, now));
+    if (!seen.cancelled) {
+      claimed = claim(schedule_.join(entry, first.value_or(seen.earliest), now));
+      notices_.order_changed(now, longest_period_, false);
+    }
   }
   unpark(claimed);
   if (seen.cancelled) {

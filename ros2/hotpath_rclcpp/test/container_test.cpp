@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tests component_container_hotpath through the services of composition_interfaces.
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,6 +23,7 @@ using composition_interfaces::srv::UnloadNode;
 pid_t start_container(const std::string& executor, const std::string& more = "learn:=true") {
   const pid_t id = fork();
   if (id != 0) return id;
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // a failed test leaves no container behind
   const std::string parameter = "executor:=" + executor;
   execl(HOTPATH_CONTAINER, HOTPATH_CONTAINER, "--ros-args", "-p", parameter.c_str(), "-p", more.c_str(),
         nullptr);

@@ -13,6 +13,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "hotpath_rclcpp/priority_executor.hpp"
@@ -83,29 +84,43 @@ class Spinning {
 class Logged {
  public:
   Logged() : before_(rcutils_logging_get_output_handler()) {
-    text_.clear();
+    lines_.clear();
     rcutils_logging_set_output_handler(keep);
   }
   ~Logged() { rcutils_logging_set_output_handler(before_); }
   Logged(const Logged&) = delete;
   Logged& operator=(const Logged&) = delete;
   [[nodiscard]] std::string text() const {
-    const std::lock_guard lock(mutex_);
-    return text_;
+    std::string text;
+    for (const auto& [severity, line] : all()) text += line;
+    return text;
+  }
+  /// The lines of this severity that contain `part`.
+  [[nodiscard]] std::vector<std::string> lines(int severity, const std::string& part = "") const {
+    std::vector<std::string> found;
+    for (const auto& [of, line] : all()) {
+      if (of == severity && line.find(part) != std::string::npos) found.push_back(line);
+    }
+    return found;
   }
 
  private:
-  static void keep(const rcutils_log_location_t*, int, const char*, rcutils_time_point_value_t,
+  using Lines = std::vector<std::pair<int, std::string>>;
+  static Lines all() {
+    const std::lock_guard lock(mutex_);
+    return lines_;
+  }
+  static void keep(const rcutils_log_location_t*, int severity, const char*, rcutils_time_point_value_t,
                    const char* format, va_list* arguments) {
-    char text[1000];
+    char text[4000];
     vsnprintf(text, sizeof text, format, *arguments);
     const std::lock_guard lock(mutex_);
-    text_ += text;
+    lines_.emplace_back(severity, text);
   }
 
   const rcutils_logging_output_handler_t before_;
   inline static std::mutex mutex_;
-  inline static std::string text_;
+  inline static Lines lines_;
 };
 
 /// One case per executor, each with its own context.

@@ -18,6 +18,8 @@ using std_msgs::msg::Int32;
 INSTANTIATE_TEST_SUITE_P(Executors, EveryExecutor, testing::ValuesIn(executor_names()), case_name);
 
 TEST(TwoFastDds, InOneProcessAreReported) {
+  if (std::string(rmw_get_implementation_identifier()) != "rmw_fastrtps_cpp")
+    GTEST_SKIP() << "the middleware is not Fast DDS";
   const auto made = [] {
     const Logged logged;
     const PriorityExecutor executor;

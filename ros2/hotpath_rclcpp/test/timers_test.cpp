@@ -213,5 +213,34 @@ TEST_P(EveryExecutor, ReleaseOnlyLosesNoTimestamp) {
   EXPECT_FALSE(PriorityExecutor::running_callback());
 }
 
+TEST(Offsets, TimersOfTheGraphStartOnTheirGrid) {
+  rclcpp::init(0, nullptr);
+  {
+    PriorityExecutorOptions options;
+    options.graph = std::string(HOTPATH_TEST_DIR) + "/imported.yaml";
+    options.offsets = std::string(HOTPATH_TEST_DIR) + "/offsets.csv";
+    PriorityExecutor executor(options);
+    std::vector<std::chrono::nanoseconds> fast_at, slow_at;
+    const auto at = [] { return PriorityExecutor::running_callback()->timestamp; };
+    const auto fast = std::make_shared<rclcpp::Node>("source", "fast");
+    const auto slow = std::make_shared<rclcpp::Node>("source", "slow");
+    const auto of_fast = fast->create_wall_timer(10ms, [&] { fast_at.push_back(at()); });
+    const auto of_slow = slow->create_wall_timer(100ms, [&] { slow_at.push_back(at()); });
+    executor.add_node(fast);
+    executor.add_node(slow);
+    ASSERT_TRUE(eventually([&] {
+      executor.spin_once(10ms);
+      return slow_at.size() >= 3 && fast_at.size() >= 3;
+    }));
+    for (const auto instant : fast_at) EXPECT_EQ(instant % 10ms, 2500us);
+    for (const auto instant : slow_at) EXPECT_EQ(instant % 100ms, 40ms);
+    options.graph.clear();
+    EXPECT_THROW(PriorityExecutor{options}, std::invalid_argument);
+    options.graph = "autoware";  // it has other timers
+    EXPECT_THROW(PriorityExecutor{options}, std::runtime_error);
+  }
+  rclcpp::shutdown();
+}
+
 }  // namespace
 }  // namespace hotpath::test

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
 #include "hotpath/core/events_queue.hpp"
+#include "hotpath/core/guaranteed_jobs.hpp"
 #include "hotpath/core/scheduler.hpp"
 #include "hotpath/core/timers_manager.hpp"
 #include "hotpath/core/unread_samples.hpp"
@@ -32,8 +34,12 @@ class EventsScheduler : public Scheduler {
   void change_task(TaskId task, const std::optional<std::int64_t>& priority,
                    const std::vector<TaskId>& feeds) final;
   void describe(StateWords& words) const override;
-  [[nodiscard]] Time next_change(Time now) const final { return next_timestamp(timers_.timers(), now); }
+  [[nodiscard]] Time next_change(Time now) const final {
+    return std::min(next_timestamp(timers_.timers(), now), guaranteed_.next_change(now));
+  }
   [[nodiscard]] bool hands_deadlines_down() const final { return events_->by_deadline(); }
+  /// See SchedulerOptions::guaranteed_wait. Call it before begin().
+  void guarantee(Duration wait) { guaranteed_ = GuaranteedJobs(wait); }
 
  protected:
   /// `executors` in [1, kMaxWorkers - 1].
@@ -42,7 +48,7 @@ class EventsScheduler : public Scheduler {
   [[nodiscard]] Worker timer_management() const { return static_cast<Worker>(roles_.size() - 1); }
   [[nodiscard]] WorkerSet executors() const;
   /// An executor worker's decision.
-  Decision next_event();
+  Decision next_event(Time now);
   /// Takes the first job that may run from a queue.
   [[nodiscard]] std::optional<Job> next_of(EventsQueue& queue) const;
   /// Visits the events queue and any further queue of a derived class.
@@ -52,11 +58,16 @@ class EventsScheduler : public Scheduler {
   TimersManager timers_;
 
  private:
-  [[nodiscard]] std::optional<Job> next_of_free_group();
+  /// Whether no running job keeps the task's callback group busy.
+  [[nodiscard]] bool is_free(TaskId task) const {
+    return timer_management() == 1 || !busy_[set_[task].group];
+  }
+  [[nodiscard]] std::optional<Job> next_job(Time now);
 
   std::vector<WorkerRole> roles_;
   TaskSet set_;
   UnreadSamples unread_;
+  GuaranteedJobs guaranteed_;
   std::vector<bool> busy_;  // by callback group; used with several executor workers
 };
 

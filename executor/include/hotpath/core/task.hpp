@@ -47,6 +47,9 @@ struct Task {
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.
   bool local = true;  ///< Runs in this process. Tasks of other processes only pass on their priorities.
+  /// Subscriptions: no job waits without limit for more urgent ones; see
+  /// SchedulerOptions::guaranteed_wait.
+  bool guaranteed = false;
   std::vector<TaskId> feeds;  ///< Subscriptions activated by the publications of this task's jobs.
 };
 

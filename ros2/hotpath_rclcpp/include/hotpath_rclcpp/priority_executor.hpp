@@ -29,9 +29,19 @@ struct PriorityExecutorOptions {
   /// A hotpath graph, as a path or a bare name; subscriptions inherit priorities along it. Empty:
   /// none.
   std::string graph;
+  /// CSV file with the columns `task` and `first_release_ms`, one row for each timer of `graph`, as
+  /// `hotpath advise --phases` writes it. A timer of the graph that joins the executor starts at the
+  /// next instant of its grid: its offset plus a multiple of its period, counted from the zero of
+  /// CLOCK_MONOTONIC, so that all processes of a machine share the grid. Needs `graph`. Timers on
+  /// simulated time are not moved. Empty: timers start when they are created.
+  std::string offsets;
   /// Without a graph: learns at run time which callback feeds which, from samples that the
   /// middleware or intra-process communication delivers during the publication, in the same thread.
   bool learn = true;
+  /// The paper's executors: a callback of a service, client, action or other waitable, or of
+  /// `/parameter_events`, that has waited for this long runs next, whatever its priority. At most
+  /// one of them does in any interval of this length. Zero: they wait for all more urgent callbacks.
+  std::chrono::nanoseconds service_wait = std::chrono::milliseconds(100);
   /// Required policy (`fifo:90`, `other`, ...): spin() throws std::runtime_error if it is denied.
   /// Without a value, the paper's executors raise the timer thread to SCHED_FIFO 90 if permitted;
   /// otherwise they log one warning.
@@ -84,8 +94,10 @@ class PriorityExecutor : public rclcpp::Executor {
   std::vector<rclcpp::CallbackGroup::WeakPtr> get_automatically_added_callback_groups_from_nodes() override;
 
   /// Sets a priority under `fp-*`; smaller values run first. A group's priority applies to its
-  /// entities without their own. Callable from any thread, before or after the node is added.
-  /// Throws std::invalid_argument under another policy.
+  /// entities without their own. Under `rm-*`, `dm-*` and `edf-*`, services and clients take a
+  /// priority in nanoseconds > 0: the period (`rm`) or relative deadline (`dm`, `edf`) of a timer
+  /// with the same urgency; it replaces a learnt one. Callable from any thread, before or after the
+  /// node is added. Throws std::invalid_argument for other entities and policies.
   void set_priority(const rclcpp::TimerBase::SharedPtr& timer, std::int64_t priority);
   void set_priority(const rclcpp::SubscriptionBase::SharedPtr& subscription, std::int64_t priority);
   void set_priority(const rclcpp::ServiceBase::SharedPtr& service, std::int64_t priority);

@@ -88,6 +88,7 @@ class Assembler {
   void describe(const Event& e);
   void add_node(const Event& e);
   void add_subscription(const Event& e);
+  void add_rclcpp_subscription(Handle rclcpp, std::uint32_t subscription);
   /// The endpoint behind the handle of the middleware (0: none), which is new or was created just before.
   Endpoint& endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t rmw_handle);
   void add_timer_callback(const Event& e);
@@ -123,7 +124,7 @@ class Assembler {
   Sink& sink_;
   System system_;
   ByHandle<std::uint32_t> nodes_, subscriptions_, rmw_subscriptions_, rclcpp_subscriptions_, callbacks_;
-  ByHandle<std::uint64_t> ipb_of_buffer_, subscription_of_ipb_;
+  ByHandle<std::uint64_t> rclcpp_callbacks_, ipb_of_buffer_, subscription_of_ipb_;
   ByHandle<std::uint32_t> publishers_;  // to endpoints
   ByHandle<std::uint32_t> endpoints_;   // by the middleware's handle; initialised by it, not yet by rcl
   ByHandle<Timer> timers_;

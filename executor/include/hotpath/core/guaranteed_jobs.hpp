@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "hotpath/core/state_words.hpp"
+#include "hotpath/core/task.hpp"
+
+namespace hotpath {
+
+/// Queued jobs of guaranteed tasks, oldest first. Bounds their waiting time without giving them the
+/// processor: a job that has waited for `wait` may start ahead of all others, and at least `wait`
+/// passes between two such starts. For all other jobs this is one sporadic task above all
+/// priorities, with `wait` as its minimum interarrival time.
+class GuaranteedJobs {
+ public:
+  /// `wait` zero: no job is ever overdue.
+  explicit GuaranteedJobs(Duration wait = {}) : wait_(wait) {}
+
+  void arrived(TaskId task, Time now);
+  /// The oldest job of `task` started, or its event was consumed.
+  void started(TaskId task);
+  void removed(TaskId task);
+
+  /// The task whose oldest job must run next, among the tasks that `may_run` accepts.
+  [[nodiscard]] std::optional<TaskId> overdue(Time now, const std::function<bool(TaskId)>& may_run) const;
+  /// A job started because it was overdue.
+  void started_overdue(Time now) { next_ = now + wait_; }
+
+  void describe(StateWords& words) const;
+  /// The first instant after `now` at which overdue() may answer differently without further calls.
+  [[nodiscard]] Time next_change(Time now) const;
+
+ private:
+  struct Waiting {
+    TaskId task;
+    Time since;
+  };
+  Duration wait_;
+  Time next_{};  ///< No overdue job starts before.
+  std::vector<Waiting> waiting_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "trace_events.hpp"
+
+#ifdef HOTPATH_WITH_LTTNG
+#define LTTNG_UST_TRACEPOINT_CREATE_PROBES
+#define LTTNG_UST_TRACEPOINT_DEFINE
+#include "tracepoints.h"
+#endif
+
+namespace hotpath::trace {
+
+#ifdef HOTPATH_WITH_LTTNG
+
+namespace {
+
+/// The rcl handle, as in the `rcl_*_init` events of ros2_tracing; null if rclcpp does not tell it.
+const void* handle_of(const Entry& entry) {
+  switch (entry.kind) {
+    case EntryKind::timer:
+      if (const auto timer = lock<rclcpp::TimerBase>(entry)) return timer->get_timer_handle().get();
+      break;
+    case EntryKind::subscription:
+      if (const auto s = lock<rclcpp::SubscriptionBase>(entry)) return s->get_subscription_handle().get();
+      break;
+    case EntryKind::service:
+      if (const auto service = lock<rclcpp::ServiceBase>(entry)) return service->get_service_handle().get();
+      break;
+    case EntryKind::client:
+      if (const auto client = lock<rclcpp::ClientBase>(entry)) return client->get_client_handle().get();
+      break;
+    case EntryKind::waitable:
+      if (const auto s = std::static_pointer_cast<rclcpp::SubscriptionBase>(entry.stands_for.lock())) {
+        return s->get_subscription_handle().get();
+      }
+      break;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+void executor_init(const void* executor, const Setup& setup) {
+  const ExecutorTraits& traits = setup.executor->traits;
+  lttng_ust_tracepoint(hotpath, executor_init, executor, setup.name.c_str(),
+                       to_string(traits.policy.value_or(Policy::fifo)), to_string(traits.timers),
+                       to_string(setup.scheduler.rule), to_string(setup.scheduler.ties),
+                       setup.scheduler.release_only_workers, setup.graph.name.c_str(),
+                       setup.priorities_file.c_str(), setup.learn ? 1 : 0);
+}
+
+void executor_thread(const void* executor, Worker worker, WorkerRole role, const ThreadPolicy& policy) {
+  lttng_ust_tracepoint(hotpath, executor_thread, executor, worker, to_string(role),
+                       to_string(policy).c_str());
+}
+
+void executor_callback(const void* executor, const Entry& entry) {
+  if (!lttng_ust_tracepoint_enabled(hotpath, executor_callback)) return;
+  lttng_ust_do_tracepoint(hotpath, executor_callback, executor, entry.number, to_string(entry.kind),
+                          entry.id.c_str(), entry.node.c_str(), entry.topic.c_str(), handle_of(entry),
+                          entry.task.period.count(), entry.task.deadline.count());
+}
+
+bool priorities_are_recorded() { return lttng_ust_tracepoint_enabled(hotpath, executor_priority); }
+
+void executor_priority(const void* executor, TaskId task, std::int64_t level) {
+  lttng_ust_tracepoint(hotpath, executor_priority, executor, task, level);
+}
+
+void executor_job(const void* executor, const Job& job) {
+  lttng_ust_tracepoint(hotpath, executor_job, executor, job.task, job.sequence, to_ns(job.timestamp),
+                       to_ns(job.release), to_ns(job.deadline), job.skipped);
+}
+
+#else
+
+void executor_init(const void*, const Setup&) {}
+void executor_thread(const void*, Worker, WorkerRole, const ThreadPolicy&) {}
+void executor_callback(const void*, const Entry&) {}
+bool priorities_are_recorded() { return false; }
+void executor_priority(const void*, TaskId, std::int64_t) {}
+void executor_job(const void*, const Job&) {}
+
+#endif
+
+}  // namespace hotpath::trace

@@ -1,0 +1,215 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs `hotpath watch` on a program of rclcpp, under its own executors and PriorityExecutor, on each
+installed middleware: names, counts, a contract, the flight recorder, and LTTng on the same run."""
+
+import contextlib
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import lttng_session
+
+HOTPATH = os.environ.get("HOTPATH_COMMAND") or shutil.which("hotpath")
+PROGRAM = sys.argv.pop(1)  # watched_program
+GRAPH = Path(__file__).parent / "watched.yaml"
+SAMPLES = 100  # the depth of watched.yaml
+CALLBACKS = {
+    ("/source", "timer"): SAMPLES,
+    ("/perception/filter", "/points"): SAMPLES,
+    ("/perception/sink", "/perception/objects"): SAMPLES,
+}
+EXECUTORS = ("single", "events", "rm-ro")
+# Recorded at run time; other events belong to creations.
+RUNNING = ("callback_start", "callback_end", "rcl_publish", "rmw_publish", "rmw_take")
+CONTEXT = ("vpid", "vtid", "procname", "cpu_id")
+
+
+def middlewares() -> list[str]:
+    """The installed ones that this project supports."""
+    found = set()
+    for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(":"):
+        folder = Path(prefix) / "share/ament_index/resource_index/rmw_typesupport"
+        found |= {path.name for path in folder.glob("*")} if folder.is_dir() else set()
+    return sorted(found & {"rmw_fastrtps_cpp", "rmw_cyclonedds_cpp"})
+
+
+def reason_to_skip() -> str:
+    """Why `hotpath watch` cannot run here; empty if it can."""
+    if HOTPATH is None:
+        return "left out: the command hotpath is not on PATH; build the package hotpath_bench"
+    tried = subprocess.run([HOTPATH, "watch", "--once", "--", "true"], capture_output=True, text=True)
+    return f"left out: {tried.stderr.strip()}" if tried.returncode != 0 else ""
+
+
+class Watched:
+    """A running `hotpath watch --json` on PROGRAM, whose system has just come to rest."""
+
+    def __init__(self, process: "subprocess.Popen[str]") -> None:
+        self.process = process
+        self.reports: list[Any] = []
+        while not self.rests():
+            self.report()
+
+    def rests(self) -> bool:
+        """Whether all samples have arrived and nothing has happened since."""
+        if len(self.reports) < 2 or self.reports[-1]["events"] != self.reports[-2]["events"]:
+            return False
+        return any(c["node"] == "/perception/sink" and c["jobs"] >= SAMPLES for c in self.callbacks())
+
+    def report(self) -> Any:
+        """Waits for the next line of JSON."""
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert line, "hotpath watch has ended"
+        self.reports.append(json.loads(line))
+        return self.reports[-1]
+
+    def callbacks(self) -> list[Any]:
+        """Of the last report."""
+        return list(self.reports[-1]["callbacks"])
+
+    def jobs(self) -> dict[tuple[str, str], int]:
+        """Jobs by node and topic (timers: `timer`), without the topics of rclcpp itself."""
+        named = {(c["node"], c.get("topic", c["kind"])): c["jobs"] for c in self.callbacks()}
+        return {key: jobs for key, jobs in named.items() if key[1] not in ("/parameter_events", "/rosout")}
+
+
+@unittest.skipIf(reason_to_skip(), reason_to_skip())
+class WatchTest(unittest.TestCase):
+    def setUp(self) -> None:
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    @contextlib.contextmanager
+    def watch(self, middleware: str, *words: str, options: tuple[str, ...] = ()) -> Iterator[Watched]:
+        """Ends the watcher and its program on leaving."""
+        assert HOTPATH
+        command = [HOTPATH, "watch", "--json", *options, "--", PROGRAM, *words]
+        environment = {**os.environ, "RMW_IMPLEMENTATION": middleware}
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+        try:
+            yield Watched(process)
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.communicate()
+
+    def stated_contract(self) -> str:
+        """The contract of watched.yaml."""
+        path = self.folder / "contract.yaml"
+        command = [HOTPATH, "analyze", GRAPH, "--executors", "rm-ro", "--contract", path]
+        subprocess.run(command, check=True, capture_output=True)
+        return path.read_text()
+
+    def record(self, watched: Watched, folder: Path) -> Path:
+        """The snapshot of all that was recorded."""
+        watched.process.send_signal(signal.SIGUSR1)
+        before = set(folder.glob("*"))
+        while set(folder.glob("snapshot_*")) == before:
+            watched.report()
+        (snapshot,) = set(folder.glob("snapshot_*")) - before
+        return snapshot
+
+    def test_names_callbacks_and_counts_their_jobs(self) -> None:
+        cases = [(middleware, executor, ()) for middleware in middlewares() for executor in EXECUTORS]
+        cases += [(middlewares()[0], executor, ("intra_process",)) for executor in EXECUTORS]
+        for middleware, executor, words in cases:
+            with self.subTest(middleware=middleware, executor=executor, words=words):
+                with self.watch(middleware, executor, str(SAMPLES), *words) as watched:
+                    self.assertEqual(watched.jobs(), CALLBACKS)
+                    report = watched.reports[-1]
+                    self.assertEqual((report["processes"], report["dropped"]), (1, 0))
+                    self.assertEqual((report["damaged"], report["ignored_entities"]), (0, 0))
+                    self.assertEqual({c["lost"] for c in watched.callbacks()}, {0})
+                    for callback in watched.callbacks():
+                        self.assertIsNotNone(callback["response_ms"], callback)
+
+    def check_terms(self, report: Any, verdict: str) -> None:
+        """Verdicts on periods and depths; the others depend on the load of the machine."""
+        terms = {(term["callback"], term["term"]): term for term in report["contract"]["terms"]}
+        names = {"source (timer)", "perception.filter/points", "perception.sink/perception/objects"}
+        self.assertEqual({callback for callback, _ in terms}, names)
+        for (callback, name), term in terms.items():
+            with self.subTest(callback=callback, term=name):
+                if name in ("depth", "period_ms"):
+                    self.assertEqual(term["verdict"], verdict)
+                self.assertGreaterEqual(term["checked"], SAMPLES - 1)
+
+    def test_checks_the_contract_that_analyze_states_and_records(self) -> None:
+        contract = self.folder / "contract.yaml"
+        contract.write_text(self.stated_contract())
+        for middleware in middlewares():
+            with self.subTest(middleware=middleware):
+                folder = self.folder / middleware
+                options = ("--contract", str(contract), "--record", str(folder), "--keep", "600")
+                with self.watch(middleware, "rm-ro", str(SAMPLES), options=options) as watched:
+                    report = watched.reports[-1]
+                    self.check_terms(report, "held" if report["late"] == 0 else "not observable")
+                    snapshot = self.record(watched, folder)
+                output = self.folder / f"{middleware}.imported"
+                command = [HOTPATH, "import", "ctf", snapshot, "--output", output]
+                done = subprocess.run(command, capture_output=True, text=True)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                graph = next(output.rglob("graph.yaml")).read_text()
+                for name in ("source", "perception.filter", "perception.sink"):
+                    self.assertIn(name, graph)
+
+    def test_a_broken_contract_is_noticed(self) -> None:
+        text = self.stated_contract()
+        wrong = re.sub(r"(period_ms: *\{value: *)10\b", r"\g<1>20", text)
+        wrong = re.sub(r"(depth: *\{value: *)100\b", r"\g<1>99", wrong)
+        self.assertNotEqual(wrong, text)
+        contract = self.folder / "contract.yaml"
+        contract.write_text(wrong)
+        options = ("--contract", str(contract))
+        with self.watch(middlewares()[0], "single", str(SAMPLES), options=options) as watched:
+            self.check_terms(watched.reports[-1], "broken")
+
+    def test_lttng_sees_the_same_events_in_the_same_order(self) -> None:
+        if lttng_session.missing_programs():
+            self.skipTest(f"left out: {lttng_session.missing_programs()} not found")
+        for middleware in middlewares():
+            for executor in ("single", "rm-ro"):
+                with self.subTest(middleware=middleware, executor=executor):
+                    folder = self.folder / f"{middleware}.{executor}"
+                    options = ("--record", str(folder / "watch"), "--keep", "600")
+                    folder.mkdir()
+                    with lttng_session.recording(folder / "lttng", *(f"ros2:{name}" for name in RUNNING)):
+                        with self.watch(middleware, executor, str(SAMPLES), options=options) as watched:
+                            snapshot = self.record(watched, folder / "watch")
+                    self.assert_same(lttng_session.read(folder / "lttng"), lttng_session.read(snapshot))
+
+    def assert_same(self, of_lttng: list[Any], of_watch: list[Any]) -> None:
+        """Per thread: LTTng reads its clock after the sensor, so threads may overtake each other.
+        LTTng also saw the end of the program."""
+
+        def by_thread(events: list[Any]) -> dict[str, list[Any]]:
+            threads: dict[str, list[Any]] = {}
+            for event in events:
+                if event.name.removeprefix("ros2:") in RUNNING:
+                    fields = {key: value for key, value in event.fields.items() if key not in CONTEXT}
+                    threads.setdefault(event.thread, []).append((event.name, fields))
+            return threads
+
+        expected = by_thread(of_lttng)
+        seen = by_thread(of_watch)
+        self.assertEqual(seen.keys() - expected.keys(), set())
+        for thread, events in expected.items():
+            recorded = seen.get(thread, [])
+            self.assertEqual(recorded, events[: len(recorded)])
+        ended = [e for events in seen.values() for e in events if e[0] == "ros2:callback_end"]
+        self.assertGreaterEqual(len(ended), 3 * SAMPLES)
+
+
+if __name__ == "__main__":
+    unittest.main()
