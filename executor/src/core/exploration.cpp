@@ -310,13 +310,17 @@ class Exploration final : public JobSink, public ExploredInstant {
       const bool goes_on = others > change && std::ranges::all_of(first, [&](const auto& instant) {
                              return state.zone.limit(kConstant, instant.coordinate, instant.later - from);
                            });
-      for (const auto& branch : branches) {
-        const bool needed_again = goes_on || &branch != &branches.back();
-        follow(branch, needed_again ? state.copy() : std::move(state));
-      }
-      if (!goes_on) return;
+      if (!goes_on) return follow_all(branches, std::move(state));
+      for (const auto& branch : branches) follow(branch, state.copy());
       state.from = change;
     }
+  }
+
+  /// Without a copy of the state for the last one.
+  void follow_all(const std::vector<ExploredBranches::Branch>& branches, ExploredState state) {
+    if (branches.empty()) return;
+    for (std::size_t i = 0; i + 1 < branches.size(); ++i) follow(branches[i], state.copy());
+    follow(branches.back(), std::move(state));
   }
 
   /// What happens at kNow in the schedules of the branch, of which the simulation follows one.
