@@ -23,12 +23,16 @@ option(BUILD_TESTING "Build the tests" ON)
 option(HOTPATH_SOURCE_FILES "Programs find graphs and scripts in the source tree before the installed ones" ON)
 option(HOTPATH_FUZZ "Build the fuzz targets: needs clang, and the flags of the preset `fuzz`" OFF)
 # The transport fastdds and everything that publishes over it. Off where Fast DDS or its generator
-# is missing, for example on Ubuntu with ROS 2: a process must never load a second Fast DDS beside
-# the one of ROS 2.
+# is missing, and where a ROS 2 is sourced: a process must never load a second Fast DDS beside the
+# one of ROS 2.
 if(NOT DEFINED HOTPATH_FASTDDS)
   find_program(FASTDDSGEN fastddsgen)
   find_package(fastrtps 2.9 QUIET)
-  if(FASTDDSGEN AND fastrtps_FOUND)
+  if(DEFINED ENV{AMENT_PREFIX_PATH})
+    set(fastdds_found OFF)
+    message(STATUS "left out: the transport fastdds, --live, replay and the bridge, because the sourced ROS 2 "
+      "has a Fast DDS of its own")
+  elseif(FASTDDSGEN AND fastrtps_FOUND)
     set(fastdds_found ON)
   else()
     set(fastdds_found OFF)

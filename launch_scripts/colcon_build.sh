@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # colcon_build.sh [--bench-target TARGET] [CMAKE ARGUMENTS...]: builds all packages with colcon into
-# build_colcon/ and install/. The root CMakeLists.txt hides the packages from a bare `colcon build`,
-# so the script passes base paths. With --bench-target, it builds only TARGET of the package
-# hotpath_bench.
+# build_colcon/ and install/, except those of ros2/. With --bench-target, it builds only TARGET of
+# the package hotpath_bench.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# ros2_build.sh [--test] [--sanitize thread|address] [--distro NAME] [CMAKE ARGUMENTS...]: builds
-# the packages of ros2/ and their dependencies with colcon into build_ros2/DISTRO/, for the sourced
-# ROS 2 or, without one, for each in /opt/ros.
+# ros2_build.sh [--test] [--no-command] [--sanitize thread|address] [--distro NAME] [CMAKE ARGUMENTS...]: builds
+# the command hotpath, the packages of ros2/ and their dependencies with colcon into
+# build_ros2/DISTRO/, for the sourced ROS 2 or, without one, for each in /opt/ros.
 #   --test      also builds and runs the tests
-#   --sanitize  builds and runs the tests under that sanitizer in build_ros2/DISTRO-SANITIZER/;
-#               `address` includes undefined behaviour
+#   --no-command  leaves out the command hotpath; tests that need it use that of build/
+#   --sanitize  builds and runs the tests under that sanitizer in build_ros2/DISTRO-SANITIZER/,
+#               without the command; `address` includes undefined behaviour
 #   --distro    builds for this distribution; may be repeated
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -13,11 +14,13 @@ root=$PWD
 export PATH="/usr/bin:$PATH"
 
 test=OFF
+command=ON
 sanitizer=
 distros=()
 while [ $# -gt 0 ]; do
   case $1 in
     --test) test=ON && shift ;;
+    --no-command) command=OFF && shift ;;
     --sanitize) sanitizer=$2 && shift 2 ;;
     --distro) distros+=("$2") && shift 2 ;;
     *) break ;;
@@ -44,7 +47,7 @@ case $sanitizer in
   address) flags=address,undefined ;;
   *) echo "ros2_build.sh: --sanitize takes thread or address, not $sanitizer" >&2 && exit 2 ;;
 esac
-[ -n "$sanitizer" ] && test=ON
+[ -n "$sanitizer" ] && test=ON && command=OFF
 
 # build DISTRO: call it in a subshell, since each distribution sets its own environment.
 build() {
@@ -68,13 +71,16 @@ build() {
   # needs itself.
   local before=(ros2/hotpath_rclcpp_interfaces)
   [ -n "$sanitizer" ] || before+=(executor reference_system)
+  [ "$command" = OFF ] || before+=(campaign tracing sensor analysis bench)
   run OFF "${before[@]}" -- "$@"
   . "$base/install/local_setup.bash"
   run "$test" ros2/hotpath_rclcpp -- "$@"
   . "$base/install/local_setup.bash"
   [ -n "$sanitizer" ] || run OFF ros2/hotpath_rclcpp_system -- "$@"
+  [ "$command" = OFF ] || run OFF ros2/hotpath -- "$@"
   [ "$test" = OFF ] && return
   . "$base/install/local_setup.bash"
+  [ "$command" = ON ] || [ ! -x build/bench/hotpath ] || export HOTPATH_COMMAND=$root/build/bench/hotpath
   local local=ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
   [ "$ROS_DISTRO" = humble ] && local=ROS_LOCALHOST_ONLY=1
   # The tests get their own domain, so that they meet no other program's nodes. ros2/sanitizers/

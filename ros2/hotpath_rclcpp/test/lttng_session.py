@@ -48,7 +48,7 @@ def recording(folder: Path, *events: str) -> Iterator[None]:
 
 def read(folder: Path) -> list[Event]:
     """The events of a trace, in order."""
-    command = ["babeltrace2", "--clock-cycles", folder]
+    command = ["babeltrace2", "--clock-cycles", str(folder)]
     text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     events = []
     for line in text.splitlines():

@@ -19,7 +19,7 @@ from typing import Any
 
 import lttng_session
 
-HOTPATH = os.environ.get("HOTPATH_COMMAND") or shutil.which("hotpath")
+HOTPATH = os.environ.get("HOTPATH_COMMAND") or shutil.which("hotpath") or ""
 PROGRAM = sys.argv.pop(1)  # watched_program
 GRAPH = Path(__file__).parent / "watched.yaml"
 SAMPLES = 100  # the depth of watched.yaml
@@ -45,7 +45,7 @@ def middlewares() -> list[str]:
 
 def reason_to_skip() -> str:
     """Why `hotpath watch` cannot run here; empty if it can."""
-    if HOTPATH is None:
+    if not HOTPATH:
         return "left out: the command hotpath is not on PATH; build the package hotpath_bench"
     tried = subprocess.run([HOTPATH, "watch", "--once", "--", "true"], capture_output=True, text=True)
     return f"left out: {tried.stderr.strip()}" if tried.returncode != 0 else ""
@@ -94,7 +94,6 @@ class WatchTest(unittest.TestCase):
     @contextlib.contextmanager
     def watch(self, middleware: str, *words: str, options: tuple[str, ...] = ()) -> Iterator[Watched]:
         """Ends the watcher and its program on leaving."""
-        assert HOTPATH
         command = [HOTPATH, "watch", "--json", *options, "--", PROGRAM, *words]
         environment = {**os.environ, "RMW_IMPLEMENTATION": middleware}
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
@@ -107,7 +106,7 @@ class WatchTest(unittest.TestCase):
     def stated_contract(self) -> str:
         """The contract of watched.yaml."""
         path = self.folder / "contract.yaml"
-        command = [HOTPATH, "analyze", GRAPH, "--executors", "rm-ro", "--contract", path]
+        command = [HOTPATH, "analyze", str(GRAPH), "--executors", "rm-ro", "--contract", str(path)]
         subprocess.run(command, check=True, capture_output=True)
         return path.read_text()
 
@@ -121,11 +120,11 @@ class WatchTest(unittest.TestCase):
         return snapshot
 
     def test_names_callbacks_and_counts_their_jobs(self) -> None:
-        cases = [(middleware, executor, ()) for middleware in middlewares() for executor in EXECUTORS]
-        cases += [(middlewares()[0], executor, ("intra_process",)) for executor in EXECUTORS]
-        for middleware, executor, words in cases:
-            with self.subTest(middleware=middleware, executor=executor, words=words):
-                with self.watch(middleware, executor, str(SAMPLES), *words) as watched:
+        cases = [(middleware, executor, "") for middleware in middlewares() for executor in EXECUTORS]
+        cases += [(middlewares()[0], executor, "intra_process") for executor in EXECUTORS]
+        for middleware, executor, word in cases:
+            with self.subTest(middleware=middleware, executor=executor, word=word):
+                with self.watch(middleware, executor, str(SAMPLES), word) as watched:
                     self.assertEqual(watched.jobs(), CALLBACKS)
                     report = watched.reports[-1]
                     self.assertEqual((report["processes"], report["dropped"]), (1, 0))
@@ -157,7 +156,7 @@ class WatchTest(unittest.TestCase):
                     self.check_terms(report, "held" if report["late"] == 0 else "not observable")
                     snapshot = self.record(watched, folder)
                 output = self.folder / f"{middleware}.imported"
-                command = [HOTPATH, "import", "ctf", snapshot, "--output", output]
+                command = [HOTPATH, "import", "ctf", str(snapshot), "--output", str(output)]
                 done = subprocess.run(command, capture_output=True, text=True)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 graph = next(output.rglob("graph.yaml")).read_text()

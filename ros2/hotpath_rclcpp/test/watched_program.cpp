@@ -30,9 +30,8 @@ int run(const std::string& executor_name, int samples, bool intra_process) {
   const auto received = sink->create_subscription<Int32>("objects", qos, [&](Int32::ConstSharedPtr) {
     if (++got == samples) std::puts("done"), std::fflush(stdout);
   });
-  if (!hotpath::test::eventually([&] {
-        return points->get_subscription_count() == 1 && objects->get_subscription_count() == 1;
-      })) {
+  if (!hotpath::test::eventually(
+          [&] { return points->get_subscription_count() == 1 && objects->get_subscription_count() == 1; })) {
     return EXIT_FAILURE;
   }
   int sent = 0;
