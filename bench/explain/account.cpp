@@ -178,7 +178,8 @@ Rule Account::rule(const Waiting& w, const JobRecord& first) const {
   const std::int64_t its = w.executor.order->key(w.job.job, 0).priority;
   if (theirs == its) return Rule::tie;
   if (theirs > its) return Rule::before_release;  // chosen before, and still being dispatched
-  return levels_of(traits.policy.value_or(Policy::fifo)) == Levels::deadline ? Rule::deadline : Rule::priority;
+  return levels_of(traits.policy.value_or(Policy::fifo)) == Levels::deadline ? Rule::deadline
+                                                                             : Rule::priority;
 }
 
 /// The worker that will run the job has none.

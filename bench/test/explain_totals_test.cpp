@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// The causes of many outputs: their totals, the tail, and what two executors differ in.
+#include <gmock/gmock.h>
+
+#include "explain/explain_report.hpp"
+#include "explain/totals.hpp"
+
+namespace hotpath::explain {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::Contains;
+using testing::HasSubstr;
+
+TEST(Overviews, SeparateTheTail) {
+  std::vector<Output> outputs;
+  for (std::uint64_t i = 0; i < 200; ++i) outputs.push_back({0, i, i < 198 ? 10ms : 30ms});
+  Overview overview(outputs);
+  TaskSet set;
+  set.tasks.emplace_back().name = "slow";
+  for (const Output& output : outputs) {
+    Explanation e{0, output.latency, {{}}, true, {{Cause::running, Rule::none, {}, 0, 10ms}}};
+    if (output.latency > 10ms) e.parts.push_back({Cause::executor, Rule::fifo, {0, 7}, 0, 20ms});
+    overview.add(e);
+  }
+  EXPECT_EQ(overview.all.outputs, 200U);
+  EXPECT_EQ(overview.middle.outputs, 198U);
+  EXPECT_EQ(overview.tail.outputs, 2U);
+  EXPECT_THAT(
+      sentences({set, "default", "chain", "", 0}, overview),
+      Contains(HasSubstr("100 % of the excess over the median (10.0 ms) is waiting for the executor; 100 % "
+                         "is waiting behind slow (earlier event (FIFO))")));
+}
+
+/// The totals of one output with some causes.
+Totals totals_of(std::initializer_list<std::pair<Cause, Duration>> causes) {
+  Totals totals;
+  totals.outputs = 1;
+  for (const auto& [cause, length] : causes) {
+    totals.causes[static_cast<std::size_t>(cause)] = length;
+    totals.latency += length;
+  }
+  return totals;
+}
+
+TEST(Overviews, GiveLongerAndShorterCausesApart) {
+  Overview overview({{0, 0, 10ms}});
+  overview.all = overview.middle = totals_of({{Cause::running, 10ms}, {Cause::snapshot, 15ms}});
+  overview.tail = totals_of({{Cause::running, 10ms}, {Cause::executor, 18ms}, {Cause::join, 2ms}});
+  const TaskSet set;
+  EXPECT_EQ(
+      sentences({set, "default", "chain", "", 0}, overview).back(),
+      "Compared with the median (25.0 ms), the worst 1 % (1 of 1 outputs, on average 30.0 ms) have "
+      "20.0 ms more, of which 18.0 ms (90 %) for waiting for the executor and 2.0 ms (10 %) for waiting "
+      "for a join's other input or timer; and 15.0 ms less for a wait set's snapshot taken too early.");
+}
+
+TEST(Comparisons, GiveSavingsAndLossesApart) {
+  const TaskSet set;
+  Comparison c;
+  c.a = totals_of({{Cause::running, 10ms}, {Cause::executor, 6ms}, {Cause::snapshot, 2ms}});
+  c.b = totals_of({{Cause::running, 10ms}, {Cause::older_sample, 7ms}});
+  const auto told = [&] { return sentences({set, "a", "chain", "", 0}, {set, "b", "chain", "", 0}, c)[1]; };
+  EXPECT_EQ(
+      told(),
+      "It saves 8.0 ms, of which 6.0 ms (75 %) for waiting for the executor and 2.0 ms (25 %) for a wait "
+      "set's snapshot taken too early; it adds 7.0 ms for queued behind an older sample.");
+  c.b = totals_of({{Cause::running, 10ms}});
+  EXPECT_EQ(told(),
+            "It saves 6.0 ms (75 %) of waiting for the executor and 2.0 ms (25 %) of a wait set's snapshot "
+            "taken too early.");
+}
+
+TEST(Comparisons, PairOutputsOfTheSameSourceJob) {
+  const auto side = [](std::uint64_t first, Duration latency) {
+    ComparedOutputs outputs;
+    for (std::uint64_t i = first; i < first + 10; ++i) {
+      JobRecord source;
+      source.job.task = 0;
+      source.job.sequence = i;
+      outputs.add({0, latency, {source}, true, {{Cause::running, Rule::none, {}, 0, latency}}});
+    }
+    return outputs;
+  };
+  const Comparison paired = compare(side(0, 5ms), side(2, 3ms), true);
+  EXPECT_TRUE(paired.paired);
+  EXPECT_EQ(paired.a.outputs, 8U);
+  EXPECT_EQ(paired.a.latency, 40ms);
+  EXPECT_EQ(paired.b.latency, 24ms);
+  EXPECT_FALSE(compare(side(0, 5ms), side(9, 3ms), true).paired);
+  EXPECT_FALSE(compare(side(0, 5ms), side(0, 3ms), false).paired);
+}
+
+}  // namespace
+}  // namespace hotpath::explain
