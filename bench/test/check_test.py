@@ -144,6 +144,14 @@ class Check(CommandTest):
         self.rows = [row for row in kept if row["executor"] == "default"]
         self.assert_found("multi:2, repetition 0", "#0 is lost")
 
+    def test_a_failed_repetition_has_no_rows(self) -> None:
+        failed = dict(self.run_folder.run["runs"][0], repetition=1, failure="It was killed.")
+        facts = dict(self.run_folder.run, runs=[*self.run_folder.run["runs"], failed])
+        (self.run_folder.path / "run.json").write_text(json.dumps(facts))
+        self.assertIn("2 repetitions", self.accepted("check", self.run_folder.path))
+        self.rows.append(dict(self.rows[-1], executor=failed["executor"], repetition="1"))
+        self.assert_found("names no such repetition", at=len(self.rows) - 1)
+
     def test_what_cannot_be_checked(self) -> None:
         facts = dict(self.run_folder.run, tasks=[])
         (self.run_folder.path / "run.json").write_text(json.dumps(facts))

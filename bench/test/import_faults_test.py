@@ -134,6 +134,13 @@ class Faults(ImportTest):
         facts = self.warned(trace, "no event for 60.0 s from 2.0 s on", 600)
         self.assertNotEqual(facts["self_check"]["light"], "green")
 
+    def test_a_gap_of_more_than_ten_periods(self) -> None:
+        for gap, reported in ((900, False), (1200, True)):
+            trace, handles = sensor_and_filter()
+            run_on(trace, handles, handles["at"] + gap * MS, 100)
+            facts, _ = self.imported(trace.write(self.folder / f"gap_{gap}"))
+            self.assertEqual(any("no event for" in w for w in facts["warnings"]), reported, gap)
+
     def test_a_clock_that_jumps_by_a_year(self) -> None:
         trace, handles = sensor_and_filter()
         run_on(trace, handles, handles["at"] + 365 * 24 * 3_600_000 * MS, 100)
@@ -173,6 +180,27 @@ class Faults(ImportTest):
         stream = trace / "stream_0"
         stream.write_bytes(stream.read_bytes().replace(b"filter\0", b"fil\xffer\0"))
         self.refused(2, "a name in `ros2:rcl_node_init` is not valid UTF-8", trace)
+
+    def test_an_error_after_the_first_jobs_leaves_nothing(self) -> None:
+        trace, handles = sensor_and_filter()
+        trace.node(handles["at"], "late")
+        folder = trace.write(self.folder / "trace")
+        stream = folder / "stream_0"
+        stream.write_bytes(stream.read_bytes().replace(b"late\0", b"l\xffte\0"))
+        self.refused(2, "not valid UTF-8", folder, "--jobs", 100)
+        self.assertFalse((self.folder / "refused").exists())
+
+    def test_jobs_after_the_first_ones(self) -> None:
+        trace, handles = sensor_and_filter()
+        for i in range(2):  # the second message replaces the first one
+            at = handles["at"] + 10 * i * MS
+            stamp = trace.job(at, at + 2 * MS, handles["timer"], publishes=handles["publisher"])
+        trace.job(at + 3 * MS, at + 5 * MS, handles["subscription"], takes=(handles["rmw"], stamp))
+        facts, output = self.imported(trace.write(self.folder / "trace"), "--jobs", 100)
+        self.assertEqual((facts["window_jobs"], facts["jobs"]), (100, 403))
+        (jobs,) = RunFolder(output / "run").jobs().values()
+        outcomes = [job.outcome for job in jobs]
+        self.assertEqual((outcomes.count("ran"), outcomes.count("overwritten")), (403, 1))
 
     def test_handles_used_again(self) -> None:
         trace, handles = sensor_and_filter(100)
@@ -216,7 +244,7 @@ class Faults(ImportTest):
         facts, output = self.imported(trace.write(self.folder / "served"))
         tasks = {t["task"]: t for t in facts["tasks"]}
         self.assertEqual(tasks["filter/filter/set_parameters"]["jobs"], 100)
-        self.assertEqual(facts["left_out"]["jobs"], 2)
+        self.assertEqual((facts["left_out"]["jobs"], facts["left_out"]["busy_ms"]), (2, 2))
         self.assertTrue(any("requests to service /filter/set_param" in w for w in facts["warnings"]))
         responses = facts["self_check"]
         self.assertGreater(responses["response_p99_ms"]["recorded"], 5)

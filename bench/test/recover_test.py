@@ -97,8 +97,19 @@ class Recover(CommandTest):
         folder = self.killed_copy(1)
         with open(folder / "jobs.csv.part", "a", encoding="utf-8") as jobs:
             jobs.write("rm-ro,99,FrontLidarDriver,timer,0,ran,1,1,1,2,,3,0,0,0,,\nrm-ro,99,Front")
+        (folder / ".run.json.Ab3dEf.part").write_text("{")  # of a replacement that was interrupted
         self.accepted("recover", folder)
         self.assertEqual(self.defect_of(folder), "")
+
+    def test_failed_repetitions_are_not_recovered(self) -> None:
+        folder = self.killed_copy(1)
+        facts = json.loads((folder / "run.json").read_text())
+        for run in facts["runs"]:
+            run["failure"] = "It was killed."
+        (folder / "run.json").write_text(json.dumps(facts))
+        code, _, err = self.command("recover", folder)
+        self.assertEqual(code, WRONG_USE)
+        self.assertIn("before its first repetition ended", err)
 
     def test_the_check_finds_rows_that_were_not_on_disk(self) -> None:
         """Emulates a run.json that names a repetition whose rows were not stored yet."""

@@ -60,6 +60,17 @@ TEST(RunRecord, TasksAreReadAsTheyWereWritten) {
   EXPECT_EQ(read.tasks[1].kind, TaskKind::subscription);
 }
 
+TEST(RunRecord, TheUsageOfARepetitionIsReadAsItWasWritten) {
+  const results::ProcessUsage usage{3ms, 2000, 4, 5, 6ms, 7ms};
+  const auto read = nlohmann::json(usage).get<results::ProcessUsage>();
+  EXPECT_EQ(read.cpu_time, 3ms);
+  EXPECT_EQ(read.peak_memory_kib, 2000);
+  EXPECT_EQ(read.voluntary_switches, 4);
+  EXPECT_EQ(read.involuntary_switches, 5);
+  EXPECT_EQ(read.stolen, 6ms);
+  EXPECT_EQ(read.wall, 7ms);
+}
+
 TEST(RunRecord, ATimerWithoutAPeriodIsRejected) {
   results::RunRecord record;
   record.simulation.emplace();

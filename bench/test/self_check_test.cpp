@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recorded system against the simulation of its graph.
+#include "import/self_check.hpp"
+
+#include <gmock/gmock.h>
+
+namespace hotpath {
+namespace {
+
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+
+/// A sensor of 10 ms, whose jobs work for 1 or 3 ms, and its reader.
+class SelfCheckTest : public testing::Test {
+ protected:
+  SelfCheckTest() {
+    Node& sensor = graph_.nodes.emplace_back();
+    sensor.name = "S";
+    sensor.outputs = {"s"};
+    sensor.period = sensor.deadline = 10ms;
+    sensor.execution_time = sensor.best_case_execution_time = 3ms;
+    Node& command = graph_.nodes.emplace_back();
+    command.name = "C";
+    command.type = NodeType::command;
+    command.inputs = {{"s", 1, std::nullopt}};
+    command.execution_time = command.best_case_execution_time = 1ms;
+    tasks_ = make_tasks(graph_);
+    for (int i = 0; i < 100; ++i) {
+      const Duration at = i * 10ms, end = at + length_of(i);
+      add(0, i, at, at, end);
+      add(1, i, end, end, end + 1ms).job.parent = {0, static_cast<std::uint64_t>(i)};
+    }
+    trace_.end = Time{} + 1s;
+    trace_.published = {0, 100};
+  }
+
+  static Duration length_of(int i) { return i % 2 == 0 ? 1ms : 3ms; }
+
+  JobRecord& add(TaskId task, int sequence, Duration timestamp, Duration start, Duration finish) {
+    JobRecord& r = trace_.jobs.emplace_back();
+    r.job.task = task;
+    r.job.sequence = static_cast<std::uint64_t>(sequence);
+    r.job.timestamp = r.job.release = Time{} + timestamp;
+    r.start = Time{} + start;
+    r.finish = Time{} + finish;
+    return r;
+  }
+  void lose(int samples, Duration at) {
+    for (int i = 0; i < samples; ++i) add(1, 100 + i, at, 0ms, 0ms).outcome = Outcome::overwritten;
+  }
+
+  imports::SelfCheck check() const {
+    return imports::self_check(graph_, tasks_, setup::parse_executor("events-ro", {}), trace_);
+  }
+
+  Graph graph_;
+  GraphTasks tasks_;
+  Trace trace_;
+};
+
+TEST_F(SelfCheckTest, EachJobHasTheTimeOfItsMoment) {
+  const imports::SelfCheck result = check();
+  EXPECT_EQ(result.light, imports::Light::green);
+  EXPECT_EQ(result.schedule.similarity, 1);
+  int sensor_jobs = 0;
+  for (const JobRecord& r : result.simulated.jobs) {
+    if (r.job.task != 0 || r.outcome != Outcome::ran) continue;
+    EXPECT_EQ(r.finish - r.start, length_of(sensor_jobs++));
+  }
+  EXPECT_GE(sensor_jobs, 99);
+}
+
+TEST_F(SelfCheckTest, LossesBeforeTheEpochDoNotCount) {
+  lose(4, -5ms);
+  EXPECT_EQ(check().lost_recorded_percent, 0);
+  EXPECT_EQ(check().light, imports::Light::green);
+}
+
+TEST_F(SelfCheckTest, SomeDeviationIsYellowAndThreeTimesAsMuchIsRed) {
+  lose(4, 5ms);
+  EXPECT_EQ(check().light, imports::Light::yellow);
+  lose(8, 5ms);
+  EXPECT_EQ(check().light, imports::Light::red);
+}
+
+TEST_F(SelfCheckTest, TheLargestDifferenceOfLossesComesFirst) {
+  lose(4, 5ms);
+  trace_.jobs.front().job.skipped = 1;
+  std::vector<std::string> tasks;
+  for (const imports::SelfCheck::LossCheck& loss : check().losses) tasks.push_back(loss.task);
+  EXPECT_THAT(tasks, ElementsAre("C/s", "S"));
+}
+
+}  // namespace
+}  // namespace hotpath
