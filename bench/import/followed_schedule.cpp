@@ -70,7 +70,7 @@ class Follower {
     if (task.kind == TaskKind::subscription) return;
     task.deadline = task.period;
     if (hypothesis.levels.empty()) return;
-    task.priority = hypothesis.levels[id];
+    if (hypothesis.levels[id] != kLast) task.priority = hypothesis.levels[id];
     if (traits_.policy == Policy::dm) task.deadline = Duration(hypothesis.levels[id]);
   }
 

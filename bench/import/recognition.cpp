@@ -70,7 +70,8 @@ class Recogniser {
     other.hypothesis.releases_late = releases && !traits.raises_timer_thread;
     const bool is_open = other.hypothesis.asks_in_vain || other.hypothesis.releases_late;
     if (is_open && fit_order(other) < contradictions) score = std::move(other);
-    if (hypothesis.needs_levels()) fit_levels(set_, steps_, score.hypothesis, half_);
+    if (hypothesis.needs_levels() && hypothesis.levels.empty())
+      fit_levels(set_, steps_, score.hypothesis, half_);
     Agreement agreement = follow(set_, steps_, score.hypothesis, half_, steps_.starts);
     score.contradictions = agreement.contradictions;
     const double contested = static_cast<double>(std::max<std::size_t>(1, result_.contested));

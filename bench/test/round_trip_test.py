@@ -51,7 +51,9 @@ class RoundTrip(CommandTest):
             for one, other in zip(instants, expected[task]):
                 self.assertLessEqual(abs(one - other), APART_NS, task)
         self.assertEqual(self.losses(found), self.losses(run))
-        latencies, outputs = self.latencies(found, "ObjectCollisionEstimator"), self.latencies(run, "hot_path")
+        latencies, outputs = self.latencies(found, "ObjectCollisionEstimator"), self.latencies(
+            run, "hot_path"
+        )
         self.assertGreater(len(outputs), 30)
         self.assertEqual(len(latencies), len(outputs))
         for one, other in zip(latencies, outputs):
