@@ -4,7 +4,6 @@
 #include <numeric>
 #include <set>
 #include <string>
-#include <tuple>
 #include <unordered_set>
 #include <vector>
 
@@ -205,15 +204,13 @@ class RunEvents {
     add(created, K::timer_link_node, where, {address(timer, id), address(node, origin.node)});
   }
 
-  /// Adds jobs in the order of starts: at one instant the events of an earlier job come first, and
-  /// before all a job with an older sample, which another job of this instant did not replace.
+  /// Adds jobs in the order of starts: at one instant the events of an earlier job come first.
   void add_jobs() {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)
       if (started(r)) jobs.push_back(&r);
-    std::ranges::stable_sort(jobs, {}, [this](const JobRecord* r) {
-      const bool older = run_.tasks.origin[r->job.task].input && r->job.timestamp < r->start;
-      return std::tuple(r->start, !older, r->outcome == Outcome::ran ? r->finish : Time::max());
+    std::ranges::stable_sort(jobs, {}, [](const JobRecord* r) {
+      return std::pair(r->start, r->outcome == Outcome::ran ? r->finish : Time::max());
     });
     std::map<std::pair<std::uint16_t, std::uint16_t>, const JobRecord*> previous;  // by process and worker
     Processors processors(run_);

@@ -9,8 +9,10 @@ namespace hotpath::imports {
 
 namespace {
 
-/// No wake-up or delivery takes longer.
+/// No wake-up or delivery takes longer; a thread that releases timers under the ordinary policy may
+/// wait for a time slice.
 constexpr Duration kLong = std::chrono::milliseconds(1);
+constexpr int kSlices = 2;
 
 /// Drives a scheduler whose tasks have their places in the hypothesis's order as ids.
 class Follower {
@@ -35,6 +37,8 @@ class Follower {
     manager_ = static_cast<Worker>(manager - roles.begin());
     asks_in_vain_ = hypothesis.asks_in_vain;
     if (hypothesis.releases_late) late_ = Platform{}.time_slice;
+    if (traits_.timers != TimerHandling::polled && !traits_.raises_timer_thread)
+      long_ = kSlices * Platform{}.time_slice;
     releases_ = manager != roles.end() && traits_.timers != TimerHandling::release_and_execute;
   }
 
@@ -70,7 +74,7 @@ class Follower {
     if (task.kind == TaskKind::subscription) return;
     task.deadline = task.period;
     if (hypothesis.levels.empty()) return;
-    task.priority = hypothesis.levels[id];
+    if (hypothesis.levels[id] != kLast) task.priority = hypothesis.levels[id];
     if (traits_.policy == Policy::dm) task.deadline = Duration(hypothesis.levels[id]);
   }
 
@@ -187,7 +191,7 @@ class Follower {
       const Time at = started_[preferred] < ready.size() ? ready[started_[preferred]] : Time::min();
       const Time decided = std::max(step.free, step.ready);
       of = at > decided ? Of::open : Of::no;
-      plain = of == Of::no && at < decided - kLong;
+      plain = of == Of::no && at < decided - long_;
       for (const TaskId asked : asked_)
         if (counts_ && of == Of::no) ++agreement_.before[{step.task, tasks_[asked]}];
     }
@@ -218,6 +222,7 @@ class Follower {
   std::unique_ptr<Scheduler> scheduler_;
   bool asks_in_vain_ = false, releases_ = false, begun_ = false, counts_ = false;
   Worker manager_ = 0;
+  Duration long_ = kLong;
   Duration late_{};  // from the instant at which a timer is due to its release
   Time now_ = Time::min(), wake_at_ = kNever;
   std::vector<std::size_t> started_;     // by task

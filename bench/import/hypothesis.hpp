@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -9,6 +10,9 @@
 #include "import/recorded_steps.hpp"
 
 namespace hotpath::imports {
+
+/// The level of a timer without a priority.
+inline constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
 
 /// An executor that may have run a recording, with what it leaves open.
 struct Hypothesis {

@@ -330,7 +330,45 @@ void arrange(Recording& r, const ServiceOrder& order, const Findings& findings, 
   if (!options.deployment.empty()) r.deployment = find_deployment(options.deployment, graph, r.graph.tasks);
 }
 
-/// Compares the possible executors of each group of threads with its decisions.
+/// The description that an executor gives of itself, if hotpath knows such an executor.
+struct Stated {
+  std::string name;
+  setup::ExecutorSpec executor;
+  const std::map<std::uint32_t, std::int64_t>& levels;  // by callback
+};
+
+std::optional<Stated> stated_executor(const tracing::System& system, const RecordedExecutor& executor) {
+  for (const tracing::StatedExecutor& stated : system.stated_executors) {
+    const bool ran =
+        std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return stated.threads.contains(t); });
+    if (!ran) continue;
+    try {
+      return Stated{stated.name, setup::parse_executor(stated.name, {}), stated.levels};
+    } catch (const program::UsageError&) {  // of a later version
+    }
+  }
+  return std::nullopt;
+}
+
+/// The hypothesis of the stated executor alone, with its levels.
+std::vector<Hypothesis> as_stated(const Stated& stated, const RecordedGraph& graph,
+                                  std::vector<Hypothesis> possible) {
+  const SchedulerOptions& options = stated.executor.scheduler;
+  std::erase_if(possible, [&](const Hypothesis& h) {
+    return h.entry != stated.executor.entry || h.options.rule != options.rule ||
+           h.options.ties != options.ties;
+  });
+  for (Hypothesis& hypothesis : possible) {
+    if (!hypothesis.needs_levels()) continue;
+    hypothesis.levels.assign(graph.tasks.set.size(), kLast);
+    for (const auto& [callback, level] : stated.levels)
+      if (graph.task_of[callback] != kNoTask) hypothesis.levels[graph.task_of[callback]] = level;
+  }
+  return possible;
+}
+
+/// Compares the possible executors of each group of threads with its decisions. An executor that
+/// describes itself is believed.
 void recognise_executors(Recording& recording) {
   RecordedTrace rows(recording.system, recording.graph, recording.timers, recording.timers.released);
   std::vector<JobRecord> records;
@@ -343,9 +381,16 @@ void recognise_executors(Recording& recording) {
     const RecordedSteps steps = recorded_steps(recording.graph, window, recording.lost, executor, kTried);
     const bool waits = std::ranges::any_of(
         executor.threads, [&](std::uint32_t t) { return recording.system.threads[t].waits > 0; });
-    recording.recognitions.push_back(
-        recognise(recording.system, recording.graph, steps,
-                  possible_hypotheses(steps, waits, recording.system.rcl_version)));
+    std::vector<Hypothesis> possible = possible_hypotheses(steps, waits, recording.system.rcl_version);
+    const std::optional<Stated> stated = stated_executor(recording.system, executor);
+    std::vector<Hypothesis> alone =
+        stated ? as_stated(*stated, recording.graph, possible) : std::vector<Hypothesis>{};
+    if (!alone.empty()) possible = std::move(alone);
+    const bool believed = stated && possible.size() == 1;
+    recording.recognitions.push_back(recognise(recording.system, recording.graph, steps, possible));
+    if (!believed) continue;
+    recording.recognitions.back().stated = stated->name;
+    recording.recognitions.back().verdict = Verdict::recognised;
   }
 }
 
@@ -366,7 +411,8 @@ Findings findings_of(const Recording& recording) {
     findings.order.insert(score->evidence.begin(), score->evidence.end());
     if (score->hypothesis.entry->traits.policy != Policy::fp) continue;
     for (TaskId id = 0; id < recording.graph.tasks.set.size(); ++id)
-      if (recording.graph.callback_of[id] != kNone && recording.graph.tasks.set[id].kind == TaskKind::timer)
+      if (recording.graph.callback_of[id] != kNone && recording.graph.tasks.set[id].kind == TaskKind::timer &&
+          score->hypothesis.levels[id] != kLast)
         findings.priorities[recording.graph.callback_of[id]] = score->hypothesis.levels[id];
   }
   return findings;
@@ -400,7 +446,9 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
       recording.graph.notes.push_back(
           "Nodes and callbacks are in the order in which the executor served them, which is not that of "
           "their creation.");
-    if (!findings.priorities.empty())
+    const bool stated =
+        std::ranges::any_of(recording.recognitions, [](const Recognition& r) { return !r.stated.empty(); });
+    if (!findings.priorities.empty() && !stated)
       recording.graph.notes.push_back(
           "The priorities of timers in the graph are fitted to the order of jobs; only their order counts.");
   }

@@ -28,9 +28,10 @@ constexpr std::size_t kKinds = 2;
 /// Decisions of one kind suffice if there are so many that timing cannot explain, and if the best
 /// hypothesis has the agreement kExact.
 constexpr std::size_t kPlain = 20;
-/// A trace does not show when a thread that polls a shared wait set noticed a ready entity: such executors
-/// are distinguished only by a difference in agreement above kUnseen; executors that release timers only
-/// if no hypothesis has the agreement kExact.
+/// A trace does not show when a thread that polls a shared wait set noticed a ready entity, nor when
+/// the set was rebuilt: such executors are not distinguished from each other, and from others only by a
+/// difference in agreement above kUnseen; executors that release timers only if no hypothesis has the
+/// agreement kExact.
 constexpr double kUnseen = 0.1, kExact = 0.97;
 /// A fitted order must remove this share of the contradictions, and as many.
 constexpr double kBetter = 0.1;
@@ -70,7 +71,8 @@ class Recogniser {
     other.hypothesis.releases_late = releases && !traits.raises_timer_thread;
     const bool is_open = other.hypothesis.asks_in_vain || other.hypothesis.releases_late;
     if (is_open && fit_order(other) < contradictions) score = std::move(other);
-    if (hypothesis.needs_levels()) fit_levels(set_, steps_, score.hypothesis, half_);
+    if (hypothesis.needs_levels() && hypothesis.levels.empty())
+      fit_levels(set_, steps_, score.hypothesis, half_);
     Agreement agreement = follow(set_, steps_, score.hypothesis, half_, steps_.starts);
     score.contradictions = agreement.contradictions;
     const double contested = static_cast<double>(std::max<std::size_t>(1, result_.contested));
@@ -169,15 +171,15 @@ class Recogniser {
   }
 
   static bool is_leading(const Score& score, const Score& best) {
+    if (shares_waits(score.hypothesis.entry->traits) && shares_waits(best.hypothesis.entry->traits))
+      return true;
     if (notices_unseen(score.hypothesis.entry->traits, best.agreement) &&
         best.agreement - score.agreement < kUnseen)
       return true;
     const double only_one = static_cast<double>(score.against + score.in_favour);
     const double difference = static_cast<double>(score.against) - static_cast<double>(score.in_favour);
     const ExecutorTraits& traits = score.hypothesis.entry->traits;
-    const bool timing_is_seen =
-        !shares_waits(traits) && (traits.timers == TimerHandling::polled || traits.raises_timer_thread);
-    const bool plain = timing_is_seen && best.agreement >= kExact &&
+    const bool plain = !shares_waits(traits) && best.agreement >= kExact &&
                        score.plain_against >= kPlain + 2 * score.plain_in_favour;
     return score.margin < kDecisive || (score.kinds_against < kKinds && !plain) ||
            difference < kDeviations * std::sqrt(only_one);

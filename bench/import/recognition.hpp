@@ -50,6 +50,7 @@ struct Contradiction {
 
 struct Recognition {
   Verdict verdict = Verdict::undecided;
+  std::string stated;                        ///< The name that the executor gives itself; empty: none.
   std::vector<Score> ranking;                ///< The best first.
   std::size_t leading = 0;                   ///< The first ones, which the recording cannot tell apart.
   std::size_t decisions = 0, contested = 0;  ///< Of the judged part.

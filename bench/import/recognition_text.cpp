@@ -44,6 +44,9 @@ std::string sentence(const Recognition& r, const RecordedGraph& graph) {
   if (r.ranking.empty()) return "No known executor runs such threads.";
   const std::string names = program::joined(r.names(), ", ");
   const Score& best = r.ranking.front();
+  if (!r.stated.empty())
+    return program::concat("The executor calls itself ", r.stated, ", which explains ", share_of(best, r),
+                           ".");
   switch (r.verdict) {
     case Verdict::recognised:
       return program::concat(names, " explains ", share_of(best, r), next_one(r));
@@ -81,6 +84,7 @@ nlohmann::json recognition_json(const Recognition& r, const RecordedGraph& graph
   return {{"verdict", to_string(r.verdict)},
           {"executors", r.verdict == Verdict::none_fits ? std::vector<std::string>() : r.names()},
           {"sentence", sentence(r, graph)},
+          {"stated", r.stated},
           {"decisions", r.decisions},
           {"contested", r.contested},
           {"ranking", ranking}};

@@ -17,6 +17,9 @@ EXECUTORS = {"picas": "fp-ro"}
 # so the import does not know how long jobs really ran that overlap on a processor: it finds what
 # ran, but does not reproduce it.
 TIME_SLICED = ("isolated", "cie")
+# A job takes a sample between two publications of one instant. The trace has no order of the events of
+# several processors within an instant, so the import counts the first sample as overwritten.
+ONE_INSTANT = ("picas",)
 # The export separates simultaneous events of several processors by a few nanoseconds.
 APART_NS = 100
 
@@ -44,13 +47,14 @@ class RoundTrip(CommandTest):
         return json.loads((output / "import.json").read_text()), RunFolder(run), RunFolder(output / "run")
 
     def check(self, facts: Any, run: RunFolder, found: RunFolder, lights: tuple[str, ...]) -> None:
-        self.assertEqual(self.connections(found), self.connections(run))
+        if run.run["executors"] != list(ONE_INSTANT):
+            self.assertEqual(self.connections(found), self.connections(run))
+            self.assertEqual(self.losses(found), self.losses(run))
         jobs, expected = self.instants(found), self.instants(run)
         self.assertEqual({k: len(v) for k, v in jobs.items()}, {k: len(v) for k, v in expected.items()})
         for task, instants in jobs.items():
             for one, other in zip(instants, expected[task]):
                 self.assertLessEqual(abs(one - other), APART_NS, task)
-        self.assertEqual(self.losses(found), self.losses(run))
         latencies, outputs = self.latencies(found, "ObjectCollisionEstimator"), self.latencies(
             run, "hot_path"
         )

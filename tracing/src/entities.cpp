@@ -63,6 +63,11 @@ void Assembler::describe(const Event& e) {
     }
     case K::service_callback_added:
       return add_service_callback(e);
+    case K::executor_init:
+    case K::executor_callback:
+    case K::executor_priority:
+    case K::executor_job:
+      return state(e);
     case K::buffer_to_ipb:
       ipb_of_buffer_[first] = e.number[1];
       return;

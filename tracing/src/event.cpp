@@ -67,6 +67,12 @@ std::span<const EventFormat> formats() {
       {get_next_ready, "ros2:rclcpp_executor_get_next_ready", {}, false},
       {wait_for_work, "ros2:rclcpp_executor_wait_for_work", {{"timeout", i}}},
       {execute, "ros2:rclcpp_executor_execute", {{"handle", a}}, false},
+      {executor_init, "hotpath:executor_init", {{"executor", a}, {"name", t}, {"priorities", t}}},
+      {executor_callback,
+       "hotpath:executor_callback",
+       {{"executor", a}, {"task", i}, {"kind", t}, {"handle", a}}},
+      {executor_priority, "hotpath:executor_priority", {{"executor", a}, {"task", i}, {"level", i}}},
+      {executor_job, "hotpath:executor_job", {{"executor", a}, {"task", i}}},
   };
   return formats;
 }

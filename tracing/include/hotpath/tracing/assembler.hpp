@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -98,6 +99,9 @@ class Assembler {
   std::uint32_t topic_named(const std::string& name);
   ThreadState& thread_of(const Event& e);
 
+  // stated_executors.cpp: events of executors that describe themselves.
+  void state(const Event& e);
+
   void start(const Event& e);
   void end(const Event& e);
   void give_up(std::vector<Job>& open, std::size_t from);
@@ -129,6 +133,8 @@ class Assembler {
   ByHandle<std::uint32_t> endpoints_;   // by the middleware's handle; initialised by it, not yet by rcl
   ByHandle<Timer> timers_;
   ByHandle<Service> services_;
+  ByHandle<std::uint32_t> executors_;                                                  // to the stated ones
+  std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> callback_of_task_;  // by stated executor
   std::unordered_map<std::string, std::uint32_t> topics_;
   ByHandle<std::uint32_t> thread_indices_;      // by process and id
   std::vector<ThreadState> threads_;            // parallel to those of the system

@@ -15,7 +15,8 @@ using Duration = std::chrono::nanoseconds;
 using Time = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
 /// Events of ros2_tracing (provider `ros2`, versions 2 to 8), and CARET's event with the source
-/// timestamps that older versions lack. In the order of formats().
+/// timestamps that older versions lack. The last ones are PriorityExecutor's own (provider
+/// `hotpath`). In the order of formats().
 enum class EventKind : std::uint8_t {
   rcl_init,
   node_init,
@@ -50,6 +51,10 @@ enum class EventKind : std::uint8_t {
   get_next_ready,
   wait_for_work,
   execute,
+  executor_init,
+  executor_callback,
+  executor_priority,
+  executor_job,
 };
 
 /// A `gid` is sixteen bytes, which count as two numbers: eight bytes each, the first one highest.

@@ -66,6 +66,17 @@ struct Thread {
   std::map<std::int32_t, std::uint64_t> processors;  ///< Jobs by the processor on which they ended.
 };
 
+/// An executor that describes itself: hotpath_rclcpp's PriorityExecutor does.
+struct StatedExecutor {
+  std::uint32_t process = 0;
+  std::string name;                 ///< With its variants, `rm-ro:first`.
+  std::string priorities;           ///< File of its priorities; empty: none.
+  std::set<std::uint32_t> threads;  ///< That ran its jobs.
+  /// By callback: the level in force at the end of the trace, smaller first. Under rm and dm a time
+  /// in ns. Callbacks without one have none.
+  std::map<std::uint32_t, std::int64_t> levels;
+};
+
 /// A running system, as far as its events describe it.
 struct System {
   std::string rcl_version;            ///< Empty: unknown.
@@ -75,7 +86,8 @@ struct System {
   std::vector<Callback> callbacks;
   std::vector<Topic> topics;
   std::vector<Thread> threads;
-  std::vector<Endpoint> endpoints;   ///< In the order of creation.
+  std::vector<Endpoint> endpoints;  ///< In the order of creation.
+  std::vector<StatedExecutor> stated_executors;
   std::uint64_t reused_handles = 0;  ///< Callbacks at the address of an earlier callback.
   std::uint64_t ends_without_start = 0;
 };
