@@ -41,7 +41,8 @@ struct Platform {
   Duration dispatch_cost{};
   /// Paid before the dispatch if the decision needed a new wait: the cost to build a wait set and
   /// to scan it when rcl_wait returns, per wait and per entity. No other worker decides meanwhile.
-  /// A wait in which the worker slept costs only the wake-up.
+  /// A wait in which the worker slept costs only the wake-up. A worker that shares a wait set with
+  /// others pays when its wait begins, also if it then sleeps.
   Duration wait_cost{}, wait_cost_per_entity{};
   /// Entities in every wait besides the tasks: the parameter services, guard conditions and
   /// waitables of each rclcpp node. Applies to a single executor; SimulatedExecutor has its own

@@ -40,7 +40,8 @@ struct Decision {
   Time wake_at = kNever;   ///< Without a job: sleep until this instant or until woken.
   WorkerSet wake;          ///< Other workers that must ask for a decision.
   /// Number of tasks in the wait set that this decision built and scanned; 0 if the job came from a
-  /// snapshot, a queue, or the wait in which the worker slept.
+  /// snapshot, a queue, or the wait in which the worker slept. Without a job: a wait of workers that
+  /// share a wait set begins, at whose end, after its cost, the worker asks again or sleeps.
   std::uint32_t waited_for = 0;
   bool blocked = false;  ///< Without a job: the worker queues for a mutex that a sleeping one keeps.
 };
