@@ -14,6 +14,7 @@ esac
 [ "$test" = OFF ] || [ "$(id -u)" -eq 0 ] || { echo "package.sh: --test needs root" >&2; exit 2; }
 
 export PATH="/usr/bin:$PATH"
+unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH  # nothing of a sourced ROS 2 belongs into these packages
 cmake --preset package >build-package.log
 cmake --build build-package >>build-package.log 2>&1 || { tail -40 build-package.log >&2; exit 1; }
 rm -rf build-package/packages
@@ -23,8 +24,9 @@ ls build-package/packages/*.deb
 
 command -v debootstrap >/dev/null || apt-get install -y -qq --no-install-recommends debootstrap >/dev/null
 mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | head -1)
-root=$(mktemp -d) && chmod 755 "$root"
-trap 'umount "$root/proc" 2>/dev/null || true; rm -rf "$root"' EXIT
+root=$(mktemp -d)
+chmod 755 "$root"
+trap 'umount "$root/proc" 2>/dev/null || true; rm -rf --one-file-system "$root"' EXIT
 debootstrap --variant=minbase bookworm "$root" "$mirror" >build-package/debootstrap.log ||
   { tail -5 build-package/debootstrap.log >&2; exit 1; }
 cp /etc/apt/apt.conf.d/* "$root/etc/apt/apt.conf.d/"

@@ -17,6 +17,8 @@ esac
 installed=$(command -v "$program" || true)
 for place in ${HOTPATH_PROGRAMS:-} "${places[@]}" ${installed:+"$(dirname "$installed")"}; do
   if [ -x "$place/$program" ]; then
+    # Results of an installed program go to roslaunch's working directory, not into /usr/share.
+    [ -f CMakeLists.txt ] || cd "$OLDPWD"
     arguments=("$@")
     if [ "$program" = hotpath ]; then  # not a ROS node: drop roslaunch's __name:= and __log:= arguments
       arguments=()

@@ -225,7 +225,7 @@ class Adviser {
     const fs::path folder = setup::output_folder(options_, graph_);
     program::create_folder(folder);
     advice.change = write_change(advice, folder);
-    if (!advice.causes.empty()) {
+    if (!advice.causes.empty() && can_be_written(*advice.now->candidate)) {
       advice.stored.push_back(store_first_draw(*advice.now->candidate, options_, folder / "now"));
       advice.stored.push_back(store_first_draw(*advice.best->candidate, options_, folder / "recommended"));
     }

@@ -11,16 +11,6 @@ namespace {
 
 constexpr double kMoreLosses_percent = 1;
 
-bool can_be_written(const Candidate& candidate) {
-  if (!candidate.spec.deployment) return true;
-  try {
-    (void)deployment_yaml(candidate.graph, candidate.tasks, candidate.spec.deployment->plan);
-    return true;
-  } catch (const std::invalid_argument&) {
-    return false;
-  }
-}
-
 double probability(const Objective& objective) {
   return objective.kind != Objective::Kind::latency            ? 1.0
          : objective.statistic == Objective::Statistic::median ? 0.5
@@ -52,6 +42,16 @@ std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions
     return a->overload.empty() && score(objective, a->summary) < score(objective, b->summary);
   });
   return order;
+}
+
+bool can_be_written(const Candidate& candidate) {
+  if (!candidate.spec.deployment) return true;
+  try {
+    (void)deployment_yaml(candidate.graph, candidate.tasks, candidate.spec.deployment->plan);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
 }
 
 std::string why_not(const Prediction& p, const Prediction& now) {

@@ -16,6 +16,9 @@ namespace hotpath::advise {
 /// Number of tasks that never ran.
 [[nodiscard]] std::size_t never_ran(const results::ExecutorSummary& summary);
 
+/// Whether a deployment file can express the candidate: it splits no callback group.
+[[nodiscard]] bool can_be_written(const Candidate& candidate);
+
 /// Why a candidate that keeps up cannot be recommended: a task never runs, it loses over one
 /// percent more than the current executor `now` (which may be overloaded), or no deployment file
 /// can express it. Empty: it can.

@@ -21,10 +21,11 @@ std::vector<std::string> command_of(const simulated::Options& o) {
     words.push_back("--phases-file=" + o.phases_file);
   } else {
     words.push_back(program::concat("--phases=", to_string(o.phases)));
-    if (o.phase_step_ms) words.push_back(program::concat("--phase-step=", *o.phase_step_ms));
+    if (o.phase_step_ms) words.push_back(program::text("--phase-step=%.17g", *o.phase_step_ms));
   }
-  words.insert(words.end(), {program::concat("--duration=", o.duration_s),
-                             program::concat("--warm-up=", o.warm_up_s), program::concat("--seed=", o.seed)});
+  words.insert(words.end(),
+               {program::text("--duration=%.17g", o.duration_s),
+                program::text("--warm-up=%.17g", o.warm_up_s), program::concat("--seed=", o.seed)});
   if (o.rule != SubscriptionRule::inherit) words.push_back("--rule=" + std::string(to_string(o.rule)));
   if (o.ties != Ties::lifo) words.push_back("--ties=" + std::string(to_string(o.ties)));
   if (o.entity_order != "creation") words.push_back("--entity-order=" + o.entity_order);

@@ -9,14 +9,14 @@ namespace hotpath::commands {
 
 namespace {
 
-/// Makes `--phases` without a word, or with the word `chosen`, choose the phases.
+/// Makes `--phases` without a value, or with the word `chosen`, choose the phases.
 void choose_phases_option(CLI::App& advise, advise::Options& o) {
   advise.remove_option(advise.get_option("--phases"));
   const std::string alone = "chosen";
   const auto check = [alone](const std::string& text) {
     if (text == alone || parse<Phases>(text)) return std::string();
     return program::concat("`", text, "` is none of ", program::joined(words<Phases>()), ", ", alone,
-                           "; give --phases without a word after GRAPH");
+                           "; give --phases without a value after GRAPH");
   };
   const auto set = [&o, alone](const std::string& text) {
     o.choose_phases = text == alone;
@@ -29,10 +29,10 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
       ->expected(0, 1)
       ->check(check, "")
       ->type_name("[" + program::joined(words<Phases>(), "|") + "|chosen]")
-      ->default_str(alone)  // what CLI11 passes for an option without a word
+      ->default_str(alone)  // what CLI11 passes for an option without a value
       ->group(kSystemGroup);
   add_number(advise, "--margin", o.margin_ms, {0, 1e6}, "MS",
-             "With --phases alone: how far offsets may be off, by default\n"
+             "With --phases without a value: how far offsets may be off, by default\n"
              "1 % of the shortest period")
       ->group(kSystemGroup);
   exclude(advise, "--phases-file", {"--phases"});
@@ -46,7 +46,7 @@ void add_advise_command(CLI::App& app) {
       "hotpath advise autoware --cores 2 --for hot_path:p99 --draws 20", [](const advise::Options& options) {
         if (options.choose_phases) return advise::advise_phases(options);
         if (options.margin_ms)
-          throw program::UsageError("--margin is for phases that are chosen; add --phases without a word");
+          throw program::UsageError("--margin is for phases that are chosen; add --phases without a value");
         advise::advise(options);
       });
   o.phases = Phases::random;
@@ -62,13 +62,13 @@ void add_advise_command(CLI::App& app) {
   add_text(advise, "--for", o.objective, "OBJECTIVE",
            "CHAIN:median, CHAIN:p99, CHAIN:worst or CHAIN:age;\n"
            "CHAIN<MS, several separated by commas; worst_lateness;\n"
-           "losses; by default hot_path:p99, with --phases alone\nhot_path:worst");
+           "losses; by default hot_path:p99, with --phases without a\nvalue hot_path:worst");
   add_text(advise, "--now", o.now, "NAME", "Current executor or deployment, the baseline");
   add_cores_option(advise, o.cores);
   add_text(advise, "--costs", o.costs, "reference|graph",
            "Costs of executors: measured for each on the reference\n"
            "machine, or those of the graph's platform for all; by default\n"
-           "reference, with --phases alone graph");
+           "reference, with --phases without a value graph");
   add_list(advise, "--executors", o.executors, "NAMES",
            "Candidates besides --deployments, separated by commas;\nby default all that suit the graph");
   add_deployments_option(advise, o);

@@ -29,6 +29,20 @@ void run_tool(const std::string& command, std::vector<std::string> words, const 
 }
 
 /// Python holds all latencies and response times of a page in memory.
+void check_page_memory(const std::vector<std::string>& runs, const std::string& command) {
+  constexpr double kMemoryOfByte = 3;
+  double bytes = 0;
+  for (const std::string& run : runs) {
+    for (const char* const file : {"jobs.csv", "chains.csv"}) {
+      std::error_code none;
+      const auto size = std::filesystem::file_size(std::filesystem::path(run) / file, none);
+      if (!none) bytes += kMemoryOfByte * static_cast<double>(size);
+    }
+  }
+  program::check_memory(bytes, command, "all response times",
+                        "fewer or shorter runs, or summary.json of each");
+}
+
 void report(const ReportArguments& a) {
   if (a.json) {
     using nlohmann::json;
@@ -37,17 +51,7 @@ void report(const ReportArguments& a) {
     return;
   }
   if (!a.output.empty()) program::check_output_folder(a.output, "report.html");
-  constexpr double kMemoryOfByte = 3;
-  double bytes = 0;
-  for (const std::string& run : a.runs) {
-    for (const char* const file : {"jobs.csv", "chains.csv"}) {
-      std::error_code none;
-      const auto size = std::filesystem::file_size(std::filesystem::path(run) / file, none);
-      if (!none) bytes += kMemoryOfByte * static_cast<double>(size);
-    }
-  }
-  program::check_memory(bytes, "report", "all response times",
-                        "fewer or shorter runs, or summary.json of each");
+  check_page_memory(a.runs, "report");
   run_tool("report", a.runs, "--output", a.output);
 }
 
@@ -76,6 +80,7 @@ void add_compare_results_command(CLI::App& app) {
         if (a.across_loads) words.emplace_back("--across-loads");
         if (!a.page.empty()) {
           program::check_output_folder(a.page, "report.html", "--page");
+          check_page_memory({a.before, a.after}, "compare-results --page");
           words.push_back("--page=" + a.page);
         }
         if (!a.junit.empty()) words.push_back("--junit=" + a.junit);

@@ -237,8 +237,8 @@ std::vector<std::string> sentences(const Subject& subject, const Overview& o) {
   if (!shrunk.empty() || (!jobs.empty() && jobs.front().ms > excess)) {
     all.push_back(program::concat(
         "Compared with the median (", ms(median), "), the worst ", percent(kTail, 1), " (", o.tail.outputs,
-        " of ", o.all.outputs, " outputs, on average ", ms(tail), ") have ", apart(grown, " for ", " more"),
-        shrunk.empty() ? "" : program::concat("; and ", apart(shrunk, " for ", " less")), ".",
+        " of ", o.all.outputs, " outputs, on average ", ms(tail), ") spend ", apart(grown, " on ", " more"),
+        shrunk.empty() ? "" : program::concat("; and ", apart(shrunk, " on ", " less")), ".",
         jobs.empty() ? ""
                      : program::concat(" The wait that grows most is ", ms(jobs.front().ms),
                                        " longer, behind ", jobs.front().text, ".")));

@@ -43,6 +43,8 @@ class Trials {
         chains_(setup::measured_chains(graph, tasks)),
         times_(simulated::execution_times_of(graph, tasks, 1)) {}
 
+  const ExecutionTimes& times() const { return *times_; }
+
   /// None: the executor is overloaded.
   std::optional<Trace> run(const std::string& executor, double factor) const {
     const setup::ExecutorSpec spec = setup::parse_executor(executor, {});
@@ -73,10 +75,10 @@ JobOrder order_of(const Trace& trace) {
   return order;
 }
 
-double load_percent(const Trace& trace, std::size_t threads) {
+double load_percent(const Trace& trace, const ExecutionTimes& times, std::size_t threads) {
   Duration work{};
   for (const JobRecord& r : trace.jobs)
-    if (r.outcome == Outcome::ran) work += r.finish - r.start;
+    if (r.outcome == Outcome::ran) work += times.of(r.job);
   return 100 * to_ms(work) / to_ms(kLength) / static_cast<double>(threads);
 }
 
@@ -104,13 +106,13 @@ DistinguishingLoad distinguishing_load(const Graph& graph, const GraphTasks& tas
   const Trials trials(graph, tasks);
   const std::optional<Trace> recorded = trials.run(candidates.front(), 1);
   if (!recorded) return result;
-  result.recorded_percent = load_percent(*recorded, threads);
+  result.recorded_percent = load_percent(*recorded, trials.times(), threads);
   if (result.recorded_percent <= 0) return result;
   const int first = kStep_percent * (1 + static_cast<int>(result.recorded_percent) / kStep_percent);
   for (int percent = first; percent <= kLast_percent; percent += kStep_percent) {
     const double factor = percent / result.recorded_percent;
     const std::optional<Trace> reference = trials.run(candidates.front(), factor);
-    if (!reference) return result;
+    if (!reference) return {};
     const JobOrder order = order_of(*reference);
     for (std::size_t i = 1; i < candidates.size(); ++i) {
       const std::optional<Trace> other = trials.run(candidates[i], factor);
@@ -125,12 +127,13 @@ DistinguishingLoad distinguishing_load(const Graph& graph, const GraphTasks& tas
 
 std::string DistinguishingLoad::sentence() const {
   if (others == 0 || recorded_percent <= 0) return {};
+  if (!percent && recorded_percent >= kLast_percent) return {};  // nothing was simulated
   if (!percent)
-    return program::text("Simulated at loads up to %d %% of its threads (recorded: %.0f %%), ", kLast_percent,
+    return program::text("Simulated with the threads up to %d %% busy (recorded: %.0f %%), ", kLast_percent,
                          recorded_percent) +
-           "they run this graph's jobs in the same order.";
-  return program::text("At a load of %.0f %% of its threads (recorded: %.0f %%), ", *percent,
-                       recorded_percent) +
+           first +
+           program::text(" and the other %zu run this graph's jobs in nearly the same order.", others);
+  return program::text("With the threads %.0f %% busy (recorded: %.0f %%), ", *percent, recorded_percent) +
          program::text("%zu of the other %zu would run jobs in another order than ", differing, others) +
          first + ".";
 }

@@ -75,7 +75,8 @@ class Follower {
     task.deadline = task.period;
     if (hypothesis.levels.empty()) return;
     if (hypothesis.levels[id] != kLast) task.priority = hypothesis.levels[id];
-    if (traits_.policy == Policy::dm) task.deadline = Duration(hypothesis.levels[id]);
+    // A deadline is added to instants, and a level may be missing.
+    if (traits_.policy == Policy::dm) task.deadline = Duration(std::min(hypothesis.levels[id], kLast / 2));
   }
 
   /// Advances the clock, and with it a thread that only releases timers. It spins from the first

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "hotpath/analysis/statistics.hpp"
 #include "import/recognition_text.hpp"
 #include "program/text.hpp"
 
@@ -111,11 +110,11 @@ json tasks_json(const Facts& facts) {
                                          {"published", json::object()}});
     if (!durations[id].empty()) {
       // Observed durations without interpolation: other readers of the trace find the same.
-      const auto ranked = [&](double share) {
-        return durations[id][nearest_rank(durations[id].size(), share)];
+      const auto ranked = [&](std::size_t percent) {
+        return durations[id][std::min(durations[id].size() - 1, durations[id].size() * percent / 100)];
       };
       task["duration_us"] = {
-          {"p50", ranked(0.5)}, {"p90", ranked(0.9)}, {"p99", ranked(0.99)}, {"max", ranked(1)}};
+          {"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
     }
     for (const auto& [topic, messages] : callback.published)
       task["published"][system.topics[topic].name] = messages;

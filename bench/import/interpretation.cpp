@@ -383,10 +383,14 @@ void recognise_executors(Recording& recording) {
         executor.threads, [&](std::uint32_t t) { return recording.system.threads[t].waits > 0; });
     std::vector<Hypothesis> possible = possible_hypotheses(steps, waits, recording.system.rcl_version);
     const std::optional<Stated> stated = stated_executor(recording.system, executor);
-    std::vector<Hypothesis> alone =
-        stated ? as_stated(*stated, recording.graph, possible) : std::vector<Hypothesis>{};
+    // It emits no waits; an executor of rclcpp may have waited on its thread before.
+    std::vector<Hypothesis> alone;
+    if (stated) {
+      alone = as_stated(*stated, recording.graph,
+                        possible_hypotheses(steps, false, recording.system.rcl_version));
+    }
+    const bool believed = alone.size() == 1;
     if (!alone.empty()) possible = std::move(alone);
-    const bool believed = stated && possible.size() == 1;
     recording.recognitions.push_back(recognise(recording.system, recording.graph, steps, possible));
     if (!believed) continue;
     recording.recognitions.back().stated = stated->name;

@@ -79,7 +79,7 @@ nlohmann::json recognition_json(const Recognition& r, const RecordedGraph& graph
                        {"only_this_explains", score.in_favour},
                        {"only_best_explains_beyond_timing", score.plain_against},
                        {"order_is_fitted", !score.evidence.empty()},
-                       {"priorities_are_fitted", score.hypothesis.needs_levels()}});
+                       {"priorities_are_fitted", score.hypothesis.needs_levels() && r.stated.empty()}});
   }
   return {{"verdict", to_string(r.verdict)},
           {"executors", r.verdict == Verdict::none_fits ? std::vector<std::string>() : r.names()},

@@ -36,15 +36,15 @@ ListedOutputs::ListedOutputs(const results::StoredRun& run, const std::string& e
   options.chain = chain;
   explain::StoredOutputs stored(run, executor, options);
   outputs_ = stored.outputs().size();
-  stored.explain(listed(stored.outputs(), most), [this](const Explanation& e) { add(e); });
+  stored.explain(listed(stored.outputs(), most), [this](const Explanation& e) { add(e, Kind::output); });
   missing_ = stored.subject().missing;
 }
 
-void ListedOutputs::add(const Explanation& e) {
+void ListedOutputs::add(const Explanation& e, Kind kind) {
   const JobRecord& sink = e.path.back();
   repetition_.push_back(e.repetition);
   sequence_.push_back(static_cast<std::int64_t>(sink.job.sequence));
-  end_.push_back(sink.start.time_since_epoch().count());
+  end_.push_back((kind == Kind::response ? sink.finish : sink.start).time_since_epoch().count());
   latency_.push_back(e.latency.count());
   complete_.push_back(e.complete ? 1 : 0);
   const explain::CauseTimes sums = causes_of(e);

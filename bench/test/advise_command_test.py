@@ -111,7 +111,7 @@ class Advise(CommandTest):
         self.assertEqual(values, sorted(values))
 
     def test_reports_overloaded_candidates(self) -> None:
-        err = self.refused(1, "autoware", "--load", 130)
+        err = self.refused(2, "autoware", "--load", 130)
         self.assertIn("130 % of one core", err)
         self.assertIn("2 cores or more", err)
         out, advice = self.advise("autoware", "--load", 130, "--cores", 2, "--draws", 2, "--duration", 2)

@@ -48,11 +48,10 @@ TEST(Overviews, GiveLongerAndShorterCausesApart) {
   overview.all = overview.middle = totals_of({{Cause::running, 10ms}, {Cause::snapshot, 15ms}});
   overview.tail = totals_of({{Cause::running, 10ms}, {Cause::executor, 18ms}, {Cause::join, 2ms}});
   const TaskSet set;
-  EXPECT_EQ(
-      sentences({set, "default", "chain", "", 0}, overview).back(),
-      "Compared with the median (25.0 ms), the worst 1 % (1 of 1 outputs, on average 30.0 ms) have "
-      "20.0 ms more, of which 18.0 ms (90 %) for waiting for the executor and 2.0 ms (10 %) for waiting "
-      "for a join's other input or timer; and 15.0 ms less for a wait set's snapshot taken too early.");
+  EXPECT_EQ(sentences({set, "default", "chain", "", 0}, overview).back(),
+            "Compared with the median (25.0 ms), the worst 1 % (1 of 1 outputs, on average 30.0 ms) spend "
+            "20.0 ms more, of which 18.0 ms (90 %) on waiting for the executor and 2.0 ms (10 %) on waiting "
+            "for a join's other input or timer; and 15.0 ms less on a wait set's snapshot taken too early.");
 }
 
 TEST(Comparisons, GiveSavingsAndLossesApart) {

@@ -45,7 +45,7 @@ class BadInput(ImportTest):
         trace = self.unpacked("timers_only_default")
         stream = max(trace.rglob("ros2_*"), key=lambda f: f.stat().st_size)
         stream.write_bytes(stream.read_bytes()[:-100])
-        self.refused(2, f"breaks off (within a packet of {stream.name})", trace)
+        self.refused(2, f"breaks off (within a packet of {stream.name}", trace)
 
     def test_an_output_folder_in_use(self) -> None:
         trace = self.unpacked("timers_only_default")

@@ -147,7 +147,7 @@ class Distributions(Results):
                 if (label, q) in found:
                     self.assertAlmostEqual(found[label, q], row[key]["value"], delta=0.00051, msg=label)
                     compared += 1
-        self.assertGreaterEqual(compared, 2 * len(advice["ranking"]) // 2)
+        self.assertGreaterEqual(compared, len(advice["ranking"]))
         bounds = {f"bound of {r['name']}": r["bound_ms"] for r in advice["ranking"] if r.get("bound_ms")}
         marks = dict(browser.run("return hotpathPage.target.marks.map((m) => [m.label, m.ms])"))
         limits = advice["requirements_ms"]
@@ -201,8 +201,32 @@ class Distributions(Results):
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         browser = opened(self, self.folder / "advice" / "report.html")
         self.check_advice(advice, browser, "hot_path, end to end")
-        if advice["stored"]:
-            self.check_stored_draws(self.folder / "advice", advice)
+
+    def test_stored_draws_of_deployments(self) -> None:
+        words = (
+            "--cores",
+            2,
+            "--draws",
+            2,
+            "--duration",
+            2,
+            "--executors",
+            "default",
+            "--deployments",
+            "picas",
+        )
+        self.accepted("advise", "autoware", *words, "--now", "default", "--output", "advice")
+        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
+        self.assertEqual(advice["stored"], ["default", "picas"])
+        self.check_stored_draws(self.folder / "advice", advice)
+
+    def test_no_stored_draws_of_split_groups(self) -> None:
+        words = ("--cores", 2, "--draws", 2, "--duration", 2, "--executors", "default")
+        self.accepted("advise", "autoware", *words, "--now", "rm-threads", "--output", "advice")
+        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
+        self.assertEqual(advice["now"], "rm-threads")
+        self.assertEqual(advice["stored"], [])
+        self.assertTrue((self.folder / "advice" / "report.html").exists())
 
     def test_of_a_gate(self) -> None:
         for name, load in (("old", 80), ("new", 85)):

@@ -287,6 +287,13 @@ TEST_F(RebuiltWaitSet, AGroupThatWasBusyAtARebuildGoesToTheEnd) {
   EXPECT_EQ(scheduler->decide(0, at(10ms)).job->task, a);
 }
 
+TEST_F(RebuiltWaitSet, OnlyTheWorkerThatWaitsPaysForTheWait) {
+  add_timer(set, 100ms, 0ms, 50ms);
+  start(2U);
+  EXPECT_EQ(scheduler->decide(0, at(0ms)).waited_for, 1U);
+  EXPECT_EQ(scheduler->decide(1, at(0ms)).waited_for, 0U);
+}
+
 TEST_F(RebuiltWaitSet, OfTheSnapshotABlockedTimerStaysAndABlockedSubscriptionDoesNot) {
   const TaskId blocking = add_timer(set, 100ms, 0ms);
   const TaskId timer = add_timer(set, 100ms, 0ms);

@@ -21,6 +21,7 @@ void Assembler::state(const Event& e) {
     const std::uint32_t callback = e.text[0] == std::string_view("timer")
                                        ? find(timers_, of_entity, {}).callback
                                        : find(subscriptions_, of_entity, kNone);
+    callback_of_task_.erase(task);  // the executor may number its tasks anew
     if (callback != kNone) callback_of_task_[task] = callback;
   } else if (e.kind == EventKind::executor_priority) {
     const auto callback = callback_of_task_.find(task);

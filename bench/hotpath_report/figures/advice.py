@@ -25,11 +25,13 @@ def read(folder: str) -> dict[str, Any]:
 
 def drawn(advice: dict[str, Any]) -> list[dict[str, Any]]:
     """The candidates with latencies, the best first."""
-    return [row for row in advice["ranking"] if row.get("median_ms")]
+    return [row for row in advice["ranking"] if row.get("median_ms", {}).get("value") is not None]
 
 
 def text_of(value: dict[str, Any]) -> str:
-    """A value with its interval."""
+    """A value with its interval; `-` if nothing was measured."""
+    if value["value"] is None:
+        return "-"
     interval = value.get("interval")
     return f"{value['value']:.1f}" + (f" [{interval[0]:.1f}, {interval[1]:.1f}]" if interval else "")
 

@@ -20,9 +20,10 @@ from hotpath_report.tables import NS_PER_MS, read_table
 
 STORED = ("now", "recommended")  # folders of the first draw
 HOT_PATH, AGE = "hot_path_latency_ns", "end_to_end_latency_ns"  # columns
-TEXT = (
-    "Latencies are of all draws of phases and execution times; outputs, causes and timelines are of the first "
-    "draw, under the current and the recommended choice."
+TEXT = "Latencies are of all draws of phases and execution times."
+STORED_TEXT = (
+    " Outputs, causes and timelines are of the hot-path latency in the first draw, under the current and the "
+    "recommended choice."
 )
 
 
@@ -44,7 +45,7 @@ def series_of(found: dict[str, Any], names: list[str]) -> list[dict[str, Any]]:
 
 
 def targets(found: dict[str, Any], rows: pd.DataFrame, series: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The distributions of the chain: first of the latency that the objective is about."""
+    """The distributions of the chain: first of the latency that has outputs, or that the objective is about."""
     chain, names = found["chain"], [of["label"].removesuffix(" (now)") for of in series]
     bounds = {r["name"]: r.get("bound_ms") for r in found["ranking"]}
     of_age = any(r.get("bound_of") == "end to end" for r in found["ranking"])
@@ -64,7 +65,8 @@ def targets(found: dict[str, Any], rows: pd.DataFrame, series: list[dict[str, An
         curves = [interactive.curve(k, of[label]) for k, label in enumerate(names) if of.get(label)]
         marks.sort(key=lambda mark: float(mark["ms"]))
         made.append(interactive.target_of(measured, curves, marks))
-    return [t for t in (made[::-1] if of_age else made) if t["curves"]]
+    # Outputs are explained for the hot path alone, so it comes first if there are any.
+    return [t for t in (made[::-1] if of_age and not found["stored"] else made) if t["curves"]]
 
 
 def document(folder: Path, found: dict[str, Any], rows: pd.DataFrame) -> dict[str, Any]:
@@ -106,7 +108,8 @@ def write(folder: str) -> None:
     advice.draw(found, folder)
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
     figure = make_figure("predictions", "Predicted latency of each candidate", partial(drawing, found), [])
-    section = Section("candidates", "Candidates", advice.subtitle(found), TEXT, [figure])
+    text = TEXT + (STORED_TEXT if found["stored"] else "")
+    section = Section("candidates", "Candidates", advice.subtitle(found), text, [figure])
     section.tables = [ranking(found), *doubts(found)]
     section.notes = [" ".join(found["causes"])] if found["causes"] else []
     write_page(

@@ -83,6 +83,8 @@ Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
   } else if (wait_mutex_.wait(worker)) {
     decision.wake_at =
         next_timer([this, now](TaskId id) { return is_waited_for_[id] && !is_ready(id, now); });
+  } else {
+    decision.waited_for = 0;  // it only queues for the mutex of the worker that waits
   }
   return decision;
 }

@@ -2,6 +2,8 @@
 // component_container under PriorityExecutor. Parameters and defaults: `executor` (rm-ro),
 // `threads` (1), `priorities`, `graph` and `offsets` (files; none), `learn` (true), `service_wait_ms` (100),
 // `timer_thread` and `executor_threads` (required policies; none).
+#include <algorithm>
+#include <chrono>
 #include <limits>
 #include <rclcpp_components/component_manager.hpp>
 
@@ -22,8 +24,9 @@ hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
   options.graph = node.declare_parameter("graph", options.graph);
   options.offsets = node.declare_parameter("offsets", options.offsets);
   options.learn = node.declare_parameter("learn", options.learn);
-  options.service_wait =
-      std::chrono::milliseconds(node.declare_parameter("service_wait_ms", std::int64_t{100}));
+  const auto usual = std::chrono::duration_cast<std::chrono::milliseconds>(options.service_wait);
+  const auto wait_ms = node.declare_parameter("service_wait_ms", std::int64_t{usual.count()});
+  options.service_wait = std::chrono::milliseconds(std::clamp<std::int64_t>(wait_ms, -1, 1'000'000'000));
   const std::string timer_thread = node.declare_parameter("timer_thread", "");
   const std::string executor_threads = node.declare_parameter("executor_threads", "");
   if (!timer_thread.empty()) options.timer_thread = timer_thread;

@@ -110,7 +110,8 @@ bool ExecutorDriver::run_job(Lock& lock, Worker worker, const Job& job, WorkerSe
   if (entry->events > 0) --entry->events;
   ++running_;
   const Time start = now();
-  notices_.waited(entry, start - job.timestamp, schedule_.period_of(job.task), start);
+  notices_.waited(entry, start - std::max(job.timestamp, entry->joined), schedule_.period_of(job.task),
+                  start);
   lock.unlock();
   unpark(claimed);
   bool ran = false;
@@ -141,7 +142,8 @@ void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refre
     } else if (worker == 0 && running_ == 0 && schedule_.compact(now)) {
       unpark(lock, claim(everybody()));
     } else {
-      const Time until = keeps_up(worker) ? std::min(turn.decision.wake_at, poll_at_) : turn.decision.wake_at;
+      const Time until = keeps_up(worker) ? std::min({turn.decision.wake_at, poll_at_, notices_.next()})
+                                          : turn.decision.wake_at;
       if (until > now) sleep(lock, worker, until);
     }
   }
@@ -151,6 +153,7 @@ void ExecutorDriver::spin(std::atomic_bool& spinning, const Refresh& refresh) {
   {
     const std::lock_guard lock(mutex_);
     error_ = nullptr;
+    notices_.begin(now());
     for (Lane& lane : lanes_) lane.policy.reset();
   }
   const auto guarded = [&](const auto& action) {
@@ -195,7 +198,7 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
   while (goes_on(spinning) && ran < jobs) {
     const Time now = hotpath::now();
     if (look_after(lock, now, refresh)) continue;
-    Time wake_at = poll_at_;
+    Time wake_at = std::min(poll_at_, notices_.next());
     std::optional<std::pair<Worker, Job>> next;
     for (const Worker worker : {timer_worker, Worker{0}}) {
       const Turn turn = take_turn(schedule_.scheduler(), worker, now);

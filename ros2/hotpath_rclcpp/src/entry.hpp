@@ -67,6 +67,7 @@ struct Entry {
   bool clock_changed = false;  ///< The jump was to or from simulated time.
   bool removed = false;        ///< Removed from the executor.
   Time next_release = kNever;  ///< Timers: nominal instant.
+  Time joined{};               ///< When it joined the schedule: a timer may have been due long before.
   /// Checked timers: bounds of rcl's next call at the last look.
   std::pair<Time, Time> rcl_next{kNever, kNever};
   // Written with the entities' lock held.

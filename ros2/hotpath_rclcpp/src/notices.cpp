@@ -45,6 +45,7 @@ void Notices::came_from_outside(const std::shared_ptr<Entry>& entry, Time now, D
 }
 
 void Notices::waited(const std::shared_ptr<Entry>& entry, Duration wait, Duration period, Time now) {
+  wait = std::min(wait, now - since_);
   if (period <= Duration::zero() || wait / kManyPeriods <= period) return;
   if (std::exchange(entry->waited_long, true)) return;
   late_.push_back({entry->id, wait, period});
@@ -64,7 +65,8 @@ Notices::Lines Notices::take(Time now, Schedule& schedule) {
   };
   if (now >= settles_) {
     settles_ = kNever;
-    lines.order = schedule.order();
+    if (rcutils_logging_logger_is_enabled_for("hotpath_rclcpp", RCUTILS_LOG_SEVERITY_DEBUG))
+      lines.order = schedule.order();
     if (!std::exchange(introduced_, true)) lines.info = settled(schedule);
     lines.warnings = of_options(schedule);
     warn(of_outside(schedule));

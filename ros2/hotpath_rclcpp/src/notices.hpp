@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <set>
 #include <string>
@@ -29,6 +30,11 @@ class Notices {
   /// A job waited for `wait` before it started, or has waited so long without starting.
   void waited(const std::shared_ptr<Entry>& entry, Duration wait, Duration period, Time now);
 
+  /// Waits count from now on: no thread ran callbacks before.
+  void begin(Time now) { since_ = now; }
+
+  /// When due() becomes true without another call. Only work makes a scan worthwhile.
+  [[nodiscard]] Time next() const { return std::min(settles_, late_at_); }
   [[nodiscard]] bool due(Time now) const { return now >= settles_ || now >= late_at_ || now >= scan_at_; }
   /// What is to be logged now.
   [[nodiscard]] Lines take(Time now, Schedule& schedule);
@@ -44,7 +50,7 @@ class Notices {
   [[nodiscard]] std::string of_outside(const Schedule& schedule);
   [[nodiscard]] std::string of_late();
 
-  Time settles_ = kNever, late_at_ = kNever;
+  Time since_{}, settles_ = kNever, late_at_ = kNever;
   Time scan_at_{};  ///< When to look for jobs that wait and do not start.
   bool introduced_ = false;
   std::vector<std::weak_ptr<Entry>> from_outside_;

@@ -150,6 +150,7 @@ Joined Schedule::add(JoiningTask joining, Time now, std::shared_ptr<Entry> entry
 }
 
 WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time now) {
+  entry->joined = now;
   JoiningTask joining;
   joining.task = entry->task;
   joining.task.priority = priority_of(*entry);
@@ -218,7 +219,7 @@ void Schedule::for_each_waiting(
     Time now, const std::function<void(const std::shared_ptr<Entry>&, Duration)>& visit) const {
   scheduler_->unfinished(now, [&](const Job& job, Outcome outcome) {
     const std::shared_ptr<Entry>& entry = entries_[job.task];
-    if (entry && outcome == Outcome::queued) visit(entry, now - job.timestamp);
+    if (entry && outcome == Outcome::queued) visit(entry, now - std::max(job.timestamp, entry->joined));
   });
 }
 

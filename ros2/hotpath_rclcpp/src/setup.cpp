@@ -67,6 +67,22 @@ void check_threads(Setup& setup, unsigned threads) {
                               ". For several threads, use a release-only executor (rm-ro) or cbg");
 }
 
+/// A node's timers are known by their periods.
+void check_offsets(const Setup& setup) {
+  const GraphTasks& tasks = setup.tasks;
+  for (TaskId a = 0; a < tasks.set.size(); ++a) {
+    for (TaskId b = a + 1; b < tasks.set.size(); ++b) {
+      if (tasks.set[a].kind != TaskKind::timer || tasks.set[b].kind != TaskKind::timer) continue;
+      if (tasks.origin[a].node != tasks.origin[b].node || tasks.set[a].period != tasks.set[b].period)
+        continue;
+      if (setup.offsets[a] == setup.offsets[b]) continue;
+      throw std::invalid_argument("offsets: timers " + tasks.set[a].name + " and " + tasks.set[b].name +
+                                  " have one node and one period, so they cannot be told apart; give both "
+                                  "the same offset");
+    }
+  }
+}
+
 ThreadPolicyRequest policy(const std::optional<std::string>& asked, const ThreadPolicy& otherwise) {
   if (asked) return {parse_thread_policy(*asked), true, {}};
   return {otherwise, false, {}};
@@ -96,6 +112,7 @@ Setup understand(const PriorityExecutorOptions& options) {
                                   ") need the graph whose timers they name; give the option `graph` too");
     }
     setup.offsets = read_phases(options.offsets, setup.graph, std::string(setup.executor->name));
+    check_offsets(setup);
   }
   if (!options.priorities.empty()) {
     if (setup.executor->traits.policy != Policy::fp) {
@@ -106,9 +123,10 @@ Setup understand(const PriorityExecutorOptions& options) {
     setup.priorities = read_priorities(options.priorities);
     setup.priorities_file = options.priorities;
   }
-  if (options.service_wait < std::chrono::nanoseconds::zero()) {
+  if (options.service_wait < std::chrono::nanoseconds::zero() ||
+      options.service_wait > std::chrono::hours(24)) {
     throw std::invalid_argument("service_wait is " + std::to_string(options.service_wait.count()) +
-                                " ns; it must be 0 (no limit) or more");
+                                " ns; it must be from 0 (no limit) to a day");
   }
   if (setup.executor->traits.family == Family::priority_events) {
     setup.scheduler.guaranteed_wait = options.service_wait;

@@ -244,11 +244,13 @@ export class Store {
         const { repetition } = of;
         const sequence = jobs.sequence[i];
         const end = jobs.end[i];
-        const { causes, parts } = known.get(`${repetition} ${sequence}`) ?? { causes: null, parts: [] };
+        const id = `${repetition} ${sequence}`;
+        const { causes, parts } = known.get(id) ?? { causes: null, parts: [] };
+        known.delete(id);
         const latency = end - jobs.timestamp[i];
         list.push({ series, repetition, sequence, end, latency, causes, parts, path: [{ task, sequence }] });
       }
     }
-    return list;
+    return [...list, ...known.values()]; // and those that a thinned page does not keep
   }
 }

@@ -33,7 +33,8 @@ struct PriorityExecutorOptions {
   /// `hotpath advise --phases` writes it. A timer of the graph that joins the executor starts at the
   /// next instant of its grid: its offset plus a multiple of its period, counted from the zero of
   /// CLOCK_MONOTONIC, so that all processes of a machine share the grid. Needs `graph`. Timers on
-  /// simulated time are not moved. Empty: timers start when they are created.
+  /// simulated time or that join cancelled are not moved; a reset leaves the grid. Empty: timers start when
+  /// they are created.
   std::string offsets;
   /// Without a graph: learns at run time which callback feeds which, from samples that the
   /// middleware or intra-process communication delivers during the publication, in the same thread.
