@@ -279,6 +279,7 @@ std::vector<std::string> sentences(const Subject& a, const Subject& b, const Com
   for (const auto& [behind, sum] : more.behind) by_task[behind.task] += more.mean_ms(behind);
   for (const auto& [behind, sum] : less.behind) by_task[behind.task] -= less.mean_ms(behind);
   std::vector<Item> shorter;
+  shorter.reserve(by_task.size());
   for (const auto& [task, difference] : by_task) shorter.push_back({difference, slow.set[task].name});
   const std::string waits = listed(largest(std::move(shorter)), kNamed, [](const Item& i) {
     return program::concat(ms(i.ms), " behind ", i.text);

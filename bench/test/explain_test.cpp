@@ -59,7 +59,7 @@ class Simulated {
   }
 
  private:
-  std::vector<Explanation> explained(Target target, std::vector<Output> outputs) const {
+  std::vector<Explanation> explained(Target target, const std::vector<Output>& outputs) const {
     const System system(spec_, graph_, tasks_, results::RunKind::simulated, graph_.platform.cores);
     std::vector<Explanation> all;
     Explainer explainer(system, target, outputs, "test", [&](const Explanation& e) { all.push_back(e); });
@@ -226,7 +226,7 @@ Node timer(const std::string& name, Duration work, Duration period = 100ms, Dura
   node.execution_time = node.best_case_execution_time = work;
   return node;
 }
-Node follower(const std::string& name, std::vector<std::string> inputs, Duration work,
+Node follower(const std::string& name, const std::vector<std::string>& inputs, Duration work,
               std::uint32_t depth = 1) {
   Node node;
   node.name = name;

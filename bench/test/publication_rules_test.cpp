@@ -32,6 +32,7 @@ std::vector<imports::InferredRule> inferred_of(
 /// The same, if each job publishes topic 0 or nothing.
 std::vector<imports::InferredRule> inferred(const std::vector<std::pair<std::uint32_t, bool>>& made) {
   std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>> jobs;
+  jobs.reserve(made.size());
   for (const auto& [callback, publishes] : made)
     jobs.emplace_back(callback, publishes ? std::vector<std::uint32_t>{0} : std::vector<std::uint32_t>{});
   return inferred_of(jobs);

@@ -34,13 +34,8 @@ void Assembler::describe(const Event& e) {
     case K::client_init:
       endpoint(e, Endpoint::Kind::client, 0);
       return;
-    case K::publisher_init: {
-      Endpoint& publisher = endpoint(e, Endpoint::Kind::publisher, e.number[2]);
-      publisher.topic = topic_named(e.text[0]);
-      publishers_[first] = static_cast<std::uint32_t>(&publisher - system_.endpoints.data());
-      endpoints_.erase({e.process, e.number[2]});
-      return;
-    }
+    case K::publisher_init:
+      return add_publisher(e);
     case K::subscription_init:
       return add_subscription(e);
     case K::rclcpp_subscription_init:
@@ -85,6 +80,13 @@ void Assembler::add_node(const Event& e) {
   nodes_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(system_.nodes.size());
   system_.nodes.push_back(name + e.text[0]);
   system_.processes.insert(e.process);
+}
+
+void Assembler::add_publisher(const Event& e) {
+  Endpoint& publisher = endpoint(e, Endpoint::Kind::publisher, e.number[2]);
+  publisher.topic = topic_named(e.text[0]);
+  publishers_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(&publisher - system_.endpoints.data());
+  endpoints_.erase({e.process, e.number[2]});
 }
 
 void Assembler::add_subscription(const Event& e) {

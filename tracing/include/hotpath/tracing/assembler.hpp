@@ -88,6 +88,7 @@ class Assembler {
   // entities.cpp: events that create nodes, topics and callbacks.
   void describe(const Event& e);
   void add_node(const Event& e);
+  void add_publisher(const Event& e);
   void add_subscription(const Event& e);
   void add_rclcpp_subscription(Handle rclcpp, std::uint32_t subscription);
   /// The endpoint behind the handle of the middleware (0: none), which is new or was created just before.
