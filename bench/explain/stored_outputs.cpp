@@ -73,6 +73,7 @@ void StoredOutputs::choose_target(const Options& options) {
     const auto task = std::ranges::find(tasks, options.task, &Task::name);
     if (task == tasks.end()) {
       std::vector<std::string> names;
+      names.reserve(tasks.size());
       for (const Task& t : tasks) names.push_back(t.name);
       throw program::UsageError(
           program::concat("--task: there is no task ", options.task, "; ", suggest(options.task, names)));
