@@ -163,12 +163,19 @@ class Page {
   }
 }
 
+/** The script stands before the figures that it moves or replaces. */
+async function parsed(): Promise<void> {
+  if (document.readyState !== "loading") return;
+  await new Promise((resolve) => document.addEventListener("DOMContentLoaded", resolve, { once: true }));
+}
+
 async function start(): Promise<void> {
   const root = document.getElementById("explore");
   const data = document.getElementById("hotpath-data");
   if (!root || !data) return;
   try {
     const store = new Store(await readDocument(data.textContent ?? ""));
+    await parsed();
     document.head.append(h("style", {}, uplotStyle, pageStyle));
     const page = new Page(store, root);
     page.timeline.draw();
