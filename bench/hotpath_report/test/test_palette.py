@@ -50,7 +50,7 @@ def distance(a: str, b: str, deficiency: str) -> float:
 
 class Palette(unittest.TestCase):
     def test_the_simulation_knows_what_is_confused(self) -> None:
-        """Red and green are far apart, and close to those who lack a cone; black and white never are."""
+        """Red and green are close only for a viewer who lacks red or green cones; black and white never are."""
         self.assertGreater(distance("#c00000", "#5f6f00", "none"), 60)
         self.assertLess(distance("#c00000", "#5f6f00", "deuteranopia"), 10)
         for deficiency in DEFICIENCIES:
