@@ -32,6 +32,7 @@ std::string find_graph(const std::string& name_or_path) {
   const auto files = graph_files();
   if (const auto entry = files.find(name_or_path); entry != files.end()) return entry->second;
   std::vector<std::string> names;
+  names.reserve(files.size());
   for (const auto& [name, file] : files) names.push_back(name);
   throw InputError(name_or_path, 0, "there is no graph of this name",
                    suggest(name_or_path, names) + " (to give a file, include its extension .yaml)");
