@@ -31,7 +31,7 @@ default --warm-up 1
 # One CPU, as in the paper's uniprocessor model; the last CPU has the fewest interrupts on most
 # machines.
 default --cpus $(($(nproc --all) - 1))
-default --repeat-disturbed 2
+default --repeat-slow 2
 output=${HOTPATH_OUTPUT:-runs/hot_path-$(date +%Y%m%d-%H%M%S)}
 build/bench/hotpath compare "${options[@]}" --output "$output" "$@"
 echo "Figure: $output/hot_path.png (and .svg); all jobs: $output/jobs.csv; summary: $output/summary.json"

@@ -22,11 +22,14 @@ struct ReachedWorstCase {
   Witness witness;
 };
 
-/// The most states that an exploration without a limit of its own may take. A state takes time in proportion
-/// to the tasks: the limit keeps an executor below a second.
+/// The most states of an exploration: without a limit of its own, and with `hotpath analyze --exact`.
+inline constexpr std::size_t kUsualStates = 50'000, kMostStates = 1'000'000;
+
+/// The limit of states without `--exact`. A state takes time in proportion to the tasks: the limit keeps an
+/// executor below a second.
 [[nodiscard]] inline std::size_t usual_state_limit(const TaskSet& set) {
-  constexpr std::size_t kMostStates = 50'000, kMostTaskStates = 1'000'000;
-  return std::min(kMostStates, kMostTaskStates / set.size());
+  constexpr std::size_t kUsualStatesOfAllTasks = 20 * kUsualStates;
+  return std::min(kUsualStates, kUsualStatesOfAllTasks / set.size());
 }
 
 /// The exact worst cases of one executor thread for the phases that `tasks` has and any execution times

@@ -3,10 +3,12 @@
 #include <memory>
 #include <string>
 
+#include "bounds/exact_worst_cases.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "guarantees/analyze.hpp"
 #include "program/interrupt.hpp"
+#include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "watch/stated_contract.hpp"
 
@@ -43,9 +45,10 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the timer phases of the same executor's first\nrepetition in a stored run");
   command.add_flag("--exact", o.exact,
-                   "Explore up to 1000000 states instead of up to 50000 for the exact\n"
-                   "worst cases, which known phases have under executors with one\n"
-                   "thread that runs jobs");
+                   program::concat("Explore up to ", bounds::kMostStates, " states instead of up to ",
+                                   bounds::kUsualStates, " for the exact\n") +
+                       "worst cases, which known phases have under executors with one\n"
+                       "thread that runs jobs");
   add_text(command, "--witness", o.witness, "FOLDER",
            "Store a simulated run that reaches each exact worst case in\na subfolder of this folder");
   add_entity_order_option(command, o);

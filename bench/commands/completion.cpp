@@ -79,6 +79,7 @@ void describe(const CLI::App& app, const std::string& command, std::ostream& out
   std::vector<std::string> subcommands, options;
   for (const CLI::App* sub : app.get_subcommands({})) subcommands.push_back(sub->get_name());
   for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group().empty()) continue;  // an earlier name, which --help leaves out
     for (const std::string& name : option->get_lnames()) {
       options.push_back("--" + name);
       if (option->get_expected_max() > 0)

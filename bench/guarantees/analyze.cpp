@@ -26,8 +26,6 @@ namespace hotpath::guarantees {
 
 namespace {
 
-constexpr std::size_t kMostStates = 1'000'000;  // of the exact worst cases, with --exact
-
 constexpr const char* kGivePhases = "give --phases, --phases-file or --phases-of";
 
 class Analysis {
@@ -208,7 +206,7 @@ class Analysis {
       none.refusal = program::concat("worst cases are exact for known phases only; ", kGivePhases);
     }
     if (!none.refusal.empty()) return none;
-    const std::size_t limit = options_.exact ? kMostStates : bounds::usual_state_limit(tasks.set);
+    const std::size_t limit = options_.exact ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
     GraphBounds bounds = bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, limit,
                                                    options_.witness.empty() ? nullptr : &reached);
     if (!options_.exact && bounds.refusal.ends_with(" states")) bounds.refusal += "; --exact allows more";

@@ -27,7 +27,7 @@ FUNCTIONS = {
     "cliffs_delta": (None, [POINTER, POINTER, REALS]),
     "rank_test": (REAL, [POINTER, POINTER]),
     "fit_line": (None, [POINTER, POINTER, POINTER, SIZE, REALS]),
-    "growth": (None, [POINTER, SIZE, POINTER, SIZE, CHOICE, CHOICE, REAL, REAL, REALS]),
+    "growth": (None, [POINTER, POINTER, CHOICE, CHOICE, POINTER, REALS]),
     "holm": (None, [POINTER, SIZE]),
     "write_file": (TEXT, [TEXT, TEXT, SIZE]),
     "write_output": (TEXT, [TEXT, TEXT, TEXT, SIZE]),

@@ -170,9 +170,10 @@ def growth(
 ) -> Growth:
     """Tests one value per repetition; `alarm_rate` and `power` define the detectable growth."""
     result = (ctypes.c_double * len(fields(Growth)))()
-    sides = [np.ascontiguousarray(side, dtype=float) for side in (before, after)]
-    pointers = [value for side in sides for value in (side.ctypes.data, len(side))]
-    library().hotpath_growth(*pointers, pairing, scale, alarm_rate, power, result)
+    values = np.concatenate([before, after]).astype(float)
+    sizes = (ctypes.c_size_t * 2)(len(before), len(after))
+    detection = (ctypes.c_double * 2)(alarm_rate, power)
+    library().hotpath_growth(values.ctypes.data, sizes, pairing, scale, detection, result)
     return Growth(*result)
 
 

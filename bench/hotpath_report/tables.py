@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads and writes CSV and JSON, with errors that name file and line; text tables."""
 
+import errno
 import gzip
 import io
 import json
@@ -14,7 +15,7 @@ from typing import Any
 
 import pandas as pd
 
-from hotpath_report.errors import READ, InputError, RunError
+from hotpath_report.errors import READ, InputError, RunError, unreadable
 from hotpath_report.native import library
 from hotpath_report.shown_text import printable, printable_content
 
@@ -24,9 +25,9 @@ NAMES = ("executor", "chain", "task")  # text columns, even if every name is a n
 
 
 def check_regular(path: Path) -> None:
-    """Raises InputError unless `path` is a regular file: devices and FIFOs may never end."""
+    """Raises OSError unless `path` is a regular file: devices and FIFOs may never end."""
     if not stat.S_ISREG(path.stat().st_mode):
-        raise InputError(f"{path}: is not a regular file")
+        raise OSError(errno.EINVAL, "it is not a regular file")
     READ.append(path)
 
 
@@ -49,7 +50,7 @@ def read_json(path: Path, made_by: str = "hotpath") -> Any:
         check_regular(path)
         return printable_content(json.loads(path.read_text(encoding="utf-8")))
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror}; give a folder written by `{made_by}`") from None
+        raise unreadable(path, error, f"give a folder written by `{made_by}`") from None
     except ValueError as error:
         raise InputError(f"{path}: not valid JSON: {error}") from None
     except RecursionError:
@@ -72,7 +73,7 @@ def read_table(
     except (EOFError, zlib.error, ValueError) as error:
         raise InputError(f"{path}: ends too early, or is damaged: {error}") from None
     except OSError as error:
-        raise InputError(f"{path}: {error.strerror or error}") from None
+        raise unreadable(path, error, "give a folder written by `hotpath`") from None
     for name in named:
         if name not in frame:
             raise InputError(f"{path}:1: column `{name}` is missing from the header")

@@ -132,8 +132,8 @@ class Recogniser {
         ranking, {}, [&](const Score& s) { return leads(s) ? open_choices(s.hypothesis) : 1000; });
     std::rotate(ranking.begin(), simplest, simplest + 1);
     compare_with(ranking.front());
-    const auto excluded = std::ranges::stable_partition(ranking, leads);
-    result_.leading = static_cast<std::size_t>(excluded.begin() - ranking.begin());
+    const auto excluded = std::stable_partition(ranking.begin(), ranking.end(), leads);
+    result_.leading = static_cast<std::size_t>(excluded - ranking.begin());
     find_break(ranking.front());
   }
 

@@ -177,7 +177,7 @@ class LiveRun {
       }
       buffers = std::max(buffers, own);
     }
-    setup::check_trace_memory(options_, tasks_, runs_planned() + (options_.repeat_disturbed > 0), buffers,
+    setup::check_trace_memory(options_, tasks_, runs_planned() + (options_.repeat_slow > 0), buffers,
                               "a shorter --duration or fewer --repetitions");
   }
 
@@ -189,9 +189,9 @@ class LiveRun {
     if (options_.live_alternate && options_.repetitions < 2) {
       throw program::UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
     }
-    if (options_.live_alternate && options_.repeat_disturbed > 0) {
+    if (options_.live_alternate && options_.repeat_slow > 0) {
       throw program::UsageError(
-          "--repeat-disturbed: --live-alternate needs repetitions that follow each other; leave one out");
+          "--repeat-slow: --live-alternate needs repetitions that follow each other; leave one out");
     }
     if (publisher_cpus_.empty() && !plan_.cpus.empty()) {
       std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
@@ -276,19 +276,19 @@ class LiveRun {
   }
 
   void repeat(results::RunFolder& folder) {
-    if (options_.repeat_disturbed == 0) return;
+    if (options_.repeat_slow == 0) return;
     const auto [observed, slow] = count_slow(runs_);
     if (observed == 0) {
       warn(
-          "--repeat-disturbed has no effect: only jobs with a fixed amount of work of at least 0.1 ms show "
+          "--repeat-slow has no effect: only jobs with a fixed amount of work of at least 0.1 ms show "
           "that a processor is slow.");
     }
     if (slow == 0) return;
     say(program::concat(slow, slow == 1 ? " repetition" : " repetitions",
                         " ran on a slow processor: measuring again."));
     program::Progress progress(slow, length() + kOverhead);
-    repeat_disturbed(
-        runs_, options_.repetitions, options_.repeat_disturbed,
+    repeat_slow(
+        runs_, options_.repetitions, options_.repeat_slow,
         [&](const Attempt& a) -> std::optional<results::Repetition> {
           if (partial_) return std::nullopt;
           progress.begin(

@@ -21,7 +21,7 @@ struct Options : setup::CommonOptions {
   bool live = false, live_alternate = false;
   std::string live_cpus;
 
-  std::uint32_t repeat_disturbed = 0;  ///< How often a repetition on a slow processor is measured again.
+  std::uint32_t repeat_slow = 0;  ///< How often a repetition on a slow processor is measured again.
 
   bool quick = false;
 };

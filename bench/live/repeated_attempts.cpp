@@ -40,7 +40,7 @@ SpeedCounts count_slow(const std::vector<results::ExecutorRuns>& runs) {
   return counts;
 }
 
-void repeat_disturbed(
+void repeat_slow(
     std::vector<results::ExecutorRuns>& runs, std::uint32_t planned, std::uint32_t times,
     const std::function<std::optional<results::Repetition>(const Attempt&)>& measure,
     const std::function<void(const Attempt&, const std::vector<results::SlowPeriod>& slow)>& replaced) {

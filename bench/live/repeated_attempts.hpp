@@ -34,7 +34,7 @@ struct SpeedCounts {
 /// keeps the one that lost less time. `planned`: repetitions of each executor; attempts are
 /// numbered from there on. `measure` returns none if the attempt failed; `replaced` is called when
 /// an attempt replaces the counted one, with the slow periods of the replaced attempt.
-void repeat_disturbed(
+void repeat_slow(
     std::vector<results::ExecutorRuns>& runs, std::uint32_t planned, std::uint32_t times,
     const std::function<std::optional<results::Repetition>(const Attempt&)>& measure,
     const std::function<void(const Attempt&, const std::vector<results::SlowPeriod>& slow)>& replaced);

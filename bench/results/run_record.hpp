@@ -79,7 +79,7 @@ struct RepetitionRecord {
   /// Live: the thread policy that each worker obtained, and whether the repetition was published.
   std::optional<std::vector<std::string>> thread_policies;
   std::optional<bool> published;
-  /// Of a repetition that was measured again (--repeat-disturbed): the planned repetition whose phases this
+  /// Of a repetition that was measured again (--repeat-slow): the planned repetition whose phases this
   /// attempt has, and the attempt that counts in place of this one.
   std::optional<std::uint32_t> attempt_of, replaced_by;
 

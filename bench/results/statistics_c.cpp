@@ -82,13 +82,14 @@ void hotpath_cliffs_delta(const void* a, const void* b, double* out) {
   store(hotpath::cliffs_delta(samples(a), samples(b)), out);
 }
 
-/// Tests the growth of one measure, with one value per repetition. `pairing` and `scale` are
-/// enumerators. `out`: before, after, growth, low and high end of its interval, p-value, whether it
-/// is exact, and the growth that is detectable at `alarm_rate` with probability `power`.
-void hotpath_growth(const double* before, std::size_t n_before, const double* after, std::size_t n_after,
-                    int pairing, int scale, double alarm_rate, double power, double* out) {
+/// Tests the growth of one measure, with one value per repetition: `sizes[0]` values before and
+/// `sizes[1]` after. `pairing` and `scale` are enumerators. `out`: before, after, growth, low and high
+/// end of its interval, p-value, whether it is exact, and the growth that is detectable at the alarm
+/// rate `detection[0]` with the probability `detection[1]`.
+void hotpath_growth(const double* values, const std::size_t* sizes, int pairing, int scale,
+                    const double* detection, double* out) {
   const auto unit = static_cast<hotpath::Scale>(scale);
-  const hotpath::GrowthTest t = hotpath::test_growth({before, n_before}, {after, n_after},
+  const hotpath::GrowthTest t = hotpath::test_growth({values, sizes[0]}, {values + sizes[0], sizes[1]},
                                                      static_cast<hotpath::Pairing>(pairing), unit);
   const std::array results = {t.before,
                               t.after,
@@ -97,7 +98,7 @@ void hotpath_growth(const double* before, std::size_t n_before, const double* af
                               t.interval.high,
                               t.p_value,
                               t.exact ? 1.0 : 0.0,
-                              hotpath::detectable_growth(t, unit, alarm_rate, power)};
+                              hotpath::detectable_growth(t, unit, detection[0], detection[1])};
   std::ranges::copy(results, out);
 }
 

@@ -45,8 +45,11 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
 std::ifstream StoredRun::open(const char* file) const {
   const char* const remedy =
       "give the folder of a complete run, as written by `hotpath run` or `simulate` without --no-trace";
-  if (!std::filesystem::exists(folder_ / file)) fail(program::concat("there is no ", file, "; ", remedy));
-  return open_input(folder_ / file, remedy);
+  try {
+    return open_input(folder_ / file, remedy);
+  } catch (const InputError& error) {
+    throw program::UsageError(option_ + ": " + error.what());
+  }
 }
 
 const RepetitionRecord& StoredRun::run(const std::string& executor, std::uint32_t repetition) const {

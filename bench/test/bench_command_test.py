@@ -128,7 +128,7 @@ class BenchCommand(CommandTest):
         self.folder_with("old", [100])
         (self.folder / "old" / "bench.json").write_text("{}")
         self.assert_refused(
-            "bench", "--compare", "nowhere", "old", words=["nowhere/bench.json: No such file"]
+            "bench", "--compare", "nowhere", "old", words=["nowhere/bench.json: cannot be read (No such file"]
         )
         self.assert_refused("bench", "--compare", "old", "old", words=["not written by `hotpath bench`"])
 

@@ -162,4 +162,4 @@ class Check(CommandTest):
         self.assertIn("Results", without)
         code, _, err = self.command("check", "without")
         self.assertEqual(code, WRONG_USE)
-        self.assertIn("no jobs.csv", err)
+        self.assertIn("jobs.csv: cannot be read (No such file", err)

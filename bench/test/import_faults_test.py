@@ -18,7 +18,7 @@ class BadInput(ImportTest):
     """Unusable inputs: each ends with one clear sentence and exit code 2."""
 
     def test_what_is_no_trace(self) -> None:
-        self.refused(2, "is not a folder", self.folder / "nowhere")
+        self.refused(2, "cannot be read (No such file", self.folder / "nowhere")
         self.refused(2, "holds no CTF trace", self.folder)
 
     def test_formats(self) -> None:

@@ -137,6 +137,7 @@ class RoundTrip(ImportTest):
         "sequences": ("edf-ro", "multi-jazzy:2"),
         "many_to_many": ("events-ro", "rm-re", "multi:2"),
     }
+    RCL_VERSIONS = {"default": "8.0.0", "multi-jazzy:2": "9.2.0"}
     # The export may shift simultaneous events of several CPUs by this much, to give them an order.
     APART_NS = 100
     TWO_PROCESSES = """name: two
@@ -151,7 +152,20 @@ executors:
             for executor in executors:
                 with self.subTest(graph=graph, executor=executor):
                     options = ("--executors", executor, "--dispatch-cost-us", 5)
-                    self.check(graph, f"{graph}-{executor}", options, ("--executor", executor))
+                    output = self.check(graph, f"{graph}-{executor}", options, ("--executor", executor))
+                    if executor in self.RCL_VERSIONS:
+                        facts = json.loads((output / "import.json").read_text())
+                        self.assertEqual(facts["rcl_version"], self.RCL_VERSIONS[executor])
+
+    def test_waits(self) -> None:
+        """Two timers that are always due together run after one wait."""
+        graph = self.folder / "pair.yaml"
+        node = "{name: %s, type: sensor, period_ms: 10, execution_time_ms: 1}"
+        graph.write_text(f"name: pair\nnodes:\n  - {node % 'A'}\n  - {node % 'B'}\n")
+        options = ("--executors", "default", "--phases", "synchronous")
+        output = self.check(str(graph), "pair", options, ())
+        (executor,) = json.loads((output / "import.json").read_text())["executors"]
+        self.assertEqual((executor["dispatch"]["n"], executor["wait"]["n"]), (300, 0))
 
     def test_options_of_the_run(self) -> None:
         cases: Any = (

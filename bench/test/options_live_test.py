@@ -39,7 +39,7 @@ RUN = {
     "--warm-up": Changes({"--warm-up": 0.1}),
     "--repetitions": Changes({"--repetitions": 2}),
     "--seed": Changes({"--seed": 2}, {"--phases": "random"}),
-    "--repeat-disturbed": Elsewhere("it needs a slow CPU", "slow_processor_test.py"),
+    "--repeat-slow": Elsewhere("it needs a slow CPU", "slow_processor_test.py"),
     "--time-out": Elsewhere("it needs a process that hangs", "process_faults_test.py"),
     "--stack": Elsewhere("it needs ROS 2", "faults_test.py"),
     "--ros2-runner": Refused({"--ros2-runner": "x"}, "--stack"),

@@ -6,6 +6,9 @@
 #include <gmock/gmock.h>
 
 #include "hotpath/core/registry.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
+#include "import/fitted_levels.hpp"
+#include "import/recognition.hpp"
 #include "import/recorded_steps.hpp"
 #include "import/recorded_trace.hpp"
 
@@ -14,6 +17,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
+using Of = imports::Agreement::Of;
 
 /// A recording, callback by callback: callback c is task c.
 struct Recorded {
@@ -22,10 +26,13 @@ struct Recorded {
   std::vector<tracing::Job> jobs;
   std::vector<JobRecord> records;
 
-  Recorded() { graph.tasks.set.groups.clear(); }
+  Recorded() {
+    graph.tasks.set.groups.clear();
+    system.nodes = {"/n"};
+  }
 
   /// A task in a callback group of its own, or in that of the task before it.
-  void task(TaskKind kind, Duration period = {}, bool same_group = false) {
+  Task& task(TaskKind kind, Duration period = {}, bool same_group = false) {
     TaskSet& set = graph.tasks.set;
     Task& task = set.tasks.emplace_back();
     task.kind = kind;
@@ -36,9 +43,13 @@ struct Recorded {
     callback.kind =
         kind == TaskKind::timer ? tracing::CallbackKind::timer : tracing::CallbackKind::subscription;
     callback.period = period;
+    callback.node = 0;
     graph.task_of.push_back(set.size() - 1);
     graph.callback_of.push_back(set.size() - 1);
+    return task;
   }
+  /// A timer that is first due at `phase`.
+  void timer(Duration period, Duration phase) { task(TaskKind::timer, period).phase = phase; }
 
   /// Each thread has a processor of its own, unless they share processor 0.
   tracing::Job& job(TaskId task, std::uint32_t thread, Duration ready, Duration start, Duration finish,
@@ -58,6 +69,20 @@ struct Recorded {
   }
 
   imports::RecordedWindow window() const { return {jobs, records}; }
+  imports::RecordedSteps steps() const {
+    return imports::recorded_steps(graph, window(), {}, {"e", 0, {0}}, jobs.size());
+  }
+  /// All tasks in the order of their creation.
+  imports::Hypothesis hypothesis(const char* executor) const {
+    imports::Hypothesis h;
+    h.label = executor;
+    h.entry = find_executor(executor);
+    for (TaskId id = 0; id < graph.tasks.set.size(); ++id) h.order.push_back(id);
+    return h;
+  }
+  imports::Agreement follow(const char* executor) const {
+    return imports::follow(graph.tasks.set, steps(), hypothesis(executor), 0, jobs.size());
+  }
 };
 
 TEST(RecordedDisplacement, OnlyTheInnermostJobHadTheProcessor) {
@@ -171,6 +196,182 @@ TEST(EarlyPublications, AreLongBeforeTheEndByShareAndByTime) {
   EXPECT_EQ(early(10ms, {2ms, 9950us}), 0U) << "the last message counts";
   EXPECT_EQ(early(10ms, {9500us}), 0U);
   EXPECT_EQ(early(500us, {420us}), 0U) << "80 us before the end";
+}
+
+TEST(FollowedSchedule, AJobThatWasReadyBeforeTheThreadWasFreeContradicts) {
+  Recorded r;
+  r.timer(10ms, 2ms);
+  r.timer(20ms, 1ms);
+  r.timer(40ms, 0ms);
+  r.job(2, 0, 0ms, 0ms, 5ms);
+  r.job(1, 0, 1ms, 5050us, 6ms);
+  r.job(0, 0, 2ms, 6050us, 7ms);
+  EXPECT_THAT(r.follow("rm-ro").decisions, ElementsAre(Of::yes, Of::no, Of::yes));
+}
+
+TEST(FollowedSchedule, AJobThatRanBeforeItsReleaseDoesNotRunAgain) {
+  Recorded r;
+  r.timer(10ms, 10ms);
+  r.timer(20ms, 11ms);
+  r.job(0, 0, 9900us, 9900us, 10500us);
+  r.job(1, 0, 11ms, 12ms, 13ms);
+  EXPECT_THAT(r.follow("rm-ro").decisions, ElementsAre(Of::no, Of::yes));
+}
+
+/// At 11 ms the first thread waits without the group that the second thread keeps busy until 13 ms:
+/// the rebuilt wait set has task 2, of that group, behind the others.
+TEST(FollowedSchedule, AThreadThatFinishedAskedInVain) {
+  Recorded r;
+  r.timer(100ms, 10ms);
+  r.timer(100ms, 10ms);
+  r.task(TaskKind::timer, 100ms, true).phase = 10ms;
+  r.timer(100ms, 12ms);
+  r.job(0, 0, 10ms, 10ms, 11ms);
+  r.job(1, 1, 10ms, 10001us, 13ms);
+  r.job(3, 0, 12ms, 13020us, 14ms);
+  r.job(2, 1, 10ms, 13050us, 15ms);
+  imports::Hypothesis h = r.hypothesis("multi-jazzy");
+  h.asks_in_vain = true;
+  const auto steps = imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0, 1}}, r.jobs.size());
+  EXPECT_EQ(imports::follow(r.graph.tasks.set, steps, h, 0, r.jobs.size()).contradictions, 0U);
+}
+
+TEST(FittedLevels, FollowThePeriodsIfNoDecisionContradicts) {
+  Recorded r;
+  r.timer(20ms, 0ms);
+  r.timer(10ms, 5ms);
+  r.job(0, 0, 0ms, 0ms, 1ms);
+  r.job(1, 0, 5ms, 5ms, 6ms);
+  imports::Hypothesis h = r.hypothesis("fp-ro");
+  imports::fit_levels(r.graph.tasks.set, r.steps(), h, r.jobs.size());
+  EXPECT_THAT(h.levels, ElementsAre(4, 2));
+}
+
+/// In each cycle of 20 ms, a timer keeps the thread busy for 5 ms, and two others become ready
+/// `waited` before it ends. The one with the longer period is ready first and runs first.
+std::size_t leading(Duration waited) {
+  Recorded r;
+  r.timer(10ms, 5ms - waited + 1us);
+  r.timer(20ms, 5ms - waited);
+  r.timer(20ms, 0ms);
+  for (int i = 0; i < 100; ++i) {
+    const Duration at = i * 20ms, busy = at + 5ms;
+    r.job(2, 0, at, at, busy);
+    r.job(1, 0, busy - waited, busy + 1us, busy + 1ms);
+    r.job(0, 0, busy - waited + 1us, busy + 1001us, busy + 2ms);
+    r.job(0, 0, busy - waited + 1us + 10ms, busy + 10ms, busy + 11ms);
+  }
+  const imports::Recognition found =
+      imports::recognise(r.system, r.graph, r.steps(), {r.hypothesis("events-ro"), r.hypothesis("rm-ro")});
+  EXPECT_EQ(found.names().front(), "events-ro");
+  return found.leading;
+}
+
+TEST(Recognition, DecisionsOfOneKindExcludeAnExecutorOnlyIfTimingCannotExplainThem) {
+  EXPECT_EQ(leading(900us), 2U);
+  EXPECT_EQ(leading(4ms), 1U);
+}
+
+TEST(Recognition, AFittedOrderRemovesAtLeastThreeContradictions) {
+  for (const int cycles : {2, 3}) {
+    Recorded r;
+    for (int i = 0; i < 2; ++i) r.timer(10ms, 0ms);
+    for (int i = 0; i < 2 * cycles; ++i) {  // the order is fitted to the first half
+      r.job(1, 0, i * 10ms, i * 10ms, i * 10ms + 1ms);
+      r.job(0, 0, i * 10ms, i * 10ms + 1ms, i * 10ms + 2ms);
+    }
+    const imports::Recognition found =
+        imports::recognise(r.system, r.graph, r.steps(), {r.hypothesis("default")});
+    EXPECT_EQ(found.ranking.at(0).evidence.size(), cycles == 3 ? 1U : 0U) << cycles << " swapped pairs";
+  }
+}
+
+/// Two timers, a node that joins their samples, and two sinks of the result; one chain from the
+/// first timer to each sink. Tasks 0 and 1 are the timers, 2 and 3 the inputs, 4 and 5 the sinks.
+class RecordedChains : public testing::Test {
+ protected:
+  RecordedChains() {
+    Graph& graph = r_.graph.graph;
+    for (const char* name : {"a", "b"}) {
+      Node& node = graph.nodes.emplace_back();
+      node.name = name;
+      node.type = NodeType::sensor;
+      node.period = node.deadline = 10ms;
+      node.outputs = {name};
+    }
+    add("join", NodeType::fusion, {"a", "b"});
+    for (const char* sink : {"sink", "other"}) {
+      add(sink, NodeType::transform, {"join"});
+      graph.chains.push_back({sink, {"a", "join", sink}, {"a"}, sink});
+    }
+    r_.graph.tasks = make_tasks(graph);
+    for (const std::uint32_t topic : {tracing::kNone, tracing::kNone, 0U, 1U, 2U, 2U}) {
+      r_.graph.task_of.push_back(static_cast<TaskId>(r_.system.callbacks.size()));
+      r_.graph.callback_of.push_back(r_.graph.task_of.back());
+      r_.system.callbacks.emplace_back().topic = topic;
+    }
+    r_.graph.rules = {{.topic = 2, .publishers = {2, 3}, .rule = PublishRule::all_new, .of = {2, 3}}};
+  }
+
+  /// Adds a job with events of its own; it takes the latest sample of its topic, if it reads one.
+  tracing::Job& job(TaskId task) {
+    tracing::Job& job = r_.job(task, 0, 0ms, events_ * 1ms, events_ * 1ms);
+    job.ref.number = jobs_of_[task]++;
+    r_.records.back().job.sequence = job.ref.number;
+    job.started = ++events_;
+    job.finished = events_ + 2;
+    const std::uint32_t topic = r_.system.callbacks[task].topic;
+    job.has_sample = topic != tracing::kNone;
+    if (job.has_sample) job.sample.parent = published_.at(topic);
+    return job;
+  }
+  void publish(tracing::Job& job, std::uint32_t topic) {
+    job.published.push_back({topic, job.start, ++events_});
+    ++events_;
+    published_[topic] = job.ref;
+  }
+  /// By chain: the number of outputs at its sink.
+  std::vector<std::size_t> outputs() const {
+    std::vector<std::size_t> outputs(2, 0);
+    for (const ChainObservation& o : imports::recorded_chains(r_.system, r_.graph, r_.window()))
+      ++outputs.at(o.chain);
+    return outputs;
+  }
+
+ private:
+  void add(const char* name, NodeType type, const std::vector<std::string>& inputs) {
+    Node& node = r_.graph.graph.nodes.emplace_back();
+    node.name = name;
+    node.type = type;
+    node.outputs = {name};
+    for (const std::string& input : inputs) node.inputs.push_back({input, 1, std::nullopt});
+  }
+
+  Recorded r_;
+  std::uint64_t events_ = 0;
+  std::map<TaskId, std::uint64_t> jobs_of_;
+  std::map<std::uint32_t, tracing::JobRef> published_;
+};
+
+TEST_F(RecordedChains, EveryReaderOfAMessageFollowsIt) {
+  publish(job(0), 0);
+  job(2);
+  publish(job(1), 1);
+  publish(job(3), 2);
+  job(4);
+  job(5);
+  EXPECT_THAT(outputs(), ElementsAre(1, 1));
+}
+
+TEST_F(RecordedChains, AJoinUsesASampleOnce) {
+  publish(job(0), 0);
+  job(2);
+  for (int i = 0; i < 2; ++i) {
+    publish(job(1), 1);
+    publish(job(3), 2);
+    job(4);
+  }
+  EXPECT_THAT(outputs(), ElementsAre(1, 0)) << "the second message has no data of the first timer";
 }
 
 }  // namespace

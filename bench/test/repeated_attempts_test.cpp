@@ -25,7 +25,7 @@ results::Repetition repetition(std::uint32_t number, double factor) {
 struct Attempts : testing::Test {
   /// `factors`: the slowness of each attempt in turn; 0: the attempt fails.
   void repeat(std::uint32_t times, std::vector<double> factors) {
-    live::repeat_disturbed(
+    live::repeat_slow(
         runs, 3, times,
         [&](const live::Attempt& a) -> std::optional<results::Repetition> {
           made.push_back(a);

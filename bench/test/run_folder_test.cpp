@@ -162,6 +162,15 @@ TEST_F(RunFolderOnAFullDisk, KeepsTheOldFileWhole) {
   EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part", "run.json"));
 }
 
+TEST_F(RunFolderOnAFullDisk, ARunWhoseRecordCannotBeWrittenIsNotComplete) {
+  results::RunFolder folder(base_ / "run");
+  results::RunRecord record;
+  fill();
+  EXPECT_THROW(folder.close(record, nlohmann::json::object()), program::RunError);
+  EXPECT_FALSE(record.complete);
+  EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv", "chains.csv", "summary.json"));
+}
+
 TEST_F(RunFolderOnAFullDisk, NeverNamesAFileThatIsCutOff) {
   results::RunFolder folder(base_ / "run");
   Trace many = trace(0);

@@ -73,13 +73,13 @@ TEST(RunSetup, TasksThatAnOrderDoesNotNameFollow) {
 }
 
 TEST(RunSetup, EachRepetitionDrawsItsOwnPhases) {
-  const auto [graph, tasks] = system_of("autoware");
+  const auto system = system_of("autoware");
   setup::CommonOptions options;
   options.phases = Phases::random;
   const setup::ExecutorSpec executor = setup::parse_executor("default", {});
   const auto phases = [&](std::uint64_t seed, std::uint32_t repetition) {
     options.seed = seed;
-    return setup::phases_of_repetition(options, graph, tasks, executor, repetition);
+    return setup::phases_of_repetition(options, system.graph, system.tasks, executor, repetition);
   };
   EXPECT_EQ(phases(7, 1), phases(7, 1));
   EXPECT_NE(phases(7, 0), phases(7, 1));

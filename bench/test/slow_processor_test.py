@@ -71,7 +71,7 @@ class SlowProcessor(CommandTest):
         self.assertEqual(run.summary(), before)
 
     def test_what_it_disturbed_is_measured_again_and_kept(self) -> None:
-        run, _ = self.measure_beside_a_sibling("--duration", 2, "--repetitions", 2, "--repeat-disturbed", 1)
+        run, _ = self.measure_beside_a_sibling("--duration", 2, "--repetitions", 2, "--repeat-slow", 1)
         entries = {r["repetition"]: r for r in run.run["runs"]}
         attempt = entries[0]["replaced_by"]
         self.assertGreaterEqual(attempt, 2)
@@ -101,18 +101,18 @@ class SlowProcessor(CommandTest):
 
 
 class Refused(CommandTest):
-    def test_repeat_disturbed_warns_without_known_work(self) -> None:
+    def test_repeat_slow_warns_without_known_work(self) -> None:
         run = self.measure(
             "run", "--transport", "intra_process", "--work", "wall", "--duration", 0.2, "--warm-up", 0,
-            "--repeat-disturbed", 1,
+            "--repeat-slow", 1,
         )  # fmt: skip
-        self.assertIn("--repeat-disturbed has no effect", " ".join(run.run["warnings"]))
+        self.assertIn("--repeat-slow has no effect", " ".join(run.run["warnings"]))
         self.assertEqual(run.summary()["executors"][0]["processor_speed"], {"observed": 0, "slow": []})
 
-    def test_repeat_disturbed_excludes_live_alternate(self) -> None:
+    def test_repeat_slow_excludes_live_alternate(self) -> None:
         code, _, err = self.command(
-            "run", "--live-alternate", "--repetitions", 4, "--repeat-disturbed", 1, "--output", "never"
+            "run", "--live-alternate", "--repetitions", 4, "--repeat-slow", 1, "--output", "never"
         )
         self.assertEqual(code, 2)
-        self.assertIn("--repeat-disturbed: --live-alternate needs repetitions", err)
+        self.assertIn("--repeat-slow: --live-alternate needs repetitions", err)
         self.assertFalse((self.folder / "never").exists())

@@ -3,6 +3,8 @@
 #include <set>
 
 #include "hotpath/core/golden_trace.hpp"
+#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "program/errors.hpp"
 #include "validation/validation.hpp"
 
@@ -42,10 +44,9 @@ std::set<std::string> recorded_sets(const fs::path& traces) {
   for (const auto& file : fs::directory_iterator(traces, error)) {
     if (file.path().extension() == ".csv") sets.insert(file.path().stem().stem());
   }
-  if (sets.empty()) {
-    throw program::UsageError("the golden traces " + traces.string() +
-                              "/SET.EXECUTOR.csv cannot be read; name another folder with --reference");
-  }
+  const std::string remedy = "name a folder of golden traces with --reference";
+  if (error) refuse_input(traces.string(), error.message(), remedy);
+  if (sets.empty()) throw InputError(traces.string(), 0, "has no file SET.EXECUTOR.csv", remedy);
   return sets;
 }
 

@@ -21,12 +21,13 @@ std::array<std::atomic<std::uintptr_t>, MappedRing::kMost> mapped;
 /// Memory whose file was cut: puts a page of zeros in its place and continues.
 void replace_page(int, siginfo_t* info, void*) {
   const auto at = reinterpret_cast<std::uintptr_t>(info->si_addr);
-  const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  const auto size = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  char* const page = static_cast<char*>(info->si_addr) - at % size;
   for (const std::atomic<std::uintptr_t>& ring : mapped) {
     const std::uintptr_t begin = ring.load(std::memory_order_relaxed);
     if (begin == 0 || at < begin || at >= begin + sizeof(sensor::Ring)) continue;
-    void* const replaced = mmap(reinterpret_cast<void*>(at / page * page), page, PROT_READ | PROT_WRITE,
-                                MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
+    void* const replaced =
+        mmap(page, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
     if (replaced != MAP_FAILED) return;
   }
   std::signal(SIGBUS, SIG_DFL);  // another cause: the access is repeated and ends the program

@@ -104,11 +104,13 @@ class Check {
       const std::string subject = "`delivery` of topic " + topic;
       const int line = source_.rules.at(topic).delivery_line;
       std::vector<std::string> left = subscribers_of(graph_, topic);  // not yet listed
+      const auto refuse = [&](const std::string& node, const std::string& reason, const std::string& remedy) {
+        fail(line, std::string(subject).append(" lists node ").append(node).append(reason), remedy);
+      };
       for (const std::string& node : order.nodes) {
         if (std::erase(left, node) > 0) continue;
-        if (std::ranges::count(order.nodes, node) > 1)
-          fail(line, subject + " lists node " + node + " twice", "list each subscriber once");
-        fail(line, subject + " lists " + node + ", which does not subscribe to it", suggest(node, left));
+        if (std::ranges::count(order.nodes, node) > 1) refuse(node, " twice", "list each subscriber once");
+        refuse(node, ", which does not subscribe to it", suggest(node, left));
       }
       if (!left.empty())
         fail(line, subject + " lacks subscriber " + left.front(),
@@ -216,7 +218,7 @@ class Check {
       }
     }
     const auto require_member = [&](const std::string& name, int line) {
-      const std::vector<TaskId> named = tasks_of(name, subject, line);
+      std::vector<TaskId> named = tasks_of(name, subject, line);
       if (std::find(chain.nodes.begin(), chain.nodes.end(), name) == chain.nodes.end())
         fail(line, "node " + name + " is missing in `nodes` of " + subject, "list it there");
       return named;
@@ -232,16 +234,17 @@ class Check {
       fail(lines.sources[kMaxSources], subject + " has " + std::to_string(chain.sources.size()) + " sources",
            "list at most " + std::to_string(kMaxSources));
     }
+    const auto refuse_path = [&](const std::string& source, int line) {
+      fail(line,
+           "sink " + chain.sink + " of " + subject + " cannot be reached from source " + source +
+               " along its nodes",
+           "list all nodes between them in `nodes`, or choose another sink");
+    };
     for (std::size_t i = 0; i < chain.sources.size(); ++i) {
       const std::string& source = chain.sources[i];
       const TaskId start =
           start_of(require_member(source, lines.sources[i]), source, subject, lines.sources[i]);
-      if (!reaches(start, sink, members)) {
-        fail(lines.sources[i],
-             "sink " + chain.sink + " of " + subject + " cannot be reached from source " + source +
-                 " along its nodes",
-             "list all nodes between them in `nodes`, or choose another sink");
-      }
+      if (!reaches(start, sink, members)) refuse_path(source, lines.sources[i]);
     }
   }
 

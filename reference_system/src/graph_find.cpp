@@ -2,6 +2,8 @@
 #include <filesystem>
 #include <map>
 
+#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "yaml_folders.hpp"
@@ -21,15 +23,16 @@ std::map<std::string, fs::path> graph_files() { return yaml_files("HOTPATH_GRAPH
 }  // namespace
 
 std::string find_graph(const std::string& name_or_path) {
-  std::error_code ignored;
+  std::error_code error;
   if (is_yaml_path(name_or_path)) {
-    if (fs::exists(name_or_path, ignored)) return name_or_path;
-    throw InputError(name_or_path, 0, "there is no such file",
-                     "give the path of a graph file or one of the names of `hotpath list graphs`");
+    if (fs::exists(fs::status(name_or_path, error))) return name_or_path;
+    refuse_input(name_or_path, error.message(),
+                 "give the path of a graph file or one of the names of `hotpath list graphs`");
   }
   const auto files = graph_files();
   if (const auto entry = files.find(name_or_path); entry != files.end()) return entry->second;
   std::vector<std::string> names;
+  names.reserve(files.size());
   for (const auto& [name, file] : files) names.push_back(name);
   throw InputError(name_or_path, 0, "there is no graph of this name",
                    suggest(name_or_path, names) + " (to give a file, include its extension .yaml)");

@@ -48,7 +48,7 @@ std::string read_text_file(const std::string& path) {
   if (bytes > kMaxFileBytes) {
     throw InputError(path, 0, "the file has more than 4 MiB, the limit for this kind of file", remedy);
   }
-  if (in.bad()) throw InputError(path, 0, "the file cannot be read to its end", remedy);
+  if (in.bad()) refuse_input(path, "input/output error", remedy);
   text.resize(bytes);
   text.shrink_to_fit();
   return text;

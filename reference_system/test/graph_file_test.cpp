@@ -237,6 +237,9 @@ TEST_F(GraphFile, TextsAreUtf8) {
   EXPECT_EQ(load("name: g\ndescription: Größe → 4 kB \U0001F916\nnodes:\n" + kSensor).name, "g");
   // A lone continuation byte, Latin-1, a truncated sequence, an overlong one, a surrogate, beyond
   // Unicode.
+  const auto text = [](const std::string& before, const std::string& bad, const std::string& after) {
+    return before + bad + after + "nodes:\n" + kSensor;
+  };
   for (const std::string bad : {"\x80", "\xE4", "\xE2\x82", "\xC0\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80"}) {
     const auto refused = [](int line) {
       return AllOf(StartsWith(":" + std::to_string(line) + ": "),
@@ -245,10 +248,9 @@ TEST_F(GraphFile, TextsAreUtf8) {
     EXPECT_THAT(error_of_nodes("- {name: N" + bad + ", type: sensor, period_ms: 1}\n"), refused(3));
     EXPECT_THAT(error_of_nodes("- {name: N, type: sensor, period_ms: 1, output: t" + bad + "}\n"),
                 refused(3));
-    EXPECT_THAT(error_of("name: g" + bad + "\nnodes:\n" + kSensor), refused(1));
-    EXPECT_THAT(error_of("name: g\ndescription: d" + bad + "\nnodes:\n" + kSensor), refused(2));
-    EXPECT_THAT(error_of("name: g\ntopics:\n  t" + bad + ": {publishers: many}\nnodes:\n" + kSensor),
-                refused(3));
+    EXPECT_THAT(error_of(text("name: g", bad, "\n")), refused(1));
+    EXPECT_THAT(error_of(text("name: g\ndescription: d", bad, "\n")), refused(2));
+    EXPECT_THAT(error_of(text("name: g\ntopics:\n  t", bad, ": {publishers: many}\n")), refused(3));
   }
 }
 

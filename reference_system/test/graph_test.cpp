@@ -32,6 +32,7 @@ TaskId task_named(const GraphTasks& tasks, const std::string& name) {
 
 std::vector<std::string> names(const GraphTasks& tasks, const std::vector<TaskId>& ids) {
   std::vector<std::string> result;
+  result.reserve(ids.size());
   for (const TaskId id : ids) result.push_back(tasks.set[id].name);
   return result;
 }

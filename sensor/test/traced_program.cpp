@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <bit>
 #include <cerrno>
 #include <cstdlib>
 #include <iostream>
@@ -16,7 +17,7 @@
 
 namespace {
 
-const void* handle(std::uintptr_t address) { return reinterpret_cast<const void*>(address); }
+const void* handle(std::uintptr_t address) { return std::bit_cast<const void*>(address); }
 
 void run_jobs(long jobs, const std::string& topic) {
   errno = 77;
@@ -36,7 +37,9 @@ int main(int argc, char** argv) {
   if (argc < 3) return 2;
   const std::string topic = "/" + std::string(99, 't');
   std::vector<std::thread> threads;
-  for (int i = 0; i < std::atoi(argv[2]); ++i) threads.emplace_back(run_jobs, std::atol(argv[1]), topic);
+  const auto count = static_cast<std::size_t>(std::atoi(argv[2]));
+  threads.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) threads.emplace_back(run_jobs, std::atol(argv[1]), topic);
   for (std::thread& thread : threads) thread.join();
   if (argc > 3) {
     run_jobs(1, topic);

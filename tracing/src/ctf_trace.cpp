@@ -37,9 +37,15 @@ MetadataFormat format_of(const fs::path& metadata) {
 
 std::vector<fs::path> ctf_folders(const fs::path& folder) {
   const auto refuse = [&](const std::string& reason) { throw TraceError(folder.string() + " " + reason); };
-  if (!fs::is_directory(folder)) refuse("is not a folder; name the folder of a trace");
+  const auto refuse_reading = [&](const std::error_code& error) {
+    refuse("cannot be read (" + error.message() + "); name the folder of a trace");
+  };
+  std::error_code error;
+  const fs::file_status status = fs::status(folder, error);
+  if (error) refuse_reading(error);
+  if (!fs::is_directory(status)) refuse("is not a folder; name the folder of a trace");
   std::vector<fs::path> traces;
-  std::error_code error;  // files may vanish during the search
+  // Files may vanish during the search.
   fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, error);
   std::size_t files = 0;
   for (const fs::recursive_directory_iterator end; !error && at != end; at.increment(error)) {
@@ -58,7 +64,7 @@ std::vector<fs::path> ctf_folders(const fs::path& folder) {
       refuse("has a file `metadata` that is not CTF; name the folder of a trace");
     traces.push_back(path.parent_path());
   }
-  if (error) refuse("cannot be searched (" + error.message() + "); name the folder of a trace");
+  if (error) refuse_reading(error);
   if (traces.empty()) {
     refuse(
         "holds no CTF trace: there is no file `metadata` in it or below it; name the folder that "

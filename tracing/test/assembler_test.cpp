@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <ranges>
-
 namespace hotpath::tracing {
 namespace {
 
@@ -101,7 +99,7 @@ TEST(Assembler, OverwritesBeyondTheDepthAndKeepsWhatIsUnread) {
 TEST(Assembler, KeepsAtMostAThousandSamplesOfASubscriptionThatKeepsAll) {
   Recording recording;
   recording.make_nodes(0);
-  for (const std::uint64_t i : std::views::iota(0U, 3000U))
+  for (std::uint64_t i = 0; i < 3000; ++i)
     recording.publish(static_cast<std::int64_t>(2000 + 10 * i), 5000 + i);
   EXPECT_EQ(recording.overwritten.size(), 2000U);
   recording.assembler.finish();

@@ -18,28 +18,32 @@ constexpr std::size_t kFirstBytes = 1 << 14, kMostBytes = 1 << 22;
 std::string kind_of(fs::file_type type) {
   switch (type) {
     case fs::file_type::directory:
-      return "a folder";
+      return "it is a folder";
     case fs::file_type::fifo:
-      return "a FIFO, which may have no writer";
+      return "it is a FIFO, which may have no writer";
     case fs::file_type::character:
     case fs::file_type::block:
-      return "a device, which may have no end";
+      return "it is a device, which may have no end";
     default:
-      return "not a regular file";
+      return "it is not a regular file";
   }
 }
 
 }  // namespace
 
+void refuse_input(const std::string& file, const std::string& reason, const std::string& remedy,
+                  std::int64_t line) {
+  throw InputError(file, line, "cannot be read (" + reason + ")", remedy);
+}
+
 std::ifstream open_input(const fs::path& file, const std::string& remedy) {
-  const auto fail = [&](const std::string& problem) { throw InputError(file.string(), 0, problem, remedy); };
   std::error_code error;
   const fs::file_type type = fs::status(file, error).type();
-  if (error) fail("the file cannot be opened (" + error.message() + ")");
-  if (type != fs::file_type::regular) fail("the file cannot be read: it is " + kind_of(type));
+  if (error) refuse_input(file.string(), error.message(), remedy);
+  if (type != fs::file_type::regular) refuse_input(file.string(), kind_of(type), remedy);
   errno = 0;
   std::ifstream in(file, std::ios::binary);
-  if (!in) fail("the file cannot be opened (" + std::generic_category().message(errno) + ")");
+  if (!in) refuse_input(file.string(), std::generic_category().message(errno), remedy);
   return in;
 }
 
@@ -48,18 +52,17 @@ LineReader::LineReader(std::istream& in, std::string file, std::size_t lines_bef
 
 bool LineReader::next() {
   std::size_t bytes = 0;
-  const auto fail = [&](const std::string& problem, const std::string& remedy) {
-    throw InputError(file_, static_cast<std::int64_t>(line_), problem, remedy);
-  };
   for (;;) {
     in_->getline(buffer_.data() + bytes, static_cast<std::streamsize>(buffer_.size() - bytes));
-    if (in_->bad()) fail("the file cannot be read further", "check the disk");
+    if (in_->bad())
+      refuse_input(file_, "input/output error after this line", "check the disk",
+                   static_cast<std::int64_t>(line_));
     bytes += static_cast<std::size_t>(in_->gcount());
     if (in_->fail() && bytes == 0) return false;
     if (in_->eof() || !in_->fail()) break;
     if (buffer_.size() >= kMostBytes) {
-      ++line_;
-      fail("the line has more than 4 MiB", "give a text file");
+      throw InputError(file_, static_cast<std::int64_t>(++line_), "the line has more than 4 MiB",
+                       "give a text file");
     }
     buffer_.resize(2 * buffer_.size());
     in_->clear();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iosfwd>
@@ -8,6 +9,11 @@
 #include <string_view>
 
 namespace hotpath {
+
+/// Throws the InputError for an input that cannot be read: `FILE: cannot be read (REASON); REMEDY`.
+/// `line`: as for InputError.
+[[noreturn]] void refuse_input(const std::string& file, const std::string& reason, const std::string& remedy,
+                               std::int64_t line = 0);
 
 /// Opens a file that the user named. Accepts only regular files: a device may never end, and a FIFO
 /// may have no writer. Throws InputError; `remedy` tells the user which file to give instead.
