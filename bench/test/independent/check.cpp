@@ -4,7 +4,9 @@
 // the comparison to find each.
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <random>
 #include <set>
 
 #include "generator.hpp"
@@ -27,6 +29,7 @@ using Rows = std::array<std::vector<Row>, 2>;
 struct Counts {
   std::size_t graphs = 0, schedules = 0, jobs = 0, losses = 0, outputs = 0, duplicates = 0;
   std::size_t bounds = 0, exact = 0, not_explored = 0, differences = 0;
+  std::size_t of_threads = 0;  ///< Of the bounds.
 };
 
 class Check {
@@ -59,6 +62,7 @@ class Check {
     Conditions conditions{{}, kUntil, dispatch};
     for (const Task& task : graph_.tasks) conditions.phases.push_back(task.phase);
     for (const std::string& label : kExecutors) compare(label, stored.at(label), bounds, conditions);
+    if (seed % 3 == 1) compare_deployment(seed, conditions);
   }
 
  private:
@@ -67,10 +71,7 @@ class Check {
     const Draw draw = [this](int task, std::int64_t sequence) { return time(task, sequence); };
     Executor executor(label);
     const Result result = simulate(graph_, executor, conditions, draw);
-    duplicates_.clear();
-    for (const Output& o : result.outputs) {
-      if (o.duplicates) duplicates_.insert({o.chain, o.sequence});
-    }
+    note_duplicates(result);
     count(result);
     const Rows rows = comparable(result), expected = comparable(stored);
     for (const std::size_t part : {0, 1}) {
@@ -86,6 +87,82 @@ class Check {
         found_[static_cast<std::size_t>(f)] =
             comparable(simulate(graph_, executor, conditions, draw)) != expected;
     }
+  }
+
+  /// Nodes on threads of one or two processors, as a file for hotpath.
+  Deployment draw_deployment(std::uint64_t seed, const std::string& file) {
+    std::mt19937_64 random(seed);
+    const std::vector<std::string> executors = {"default", "static", "events-ro", "rm-ro", "fp-ro", "edf-ro"};
+    Deployment deployment;
+    std::map<std::string, std::size_t> thread_of;  // by node
+    std::vector<std::string> owns;
+    const std::size_t most = 2 + random() % 4;
+    for (const Task& task : graph_.tasks) {
+      const bool opens = owns.size() < most && (owns.empty() || random() % 2 == 0);
+      const auto [node, is_new] =
+          thread_of.try_emplace(task.node, opens ? owns.size() : random() % owns.size());
+      if (is_new && node->second == owns.size()) {
+        owns.emplace_back();
+        deployment.threads.push_back({Executor(executors[random() % executors.size()]),
+                                      static_cast<int>(10 * (1 + random() % 4)), random() % 2});
+      }
+      if (is_new) owns[node->second] += (owns[node->second].empty() ? "" : ", ") + task.node;
+      deployment.thread_of.push_back(node->second);
+    }
+    std::ofstream out(file);
+    out << "name: threads\nexecutors:\n";
+    for (std::size_t t = 0; t < owns.size(); ++t) {
+      const Thread& thread = deployment.threads[t];
+      out << "  - {name: t" << t << ", executor: \"" << thread.executor.label
+          << "\", policy: \"fifo:" << thread.priority << "\", processors: [" << thread.processor
+          << "], owns: [" << owns[t] << "]}\n";
+    }
+    return deployment;
+  }
+
+  /// The jobs of threads under SCHED_FIFO, their latencies, and the bounds of `analyze --deployments`.
+  void compare_deployment(std::uint64_t seed, const Conditions& conditions) {
+    const std::string plan = folder_ + "/" + std::to_string(seed) + ".threads.yaml",
+                      run = folder_ + "/threads", csv = folder_ + "/bounds.csv",
+                      threads = " --cores 2 --deployments " + plan;
+    Deployment deployment = draw_deployment(seed, plan);
+    std::filesystem::remove_all(run);
+    std::filesystem::remove(csv);
+    const bool simulated = run_command(
+        hotpath_ + " simulate --graph " + file_ + options_ + " --execution-times uniform --seed " +
+            std::to_string(seed) + " --warm-up 0 --duration " + kDuration + threads + " --output " + run,
+        folder_ + "/simulate.txt");
+    run_command(hotpath_ + " analyze " + file_ + options_ + threads + " --csv " + csv,
+                folder_ + "/analyze.txt");
+    if (!simulated) return differ("hotpath rejects the deployment, see simulate.txt");
+    const Draw draw = [this](int task, std::int64_t sequence) { return time(task, sequence); };
+    const Result result = simulate(graph_, deployment, conditions, draw);
+    note_duplicates(result);
+    const Rows expected = of_threads(read_run(graph_, run).at("threads")), rows = of_threads(result);
+    for (const std::size_t part : {0, 1}) {
+      const auto [mine, theirs] = std::ranges::mismatch(rows[part], expected[part]);
+      if (mine == rows[part].end() && theirs == expected[part].end()) continue;
+      differ("threads: " + shown(mine, rows[part].end()) +
+             "\n    hotpath: " + shown(theirs, expected[part].end()));
+    }
+    const std::vector<Bound> bounds = read_bounds(csv);
+    counts_.of_threads += bounds.size();
+    compare_bounds("threads", bounds, result);
+    for (int f = 1; f < kFaults && rows == expected; ++f) {
+      deployment.fault = static_cast<Fault>(f);
+      if (found(f)) continue;
+      found_[static_cast<std::size_t>(f)] =
+          of_threads(simulate(graph_, deployment, conditions, draw)) != expected;
+    }
+  }
+
+  /// Comparable without the instants of releases, which more urgent threads delay, and without the order of
+  /// starts, which is none on two processors.
+  Rows of_threads(const Result& result) const {
+    Rows rows = comparable(result);
+    for (Row& row : rows[0]) row[4] = 0;
+    std::ranges::sort(rows[0]);
+    return rows;
   }
 
   /// The execution times that hotpath drew: the same under every executor.
@@ -147,6 +224,13 @@ class Check {
       if (b.executor == executor && value != exact.end() && value->second > b.value)
         differ(executor + ": " + b.kind + " " + b.name + ": the exact value exceeds the bound by " +
                b.method);
+    }
+  }
+
+  void note_duplicates(const Result& result) {
+    duplicates_.clear();
+    for (const Output& o : result.outputs) {
+      if (o.duplicates) duplicates_.insert({o.chain, o.sequence});
     }
   }
 
@@ -214,15 +298,16 @@ int run(const std::vector<std::string>& arguments) {
   const Counts& c = check.counts();
   std::cout << c.graphs << " graphs, " << c.schedules << " schedules, " << c.jobs << " jobs, " << c.losses
             << " losses and empty events, " << c.outputs << " latencies (" << c.duplicates
-            << " with duplicates), " << c.bounds << " bounds, " << c.exact << " exact values ("
-            << c.not_explored << " graphs not explored): " << c.differences << " differences\n";
+            << " with duplicates), " << c.bounds << " bounds (" << c.of_threads << " of deployments), "
+            << c.exact << " exact values (" << c.not_explored << " graphs not explored): " << c.differences
+            << " differences\n";
   int missed = 0;
   for (int f = 1; f < kFaults; ++f) {
     if (check.found(f)) continue;
     ++missed;
     std::cout << "planted error " << f << " was not found\n";
   }
-  return c.differences == 0 && missed == 0 && c.exact > c.graphs ? 0 : 1;
+  return c.differences == 0 && missed == 0 && c.exact > c.graphs && c.of_threads > c.graphs ? 0 : 1;
 }
 
 }  // namespace

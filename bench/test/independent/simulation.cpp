@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <stdexcept>
 #include <tuple>
 
 namespace independent {
@@ -43,6 +42,21 @@ struct Group {
   bool listed = false;  ///< Among the ready groups, or running.
 };
 
+/// An executor's thread.
+struct ThreadState {
+  Thread thread;
+  std::vector<Ready> queue{};  ///< Events, or the rest of the snapshot.
+  std::vector<Group> groups{};
+  std::deque<int> ready_groups{};
+  bool awake = false;
+  std::int64_t since = 0;    ///< Orders threads of one priority: that awake for longest runs.
+  std::optional<Job> job{};  ///< Decided for.
+  bool started = false;
+  Nanoseconds left = 0;  ///< Until its start, then until its end.
+  History history{};     ///< Of the sample that it took.
+  std::size_t row = 0;   ///< Of the started job in the result.
+};
+
 void merge(History& into, const History& from) {
   for (std::size_t s = 0; s < kMostSources; ++s) {
     if (from[s].jobs == 0) continue;
@@ -55,71 +69,140 @@ void merge(History& into, const History& from) {
 
 class Simulation {
  public:
-  Simulation(const Graph& graph, const Executor& executor, const Conditions& conditions, const Draw& draw)
+  Simulation(const Graph& graph, const Deployment& deployment, const Conditions& conditions, const Draw& draw)
       : graph_(graph),
-        executor_(executor),
+        deployment_(deployment),
         conditions_(conditions),
         draw_(draw),
-        tasks_(graph.tasks.size()),
-        groups_(static_cast<std::size_t>(graph.groups)) {
+        tasks_(graph.tasks.size()) {
     for (const std::size_t inputs : graph.slots) slots_.emplace_back(inputs);
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
       if (graph.tasks[t].timer) tasks_[t].next_call = conditions.phases[t];
     }
-    if (executor.family == Family::fixed_priority) rank_tasks();
+    for (const Thread& thread : deployment.threads) {
+      threads_.push_back({thread});
+      threads_.back().groups.resize(static_cast<std::size_t>(graph.groups));
+      processors_ = std::max(processors_, thread.processor + 1);
+      if (thread.executor.family == Family::fixed_priority) rank_tasks(threads_.size() - 1);
+    }
   }
 
   Result run() {
     while (now_ < conditions_.until) {
-      release_timers(now_ + 1);
-      const std::optional<Ready> ready = decide();
-      if (ready) {
-        execute(*ready);
-      } else {
-        now_ = kNever;
-        for (const TaskState& task : tasks_) now_ = std::min(now_, task.armed ? task.next_call : kNever);
+      for (std::size_t p = 0; p < processors_; ++p) {
+        ThreadState* const thread = running_on(p);
+        if (thread != nullptr && thread->job && thread->started && thread->left == 0) finish(*thread);
       }
+      release_timers();
+      wake_threads();
+      if (!step()) advance();
     }
     end();
     return std::move(result_);
   }
 
  private:
-  bool faulty(Fault fault) const { return executor_.fault == fault; }
+  /// Of the threads that are awake, the processor runs the one with the largest priority.
+  ThreadState* running_on(std::size_t processor) {
+    ThreadState* first = nullptr;
+    for (ThreadState& t : threads_) {
+      if (!t.awake || (faulty(Fault::one_processor) ? 0 : t.thread.processor) != processor) continue;
+      if (faulty(Fault::not_preempted) && t.job) return &t;
+      const auto key = [&](const ThreadState& of) {
+        return std::pair(faulty(Fault::thread_priority_ignored) ? 0 : -of.thread.priority, of.since);
+      };
+      if (first == nullptr || key(t) < key(*first)) first = &t;
+    }
+    return first;
+  }
+
+  bool has_work(const ThreadState& thread, std::size_t number) const {
+    if (thread.job || !thread.queue.empty() || !thread.ready_groups.empty()) return true;
+    if (thread.thread.executor.family != Family::wait_set) return false;
+    for (std::size_t t = 0; t < tasks_.size(); ++t) {
+      if (deployment_.thread_of[t] != number) continue;
+      if (graph_.tasks[t].timer ? tasks_[t].next_call <= now_ : !tasks_[t].unread.empty()) return true;
+    }
+    return false;
+  }
+
+  void wake_threads() {
+    for (std::size_t t = 0; t < threads_.size(); ++t) {
+      if (threads_[t].awake || !has_work(threads_[t], t)) continue;
+      threads_[t].awake = true;
+      threads_[t].since = ++wakes_;
+    }
+  }
+
+  /// A decision or a start at this instant; false if there is none.
+  bool step() {
+    for (std::size_t p = 0; p < processors_; ++p) {
+      ThreadState* const thread = running_on(p);
+      if (thread == nullptr) continue;
+      if (!thread->job) {
+        const std::optional<Ready> ready = decide(*thread);
+        ready ? begin(*thread, *ready) : void(thread->awake = false);
+        return true;
+      }
+      if (!thread->started && thread->left == 0) return start(*thread), true;
+      if (thread->left == 0) return true;
+    }
+    return false;
+  }
+
+  void advance() {
+    Nanoseconds next = conditions_.until;
+    for (const TaskState& t : tasks_) {
+      if (t.armed && t.next_call > now_) next = std::min(next, t.next_call);
+    }
+    std::vector<ThreadState*> running;
+    for (std::size_t p = 0; p < processors_; ++p) {
+      if (ThreadState* const thread = running_on(p)) running.push_back(thread);
+    }
+    for (const ThreadState* thread : running) next = std::min(next, now_ + thread->left);
+    for (ThreadState* thread : running) thread->left -= next - now_;
+    now_ = next;
+  }
+
+  bool faulty(Fault fault) const { return deployment_.fault == fault; }
   const Task& task(int id) const { return graph_.tasks[static_cast<std::size_t>(id)]; }
+  ThreadState& thread_of(int id) { return threads_[deployment_.thread_of[static_cast<std::size_t>(id)]]; }
+  const Executor& executor_of(int id) { return thread_of(id).thread.executor; }
   TaskState& state(int id) { return tasks_[static_cast<std::size_t>(id)]; }
 
   /// Subscriptions inherit from the timers upstream; a priority of their own goes first under fp.
-  void rank_tasks() {
+  void rank_tasks(std::size_t thread) {
+    const std::string& policy = threads_[thread].thread.executor.policy;
     const bool least = faulty(Fault::least_urgent_inherited);
     const auto own = [&](const Task& t) {
-      return executor_.policy == "rm"   ? t.period
-             : executor_.policy == "dm" ? t.deadline
-                                        : t.priority.value_or(0);
+      return policy == "rm" ? t.period : policy == "dm" ? t.deadline : t.priority.value_or(0);
     };
-    for (TaskState& s : tasks_) s.rank = least ? std::numeric_limits<std::int64_t>::min() : kNever;
+    std::vector<std::int64_t> ranks(tasks_.size(), least ? std::numeric_limits<std::int64_t>::min() : kNever);
+    const auto rank_of = [&](int t) -> std::int64_t& { return ranks[static_cast<std::size_t>(t)]; };
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
       if (!graph_.tasks[t].timer) continue;
-      tasks_[t].rank = own(graph_.tasks[t]);
+      ranks[t] = own(graph_.tasks[t]);
       std::vector<int> reached = successors(graph_, static_cast<int>(t), true);
       for (std::size_t i = 0; i < reached.size(); ++i) {
-        std::int64_t& rank = state(reached[i]).rank;
-        rank = least ? std::max(rank, tasks_[t].rank) : std::min(rank, tasks_[t].rank);
+        std::int64_t& rank = rank_of(reached[i]);
+        rank = least ? std::max(rank, ranks[t]) : std::min(rank, ranks[t]);
         for (const int next : successors(graph_, reached[i], true)) {
           if (std::ranges::find(reached, next) == reached.end()) reached.push_back(next);
         }
       }
     }
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
-      if (executor_.policy == "fp" && graph_.tasks[t].priority) tasks_[t].rank = *graph_.tasks[t].priority;
+      if (deployment_.thread_of[t] != thread) continue;
+      const bool given = policy == "fp" && graph_.tasks[t].priority;
+      tasks_[t].rank = given ? *graph_.tasks[t].priority : ranks[t];
     }
   }
 
   /// Of a timer that is overdue at the end, the first timestamp is queued and the others are skipped.
   void end() {
-    if (executor_.family != Family::wait_set && executor_.family != Family::groups) return;
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
-      if (!graph_.tasks[t].timer) continue;
+      const Family family = executor_of(static_cast<int>(t)).family;
+      if (!graph_.tasks[t].timer || (family != Family::wait_set && family != Family::groups)) continue;
       TaskState& timer = tasks_[t];
       for (Nanoseconds due = timer.next_call + graph_.tasks[t].period; due < conditions_.until;) {
         result_.jobs.push_back({static_cast<int>(t), ++timer.sequence, Outcome::skipped, due});
@@ -128,23 +211,22 @@ class Simulation {
     }
   }
 
-  /// Releases the timers that are due before an instant, where a timer thread does so.
-  void release_timers(Nanoseconds before) {
-    if (executor_.family == Family::wait_set) return;
+  /// Releases the timers that are due, where a timer thread does so.
+  void release_timers() {
     while (true) {
       int due = -1;
       for (std::size_t t = 0; t < tasks_.size(); ++t) {
         const TaskState& timer = tasks_[t];
-        if (!timer.armed || timer.next_call >= before) continue;
+        if (!timer.armed || timer.next_call > now_) continue;
+        if (executor_of(static_cast<int>(t)).family == Family::wait_set) continue;
         if (due < 0 || std::tie(timer.next_call, timer.armed_order) <
                            std::tie(state(due).next_call, state(due).armed_order))
           due = static_cast<int>(t);
       }
       if (due < 0) return;
       TaskState& timer = state(due);
-      enqueue({due, timer.sequence, timer.next_call, std::max(now_, timer.next_call),
-               timer.next_call + task(due).deadline});
-      if (executor_.family == Family::groups) {
+      enqueue({due, timer.sequence, timer.next_call, now_, timer.next_call + task(due).deadline});
+      if (executor_of(due).family == Family::groups) {
         timer.armed = false;  // call() follows when the timer is picked
       } else {
         timer.next_call += task(due).period;
@@ -155,59 +237,62 @@ class Simulation {
 
   void enqueue(Ready ready) {
     ready.activation = activations_++;
-    if (executor_.family != Family::groups || faulty(Fault::groups_ignored)) {
-      queue_.push_back(ready);
+    ThreadState& thread = thread_of(ready.task);
+    if (thread.thread.executor.family != Family::groups || faulty(Fault::groups_ignored)) {
+      thread.queue.push_back(ready);
       return;
     }
-    Group& group = groups_[static_cast<std::size_t>(task(ready.task).group)];
+    Group& group = thread.groups[static_cast<std::size_t>(task(ready.task).group)];
     group.ready.push_back(ready);
-    if (!group.listed) ready_groups_.push_back(task(ready.task).group);
+    if (!group.listed) thread.ready_groups.push_back(task(ready.task).group);
     group.listed = true;
   }
 
-  std::optional<Ready> decide() {
-    if (executor_.family == Family::wait_set && (queue_.empty() || faulty(Fault::polls_after_each_job)))
-      poll();
-    if (executor_.family == Family::groups && !faulty(Fault::groups_ignored)) {
-      if (ready_groups_.empty()) return std::nullopt;
-      std::deque<Ready>& ready = groups_[static_cast<std::size_t>(ready_groups_.front())].ready;
-      ready_groups_.pop_front();
+  std::optional<Ready> decide(ThreadState& thread) {
+    const Executor& executor = thread.thread.executor;
+    if (executor.family == Family::wait_set && (thread.queue.empty() || faulty(Fault::polls_after_each_job)))
+      poll(thread);
+    if (executor.family == Family::groups && !faulty(Fault::groups_ignored)) {
+      if (thread.ready_groups.empty()) return std::nullopt;
+      std::deque<Ready>& ready = thread.groups[static_cast<std::size_t>(thread.ready_groups.front())].ready;
+      thread.ready_groups.pop_front();
       const Ready first = ready.front();
       ready.pop_front();
       return first;
     }
-    if (queue_.empty()) return std::nullopt;
-    auto first = queue_.begin();
-    if (executor_.family == Family::fixed_priority || executor_.family == Family::deadline) {
-      first = std::ranges::min_element(queue_, [&](const Ready& a, const Ready& b) { return before(a, b); });
+    if (thread.queue.empty()) return std::nullopt;
+    auto first = thread.queue.begin();
+    if (executor.family == Family::fixed_priority || executor.family == Family::deadline) {
+      first = std::ranges::min_element(
+          thread.queue, [&](const Ready& a, const Ready& b) { return before(executor, a, b); });
     }
     const Ready result = *first;
-    queue_.erase(first);
+    thread.queue.erase(first);
     return result;
   }
 
   /// Snapshot: all ready timers and all subscriptions with unread samples, in the order of creation.
-  void poll() {
-    queue_.clear();
-    const bool timers_first = executor_.timers_first != faulty(Fault::kinds_swapped);
+  void poll(ThreadState& thread) {
+    thread.queue.clear();
+    const bool timers_first = thread.thread.executor.timers_first != faulty(Fault::kinds_swapped);
     for (const bool timers : {timers_first, !timers_first}) {
       for (std::size_t t = 0; t < tasks_.size(); ++t) {
-        if (graph_.tasks[t].timer != timers) continue;
+        if (graph_.tasks[t].timer != timers || &thread_of(static_cast<int>(t)) != &thread) continue;
         if (timers ? tasks_[t].next_call <= now_ : !tasks_[t].unread.empty())
-          queue_.push_back({static_cast<int>(t), 0, 0, now_});
+          thread.queue.push_back({static_cast<int>(t), 0, 0, now_});
       }
     }
   }
 
   /// The order of events under fixed priorities and deadlines.
-  bool before(const Ready& a, const Ready& b) {
+  bool before(const Executor& executor, const Ready& a, const Ready& b) {
     const bool timer_a = task(a.task).timer, timer_b = task(b.task).timer;
     const auto urgency = [&](const Ready& r, bool timer) -> std::pair<bool, std::int64_t> {
-      if (executor_.samples_first && !timer) return {false, 0};
-      return {executor_.samples_first, executor_.policy == "edf" ? r.deadline : state(r.task).rank};
+      if (executor.samples_first && !timer) return {false, 0};
+      return {executor.samples_first, executor.policy == "edf" ? r.deadline : state(r.task).rank};
     };
     if (urgency(a, timer_a) != urgency(b, timer_b)) return urgency(a, timer_a) < urgency(b, timer_b);
-    if (executor_.fifo) return a.activation < b.activation;
+    if (executor.fifo) return a.activation < b.activation;
     if (timer_a != timer_b) return timer_b != faulty(Fault::timers_before_samples);
     if (timer_a) return std::tie(a.task, a.timestamp) < std::tie(b.task, b.timestamp);
     return (a.activation > b.activation) != faulty(Fault::equal_priority_fifo);
@@ -221,17 +306,18 @@ class Simulation {
     ready.deadline = ready.timestamp + task(ready.task).deadline;
     timer.next_call += task(ready.task).period;
     while (timer.next_call < now_ + (faulty(Fault::exact_timestamp_kept) ? 0 : 1)) {
-      skipped_.push_back({ready.task, timer.sequence++, Outcome::skipped, timer.next_call});
+      result_.jobs.push_back({ready.task, timer.sequence++, Outcome::skipped, timer.next_call});
       timer.next_call += task(ready.task).period;
     }
   }
 
-  void execute(Ready ready) {
+  void begin(ThreadState& thread, Ready ready) {
     const Task& t = task(ready.task);
+    const Family family = thread.thread.executor.family;
     Job job{ready.task, ready.sequence, Outcome::ran, ready.timestamp, ready.release};
-    History history{};
+    thread.history = {};
     if (t.timer) {
-      if (executor_.family == Family::wait_set || executor_.family == Family::groups) call(ready);
+      if (family == Family::wait_set || family == Family::groups) call(ready);
       job.sequence = ready.sequence;
       job.timestamp = ready.timestamp;
       job.deadline = ready.deadline;
@@ -241,7 +327,7 @@ class Simulation {
     } else {
       const Sample sample = state(ready.task).unread.front();
       state(ready.task).unread.pop_front();
-      history = sample.history;
+      thread.history = sample.history;
       job.sequence = sample.sequence;
       job.timestamp = sample.published;
       job.release = std::max(job.release, sample.published);  // it may have replaced the snapshot's sample
@@ -250,20 +336,34 @@ class Simulation {
       job.parent_sequence = sample.parent_sequence;
     }
     const bool costs = job.outcome != Outcome::empty || !faulty(Fault::dispatch_of_work_only);
-    job.start = now_ + (costs ? conditions_.dispatch : 0);
-    job.finish = job.start;
+    thread.job = job;
+    thread.started = false;
+    thread.left = costs ? conditions_.dispatch : 0;
+  }
+
+  void start(ThreadState& thread) {
+    Job& job = *thread.job;
+    const Task& t = task(job.task);
+    job.start = now_;
+    thread.started = true;
     if (job.outcome != Outcome::empty) {
-      for (const auto& [set, position] : t.stores) slot(set, position) = history;
-      if (works(t)) job.finish += draw_(ready.task, job.sequence);
+      for (const auto& [set, position] : t.stores) slot(set, position) = thread.history;
+      if (works(t)) thread.left = draw_(job.task, job.sequence);
+      job.outcome = Outcome::running;
     }
-    release_timers(job.finish);
-    if (job.finish >= conditions_.until) job.outcome = Outcome::running;
-    if (job.start < conditions_.until) result_.jobs.push_back(job);  // otherwise it counts as queued
-    result_.jobs.insert(result_.jobs.end(), skipped_.begin(), skipped_.end());
-    skipped_.clear();
-    now_ = job.finish;
-    if (job.outcome == Outcome::ran) publish(job, history);
-    after(ready.task);
+    thread.row = result_.jobs.size();
+    result_.jobs.push_back(job);
+  }
+
+  void finish(ThreadState& thread) {
+    Job job = *thread.job;
+    thread.job.reset();
+    job.finish = now_;
+    const bool runs = job.outcome == Outcome::running;
+    if (runs) job.outcome = Outcome::ran;
+    result_.jobs[thread.row] = job;
+    if (runs) publish(job, thread.history);
+    after(thread, job.task);
   }
 
   std::optional<History>& slot(int set, int position) {
@@ -348,56 +448,44 @@ class Simulation {
       if (!faulty(Fault::newest_overwritten)) s.unread.pop_front();
     }
     if (s.unread.size() < task(reader).depth) s.unread.push_back(sample);
-    if (executor_.family != Family::wait_set) enqueue({reader, 0, now_, now_, deadline});
+    if (executor_of(reader).family != Family::wait_set) enqueue({reader, 0, now_, now_, deadline});
   }
 
   /// cbg: the timer thread regains the timer, and the group queues again behind the others.
-  void after(int id) {
-    if (executor_.family != Family::groups) return;
+  void after(ThreadState& thread, int id) {
+    if (thread.thread.executor.family != Family::groups) return;
     state(id).armed = true;
     state(id).armed_order = ++activations_;
-    Group& group = groups_[static_cast<std::size_t>(task(id).group)];
+    Group& group = thread.groups[static_cast<std::size_t>(task(id).group)];
     group.listed = !group.ready.empty();
-    if (group.listed) ready_groups_.push_back(task(id).group);
+    if (group.listed) thread.ready_groups.push_back(task(id).group);
   }
 
   const Graph& graph_;
-  const Executor& executor_;
+  const Deployment& deployment_;
   const Conditions& conditions_;
   const Draw& draw_;
   Nanoseconds now_ = 0;
   std::vector<TaskState> tasks_;
   std::vector<std::vector<std::optional<History>>> slots_;  ///< Newest samples of fusions and cyclic nodes.
-  std::vector<Ready> queue_;                                ///< Events, or the rest of the snapshot.
-  std::vector<Group> groups_;
-  std::deque<int> ready_groups_;
+  std::vector<ThreadState> threads_{};
+  std::size_t processors_ = 0;
+  std::int64_t wakes_ = 0;
   std::int64_t activations_ = 0;
-  std::vector<Job> skipped_;  ///< By the job that is about to run.
   Result result_;
 };
 
 }  // namespace
 
-Executor::Executor(const std::string& name) : label(name) {
-  const std::string base = name.substr(0, name.find(':'));
-  samples_first = name.find(":first") != std::string::npos;
-  fifo = name.find(":fifo") != std::string::npos;
-  if (base == "default" || base == "static") {
-    family = Family::wait_set;
-    timers_first = base == "default";
-  } else if (base == "cbg") {
-    family = Family::groups;
-  } else if (base != "events-ro") {
-    policy = base.substr(0, base.find('-'));
-    family = policy == "edf" ? Family::deadline : Family::fixed_priority;
-    if (policy != "rm" && policy != "dm" && policy != "fp" && policy != "edf")
-      throw std::runtime_error("unknown executor " + name);
-  }
-}
-
 Result simulate(const Graph& graph, const Executor& executor, const Conditions& conditions,
                 const Draw& draw) {
-  return Simulation(graph, executor, conditions, draw).run();
+  const Deployment alone{{Thread{executor}}, std::vector<std::size_t>(graph.tasks.size(), 0), executor.fault};
+  return simulate(graph, alone, conditions, draw);
+}
+
+Result simulate(const Graph& graph, const Deployment& deployment, const Conditions& conditions,
+                const Draw& draw) {
+  return Simulation(graph, deployment, conditions, draw).run();
 }
 
 }  // namespace independent

@@ -31,6 +31,9 @@ enum class Fault {
   stale_events_withdrawn,   // an overwritten sample takes its event along
   delivery_reversed,        // to the subscriptions of a topic
   dispatch_of_work_only,    // an event without a sample costs no dispatch
+  thread_priority_ignored,  // of several threads, that awake for longest runs
+  not_preempted,            // a thread that runs a job keeps the processor
+  one_processor,            // all threads share the first processor
   count                     // not a fault
 };
 
@@ -80,7 +83,24 @@ struct Conditions {
   Nanoseconds dispatch = 0;  ///< Cost from each decision to the start of the job.
 };
 
+/// An executor whose thread runs under SCHED_FIFO on one processor (docs/deployments.md). Its timer thread,
+/// if it has one, releases timers at once.
+struct Thread {
+  Executor executor;
+  int priority = 1;  ///< The largest goes first.
+  std::size_t processor = 0;
+};
+struct Deployment {
+  std::vector<Thread> threads;
+  std::vector<std::size_t> thread_of;  ///< By task.
+  Fault fault = Fault::none;           ///< Instead of that of the executors.
+};
+
 /// The schedule of the graph on one processor until an instant. No decision is made at or after it.
 Result simulate(const Graph& graph, const Executor& executor, const Conditions& conditions, const Draw& draw);
+/// The same for several threads. A thread is preempted by any of a larger priority, keeps its place among
+/// those of its own until it sleeps, and decides when it has the processor.
+Result simulate(const Graph& graph, const Deployment& deployment, const Conditions& conditions,
+                const Draw& draw);
 
 }  // namespace independent

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <stdexcept>
+
+#include "simulation.hpp"
+
+namespace independent {
+
+Executor::Executor(const std::string& name) : label(name) {
+  const std::string base = name.substr(0, name.find(':'));
+  samples_first = name.find(":first") != std::string::npos;
+  fifo = name.find(":fifo") != std::string::npos;
+  if (base == "default" || base == "static") {
+    family = Family::wait_set;
+    timers_first = base == "default";
+  } else if (base == "cbg") {
+    family = Family::groups;
+  } else if (base != "events-ro") {
+    policy = base.substr(0, base.find('-'));
+    family = policy == "edf" ? Family::deadline : Family::fixed_priority;
+    if (policy != "rm" && policy != "dm" && policy != "fp" && policy != "edf")
+      throw std::runtime_error("unknown executor " + name);
+  }
+}
+
+}  // namespace independent
