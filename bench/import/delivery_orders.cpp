@@ -173,20 +173,20 @@ std::map<std::string, DeliveryOrder> delivery_of_graph(const RecordedDeliveries&
                                                        const RecordedGraph& graph) {
   std::map<std::string, DeliveryOrder> orders;
   for (const auto& [topic, delivery] : deliveries) {
-    DeliveryOrder order;
-    std::string name;
+    std::map<std::string, DeliveryOrder> of_topic;  // and of its copies
     for (const std::uint32_t c : delivery.subscriptions) {
       const TaskId id = graph.task_of[c];
       if (id == kNoTask) continue;
       const Node& node = graph.graph.nodes[graph.tasks.origin[id].node];
-      name = node.inputs[*graph.tasks.origin[id].input].topic;
-      order.nodes.push_back(node.name);
+      of_topic[node.inputs[*graph.tasks.origin[id].input].topic].nodes.push_back(node.name);
     }
-    for (std::string& node : subscribers_of(graph.graph, name))
-      if (std::ranges::count(order.nodes, node) == 0) order.nodes.push_back(std::move(node));
-    if (order.nodes.size() < 2) continue;
-    if (delivery.source == DeliverySource::unknown) order.nodes.clear();
-    orders[name] = std::move(order);
+    for (auto& [name, order] : of_topic) {
+      for (std::string& node : subscribers_of(graph.graph, name))
+        if (std::ranges::count(order.nodes, node) == 0) order.nodes.push_back(std::move(node));
+      if (order.nodes.size() < 2) continue;
+      if (delivery.source == DeliverySource::unknown) order.nodes.clear();
+      orders[name] = std::move(order);
+    }
   }
   return orders;
 }

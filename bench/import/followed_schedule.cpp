@@ -36,7 +36,7 @@ class Follower {
     const auto manager = std::ranges::find(roles, WorkerRole::timer_management);
     manager_ = static_cast<Worker>(manager - roles.begin());
     asks_in_vain_ = hypothesis.asks_in_vain;
-    if (hypothesis.releases_late) late_ = Platform{}.time_slice;
+    late_ = hypothesis.release_delay;
     if (traits_.timers != TimerHandling::polled && !traits_.raises_timer_thread)
       long_ = kSlices * Platform{}.time_slice;
     releases_ = manager != roles.end() && traits_.timers != TimerHandling::release_and_execute;
@@ -159,11 +159,15 @@ class Follower {
     wanted_ = place_[step.task];
     const bool timers_apart = traits_.timers == TimerHandling::release_and_execute;
     const Worker worker = timers_apart ? (set_[wanted_].kind == TaskKind::timer ? 1 : 0) : step.thread;
-    for (;;) {
+    for (bool sleeps = late_ > Duration::zero();; sleeps = false) {
       preferred_ = kNoTask;
       asked_.clear();
       const Turn turn = take_turn(*scheduler_, worker, now_);
       const std::optional<Job>& job = turn.decision.job;
+      if (!job && preferred_ == kNoTask && sleeps) {
+        advance(now_, true);  // without a job the thread sleeps, and the releasing thread runs
+        continue;
+      }
       if (job && job->task == wanted_ && !job->empty) {
         if (step.job < deadline_.size()) deadline_[step.job] = job->deadline;
         running_.push_back({step.job, worker, *job});

@@ -14,6 +14,9 @@ namespace hotpath::imports {
 /// The level of a timer without a priority.
 inline constexpr std::int64_t kLast = std::numeric_limits<std::int64_t>::max();
 
+/// Two threads with equal priorities of SCHED_FIFO on one processor: one runs when the other sleeps.
+inline constexpr Duration kUntilIdle = std::chrono::hours(24 * 365);
+
 /// An executor that may have run a recording, with what it leaves open.
 struct Hypothesis {
   std::string label;  ///< As on the command line.
@@ -27,8 +30,8 @@ struct Hypothesis {
   /// set. A recording does not show whether another thread was faster.
   bool asks_in_vain = false;
   /// The thread that releases timers does not preempt the executor's thread: it waits until that
-  /// thread sleeps, or for a time slice of Linux.
-  bool releases_late = false;
+  /// thread sleeps, or for this time: a time slice of Linux, or kUntilIdle.
+  Duration release_delay{};
 
   /// Whether the executor orders timers by numbers that a trace does not contain.
   [[nodiscard]] bool needs_levels() const {

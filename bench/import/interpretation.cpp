@@ -11,6 +11,7 @@
 #include "import/chain_option.hpp"
 #include "import/distinguishing_load.hpp"
 #include "import/recognition_text.hpp"
+#include "import/service_calls.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "setup/run_setup.hpp"
@@ -25,18 +26,17 @@ constexpr double kCorrelated = 0.1;
 /// Jobs with which executors are tried: the time of comparing orders grows with their square.
 constexpr std::size_t kTried = 20'000;
 
-/// Most chains to find if the user names none.
-constexpr std::size_t kChainsFound = 5;
-
 const ExecutorEntry& entry_of(const std::string& label) { return *setup::parse_executor(label, {}).entry; }
 
 class Interpreter {
  public:
-  Interpreter(const Recording& recording, const std::vector<std::string>& labels, TimerThread timer_thread)
+  Interpreter(const Recording& recording, const std::vector<std::string>& labels, ThreadPriorities priorities)
       : recording_(recording) {
     result_.labels = labels;
+    result_.priorities = priorities;
     result_.graph = recording.graph.graph;
-    result_.graph.platform.timer_thread = timer_thread;
+    const bool raised = priorities == ThreadPriorities::raised;
+    result_.graph.platform.timer_thread = raised ? TimerThread::raised : TimerThread::by_executor;
   }
 
   Interpretation interpret() {
@@ -188,7 +188,7 @@ class Interpreter {
   void choose_executor() {
     if (recording_.deployment) {
       result_.executor = setup::deploy(*recording_.deployment, {});
-    } else if (result_.labels.size() == 1) {
+    } else if (result_.labels.size() == 1 && result_.priorities != ThreadPriorities::equal_fifo) {
       result_.executor = setup::parse_executor(result_.labels.front(), {});
     } else {
       result_.executor = setup::deploy(recorded_deployment(), {});
@@ -224,6 +224,7 @@ class Interpreter {
       for (const std::int32_t p : usual_processors(recording_.system.threads[t])) processors.insert(p);
       level = std::max(level, displacement_.level[t]);
     }
+    if (result_.priorities == ThreadPriorities::equal_fifo) level = std::max(level, 1);
     if (level > 0) executor.policy = {ThreadPolicy::Class::fifo, 10 * level};
     const auto most = std::min<std::int64_t>(recording_.cores, kMaxProcessor + 1);
     const bool bound = !processors.empty() && processors.size() < recording_.cores &&
@@ -256,7 +257,7 @@ Recording beginning(const Recording& all, std::size_t jobs) {
 }
 
 Interpretations best_of(const Recording& recording, const std::vector<std::string>& labels) {
-  Interpretations all{Interpreter(recording, labels, TimerThread::by_executor).interpret(), {}};
+  Interpretations all{Interpreter(recording, labels, ThreadPriorities::by_executor).interpret(), {}};
   // Linux usually lets a thread that has slept preempt a busy one at once.
   const bool may_be_raised = std::ranges::any_of(labels, [](const std::string& label) {
     const ExecutorTraits& traits = entry_of(label).traits;
@@ -265,9 +266,15 @@ Interpretations best_of(const Recording& recording, const std::vector<std::strin
   if (!may_be_raised) return all;
   const auto similarity = [](const Interpretation& i) { return i.check.schedule.similarity; };
   all.tried.emplace_back("timer thread as the executor has it", similarity(all.best));
-  Interpretation raised = Interpreter(recording, labels, TimerThread::raised).interpret();
-  all.tried.emplace_back("raised timer thread", similarity(raised));
-  if (similarity(raised) > similarity(all.best)) all.best = std::move(raised);
+  using Way = std::pair<ThreadPriorities, const char*>;
+  for (const auto& [priorities, name] :
+       {Way(ThreadPriorities::raised, "raised timer thread"),
+        Way(ThreadPriorities::equal_fifo, "timer thread with the executor's priority of SCHED_FIFO")}) {
+    if (recording.deployment && priorities == ThreadPriorities::equal_fifo) continue;
+    Interpretation way = Interpreter(recording, labels, priorities).interpret();
+    all.tried.emplace_back(name, similarity(way));
+    if (similarity(way) > similarity(all.best)) all.best = std::move(way);
+  }
   return all;
 }
 
@@ -275,7 +282,7 @@ Interpretations best_interpretation(const Recording& recording, const std::vecto
   if (recording.jobs.size() <= kTried) return best_of(recording, labels);
   const Recording few = beginning(recording, kTried);
   Interpretations all = best_of(few, labels);
-  all.best = Interpreter(recording, labels, all.best.graph.platform.timer_thread).interpret();
+  all.best = Interpreter(recording, labels, all.best.priorities).interpret();
   return all;
 }
 
@@ -326,7 +333,7 @@ void arrange(Recording& r, const ServiceOrder& order, const Findings& findings, 
   set_phases(r);
   Graph& graph = r.graph.graph;
   for (const std::string& text : options.chains) graph.chains.push_back(chain_of(text, graph, r.graph.tasks));
-  if (options.chains.empty()) graph.chains = find_chains(graph, r.graph.tasks, kChainsFound);
+  if (options.chains.empty()) graph.chains = recorded_chains_of(graph, r.graph.tasks);
   if (!options.deployment.empty()) r.deployment = find_deployment(options.deployment, graph, r.graph.tasks);
 }
 
@@ -429,6 +436,7 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
   const tracing::Job& last = recording.jobs.back();
   recording.end = (last.ended ? last.finish : last.start) + Duration(1);
   recording.executors = recorded_executors(recording.system);
+  const std::vector<std::string> requests = attribute_requests(recording.system, recording.jobs);
   recording.given = options.executor;
   recording.cores = options.cores > 0 ? options.cores : cores_of(recording.system);
   recording.deliveries = created_deliveries(recording.system);
@@ -456,6 +464,9 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
       recording.graph.notes.push_back(
           "The priorities of timers in the graph are fitted to the order of jobs; only their order counts.");
   }
+  recording.graph.notes.insert(recording.graph.notes.end(), requests.begin(), requests.end());
+  for (std::string& note : unseen_callbacks(recording.system, recording.executors.executors))
+    recording.graph.notes.push_back(std::move(note));
   for (std::string& note : delivery_notes(recording.system, recording.deliveries))
     recording.graph.notes.push_back(std::move(note));
   Interpretations all = best_interpretation(recording, findings.labels);

@@ -36,8 +36,16 @@ struct Recording {
 
 /// A recording interpreted under certain executors: timestamps of timers, costs, and how well a
 /// simulation matches.
+/// The thread that releases timers, beside the one that runs the other callbacks.
+enum class ThreadPriorities : std::uint8_t {
+  by_executor,
+  raised,      ///< The timer thread preempts.
+  equal_fifo,  ///< Both have one priority of SCHED_FIFO: the timer thread waits until the other sleeps.
+};
+
 struct Interpretation {
   std::vector<std::string> labels;  ///< By executor.
+  ThreadPriorities priorities = ThreadPriorities::by_executor;
   std::unique_ptr<RecordedTrace> rows;
   std::vector<JobRecord> records;    ///< Parallel to the recording's jobs; in the trace's time.
   std::vector<RecordedCosts> costs;  ///< By executor.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "hotpath/core/platform.hpp"
 #include "import/fitted_levels.hpp"
 
 namespace hotpath::imports {
@@ -61,16 +62,17 @@ class Recogniser {
 
  private:
   void add(const Hypothesis& hypothesis) {
-    Score score, other;
-    score.hypothesis = other.hypothesis = hypothesis;
-    const std::size_t contradictions = fit_order(score);
-    const ExecutorTraits& traits = hypothesis.entry->traits;
-    const bool releases =
-        traits.timers == TimerHandling::release_only || traits.timers == TimerHandling::marked_ready;
-    other.hypothesis.asks_in_vain = shares_waits(traits);
-    other.hypothesis.releases_late = releases && !traits.raises_timer_thread;
-    const bool is_open = other.hypothesis.asks_in_vain || other.hypothesis.releases_late;
-    if (is_open && fit_order(other) < contradictions) score = std::move(other);
+    Score score;
+    score.hypothesis = hypothesis;
+    std::size_t contradictions = fit_order(score);
+    for (const Hypothesis& open : open_variants(hypothesis)) {
+      Score other;
+      other.hypothesis = open;
+      const std::size_t fewer = fit_order(other);
+      if (fewer >= contradictions) continue;
+      contradictions = fewer;
+      score = std::move(other);
+    }
     if (hypothesis.needs_levels() && hypothesis.levels.empty())
       fit_levels(set_, steps_, score.hypothesis, half_);
     Agreement agreement = follow(set_, steps_, score.hypothesis, half_, steps_.starts);
@@ -80,6 +82,20 @@ class Recogniser {
     decisions_.push_back(std::move(agreement));
     score.number = decisions_.size() - 1;
     result_.ranking.push_back(std::move(score));
+  }
+
+  /// The hypothesis with what a recording does not show about its threads.
+  static std::vector<Hypothesis> open_variants(const Hypothesis& hypothesis) {
+    const ExecutorTraits& traits = hypothesis.entry->traits;
+    const bool releases =
+        traits.timers == TimerHandling::release_only || traits.timers == TimerHandling::marked_ready;
+    std::vector<Hypothesis> variants;
+    if (shares_waits(traits)) variants.emplace_back(hypothesis).asks_in_vain = true;
+    if (releases && !traits.raises_timer_thread) {
+      for (const Duration delay : {Platform{}.time_slice, kUntilIdle})
+        variants.emplace_back(hypothesis).release_delay = delay;
+    }
+    return variants;
   }
 
   /// Compares the order of creation with its reverse: where two tasks compete by that order alone,

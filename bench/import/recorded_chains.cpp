@@ -39,7 +39,6 @@ class Follower {
     Time start{};
     Message own;
     std::vector<std::uint32_t> observed;
-    bool published = false;
   };
 
   /// What to do at which event of the trace, in its order.
@@ -49,12 +48,12 @@ class Follower {
       const tracing::Job& job = window_.jobs[i];
       if (graph_.task(job.ref) == kNoTask) continue;
       steps.emplace_back(job.started, [this, i] { start(i); });
-      if (job.ended) steps.emplace_back(job.finished, [this, i] { finish(i); });
       for (const tracing::Publication& p : job.published)
         steps.emplace_back(p.event, [this, i, &p] { publish(i, p); });
+      if (job.ended) steps.emplace_back(job.finished, [this, i] { finish(i); });
       if (job.has_sample) ++readers_[key_of(job)];
     }
-    std::ranges::sort(steps, {}, [](const auto& step) { return step.first; });
+    std::ranges::stable_sort(steps, {}, [](const auto& step) { return step.first; });
     return steps;
   }
 
@@ -100,7 +99,6 @@ class Follower {
     }
     if (running.own) SimulatedHistory::merge(*message, *running.own);
     SimulatedHistory::append(*message, {running.ref.task, 0, running.ref.sequence, running.start}, 0);
-    running.published = true;
     observe(*message, running);
     const MessageKey key{job.ref.callback, job.ref.number, publication.topic};
     if (readers_.contains(key)) messages_[key] = std::move(message);
@@ -108,7 +106,9 @@ class Follower {
 
   void finish(std::size_t i) {
     const auto running = running_.find(i);
-    if (!running->second.published && running->second.own) observe(*running->second.own, running->second);
+    // As in simulated and live runs, a chain ends with the messages of a sink that publishes.
+    const bool publishes = !graph_.tasks.callbacks[running->second.ref.task].publishes.empty();
+    if (!publishes && running->second.own) observe(*running->second.own, running->second);
     running_.erase(running);
   }
 

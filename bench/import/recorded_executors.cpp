@@ -84,10 +84,12 @@ RecordedExecutors recorded_executors(const tracing::System& system) {
     }
     result.executors[at->second].threads.push_back(t);
   }
-  for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
-    const bool ran = counts(system, c);
-    result.of_callback.push_back(ran ? index.at(executor_of[system.callbacks[c].threads.begin()->first])
-                                     : kNone);
+  for (const tracing::Callback& callback : system.callbacks) {
+    // Services and clients do not define executors; their threads may serve none.
+    const auto known = std::ranges::find_if(
+        callback.threads, [&](const auto& thread) { return index.contains(executor_of[thread.first]); });
+    const bool ran = callback.node != kNone && known != callback.threads.end();
+    result.of_callback.push_back(ran ? index.at(executor_of[known->first]) : kNone);
   }
   return result;
 }

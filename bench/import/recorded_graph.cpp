@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <set>
 
 #include "hotpath/core/utf8.hpp"
+#include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "import/imported_graph.hpp"
 #include "program/errors.hpp"
@@ -16,8 +18,24 @@ namespace hotpath::imports {
 
 namespace {
 
-/// A service with fewer requests has no rate.
-constexpr std::uint64_t kLeastRequests = 10;
+/// Most chains of a graph without chains of the user, and among how many they are chosen.
+constexpr std::size_t kChainsFound = 5, kMostChains = 30;
+
+/// Fewer samples that are not regular have no rate.
+constexpr std::size_t kLeastForRate = 10;
+/// Samples are regular if their distances differ from the mean by less than this share.
+constexpr double kRegular = 0.1;
+/// Period of a timer that fires once.
+constexpr Duration kOnce = std::chrono::hours(1);
+
+bool is_regular(const std::vector<Time>& at) {
+  if (at.size() < 3) return false;
+  const auto mean =
+      static_cast<double>((at.back() - at.front()).count()) / static_cast<double>(at.size() - 1);
+  for (std::size_t i = 1; i < at.size(); ++i)
+    if (std::abs(static_cast<double>((at[i] - at[i - 1]).count()) - mean) > kRegular * mean) return false;
+  return true;
+}
 
 std::string graph_name(const std::string& ros_name, bool is_node) {
   const std::string name = is_node ? graph_node_name(ros_name) : graph_topic_name(ros_name);
@@ -54,6 +72,23 @@ class Builder {
   void note(const auto&... parts) { result_.notes.push_back(program::concat(parts...)); }
   const tracing::Callback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
   const std::string& topic_of(std::uint32_t c) const { return system_.topics[callback(c).topic].name; }
+  static bool is_beside_topics(tracing::CallbackKind kind) {
+    using K = tracing::CallbackKind;
+    return kind == K::service || kind == K::client || kind == K::unannounced;
+  }
+  static std::pair<std::uint32_t, std::uint32_t> key_of(const tracing::Callback& of) {
+    return {of.node, of.topic};
+  }
+  /// The topic in the graph: a node has one input for each, so that further ones read a copy.
+  std::string input_name(std::uint32_t c) const { return copy_name(topic_of(c), copy_of_[c]); }
+  static std::string copy_name(const std::string& topic, std::uint32_t copy) {
+    const std::string name = graph_name(topic, false);
+    return copy == 1 ? name : program::concat(name, "_", copy);
+  }
+  std::uint32_t copies_of(std::uint32_t topic) const {
+    const auto found = copies_.find(topic);
+    return found == copies_.end() ? 1 : found->second;
+  }
 
   void name_nodes() {
     std::set<std::string> used;
@@ -70,29 +105,39 @@ class Builder {
   void choose_tasks() {
     is_task_.assign(system_.callbacks.size(), false);
     std::uint64_t unknown = 0, jobs_of_unknown = 0;
-    std::set<std::pair<std::uint32_t, std::uint32_t>> subscribed;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> subscribed;
+    std::uint64_t elsewhere = 0, jobs_elsewhere = 0;
+    copy_of_.assign(system_.callbacks.size(), 1);
     for (std::uint32_t c = 0; c < system_.callbacks.size(); ++c) {
       const tracing::Callback& recorded = callback(c);
       if (recorded.kind == tracing::CallbackKind::unknown ||
-          (recorded.kind != tracing::CallbackKind::service && recorded.node == kNone)) {
+          (!is_beside_topics(recorded.kind) && recorded.node == kNone)) {
         ++unknown;
         jobs_of_unknown += recorded.jobs;
         continue;
       }
-      if (recorded.kind == tracing::CallbackKind::service) {
-        is_task_[c] = recorded.node != kNone && recorded.jobs >= kLeastRequests &&
-                      subscribed.emplace(recorded.node, recorded.topic).second;
+      if (is_beside_topics(recorded.kind)) {
+        if (recorded.node == kNone || recorded.jobs == 0) continue;
+        is_task_[c] = executor_of_[c] != kNone && subscribed.emplace(key_of(recorded), 1).second;
+        elsewhere += executor_of_[c] == kNone;
+        jobs_elsewhere += executor_of_[c] == kNone ? recorded.jobs : 0;
         continue;
       }
       if (recorded.kind == tracing::CallbackKind::subscription) {
         if (is_housekeeping(topic_of(c))) continue;
-        if (!subscribed.emplace(recorded.node, recorded.topic).second) {
-          note("Node ", result_.node_names[recorded.node], " subscribes to ", topic_of(c),
-               " twice; one of the two is left out.");
-          continue;
+        copy_of_[c] = ++subscribed[key_of(recorded)];
+        std::uint32_t& most = copies_[recorded.topic];
+        most = std::max(most, copy_of_[c]);
+        if (copy_of_[c] > 1) {
+          note("Node ", result_.node_names[recorded.node], " subscribes to ", topic_of(c), " several times; ",
+               input_name(c), " is a copy of the topic in the graph, published with it.");
         }
       }
       is_task_[c] = true;
+    }
+    if (elsewhere > 0) {
+      note(elsewhere, " callbacks of services and clients with ", jobs_elsewhere,
+           " jobs ran on threads without timers and subscriptions and are left out.");
     }
     if (unknown > 0) {
       note(unknown, " callbacks with ", jobs_of_unknown,
@@ -161,7 +206,7 @@ class Builder {
     for (const std::uint32_t c : own) {
       if (callback(c).kind == tracing::CallbackKind::timer) continue;
       input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
-      node.inputs.push_back({graph_name(topic_of(c), false), std::max(1U, callback(c).depth), {}});
+      node.inputs.push_back({input_name(c), std::max(1U, callback(c).depth), {}});
     }
     std::map<std::string, std::uint32_t> groups;
     for (const std::uint32_t c : own) {
@@ -197,14 +242,16 @@ class Builder {
       const std::vector<std::uint32_t>& publishers = set ? rule.of : rule.publishers;
       if (std::ranges::find(publishers, c) == publishers.end()) continue;
       Publication p;
-      p.topic = graph_name(system_.topics[rule.topic].name, false);
       p.rule = rule.rule;
       p.n = rule.n;
       for (const std::uint32_t from : rule.of) p.of.push_back(input_of.at(from));
       std::ranges::sort(p.of);
       if (p.rule == PublishRule::last_of && p.of.empty()) p.rule = PublishRule::always;
-      if (std::ranges::find(node.outputs, p.topic) == node.outputs.end()) node.outputs.push_back(p.topic);
-      publisher.publishes.push_back(std::move(p));
+      for (std::uint32_t copy = 1; copy <= copies_of(rule.topic); ++copy) {
+        p.topic = copy_name(system_.topics[rule.topic].name, copy);
+        if (std::ranges::find(node.outputs, p.topic) == node.outputs.end()) node.outputs.push_back(p.topic);
+        publisher.publishes.push_back(p);
+      }
     }
   }
 
@@ -227,11 +274,12 @@ class Builder {
     node.group_names.push_back(key.empty() ? "default" : key);
   }
 
-  /// Adds a timer without work for each topic without a publisher, at the rate of its samples.
+  /// Adds timers without work for each topic without a publisher: one at the rate of its samples, or
+  /// one for each of a few irregular samples.
   void add_outside() {
     if (outside_.empty()) return;
     Node node;
-    node.name = "outside";
+    node.name = kOutside;
     node.type = NodeType::callbacks;
     node.groups = {CallbackGroup::mutually_exclusive};
     for (const std::uint32_t topic : outside_) {
@@ -240,25 +288,50 @@ class Builder {
       while (!is_task_[reader] || callback(reader).topic != topic || callback(reader).jobs == 0) ++reader;
       for (const tracing::Job& job : jobs_)
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
-      if (at.size() < 2) at = {Time{}, Time{} + std::chrono::hours(1)};
+      if (at.empty()) at = {Time{}};
       std::ranges::sort(at);
-      Callback timer;
-      const std::string name = graph_name(system_.topics[topic].name, false);
-      timer.task = program::concat(node.name, "/", graph_name(system_.topics[topic].name, true));
-      timer.period = timer.deadline =
-          std::max(Duration(1000), (at.back() - at.front()) / static_cast<std::int64_t>(at.size() - 1));
-      timer.phase = at.front() - Time{};
-      timer.publishes.emplace_back().topic = name;
-      node.outputs.push_back(name);
-      const bool service = callback(reader).kind == tracing::CallbackKind::service;
-      note(service ? "A trace does not show the requests to service "
-                   : "No callback of the trace publishes topic ",
-           system_.topics[topic].name, "; a timer of ", program::fixed(to_ms(timer.period), 1),
-           " ms without work ", service ? "sends them" : "publishes it", " in the graph.");
-      result_.callback_of.push_back(kNone);
-      node.callbacks.push_back(std::move(timer));
+      const std::string name = graph_name(system_.topics[topic].name, true);
+      const bool one_by_one = at.size() < kLeastForRate && !is_regular(at);
+      const Duration period =
+          one_by_one
+              ? kOnce
+              : std::max(Duration(1000), (at.back() - at.front()) / static_cast<std::int64_t>(at.size() - 1));
+      for (std::size_t i = 0; i < (one_by_one ? at.size() : 1); ++i)
+        add_outside_timer(topic, at.size() > 1 && one_by_one ? program::concat(name, "_", i + 1) : name,
+                          period, at[i] - Time{}, node);
+      note_outside(topic, callback(reader).kind,
+                   one_by_one ? program::concat(at.size(), " timers that fire once, when they arrived.")
+                              : program::concat("a timer of ", program::fixed(to_ms(period), 1), " ms."));
     }
     result_.graph.nodes.push_back(std::move(node));
+  }
+
+  void add_outside_timer(std::uint32_t topic, const std::string& name, Duration period, Duration phase,
+                         Node& node) {
+    Callback timer;
+    timer.task = program::concat(node.name, "/", name);
+    timer.period = timer.deadline = period;
+    timer.phase = phase;
+    for (std::uint32_t copy = 1; copy <= copies_of(topic); ++copy) {
+      const std::string published = copy_name(system_.topics[topic].name, copy);
+      timer.publishes.emplace_back().topic = published;
+      if (std::ranges::find(node.outputs, published) == node.outputs.end()) node.outputs.push_back(published);
+    }
+    result_.callback_of.push_back(kNone);
+    node.callbacks.push_back(std::move(timer));
+  }
+
+  void note_outside(std::uint32_t topic, tracing::CallbackKind kind, const std::string& timers) {
+    using K = tracing::CallbackKind;
+    const std::string& name = system_.topics[topic].name;
+    if (kind == K::service) {
+      note("A trace does not show the requests to service ", name, "; in the graph they come from ", timers);
+    } else if (kind == K::client || kind == K::unannounced) {
+      note("A trace does not show what triggers the clients and waitables of ", name, "; in the graph it is ",
+           timers);
+    } else {
+      note("No callback of the trace publishes topic ", name, "; in the graph it comes from ", timers);
+    }
   }
 
   /// A cycle of subscriptions without a timer cannot be simulated. Removes the publication to the
@@ -318,11 +391,25 @@ class Builder {
   RecordedGraph result_;
   std::vector<bool> is_task_, overlaps_, reentrant_;  // by callback
   std::set<std::uint32_t> published_, outside_;       // topics
+  std::vector<std::uint32_t> copy_of_;                // by callback: 1, or the number of the topic's copy
+  std::map<std::uint32_t, std::uint32_t> copies_;     // by topic: the most of any node
 };
 
 }  // namespace
 
 bool is_housekeeping(const std::string& topic) { return topic == "/rosout" || topic == "/parameter_events"; }
+
+std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks) {
+  std::vector<Chain> chains = find_chains(graph, tasks, kMostChains);
+  std::erase_if(chains, [](const Chain& chain) {
+    return std::ranges::all_of(chain.sources, [](const std::string& source) {
+      return source == kOutside || source.starts_with(std::string(kOutside) + "/");
+    });
+  });
+  chains.resize(std::min(chains.size(), kChainsFound));
+  for (std::size_t i = 0; i < chains.size(); ++i) chains[i].name = "chain_" + std::to_string(i + 1);
+  return chains;
+}
 
 RecordedGraph make_recorded_graph(const tracing::System& system, std::span<const tracing::Job> jobs,
                                   const std::vector<std::uint32_t>& executor_of, const std::string& name,

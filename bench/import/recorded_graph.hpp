@@ -29,6 +29,9 @@ struct RecordedGraph {
   }
 };
 
+/// The node whose timers publish what no recorded callback does.
+inline constexpr const char* kOutside = "outside";
+
 /// The order in which executors served nodes and callbacks; empty: the order of creation.
 struct ServiceOrder {
   std::vector<std::uint32_t> nodes, callbacks;
@@ -41,6 +44,10 @@ struct ServiceOrder {
                                                 std::span<const tracing::Job> jobs,
                                                 const std::vector<std::uint32_t>& executor_of,
                                                 const std::string& name, const ServiceOrder& order = {});
+
+/// The longest and most loaded chains whose data does not all come from outside of the recorded
+/// callbacks: of the others no output can have been recorded.
+[[nodiscard]] std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks);
 
 /// Whether every node has the topic, so that graphs leave it out: /rosout, /parameter_events.
 [[nodiscard]] bool is_housekeeping(const std::string& topic);

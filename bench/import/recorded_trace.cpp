@@ -2,6 +2,7 @@
 #include "import/recorded_trace.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -15,6 +16,12 @@ constexpr Duration kCreationEvent = std::chrono::milliseconds(1);
 
 /// With more releases, and more per job, the trace's clock must have jumped.
 constexpr double kManyReleases = 1e6, kReleasesPerJob = 1e3;
+
+/// The instant nearest to `about` that whole periods separate from `due`.
+Time on_grid(Time about, Time due, Duration period) {
+  const auto apart = static_cast<double>((due - about).count()) / static_cast<double>(period.count());
+  return due - std::llround(apart) * period;
+}
 
 /// The task's timer before its first call.
 Timer timer_of(TaskId id, const RecordedGraph& graph, const RecordedTimers& timers) {
@@ -47,10 +54,17 @@ RecordedTimers recorded_timers(const tracing::System& system, const RecordedGrap
   std::vector<Timer> polled(count), released(count);  // hypotheses: by the executor, by a separate thread
   std::vector<bool> early(count, false), early_released(count, false);
   std::vector<Duration> ahead(count);
+  std::vector<Time> stated(count);  // nominal instant of its first job
+  for (const tracing::Job& job : jobs) {
+    const TaskId id = graph.task(job.ref);
+    if (id != kNoTask && stated[id] == Time{}) stated[id] = job.timestamp;
+  }
   for (TaskId id = 0; id < count; ++id) {
     const std::uint32_t c = graph.callback_of[id];
     if (graph.tasks.set[id].kind != TaskKind::timer || c == kNone) continue;
     timers.first[id] = system.callbacks[c].created + system.callbacks[c].period;
+    if (stated[id] > Time{})
+      timers.first[id] = on_grid(timers.first[id], stated[id], system.callbacks[c].period);
     polled[id] = released[id] = timer_of(id, graph, timers);
   }
   for (const tracing::Job& job : jobs) {
@@ -91,6 +105,7 @@ JobRecord RecordedTrace::job(const tracing::Job& job) {
   JobRecord r;
   if (graph_.tasks.set[task].kind == TaskKind::timer) {
     r.job = timer_job(task, job.start);
+    if (job.release > Time{}) r.job.release = std::clamp(job.release, r.job.timestamp, job.start);
   } else {
     r.job.task = task;
     r.job.sequence = job.sample.sequence;

@@ -19,7 +19,8 @@ struct RecordedTimers {
 
 /// `jobs` are in the order of starts. A timer's first release is its creation plus its period. The
 /// event of the creation comes slightly after it; where jobs begin earlier than this event allows,
-/// the release moves earlier by as much. Throws UsageError if the clock of the trace jumps: then
+/// the release moves earlier by as much. An executor that states the nominal instants of its jobs
+/// gives it exactly. Throws UsageError if the clock of the trace jumps: then
 /// timers are due until `end` a thousand times as often as callbacks ran.
 [[nodiscard]] RecordedTimers recorded_timers(const tracing::System& system, const RecordedGraph& graph,
                                              std::span<const tracing::Job> jobs, Time end);

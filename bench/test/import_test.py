@@ -119,6 +119,36 @@ class Deliveries(ImportTest):
         return copy
 
 
+class StatedExecutor(ImportTest):
+    """A recording of hotpath_rclcpp's PriorityExecutor on ROS 2 Jazzy with its own events."""
+
+    def test_name_releases_and_a_service_with_its_client(self) -> None:
+        with tarfile.open(SHIPPED / "priority_executor.tar.xz") as archive:
+            archive.extractall(self.folder)
+        facts, output = self.imported(Path(self.folder / "priority_executor"))
+        recognition = facts["executors"][0]["recognition"]
+        self.assertEqual((recognition["stated"], recognition["verdict"]), ("rm-ro:first", "recognised"))
+        self.assertEqual(
+            {task["task"]: task["jobs"] for task in facts["tasks"]},
+            {
+                "sensor/timer": 60,
+                "filter/scan": 60,
+                "planner/points": 60,
+                "planner/timer": 24,
+                "filter/map": 24,
+                "planner/map/response": 24,
+            },
+        )
+        graph = (output / "graph.yaml").read_text()
+        for trigger in ("{topic: map, last_of: [points]}", "publishes: map/response"):
+            self.assertIn(trigger, graph)
+        (jobs,) = RunFolder(output / "run").jobs().values()
+        timers = [job for job in jobs if job.task == "sensor/timer" and job.outcome == "ran"]
+        for job in timers:  # queued by the timer thread after the nominal instant, before the start
+            self.assertLess(job.timestamp, job.release)
+            self.assertLess(job.release, job.start)
+
+
 class RoundTrip(ImportTest):
     """A run that is exported and imported again has the same tasks, jobs and outputs, and a legal
     schedule."""

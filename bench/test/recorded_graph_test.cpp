@@ -53,16 +53,64 @@ TEST(RecordedGraph, OnlyJobsOfTwoThreadsOverlap) {
   }
 }
 
-TEST(RecordedGraph, ServicesWithTenRequestsAreTasks) {
-  for (const int requests : {9, 10}) {
+/// Nine irregular requests are repeated one by one, ten at their mean rate, regular ones periodically.
+TEST(RecordedGraph, RequestsOfServicesComeFromTimers) {
+  struct Case {
+    int requests;
+    bool regular;
+    std::size_t timers;
+  };
+  for (const auto& [requests, regular, timers] :
+       {Case{9, false, 9}, {10, false, 1}, {3, true, 1}, {1, true, 1}}) {
     Recorded r;
     r.system.topics = {{"/service", {}}};
     r.callback(K::timer, 0);
     r.callback(K::service, 0, 0);
     r.job(0, 0, 0ms, 1ms);
-    for (int i = 0; i < requests; ++i) r.job(1, 0, (i + 1) * 10ms, (i + 1) * 10ms + 1ms);
-    EXPECT_EQ(r.graph().task_of.at(1) != kNoTask, requests == 10);
+    for (int i = 1; i <= requests; ++i) {
+      const Duration at = i * 10ms * (regular ? 1 : i);
+      tracing::Job& job = r.job(1, 0, at, at + 1ms);
+      job.has_sample = true;
+      job.sample.published = job.start;
+    }
+    const imports::RecordedGraph graph = r.graph();
+    EXPECT_NE(graph.task_of.at(1), kNoTask);
+    const Node& outside = graph.graph.nodes.at(1);
+    EXPECT_EQ(outside.name, imports::kOutside);
+    ASSERT_EQ(outside.callbacks.size(), timers) << requests;
+    EXPECT_EQ(outside.callbacks.front().phase, Duration(10ms));
+    if (regular && requests > 1) {
+      EXPECT_EQ(outside.callbacks.front().period, Duration(10ms));
+    }
   }
+}
+
+TEST(RecordedGraph, ServicesOfOtherThreadsAreLeftOut) {
+  Recorded r;
+  r.system.topics = {{"/service", {}}};
+  r.callback(K::timer, 0);
+  r.callback(K::service, 0, 0);
+  r.job(0, 0, 0ms, 1ms);
+  r.job(1, 1, 0ms, 1ms);
+  const auto graph = imports::make_recorded_graph(r.system, r.jobs, {0, tracing::kNone}, "g");
+  EXPECT_EQ(graph.task_of.at(1), kNoTask);
+  EXPECT_THAT(graph.notes,
+              Contains(HasSubstr("1 callbacks of services and clients with 1 jobs ran on threads")));
+}
+
+TEST(RecordedGraph, ASecondSubscriptionOfANodeReadsACopyOfTheTopic) {
+  Recorded r;
+  r.system.topics = {{"/a", {}}};
+  r.callback(K::timer, 0);
+  for (int i = 0; i < 2; ++i) r.callback(K::subscription, 1, 0);
+  for (int i = 0; i < 10; ++i) {
+    r.job(0, 0, i * 10ms, i * 10ms + 1ms).published.push_back({0, Time{} + i * 10ms});
+    for (const std::uint32_t reader : {1U, 2U}) r.job(reader, 0, i * 10ms + 2ms, i * 10ms + 3ms);
+  }
+  const imports::RecordedGraph graph = r.graph();
+  EXPECT_EQ(graph.tasks.set[graph.task_of.at(1)].name, "n1/a");
+  EXPECT_EQ(graph.tasks.set[graph.task_of.at(2)].name, "n1/a_2");
+  EXPECT_EQ(graph.tasks.set[graph.task_of.at(0)].feeds.size(), 2U);
 }
 
 /// Two nodes answer each other; the second one ran less often.

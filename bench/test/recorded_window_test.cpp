@@ -8,6 +8,7 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "import/fitted_levels.hpp"
+#include "import/hypothesis.hpp"
 #include "import/recognition.hpp"
 #include "import/recorded_steps.hpp"
 #include "import/recorded_trace.hpp"
@@ -372,6 +373,45 @@ TEST_F(RecordedChains, AJoinUsesASampleOnce) {
     job(4);
   }
   EXPECT_THAT(outputs(), ElementsAre(1, 0)) << "the second message has no data of the first timer";
+}
+
+TEST(RecordedTimers, AnExecutorThatStatesInstantsGivesTheGrid) {
+  for (const Duration stated : {0ms, 33ms}) {
+    Recorded r;
+    r.task(TaskKind::timer, 10ms);
+    r.graph.tasks.set.tasks[0].phase = 10ms;
+    r.job(0, 0, {}, 35ms, 36ms).timestamp = Time{} + stated;
+    const imports::RecordedTimers timers = imports::recorded_timers(r.system, r.graph, r.jobs, Time{} + 1s);
+    EXPECT_EQ(timers.first[0], Time{} + (stated > 0ms ? 13ms : 10ms));
+  }
+}
+
+/// While timer 0 runs, timer 1 becomes due. Its job begins after the subscription to what timer 0
+/// publishes at its end: the thread that releases it had to wait until the other one slept.
+TEST(FollowedSchedule, TimersOfEqualPrioritiesAreReleasedWhenTheExecutorSleeps) {
+  Recorded r;
+  r.task(TaskKind::timer, 100ms);
+  r.task(TaskKind::timer, 100ms, true);
+  r.task(TaskKind::subscription, {}, true);
+  r.graph.tasks.set.tasks[0].feeds = {2};
+  r.graph.tasks.set.tasks[1].phase = 1ms;
+  for (std::uint64_t i = 0; i < 10; ++i) {
+    const Duration at = i * 100ms;
+    r.job(0, 0, at, at, at + 4ms).ref.number = i;
+    tracing::Job& reader = r.job(2, 0, at + 4ms, at + 4ms, at + 8ms);
+    reader.ref.number = i;
+    reader.has_sample = true;
+    reader.sample = {i, Time{} + at + 4ms, {0, i}};
+    r.job(1, 0, at + 1ms, at + 8ms, at + 9ms).ref.number = i;
+  }
+  const imports::RecordedSteps steps =
+      imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0}}, r.jobs.size());
+  for (const Duration delay : {Duration{}, imports::kUntilIdle}) {
+    imports::Hypothesis hypothesis{"events-ro", find_executor("events-ro"), {}, {0, 1, 2}, {}};
+    hypothesis.release_delay = delay;
+    const auto agreement = imports::follow(r.graph.tasks.set, steps, hypothesis, 0, steps.starts);
+    EXPECT_EQ(agreement.contradictions, delay > Duration{} ? 0U : 10U);
+  }
 }
 
 }  // namespace

@@ -37,6 +37,8 @@ nlohmann::json fields_of(const tracing::System& system, const tracing::Callback&
     case CallbackKind::service:
       fields["kind"] = "service";
       break;
+    case CallbackKind::client:
+    case CallbackKind::unannounced:
     case CallbackKind::unknown:
       fields["kind"] = "unknown";
       break;
@@ -56,6 +58,8 @@ std::string shown_name(const tracing::System& system, std::uint32_t callback) {
       return node + " " + system.topics[of.topic].name;
     case CallbackKind::service:
       return "(service)";
+    case CallbackKind::client:
+    case CallbackKind::unannounced:
     case CallbackKind::unknown:
       break;
   }

@@ -40,10 +40,15 @@ void Assembler::event(const Event& e) {
       return enqueue(e);
     case K::ring_buffer_dequeue:
       return dequeue(e);
+    case K::get_next_ready:
+      return ask(e);
+    case K::execute:
+      return announce(e);
     case K::wait_for_work: {
+      announce(e);
       ThreadState& thread = thread_of(e);
       thread.waited = true;
-      ++system_.threads[thread.index].waits;
+      if (system_.threads[thread.index].waits++ == 0) ++waiting_threads_[e.process];
       return;
     }
     default:
@@ -57,21 +62,28 @@ void Assembler::start(const Event& e) {
   const std::uint32_t callback = callbacks_[handle];
   CallbackState& state = callback_states_[callback];
   ThreadState& thread = thread_of(e);
+  thread.asked.reset();
   // A callback cannot contain itself: its end was lost.
   const auto same = [&](const Job& job) { return job.ref.callback == callback; };
-  if (std::ranges::any_of(thread.open, same) || thread.open.size() == kMostNested) give_up(thread.open, 0);
+  if (std::ranges::any_of(thread.open, same) || thread.open.size() == kMostNested) {
+    give_up(thread.open, 0);
+    thread.unannounced = false;
+  }
   Job& job = thread.open.emplace_back();
   job.ref = {callback, state.jobs++};
   job.thread = thread.index;
   job.start = e.at;
   job.started = events_;
   job.waited = std::exchange(thread.waited, false);
+  job.timestamp = std::exchange(thread.timestamp, {});
+  job.release = std::exchange(thread.release, {});
   job.has_sample = true;
   if (std::exchange(thread.taken_by, kNone) == callback) {
     job.sample = thread.taken;
     // NOLINTNEXTLINE(bugprone-branch-clone): the order of the conditions matters
   } else if (system_.callbacks[callback].kind == CallbackKind::service) {
-    job.sample = stranger(callback, e.at);  // its request is not traced
+    // Its request is not traced, but an executor may state its arrival.
+    job.sample = stranger(callback, job.timestamp > Time{} ? std::min(job.timestamp, e.at) : e.at);
   } else if (system_.callbacks[callback].kind != CallbackKind::subscription) {
     job.has_sample = false;
   } else if (e.number[1] != 0 && !state.unread.empty()) {
@@ -93,12 +105,18 @@ void Assembler::end(const Event& e) {
     return;
   }
   give_up(thread.open, static_cast<std::size_t>(begun - thread.open.begin()) + 1);
+  close(e, thread);
+}
+
+/// Ends the innermost job of the thread.
+void Assembler::close(const Event& e, ThreadState& thread) {
   Job job = std::move(thread.open.back());
   thread.open.pop_back();
   job.finish = e.at;
   job.finished = events_;
   job.processor = e.processor;
-  Callback& callback = system_.callbacks[callback_index];
+  if (system_.callbacks[job.ref.callback].kind == CallbackKind::service) respond(e, job);
+  Callback& callback = system_.callbacks[job.ref.callback];
   ++callback.jobs;
   callback.busy += job.finish - job.start;
   ++callback.threads[thread.index];

@@ -208,6 +208,8 @@ class Reader {
       bt_clock_snapshot_get_ns_from_origin(bt_message_event_borrow_default_clock_snapshot_const(message),
                                            &ns);
       const Time at{Duration(ns)};
+      clock_offset_ = ns - static_cast<std::int64_t>(bt_clock_snapshot_get_value(
+                               bt_message_event_borrow_default_clock_snapshot_const(message)));
       if (++reading_.all_events == 1) reading_.first = reading_.last = at;
       if (at - reading_.last > reading_.longest_gap) {
         reading_.longest_gap = at - reading_.last;
@@ -243,7 +245,8 @@ class Reader {
         *number++ = bytes_in(field, 0);
         *number++ = bytes_in(field, 8);
       } else {
-        *number++ = number_in(field);
+        const bool instant = known.format->fields[i].type == FieldType::instant && field != nullptr;
+        *number++ = number_in(field) + (instant ? static_cast<std::uint64_t>(clock_offset_) : 0);
       }
     }
     visit_(out);
@@ -279,6 +282,7 @@ class Reader {
 
   const std::function<void(const Event&)>& visit_;
   const std::function<void(double)>& progress_;
+  std::int64_t clock_offset_ = 0;  // ns from a reading of the clock to the time of the event
   TraceReading reading_;
   std::unordered_map<const bt_event_class*, EventClass> classes_;
   std::exception_ptr failure_;

@@ -101,7 +101,8 @@ class Source {
 
   bt_field_class* class_of(FieldType type) const {
     if (type == FieldType::text) return bt_field_class_string_create(trace_class_.get());
-    if (type == FieldType::integer) return bt_field_class_integer_signed_create(trace_class_.get());
+    if (type == FieldType::integer || type == FieldType::instant)
+      return bt_field_class_integer_signed_create(trace_class_.get());
     if (type == FieldType::gid) {
       const FieldClass byte(bt_field_class_integer_unsigned_create(trace_class_.get()));
       bt_field_class_integer_set_field_value_range(byte.get(), 8);
@@ -153,6 +154,7 @@ class Source {
           bt_field_integer_unsigned_set_value(field, *number++);
           break;
         case FieldType::integer:
+        case FieldType::instant:
           bt_field_integer_signed_set_value(field, static_cast<std::int64_t>(*number++));
           break;
         case FieldType::text:

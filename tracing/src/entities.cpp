@@ -32,8 +32,7 @@ void Assembler::describe(const Event& e) {
       if (*e.text[0] != '\0') services_[first] = {find(nodes_, second, kNone), topic_named(e.text[0])};
       return;
     case K::client_init:
-      endpoint(e, Endpoint::Kind::client, 0);
-      return;
+      return add_client(e);
     case K::publisher_init:
       return add_publisher(e);
     case K::subscription_init:
@@ -62,6 +61,7 @@ void Assembler::describe(const Event& e) {
     case K::executor_callback:
     case K::executor_priority:
     case K::executor_job:
+    case K::executor_end:
       return state(e);
     case K::buffer_to_ipb:
       ipb_of_buffer_[first] = e.number[1];
@@ -139,6 +139,7 @@ void Assembler::add_service_callback(const Event& e) {
   system_.callbacks[index].topic = service.topic;
   system_.callbacks[index].depth = kServiceDepth;
   set_handle({e.process, e.number[1]}, index);
+  service_callbacks_[{e.process, e.number[0]}] = index;
 }
 
 std::uint32_t Assembler::add_callback(CallbackKind kind) {

@@ -6,7 +6,8 @@ namespace hotpath::tracing {
 // A table. NOLINTNEXTLINE(readability-function-size)
 std::span<const EventFormat> formats() {
   using enum EventKind;
-  constexpr auto a = FieldType::address, i = FieldType::integer, t = FieldType::text, g = FieldType::gid;
+  constexpr auto a = FieldType::address, i = FieldType::integer, t = FieldType::text, g = FieldType::gid,
+                 at = FieldType::instant;
   static const std::vector<EventFormat> formats = {
       {rcl_init, "ros2:rcl_init", {{"context_handle", a}, {"version", t}}},
       {node_init,
@@ -31,7 +32,7 @@ std::span<const EventFormat> formats() {
       {service_init,
        "ros2:rcl_service_init",
        {{"service_handle", a}, {"node_handle", a}, {"service_name", t}}},
-      {client_init, "ros2:rcl_client_init", {{"client_handle", a}, {"node_handle", a}}},
+      {client_init, "ros2:rcl_client_init", {{"client_handle", a}, {"node_handle", a}, {"service_name", t}}},
       {rclcpp_subscription_init,
        "ros2:rclcpp_subscription_init",
        {{"subscription_handle", a}, {"subscription", a}}},
@@ -64,15 +65,18 @@ std::span<const EventFormat> formats() {
       {ipb_to_subscription, "ros2:rclcpp_ipb_to_subscription", {{"ipb", a}, {"subscription", a}}},
       {ring_buffer_enqueue, "ros2:rclcpp_ring_buffer_enqueue", {{"buffer", a}, {"index", a}}},
       {ring_buffer_dequeue, "ros2:rclcpp_ring_buffer_dequeue", {{"buffer", a}, {"index", a}}},
-      {get_next_ready, "ros2:rclcpp_executor_get_next_ready", {}, false},
+      {get_next_ready, "ros2:rclcpp_executor_get_next_ready", {}},
       {wait_for_work, "ros2:rclcpp_executor_wait_for_work", {{"timeout", i}}},
-      {execute, "ros2:rclcpp_executor_execute", {{"handle", a}}, false},
+      {execute, "ros2:rclcpp_executor_execute", {{"handle", a}}},
       {executor_init, "hotpath:executor_init", {{"executor", a}, {"name", t}, {"priorities", t}}},
       {executor_callback,
        "hotpath:executor_callback",
-       {{"executor", a}, {"task", i}, {"kind", t}, {"handle", a}}},
+       {{"executor", a}, {"task", i}, {"kind", t}, {"handle", a}, {"node", t}}},
       {executor_priority, "hotpath:executor_priority", {{"executor", a}, {"task", i}, {"level", i}}},
-      {executor_job, "hotpath:executor_job", {{"executor", a}, {"task", i}}},
+      {executor_job,
+       "hotpath:executor_job",
+       {{"executor", a}, {"task", i}, {"timestamp", at}, {"release", at}}},
+      {executor_end, "hotpath:executor_end", {{"executor", a}, {"task", i}}},
   };
   return formats;
 }

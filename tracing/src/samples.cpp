@@ -15,6 +15,8 @@ void Assembler::publish(const Event& e, bool intra_process) {
   thread.intra_published = intra_process;
   thread.message = e.number[1];
   if (!continued) {
+    // Between two questions for the next callback, only a callback publishes.
+    if (thread.open.empty() && thread.asked) begin_unannounced(e, thread);
     thread.publisher = e.number[0];
     thread.publication = ++publications_;
     ++system_.endpoints[publisher].publications;

@@ -1,35 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <limits>
+#include <algorithm>
 #include <string_view>
+#include <utility>
 
 #include "hotpath/tracing/assembler.hpp"
 
 namespace hotpath::tracing {
 
 void Assembler::state(const Event& e) {
-  const Handle handle{e.process, e.number[0]}, of_entity{e.process, e.number[2]};
+  const Handle handle{e.process, e.number[0]};
   if (e.kind == EventKind::executor_init) {
     executors_[handle] = static_cast<std::uint32_t>(system_.stated_executors.size());
-    system_.stated_executors.push_back({e.process, e.text[0], e.text[1], {}, {}});
+    system_.stated_executors.emplace_back();
+    StatedExecutor& stated = system_.stated_executors.back();
+    stated.process = e.process;
+    stated.name = e.text[0];
+    stated.priorities = e.text[1];
     return;
   }
   const std::uint32_t index = find(executors_, handle, kNone);
   if (index == kNone) return;  // recording began after its creation
-  StatedExecutor& executor = system_.stated_executors[index];
-  const std::pair task(index, e.number[1]);
-  if (e.kind == EventKind::executor_callback) {
-    const std::uint32_t callback = e.text[0] == std::string_view("timer")
-                                       ? find(timers_, of_entity, {}).callback
-                                       : find(subscriptions_, of_entity, kNone);
-    callback_of_task_.erase(task);  // the executor may number its tasks anew
-    if (callback != kNone) callback_of_task_[task] = callback;
-  } else if (e.kind == EventKind::executor_priority) {
-    const auto callback = callback_of_task_.find(task);
-    if (callback != callback_of_task_.end())
-      executor.levels[callback->second] = static_cast<std::int64_t>(e.number[2]);
-  } else {
-    executor.threads.insert(thread_of(e).index);
+  switch (e.kind) {
+    case EventKind::executor_callback:
+      return state_callback(e, index);
+    case EventKind::executor_job:
+      return state_job(e, index);
+    case EventKind::executor_end:
+      system_.stated_executors[index].states_ends = true;
+      return announce(e);
+    default:
+      break;
   }
+  const auto callback = callback_of_task_.find({index, e.number[1]});
+  if (callback != callback_of_task_.end())
+    system_.stated_executors[index].levels[callback->second] = static_cast<std::int64_t>(e.number[2]);
+}
+
+void Assembler::state_callback(const Event& e, std::uint32_t executor) {
+  const Handle entity{e.process, e.number[2]};
+  const std::string_view kind = e.text[0];
+  std::uint32_t callback = kNone;
+  if (kind == "timer") {
+    callback = find(timers_, entity, {}).callback;
+  } else if (kind == "client") {
+    if (const std::uint32_t client = find(clients_, entity, kNone); client != kNone)
+      callback = client_callback(client);
+  } else if (kind == "service") {
+    callback = find(service_callbacks_, entity, kNone);
+  } else {
+    callback = find(subscriptions_, entity, kNone);  // also of an intra-process waitable
+  }
+  const auto node = std::ranges::find(system_.nodes, e.text[1]);
+  if (callback == kNone && node != system_.nodes.end() && (kind == "waitable" || kind == "client"))
+    callback = unannounced_callback(static_cast<std::uint32_t>(node - system_.nodes.begin()), "waitables");
+  const std::pair task(executor, e.number[1]);
+  callback_of_task_.erase(task);  // the executor may number its tasks anew
+  if (callback != kNone) callback_of_task_[task] = callback;
+}
+
+void Assembler::state_job(const Event& e, std::uint32_t executor) {
+  ThreadState& thread = thread_of(e);
+  system_.stated_executors[executor].threads.insert(thread.index);
+  // Without events of their ends (older versions), jobs of clients and waitables do not count.
+  if (std::exchange(thread.unannounced, false)) thread.open.clear();
+  thread.timestamp = Time{Duration(static_cast<std::int64_t>(e.number[2]))};
+  thread.release = Time{Duration(static_cast<std::int64_t>(e.number[3]))};
+  const auto task = callback_of_task_.find({executor, e.number[1]});
+  if (task == callback_of_task_.end() || !thread.open.empty()) return;
+  const CallbackKind kind = system_.callbacks[task->second].kind;
+  if (kind != CallbackKind::client && kind != CallbackKind::unannounced) return;
+  std::optional<Response> response;
+  if (kind == CallbackKind::client) {
+    const auto client = std::ranges::find(system_.clients, task->second, &ServiceClient::callback);
+    response = take_response(e.process, static_cast<std::uint32_t>(client - system_.clients.begin()));
+  }
+  begin_unannounced(thread, task->second, e.at, events_, response);
 }
 
 }  // namespace hotpath::tracing

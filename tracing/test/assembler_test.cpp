@@ -201,5 +201,121 @@ TEST(Assembler, HandlesUsedAgainMeanTheLatestCallback) {
   EXPECT_EQ(recording.jobs[1].ref.callback, 2U);
 }
 
+/// Node 1 with a service (callback 31) and node 2 with its client.
+void make_service(Recording& recording) {
+  recording.make_nodes();
+  recording.tell(K::service_init, 10, {30, 1}, {"/map", ""});
+  recording.tell(K::service_callback_added, 11, {30, 31});
+  recording.tell(K::client_init, 12, {40, 2}, {"/map", ""});
+}
+
+void answer(Recording& recording, std::int64_t at_ns) {
+  recording.tell(K::get_next_ready, at_ns, {});
+  recording.tell(K::callback_start, at_ns + 1, {31});
+  recording.tell(K::callback_end, at_ns + 2, {31});
+}
+
+constexpr std::int64_t kLong_ns = 50'000;
+
+TEST(Unannounced, AQuestionWithoutAWaitFollowsAResponse) {
+  Recording recording;
+  make_service(recording);
+  answer(recording, 1000);
+  recording.tell(K::get_next_ready, 2000, {});
+  recording.tell(K::get_next_ready, 2000 + kLong_ns, {});
+  recording.tell(K::wait_for_work, 2001 + kLong_ns, {});
+  recording.tell(K::get_next_ready, 2001 + 3 * kLong_ns, {});
+  ASSERT_EQ(recording.jobs.size(), 2U);
+  const Job& response = recording.jobs.back();
+  const System& system = recording.assembler.system();
+  const Callback& client = system.callbacks[response.ref.callback];
+  EXPECT_EQ(client.kind, CallbackKind::client);
+  EXPECT_EQ(system.nodes[client.node], "/space/sink");
+  EXPECT_EQ(system.topics[client.topic].name, "/map/response");
+  EXPECT_EQ(response.start, at(2000));
+  EXPECT_EQ(response.finish, at(2000 + kLong_ns));
+  EXPECT_EQ(response.sample.published, at(1002));
+  EXPECT_EQ(response.sample.parent.callback, recording.jobs.front().ref.callback);
+  EXPECT_EQ(recording.jobs.front().published.front().topic, client.topic);
+}
+
+TEST(Unannounced, ShortOrAnnouncedGapsAreNoJobs) {
+  for (const K between : {K::execute, K::wait_for_work, K::get_next_ready}) {
+    Recording recording;
+    recording.make_nodes();
+    recording.tell(K::get_next_ready, 1000, {});
+    recording.tell(between, 1001, {});
+    recording.tell(K::get_next_ready, between == K::get_next_ready ? 1002 : 1001 + kLong_ns, {});
+    recording.assembler.finish();
+    EXPECT_TRUE(recording.jobs.empty());
+  }
+}
+
+TEST(Unannounced, WithoutAResponseItBelongsToTheThread) {
+  Recording recording;
+  recording.make_nodes();
+  recording.tell(K::get_next_ready, 1000, {});
+  recording.tell(K::rcl_publish, 1001, {13, 99});  // a waitable may publish
+  recording.tell(K::get_next_ready, 1002, {});
+  ASSERT_EQ(recording.jobs.size(), 1U);
+  const System& system = recording.assembler.system();
+  const Callback& callback = system.callbacks[recording.jobs[0].ref.callback];
+  EXPECT_EQ(callback.kind, CallbackKind::unannounced);
+  EXPECT_EQ(system.nodes[callback.node], "/clients_and_waitables");
+  EXPECT_EQ(recording.jobs[0].published.size(), 1U);
+  recording.receive(2000, 0);
+}
+
+TEST(Unannounced, ThreadsThatWaitForEachOtherTellNothing) {
+  Recording recording;
+  recording.make_nodes();
+  for (const std::uint32_t thread : {1U, 2U}) recording.tell(K::wait_for_work, 500, {}, {"", ""}, thread);
+  recording.tell(K::get_next_ready, 1000, {});
+  recording.tell(K::get_next_ready, 1000 + kLong_ns, {});
+  recording.assembler.finish();
+  EXPECT_TRUE(recording.jobs.empty());
+  EXPECT_EQ(recording.assembler.system().unclear_callbacks, 1U);
+}
+
+/// The events of a PriorityExecutor (90) as LTTng records them.
+TEST(Unannounced, AnExecutorStatesClientsAndWaitables) {
+  Recording recording;
+  make_service(recording);
+  recording.tell(K::executor_init, 100, {90}, {"rm-ro", ""});
+  recording.tell(K::executor_callback, 101, {90, 0, 10}, {"timer", "/source"});
+  recording.tell(K::executor_callback, 102, {90, 1, 40}, {"client", "/space/sink"});
+  recording.tell(K::executor_callback, 103, {90, 2, 0}, {"waitable", "/source"});
+  recording.tell(K::executor_job, 200, {90, 1, 150, 160});
+  recording.tell(K::executor_end, 220, {90, 1});
+  recording.tell(K::executor_job, 230, {90, 2, 210, 211});
+  recording.tell(K::executor_end, 260, {90, 2});
+  recording.tell(K::executor_job, 300, {90, 0, 270, 271});
+  recording.tell(K::callback_start, 301, {11});
+  recording.tell(K::callback_end, 302, {11});
+  const System& system = recording.assembler.system();
+  ASSERT_EQ(recording.jobs.size(), 3U);
+  EXPECT_EQ(system.callbacks[recording.jobs[0].ref.callback].kind, CallbackKind::client);
+  EXPECT_EQ(recording.jobs[0].finish - recording.jobs[0].start, Duration(20));
+  EXPECT_EQ(recording.jobs[0].sample.published, at(150));
+  const Callback& waitable = system.callbacks[recording.jobs[1].ref.callback];
+  EXPECT_EQ(waitable.kind, CallbackKind::unannounced);
+  EXPECT_EQ(system.nodes[waitable.node], "/source");
+  EXPECT_EQ(recording.jobs[2].timestamp, at(270));
+  EXPECT_EQ(recording.jobs[2].release, at(271));
+  EXPECT_TRUE(system.stated_executors.front().states_ends);
+}
+
+/// Traces of versions that write no ends.
+TEST(Unannounced, AStatedJobWithoutEndDoesNotCount) {
+  Recording recording;
+  make_service(recording);
+  recording.tell(K::executor_init, 100, {90}, {"rm-ro", ""});
+  recording.tell(K::executor_callback, 102, {90, 1, 40}, {"client", "/space/sink"});
+  for (const std::int64_t start : {200, 300}) recording.tell(K::executor_job, start, {90, 1, 150, 160});
+  recording.tell(K::executor_job, 400, {90, 0, 150, 160});
+  recording.assembler.finish();
+  EXPECT_TRUE(recording.jobs.empty());
+}
+
 }  // namespace
 }  // namespace hotpath::tracing

@@ -91,6 +91,7 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   bool run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed);
   void unpark(Lock& lock, WorkerSet claimed);
   bool execute(const std::shared_ptr<Entry>& entry, const Job& job);
+  bool run_callback(const std::shared_ptr<Entry>& entry, const Job& job);
   WorkerSet enqueue(const std::shared_ptr<Entry>& entry, const SampleInfo& info, Time now);
   bool execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
   bool execute_waitable(const std::shared_ptr<Entry>& entry, rclcpp::Waitable& waitable);

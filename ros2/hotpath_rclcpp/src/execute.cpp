@@ -123,6 +123,12 @@ WorkerSet ExecutorDriver::enqueue(const std::shared_ptr<Entry>& entry, const Sam
 bool ExecutorDriver::execute(const std::shared_ptr<Entry>& entry, const Job& job) {
   const RunningScope scope(this, job);
   trace::executor_job(&schedule_, job);
+  const bool ran = run_callback(entry, job);
+  trace::executor_end(&schedule_, *entry, job.task);
+  return ran;
+}
+
+bool ExecutorDriver::run_callback(const std::shared_ptr<Entry>& entry, const Job& job) {
   switch (entry->kind) {
     case EntryKind::timer: {
       const auto timer = lock<rclcpp::TimerBase>(*entry);

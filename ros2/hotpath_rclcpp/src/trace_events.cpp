@@ -71,6 +71,12 @@ void executor_job(const void* executor, const Job& job) {
                        to_ns(job.release), to_ns(job.deadline), job.skipped);
 }
 
+void executor_end(const void* executor, const Entry& entry, TaskId task) {
+  const bool announced =
+      entry.kind != EntryKind::client && (entry.kind != EntryKind::waitable || entry.intra_process);
+  if (!announced) lttng_ust_tracepoint(hotpath, executor_end, executor, task);
+}
+
 #else
 
 void executor_init(const void*, const Setup&) {}
@@ -79,6 +85,7 @@ void executor_callback(const void*, const Entry&) {}
 bool priorities_are_recorded() { return false; }
 void executor_priority(const void*, TaskId, std::int64_t) {}
 void executor_job(const void*, const Job&) {}
+void executor_end(const void*, const Entry&, TaskId) {}
 
 #endif
 

@@ -21,5 +21,7 @@ void executor_callback(const void* executor, const Entry& entry);
 [[nodiscard]] bool priorities_are_recorded();
 void executor_priority(const void* executor, TaskId task, std::int64_t level);
 void executor_job(const void* executor, const Job& job);
+/// After the job, if its entry is a client or a waitable of which rclcpp writes no events.
+void executor_end(const void* executor, const Entry& entry, TaskId task);
 
 }  // namespace hotpath::trace

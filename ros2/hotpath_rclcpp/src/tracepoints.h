@@ -80,6 +80,14 @@ LTTNG_UST_TRACEPOINT_EVENT(hotpath, executor_job,
     lttng_ust_field_integer(uint32_t, skipped, skipped_arg)
   )
 )
+
+LTTNG_UST_TRACEPOINT_EVENT(hotpath, executor_end,
+  LTTNG_UST_TP_ARGS(const void*, executor_arg, uint32_t, task_arg),
+  LTTNG_UST_TP_FIELDS(
+    lttng_ust_field_integer_hex(const void*, executor, executor_arg)
+    lttng_ust_field_integer(uint32_t, task, task_arg)
+  )
+)
 /* clang-format on */
 
 #endif

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "hotpath/tracing/system.hpp"
@@ -40,6 +41,8 @@ class Assembler {
  private:
   /// History depth of a service (rmw_qos_profile_services_default).
   static constexpr std::uint32_t kServiceDepth = 10;
+  /// A wait-set executor that ran nothing asks again sooner.
+  static constexpr Duration kLeastUnannounced = std::chrono::microseconds(20);
   /// Most unread samples of a subscription that keeps all.
   static constexpr std::size_t kKeepAll = 1000;
 
@@ -64,6 +67,12 @@ class Assembler {
   struct Service {
     std::uint32_t node = kNone, topic = kNone;
   };
+  /// A response on its way.
+  struct Response {
+    std::uint32_t client = kNone;
+    Time at{};
+    JobRef parent;
+  };
   struct Unread {
     Sample sample;
     std::uint64_t publication = 0;
@@ -76,7 +85,12 @@ class Assembler {
   };
   struct ThreadState {
     std::uint32_t index = kNone;
-    std::vector<Job> open;  ///< The innermost last.
+    std::optional<Time> asked;  ///< A wait-set executor asked for work then, and nothing was announced since.
+    std::uint64_t asked_at = 0;  ///< The event.
+    bool unannounced = false;    ///< The outermost open job has no events of its own.
+    std::uint32_t unannounced_callback = kNone;
+    Time timestamp{}, release{};  ///< Stated of the next job.
+    std::vector<Job> open;        ///< The innermost last.
     bool waited = false;
     std::uint32_t taken_by = kNone;  ///< Subscription whose sample it holds.
     Sample taken;
@@ -102,10 +116,26 @@ class Assembler {
 
   // stated_executors.cpp: events of executors that describe themselves.
   void state(const Event& e);
+  void state_callback(const Event& e, std::uint32_t executor);
+  void state_job(const Event& e, std::uint32_t executor);
 
   void start(const Event& e);
   void end(const Event& e);
+  void close(const Event& e, ThreadState& thread);
   void give_up(std::vector<Job>& open, std::size_t from);
+
+  // unannounced.cpp: jobs of clients and waitables.
+  void add_client(const Event& e);
+  void ask(const Event& e);
+  void announce(const Event& e);
+  void begin_unannounced(const Event& e, ThreadState& thread);
+  void begin_unannounced(ThreadState& thread, std::uint32_t callback, Time at, std::uint64_t event,
+                         std::optional<Response> response);
+  std::uint32_t client_callback(std::uint32_t client);
+  std::uint32_t pseudo_node(std::uint32_t process);
+  std::uint32_t unannounced_callback(std::uint32_t node, const std::string& topic);
+  void respond(const Event& e, Job& job);
+  std::optional<Response> take_response(std::uint32_t process, std::uint32_t client);
 
   // samples.cpp: events that match the samples of jobs with publications.
   void publish(const Event& e, bool intra_process);
@@ -134,6 +164,12 @@ class Assembler {
   ByHandle<std::uint32_t> endpoints_;   // by the middleware's handle; initialised by it, not yet by rcl
   ByHandle<Timer> timers_;
   ByHandle<Service> services_;
+  ByHandle<std::uint32_t> service_callbacks_, clients_;
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> clients_of_;           // by service
+  std::unordered_map<std::uint32_t, std::deque<Response>> responses_;                  // by process
+  std::unordered_map<std::uint32_t, std::uint32_t> waiting_threads_;                   // number, by process
+  std::unordered_map<std::uint32_t, std::uint32_t> pseudo_nodes_;                      // by process
+  std::unordered_map<std::uint32_t, std::uint32_t> unannounced_;                       // callbacks, by topic
   ByHandle<std::uint32_t> executors_;                                                  // to the stated ones
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> callback_of_task_;  // by stated executor
   std::unordered_map<std::string, std::uint32_t> topics_;

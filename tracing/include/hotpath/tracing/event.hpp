@@ -55,10 +55,12 @@ enum class EventKind : std::uint8_t {
   executor_callback,
   executor_priority,
   executor_job,
+  executor_end,
 };
 
-/// A `gid` is sixteen bytes, which count as two numbers: eight bytes each, the first one highest.
-enum class FieldType : std::uint8_t { address, integer, text, gid };
+/// A `gid` is sixteen bytes, which count as two numbers: eight bytes each, the first one highest. An
+/// `instant` is a reading of the trace's clock in ns; readers convert it like the time of the event.
+enum class FieldType : std::uint8_t { address, integer, text, gid, instant };
 
 /// The name of an event and its fields. A trace may order them differently, and have more or fewer.
 struct EventFormat {

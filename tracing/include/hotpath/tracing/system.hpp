@@ -13,13 +13,16 @@ namespace hotpath::tracing {
 /// No entity, or unknown.
 inline constexpr std::uint32_t kNone = ~std::uint32_t{0};
 
-enum class CallbackKind : std::uint8_t { timer, subscription, service, unknown };
+/// rclcpp writes no events of callbacks of clients and waitables. Jobs of a `client` are responses;
+/// `unannounced` are jobs of waitables, and responses whose service is not traced.
+enum class CallbackKind : std::uint8_t { timer, subscription, service, client, unannounced, unknown };
 
-/// One callback, or all callbacks of one subscription. In the order of creation.
+/// One callback, all callbacks of one subscription, or all unannounced ones of a thread or a node. In
+/// the order of creation.
 struct Callback {
   CallbackKind kind = CallbackKind::unknown;
   std::uint32_t node = kNone;
-  std::uint32_t topic = kNone;                       ///< Subscriptions, services: index into topics.
+  std::uint32_t topic = kNone;                       ///< All but timers: index into topics.
   std::uint32_t depth = 0;                           ///< The same: history depth; 0: unknown, or keep all.
   Duration period{};                                 ///< Timers.
   Time created{};                                    ///< Timers: its creation.
@@ -60,6 +63,12 @@ struct Endpoint {
   std::uint64_t publications = 0;  ///< Publishers.
 };
 
+struct ServiceClient {
+  std::uint32_t process = 0, node = kNone;
+  std::uint32_t service = kNone, response = kNone;  ///< Topics: the service, and its responses.
+  std::uint32_t callback = kNone;                   ///< None without a job.
+};
+
 struct Thread {
   std::uint32_t process = 0, id = 0;
   std::uint64_t jobs = 0, waits = 0;
@@ -72,6 +81,7 @@ struct StatedExecutor {
   std::string name;                 ///< With its variants, `rm-ro:first`.
   std::string priorities;           ///< File of its priorities; empty: none.
   std::set<std::uint32_t> threads;  ///< That ran its jobs.
+  bool states_ends = false;         ///< Of clients' and waitables' jobs.
   /// By callback: the level in force at the end of the trace, smaller first. Under rm and dm a time
   /// in ns. Callbacks without one have none.
   std::map<std::uint32_t, std::int64_t> levels;
@@ -88,8 +98,12 @@ struct System {
   std::vector<Thread> threads;
   std::vector<Endpoint> endpoints;  ///< In the order of creation.
   std::vector<StatedExecutor> stated_executors;
+  std::vector<ServiceClient> clients;
   std::uint64_t reused_handles = 0;  ///< Callbacks at the address of an earlier callback.
   std::uint64_t ends_without_start = 0;
+  /// Possible callbacks of clients and waitables in processes where several threads wait: a trace does
+  /// not tell them from waiting for another thread.
+  std::uint64_t unclear_callbacks = 0;
 };
 
 /// A job by its callback and its number among the callback's jobs, from 0.
@@ -131,6 +145,9 @@ struct Job {
   bool has_sample = false;  ///< True for jobs of subscriptions.
   Sample sample;
   std::vector<Publication> published;
+  /// What the executor states of the job: its nominal instant or arrival, and when it was queued.
+  /// Time{}: it does not state that.
+  Time timestamp{}, release{};
 };
 
 }  // namespace hotpath::tracing
