@@ -8,12 +8,14 @@
 
 #include "advise/advice_report.hpp"
 #include "advise/advised_graph.hpp"
+#include "advise/executor_file.hpp"
 #include "advise/ranking.hpp"
 #include "advise/stored_draw.hpp"
 #include "explain/simulated_difference.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
+#include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
@@ -200,7 +202,8 @@ class Adviser {
     plan.description = c.description;
     const fs::path file = folder / "deployment.yaml";
     program::write_whole_file(file, deployment_yaml(c.graph, c.tasks, plan));
-    if (c.sets_priorities) {
+    const bool has_graph = !write_executor_files(c, graph_.platform, "", folder).empty();
+    if (c.sets_priorities && !has_graph) {
       Graph graph = c.graph;
       graph.platform = graph_.platform;
       write_graph(folder / "graph.yaml", graph, {"With the priorities that deployment.yaml needs.", {}},
@@ -230,7 +233,8 @@ class Adviser {
       advice.stored.push_back(store_first_draw(*advice.best->candidate, options_, folder / "recommended"));
     }
     if (!graph_.chains.empty()) write_latencies(folder / "latencies.csv", advice.ranked, objective_.chain);
-    program::write_whole_file(folder / "advice.json", advice_json(advice));
+    const nlohmann::json content = advice_json(advice);
+    program::write_whole_file(folder / "advice.json", content);
     write_ranking(std::cout, advice);
     if (advice.draws < advice.asked_draws) {
       std::cout << "Only " << advice.draws << " of " << advice.asked_draws
@@ -238,6 +242,7 @@ class Adviser {
     }
     if (!graph_.chains.empty()) program::draw_figure("advice", folder);
     std::cout << "\nResults: " << folder.string() << "\n" << std::flush;
+    program::show_json(content);
   }
 
   Options options_;

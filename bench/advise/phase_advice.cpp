@@ -11,11 +11,13 @@
 #include <random>
 
 #include "advise/advised_graph.hpp"
+#include "advise/executor_file.hpp"
 #include "guarantees/witnesses.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
+#include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/parallel.hpp"
 #include "program/progress.hpp"
@@ -80,9 +82,11 @@ class PhaseAdviser {
     prove(*advice.best);
     simulate(advice);
     perturb(advice);
-    program::write_whole_file(folder_ / "phases.json", phase_advice_json(advice));
+    const nlohmann::json content = phase_advice_json(advice);
+    program::write_whole_file(folder_ / "phases.json", content);
     write_phase_advice(std::cout, advice);
     std::cout << "\nResults: " << folder_.string() << "\n" << std::flush;
+    program::show_json(content);
   }
 
  private:
@@ -245,7 +249,9 @@ class PhaseAdviser {
     const fs::path phases = folder_ / "phases.csv";
     program::write_whole_file(phases, phases_csv(c.tasks.set, advice.best->found.first));
     advice.files.push_back(phases.string());
-    if (!c.sets_priorities) return;
+    const std::vector<std::string> files = write_executor_files(c, graph_.platform, "phases.csv", folder_);
+    advice.files.insert(advice.files.end(), files.begin(), files.end());
+    if (!c.sets_priorities || !files.empty()) return;
     Graph graph = c.graph;
     graph.platform = graph_.platform;
     const fs::path file = folder_ / "graph.yaml";

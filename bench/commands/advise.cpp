@@ -82,6 +82,7 @@ void add_advise_command(CLI::App& app) {
   advise.option_defaults()->group("Results");
   add_threads_option(advise, o.threads);
   add_output_option(advise, o);
+  add_json_option(advise);
 }
 
 }  // namespace hotpath::commands

@@ -63,6 +63,7 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
            "Bound only the chain of these timers, separated by commas");
   add_output_file(command, "--csv", o.csv, "Also write the table as CSV");
   add_text(command, "--page", o.page, "FOLDER", "Also write a page with figures into this folder");
+  add_json_option(command);
   add_platform_options(command, o);
   add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "Alias of --release-cost-us");
   exclude(command, "--phases-of", {"--phases", "--phases-file"});

@@ -42,6 +42,7 @@ void add_bench_command(CLI::App& app) {
   add_text(bench, "--compare", o.compare, "OLD NEW",
            "Measure nothing; report which values differ between the\nfolders OLD and NEW, and by how much")
       ->expected(2);
+  add_json_option(bench)->needs(bench.get_option("--compare"));
   exclude(bench, "--quick", {"--repetitions"});
   exclude(bench, "--compare", {"--quick", "--repetitions", "--only", "--seed", "--time-out", "--output"});
 }

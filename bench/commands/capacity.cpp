@@ -38,8 +38,8 @@ std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityA
   add_run_command(app, [](const live::Options&) {});
   CLI::App& run = *app.get_subcommand("run");
   const std::vector<std::string> own = {
-      "over",     "require",      "from",   "to",        "resolution",  "coarse",     "live",
-      "duration", "live-options", "output", "executors", "deployments", "repetitions"};
+      "over",     "require",      "from",   "to",        "resolution",  "coarse",      "live",
+      "duration", "live-options", "output", "executors", "deployments", "repetitions", "json"};
   std::vector<std::string> words = given_options(capacity, own);
   for (const std::string& word : words) {
     if (run.get_option_no_throw(name_of(word)) == nullptr) {
@@ -93,6 +93,7 @@ void add_capacity_command(CLI::App& app) {
   add_simulate_options(capacity, o);
   capacity.get_option("--work")->needs(live);
   add_output_option(capacity, o, "runs/DATE-capacity");
+  add_json_option(capacity);
 }
 
 }  // namespace hotpath::commands

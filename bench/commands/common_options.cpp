@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "program/json_output.hpp"
 #include "program/output_target.hpp"
 
 namespace hotpath::commands {
@@ -81,6 +82,13 @@ void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {
            "addresses in memory. FILE has one task name per line");
 }
 
+CLI::Option* add_json_option(CLI::App& command) {
+  return command
+      .add_flag_callback("--json", program::reserve_output_for_json,
+                         "Print the data of the tables as JSON; other text goes to\nstandard error")
+      ->group("Results");
+}
+
 void add_scaling_options(CLI::App& command, setup::CommonOptions& o) {
   add_number(command, "--load", o.load_percent, setup::kLoads, "PERCENT",
              "Load of all nodes in percent of one core; by default as in\nthe graph");
@@ -147,7 +155,7 @@ void add_output_option(CLI::App& command, setup::CommonOptions& o, const std::st
            "New folder for the results; by default " + default_folder);
   // For run.json, which depends neither on the folder nor on the number of threads.
   command.parse_complete_callback([&command, &o] {
-    o.command = given_options(command, {"output", "threads"});
+    o.command = given_options(command, {"output", "threads", "json"});
     o.command.insert(o.command.begin(), command.get_name());
   });
 }

@@ -2,6 +2,7 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
+#include <sstream>
 #include <vector>
 
 #include "commands/commands.hpp"
@@ -11,6 +12,7 @@
 #include "hotpath/campaign/crew.hpp"
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -77,17 +79,19 @@ void run_wcrt_table(const std::string& output) {
   for (const WcrtTable& table : tables) print(table);
   std::cout << "The printed table corresponds to delta = 0.119 ms (Delta = 0.833 ms), which the paper's text "
                "rounds to 0.12 ms.\n`-`: no bound within the deadline.\n";
+  std::ostringstream csv;
+  csv << "delta_of,delta_ns,utilisation_percent,task,bound_ns,printed_ms\n";
+  for (const WcrtTable& table : tables) write_rows(csv, table);
+  program::show_rows(csv.str());
   if (output.empty()) return;
   const std::filesystem::path folder = output;
   program::create_folder(folder);
-  program::write_whole_file(folder / "wcrt_table.csv", [&](std::ostream& csv) {
-    csv << "delta_of,delta_ns,utilisation_percent,task,bound_ns,printed_ms\n";
-    for (const WcrtTable& table : tables) write_rows(csv, table);
-  });
-  program::write_whole_file(folder / "release_cost.csv", [&](std::ostream& csv) {
-    csv << "timers,passes,p50_ns,p99_ns,max_ns\n";
+  program::write_whole_file(folder / "wcrt_table.csv", csv.str());
+  program::write_whole_file(folder / "release_cost.csv", [&](std::ostream& costs) {
+    costs << "timers,passes,p50_ns,p99_ns,max_ns\n";
     for (const machine::ReleaseCost::Pass& pass : measured.passes) {
-      program::write_row(csv, pass.timers, pass.passes, pass.p50.count(), pass.p99.count(), pass.max.count());
+      program::write_row(costs, pass.timers, pass.passes, pass.p50.count(), pass.p99.count(),
+                         pass.max.count());
     }
   });
 }
@@ -112,7 +116,9 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
     program::write_whole_file(folder / file, content);
   };
   write("waters.csv", [&](std::ostream& out) { write_waters_csv(out, arguments.options, result); });
-  write("waters_summary.csv", [&](std::ostream& out) { write_waters_summary_csv(out, summaries); });
+  std::ostringstream summary;
+  write_waters_summary_csv(summary, summaries);
+  write("waters_summary.csv", summary.str());
   write("waters_histogram.csv", [&](std::ostream& out) {
     write_waters_histogram_csv(out, waters_histograms(arguments.options, result));
   });
@@ -127,6 +133,7 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
                    program::fixed(s.max, 2), program::fixed(s.positive_share.value, 4)});
   }
   std::cout << table;
+  program::show_rows(summary.str());
   program::draw_figure("waters", folder);
   std::cout << "\nResults: " << folder.string() << "\n";
 }
@@ -159,6 +166,7 @@ void add_waters_experiment(CLI::App& experiment) {
   add_threads_option(waters, o.options.threads);
   waters.add_flag("--paper-only", o.paper_only, "Use the paper's method only, not the tighter methods");
   add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables and the figure");
+  add_json_option(waters);
 }
 
 }  // namespace
@@ -169,6 +177,7 @@ void add_experiment_command(CLI::App& app) {
   auto [table, output] = add_command<std::string>(
       *experiment, "wcrt-table", "Table I: analytical worst-case response times", "", run_wcrt_table);
   add_text(table, "--output", output, "FOLDER", "Folder for the table and this machine's release cost (CSV)");
+  add_json_option(table);
   add_waters_experiment(*experiment);
 }
 

@@ -7,57 +7,65 @@
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "program/shown_text.hpp"
+#include "program/json_output.hpp"
 #include "program/text_table.hpp"
 
 namespace hotpath::commands {
 
 namespace {
 
+using nlohmann::json;
+
 void print_executors() {
   program::TextTable table("", {"", "", ""});
-  for (const ExecutorEntry& e : executors()) {
-    table.add_row({std::string(e.name), std::string(e.class_name), std::string(e.description)});
-  }
-  std::cout << table;
-}
-
-/// The properties of executors that figures need.
-void print_executors_json() {
-  nlohmann::json all = nlohmann::json::array();
+  json all = json::array();
   for (const ExecutorEntry& e : executors()) {
     const ExecutorTraits& t = e.traits;
+    table.add_row({std::string(e.name), std::string(e.class_name), std::string(e.description)});
     all.push_back({{"name", e.name},
                    {"class", e.class_name},
                    {"description", e.description},
                    {"family", to_string(t.family)},
                    {"timers", to_string(t.timers)},
-                   {"policy", t.policy ? nlohmann::json(to_string(*t.policy)) : nlohmann::json()},
+                   {"policy", t.policy ? json(to_string(*t.policy)) : json()},
                    {"colour", t.colour},
                    {"compared_by_paper", t.compared_by_paper}});
   }
-  program::data_output() << all.dump(2) << "\n";
+  std::cout << table;
+  program::show_json(all);
 }
 
 void print_graphs() {
   program::TextTable graphs("", {"", "", ""});
+  json all = json::array();
   for (const GraphListing& g : list_graphs()) {
     const bool valid = g.error.empty();
     graphs.add_row({g.name, valid ? std::to_string(g.nodes) + " nodes" : "",
                     valid ? g.description : "invalid: " + g.error});
+    all.push_back({{"name", g.name},
+                   {"nodes", valid ? json(g.nodes) : json()},
+                   {"description", valid ? json(g.description) : json()},
+                   {"error", valid ? json() : json(g.error)}});
   }
   std::cout << graphs;
+  program::show_json(all);
 }
 
 void print_deployments() {
   program::TextTable deployments("", {"", ""});
+  json all = json::array();
+  const auto add = [&](const std::string& name, const std::string& description, const std::string& error) {
+    deployments.add_row({name, error.empty() ? description : "invalid: " + error});
+    all.push_back({{"name", name},
+                   {"description", error.empty() ? json(description) : json()},
+                   {"error", error.empty() ? json() : json(error)}});
+  };
   for (const DeploymentPreset& preset : deployment_presets()) {
-    deployments.add_row({std::string(preset.name), std::string(preset.description)});
+    add(std::string(preset.name), std::string(preset.description), "");
   }
-  for (const DeploymentListing& d : list_deployment_files()) {
-    deployments.add_row({d.name, d.error.empty() ? d.description : "invalid: " + d.error});
-  }
+  for (const DeploymentListing& d : list_deployment_files()) add(d.name, d.description, d.error);
   std::cout << deployments;
+  program::show_json(all);
 }
 
 }  // namespace
@@ -65,13 +73,14 @@ void print_deployments() {
 void add_list_command(CLI::App& app) {
   CLI::App* list = app.add_subcommand("list", "List the available executors, graphs or deployments");
   list->require_subcommand(1);
-  auto [executors, json] =
-      add_command<bool>(*list, "executors", "Executors: name, rclcpp class, scheduling policy", "",
-                        [](bool as_json) { as_json ? print_executors_json() : print_executors(); });
-  executors.add_flag("--json", json, "Print JSON, with family, policy and figure colour");
-  list->add_subcommand("graphs", "Graphs available by name")->callback(print_graphs);
-  list->add_subcommand("deployments", "Deployments available by name: presets and files")
-      ->callback(print_deployments);
+  const auto add = [list](const std::string& name, const std::string& description, void (*print)()) {
+    CLI::App& command = *list->add_subcommand(name, description);
+    command.callback(print);
+    add_json_option(command);
+  };
+  add("executors", "Executors: name, rclcpp class, scheduling policy", print_executors);
+  add("graphs", "Graphs available by name", print_graphs);
+  add("deployments", "Deployments available by name: presets and files", print_deployments);
 }
 
 }  // namespace hotpath::commands

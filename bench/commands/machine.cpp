@@ -5,6 +5,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "machine/machine.hpp"
+#include "program/json_output.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
@@ -67,11 +68,13 @@ void add_machine_command(CLI::App& app) {
         const machine::Machine m = machine::read_machine(from_ms(arguments.seconds * 1000));
         std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
         for (const std::string& sentence : machine::warnings(m)) std::cerr << "note: " << sentence << "\n";
+        program::show_json(m);
         if (!arguments.output.empty())
           program::write_output_file(arguments.output, "--output", nlohmann::json(m));
       });
   add_number(machine, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to record hiccups on all cores");
   add_output_file(machine, "--output", o.output, "Also write the report as JSON");
+  add_json_option(machine);
 }
 
 }  // namespace hotpath::commands

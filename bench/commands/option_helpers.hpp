@@ -174,6 +174,9 @@ inline constexpr const char* kAllInterfacesHelp = "Use all network interfaces, n
 inline constexpr const char* kJunitHelp = "Also write the gate's tests for CI (JUnit XML)";
 inline constexpr const char* kMarkdownHelp = "Also write the gate's summary for a pull request";
 
+/// Adds --json to a command that prints tables: it calls program::show_json() or show_rows() once.
+CLI::Option* add_json_option(CLI::App& command);
+
 /// Adds --load, --rate and --copies.
 void add_scaling_options(CLI::App& command, setup::CommonOptions& options);
 

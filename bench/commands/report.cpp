@@ -104,6 +104,7 @@ void add_compare_results_command(CLI::App& app) {
                                 ->excludes(csv);
   add_text(command, "--page", o.page, "FOLDER",
            "Also write report.html, a page with both distributions, and\nreport.md into this folder");
+  add_json_option(command);
   add_output_file(command, "--junit", o.junit, kJunitHelp)->needs(gate);
   add_output_file(command, "--markdown", o.markdown, kMarkdownHelp)->needs(gate);
 }

@@ -25,6 +25,10 @@ void add_where_options(CLI::App& command, live::Options& o) {
            "hotpath's own executors (native), or the ROS 2 stack of a\n"
            "sourced workspace (rclcpp); compare accepts both",
            CLI::IsMember(words<setup::Stack>()));
+  add_list(command, "--rmw", o.rmw, "NAMES",
+           "Middlewares of --stack rclcpp, separated by commas, such as\n"
+           "fastrtps,cyclonedds: each executor runs on each of them; by\n"
+           "default that of RMW_IMPLEMENTATION or of ROS 2");
   add_text(command, "--ros2-runner", o.ros2_runner, "FILE",
            "Program that runs the graph on rclcpp; by default\n"
            "$HOTPATH_ROS2_RUNNER, or the program of a sourced workspace");
@@ -83,6 +87,7 @@ void add_run_options(CLI::App& command, live::Options& o) {
   add_where_options(command, o);
   add_live_options(command, o);
   add_output_option(command, o);
+  add_json_option(command);
 }
 
 }  // namespace
@@ -168,7 +173,7 @@ void add_compare_command(CLI::App& app) {
                                         "Another build of this program: alternate the repetitions of\n"
                                         "both builds, then run `compare-results --gate` with the other\n"
                                         "build as baseline; exit code 1 on a regression");
-  exclude(compare, "--against", {"--quick"});
+  exclude(compare, "--against", {"--quick", "--json"});
   add_output_file(compare, "--junit", arguments.junit, kJunitHelp)->needs(against);
   add_output_file(compare, "--markdown", arguments.markdown, kMarkdownHelp)->needs(against);
 }

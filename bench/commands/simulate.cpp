@@ -30,6 +30,7 @@ void add_simulate_command(CLI::App& app, const std::function<void(const simulate
                 "times, but nearly constant memory")
       ->group("Results");
   add_output_option(simulate, o);
+  add_json_option(simulate);
 }
 
 void add_simulate_options(CLI::App& simulate, simulated::Options& o) {

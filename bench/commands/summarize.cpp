@@ -5,6 +5,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
 #include "program/shown_text.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_summary.hpp"
@@ -26,6 +27,9 @@ void summarize_run(const SummarizeOptions& options) {
   if (options.run.empty()) throw program::UsageError("summarize: give the folder of a run");
   const results::StoredRun run(options.run, "summarize");
   if (options.responses == "-") {
+    if (program::prints_json())
+      throw program::UsageError(
+          "summarize: --responses - prints CSV in place of the summary; leave out --json");
     results::ResponsesCsv responses(program::data_output(), run);
     results::for_each_record(run, [&](const JobRow& row) { responses.add(row); });
     return responses.finish();
@@ -41,8 +45,10 @@ void summarize_run(const SummarizeOptions& options) {
       responses.finish();
     });
   }
-  program::write_whole_file(run.folder() / "summary.json", nlohmann::json(summary));
+  const nlohmann::json content = summary;
+  program::write_whole_file(run.folder() / "summary.json", content);
   results::write_table(std::cout, summary);
+  program::show_json(content);
 }
 
 }  // namespace
@@ -58,7 +64,8 @@ void add_summarize_command(CLI::App& app) {
   add_text(command, "--golden", o.golden, "FILE",
            "Instead of RUN: summarise the timers of a golden trace, as\nJSON to standard output")
       ->excludes(run)
-      ->excludes("--responses");
+      ->excludes("--responses")
+      ->excludes(add_json_option(command));
 }
 
 }  // namespace hotpath::commands

@@ -6,6 +6,7 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/reference_system/ros2_reference.hpp"
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
@@ -50,6 +51,7 @@ void validate(const ValidateOptions& options) {
   nlohmann::json content = validation;
   content.update({{"kind", "validation"}, {"version", HOTPATH_VERSION}});
   program::write_whole_file(folder / "validation.json", "--output", content);
+  program::show_json(content);
   program::become_python_tool("validate", {folder.string()});
 }
 
@@ -70,6 +72,7 @@ void add_validate_command(CLI::App& app) {
            "Folder of the reference measurements; by default as installed\nwith hotpath");
   add_text(command, "--output", o.output, "FOLDER",
            "New folder for the results; by default runs/DATE-validate");
+  add_json_option(command);
 }
 
 }  // namespace hotpath::commands

@@ -12,6 +12,7 @@
 #include "guarantees/witnesses.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
 #include "program/memory_limit.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
@@ -87,6 +88,7 @@ class Analysis {
     for (const setup::ExecutorSpec& executor : all) {
       options_.chain.empty() ? bound(executor, report) : bound_chain(executor);
     }
+    program::show_rows(options_.chain.empty() ? report.csv() : chain_rows_.str());
     if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", report.csv());
     if (!options_.page.empty()) write_page(report);
     if (trace_ && report.compared() == 0) {
@@ -232,6 +234,8 @@ class Analysis {
          timer_chain_bounds(bounds::bounded_system(graph_, callbacks, *executor.entry, executor.scheduler),
                             options_.chain)) {
       table.add_row({b.method, bounds::in_ms(b.latency), b.refusal});
+      program::write_row(chain_rows_, executor.label, program::joined(options_.chain, " -> "),
+                         program::csv_field(b.method), b.latency, program::csv_field(b.refusal));
     }
     out_ << "\n" << table;
   }
@@ -277,6 +281,7 @@ class Analysis {
   GraphTasks tasks_;
   std::optional<bounds::Observed> observed_;
   nlohmann::json refused_ = nlohmann::json::array();
+  std::ostringstream chain_rows_{"executor,chain,method,bound_ns,refusal\n", std::ios::ate};
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ import numpy as np
 from hotpath_report.bench_data import Bench, Key
 from hotpath_report.errors import InputError
 from hotpath_report.statistics import Estimate, Pairing, Samples, Scale, growth
-from hotpath_report.tables import read_json, text_table
+from hotpath_report.tables import read_json, show_json, text_table
 
 NS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
 # Numbers of Google Benchmark's own that are no result.
@@ -100,15 +100,22 @@ def compare(before: str, after: str) -> int:
     them, and a count; the exit code. Raises InputError."""
     old, new = Bench(before).values, Bench(after).values
     rows: list[tuple[float, list[str]]] = []
+    facts: list[dict[str, Any]] = []
     for key in sorted(old.keys() & new.keys()):
         found, verdict = change(old[key], new[key])
         effect = abs(math.log(found.value)) if found and verdict in ("smaller", "larger") else 0
-        medians = (f"{Samples([values]).quantile(0.5):.1f}" for values in (old[key], new[key]))
-        rows.append((effect, [" ".join(key), *medians, found.text(3) if found else "", verdict]))
+        medians = [Samples([values]).quantile(0.5) for values in (old[key], new[key])]
+        ratio = {"ratio": found.value, "ratio_low": found.low, "ratio_high": found.high} if found else {}
+        facts.append(
+            {"value": " ".join(key), "before": medians[0], "after": medians[1], "verdict": verdict} | ratio
+        )
+        texts = (f"{value:.1f}" for value in medians)
+        rows.append((effect, [" ".join(key), *texts, found.text(3) if found else "", verdict]))
     if not rows:
         raise InputError(f"--compare: {before} and {after} have no value in common")
     rows.sort(key=lambda row: -row[0])
     print(text_table(["value", "before", "after", "ratio [95 % interval]", ""], [cells for _, cells in rows]))
+    show_json(facts)
     print(f"{sum(effect > 0 for effect, _ in rows)} of {len(rows)} values differ beyond noise.")
     if unknown := sum(cells[-1] == NOT_COMPARABLE for _, cells in rows):
         needs = f"each side needs {LEAST_REPETITIONS} repetitions and values above zero"

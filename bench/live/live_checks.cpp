@@ -48,6 +48,9 @@ void check_network_options(const Options& options, const Plan& plan) {
   if (!options.ros2_runner.empty() && plan.rclcpp.runner.empty()) {
     throw program::UsageError("--ros2-runner needs --stack rclcpp; add it, or leave --ros2-runner out");
   }
+  if (!options.rmw.empty() && plan.rclcpp.runner.empty()) {
+    throw program::UsageError("--rmw needs --stack rclcpp; add it, or leave --rmw out");
+  }
   if (plan.transport != TransportKind::intra_process) return;
   const bool published = options.live || options.live_alternate;
   const std::pair<bool, const char*> unused[] = {

@@ -22,6 +22,7 @@
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
+#include "program/json_output.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -101,6 +102,7 @@ class LiveRun {
     run_.partial = partial_;
     folder.close(run_, summary_json);
     report(folder, summary, effects);
+    program::show_json(summary_json);
   }
 
  private:
@@ -111,16 +113,27 @@ class LiveRun {
     std::vector<std::string> labels;
     for (const std::string& text : options_.stacks) {
       const bool on_rclcpp = parse<setup::Stack>(text) == setup::Stack::rclcpp;
-      for (const std::string& name : options_.executors) {
-        results::ExecutorLabel label(name);
-        if (on_rclcpp) label.stack = results::kRclcppStack;
-        labels.push_back(label.text());
+      if (on_rclcpp) {
+        plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
+                        std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent,
+                        options_.work};
+        check_rclcpp_options(options_, plan_);
       }
-      if (!on_rclcpp) continue;
-      plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
-                      std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent,
-                      options_.work};
-      check_rclcpp_options(options_, plan_);
+      std::vector<std::string> stacks = {on_rclcpp ? std::string(results::kRclcppStack) : ""};
+      if (on_rclcpp && !options_.rmw.empty()) {
+        stacks.clear();
+        for (const std::string& rmw : options_.rmw) {
+          check_middleware(rmw);
+          stacks.push_back(program::concat(results::kRclcppStack, "-", rmw));
+        }
+      }
+      for (const std::string& stack : stacks) {
+        for (const std::string& name : options_.executors) {
+          results::ExecutorLabel label(name);
+          if (on_rclcpp) label.stack = stack;
+          labels.push_back(label.text());
+        }
+      }
     }
     options_.executors = labels;
   }

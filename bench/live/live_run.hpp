@@ -17,6 +17,7 @@ struct Options : setup::CommonOptions {
   std::string cpus;
   std::string executor_policy, timer_policy;
   std::vector<std::string> stacks = {to_string(setup::Stack::native)};
+  std::vector<std::string> rmw;  ///< Middlewares of rclcpp; empty: the default of ROS 2.
   std::string ros2_runner;
   bool live = false, live_alternate = false;
   std::string live_cpus;

@@ -14,6 +14,7 @@
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "results/executor_label.hpp"
 
 namespace hotpath::live {
 
@@ -89,6 +90,17 @@ std::string find_rclcpp_runner(const std::string& given) {
       "and source its setup.bash, or name the program with --ros2-runner");
 }
 
+void check_middleware(const std::string& name) {
+  std::istringstream prefixes(environment("AMENT_PREFIX_PATH"));
+  for (std::string prefix; std::getline(prefixes, prefix, ':');) {
+    const auto library = std::filesystem::path(prefix) / "lib" / program::concat("librmw_", name, "_cpp.so");
+    if (access(library.c_str(), R_OK) == 0) return;
+  }
+  throw program::UsageError(program::concat("--rmw ", name, ": the sourced ROS 2 has no package rmw_", name,
+                                            "_cpp; install it, or name another middleware, such as "
+                                            "fastrtps or cyclonedds"));
+}
+
 void check_on_rclcpp(const setup::ExecutorSpec& executor) {
   const std::string name = environment("ROS_DISTRO");
   const std::optional<RosDistro> sourced = parse<RosDistro>(name);
@@ -109,6 +121,9 @@ int become_rclcpp_runner(const Plan& plan, const RunMemory& memory, const Channe
   std::vector<std::string> words = {plan.rclcpp.runner, plan_json(plan, memory, coordinator).dump()};
   // rclcpp has no partitions: the namespace keeps out other programs of this machine, and the
   // runner keeps out other machines.
+  const results::ExecutorLabel label(plan.executor.label);
+  if (!label.middleware().empty())
+    setenv("RMW_IMPLEMENTATION", program::concat("rmw_", label.middleware(), "_cpp").c_str(), 1);
   setenv("ROS_DOMAIN_ID", std::to_string(plan.fastdds.domain).c_str(), 1);
   execv(words.front().c_str(), program::argument_list(words).data());
   coordinator.send({ChannelMessage::Kind::failed,

@@ -16,6 +16,9 @@ namespace hotpath::live {
 /// UsageError that lists the available executors.
 void check_on_rclcpp(const setup::ExecutorSpec& executor);
 
+/// Rejects a middleware for which the sourced ROS 2 has no package rmw_NAME_cpp. Throws UsageError.
+void check_middleware(const std::string& name);
+
 /// Replaces the calling process by hotpath_rclcpp_runner, which talks to the coordinator like
 /// run_process(). Returns only on failure, which it reports to the coordinator, with the exit code.
 int become_rclcpp_runner(const Plan& plan, const RunMemory& memory, const Channel& coordinator);

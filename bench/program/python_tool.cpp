@@ -14,6 +14,7 @@
 
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
 
 namespace hotpath::program {
 
@@ -40,6 +41,7 @@ std::vector<std::string> command_line(const std::string& command, const std::vec
   std::cout << std::flush;  // our output precedes the package's output
   std::fflush(stdout);
   setenv("HOTPATH", own_program().c_str(), 1);
+  pass_json_output_on();
   const std::string program = package_folder().string();  // has a __main__.py and the package
   std::vector<std::string> words = {"/usr/bin/python3", "-I", "-B", program, command};
   words.insert(words.end(), arguments.begin(), arguments.end());

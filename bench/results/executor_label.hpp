@@ -9,7 +9,8 @@ namespace hotpath::results {
 
 inline constexpr std::string_view kRclcppStack = "rclcpp";
 
-/// The name of an executor on the command line and in results: `NAME[:VARIANT]...[@STACK]`.
+/// The name of an executor on the command line and in results: `NAME[:VARIANT]...[@STACK]`. A stack
+/// with a chosen middleware is `rclcpp-MIDDLEWARE`.
 struct ExecutorLabel {
   std::string name;
   std::vector<std::string> variants;
@@ -25,6 +26,14 @@ struct ExecutorLabel {
       rest.remove_prefix(rest.find(':') + 1);
       variants.emplace_back(rest.substr(0, rest.find(':')));
     }
+  }
+
+  [[nodiscard]] bool on_rclcpp() const { return stack == kRclcppStack || !middleware().empty(); }
+  /// Empty: the default of ROS 2, or no such stack.
+  [[nodiscard]] std::string_view middleware() const {
+    const std::string_view rest = stack;
+    const bool chosen = rest.starts_with(kRclcppStack) && rest.substr(kRclcppStack.size()).starts_with('-');
+    return chosen ? rest.substr(kRclcppStack.size() + 1) : std::string_view();
   }
 
   [[nodiscard]] std::string text() const {

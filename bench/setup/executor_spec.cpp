@@ -42,7 +42,7 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
 ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& defaults) {
   const results::ExecutorLabel parts(label);
   ExecutorSpec spec{label, find_executor(parts.name), defaults, nullptr, Stack::native};
-  const bool known_stack = parts.stack.empty() || parts.stack == results::kRclcppStack;
+  const bool known_stack = parts.stack.empty() || parts.on_rclcpp();
   if (spec.entry == nullptr || !known_stack) {
     throw program::UsageError("there is no executor `" + (known_stack ? parts.name : label) + "`; " +
                               suggest(parts.name, all_executor_names()));

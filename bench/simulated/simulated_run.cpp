@@ -8,6 +8,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/parallel.hpp"
 #include "program/python_tool.hpp"
@@ -74,6 +75,7 @@ class SimulatedRun {
       if (chains || !options_.no_trace)
         program::draw_figure(chains ? "hot-path" : "timers-only", folder.path());
     });
+    program::show_json(all);
   }
 
   void store() {

@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <sstream>
 
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/shown_text.hpp"
@@ -278,13 +280,14 @@ class CapacitySearch {
     std::cout << table << "\n" << confidence() << "\n";
     program::create_folder(folder_);
     program::write_whole_file(folder_ / "capacity.md", page + "\n" + confidence() + "\n");
-    program::write_whole_file(folder_ / "levels.csv", [&](std::ostream& out) {
-      out << "executor,source," << over << ",holds,capacity,why," << kMeasuredOfLevel << "\n";
-      for (const Row& row : rows_) {
-        write_levels(out, row, options_.live ? "live" : "simulated", row.measured);
-        if (row.analysed) write_levels(out, row, "analysis", *row.analysed);
-      }
-    });
+    std::ostringstream levels;
+    levels << "executor,source," << over << ",holds,capacity,why," << kMeasuredOfLevel << "\n";
+    for (const Row& row : rows_) {
+      write_levels(levels, row, options_.live ? "live" : "simulated", row.measured);
+      if (row.analysed) write_levels(levels, row, "analysis", *row.analysed);
+    }
+    program::write_whole_file(folder_ / "levels.csv", levels.str());
+    program::show_rows(levels.str());
     program::draw_figure("capacity", folder_);
     std::cout << "\nResults: " << folder_.string() << "\n";
   }

@@ -51,6 +51,18 @@ class Advise(CommandTest):
             executor["chains"][0]["hot_path_latency_ms"]["p50"], rows["default"]["median_ms"]["value"]
         )
 
+    def test_writes_the_options_of_the_executor_on_the_robot(self) -> None:
+        _, advice = self.advise(
+            "autoware", "--executors", "default,rm-ro:first", "--draws", 1, "--duration", 2
+        )
+        self.assertEqual(advice["recommended"], "rm-ro:first")
+        folder = self.folder / "advice"
+        lines = (folder / "executor.yaml").read_text().splitlines()
+        options = [line for line in lines if not line.startswith("#")]
+        self.assertEqual(options, ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml"])
+        words = ("--executors", "rm-ro:first", "--duration", 1)
+        self.measure("simulate", "--graph", folder / "graph.yaml", *words)
+
     def test_ranks_as_the_real_executors_were_measured(self) -> None:
         """Uses the recorded phases, and ranks by the median for a crunch of 4.2 ms."""
         with open(MEASURED, newline="") as file:

@@ -108,6 +108,8 @@ class AdvisePhases(CommandTest):
                 *("--threads", threads, "--output", output),
             )
             texts.append((output / "phases.csv").read_text())
+            options = (output / "executor.yaml").read_text()
+            self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\noffsets: phases.csv\n", options)
         self.assertEqual(*texts)
 
     def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:

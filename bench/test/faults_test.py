@@ -194,6 +194,7 @@ class Machine(FaultTest):
         for option in (("--copies", "2"), ("--rate", "50"), ("--processes", "2"), ("--cpu-time",),
                        ("--transport", "intra_process"), ("--entity-order", "reverse")):  # fmt: skip
             self.assert_refused((*run, *option), "--stack rclcpp", "leave", option[0])
+        self.assert_refused((*run, "--rmw", "nonsense"), "--rmw nonsense", "rmw_nonsense_cpp")
         timers = ("--executor", "events-ro", "--timer-policy", "other")
         self.assert_refused((*run, *timers), "events-ro@rclcpp", "--executor-policy")
 

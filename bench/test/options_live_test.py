@@ -43,6 +43,8 @@ RUN = {
     "--time-out": Elsewhere("it needs a process that hangs", "process_faults_test.py"),
     "--stack": Elsewhere("it needs ROS 2", "faults_test.py"),
     "--ros2-runner": Refused({"--ros2-runner": "x"}, "--stack"),
+    "--rmw": Refused({"--rmw": "cyclonedds"}, "--stack"),
+    "--json": Elsewhere("every command that has it is run with it", "commands_test.py"),
     "--transport": Changes(DDS),
     "--processes": Changes({"--processes": 2}, DDS),
     "--network": Changes({"--network": "shared_memory"}, DDS),

@@ -15,6 +15,7 @@ REFERENCE = TESTS.parents[1] / "reference_system" / "ros2_reference"
 GOLDEN = REFERENCE / "traces" / "timers_only_80.rm-ro.csv"
 THREADS = Same({"--threads": 3}, "results do not depend on the number of threads")
 ELSEWHERE = Changes({"--output": "elsewhere"})
+JSON = Elsewhere("every command that has it is run with it", "commands_test.py")
 BRIEF = {"--duration": 1, "--warm-up": 0}
 
 # The options of simulated systems.
@@ -36,6 +37,7 @@ GRAPHS = {
     "--warm-up": Changes({"--warm-up": 0.5}),
     "--threads": THREADS,
     "--output": ELSEWHERE,
+    "--json": JSON,
 }
 PLATFORM = {
     "--cores": Changes({"--cores": 2}, {"--executors": "multi:2"}),
@@ -124,6 +126,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--chain": Changes({"--chain": "IMU,FrontCamera"}),
             "--csv": Changes({"--csv": "bounds.csv"}),
             "--page": Changes({"--page": "page"}),
+            "--json": JSON,
             "--delta-us": Changes({"--delta-us": 100}),
         },
     ),
@@ -174,11 +177,12 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--reference": Refused({"--reference": "nowhere"}, "nowhere"),
             "--all": Changes({"--all": True}),
             "--output": ELSEWHERE,
+            "--json": JSON,
         },
     ),
-    "list executors": ({}, {"--json": Changes({"--json": True})}),
-    "list graphs": ({}, {}),
-    "list deployments": ({}, {}),
+    "list executors": ({}, {"--json": JSON}),
+    "list graphs": ({}, {"--json": JSON}),
+    "list deployments": ({}, {"--json": JSON}),
     "graph": (
         {"GRAPH": "autoware"},
         {
@@ -188,7 +192,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--deployment": Changes({"--deployment": "isolated"}, {"--dot": True}),
         },
     ),
-    "experiment wcrt-table": ({}, {"--output": ELSEWHERE}),
+    "experiment wcrt-table": ({}, {"--output": ELSEWHERE, "--json": JSON}),
     "experiment waters": (
         {"--sets": 3, "--utilisations": 0.5, "--output": "out"},
         {
@@ -198,6 +202,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--threads": THREADS,
             "--paper-only": Changes({"--paper-only": True}),
             "--output": ELSEWHERE,
+            "--json": JSON,
         },
     ),
     "machine": (
@@ -205,6 +210,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {
             "--duration": Elsewhere("it is measured in real time", "bench_command_test.py"),
             "--output": Elsewhere("each measurement differs", "bench_command_test.py"),
+            "--json": JSON,
         },
     ),
     "bench": (
@@ -212,13 +218,17 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {
             option: Elsewhere("its programs measure", "bench_command_test.py")
             for option in ("--quick", "--repetitions", "--only", "--time-out", "--output", "--compare")
-        } | {"--seed": Refused({"--seed": 2, "--compare": "a", "NEW": "b"}, "--compare")},
+        } | {
+            "--seed": Refused({"--seed": 2, "--compare": "a", "NEW": "b"}, "--compare"),
+            "--json": Refused({"--json": True}, "--compare"),
+        },
     ),
     "summarize": (
         {"RUN": "{run}"},
         {
             "--responses": Changes({"--responses": "responses.csv"}),
             "--golden": Changes({"--golden": GOLDEN, "RUN": None}),
+            "--json": JSON,
         },
     ),
     "report": (
@@ -234,6 +244,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--junit": Changes({"--junit": "gate.xml"}, {"--gate": True}),
             "--markdown": Changes({"--markdown": "gate.md"}, {"--gate": True}),
             "--page": Changes({"--page": "page"}),
+            "--json": JSON,
         },
     ),
     "import ctf": (
@@ -253,7 +264,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
          for option in ("--stats", "--cores", "--output")},
     ),
     "export ctf": ({"RUN": "{run}", "--output": "out"}, {"--output": ELSEWHERE}),
-    "recover": ({}, {}),
+    "recover": ({}, {"--json": JSON}),
     "watch": (
         {},
         {
@@ -354,6 +365,7 @@ class Contradictions(OptionTest):
             ("run --transport intra_process --domain 3", ("--transport", "--domain")),
             ("run --transport intra_process --all-interfaces", ("--transport", "--all-interfaces")),
             ("run --ros2-runner x", ("--ros2-runner", "--stack")),
+            ("run --rmw cyclonedds", ("--rmw", "--stack")),
             ("compare --against x --quick", ("--against", "--quick")),
             ("simulate --phases random --phase-step 3", ("--phases", "--phase-step")),
             ("simulate --phases given --phases-file x", ("--phases", "--phases-file")),
@@ -373,6 +385,8 @@ class Contradictions(OptionTest):
             ("bench --compare a b --repetitions 3", ("--compare", "--repetitions")),
             ("bench --quick --repetitions 3", ("--quick", "--repetitions")),
             ("summarize run --golden x", ("RUN", "--golden")),
+            ("summarize --golden x --json", ("--golden", "--json")),
+            ("compare --against x --json", ("--against", "--json")),
             ("explain run --worst --sequence 3", ("--worst", "--sequence")),
             ("explain run --chain a --task b", ("--chain", "--task")),
             ("capacity --over load --load 50", ("--over", "--load")),

@@ -2,6 +2,8 @@
 // Order of the events queues: first in first out (stock), and the priority order with its ties and rules.
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "hotpath/core/priority_events_queue.hpp"
 #include "hotpath/core/simple_events_queue.hpp"
 #include "task_sets.hpp"
@@ -53,6 +55,53 @@ TEST(SimpleEventsQueue, GivesTheFirstThatMayRunAndKeepsTheOrderOfTheOthers) {
   EXPECT_FALSE(queue.pop_first([](const Job& j) { return j.task > 3; }));
   const std::vector<JobRef> rest = {{0, 0}, {1, 0}, {3, 0}};
   EXPECT_EQ(drain(queue), rest);
+}
+
+/// The scheduler's use with several workers: at most one job of a group runs at a time.
+TEST(PriorityEventsQueue, WithBusyGroupsGivesTheSameJobsAsASearch) {
+  TaskSet set;
+  constexpr TaskId kTasks = 12;
+  for (TaskId id = 0; id < kTasks; ++id) {
+    add_timer(set, (10 + id % 5) * 1ms, 1ms);
+    set.tasks[id].group = id % 4;
+  }
+  std::mt19937 random(7);
+  const auto draw = [&](std::uint32_t below) { return static_cast<std::uint32_t>(random() % below); };
+  PriorityEventsQueue queue(PriorityOrder(set, Policy::rm, SubscriptionRule::inherit, Ties::fifo));
+  PriorityEventsQueue searched = queue;
+  std::vector<bool> busy(4, false);
+  std::uint64_t sequence = 0, taken = 0;
+  for (int step = 0; step < 20000; ++step) {
+    if (draw(3) == 0) {
+      const Job pushed = job(draw(kTasks), sequence++);
+      queue.push(pushed);
+      searched.push(pushed);
+    }
+    if (const std::uint32_t group = draw(4); busy[group] && draw(2) == 0) {
+      busy[group] = false;
+      queue.group_freed(group);
+    }
+    if (draw(500) == 0) {  // a task leaves, and a search takes a job of one task
+      const TaskId gone = draw(kTasks), wanted = draw(kTasks);
+      queue.erase(gone, [](const Job&) {});
+      searched.erase(gone, [](const Job&) {});
+      const auto of_task = [&](const Job& j) { return j.task == wanted; };
+      ASSERT_EQ(queue.pop_first(of_task).has_value(), searched.pop_first(of_task).has_value());
+    }
+    const auto next = queue.pop_free(set, busy);
+    const auto expected = searched.pop_first([&](const Job& j) { return !busy[set[j.task].group]; });
+    ASSERT_EQ(next.has_value(), expected.has_value()) << step;
+    ASSERT_EQ(queue.size(), searched.size());
+    if (!next) continue;
+    ASSERT_EQ(next->ref(), expected->ref()) << step;
+    busy[set[next->task].group] = true;
+    ++taken;
+  }
+  EXPECT_GT(taken, 1000U);
+  StateWords a(Time{}), b(Time{});
+  queue.describe(a);
+  searched.describe(b);
+  EXPECT_EQ(a.words(), b.words());
 }
 
 /// Timers 0 (30 ms), 1 (10 ms), 2 (10 ms); subscriptions 3 (fed by 0), 4 (by 1), 5 (by 0 and 1), 6

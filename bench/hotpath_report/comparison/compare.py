@@ -16,7 +16,7 @@ from hotpath_report.pages import comparison_page
 from hotpath_report.pages.writer import Table
 from hotpath_report.paper.storage import IN_FRAMES, TIMERS_FILE
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference, percent_of
-from hotpath_report.tables import read_json, read_table, text_table, write_output
+from hotpath_report.tables import read_json, read_table, show_json, text_table, write_output
 
 COMPARED = (0.5, 0.99, 1.0)
 TOLD_DROP_POINTS = 0.1
@@ -111,6 +111,7 @@ def compare_results(
     if csv:
         write_output(Path(csv), "--csv", rows.to_csv(index=False))
     print(*table_of(rows), *other_differences(*folders), sep="\n")
+    show_json(rows)
     for folder, keys in zip(folders, (before.keys() - after.keys(), after.keys() - before.keys())):
         alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
         if alone:

@@ -15,7 +15,7 @@ from hotpath_report.pages import comparison_page
 from hotpath_report.pages.text import render
 from hotpath_report.pages.writer import Table
 from hotpath_report.statistics import Pairing, Samples, median
-from hotpath_report.tables import text_table, write_output
+from hotpath_report.tables import show_json, text_table, write_output
 
 HEADER = ["", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", "would find", ""]
 METHODS = {
@@ -101,6 +101,7 @@ def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> 
         raise sides.nothing_in_common(old, new, before, after)
     print(text_table(HEADER, [j.cells() for j in judgements]), end="\n\n")
     print(verdict(judgements), power(judgements), sep="\n")
+    show_json([j.facts() for j in judgements])
     if outputs.get("junit"):
         write_output(Path(outputs["junit"]), "--junit", junit(judgements))
     if outputs.get("markdown"):

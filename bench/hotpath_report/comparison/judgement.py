@@ -7,6 +7,7 @@ alarm below ALARM_RATE."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -69,6 +70,14 @@ class Judgement:
     def detectable_percent(self) -> float:
         """The smallest detectable growth of a latency in percent; 0: any growth."""
         return 0 if self.exact else 100 * max(self.growth.detectable - 1, LEAST_EFFECT)
+
+    def facts(self) -> dict[str, Any]:
+        """The comparison as data: latencies in ms and their growth as a ratio, losses as counts and
+        a difference."""
+        growth = self.growth
+        numbers = {"before": growth.before, "after": growth.after, "growth": growth.growth}
+        numbers |= {"interval_low": growth.low, "interval_high": growth.high, "p_adjusted": self.adjusted}
+        return {"what": self.what, "measure": self.measure} | numbers | {"worse": self.worse}
 
     def effect_text(self) -> str:
         """The effect with its sign."""

@@ -56,7 +56,7 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
 
 std::optional<Job> EventsScheduler::next_of(EventsQueue& queue) const {
   if (queue.empty()) return std::nullopt;
-  if (!follows() && timer_management() == 1) return queue.pop();
+  if (!follows()) return timer_management() == 1 ? queue.pop() : queue.pop_free(set_, busy_);
   return queue.pop_first([this](const Job& job) { return is_free(job.task) && may_run(job.task); });
 }
 
@@ -105,6 +105,7 @@ Effect EventsScheduler::finished(Worker worker, const Job& job, Time now) {
   }
   if (timer_management() == 1 || worker == timer_management()) return effect;
   busy_[set_[job.task].group] = false;
+  events_->group_freed(set_[job.task].group);
   if (!events_->empty()) effect.wake |= executors();
   return effect;
 }

@@ -21,33 +21,76 @@ void PriorityEventsQueue::push(const Job& job) {
     free_.pop_back();
     slots_[slot] = job;
   }
-  heap_.push_back({order_.key(job, activations_++), slot});
-  std::push_heap(heap_.begin(), heap_.end(), runs_later);
+  insert(heap_, {order_.key(job, activations_++), slot});
+}
+
+PriorityEventsQueue::Entry PriorityEventsQueue::take_first(std::vector<Entry>& heap) {
+  std::pop_heap(heap.begin(), heap.end(), runs_later);
+  const Entry first = heap.back();
+  heap.pop_back();
+  return first;
+}
+
+void PriorityEventsQueue::insert(std::vector<Entry>& heap, const Entry& entry) {
+  heap.push_back(entry);
+  std::push_heap(heap.begin(), heap.end(), runs_later);
+}
+
+Job PriorityEventsQueue::job_of(const Entry& entry) {
+  free_.push_back(entry.slot);
+  return slots_[entry.slot];
+}
+
+void PriorityEventsQueue::gather() {
+  if (aside_ == 0) return;
+  for (std::vector<Entry>& aside : of_group_) {
+    heap_.insert(heap_.end(), aside.begin(), aside.end());
+    aside.clear();
+  }
+  aside_ = 0;
+  std::make_heap(heap_.begin(), heap_.end(), runs_later);
 }
 
 Job PriorityEventsQueue::pop() {
+  gather();
   assert(!heap_.empty());
-  std::pop_heap(heap_.begin(), heap_.end(), runs_later);
-  const std::uint32_t slot = heap_.back().slot;
-  heap_.pop_back();
-  free_.push_back(slot);
-  return slots_[slot];
+  return job_of(take_first(heap_));
+}
+
+std::optional<Job> PriorityEventsQueue::pop_free(const TaskSet& set, const std::vector<bool>& busy) {
+  while (!heap_.empty()) {
+    const Entry first = take_first(heap_);
+    const std::uint32_t group = set[slots_[first.slot].task].group;
+    if (!busy[group]) return job_of(first);
+    if (group >= of_group_.size()) of_group_.resize(busy.size());
+    insert(of_group_[group], first);
+    ++aside_;
+  }
+  return std::nullopt;
+}
+
+void PriorityEventsQueue::group_freed(std::uint32_t group) {
+  if (group >= of_group_.size() || of_group_[group].empty()) return;
+  insert(heap_, take_first(of_group_[group]));
+  --aside_;
 }
 
 std::optional<Job> PriorityEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
-  if (!heap_.empty() && may_run(slots_[heap_.front().slot])) return pop();
+  gather();
+  if (heap_.empty()) return std::nullopt;
+  if (may_run(slots_[heap_.front().slot])) return pop();
   // A sorted array is a heap, also without one of its elements.
   std::sort(heap_.begin(), heap_.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
-  const auto first = std::find_if(heap_.begin() + (heap_.empty() ? 0 : 1), heap_.end(),
-                                  [&](const Entry& e) { return may_run(slots_[e.slot]); });
+  const auto first =
+      std::find_if(heap_.begin() + 1, heap_.end(), [&](const Entry& e) { return may_run(slots_[e.slot]); });
   if (first == heap_.end()) return std::nullopt;
-  const std::uint32_t slot = first->slot;
+  const Entry entry = *first;
   heap_.erase(first);
-  free_.push_back(slot);
-  return slots_[slot];
+  return job_of(entry);
 }
 
 void PriorityEventsQueue::erase(TaskId task, const std::function<void(const Job&)>& erased) {
+  gather();
   std::erase_if(heap_, [&](const Entry& e) {
     if (slots_[e.slot].task != task) return false;
     erased(slots_[e.slot]);
@@ -59,6 +102,9 @@ void PriorityEventsQueue::erase(TaskId task, const std::function<void(const Job&
 
 void PriorityEventsQueue::describe(StateWords& words) const {
   std::vector<Entry> in_order = heap_;
+  for (const std::vector<Entry>& aside : of_group_) {
+    in_order.insert(in_order.end(), aside.begin(), aside.end());
+  }
   std::sort(in_order.begin(), in_order.end(), [](const Entry& a, const Entry& b) { return a.key < b.key; });
   words.add(static_cast<std::int64_t>(in_order.size()));
   for (const Entry& e : in_order) {
@@ -71,6 +117,9 @@ void PriorityEventsQueue::describe(StateWords& words) const {
 
 void PriorityEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {
   for (const Entry& e : heap_) visit(slots_[e.slot]);
+  for (const std::vector<Entry>& aside : of_group_) {
+    for (const Entry& e : aside) visit(slots_[e.slot]);
+  }
 }
 
 }  // namespace hotpath

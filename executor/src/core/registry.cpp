@@ -52,9 +52,13 @@ Made make_cbg(const TaskSet& set, const Options& options) {
 }
 
 Made make_stock_ro(const TaskSet& set, const Options& options) {
-  return std::make_unique<ReleaseOnlyScheduler>(set, std::make_unique<SimpleEventsQueue>(),
-                                                ReleaseOnlyScheduler::Release::one_by_one,
-                                                options.release_only_workers);
+  // In the middle of a ring, jobs of busy groups are found only by a search.
+  const PriorityOrder by_arrival(set, Policy::fifo, options.rule, options.ties);
+  auto queue = options.release_only_workers > 1
+                   ? std::unique_ptr<EventsQueue>(std::make_unique<PriorityEventsQueue>(by_arrival))
+                   : std::make_unique<SimpleEventsQueue>();
+  return std::make_unique<ReleaseOnlyScheduler>(
+      set, std::move(queue), ReleaseOnlyScheduler::Release::one_by_one, options.release_only_workers);
 }
 
 Made make_stock_re(const TaskSet& set, const Options&) {

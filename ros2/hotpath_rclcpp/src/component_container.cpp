@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// component_container under PriorityExecutor. Parameters and defaults: `executor` (rm-ro),
+// component_container under PriorityExecutor. Parameters and defaults: `config` (a file of all that
+// follows, which other parameters override; none), `executor` (rm-ro),
 // `threads` (1), `priorities`, `graph` and `offsets` (files; none), `learn` (true), `service_wait_ms` (100),
 // `timer_thread` and `executor_threads` (required policies; none).
 #include <algorithm>
@@ -13,8 +14,10 @@ namespace {
 
 hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
   hotpath::PriorityExecutorOptions options;
+  const std::string config = node.declare_parameter("config", "");
+  if (!config.empty()) options = hotpath::PriorityExecutorOptions::from_file(config);
   options.executor = node.declare_parameter("executor", options.executor);
-  const std::int64_t threads = node.declare_parameter("threads", std::int64_t{1});
+  const std::int64_t threads = node.declare_parameter("threads", std::int64_t{options.threads});
   if (threads < 1 || threads > std::numeric_limits<unsigned>::max()) {
     throw std::invalid_argument("parameter `threads` is " + std::to_string(threads) +
                                 ", but an executor needs at least one thread; set it to 1 or more");
@@ -27,8 +30,9 @@ hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
   const auto usual = std::chrono::duration_cast<std::chrono::milliseconds>(options.service_wait);
   const auto wait_ms = node.declare_parameter("service_wait_ms", std::int64_t{usual.count()});
   options.service_wait = std::chrono::milliseconds(std::clamp<std::int64_t>(wait_ms, -1, 1'000'000'000));
-  const std::string timer_thread = node.declare_parameter("timer_thread", "");
-  const std::string executor_threads = node.declare_parameter("executor_threads", "");
+  const std::string timer_thread = node.declare_parameter("timer_thread", options.timer_thread.value_or(""));
+  const std::string executor_threads =
+      node.declare_parameter("executor_threads", options.executor_threads.value_or(""));
   if (!timer_thread.empty()) options.timer_thread = timer_thread;
   if (!executor_threads.empty()) options.executor_threads = executor_threads;
   return options;

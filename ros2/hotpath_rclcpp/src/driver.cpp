@@ -55,18 +55,19 @@ std::size_t ExecutorDriver::queued(const Refresh& refresh) {
   return schedule_.queued(now());
 }
 
-void ExecutorDriver::sleep(Lock& lock, Worker worker, Time until) {
+void ExecutorDriver::sleep(Lock& lock, Worker worker, Time until, WorkerSet claimed) {
   Lane& lane = lanes_[worker];
   const std::uint32_t ticket = lane.parker.ticket();
   lane.parked = true;
   lock.unlock();
+  unpark(claimed);
   lane.parker.park_until(ticket, until);
   lock.lock();
   lane.parked = false;
 }
 
 bool ExecutorDriver::look_after(Lock& lock, Time now, const Refresh& refresh) {
-  if (changed_.exchange(false)) {
+  if (changed_.load() && changed_.exchange(false)) {
     lock.unlock();
     refresh();
     lock.lock();
@@ -101,51 +102,72 @@ void ExecutorDriver::unpark(Lock& lock, WorkerSet claimed) {
   lock.lock();
 }
 
-bool ExecutorDriver::run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed) {
-  const std::shared_ptr<Entry> entry = schedule_.entry(job.task);
-  if (entry->kind == EntryKind::timer && entry->clock != TimerClock::simulated) {
-    entry->next_release = job.timestamp + entry->task.period * (1 + static_cast<std::int64_t>(job.skipped));
+ExecutorDriver::Started ExecutorDriver::start(Entry& entry, const Job& job) {
+  Started started{job, entry.clock, {}, {}};
+  if (entry.kind == EntryKind::timer) {
+    if (!entry.task.always_due) started.period = entry.task.period;
+    if (entry.clock != TimerClock::simulated) {
+      entry.next_release = job.timestamp + entry.task.period * (1 + static_cast<std::int64_t>(job.skipped));
+    }
   }
-  entry->pending = false;
-  if (entry->events > 0) --entry->events;
+  if (!entry.ready.empty()) {
+    started.which = entry.ready.front();
+    entry.ready.pop_front();
+  }
+  entry.pending = false;
+  if (entry.events > 0) --entry.events;
+  return started;
+}
+
+bool ExecutorDriver::run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed, Time& now) {
+  const std::shared_ptr<Entry> entry = schedule_.entry(job.task);
+  const Started started = start(*entry, job);
   ++running_;
-  const Time start = now();
-  notices_.waited(entry, start - std::max(job.timestamp, entry->joined), schedule_.period_of(job.task),
-                  start);
+  notices_.waited(entry, now - std::max(job.timestamp, entry->joined), schedule_.period_of(job.task), now);
   lock.unlock();
   unpark(claimed);
   bool ran = false;
   std::exception_ptr error;
   try {
-    ran = execute(entry, job);
+    ran = execute(entry, started);
   } catch (...) {
     error = std::current_exception();
   }
   lock.lock();
   --running_;
-  unpark(lock, claim(schedule_.scheduler().finished(worker, job, now()).wake));
+  now = hotpath::now();
+  const WorkerSet next = claim(schedule_.scheduler().finished(worker, job, now).wake);
+  if (!next.empty()) {
+    unpark(lock, next);
+    now = hotpath::now();
+  }
   if (error) std::rethrow_exception(error);
   return ran;
 }
 
 void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refresh& refresh) {
   Lock lock(mutex_);
+  Time now = hotpath::now();
   while (goes_on(spinning)) {
-    const Time now = hotpath::now();
-    if (keeps_up(worker) && look_after(lock, now, refresh)) continue;
+    if (keeps_up(worker) && look_after(lock, now, refresh)) {
+      now = hotpath::now();
+      continue;
+    }
     const Turn turn = take_turn(schedule_.scheduler(), worker, now);
-    const WorkerSet claimed = claim(turn.decision.wake);
+    WorkerSet claimed = claim(turn.decision.wake);
     if (turn.decision.job) {
-      run_job(lock, worker, *turn.decision.job, claimed);
-    } else if (!claimed.empty()) {
-      unpark(lock, claimed);  // this released the lock: decide again before sleeping
-    } else if (worker == 0 && running_ == 0 && schedule_.compact(now)) {
-      unpark(lock, claim(everybody()));
+      run_job(lock, worker, *turn.decision.job, claimed, now);
+      continue;
+    }
+    if (worker == 0 && running_ == 0 && schedule_.compact(now)) {
+      claimed |= claim(everybody());
+      unpark(lock, claimed);
     } else {
       const Time until = keeps_up(worker) ? std::min({turn.decision.wake_at, poll_at_, notices_.next()})
                                           : turn.decision.wake_at;
-      if (until > now) sleep(lock, worker, until);
+      until > now ? sleep(lock, worker, until, claimed) : unpark(lock, claimed);
     }
+    now = hotpath::now();
   }
 }
 
@@ -196,7 +218,7 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
   };
   const std::unique_ptr<void, decltype(together)> scope(this, together);
   while (goes_on(spinning) && ran < jobs) {
-    const Time now = hotpath::now();
+    Time now = hotpath::now();
     if (look_after(lock, now, refresh)) continue;
     Time wake_at = std::min(poll_at_, notices_.next());
     std::optional<std::pair<Worker, Job>> next;
@@ -208,9 +230,9 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
       break;
     }
     if (next) {
-      ran += run_job(lock, next->first, next->second, {}) ? 1 : 0;
+      ran += run_job(lock, next->first, next->second, {}, now) ? 1 : 0;
     } else if (ran == 0 && now < wait_until) {
-      if (running_ > 0 || !schedule_.compact(now)) sleep(lock, 0, std::min(wake_at, wait_until));
+      if (running_ > 0 || !schedule_.compact(now)) sleep(lock, 0, std::min(wake_at, wait_until), {});
     } else {
       break;
     }

@@ -87,15 +87,24 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   /// Returns whether it released the lock.
   bool look_after(Lock& lock, Time now, const Refresh& refresh);
   /// Wakes `claimed`, then runs the decided job without the lock. The lock is held again on return,
-  /// also after an exception.
-  bool run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed);
+  /// also after an exception, and `now` is later than all instants at which others held it.
+  bool run_job(Lock& lock, Worker worker, const Job& job, WorkerSet claimed, Time& now);
   void unpark(Lock& lock, WorkerSet claimed);
-  bool execute(const std::shared_ptr<Entry>& entry, const Job& job);
-  bool run_callback(const std::shared_ptr<Entry>& entry, const Job& job);
+  /// What a job needs of its entry's guarded part, read when it starts.
+  struct Started {
+    Job job;
+    TimerClock clock = TimerClock::steady;
+    Duration period{};         ///< Timers: the known period, 0 if they are always due.
+    std::optional<int> which;  ///< Waitables: the id of the ready entity; none: no event is left.
+  };
+  static Started start(Entry& entry, const Job& job);
+  bool execute(const std::shared_ptr<Entry>& entry, const Started& started);
+  bool run_callback(const std::shared_ptr<Entry>& entry, const Started& started);
   WorkerSet enqueue(const std::shared_ptr<Entry>& entry, const SampleInfo& info, Time now);
-  bool execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer);
-  bool execute_waitable(const std::shared_ptr<Entry>& entry, rclcpp::Waitable& waitable);
-  void sleep(Lock& lock, Worker worker, Time until);
+  bool execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer, const Started& started);
+  static bool execute_waitable(const Entry& entry, rclcpp::Waitable& waitable, int which);
+  /// Wakes `claimed` without the lock before it sleeps.
+  void sleep(Lock& lock, Worker worker, Time until, WorkerSet claimed);
 
   /// `first`: the first release, if it is known better than rcl's next call.
   void schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer,

@@ -203,7 +203,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
   const auto group = of.group->group.lock();
   const auto node = of.node.lock();
   if (!group) return;
-  ByHandle<Handle> subscription_of;  // intra-process waitables
+  ByHandle<rclcpp::SubscriptionBase::SharedPtr> subscription_of;  // intra-process waitables
   const auto add = [&](EntryKind kind, const auto& entity, const auto& describe) {
     if (const auto known = entries_.find(Handle(entity)); known != entries_.end()) {
       found.insert(*known);
@@ -216,6 +216,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
   group->collect_all_ptrs(
       [&](const rclcpp::SubscriptionBase::SharedPtr& s) {
         add(EntryKind::subscription, s, [&](Entry& e) {
+          e.handle = s->get_subscription_handle().get();
           e.topic = s->get_topic_name();
           e.id += "@Subscription(" + e.topic + ")";
           e.task.depth = depth(s->get_actual_qos());
@@ -226,15 +227,20 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
         });
       },
       [&](const rclcpp::ServiceBase::SharedPtr& s) {
-        add(EntryKind::service, s,
-            [&](Entry& e) { e.id += "@Service(" + std::string(s->get_service_name()) + ")"; });
+        add(EntryKind::service, s, [&](Entry& e) {
+          e.handle = s->get_service_handle().get();
+          e.id += "@Service(" + std::string(s->get_service_name()) + ")";
+        });
       },
       [&](const rclcpp::ClientBase::SharedPtr& c) {
-        add(EntryKind::client, c,
-            [&](Entry& e) { e.id += "@Client(" + std::string(c->get_service_name()) + ")"; });
+        add(EntryKind::client, c, [&](Entry& e) {
+          e.handle = c->get_client_handle().get();
+          e.id += "@Client(" + std::string(c->get_service_name()) + ")";
+        });
       },
       [&](const rclcpp::TimerBase::SharedPtr& t) {
         add(EntryKind::timer, t, [&](Entry& e) {
+          e.handle = t->get_timer_handle().get();
           std::int64_t period = 0;
           if (rcl_timer_get_period(t->get_timer_handle().get(), &period) != RCL_RET_OK) rcl_reset_error();
           e.id += "@Timer(" + std::to_string(period) + ")";
@@ -253,8 +259,10 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
           e.id += "@Subscription(" + e.topic + ")";
           e.task.depth = depth(intra_process->get_actual_qos());
           e.task.guaranteed = e.topic == kParameterEvents;
-          if (const auto s = subscription_of.find(Handle(w)); s != subscription_of.end())
-            e.stands_for = s->second;
+          const auto s = subscription_of.find(Handle(w));
+          if (s == subscription_of.end()) return;
+          e.stands_for = s->second;
+          e.handle = s->second->get_subscription_handle().get();
         });
       });
 }

@@ -48,6 +48,9 @@ struct Entry {
   bool intra_process = false;  ///< The waitable of an intra-process subscription.
   std::shared_ptr<Group> group;
   std::weak_ptr<void> stands_for;  ///< The subscription of an intra-process waitable.
+  /// The address of its rcl handle, as in the `rcl_*_init` events of ros2_tracing; of an intra-process
+  /// waitable that of its subscription; null for others. Only a number: it may be gone.
+  const void* handle = nullptr;
 
   Task task;                ///< The scheduler's view; timers: with the current period.
   TaskId number = kNoTask;  ///< kNoTask: not in the schedule.

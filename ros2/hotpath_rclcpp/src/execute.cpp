@@ -120,19 +120,20 @@ WorkerSet ExecutorDriver::enqueue(const std::shared_ptr<Entry>& entry, const Sam
   return claim(schedule_.scheduler().sample_arrived(entry->number, info, now).wake);
 }
 
-bool ExecutorDriver::execute(const std::shared_ptr<Entry>& entry, const Job& job) {
+bool ExecutorDriver::execute(const std::shared_ptr<Entry>& entry, const Started& started) {
+  const Job& job = started.job;
   const RunningScope scope(this, job);
   trace::executor_job(&schedule_, job);
-  const bool ran = run_callback(entry, job);
+  const bool ran = run_callback(entry, started);
   trace::executor_end(&schedule_, *entry, job.task);
   return ran;
 }
 
-bool ExecutorDriver::run_callback(const std::shared_ptr<Entry>& entry, const Job& job) {
+bool ExecutorDriver::run_callback(const std::shared_ptr<Entry>& entry, const Started& started) {
   switch (entry->kind) {
     case EntryKind::timer: {
       const auto timer = lock<rclcpp::TimerBase>(*entry);
-      if (timer) return execute_timer(entry, *timer);
+      if (timer) return execute_timer(entry, *timer, started);
       leave(entry);  // the timer is gone; rclcpp does not report that
       return false;
     }
@@ -146,21 +147,14 @@ bool ExecutorDriver::run_callback(const std::shared_ptr<Entry>& entry, const Job
       return take_and_run<rclcpp::ClientBase>(*entry);
     case EntryKind::waitable: {
       const auto waitable = lock<rclcpp::Waitable>(*entry);
-      return waitable && execute_waitable(entry, *waitable);
+      return waitable && started.which && execute_waitable(*entry, *waitable, *started.which);
     }
   }
   return false;
 }
 
-bool ExecutorDriver::execute_waitable(const std::shared_ptr<Entry>& entry, rclcpp::Waitable& waitable) {
-  int which = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    if (entry->ready.empty()) return false;
-    which = entry->ready.front();
-    entry->ready.pop_front();
-  }
-  if (!entry->intra_process) {
+bool ExecutorDriver::execute_waitable(const Entry& entry, rclcpp::Waitable& waitable, int which) {
+  if (!entry.intra_process) {
     versions::run(waitable, which);
     return true;
   }

@@ -20,8 +20,10 @@ bool same_topic(const std::string& topic, const std::string& of_graph) {
 }
 
 /// Whether the edge from `publisher` to `fed` is already learnt.
-bool knows(const Entry& publisher, const Entry& fed) {
-  return std::ranges::any_of(publisher.feeds, [&](const auto& weak) { return weak.lock().get() == &fed; });
+bool knows(const Entry& publisher, const std::shared_ptr<Entry>& fed) {
+  return std::ranges::any_of(publisher.feeds, [&](const auto& weak) {
+    return !weak.owner_before(fed) && !fed.owner_before(weak);  // without counting references, for speed
+  });
 }
 
 }  // namespace
@@ -123,15 +125,15 @@ std::vector<TaskId> Schedule::feeds_of(const Entry& entry) const {
   return feeds;
 }
 
-std::vector<TaskId> Schedule::feeders_of(const Entry& entry) const {
+std::vector<TaskId> Schedule::feeders_of(const std::shared_ptr<Entry>& entry) const {
   std::vector<TaskId> feeders;
-  if (const auto ghost = in_graph(entry)) {
+  if (const auto ghost = in_graph(*entry)) {
     for (TaskId id = 0; id < setup_.tasks.set.size(); ++id) {
       if (std::ranges::count(setup_.tasks.set[id].feeds, *ghost) > 0) feeders.push_back(id);
     }
   }
   for (const std::shared_ptr<Entry>& other : living()) {
-    if (knows(*other, entry) && !place_of(entry)) feeders.push_back(other->number);
+    if (knows(*other, entry) && !place_of(*entry)) feeders.push_back(other->number);
   }
   return feeders;
 }
@@ -155,7 +157,7 @@ WorkerSet Schedule::join(const std::shared_ptr<Entry>& entry, Time first, Time n
   joining.task = entry->task;
   joining.task.priority = priority_of(*entry);
   joining.task.feeds = feeds_of(*entry);
-  joining.fed_by = feeders_of(*entry);
+  joining.fed_by = feeders_of(entry);
   if (entry->kind == EntryKind::timer) {
     const auto ghost = in_graph(*entry);
     joining.task.deadline = ghost ? setup_.tasks.set[*ghost].deadline : joining.task.period;
@@ -252,7 +254,7 @@ void Schedule::change(const Entry& entry) {
 bool Schedule::learn(TaskId from, const std::shared_ptr<Entry>& to) {
   if (!setup_.learn || from >= entries_.size() || !entries_[from]) return false;
   Entry& publisher = *entries_[from];
-  if (knows(publisher, *to)) return false;
+  if (knows(publisher, to)) return false;
   std::erase_if(publisher.feeds, [](const auto& fed) { return fed.expired(); });
   publisher.feeds.push_back(to);
   change(publisher);

@@ -80,7 +80,7 @@ class Schedule {
   /// Removes a task and counts its jobs.
   std::size_t drop(TaskId task, Time now);
   [[nodiscard]] std::vector<TaskId> feeds_of(const Entry& entry) const;
-  [[nodiscard]] std::vector<TaskId> feeders_of(const Entry& entry) const;
+  [[nodiscard]] std::vector<TaskId> feeders_of(const std::shared_ptr<Entry>& entry) const;
   /// Records priorities that changed since the last call, if a session records them.
   void trace_priorities();
   void compute_upstream();

@@ -225,11 +225,9 @@ bool ExecutorDriver::was_moved(const std::shared_ptr<Entry>& entry, rclcpp::Time
   return true;
 }
 
-bool ExecutorDriver::execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer) {
-  std::unique_lock lock(mutex_);
-  const TimerClock clock = entry->clock;
-  const Duration known = entry->task.always_due ? Duration::zero() : entry->task.period;
-  lock.unlock();
+bool ExecutorDriver::execute_timer(const std::shared_ptr<Entry>& entry, rclcpp::TimerBase& timer,
+                                   const Started& started) {
+  const auto& [job, clock, known, which] = started;
   if (clock == TimerClock::checked && known > Duration::zero() && was_moved(entry, timer)) return false;
   const bool ran = versions::run_timer(timer);
   after_timer(entry, timer, clock, known);

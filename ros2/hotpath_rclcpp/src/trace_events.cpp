@@ -11,34 +11,6 @@ namespace hotpath::trace {
 
 #ifdef HOTPATH_WITH_LTTNG
 
-namespace {
-
-/// The rcl handle, as in the `rcl_*_init` events of ros2_tracing; null if rclcpp does not tell it.
-const void* handle_of(const Entry& entry) {
-  switch (entry.kind) {
-    case EntryKind::timer:
-      if (const auto timer = lock<rclcpp::TimerBase>(entry)) return timer->get_timer_handle().get();
-      break;
-    case EntryKind::subscription:
-      if (const auto s = lock<rclcpp::SubscriptionBase>(entry)) return s->get_subscription_handle().get();
-      break;
-    case EntryKind::service:
-      if (const auto service = lock<rclcpp::ServiceBase>(entry)) return service->get_service_handle().get();
-      break;
-    case EntryKind::client:
-      if (const auto client = lock<rclcpp::ClientBase>(entry)) return client->get_client_handle().get();
-      break;
-    case EntryKind::waitable:
-      if (const auto s = std::static_pointer_cast<rclcpp::SubscriptionBase>(entry.stands_for.lock())) {
-        return s->get_subscription_handle().get();
-      }
-      break;
-  }
-  return nullptr;
-}
-
-}  // namespace
-
 void executor_init(const void* executor, const Setup& setup) {
   const ExecutorTraits& traits = setup.executor->traits;
   lttng_ust_tracepoint(hotpath, executor_init, executor, setup.name.c_str(),
@@ -56,7 +28,7 @@ void executor_thread(const void* executor, Worker worker, WorkerRole role, const
 void executor_callback(const void* executor, const Entry& entry) {
   if (!lttng_ust_tracepoint_enabled(hotpath, executor_callback)) return;
   lttng_ust_do_tracepoint(hotpath, executor_callback, executor, entry.number, to_string(entry.kind),
-                          entry.id.c_str(), entry.node.c_str(), entry.topic.c_str(), handle_of(entry),
+                          entry.id.c_str(), entry.node.c_str(), entry.topic.c_str(), entry.handle,
                           entry.task.period.count(), entry.task.deadline.count());
 }
 

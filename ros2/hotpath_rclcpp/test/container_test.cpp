@@ -103,6 +103,11 @@ TEST_F(Container, SaysThatThereIsNoSuchExecutor) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1);
 }
 
+TEST_F(Container, SaysThatItsFileIsMissing) {
+  const int status = end_of(start_container("rm-ro", "config:=/nowhere/executor.yaml"));
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+}
+
 TEST_F(Container, SaysThatANumberOfThreadsIsNone) {
   for (const std::string threads : {"threads:=-1", "threads:=0", "threads:=4294967297"}) {
     const int status = end_of(start_container("rm-ro", threads));

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <composition_interfaces/srv/list_nodes.hpp>
+#include <filesystem>
+#include <fstream>
 #include <std_msgs/msg/int32.hpp>
 
 #include "executors.hpp"
@@ -250,6 +252,59 @@ TEST_F(Priorities, WhatCannotBeIsRefusedInASentence) {
   o = options("rm-ro");
   o.timer_thread = "fifo:1000";
   EXPECT_NE(refused(o), "");
+}
+
+class OptionsFile : public Priorities {
+ protected:
+  OptionsFile() : folder(std::filesystem::temp_directory_path() / ("hotpath_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(folder);
+  }
+  ~OptionsFile() override { std::filesystem::remove_all(folder); }
+  PriorityExecutorOptions read(const std::string& text) const {
+    std::ofstream(folder / "executor.yaml") << text;
+    return PriorityExecutorOptions::from_file(folder / "executor.yaml");
+  }
+  const std::filesystem::path folder;
+};
+
+TEST_F(OptionsFile, HasAllOptions) {
+  const auto all = read(
+      "executor: fp-ro:first\nthreads: 2\ngraph: graph.yaml\npriorities: p.yaml\n"
+      "offsets: /etc/phases.csv\nlearn: false\nservice_wait_ms: 2.5\n"
+      "timer_thread: fifo:90\nexecutor_threads: other\n");
+  EXPECT_EQ(all.executor, "fp-ro:first");
+  EXPECT_EQ(all.threads, 2U);
+  EXPECT_EQ(all.graph, folder / "graph.yaml");
+  EXPECT_EQ(all.priorities, folder / "p.yaml");
+  EXPECT_EQ(all.offsets, "/etc/phases.csv");
+  EXPECT_FALSE(all.learn);
+  EXPECT_EQ(all.service_wait, 2500us);
+  EXPECT_EQ(all.timer_thread, "fifo:90");
+  EXPECT_EQ(all.executor_threads, "other");
+  EXPECT_EQ(read("graph: autoware\n").graph, "autoware");
+}
+
+TEST_F(OptionsFile, OrdersCallbacks) {
+  std::filesystem::copy_file(std::string(HOTPATH_TEST_DIR) + "/imported.yaml", folder / "graph.yaml");
+  PriorityExecutor executor(read("executor: rm-ro\nthreads: 1\ngraph: graph.yaml\n"));
+  const auto sink = std::make_shared<rclcpp::Node>("sink", "/fast");
+  const auto subscription = sink->create_subscription<Int32>("points", 10, [](Int32::ConstSharedPtr) {});
+  executor.add_node(sink);
+  const std::vector<std::string> order = executor.priority_order();
+  EXPECT_EQ(std::ranges::count(order, "/fast/sink@Subscription(/fast/points): 10000000 ns"), 1);
+}
+
+TEST_F(OptionsFile, IsRejectedWithItsLine) {
+  const auto refused = [&](const std::string& text) { return refusal([&] { read(text); }); };
+  const std::string file = folder / "executor.yaml";
+  EXPECT_EQ(refused("executor: rm-ro\nthread: 2\n").rfind(file + ":2: ", 0), 0U);
+  EXPECT_NE(refused("executor: rm-ro\nthread: 2\n").find("threads"), std::string::npos);
+  EXPECT_EQ(refused("executor: rm-ro\nthreads: no\n").rfind(file + ":2: ", 0), 0U);
+  EXPECT_EQ(refused("learn: perhaps\n").rfind(file + ":1: ", 0), 0U);
+  EXPECT_EQ(refused("learn: false\ntimer_thread: fifo:1000\n").rfind(file + ":2: ", 0), 0U);
+  EXPECT_EQ(refused("service_wait_ms: -1\n").rfind(file + ":1: ", 0), 0U);
+  EXPECT_NE(refusal([&] { PriorityExecutorOptions::from_file(folder / "none.yaml"); }).find("none.yaml"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -153,6 +153,22 @@ void RclcppSystem::run(JobRecord& record, Sample sample) {
   record.cpu = static_cast<std::int16_t>(sched_getcpu());
 }
 
+void RclcppSystem::count_sample(OfTask& subscription, const JobRecord& record) {
+  // Only the gap before the next sample reveals the overwritten ones.
+  for (; subscription.next < record.job.sequence; ++subscription.next) {
+    JobRecord lost = record;
+    lost.job.sequence = subscription.next;
+    lost.outcome = Outcome::overwritten;
+    if (executor_threads_ > 1) {
+      subscription.missing.emplace(subscription.next, lost);
+    } else {
+      write(lost, record.worker);
+    }
+  }
+  subscription.missing.erase(record.job.sequence);
+  subscription.next = std::max(subscription.next, record.job.sequence + 1);
+}
+
 void RclcppSystem::deliver(TaskId task, const SampleInfo& info, Sample sample) {
   JobRecord record;
   record.start = now();
@@ -165,16 +181,8 @@ void RclcppSystem::deliver(TaskId task, const SampleInfo& info, Sample sample) {
   record.job.parent = info.parent;
   {
     const std::lock_guard lock(own.mutex);
-    const std::uint64_t sequence = own.one_writer ? sample.as<BoundedMessage>().publication() : own.next;
-    // Samples overwritten in the history: only the gap before the next sample reveals them.
-    for (; own.next < sequence; ++own.next) {
-      JobRecord lost = record;
-      lost.job.sequence = own.next;
-      lost.outcome = Outcome::overwritten;
-      write(lost, record.worker);
-    }
-    own.next = sequence + 1;
-    record.job.sequence = sequence;
+    record.job.sequence = own.one_writer ? sample.as<BoundedMessage>().publication() : own.next;
+    count_sample(own, record);
   }
   if (const auto running = PriorityExecutor::running_callback()) record.job.release = Time(running->release);
   run(record, std::move(sample));
@@ -257,6 +265,7 @@ void RclcppSystem::close() {
       next = own.newest ? *own.newest + 1 : 0;
       if (own.last) write(*own.last, own.last->worker);
     }
+    for (const auto& [sequence, lost] : own.missing) write(lost, lost.worker);
     // Jobs that were due or unread but did not start.
     for (; next < reached; ++next) {
       JobRecord queued;

@@ -53,9 +53,15 @@ class RclcppSystem : private SampleSink {
     std::multimap<std::uint64_t, std::uint32_t> skipped_by;  ///< Skips of other running jobs, by sequence.
     rclcpp::TimerBase::SharedPtr timer;
     bool one_writer = true;
+    /// Subscriptions under several threads: samples with an earlier number than a sample that came
+    /// first. They were overwritten, unless another thread still delivers them.
+    std::map<std::uint64_t, JobRecord> missing;
   };
 
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override;
+  /// Accounts for the samples between the last one and this, which the history overwrote. Call with
+  /// the task's lock held.
+  void count_sample(OfTask& subscription, const JobRecord& record);
   void add_timer(TaskId task);
   void run_timer(TaskId task, std::optional<Time> expected);
   /// Call with the task's lock held, in the thread that runs the job.

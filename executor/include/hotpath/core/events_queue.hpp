@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "hotpath/core/priority_order.hpp"
 #include "hotpath/core/state_words.hpp"
@@ -18,8 +19,15 @@ class EventsQueue {
   /// Removes the job that runs next. The queue must not be empty.
   [[nodiscard]] virtual Job pop() = 0;
   /// Removes the first job, in execution order, for which `may_run` is true; std::nullopt if there
-  /// is none. O(n).
+  /// is none. O(n), and more for an order by priority.
   [[nodiscard]] virtual std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) = 0;
+  /// Removes the first job, in execution order, whose callback group is not `busy`; std::nullopt if
+  /// there is none. The same set and groups in each call; group_freed() reports each group that is
+  /// busy no more.
+  [[nodiscard]] virtual std::optional<Job> pop_free(const TaskSet& set, const std::vector<bool>& busy) {
+    return pop_first([&](const Job& job) { return !busy[set[job.task].group]; });
+  }
+  virtual void group_freed(std::uint32_t group) { static_cast<void>(group); }
   [[nodiscard]] virtual bool empty() const = 0;
   [[nodiscard]] virtual std::size_t size() const = 0;
   /// Removes the jobs of a task and visits them, in no particular order.

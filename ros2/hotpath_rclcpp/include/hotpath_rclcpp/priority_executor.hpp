@@ -16,6 +16,12 @@ namespace hotpath {
 struct PriorityExecutorParts;
 
 struct PriorityExecutorOptions {
+  /// Reads a YAML file whose keys are the members below, `service_wait` as `service_wait_ms`; others
+  /// keep their defaults. `hotpath advise` writes such a file. Relative paths of `priorities` and
+  /// `offsets`, and of `graph` if it is a path, refer to the file's folder. Throws hotpath's
+  /// InputError (a std::runtime_error) with file and line. PriorityExecutor checks the values.
+  static PriorityExecutorOptions from_file(const std::string& file);
+
   /// `rm-ro`, `rm-re`, `dm-*`, `edf-*`, `fp-*`, `events-ro`, `events-re` or `cbg`; `hotpath list
   /// executors` describes them. The paper's executors take the variants `:first` (subscriptions
   /// before all timers) and `:fifo` (ties by activation).
