@@ -137,7 +137,10 @@ class WatchTest(CommandTest):
             "--contract", "contract.yaml", "--once", "--", TRACED_SYSTEM, 3, 1, 100, 5
         )
         self.assertEqual(code, 0)
-        terms = {(t["callback"], t["term"]): t for t in reports[0]["contract"]["terms"]}
+        terms = {
+            (t.get("callback") or t.get("thread") or t.get("topic"), t["term"]): t
+            for t in reports[0]["contract"]["terms"]
+        }
         stated = {key: (t["limit"], t["from"]) for key, t in terms.items()}
         bound, _ = stated["source (timer)", "response_ms"]
         self.assertGreaterEqual(bound, 2)
@@ -146,7 +149,16 @@ class WatchTest(CommandTest):
         expected = {
             ("source (timer)", "budget_ms"): (2, "given"),
             ("source (timer)", "period_ms"): (100, "given"),
+            ("source (timer)", "maximum_distance_ms"): (100 + bound, "derived"),
+            ("source (timer)", "publishes"): (None, "given"),
             ("source (timer)", "response_ms"): (bound, "derived"),
+            ("rm-ro", "wait_ms"): (1, "given"),
+            ("rm-ro", "serves"): (None, "given"),
+            ("source", "publishers"): (None, "given"),
+            ("space.sink", "publishers"): (None, "given"),
+            (sink, "maximum_distance_ms"): (100 + bound, "derived"),
+            (sink, "publishes"): (None, "given"),
+            (sink, "lost"): (0, "derived"),
             (sink, "budget_ms"): (1, "given"),
             (sink, "depth"): (1, "given"),
             (sink, "minimum_distance_ms"): (100 - bound, "derived"),
@@ -159,6 +171,41 @@ class WatchTest(CommandTest):
             code, _, err = self.command(*analyze, *wrong)
             self.assertEqual(code, 2)
             self.assertIn("--contract", err)
+
+    def test_a_chain_and_its_threads(self) -> None:
+        path = self.folder / "contract.yaml"
+        path.write_text(
+            "callbacks:\n"
+            "- {node: source, publishes: [{topic: a}]}\n"
+            "- {node: space.sink, topic: a, publishes: []}\n"
+            "chains:\n"
+            "- name: path\n"
+            "  sources: [source (timer)]\n"
+            "  sinks: [space.sink/a]\n"
+            "  hot_path_ms: {value: 4, from: derived}\n"
+            "  age_ms: {value: 100000, from: derived}\n"
+            "threads:\n"
+            "- {name: main, callbacks: [source (timer), space.sink/a], wait_ms: {value: 1000, from: given}}\n"
+        )
+        system = ("--", TRACED_SYSTEM, 130, 1, 10, 5)  # hot paths of at least 5 ms
+        code, reports, _ = self.watched("--contract", path, *system)
+        self.assertEqual(code, 0)
+        [chain] = reports[-1]["chains"]
+        self.assertEqual((chain["chain"], chain["outputs"]), ("path", 130))
+        self.assertGreaterEqual(chain["hot_path_ms"]["max"], 5)
+        self.assertGreaterEqual(chain["age_ms"]["max"], chain["hot_path_ms"]["max"])
+        [thread] = reports[-1]["executor_threads"]
+        self.assertEqual((thread["executor"], thread["policy_before"]), ("main", None))
+        self.assertTrue(thread["policy"] and thread["processors"])
+        terms = {t["term"]: t for t in reports[-1]["contract"]["terms"]}
+        self.assertEqual(terms["age_ms"]["verdict"], "held")
+        self.assertEqual(terms["age_ms"]["chain"], "path")
+        self.assertEqual((terms["hot_path_ms"]["verdict"], terms["hot_path_ms"]["broken"]), ("broken", 130))
+        self.assertRegex(
+            reports[-1]["contract"]["incident"], r"^\d\d:\d\d:\d\d\.\d{3} path took .* ms, bound 4.000 ms"
+        )
+        self.assertEqual(terms["publishers"]["verdict"], "held")
+        self.assertEqual(terms["serves"]["verdict"], "held")
 
     def test_records_an_incident_that_can_be_imported(self) -> None:
         record = ("--record", "record", "--contract", self.contract(4))

@@ -48,18 +48,44 @@ std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracin
   return timer->call(std::max(timer->next_call(), job.start)).timestamp;
 }
 
+void Observer::observed_until(Time until, const Losses& losses) {
+  if (contract_ != nullptr)
+    contract_->observed_until(system(), until, losses.dropped + losses.damaged + losses.late);
+}
+
+void Observer::started(const tracing::Job& job) {
+  const std::optional<Time> timestamp =
+      timestamp_of(job, system().callbacks[job.ref.callback], of(job.ref.callback));
+  open_.push_back({job.ref, timestamp});
+  if (contract_ != nullptr) contract_->started(system(), job, timestamp);
+}
+
+void Observer::published(const tracing::Job& job, const tracing::Publication& publication) {
+  if (contract_ != nullptr) contract_->published(system(), job, publication);
+}
+
 void Observer::ended(tracing::Job&& job) {
-  if (!job.ended) return;
-  CallbackObservation& observed = of(job.ref.callback);
-  ++observed.jobs;
-  observed.execution.add(job.finish - job.start);
-  const std::optional<Time> timestamp = timestamp_of(job, system().callbacks[job.ref.callback], observed);
-  if (timestamp) observed.response.add(job.finish - *timestamp);
-  if (contract_ != nullptr) contract_->job(system(), job, timestamp);
+  std::optional<Time> timestamp;
+  const auto open = std::ranges::find_if(open_, [&](const Open& o) {
+    return o.ref.callback == job.ref.callback && o.ref.number == job.ref.number;
+  });
+  if (open != open_.end()) {
+    timestamp = open->timestamp;
+    open_.erase(open);
+  }
+  if (job.ended) {
+    CallbackObservation& observed = of(job.ref.callback);
+    ++observed.jobs;
+    observed.execution.add(job.finish - job.start);
+    if (timestamp) observed.response.add(job.finish - *timestamp);
+  }
+  if (contract_ != nullptr) contract_->ended(system(), job, timestamp);
 }
 
 void Observer::lost(const tracing::LostSample& sample) {
-  if (!sample.queued) ++of(sample.subscription).lost;
+  if (sample.queued) return;
+  ++of(sample.subscription).lost;
+  if (contract_ != nullptr) contract_->lost(system(), sample);
 }
 
 }  // namespace hotpath::watch

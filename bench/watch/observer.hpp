@@ -32,6 +32,9 @@ class Observer : public tracing::Sink {
   /// The next event in the order of time.
   void event(const tracing::Event& e);
 
+  /// All events before this instant were passed, except those that were lost so far.
+  void observed_until(Time until, const Losses& losses);
+
   [[nodiscard]] const tracing::System& system() const { return assembler_.system(); }
   /// By callback of the system.
   [[nodiscard]] const std::vector<CallbackObservation>& callbacks() const { return callbacks_; }
@@ -42,6 +45,13 @@ class Observer : public tracing::Sink {
   static constexpr std::uint64_t kMostEntities = 200'000;
 
  private:
+  /// The timestamp of a job that has not ended.
+  struct Open {
+    tracing::JobRef ref;
+    std::optional<Time> timestamp;
+  };
+  void started(const tracing::Job& job) override;
+  void published(const tracing::Job& job, const tracing::Publication& publication) override;
   void ended(tracing::Job&& job) override;
   void lost(const tracing::LostSample& sample) override;
   CallbackObservation& of(std::uint32_t callback);
@@ -53,6 +63,7 @@ class Observer : public tracing::Sink {
   FlightRecorder* const recorder_;
   tracing::Assembler assembler_{*this};
   std::vector<CallbackObservation> callbacks_;
+  std::vector<Open> open_;
   std::uint64_t events_ = 0, entities_ = 0, ignored_ = 0;
 };
 

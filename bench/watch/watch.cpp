@@ -8,6 +8,7 @@
 #include <csignal>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -40,9 +41,9 @@ constexpr int kNice = 10;
 constexpr double kDefaultKeep_s = 10;
 constexpr const char* kClearTerminal = "\033[H\033[2J";
 
-std::optional<ContractCheck> contract_of(const WatchOptions& options, Time begin) {
-  if (options.contract.empty()) return std::nullopt;
-  return ContractCheck(read_contract(options.contract), begin);
+std::unique_ptr<ContractCheck> contract_of(const WatchOptions& options) {
+  if (options.contract.empty()) return nullptr;
+  return std::make_unique<ContractCheck>(read_contract(options.contract), WallClock::now());
 }
 
 std::optional<FlightRecorder> recorder_of(const WatchOptions& options) {
@@ -58,10 +59,10 @@ class Watch {
  public:
   explicit Watch(const WatchOptions& options)
       : options_(options),
-        contract_(contract_of(options, begin_)),
+        contract_(contract_of(options)),
         recorder_(recorder_of(options)),
         program_(options.command, session_.name()),
-        observer_(contract_ ? &*contract_ : nullptr, recorder_ ? &*recorder_ : nullptr) {
+        observer_(contract_.get(), recorder_ ? &*recorder_ : nullptr) {
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
     if (recorder_) std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
   }
@@ -69,18 +70,23 @@ class Watch {
   void run() {
     while (!program_.ended()) {
       std::this_thread::sleep_for(kPoll);
-      observe(session_.poll(now()));
+      const Time polled = now();
+      observe(session_.poll(polled));
+      if (asked_to_end_ == 0) observer_.observed_until(polled - Session::kSettled, session_.losses());
+      judge_threads(polled - Session::kSettled);
       if (elapsed() >= reported_ + kReport) report();
       end_program_if_due();
     }
     observe(session_.finish(now()));
     report();
+    write_incident();
     print_result();
     const int status = *program_.ended();
     if (asked_to_end_ == 0 && status != 0)
       throw program::RunError("`" + options_.command.front() + "` " + program::how_it_ended(status));
     if (options_.fail_on && contract_->broken())
-      throw ContractBroken("the contract " + options_.contract + " is broken: " + contract_->incident());
+      throw ContractBroken("the contract " + options_.contract +
+                           " is broken: " + contract_->incident(session_.losses()));
   }
 
  private:
@@ -90,10 +96,19 @@ class Watch {
 
   void observe(const std::vector<tracing::Event>& events) {
     for (const tracing::Event& event : events) observer_.event(event);
-    if (!recorder_) return;
-    if (contract_ && contract_->broken() && !std::exchange(incident_recorded_, true))
-      write_snapshot(contract_->incident());
-    if (std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
+    if (contract_ && contract_->settled()) write_incident();
+    if (recorder_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
+  }
+
+  /// The facts of threads follow the events that happened before them.
+  void judge_threads(Time until) {
+    if (contract_ && facts_at_ && *facts_at_ <= until) contract_->threads(facts_, *facts_at_);
+    if (facts_at_ && *facts_at_ <= until) facts_at_.reset();
+  }
+
+  void write_incident() {
+    if (!recorder_ || !contract_ || !contract_->broken() || std::exchange(incident_recorded_, true)) return;
+    write_snapshot(contract_->incident(session_.losses()));
   }
 
   /// A disk that is full does not end the watch.
@@ -108,10 +123,10 @@ class Watch {
   }
 
   void print_result() const {
-    if (!is_refreshed() && !options_.json) std::cout << report_.table();
+    if (!is_refreshed() && !options_.json) print_tables();
     if (contract_ && !options_.json) {
       std::cout << contract_->table(session_.losses());
-      if (!contract_->incident().empty()) std::cout << "Incident: " << contract_->incident() << "\n";
+      if (contract_->broken()) std::cout << "Incident: " << contract_->incident(session_.losses()) << "\n";
     }
     if (session_.threads() == 0) {
       std::cerr << "hotpath: no tracepoint was recorded: a program without tracetools, of a distribution "
@@ -121,11 +136,20 @@ class Watch {
 
   void report() {
     reported_ = elapsed();
-    report_.update(observer_, session_, reported_);
+    judge_threads(Time::max());
+    facts_at_ = now();
+    facts_ = threads_.read(observer_.system());
+    report_.update(observer_, session_, facts_, contract_.get(), reported_);
     if (options_.json && !options_.once) print_json();
     if (options_.json && options_.once && program_.ended()) print_json();
-    if (is_refreshed())
-      program::data_output() << kClearTerminal << std::flush, std::cout << report_.table() << std::flush;
+    if (!is_refreshed()) return;
+    program::data_output() << kClearTerminal << std::flush;
+    print_tables();
+    std::cout << std::flush;
+  }
+
+  void print_tables() const {
+    for (const program::TextTable& table : report_.tables()) std::cout << table;
   }
 
   void print_json() const {
@@ -152,11 +176,14 @@ class Watch {
 
   const WatchOptions& options_;
   const Time begin_ = now();
-  std::optional<ContractCheck> contract_;
+  const std::unique_ptr<ContractCheck> contract_;
   Session session_;  // keeps the texts of the recorder's events
   std::optional<FlightRecorder> recorder_;
   WatchedProgram program_;
   Observer observer_;
+  ThreadReader threads_;
+  std::vector<std::optional<ThreadFacts>> facts_;
+  std::optional<Time> facts_at_;  // not judged yet
   ObservationReport report_;
   Duration reported_{};
   std::optional<Duration> due_;  // the next request to end

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/simulated_message.hpp"
+#include "hotpath/tracing/system.hpp"
+
+namespace hotpath::imports {
+
+/// Inputs of a node whose latest samples enter its messages of a topic.
+struct HeldInputs {
+  std::uint32_t topic = 0;
+  std::vector<TaskId> publishers, of;
+};
+
+/// Follows the data of chains through the jobs of a system, in a trace or while it runs: the history
+/// of a job's messages joins those of the samples that the job took and that its node holds. Memory
+/// is bounded by tasks, open jobs and the samples that may be unread.
+class ChainFollower {
+ public:
+  /// Messages of one topic by one job.
+  struct Messages {
+    tracing::JobRef job;
+    std::uint32_t topic = 0;
+  };
+  using Observed = std::function<void(const ChainObservation&)>;
+
+  /// `unread`: by topic, the most messages of a job's callback that may be unread. `observed` receives
+  /// each chain that a job of its sink ends, during publish() or end() of that job.
+  ChainFollower(std::vector<ChainIndex> chains, std::vector<HeldInputs> held, std::vector<std::size_t> unread,
+                Observed observed);
+
+  // In the order of time, for jobs of tasks.
+  void start(const tracing::JobRef& job, JobRef as, Time at, const std::optional<Messages>& taken);
+  void publish(const Messages& messages);
+  /// `ended`: false: the end was lost. Returns the job of the task; std::nullopt: its start was lost.
+  std::optional<JobRef> end(const tracing::JobRef& job, bool ended);
+
+  /// The most messages of a callback that may be unread by a subscription of this depth; 0: keep all.
+  [[nodiscard]] static std::size_t most_unread(std::uint32_t depth);
+
+ private:
+  using Message = std::shared_ptr<const SimulatedMessage>;
+  struct Running {
+    JobRef ref;
+    Time start{};
+    Message own;
+    std::vector<std::uint32_t> observed;
+    bool published = false;
+  };
+  using Key = std::pair<std::uint32_t, std::uint64_t>;
+  static Key key_of(const tracing::JobRef& job) { return {job.callback, job.number}; }
+  [[nodiscard]] Message message_of(const Messages& taken) const;
+  void observe(const SimulatedMessage& message, Running& running);
+
+  const std::vector<ChainIndex> chains_;
+  const std::vector<HeldInputs> rules_;
+  const std::vector<std::size_t> unread_;
+  const Observed observed_;
+  const SimulatedHistory history_{};
+  std::vector<std::vector<Message>> held_;  // by rule, by its inputs
+  std::map<Key, Running> running_;
+  /// By callback and topic: its latest messages, with the numbers of their jobs.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::deque<std::pair<std::uint64_t, Message>>> messages_;
+  std::vector<std::uint32_t> ends_;
+};
+
+}  // namespace hotpath::imports
