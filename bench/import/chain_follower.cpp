@@ -29,8 +29,7 @@ std::size_t ChainFollower::most_unread(std::uint32_t depth) {
   return std::min<std::size_t>(depth == 0 ? kKeepAll : depth, kKeepAll) + kTaken;
 }
 
-void ChainFollower::start(const tracing::JobRef& job, JobRef as, Time at,
-                          const std::optional<Messages>& taken) {
+void ChainFollower::start(const tracing::JobRef& job, JobRef as, Time at, const std::optional<Taken>& taken) {
   Running& running = running_[key_of(job)];
   running.ref = as;
   running.start = at;
@@ -43,24 +42,24 @@ void ChainFollower::start(const tracing::JobRef& job, JobRef as, Time at,
   }
 }
 
-ChainFollower::Message ChainFollower::message_of(const Messages& taken) const {
-  const auto published = messages_.find({taken.job.callback, taken.topic});
+ChainFollower::Message ChainFollower::message_of(const Taken& taken) const {
+  const auto published = messages_.find({taken.by, taken.topic});
   if (published == messages_.end()) return nullptr;
   const auto& latest = published->second;
   const auto message = std::find_if(latest.rbegin(), latest.rend(),
-                                    [&](const auto& m) { return m.first == taken.job.number; });
+                                    [&](const auto& m) { return m.first == key_of(taken.job); });
   return message == latest.rend() ? nullptr : message->second;
 }
 
-void ChainFollower::publish(const Messages& messages) {
-  const auto job = running_.find(key_of(messages.job));
-  if (job == running_.end()) return;
-  Running& running = job->second;
+void ChainFollower::publish(const tracing::JobRef& job, std::uint32_t topic) {
+  const auto open = running_.find(key_of(job));
+  if (open == running_.end()) return;
+  Running& running = open->second;
   auto message = std::make_shared<SimulatedMessage>();
   for (std::size_t r = 0; r < rules_.size(); ++r) {
     const HeldInputs& rule = rules_[r];
-    const bool by_rule = rule.topic == messages.topic &&
-                         std::ranges::find(rule.publishers, running.ref.task) != rule.publishers.end();
+    const bool by_rule =
+        rule.topic == topic && std::ranges::find(rule.publishers, running.ref.task) != rule.publishers.end();
     if (!by_rule) continue;
     for (Message& held : held_[r]) {
       if (held) SimulatedHistory::merge(*message, *held);
@@ -71,11 +70,11 @@ void ChainFollower::publish(const Messages& messages) {
   SimulatedHistory::append(*message, {running.ref.task, 0, running.ref.sequence, running.start}, 0);
   running.published = true;
   observe(*message, running);
-  if (messages.topic >= unread_.size()) return;
-  auto& latest = messages_[{messages.job.callback, messages.topic}];
-  if (!latest.empty() && latest.back().first == messages.job.number) latest.pop_back();
-  latest.emplace_back(messages.job.number, std::move(message));
-  if (latest.size() > unread_[messages.topic]) latest.pop_front();
+  if (topic >= unread_.size()) return;
+  auto& latest = messages_[{running.ref.task, topic}];
+  if (!latest.empty() && latest.back().first == key_of(job)) latest.pop_back();
+  latest.emplace_back(key_of(job), std::move(message));
+  if (latest.size() > unread_[topic]) latest.pop_front();
 }
 
 std::optional<JobRef> ChainFollower::end(const tracing::JobRef& job, bool ended) {

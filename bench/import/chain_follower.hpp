@@ -27,25 +27,26 @@ struct HeldInputs {
 /// is bounded by tasks, open jobs and the samples that may be unread.
 class ChainFollower {
  public:
-  /// Messages of one topic by one job.
-  struct Messages {
+  /// The message that a job took: its topic, and the job that published it, of task `by`.
+  struct Taken {
     tracing::JobRef job;
+    TaskId by = kNoTask;
     std::uint32_t topic = 0;
   };
   using Observed = std::function<void(const ChainObservation&)>;
 
-  /// `unread`: by topic, the most messages of a job's callback that may be unread. `observed` receives
+  /// `unread`: by topic, the most messages of a task that may be unread. `observed` receives
   /// each chain that a job of its sink ends, during publish() or end() of that job.
   ChainFollower(std::vector<ChainIndex> chains, std::vector<HeldInputs> held, std::vector<std::size_t> unread,
                 Observed observed);
 
   // In the order of time, for jobs of tasks.
-  void start(const tracing::JobRef& job, JobRef as, Time at, const std::optional<Messages>& taken);
-  void publish(const Messages& messages);
+  void start(const tracing::JobRef& job, JobRef as, Time at, const std::optional<Taken>& taken);
+  void publish(const tracing::JobRef& job, std::uint32_t topic);
   /// `ended`: false: the end was lost. Returns the job of the task; std::nullopt: its start was lost.
   std::optional<JobRef> end(const tracing::JobRef& job, bool ended);
 
-  /// The most messages of a callback that may be unread by a subscription of this depth; 0: keep all.
+  /// The most messages of a task that may be unread by a subscription of this depth; 0: keep all.
   [[nodiscard]] static std::size_t most_unread(std::uint32_t depth);
 
  private:
@@ -59,7 +60,7 @@ class ChainFollower {
   };
   using Key = std::pair<std::uint32_t, std::uint64_t>;
   static Key key_of(const tracing::JobRef& job) { return {job.callback, job.number}; }
-  [[nodiscard]] Message message_of(const Messages& taken) const;
+  [[nodiscard]] Message message_of(const Taken& taken) const;
   void observe(const SimulatedMessage& message, Running& running);
 
   const std::vector<ChainIndex> chains_;
@@ -69,8 +70,8 @@ class ChainFollower {
   const SimulatedHistory history_{};
   std::vector<std::vector<Message>> held_;  // by rule, by its inputs
   std::map<Key, Running> running_;
-  /// By callback and topic: its latest messages, with the numbers of their jobs.
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::deque<std::pair<std::uint64_t, Message>>> messages_;
+  /// By task and topic: its latest messages, with the keys of their jobs.
+  std::map<std::pair<TaskId, std::uint32_t>, std::deque<std::pair<Key, Message>>> messages_;
   std::vector<std::uint32_t> ends_;
 };
 

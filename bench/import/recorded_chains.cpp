@@ -45,12 +45,13 @@ std::vector<ChainObservation> recorded_chains(const tracing::System& system, con
     const tracing::Job& job = window.jobs[i];
     if (graph.task(job.ref) == kNoTask) continue;
     steps.emplace_back(job.started, [&, i] {
-      std::optional<ChainFollower::Messages> taken;
-      if (job.has_sample) taken = {job.sample.parent, system.callbacks[job.ref.callback].topic};
+      std::optional<ChainFollower::Taken> taken;
+      if (job.has_sample)
+        taken = {job.sample.parent, graph.task(job.sample.parent), system.callbacks[job.ref.callback].topic};
       follower.start(job.ref, window.records[i].job.ref(), job.start, taken);
     });
     for (const tracing::Publication& p : job.published)
-      steps.emplace_back(p.event, [&] { follower.publish({job.ref, p.topic}); });
+      steps.emplace_back(p.event, [&] { follower.publish(job.ref, p.topic); });
     if (job.ended) steps.emplace_back(job.finished, [&] { follower.end(job.ref, true); });
   }
   std::ranges::sort(steps, {}, [](const auto& step) { return step.first; });

@@ -117,6 +117,19 @@ TEST_F(Watching, MeasuresChains) {
   EXPECT_FALSE(check.broken()) << incident();
 }
 
+TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
+  system.events[0].text[1] = "/robot1";
+  system.events[1].text[0] = "/robot1/a";
+  system.events[5].text[1] = "/robot1/space";
+  system.events[6].text[0] = "/robot1/a";
+  system.add(K::node_init, 5, {40, 41}, {"other", "/"});
+  system.add(K::publisher_init, 5, {45, 40, 46, 1}, {"/a", ""});  // another topic
+  system.run(10, 1);
+  until(20);
+  EXPECT_EQ(check.chains()[0].outputs, 1U);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST_F(Watching, NamesTheCauseOfALateChain) {
   system.run(10, 1);
   system.run(20, 3);

@@ -2,9 +2,14 @@
 """Watches programs with `hotpath watch`: a program that calls tracepoints like rclcpp, with a stand-in
 for tracetools and with the real library, and programs without tracepoints."""
 
+import contextlib
 import json
 import os
+import pty
+import select
 import signal
+import subprocess
+import termios
 from pathlib import Path
 from typing import Any
 from hotpath_command import CommandTest
@@ -229,6 +234,105 @@ class WatchTest(CommandTest):
         out = self.accepted("import", "ctf", "record/snapshot_1", "--output", "imported")
         self.assertIn("2 nodes, 2 tasks", out)
 
+    def test_shows_a_screen_on_a_terminal(self) -> None:
+        terminal, slave = pty.openpty()
+        self.addCleanup(os.close, terminal)
+        termios.tcsetwinsize(slave, (30, 160))
+        self.environment["TERM"] = "xterm"
+        process = self.start(
+            *("watch", "--contract", self.contract(1), "--", TRACED_SYSTEM, 1_000_000, 1, 10, 2),
+            stdin=slave,
+            stdout=slave,
+        )
+        os.close(slave)
+        screen = ""
+
+        def shows(text: str) -> bool:
+            nonlocal screen
+            with contextlib.suppress(OSError):  # the other side was closed
+                if select.select([terminal], [], [], 0)[0]:
+                    screen += os.read(terminal, 65536).decode(errors="replace")
+            return text in screen
+
+        for text in ("CALLBACK", "/source (timer 10 ms)", "/space/sink /a", "THREAD", "Incident", "\u2588"):
+            self.wait_for(lambda text=text: shows(text), text)
+        for key, text in (("o", "order: execution"), ("f", "go on"), ("s", "a snapshot needs --record")):
+            os.write(terminal, key.encode())
+            self.wait_for(lambda text=text: shows(text), text)
+        os.write(terminal, b"q")
+        for text in ("Contract", "Incident: "):  # the result, after the screen
+            self.wait_for(lambda text=text: shows(text), text)
+        self.wait_for(lambda: (shows(""), process.poll() is not None)[1], "the end")
+        self.assertEqual(process.wait(), 0)
+        process.stderr.close()
+
+    def attachable(self, *arguments: object) -> subprocess.Popen[str]:
+        """Starts the traced system so that watchers can attach to it."""
+        code, out, _ = self.command("watch", "--print-environment")
+        self.assertEqual(code, 0)
+        variables = dict(line.split("=", 1) for line in out.splitlines())
+        self.assertEqual(list(variables), ["LD_PRELOAD", "HOTPATH_WATCH"])
+        program = subprocess.Popen(
+            [TRACED_SYSTEM, *map(str, arguments)],
+            env={**os.environ, **variables},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self.addCleanup(program.wait)
+        self.addCleanup(program.kill)
+        if program.stdout is not None:
+            self.addCleanup(program.stdout.close)
+        return program
+
+    def rings_of(self, program: subprocess.Popen[str]) -> list[str]:
+        return [str(ring) for ring in Path("/dev/shm").glob(f"hotpath_watch.attachable.{program.pid}.*")]
+
+    def test_attaches_to_running_programs(self) -> None:
+        program = self.attachable(1_000_000, 1, 5)
+        self.wait_for(lambda: len(self.rings_of(program)) == 2, "rings")
+        for _ in range(2):  # the second watcher learns of the nodes as well
+            code, reports, err = self.watched("--for", 1, "--once", "--contract", self.contract(100_000))
+            self.assertEqual(code, 0)
+            self.assertIn(f"attached to process {program.pid} (traced_system)", err)
+            timer, subscription = reports[0]["callbacks"]
+            self.assertEqual((timer["node"], timer["kind"]), ("/source", "timer"))
+            self.assertEqual((subscription["node"], subscription["topic"]), ("/space/sink", "/a"))
+            self.assertGreater(timer["jobs"], 0)
+            self.assertLess(timer["response_ms"]["max"], 100_000, "not since its creation")
+            self.assertEqual([reports[0][key] for key in ("dropped", "damaged", "late")], [0, 0, 0])
+            self.assertEqual({t["verdict"] for t in reports[0]["contract"]["terms"]}, {"held"})
+        self.assertIsNone(program.poll(), "it goes on")
+        program.kill()
+        program.communicate()
+        self.assertEqual(len(self.rings_of(program)), 2)
+        self.watched("--for", 0.1, "--once")  # removes what the killed program left
+        self.assertEqual(self.rings_of(program), [])
+
+    def test_an_attachable_program_leaves_nothing_behind(self) -> None:
+        program = self.attachable(10, 1)
+        self.assertEqual(program.communicate()[0], "done\n")
+        self.assertEqual((program.returncode, self.rings_of(program)), (0, []))
+
+    def test_waits_for_programs_and_rejects_a_second_watcher(self) -> None:
+        first = self.start("watch", "--json")
+        self.assertEqual(json.loads(first.stdout.readline())["events"], 0)
+        code, _, err = self.watched("--for", 1)
+        self.assertEqual(code, 1)
+        self.assertIn("another `hotpath watch` is attached", err)
+        program = self.attachable(3000, 1, 1)
+        report = {"callbacks": []}
+        while not report["callbacks"]:
+            report = json.loads(first.stdout.readline())
+        self.assertEqual(report["callbacks"][0]["node"], "/source")
+        self.assertEqual(program.communicate()[0], "done\n")
+        first.send_signal(signal.SIGTERM)
+        code, out, err = self.finish(first)
+        self.assertEqual(code, 128 + signal.SIGTERM)
+        self.assertEqual(json.loads(out.splitlines()[-1])["callbacks"][0]["jobs"], 3000)
+        self.assertIn("no program runs with the sensor", err)
+        self.assertEqual(self.rings_of(program), [], "the watcher removed them")
+        self.assertEqual(self.command("watch", "--print-environment", "--once")[0], 2)
+
     def test_says_why_nothing_was_recorded(self) -> None:
         code, reports, err = self.watched("--once", "--", "true")
         self.assertEqual((code, reports[0]["events"]), (0, 0))
@@ -241,4 +345,3 @@ class WatchTest(CommandTest):
         code, _, err = self.watched("--once", "--", "no-such-program")
         self.assertEqual(code, 1)
         self.assertIn("`no-such-program` could not be started", err)
-        self.assertEqual(self.command("watch")[0], 2)

@@ -9,12 +9,12 @@ namespace hotpath::watch {
 namespace {
 
 /// The inputs that enter messages; callbacks of a node that publish by the same set share its samples.
-std::vector<imports::HeldInputs> held_inputs(const Contract& contract, const StatedTopics& topics) {
+std::vector<imports::HeldInputs> held_inputs(const Contract& contract, const StatedNames& names) {
   std::map<std::tuple<std::string, std::uint32_t, std::vector<std::string>>, imports::HeldInputs> held;
   for (std::uint32_t c = 0; c < contract.callbacks.size(); ++c) {
     const CallbackContract& callback = contract.callbacks[c];
     for (const StatedPublication& p : callback.publishes)
-      if (!p.with.empty()) held[{callback.node, topics.find(p.topic), p.with}].publishers.push_back(c);
+      if (!p.with.empty()) held[{callback.node, names.number_of(p.topic), p.with}].publishers.push_back(c);
   }
   std::vector<imports::HeldInputs> rules;
   for (auto& [key, inputs] : held) {
@@ -38,13 +38,13 @@ std::size_t depth_of(const CallbackContract& subscription) {
 
 }  // namespace
 
-ChainCheck::ChainCheck(const Contract& contract, const StatedTopics& topics)
+ChainCheck::ChainCheck(const Contract& contract, const StatedNames& names)
     : taken_(contract.callbacks.size(), tracing::kNone),
       jobs_(contract.callbacks.size()),
       observed_(contract.chains.size()),
-      follower_(follower(contract, topics)) {}
+      follower_(follower(contract, names)) {}
 
-imports::ChainFollower ChainCheck::follower(const Contract& contract, const StatedTopics& topics) {
+imports::ChainFollower ChainCheck::follower(const Contract& contract, const StatedNames& names) {
   std::vector<ChainIndex> chains;
   for (const ChainContract& chain : contract.chains) {
     ChainIndex& index = chains.emplace_back();
@@ -53,17 +53,18 @@ imports::ChainFollower ChainCheck::follower(const Contract& contract, const Stat
     sources_.push_back(index.sources);
     for (const std::uint32_t source : chain.sources) source_jobs_[source];
   }
-  std::vector<std::size_t> unread(topics.size());
+  std::vector<std::size_t> unread(names.topics());
   for (std::uint32_t c = 0; c < contract.callbacks.size(); ++c) {
     const CallbackContract& callback = contract.callbacks[c];
-    if (!callback.topic.empty()) taken_[c] = topics.find(callback.topic);
+    if (!callback.topic.empty()) taken_[c] = names.number_of(callback.topic);
     if (taken_[c] != tracing::kNone) unread[taken_[c]] = std::max(unread[taken_[c]], depth_of(callback));
   }
-  return {std::move(chains), held_inputs(contract, topics), std::move(unread),
+  return {std::move(chains), held_inputs(contract, names), std::move(unread),
           [this](const ChainObservation& o) { pending_.push_back(o); }};
 }
 
-void ChainCheck::started(std::uint32_t entry, const tracing::Job& job, std::optional<Time> timestamp) {
+void ChainCheck::started(std::uint32_t entry, const tracing::Job& job, std::uint32_t publisher,
+                         std::optional<Time> timestamp) {
   const std::uint64_t number = jobs_[entry]++;
   if (const auto source = source_jobs_.find(entry); source != source_jobs_.end()) {
     auto& [first, timestamps] = source->second;
@@ -73,8 +74,9 @@ void ChainCheck::started(std::uint32_t entry, const tracing::Job& job, std::opti
       ++first;
     }
   }
-  std::optional<imports::ChainFollower::Messages> taken;
-  if (job.has_sample && taken_[entry] != tracing::kNone) taken = {job.sample.parent, taken_[entry]};
+  std::optional<imports::ChainFollower::Taken> taken;
+  if (publisher != tracing::kNone && taken_[entry] != tracing::kNone)
+    taken = {job.sample.parent, publisher, taken_[entry]};
   follower_.start(job.ref, {entry, number}, job.start, taken);
 }
 
@@ -93,7 +95,9 @@ const std::vector<ChainOutput>& ChainCheck::ended(const tracing::Job& job) {
     ObservedChain& observed = observed_[o.chain];
     ++observed.outputs;
     observed.hot_path.add(output.hot_path);
-    if (output.age) observed.age.add(*output.age);
+    if (!output.age) return true;
+    observed.age.add(*output.age);
+    observed.latest = std::max(observed.latest, *output.age);
     return true;
   });
   return outputs_;

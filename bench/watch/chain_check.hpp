@@ -9,7 +9,7 @@
 
 #include "import/chain_follower.hpp"
 #include "program/latency_histogram.hpp"
-#include "watch/stated_topics.hpp"
+#include "watch/stated_names.hpp"
 
 namespace hotpath::watch {
 
@@ -18,6 +18,7 @@ struct ObservedChain {
   std::uint64_t outputs = 0;           ///< Jobs of its sinks that ended with data of its sources.
   program::LatencyHistogram hot_path;  ///< Start of the latest source's job to the start of the sink's.
   program::LatencyHistogram age;       ///< Timestamp of the oldest source's job to the end of the sink's.
+  Duration latest{-1};                 ///< Largest age since next_interval(); -1 ns: none.
 };
 
 /// One output of a chain.
@@ -31,16 +32,22 @@ struct ChainOutput {
 /// Follows the data of a contract's chains through the jobs of a running system.
 class ChainCheck {
  public:
-  ChainCheck(const Contract& contract, const StatedTopics& topics);
+  ChainCheck(const Contract& contract, const StatedNames& names);
   ChainCheck(const ChainCheck&) = delete;
   ChainCheck& operator=(const ChainCheck&) = delete;
 
-  // In the order of time. `entry`: the job's callback in the contract.
-  void started(std::uint32_t entry, const tracing::Job& job, std::optional<Time> timestamp);
+  // In the order of time. `entry`: the job's callback in the contract; `publisher`: that of its
+  // sample, kNone: unknown.
+  void started(std::uint32_t entry, const tracing::Job& job, std::uint32_t publisher,
+               std::optional<Time> timestamp);
   /// `topic`: its number among the stated ones.
-  void published(const tracing::Job& job, std::uint32_t topic) { follower_.publish({job.ref, topic}); }
+  void published(const tracing::Job& job, std::uint32_t topic) { follower_.publish(job.ref, topic); }
   /// The outputs of the job; valid until the next call.
   const std::vector<ChainOutput>& ended(const tracing::Job& job);
+
+  void next_interval() {
+    for (ObservedChain& chain : observed_) chain.latest = Duration(-1);
+  }
 
   /// By chain of the contract.
   [[nodiscard]] const std::vector<ObservedChain>& chains() const { return observed_; }
@@ -53,7 +60,7 @@ class ChainCheck {
   };
   static constexpr std::size_t kRemembered = 4096;
 
-  imports::ChainFollower follower(const Contract& contract, const StatedTopics& topics);
+  imports::ChainFollower follower(const Contract& contract, const StatedNames& names);
   [[nodiscard]] std::optional<Time> oldest_source(const ChainObservation& observation) const;
 
   std::vector<std::vector<TaskId>> sources_;     // by chain

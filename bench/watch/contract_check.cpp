@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "hotpath/reference_system/ros_names.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::watch {
@@ -22,10 +21,10 @@ ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
     : contract_(std::move(contract)),
       clock_(clock),
       states_(contract_.callbacks.size()),
-      topics_(contract_),
-      chain_check_(contract_, topics_),
+      names_(contract_),
+      chain_check_(contract_, names_),
       thread_check_(contract_),
-      publisher_check_(contract_, topics_) {
+      publisher_check_(contract_, names_) {
   for (const CallbackContract& callback : contract_.callbacks)
     subjects_.emplace_back("callback", callback.name(), callback.terms, "no such callback has run");
   for (const ChainContract& chain : contract_.chains)
@@ -34,6 +33,7 @@ ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
 
 std::uint32_t ContractCheck::entry_of(const tracing::System& system, std::uint32_t callback) {
   if (callback >= entries_.size()) entries_.resize(callback + 1, kUnknown);
+  if (!names_.resolve(system)) return kNone;
   if (entries_[callback] == kUnknown) entries_[callback] = find_entry(system, callback);
   return entries_[callback];
 }
@@ -42,8 +42,8 @@ std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint
   const tracing::Callback& of = system.callbacks[callback];
   const bool timer = of.kind == CallbackKind::timer;
   if (of.node >= system.nodes.size() || (!timer && of.kind != CallbackKind::subscription)) return kNone;
-  const std::string node = graph_node_name(system.nodes[of.node]);
-  const std::string topic = timer ? "" : graph_topic_name(system.topics[of.topic].name);
+  const std::string node = names_.node(system, of.node);
+  const std::string topic = timer ? "" : names_.topic(system, of.topic);
   std::uint32_t number = 0;
   for (std::uint32_t c = 0; c <= callback; ++c)
     number += system.callbacks[c].kind == CallbackKind::timer && system.callbacks[c].node == of.node ? 1 : 0;
@@ -59,7 +59,8 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   thread_check_.started(system, job, entry, incident_);
   if (entry == kNone) return;
-  chain_check_.started(entry, job, timestamp);
+  const bool traced = job.has_sample && job.sample.parent.callback != kNone;
+  chain_check_.started(entry, job, traced ? entry_of(system, job.sample.parent.callback) : kNone, timestamp);
   Subject& subject = subjects_[entry];
   subject.seen = true;
   states_[entry].open.push_back({job.ref, job.start});
@@ -87,7 +88,7 @@ void ContractCheck::arrived(std::uint32_t entry, Time at) {
 void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, std::uint32_t callback,
                             const tracing::Sample& sample) {
   CallbackState& state = states_[entry];
-  const std::uint32_t topic = topics_.of(system, system.callbacks[callback].topic);
+  const std::uint32_t topic = names_.number_of(system, system.callbacks[callback].topic);
   const bool watched = sample.parent.callback != kNone;
   if (!watched && state.watched && topic != kNone && lossless_)
     publisher_check_.from_stranger(topic, sample.published, incident_);
@@ -107,7 +108,7 @@ void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, 
 
 void ContractCheck::published(const tracing::System& system, const tracing::Job& job,
                               const tracing::Publication& p) {
-  const std::uint32_t topic = topics_.of(system, p.topic);
+  const std::uint32_t topic = names_.number_of(system, p.topic);
   if (topic == kNone) return;
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   publisher_check_.published(system, job, topic, entry, entry == kNone ? nullptr : &subjects_[entry],
@@ -163,7 +164,7 @@ void ContractCheck::observed_until(const tracing::System& system, Time until, st
   lossless_ = !lost_at_ || until > *lost_at_ + kDoubt;
   if (observed_until_ && until < *observed_until_ + kPause) return;
   observed_until_ = until;
-  publisher_check_.created(system, topics_, until, incident_);
+  publisher_check_.created(system, names_, until, incident_);
   for (std::uint32_t entry = 0; entry < states_.size(); ++entry) {
     judge_running(entry, until);
     if (lossless_) judge_silence(entry, until);

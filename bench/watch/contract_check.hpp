@@ -38,6 +38,8 @@ class ContractCheck {
   /// Facts of the system's threads; call it about every second.
   void threads(const std::vector<std::optional<ThreadFacts>>& facts, Time at);
 
+  void next_interval() { chain_check_.next_interval(); }
+
   /// Whether any term is broken.
   [[nodiscard]] bool broken() const { return incident_.any(); }
   /// Whether a cause is known, or no longer expected from the facts of threads.
@@ -99,7 +101,7 @@ class ContractCheck {
   std::vector<Subject> subjects_;  // callbacks, then chains, as in the contract
   std::vector<CallbackState> states_;
   std::vector<std::uint32_t> entries_;  // by callback of the system
-  StatedTopics topics_;
+  StatedNames names_;
   ChainCheck chain_check_;
   ThreadCheck thread_check_;
   PublisherCheck publisher_check_;

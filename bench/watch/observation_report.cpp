@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "hotpath/core/time.hpp"
+#include "import/recorded_graph.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::watch {
@@ -76,9 +77,11 @@ void ObservationReport::update(const Observer& observer, const Session& session,
     Row& row = rows_.emplace_back();
     row.name = shown_name(observer.system(), c);
     row.fields = fields_of(observer.system(), observer.system().callbacks[c]);
+    row.housekeeping = imports::is_housekeeping(row.fields.value("topic", ""));
     row.rate = seconds > 0 ? static_cast<double>(observed.jobs - jobs_before_[c]) / seconds : 0;
     row.jobs = jobs_before_[c] = observed.jobs;
     row.lost = observed.lost;
+    row.latest = observed.latest;
     row.execution_p99 = observed.execution.quantile(0.99);
     row.execution_max = observed.execution.max();
     row.response_p99 = observed.response.quantile(0.99);
@@ -107,6 +110,7 @@ void ObservationReport::update_chains(const ContractCheck& contract) {
     row.hot_path_max = observed.hot_path.max();
     row.age_p99 = observed.age.quantile(0.99);
     row.age_max = observed.age.max();
+    row.latest = observed.latest;
     row.nearness = contract.nearness_of_chain(c);
   }
 }
@@ -164,7 +168,7 @@ program::TextTable ObservationReport::thread_table() const {
   return table;
 }
 
-program::TextTable ObservationReport::callback_table() const {
+std::string ObservationReport::title() const {
   std::string title =
       program::text("%.0f s: %llu processes with nodes, %llu threads, %llu events", to_ms(now_) / 1000,
                     static_cast<unsigned long long>(processes_), static_cast<unsigned long long>(threads_),
@@ -174,9 +178,14 @@ program::TextTable ObservationReport::callback_table() const {
         std::pair(losses_.late, "late"), std::pair(ignored_, "ignored")}) {
     if (count > 0) title += program::concat(", ", count, " ", meaning);
   }
-  program::TextTable table(title, {"callback", "jobs/s", "jobs", "lost", "execution\np99 ms",
-                                   "execution\nmax ms", "response\np99 ms", "response\nmax ms"});
+  return title;
+}
+
+program::TextTable ObservationReport::callback_table() const {
+  program::TextTable table(title(), {"callback", "jobs/s", "jobs", "lost", "execution\np99 ms",
+                                     "execution\nmax ms", "response\np99 ms", "response\nmax ms"});
   for (const Row& row : rows_) {
+    if (row.housekeeping) continue;
     table.add_row({row.name, program::fixed(row.rate, 1), program::concat(row.jobs),
                    program::concat(row.lost), shown_ms(row.execution_p99), shown_ms(row.execution_max),
                    shown_ms(row.response_p99), shown_ms(row.response_max)});

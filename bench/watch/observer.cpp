@@ -37,11 +37,16 @@ CallbackObservation& Observer::of(std::uint32_t callback) {
 }
 
 std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
-                                           CallbackObservation& observed) {
+                                           CallbackObservation& observed) const {
   if (job.has_sample) return job.sample.published;
   if (callback.kind != tracing::CallbackKind::timer) return std::nullopt;
   std::optional<Timer>& timer = observed.timer;
-  if (!timer) timer = timer_from(callback.created + callback.period, callback.period);
+  if (!timer) {
+    Time first = callback.created + callback.period;
+    if (attached_ && callback.created < *attached_ && first < job.start)
+      first += (job.start - first) / callback.period * callback.period;
+    timer = timer_from(first, callback.period);
+  }
   const Time next = timer->next_call();
   if (next <= job.start) return timer->call(job.start).timestamp;
   if (next - job.start > kCreation) timer = timer_from(job.start, callback.period);
@@ -51,6 +56,11 @@ std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracin
 void Observer::observed_until(Time until, const Losses& losses) {
   if (contract_ != nullptr)
     contract_->observed_until(system(), until, losses.dropped + losses.damaged + losses.late);
+}
+
+void Observer::next_interval() {
+  for (CallbackObservation& callback : callbacks_) callback.latest = Duration(-1);
+  if (contract_ != nullptr) contract_->next_interval();
 }
 
 void Observer::started(const tracing::Job& job) {
@@ -77,6 +87,7 @@ void Observer::ended(tracing::Job&& job) {
     CallbackObservation& observed = of(job.ref.callback);
     ++observed.jobs;
     observed.execution.add(job.finish - job.start);
+    observed.latest = std::max(observed.latest, job.finish - job.start);
     if (timestamp) observed.response.add(job.finish - *timestamp);
   }
   if (contract_ != nullptr) contract_->ended(system(), job, timestamp);

@@ -17,18 +17,18 @@ std::string node_named(const tracing::System& system, std::uint32_t node) {
 
 }  // namespace
 
-PublisherCheck::PublisherCheck(const Contract& contract, const StatedTopics& topics)
-    : nodes_(topics.size()), topics_of_entry_(contract.callbacks.size()) {
-  std::vector<std::string> names(topics.size());
+PublisherCheck::PublisherCheck(const Contract& contract, const StatedNames& names)
+    : nodes_(names.topics()), topics_of_entry_(contract.callbacks.size()) {
+  std::vector<std::string> titles(names.topics());
   for (std::uint32_t c = 0; c < contract.callbacks.size(); ++c) {
     for (const StatedPublication& p : contract.callbacks[c].publishes) {
-      const std::uint32_t topic = topics.find(p.topic);
-      names[topic] = p.topic;
+      const std::uint32_t topic = names.number_of(p.topic);
+      titles[topic] = p.topic;
       nodes_[topic].insert(contract.callbacks[c].node);
       topics_of_entry_[c].push_back(topic);
     }
   }
-  for (const std::string& name : names)
+  for (const std::string& name : titles)
     subjects_.emplace_back("topic", name, std::vector<Term>{{Clause::publishers}}, "it has no publisher");
 }
 
@@ -57,21 +57,22 @@ void PublisherCheck::from_stranger(std::uint32_t topic, Time at, Incident& incid
       false, "is also published by a node that is not watched, or outside of callbacks", at, incident);
 }
 
-void PublisherCheck::created(const tracing::System& system, StatedTopics& topics, Time at,
-                             Incident& incident) {
+void PublisherCheck::created(const tracing::System& system, StatedNames& names, Time at, Incident& incident) {
+  if (!names.resolve(system)) return;
   judged_.resize(system.endpoints.size());
   for (std::size_t e = 0; e < system.endpoints.size(); ++e) {
     const tracing::Endpoint& endpoint = system.endpoints[e];
     if (judged_[e] || endpoint.kind != tracing::Endpoint::Kind::publisher || endpoint.topic == kNone)
       continue;
     judged_[e] = true;
-    const std::uint32_t topic = topics.of(system, endpoint.topic);
+    const std::uint32_t topic = names.number_of(system, endpoint.topic);
     if (topic == kNone) continue;
     subjects_[topic].seen = true;
-    const std::string node = node_named(system, endpoint.node);
-    subjects_[topic].terms.front().judge(nodes_[topic].contains(graph_node_name(node)),
-                                         "has a publisher of " + node + ", which the contract lacks", at,
-                                         incident);
+    const bool known =
+        endpoint.node < system.nodes.size() && nodes_[topic].contains(names.node(system, endpoint.node));
+    subjects_[topic].terms.front().judge(
+        known, "has a publisher of " + node_named(system, endpoint.node) + ", which the contract lacks", at,
+        incident);
   }
 }
 

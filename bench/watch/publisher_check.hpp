@@ -8,14 +8,14 @@
 
 #include "hotpath/tracing/system.hpp"
 #include "watch/judged_term.hpp"
-#include "watch/stated_topics.hpp"
+#include "watch/stated_names.hpp"
 
 namespace hotpath::watch {
 
 /// Compares the publishers of topics with those of a contract.
 class PublisherCheck {
  public:
-  PublisherCheck(const Contract& contract, const StatedTopics& topics);
+  PublisherCheck(const Contract& contract, const StatedNames& names);
 
   /// A message of a job on a stated topic. `entry`: its callback in the contract, with its verdicts;
   /// kNone: none.
@@ -24,7 +24,7 @@ class PublisherCheck {
   /// A subscription got a sample that no watched job published, unlike earlier ones.
   void from_stranger(std::uint32_t topic, Time at, Incident& incident);
   /// Judges publishers that were created since the last call.
-  void created(const tracing::System& system, StatedTopics& topics, Time at, Incident& incident);
+  void created(const tracing::System& system, StatedNames& names, Time at, Incident& incident);
 
   /// By stated topic.
   [[nodiscard]] const std::vector<Subject>& subjects() const { return subjects_; }

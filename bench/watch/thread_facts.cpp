@@ -64,6 +64,12 @@ std::optional<std::uint64_t> processors_of(pid_t thread) {
 
 }  // namespace
 
+std::string process_name(std::uint32_t process) {
+  std::string name = content_of(program::concat("/proc/", process, "/comm"));
+  while (name.ends_with('\n')) name.pop_back();
+  return name;
+}
+
 std::vector<int> processor_list(std::uint64_t processors) {
   std::vector<int> list;
   for (int p = 0; p < 64; ++p)

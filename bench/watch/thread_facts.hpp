@@ -33,6 +33,9 @@ class ThreadReader {
   std::map<int, Duration> stolen_;  // by processor
 };
 
+/// The name of a process (comm); empty: it has ended.
+[[nodiscard]] std::string process_name(std::uint32_t process);
+
 /// The numbers of the set bits, ascending.
 [[nodiscard]] std::vector<int> processor_list(std::uint64_t processors);
 /// `0,2`.
