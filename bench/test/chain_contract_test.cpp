@@ -170,6 +170,16 @@ TEST_F(Watching, NamesAWithheldProcessor) {
   EXPECT_EQ(verdict("main", "wait_ms"), "broken");
 }
 
+TEST_F(Watching, NamesAWaitBeforeTheFirstFacts) {
+  system.run(10, 1);
+  system.run(22.5, 1);
+  until(30);
+  ThreadFacts waited = facts();
+  waited.waited = from_ms(3);
+  check.threads({waited}, at_ms(500));
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.010 main thread spin waited 3.000 ms of 490.000 ms"));
+}
+
 TEST_F(Watching, NamesChangesOfThreads) {
   system.run(10, 1);
   until(20);

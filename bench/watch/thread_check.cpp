@@ -45,8 +45,12 @@ void ThreadCheck::started(const tracing::System& system, const tracing::Job& job
                           Incident& incident) {
   if (subjects_.empty()) return;
   if (job.thread >= of_thread_.size()) of_thread_.resize(job.thread + 1, kNone);
+  first_starts_.resize(of_thread_.size());
   std::uint32_t& owner = of_thread_[job.thread];
-  if (entry != kNone && owner == kNone) owner = of_entry_[entry];
+  if (entry != kNone && owner == kNone) {
+    owner = of_entry_[entry];
+    first_starts_[job.thread] = job.start;
+  }
   if (owner == kNone) return;
   Subject& subject = subjects_[owner];
   subject.seen = true;
@@ -62,24 +66,27 @@ void ThreadCheck::facts(const std::vector<std::optional<ThreadFacts>>& facts, Ti
   at_ = at;
   for (std::size_t t = 0; t < facts.size() && t < of_thread_.size(); ++t) {
     if (of_thread_[t] == kNone || !facts[t]) continue;
-    const bool known = t < before_.size() && before_[t];
+    const bool known = previous_ && t < before_.size() && before_[t];
+    ThreadFacts before = known ? *before_[t] : *facts[t];
+    if (!known) before.waited = Duration::zero();
+    const Interval interval{known ? *previous_ : first_starts_[t], at, known};
     Subject& subject = subjects_[of_thread_[t]];
-    judge(subject, program::concat("thread ", facts[t]->name, " "), *facts[t],
-          known ? *before_[t] : *facts[t], incident);
-    if (known && previous_) judge_wait(subject, facts[t]->name, *facts[t], *before_[t], incident);
+    judge(subject, *facts[t], before, interval, incident);
+    judge_wait(subject, *facts[t], before, interval, incident);
   }
   before_ = facts;
 }
 
-void ThreadCheck::judge(Subject& subject, const std::string& name, const ThreadFacts& now,
-                        const ThreadFacts& before, Incident& incident) const {
+void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const ThreadFacts& before,
+                        const Interval& interval, Incident& incident) {
+  const std::string name = "thread " + now.name + " ";
   if (JudgedTerm* const policy = subject.find(Clause::policy)) {
     const bool changed = !(now.policy == before.policy);
     policy->judge(now.policy == policy->term().policy,
                   program::concat(name, "has the policy ", to_string(now.policy),
                                   changed ? " instead of " + to_string(before.policy) : std::string(),
                                   ", contract ", policy->limit_text()),
-                  previous_.value_or(*at_), incident);
+                  interval.begin, incident);
   }
   if (JudgedTerm* const processors = subject.find(Clause::processors)) {
     const auto allowed = static_cast<std::uint64_t>(processors->term().limit);
@@ -87,30 +94,31 @@ void ThreadCheck::judge(Subject& subject, const std::string& name, const ThreadF
                       program::concat(name, "may run on processors ",
                                       processors->shown(static_cast<std::int64_t>(now.processors)),
                                       ", contract ", processors->limit_text()),
-                      previous_.value_or(*at_), incident);
+                      interval.begin, incident);
   }
 }
 
 /// A wait that is long enough to explain an exceeded bound breaks the term as well.
-void ThreadCheck::judge_wait(Subject& subject, const std::string& name, const ThreadFacts& now,
-                             const ThreadFacts& before, Incident& incident) const {
+void ThreadCheck::judge_wait(Subject& subject, const ThreadFacts& now, const ThreadFacts& before,
+                             const Interval& interval, Incident& incident) {
   JudgedTerm* const wait = subject.find(Clause::wait);
   if (wait == nullptr) return;
   const Duration stolen = std::max(Duration::zero(), now.stolen - before.stolen);
   const Duration waited = std::max(Duration::zero(), now.waited - before.waited) + stolen;
-  const Duration passed = std::max(*at_ - *previous_, Duration(1));
-  const std::optional<Breach>& bound = incident.first(Role::bound);
-  const bool explains = bound && !incident.first(Role::assumption) && bound->at > *previous_ &&
-                        bound->at <= *at_ && waited >= bound->excess;
+  const Duration passed = std::max(interval.end - interval.begin, Duration(1));
+  const auto &bound = incident.first(Role::bound), &cause = incident.first(Role::assumption);
+  const bool explains = bound && (!cause || cause->at > bound->at) && bound->at > interval.begin &&
+                        bound->at <= interval.end && waited >= bound->excess;
+  if (!interval.exact && !explains) return;  // it may have waited before its first job
   const Duration in_a_second = from_ms(1000 * to_ms(waited) / to_ms(passed));
   wait->observe(in_a_second.count());
   wait->judge(in_a_second.count() <= wait->term().limit && !explains,
               program::concat(
-                  "thread ", name, " waited ", shown_ms(waited), " of ", shown_ms(passed), " for a processor",
+                  "thread ", now.name, " waited ", shown_ms(waited), " of ", shown_ms(passed), " for a processor",
                   stolen > Duration::zero() ? " (the hypervisor withheld it " + shown_ms(stolen) + ")"
                                             : std::string(),
                   ", limit ", wait->limit_text(), " in a second"),
-              *previous_, incident);
+              interval.begin, incident);
 }
 
 }  // namespace hotpath::watch

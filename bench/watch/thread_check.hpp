@@ -29,14 +29,21 @@ class ThreadCheck {
   [[nodiscard]] std::string name_of(std::uint32_t thread) const;
 
  private:
-  void judge(Subject& subject, const std::string& name, const ThreadFacts& now, const ThreadFacts& before,
-             Incident& incident) const;
-  void judge_wait(Subject& subject, const std::string& name, const ThreadFacts& now,
-                  const ThreadFacts& before, Incident& incident) const;
+  /// Between two facts of a thread, or from its first job to its first facts, whose counts began
+  /// earlier (not exact).
+  struct Interval {
+    Time begin{}, end{};
+    bool exact = true;
+  };
+  static void judge(Subject& subject, const ThreadFacts& now, const ThreadFacts& before,
+                    const Interval& interval, Incident& incident);
+  static void judge_wait(Subject& subject, const ThreadFacts& now, const ThreadFacts& before,
+                         const Interval& interval, Incident& incident);
 
   std::vector<Subject> subjects_;         // as in the contract
   std::vector<std::uint32_t> of_entry_;   // by callback of the contract: its threads
   std::vector<std::uint32_t> of_thread_;  // by thread of the system: the same
+  std::vector<Time> first_starts_;        // by thread of the system: of a job of the executor
   std::vector<std::optional<ThreadFacts>> before_;
   std::optional<Time> previous_, at_;
 };
