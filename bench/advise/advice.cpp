@@ -219,6 +219,17 @@ class Adviser {
     return file.string();
   }
 
+  /// Writes the contract of the recommended executor, and returns its file; empty: none is recommended.
+  std::string write_contract(const Advice& advice, const fs::path& folder) const {
+    if (advice.best == nullptr || !options_.contract) return "";
+    const Candidate& c = *advice.best->candidate;
+    Graph graph = c.graph;
+    graph.platform = graph_.platform;
+    const fs::path file = folder / "contract.yaml";
+    program::write_whole_file(file, options_.contract(graph, c.tasks, c.spec));
+    return file.string();
+  }
+
   /// The executor's name in a deployment file.
   static std::string executor_text(const Candidate& c) {
     return c.sets_priorities ? std::string(c.spec.entry->name) : c.name;
@@ -228,6 +239,7 @@ class Adviser {
     const fs::path folder = setup::output_folder(options_, graph_);
     program::create_folder(folder);
     advice.change = write_change(advice, folder);
+    const std::string contract = write_contract(advice, folder);
     if (!advice.causes.empty() && can_be_written(*advice.now->candidate)) {
       advice.stored.push_back(store_first_draw(*advice.now->candidate, options_, folder / "now"));
       advice.stored.push_back(store_first_draw(*advice.best->candidate, options_, folder / "recommended"));
@@ -241,6 +253,7 @@ class Adviser {
                 << " draws: the budget ended (--budget SECONDS).\n";
     }
     if (!graph_.chains.empty()) program::draw_figure("advice", folder);
+    if (!contract.empty()) std::cout << "\nContract for `hotpath watch`: " << contract << "\n";
     std::cout << "\nResults: " << folder.string() << "\n" << std::flush;
     program::show_json(content);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -19,6 +20,8 @@ struct Options : setup::CommonOptions {
   unsigned threads = 0;
   bool choose_phases = false;       ///< advise_phases() instead of advise().
   std::optional<double> margin_ms;  ///< advise_phases(): how far offsets may be off; >= 0.
+  /// advise(): the contract of a graph under an executor as YAML, for `hotpath watch`.
+  std::function<std::string(const Graph&, const GraphTasks&, const setup::ExecutorSpec&)> contract;
 };
 
 /// Predicts the graph under every suitable executor and deployment, ranks them, repeats the ranking

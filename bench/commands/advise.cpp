@@ -4,6 +4,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
+#include "watch/stated_contract.hpp"
 
 namespace hotpath::commands {
 
@@ -49,6 +50,9 @@ void add_advise_command(CLI::App& app) {
           throw program::UsageError("--margin is for phases that are chosen; add --phases without a value");
         advise::advise(options);
       });
+  o.contract = [](const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor) {
+    return watch::stated_contract(graph, tasks, executor);
+  };
   o.phases = Phases::random;
   o.duration_s = 10;
   o.warm_up_s = 1;

@@ -17,9 +17,13 @@ void add_watch_command(CLI::App& app) {
   command
       .add_option("COMMAND", o.command,
                   "Program to start and watch, with its arguments, after `--`;\n"
-                  "its standard output goes to standard error")
-      ->type_name("")
-      ->required();
+                  "its standard output goes to standard error. Without one, attach\n"
+                  "to programs that run with --print-environment")
+      ->type_name("");
+  command.add_flag("--print-environment", o.print_environment,
+                   "Only print the variables with which programs run so that\n"
+                   "`hotpath watch` without COMMAND can attach to them:\n"
+                   "env $(hotpath watch --print-environment) PROGRAM");
   add_number(command, "--for", o.seconds, {0.1, 1e7}, "SECONDS",
              "Stop the program after this time; by default watch until it exits");
   command.add_flag("--once", o.once, "Report once, at the end, instead of every second");
@@ -34,6 +38,8 @@ void add_watch_command(CLI::App& app) {
   add_number(command, "--keep", o.keep, {1, 600}, "SECONDS", "Events that --record keeps; by default 10")
       ->needs(record);
   command.add_flag("--json", o.json, "Print a line of JSON for each report");
+  exclude(command, "--print-environment",
+          {"COMMAND", "--for", "--once", "--contract", "--fail-on", "--record", "--keep", "--json"});
 }
 
 }  // namespace hotpath::commands

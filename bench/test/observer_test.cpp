@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "watch/live_view.hpp"
 #include "watched_system.hpp"
 
 namespace hotpath::watch {
@@ -35,6 +36,22 @@ TEST_F(Observing, KeepsTimesAndLossesOfCallbacks) {
   EXPECT_EQ(subscription.lost, 2U);
   EXPECT_EQ(subscription.execution.max(), 1 * kMs);
   EXPECT_EQ(subscription.response.max(), 1 * kMs);
+}
+
+TEST(Sparkline, ShowsValuesRelativeToTheLargest) {
+  EXPECT_EQ(sparkline({0, 1, -1, 2}), "▁▅ █");
+  EXPECT_EQ(sparkline({0}), "▁");
+  EXPECT_EQ(sparkline({}), "");
+}
+
+TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {
+  system.run(1013, 2);
+  system.run(1020, 1);
+  Observer attached(nullptr, nullptr, at_ms(1000));
+  for (const tracing::Event& event : system.events) attached.event(event);
+  EXPECT_EQ(attached.callbacks()[0].response.max(), 5 * kMs);
+  observe();
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 1005 * kMs) << "otherwise the executor is late";
 }
 
 TEST_F(Observing, SkipsTimestampsLikeRcl) {

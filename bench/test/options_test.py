@@ -269,7 +269,10 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {},
         {
             option: Elsewhere("it watches in real time", "watch_test.py")
-            for option in ("--for", "--once", "--contract", "--fail-on", "--record", "--keep", "--json")
+            for option in (
+                *("--for", "--once", "--contract", "--fail-on", "--record", "--keep", "--json"),
+                "--print-environment",
+            )
         },
     ),
     "check": ({}, {}),

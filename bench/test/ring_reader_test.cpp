@@ -12,7 +12,9 @@
 #include <memory>
 #include <random>
 
+#include "watch/contract_check.hpp"
 #include "watch/mapped_ring.hpp"
+#include "watch/observer.hpp"
 
 namespace hotpath::watch {
 namespace {
@@ -110,8 +112,24 @@ TEST_F(RingReading, CountsDamageAndGoesOn) {
   EXPECT_EQ(read().size(), 1U);
 }
 
+/// Of a chain from a timer to a subscription.
+Contract small_contract() {
+  Contract contract;
+  contract.callbacks.resize(2);
+  contract.callbacks[0].node = "n";
+  contract.callbacks[0].publishes = {{"n", {}}};
+  contract.callbacks[0].terms = {{Clause::budget, 1}, {Clause::publishes, 1}, {Clause::maximum_distance, 1}};
+  contract.callbacks[1].node = contract.callbacks[1].topic = "n";
+  contract.callbacks[1].terms = {{Clause::minimum_distance, 5, Origin::given, {7}}, {Clause::lost}};
+  contract.chains = {{"chain", {0}, {1}, {{Clause::age, 5}, {Clause::hot_path, 5}}}};
+  contract.threads = {{"threads", {0, 1}, {{Clause::serves}, {Clause::wait}}}};
+  return contract;
+}
+
 TEST_F(RingReading, SurvivesAnyBytes) {
   std::mt19937_64 random(1);
+  ContractCheck check(small_contract(), WallClock(tracing::Duration{}));
+  Observer observer(&check, nullptr);
   std::uint64_t events = 0;
   for (int round = 0; round < 50; ++round) {
     for (Record& record : ring->records) {
@@ -124,10 +142,15 @@ TEST_F(RingReading, SurvivesAnyBytes) {
       if (random() % 2 == 0) record.texts = static_cast<std::uint8_t>(random() % 4);
       if (random() % 2 == 0) record.length = static_cast<std::uint8_t>(random() % (sensor::kTextBytes + 2));
       if (random() % 2 == 0) record.which = static_cast<std::uint16_t>(random() % 3);
+      // Few handles and one name connect entities with each other and with the contract.
+      if (record.id != Id::text && random() % 4 != 0)
+        for (std::uint64_t& number : record.number) number = random() % 3;
+      if (record.id == Id::text && random() % 2 == 0) std::memcpy(record.text, "n", 2);
     }
     ring->head += random() % 4 == 0 ? random() : random() % kCapacity;
     for (const Event& event : read()) {
       ++events;
+      observer.event(event);
       EXPECT_LT(static_cast<std::size_t>(event.kind), tracing::formats().size());
       EXPECT_LE(event.at, kNow + std::chrono::seconds(1));
       EXPECT_GE(event.processor, -1);
@@ -136,6 +159,9 @@ TEST_F(RingReading, SurvivesAnyBytes) {
   }
   EXPECT_GT(events, 0U);
   EXPECT_GT(reader.damaged(), 0U);
+  EXPECT_FALSE(observer.callbacks().empty());
+  observer.observed_until(kNow, {.dropped = 1});
+  EXPECT_EQ(check.json({})["terms"].size(), 10U) << check.incident({});
 }
 
 TEST(RingKinds, HaveTheNamesOfTheirTracepoints) {

@@ -2,9 +2,14 @@
 """Watches programs with `hotpath watch`: a program that calls tracepoints like rclcpp, with a stand-in
 for tracetools and with the real library, and programs without tracepoints."""
 
+import contextlib
 import json
 import os
+import pty
+import select
 import signal
+import subprocess
+import termios
 from pathlib import Path
 from typing import Any
 from hotpath_command import CommandTest
@@ -137,7 +142,10 @@ class WatchTest(CommandTest):
             "--contract", "contract.yaml", "--once", "--", TRACED_SYSTEM, 3, 1, 100, 5
         )
         self.assertEqual(code, 0)
-        terms = {(t["callback"], t["term"]): t for t in reports[0]["contract"]["terms"]}
+        terms = {
+            (t.get("callback") or t.get("thread") or t.get("topic"), t["term"]): t
+            for t in reports[0]["contract"]["terms"]
+        }
         stated = {key: (t["limit"], t["from"]) for key, t in terms.items()}
         bound, _ = stated["source (timer)", "response_ms"]
         self.assertGreaterEqual(bound, 2)
@@ -146,7 +154,16 @@ class WatchTest(CommandTest):
         expected = {
             ("source (timer)", "budget_ms"): (2, "given"),
             ("source (timer)", "period_ms"): (100, "given"),
+            ("source (timer)", "maximum_distance_ms"): (100 + bound, "derived"),
+            ("source (timer)", "publishes"): (None, "given"),
             ("source (timer)", "response_ms"): (bound, "derived"),
+            ("rm-ro", "wait_ms"): (1, "given"),
+            ("rm-ro", "serves"): (None, "given"),
+            ("source", "publishers"): (None, "given"),
+            ("space.sink", "publishers"): (None, "given"),
+            (sink, "maximum_distance_ms"): (100 + bound, "derived"),
+            (sink, "publishes"): (None, "given"),
+            (sink, "lost"): (0, "derived"),
             (sink, "budget_ms"): (1, "given"),
             (sink, "depth"): (1, "given"),
             (sink, "minimum_distance_ms"): (100 - bound, "derived"),
@@ -159,6 +176,41 @@ class WatchTest(CommandTest):
             code, _, err = self.command(*analyze, *wrong)
             self.assertEqual(code, 2)
             self.assertIn("--contract", err)
+
+    def test_a_chain_and_its_threads(self) -> None:
+        path = self.folder / "contract.yaml"
+        path.write_text(
+            "callbacks:\n"
+            "- {node: source, publishes: [{topic: a}]}\n"
+            "- {node: space.sink, topic: a, publishes: []}\n"
+            "chains:\n"
+            "- name: path\n"
+            "  sources: [source (timer)]\n"
+            "  sinks: [space.sink/a]\n"
+            "  hot_path_ms: {value: 4, from: derived}\n"
+            "  age_ms: {value: 100000, from: derived}\n"
+            "threads:\n"
+            "- {name: main, callbacks: [source (timer), space.sink/a], wait_ms: {value: 1000, from: given}}\n"
+        )
+        system = ("--", TRACED_SYSTEM, 130, 1, 10, 5)  # hot paths of at least 5 ms
+        code, reports, _ = self.watched("--contract", path, *system)
+        self.assertEqual(code, 0)
+        [chain] = reports[-1]["chains"]
+        self.assertEqual((chain["chain"], chain["outputs"]), ("path", 130))
+        self.assertGreaterEqual(chain["hot_path_ms"]["max"], 5)
+        self.assertGreaterEqual(chain["age_ms"]["max"], chain["hot_path_ms"]["max"])
+        [thread] = reports[-1]["executor_threads"]
+        self.assertEqual((thread["executor"], thread["policy_before"]), ("main", None))
+        self.assertTrue(thread["policy"] and thread["processors"])
+        terms = {t["term"]: t for t in reports[-1]["contract"]["terms"]}
+        self.assertEqual(terms["age_ms"]["verdict"], "held")
+        self.assertEqual(terms["age_ms"]["chain"], "path")
+        self.assertEqual((terms["hot_path_ms"]["verdict"], terms["hot_path_ms"]["broken"]), ("broken", 130))
+        self.assertRegex(
+            reports[-1]["contract"]["incident"], r"^\d\d:\d\d:\d\d\.\d{3} path took .* ms, bound 4.000 ms"
+        )
+        self.assertEqual(terms["publishers"]["verdict"], "held")
+        self.assertEqual(terms["serves"]["verdict"], "held")
 
     def test_records_an_incident_that_can_be_imported(self) -> None:
         record = ("--record", "record", "--contract", self.contract(4))
@@ -182,6 +234,105 @@ class WatchTest(CommandTest):
         out = self.accepted("import", "ctf", "record/snapshot_1", "--output", "imported")
         self.assertIn("2 nodes, 2 tasks", out)
 
+    def test_shows_a_screen_on_a_terminal(self) -> None:
+        terminal, slave = pty.openpty()
+        self.addCleanup(os.close, terminal)
+        termios.tcsetwinsize(slave, (30, 160))
+        self.environment["TERM"] = "xterm"
+        process = self.start(
+            *("watch", "--contract", self.contract(1), "--", TRACED_SYSTEM, 1_000_000, 1, 10, 2),
+            stdin=slave,
+            stdout=slave,
+        )
+        os.close(slave)
+        screen = ""
+
+        def shows(text: str) -> bool:
+            nonlocal screen
+            with contextlib.suppress(OSError):  # the other side was closed
+                if select.select([terminal], [], [], 0)[0]:
+                    screen += os.read(terminal, 65536).decode(errors="replace")
+            return text in screen
+
+        for text in ("CALLBACK", "/source (timer 10 ms)", "/space/sink /a", "THREAD", "Incident", "\u2588"):
+            self.wait_for(lambda text=text: shows(text), text)
+        for key, text in (("o", "order: execution"), ("f", "go on"), ("s", "a snapshot needs --record")):
+            os.write(terminal, key.encode())
+            self.wait_for(lambda text=text: shows(text), text)
+        os.write(terminal, b"q")
+        for text in ("Contract", "Incident: "):  # the result, after the screen
+            self.wait_for(lambda text=text: shows(text), text)
+        self.wait_for(lambda: (shows(""), process.poll() is not None)[1], "the end")
+        self.assertEqual(process.wait(), 0)
+        process.stderr.close()
+
+    def attachable(self, *arguments: object) -> subprocess.Popen[str]:
+        """Starts the traced system so that watchers can attach to it."""
+        code, out, _ = self.command("watch", "--print-environment")
+        self.assertEqual(code, 0)
+        variables = dict(line.split("=", 1) for line in out.splitlines())
+        self.assertEqual(list(variables), ["LD_PRELOAD", "HOTPATH_WATCH"])
+        program = subprocess.Popen(
+            [TRACED_SYSTEM, *map(str, arguments)],
+            env={**os.environ, **variables},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self.addCleanup(program.wait)
+        self.addCleanup(program.kill)
+        if program.stdout is not None:
+            self.addCleanup(program.stdout.close)
+        return program
+
+    def rings_of(self, program: subprocess.Popen[str]) -> list[str]:
+        return [str(ring) for ring in Path("/dev/shm").glob(f"hotpath_watch.attachable.{program.pid}.*")]
+
+    def test_attaches_to_running_programs(self) -> None:
+        program = self.attachable(1_000_000, 1, 5)
+        self.wait_for(lambda: len(self.rings_of(program)) == 2, "rings")
+        for _ in range(2):  # the second watcher learns of the nodes as well
+            code, reports, err = self.watched("--for", 1, "--once", "--contract", self.contract(100_000))
+            self.assertEqual(code, 0)
+            self.assertIn(f"attached to process {program.pid} (traced_system)", err)
+            timer, subscription = reports[0]["callbacks"]
+            self.assertEqual((timer["node"], timer["kind"]), ("/source", "timer"))
+            self.assertEqual((subscription["node"], subscription["topic"]), ("/space/sink", "/a"))
+            self.assertGreater(timer["jobs"], 0)
+            self.assertLess(timer["response_ms"]["max"], 100_000, "not since its creation")
+            self.assertEqual([reports[0][key] for key in ("dropped", "damaged", "late")], [0, 0, 0])
+            self.assertEqual({t["verdict"] for t in reports[0]["contract"]["terms"]}, {"held"})
+        self.assertIsNone(program.poll(), "it goes on")
+        program.kill()
+        program.communicate()
+        self.assertEqual(len(self.rings_of(program)), 2)
+        self.watched("--for", 0.1, "--once")  # removes what the killed program left
+        self.assertEqual(self.rings_of(program), [])
+
+    def test_an_attachable_program_leaves_nothing_behind(self) -> None:
+        program = self.attachable(10, 1)
+        self.assertEqual(program.communicate()[0], "done\n")
+        self.assertEqual((program.returncode, self.rings_of(program)), (0, []))
+
+    def test_waits_for_programs_and_rejects_a_second_watcher(self) -> None:
+        first = self.start("watch", "--json")
+        self.assertEqual(json.loads(first.stdout.readline())["events"], 0)
+        code, _, err = self.watched("--for", 1)
+        self.assertEqual(code, 1)
+        self.assertIn("another `hotpath watch` is attached", err)
+        program = self.attachable(3000, 1, 1)
+        report = {"callbacks": []}
+        while not report["callbacks"]:
+            report = json.loads(first.stdout.readline())
+        self.assertEqual(report["callbacks"][0]["node"], "/source")
+        self.assertEqual(program.communicate()[0], "done\n")
+        first.send_signal(signal.SIGTERM)
+        code, out, err = self.finish(first)
+        self.assertEqual(code, 128 + signal.SIGTERM)
+        self.assertEqual(json.loads(out.splitlines()[-1])["callbacks"][0]["jobs"], 3000)
+        self.assertIn("no program runs with the sensor", err)
+        self.assertEqual(self.rings_of(program), [], "the watcher removed them")
+        self.assertEqual(self.command("watch", "--print-environment", "--once")[0], 2)
+
     def test_says_why_nothing_was_recorded(self) -> None:
         code, reports, err = self.watched("--once", "--", "true")
         self.assertEqual((code, reports[0]["events"]), (0, 0))
@@ -194,4 +345,3 @@ class WatchTest(CommandTest):
         code, _, err = self.watched("--once", "--", "no-such-program")
         self.assertEqual(code, 1)
         self.assertIn("`no-such-program` could not be started", err)
-        self.assertEqual(self.command("watch")[0], 2)

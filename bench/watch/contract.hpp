@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "hotpath/core/enum_text.hpp"
+#include "hotpath/core/thread_policy.hpp"
 #include "hotpath/core/time.hpp"
 
 namespace hotpath::watch {
@@ -18,26 +18,67 @@ constexpr auto enum_texts(Origin) {
       {{Origin::given, "given"}, {Origin::measured, "measured"}, {Origin::derived, "derived"}});
 }
 
-/// What a contract says of a callback: assumptions, and the bound that follows from them.
+/// What a contract says: assumptions, the bounds that follow from them, and requirements.
 enum class Clause : std::uint8_t {
+  // Of callbacks.
   budget,            ///< Most time from start to end of a job.
   period,            ///< Of a timer.
   minimum_distance,  ///< Least time between two publications of a subscription's samples.
+  maximum_distance,  ///< Most time between two starts of a timer's jobs, or two publications of samples.
   depth,             ///< Of a subscription's queue.
+  publishes,         ///< Most messages of a topic by one job, on the stated topics only.
   response,          ///< Bound: most time from the timestamp of a job to its end.
+  lost,              ///< Bound: most samples that are overwritten unread.
+  // Of chains.
+  hot_path,     ///< Bound: most time from the start of the last source's job to the start of the sink's.
+  age,          ///< Bound: most time from the timestamp of the oldest source's job to the end of the sink's.
+  requirement,  ///< Most age that the system can do with.
+  // Of threads.
+  policy,      ///< Scheduling policy and priority.
+  processors,  ///< On which they may run.
+  wait,        ///< Most time in a second that a thread which could run has no processor.
+  serves,      ///< They run no other callbacks.
+  // Of topics.
+  publishers,  ///< No others publish the topic.
 };
 constexpr auto enum_texts(Clause) {
   return std::to_array<EnumText<Clause>>({{Clause::budget, "budget_ms"},
                                           {Clause::period, "period_ms"},
                                           {Clause::minimum_distance, "minimum_distance_ms"},
+                                          {Clause::maximum_distance, "maximum_distance_ms"},
                                           {Clause::depth, "depth"},
-                                          {Clause::response, "response_ms"}});
+                                          {Clause::publishes, "publishes"},
+                                          {Clause::response, "response_ms"},
+                                          {Clause::lost, "lost"},
+                                          {Clause::hot_path, "hot_path_ms"},
+                                          {Clause::age, "age_ms"},
+                                          {Clause::requirement, "requirement_ms"},
+                                          {Clause::policy, "policy"},
+                                          {Clause::processors, "processors"},
+                                          {Clause::wait, "wait_ms"},
+                                          {Clause::serves, "serves"},
+                                          {Clause::publishers, "publishers"}});
 }
+
+/// What it means if a term is broken.
+enum class Role : std::uint8_t { assumption, bound, requirement };
+[[nodiscard]] Role role_of(Clause clause);
 
 struct Term {
   Clause clause;
-  std::int64_t limit = 0;  ///< ns; depth: samples.
+  /// ns; depth, lost, publishes: a count; processors: a bit for each.
+  std::int64_t limit = 0;
   Origin origin = Origin::given;
+  /// minimum_distance: the limits from one publication to the second, third ... after it, in ns.
+  std::vector<std::int64_t> further = {};
+  ThreadPolicy policy = {};  ///< policy.
+};
+
+/// A topic that a callback publishes, at most once in each job.
+struct StatedPublication {
+  std::string topic;
+  /// Topics of the node whose latest samples enter the message, besides that of the callback.
+  std::vector<std::string> with = {};
 };
 
 /// A callback by the names that a graph gives to nodes and topics.
@@ -46,14 +87,31 @@ struct CallbackContract {
   std::string topic;        ///< Empty: a timer.
   std::uint32_t timer = 1;  ///< Number among the node's timers, from 1.
   std::vector<Term> terms;
+  std::vector<StatedPublication> publishes = {};
 
   /// `Node/topic`, `Node (timer)` or `Node (timer 2)`.
   [[nodiscard]] std::string name() const;
 };
 
+/// A path of data. Callbacks are indices into the contract's.
+struct ChainContract {
+  std::string name;
+  std::vector<std::uint32_t> sources = {}, sinks = {};
+  std::vector<Term> terms = {};
+};
+
+/// The threads of an executor.
+struct ThreadContract {
+  std::string name;
+  std::vector<std::uint32_t> callbacks = {};  ///< That they serve.
+  std::vector<Term> terms = {};
+};
+
 /// The assumptions under which the bounds of a system hold.
 struct Contract {
   std::vector<CallbackContract> callbacks;
+  std::vector<ChainContract> chains;
+  std::vector<ThreadContract> threads;
 };
 
 /// Throws InputError, which names file, line and remedy.

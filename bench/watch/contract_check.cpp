@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "hotpath/reference_system/ros_names.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::watch {
@@ -16,46 +15,25 @@ using tracing::kNone;
 /// Not yet looked for in the contract.
 constexpr std::uint32_t kUnknown = kNone - 1;
 
-std::string shown(Clause clause, std::int64_t value) {
-  return clause == Clause::depth ? program::concat(value) : program::fixed(to_ms(Duration(value)), 3) + " ms";
-}
-
-/// What a job did that breaks a term.
-const char* deed(Clause clause) {
-  switch (clause) {
-    case Clause::budget:
-      return " ran ";
-    case Clause::period:
-      return " has a period of ";
-    case Clause::minimum_distance:
-      return " got samples at a distance of ";
-    case Clause::depth:
-      return " has a queue depth of ";
-    case Clause::response:
-      return " responded after ";
-  }
-  return "";
-}
-
-/// The key of a term without its unit.
-std::string title(Clause clause) {
-  std::string text(to_string(clause));
-  if (text.ends_with("_ms")) text.resize(text.size() - 3);
-  std::ranges::replace(text, '_', ' ');
-  return text;
-}
-
 }  // namespace
 
-ContractCheck::ContractCheck(Contract contract, Time begin) : contract_(std::move(contract)), begin_(begin) {
-  for (const CallbackContract& callback : contract_.callbacks) {
-    CallbackState& state = states_.emplace_back();
-    for (const Term& term : callback.terms) state.terms.push_back({term});
-  }
+ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
+    : contract_(std::move(contract)),
+      clock_(clock),
+      states_(contract_.callbacks.size()),
+      names_(contract_),
+      chain_check_(contract_, names_),
+      thread_check_(contract_),
+      publisher_check_(contract_, names_) {
+  for (const CallbackContract& callback : contract_.callbacks)
+    subjects_.emplace_back("callback", callback.name(), callback.terms, "no such callback has run");
+  for (const ChainContract& chain : contract_.chains)
+    subjects_.emplace_back("chain", chain.name, chain.terms, "no data of its sources reached its end");
 }
 
 std::uint32_t ContractCheck::entry_of(const tracing::System& system, std::uint32_t callback) {
   if (callback >= entries_.size()) entries_.resize(callback + 1, kUnknown);
+  if (!names_.resolve(system)) return kNone;
   if (entries_[callback] == kUnknown) entries_[callback] = find_entry(system, callback);
   return entries_[callback];
 }
@@ -64,8 +42,8 @@ std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint
   const tracing::Callback& of = system.callbacks[callback];
   const bool timer = of.kind == CallbackKind::timer;
   if (of.node >= system.nodes.size() || (!timer && of.kind != CallbackKind::subscription)) return kNone;
-  const std::string node = graph_node_name(system.nodes[of.node]);
-  const std::string topic = timer ? "" : graph_topic_name(system.topics[of.topic].name);
+  const std::string node = names_.node(system, of.node);
+  const std::string topic = timer ? "" : names_.topic(system, of.topic);
   std::uint32_t number = 0;
   for (std::uint32_t c = 0; c <= callback; ++c)
     number += system.callbacks[c].kind == CallbackKind::timer && system.callbacks[c].node == of.node ? 1 : 0;
@@ -76,117 +54,164 @@ std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint
                                             : static_cast<std::uint32_t>(entry - contract_.callbacks.begin());
 }
 
-void ContractCheck::job(const tracing::System& system, const tracing::Job& job,
-                        std::optional<Time> timestamp) {
+void ContractCheck::started(const tracing::System& system, const tracing::Job& job,
+                            std::optional<Time> timestamp) {
+  const std::uint32_t entry = entry_of(system, job.ref.callback);
+  thread_check_.started(system, job, entry, incident_);
+  if (entry == kNone) return;
+  const bool traced = job.has_sample && job.sample.parent.callback != kNone;
+  chain_check_.started(entry, job, traced ? entry_of(system, job.sample.parent.callback) : kNone, timestamp);
+  Subject& subject = subjects_[entry];
+  subject.seen = true;
+  states_[entry].open.push_back({job.ref, job.start});
+  const tracing::Callback& callback = system.callbacks[job.ref.callback];
+  if (callback.depth > 0)  // 0: keeps all, or unknown
+    subject.compare(Clause::depth, callback.depth, job.start, incident_);
+  if (callback.kind == CallbackKind::timer) {
+    subject.compare(Clause::period, callback.period.count(), job.start, incident_);
+    arrived(entry, job.start);
+  } else if (job.has_sample) {
+    arrived(system, entry, job.ref.callback, job.sample);
+  }
+}
+
+/// A timer's job started, or a sample was published.
+void ContractCheck::arrived(std::uint32_t entry, Time at) {
+  CallbackState& state = states_[entry];
+  if (state.last && !state.silent && lossless_)
+    subjects_[entry].compare(Clause::maximum_distance, (at - *state.last).count(), at, incident_);
+  state.last = at;
+  state.silent = false;
+}
+
+/// A sample was taken or overwritten.
+void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, std::uint32_t callback,
+                            const tracing::Sample& sample) {
+  CallbackState& state = states_[entry];
+  const std::uint32_t topic = names_.number_of(system, system.callbacks[callback].topic);
+  const bool watched = sample.parent.callback != kNone;
+  if (!watched && state.watched && topic != kNone && lossless_)
+    publisher_check_.from_stranger(topic, sample.published, incident_);
+  state.watched = state.watched || watched;
+  arrived(entry, sample.published);
+  JudgedTerm* const distance = subjects_[entry].find(Clause::minimum_distance);
+  if (distance == nullptr) return;
+  if (!state.samples.empty() && (state.samples.back().sequence + 1 != sample.sequence || !lossless_))
+    state.samples.clear();  // another subscription, or unknown ones between them
+  for (std::size_t k = 0; k < state.samples.size(); ++k) {
+    const Time before = state.samples[state.samples.size() - 1 - k].published;
+    distance->compare((sample.published - before).count(), sample.published, incident_, k);
+  }
+  state.samples.push_back(sample);
+  if (state.samples.size() > distance->term().further.size() + 1) state.samples.pop_front();
+}
+
+void ContractCheck::published(const tracing::System& system, const tracing::Job& job,
+                              const tracing::Publication& p) {
+  const std::uint32_t topic = names_.number_of(system, p.topic);
+  if (topic == kNone) return;
+  const std::uint32_t entry = entry_of(system, job.ref.callback);
+  publisher_check_.published(system, job, topic, entry, entry == kNone ? nullptr : &subjects_[entry],
+                             incident_);
+  if (entry != kNone) chain_check_.published(job, topic);
+}
+
+void ContractCheck::ended(const tracing::System& system, const tracing::Job& job,
+                          std::optional<Time> timestamp) {
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   if (entry == kNone) return;
+  Subject& subject = subjects_[entry];
+  std::vector<Open>& open = states_[entry].open;
+  const auto begun = std::ranges::find_if(open, [&](const Open& o) {
+    return o.ref.callback == job.ref.callback && o.ref.number == job.ref.number;
+  });
+  const bool overdue = begun != open.end() && begun->overdue;
+  if (begun != open.end()) open.erase(begun);
+  const std::vector<ChainOutput>& outputs = chain_check_.ended(job);
+  if (!job.ended) return;
+  if (!overdue) subject.compare(Clause::budget, (job.finish - job.start).count(), job.finish, incident_);
+  if (JudgedTerm* const publishes = subject.find(Clause::publishes); publishes && job.published.empty())
+    publishes->hold();
+  if (timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
+    subject.compare(Clause::response, (job.finish - *timestamp).count(), job.finish, incident_);
+  if (lossless_ && states_[entry].lost == 0) subject.compare(Clause::lost, 0, job.finish, incident_);
+  if (!lossless_) return;
+  for (const ChainOutput& output : outputs) judge(output);
+}
+
+void ContractCheck::judge(const ChainOutput& output) {
+  Subject& chain = subjects_[contract_.callbacks.size() + output.chain];
+  chain.seen = true;
+  chain.compare(Clause::hot_path, output.hot_path.count(), output.start, incident_);
+  if (!output.age) return;
+  chain.compare(Clause::age, output.age->count(), output.finish, incident_);
+  chain.compare(Clause::requirement, output.age->count(), output.finish, incident_);
+}
+
+void ContractCheck::lost(const tracing::System& system, const tracing::LostSample& sample) {
+  const std::uint32_t entry = entry_of(system, sample.subscription);
+  if (entry == kNone || sample.queued) return;
+  arrived(system, entry, sample.subscription, sample.sample);
+  subjects_[entry].compare(Clause::lost, static_cast<std::int64_t>(++states_[entry].lost),
+                           sample.sample.published, incident_);
+}
+
+void ContractCheck::observed_until(const tracing::System& system, Time until, std::uint64_t losses) {
+  constexpr auto kPause = std::chrono::milliseconds(100);
+  constexpr auto kDoubt = std::chrono::seconds(5);
+  if (losses != losses_) lost_at_ = until;
+  losses_ = losses;
+  lossless_ = !lost_at_ || until > *lost_at_ + kDoubt;
+  if (observed_until_ && until < *observed_until_ + kPause) return;
+  observed_until_ = until;
+  publisher_check_.created(system, names_, until, incident_);
+  for (std::uint32_t entry = 0; entry < states_.size(); ++entry) {
+    judge_running(entry, until);
+    if (lossless_) judge_silence(entry, until);
+  }
+}
+
+void ContractCheck::judge_running(std::uint32_t entry, Time until) {
+  JudgedTerm* const budget = subjects_[entry].find(Clause::budget);
+  if (budget == nullptr) return;
+  for (Open& open : states_[entry].open) {
+    if (open.overdue || (until - open.start).count() <= budget->term().limit) continue;
+    open.overdue = true;
+    budget->judge(false,
+                  program::concat("has run for ", budget->shown((until - open.start).count()),
+                                  " without an end, budget ", budget->limit_text()),
+                  open.start + Duration(budget->term().limit), incident_);
+  }
+}
+
+void ContractCheck::judge_silence(std::uint32_t entry, Time until) {
   CallbackState& state = states_[entry];
-  const tracing::Callback& callback = system.callbacks[job.ref.callback];
-  for (TermState& term : state.terms) check(state, entry, term, callback, job, timestamp);
-  state.seen = true;
-  if (job.has_sample) state.previous = job.sample;
+  JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance);
+  if (distance == nullptr || !state.last || state.silent) return;
+  // A sample may have been published and still wait: only what nothing can explain is silence.
+  const Duration silence = until - *state.last;
+  if (silence.count() <= 2 * distance->term().limit) return;
+  state.silent = true;
+  distance->compare(silence.count(), *state.last + Duration(distance->term().limit), incident_);
 }
 
-void ContractCheck::check(CallbackState& state, std::uint32_t entry, TermState& term,
-                          const tracing::Callback& callback, const tracing::Job& job,
-                          std::optional<Time> timestamp) {
-  const std::int64_t limit = term.term.limit;
-  switch (term.term.clause) {
-    case Clause::budget: {
-      const std::int64_t ran = (job.finish - job.start).count();
-      return compare(entry, term, ran, ran <= limit, job.finish);
-    }
-    case Clause::period:
-      return compare(entry, term, callback.period.count(), callback.period.count() == limit, job.start);
-    case Clause::minimum_distance: {
-      const bool successor =
-          state.previous && job.has_sample && job.sample.sequence == state.previous->sequence + 1;
-      if (!successor) return;
-      const std::int64_t distance = (job.sample.published - state.previous->published).count();
-      return compare(entry, term, distance, distance >= limit, job.sample.published);
-    }
-    case Clause::depth:
-      if (callback.depth == 0) return;  // keeps all, or unknown
-      return compare(entry, term, callback.depth, callback.depth == limit, job.start);
-    case Clause::response:
-      if (!timestamp) return;
-      return compare(entry, term, (job.finish - *timestamp).count(),
-                     (job.finish - *timestamp).count() <= limit, job.finish);
-  }
+void ContractCheck::threads(const std::vector<std::optional<ThreadFacts>>& facts, Time at) {
+  thread_check_.facts(facts, at, incident_);
 }
 
-void ContractCheck::compare(std::uint32_t entry, TermState& term, std::int64_t observed, bool holds,
-                            Time at) {
-  ++term.checked;
-  if (holds) return;
-  ++term.broken;
-  if (term.first) return;
-  const Clause clause = term.term.clause;
-  term.first = {at, contract_.callbacks[entry].name() + deed(clause) + shown(clause, observed) + ", " +
-                        (clause == Clause::response ? "bound" : title(clause)) + " " +
-                        shown(clause, term.term.limit) + " (" + std::string(to_string(term.term.origin)) +
-                        ")"};
-  std::optional<Breach>& first = clause == Clause::response ? excess_ : cause_;
-  if (!first || at < first->at) first = term.first;
+bool ContractCheck::settled() const {
+  const auto& bound = incident_.first(Role::bound);
+  const auto& cause = incident_.first(Role::assumption);
+  if (!bound || (cause && cause->at <= bound->at) || contract_.threads.empty()) return true;
+  return thread_check_.at() && *thread_check_.at() >= bound->at;
 }
 
-std::string ContractCheck::incident() const {
-  const auto at = [&](const Breach& breach) { return program::fixed(seconds(breach.at), 3) + " s: "; };
-  if (cause_ && excess_ && cause_->at <= excess_->at) {
-    return at(*cause_) + cause_->sentence + "; " + program::fixed(to_ms(excess_->at - cause_->at), 3) +
-           " ms later " + excess_->sentence;
-  }
-  if (excess_) {
-    return at(*excess_) + excess_->sentence +
-           ", while every assumption that the contract states held: the bound is wrong, or an assumption is "
-           "missing in the contract";
-  }
-  return cause_ ? at(*cause_) + cause_->sentence : "";
-}
-
-ContractCheck::Verdict ContractCheck::verdict(const CallbackState& state, const TermState& term,
-                                              const Losses& losses) const {
-  if (term.first) {
-    return {"broken",
-            program::concat(term.broken, " of ", term.checked, "; first at ",
-                            program::fixed(seconds(term.first->at), 3), " s: ", term.first->sentence)};
-  }
-  if (!state.seen) return {"not observable", "no such callback has run"};
-  if (term.checked == 0) return {"not observable", "no event tells it"};
-  if (losses.dropped + losses.damaged + losses.late > 0) return {"not observable", "events were lost"};
-  return {"held", program::concat(term.checked, " of ", term.checked)};
-}
-
-program::TextTable ContractCheck::table(const Losses& losses) const {
-  program::TextTable table("Contract", {"callback", "term", "limit", "verdict", "reason"});
-  for (std::size_t c = 0; c < states_.size(); ++c) {
-    for (const TermState& term : states_[c].terms) {
-      const auto [word, reason] = verdict(states_[c], term, losses);
-      table.add_row({contract_.callbacks[c].name(), title(term.term.clause),
-                     shown(term.term.clause, term.term.limit), word, reason});
-    }
-  }
-  return table;
-}
-
-nlohmann::json ContractCheck::json(const Losses& losses) const {
-  nlohmann::json terms = nlohmann::json::array();
-  for (std::size_t c = 0; c < states_.size(); ++c) {
-    for (const TermState& term : states_[c].terms) {
-      const auto [word, reason] = verdict(states_[c], term, losses);
-      const bool depth = term.term.clause == Clause::depth;
-      terms.push_back(
-          {{"callback", contract_.callbacks[c].name()},
-           {"term", to_string(term.term.clause)},
-           {"limit", depth ? static_cast<double>(term.term.limit) : to_ms(Duration(term.term.limit))},
-           {"from", to_string(term.term.origin)},
-           {"verdict", word},
-           {"checked", term.checked},
-           {"broken", term.broken},
-           {"reason", reason}});
-    }
-  }
-  return {{"terms", terms}, {"incident", incident()}};
+std::vector<const Subject*> ContractCheck::all_subjects() const {
+  std::vector<const Subject*> all;
+  for (const std::vector<Subject>* some :
+       {&subjects_, &thread_check_.subjects(), &publisher_check_.subjects()})
+    for (const Subject& subject : *some) all.push_back(&subject);
+  return all;
 }
 
 }  // namespace hotpath::watch

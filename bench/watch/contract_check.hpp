@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -9,64 +10,105 @@
 
 #include "hotpath/tracing/system.hpp"
 #include "program/text_table.hpp"
-#include "watch/contract.hpp"
+#include "watch/chain_check.hpp"
+#include "watch/judged_term.hpp"
+#include "watch/publisher_check.hpp"
 #include "watch/session.hpp"
+#include "watch/thread_check.hpp"
 
 namespace hotpath::watch {
 
-/// Compares the jobs of a running system with a contract.
+/// Compares the jobs, chains, threads and publishers of a running system with a contract.
 class ContractCheck {
  public:
-  /// `begin`: the instant from which incidents count.
-  ContractCheck(Contract contract, Time begin);
+  ContractCheck(Contract contract, const WallClock& clock);
+  ContractCheck(const ContractCheck&) = delete;
+  ContractCheck& operator=(const ContractCheck&) = delete;
 
-  /// A job that ended, in the order of ends; `timestamp`: where it is known.
-  void job(const tracing::System& system, const tracing::Job& job, std::optional<Time> timestamp);
+  // In the order of time; `timestamp`: of the job, where it is known.
+  void started(const tracing::System& system, const tracing::Job& job, std::optional<Time> timestamp);
+  void published(const tracing::System& system, const tracing::Job& job, const tracing::Publication& p);
+  /// Also of a job whose end was lost.
+  void ended(const tracing::System& system, const tracing::Job& job, std::optional<Time> timestamp);
+  /// An unread sample was overwritten.
+  void lost(const tracing::System& system, const tracing::LostSample& sample);
+  /// All events before this instant were passed: judges what has not happened. `losses`: events that
+  /// were lost so far. For some seconds after a loss, the absence of events shows nothing.
+  void observed_until(const tracing::System& system, Time until, std::uint64_t losses);
+  /// Facts of the system's threads; call it about every second.
+  void threads(const std::vector<std::optional<ThreadFacts>>& facts, Time at);
+
+  void next_interval() { chain_check_.next_interval(); }
 
   /// Whether any term is broken.
-  [[nodiscard]] bool broken() const { return cause_.has_value() || excess_.has_value(); }
+  [[nodiscard]] bool broken() const { return incident_.any(); }
+  /// Whether a cause is known, or no longer expected from the facts of threads.
+  [[nodiscard]] bool settled() const;
   /// The first broken assumption and the first exceeded bound, in one sentence; empty if there is
   /// none of both.
-  [[nodiscard]] std::string incident() const;
+  [[nodiscard]] std::string incident(const Losses& losses) const;
   /// Lost events make terms that are not broken unobservable.
   [[nodiscard]] program::TextTable table(const Losses& losses) const;
   [[nodiscard]] nlohmann::json json(const Losses& losses) const;
 
+  [[nodiscard]] const Contract& contract() const { return contract_; }
+  /// By chain of the contract.
+  [[nodiscard]] const std::vector<ObservedChain>& chains() const { return chain_check_.chains(); }
+  /// The name of the executor that a thread of the system belongs to; empty: unknown.
+  [[nodiscard]] std::string executor_of(std::uint32_t thread) const { return thread_check_.name_of(thread); }
+  /// Index of the contract's entry for a callback of the system; kNone: none.
+  std::uint32_t entry_of(const tracing::System& system, std::uint32_t callback);
+  /// The largest share of a limit that a callback or chain of the contract has reached; above 1 if it
+  /// is broken, -1: unknown.
+  [[nodiscard]] double nearness_of_callback(std::uint32_t entry) const;
+  [[nodiscard]] double nearness_of_chain(std::uint32_t chain) const;
+
  private:
-  struct Breach {
-    Time at{};
-    std::string sentence;
-  };
-  struct TermState {
-    Term term;
-    std::uint64_t checked = 0, broken = 0;
-    std::optional<Breach> first = {};
+  struct Open {
+    tracing::JobRef ref;
+    Time start{};
+    bool overdue = false;
   };
   struct CallbackState {
-    std::vector<TermState> terms;
-    bool seen = false;
-    std::optional<tracing::Sample> previous = {};  ///< Its latest sample.
+    std::vector<Open> open;
+    std::optional<Time> last;             ///< Timers: start; subscriptions: publication of a sample.
+    bool silent = false;                  ///< It was reported that nothing follows `last`.
+    std::deque<tracing::Sample> samples;  ///< The latest ones.
+    bool watched = false;                 ///< A sample came from a watched job.
+    std::uint64_t lost = 0;
   };
   struct Verdict {
     const char* word;  ///< held, broken, not observable
     std::string reason;
   };
 
-  /// Index of the contract's entry for a callback of the system; kNone: none.
-  std::uint32_t entry_of(const tracing::System& system, std::uint32_t callback);
   [[nodiscard]] std::uint32_t find_entry(const tracing::System& system, std::uint32_t callback) const;
-  void check(CallbackState& state, std::uint32_t entry, TermState& term, const tracing::Callback& callback,
-             const tracing::Job& job, std::optional<Time> timestamp);
-  void compare(std::uint32_t entry, TermState& term, std::int64_t observed, bool holds, Time at);
-  [[nodiscard]] Verdict verdict(const CallbackState& state, const TermState& term,
-                                const Losses& losses) const;
-  [[nodiscard]] double seconds(Time at) const { return to_ms(at - begin_) / 1000; }
+  void arrived(std::uint32_t entry, Time at);
+  void arrived(const tracing::System& system, std::uint32_t entry, std::uint32_t callback,
+               const tracing::Sample& sample);
+  void judge(const ChainOutput& output);
+  void judge_running(std::uint32_t entry, Time until);
+  void judge_silence(std::uint32_t entry, Time until);
+  [[nodiscard]] std::vector<const Subject*> all_subjects() const;
+  [[nodiscard]] static double nearness(const Subject& subject);
+  [[nodiscard]] Verdict verdict(const Subject& subject, const JudgedTerm& term, const Losses& losses) const;
+  /// An assumption that is neither held nor broken; empty: none.
+  [[nodiscard]] std::string unseen(const Losses& losses) const;
 
   const Contract contract_;
-  const Time begin_;
-  std::vector<CallbackState> states_;     // parallel to the contract's callbacks
-  std::vector<std::uint32_t> entries_;    // by callback of the system
-  std::optional<Breach> cause_, excess_;  // the first broken assumption, and exceeded bound
+  const WallClock clock_;
+  Incident incident_;
+  std::vector<Subject> subjects_;  // callbacks, then chains, as in the contract
+  std::vector<CallbackState> states_;
+  std::vector<std::uint32_t> entries_;  // by callback of the system
+  StatedNames names_;
+  ChainCheck chain_check_;
+  ThreadCheck thread_check_;
+  PublisherCheck publisher_check_;
+  std::optional<Time> observed_until_;
+  std::uint64_t losses_ = 0;
+  std::optional<Time> lost_at_;  // the latest loss
+  bool lossless_ = true;         // lately
 };
 
 }  // namespace hotpath::watch

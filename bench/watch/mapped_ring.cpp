@@ -61,7 +61,9 @@ MappedRing::MappedRing(const std::string& name) {
   if (memory == MAP_FAILED) return;
   *slot = reinterpret_cast<std::uintptr_t>(memory);
   ring_ = static_cast<sensor::Ring*>(memory);
-  if (std::atomic_ref(ring_->magic).load(std::memory_order_acquire) == sensor::kMagic) return;
+  const std::uint64_t magic = std::atomic_ref(ring_->magic).load(std::memory_order_acquire);
+  describes_ = magic == sensor::kDescriptionsMagic;
+  if (magic == sensor::kMagic || describes_) return;
   *slot = 0;
   munmap(memory, sizeof(sensor::Ring));
   ring_ = nullptr;

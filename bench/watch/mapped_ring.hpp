@@ -21,10 +21,14 @@ class MappedRing {
   /// nullptr: none.
   [[nodiscard]] sensor::Ring* get() const { return ring_; }
 
+  /// Whether it has descriptions, which stay in it for other readers.
+  [[nodiscard]] bool describes() const { return describes_; }
+
   static constexpr std::size_t kMost = 2048;  ///< Rings that this process maps at a time.
 
  private:
   sensor::Ring* ring_ = nullptr;
+  bool describes_ = false;
 };
 
 }  // namespace hotpath::watch

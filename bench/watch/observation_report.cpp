@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/observation_report.hpp"
 
+#include <algorithm>
+
 #include "hotpath/core/time.hpp"
+#include "import/recorded_graph.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::watch {
@@ -66,7 +69,9 @@ std::string shown_name(const tracing::System& system, std::uint32_t callback) {
   return "(unknown callback)";
 }
 
-void ObservationReport::update(const Observer& observer, const Session& session, Duration now) {
+void ObservationReport::update(const Observer& observer, const Session& session,
+                               const std::vector<std::optional<ThreadFacts>>& facts, ContractCheck* contract,
+                               Duration now) {
   const double seconds = to_ms(now - now_) / 1000;
   rows_.clear();
   jobs_before_.resize(observer.callbacks().size());
@@ -76,14 +81,20 @@ void ObservationReport::update(const Observer& observer, const Session& session,
     Row& row = rows_.emplace_back();
     row.name = shown_name(observer.system(), c);
     row.fields = fields_of(observer.system(), observer.system().callbacks[c]);
+    row.housekeeping = imports::is_housekeeping(row.fields.value("topic", ""));
     row.rate = seconds > 0 ? static_cast<double>(observed.jobs - jobs_before_[c]) / seconds : 0;
     row.jobs = jobs_before_[c] = observed.jobs;
     row.lost = observed.lost;
+    row.latest = observed.latest;
     row.execution_p99 = observed.execution.quantile(0.99);
     row.execution_max = observed.execution.max();
     row.response_p99 = observed.response.quantile(0.99);
     row.response_max = observed.response.max();
+    const std::uint32_t entry = contract ? contract->entry_of(observer.system(), c) : tracing::kNone;
+    if (entry != tracing::kNone) row.nearness = contract->nearness_of_callback(entry);
   }
+  if (contract != nullptr) update_chains(*contract);
+  update_threads(observer.system(), facts, contract, seconds);
   now_ = now;
   events_ = observer.events();
   ignored_ = observer.ignored();
@@ -92,7 +103,76 @@ void ObservationReport::update(const Observer& observer, const Session& session,
   losses_ = session.losses();
 }
 
-program::TextTable ObservationReport::table() const {
+void ObservationReport::update_chains(const ContractCheck& contract) {
+  chains_.clear();
+  for (std::uint32_t c = 0; c < contract.chains().size(); ++c) {
+    const ObservedChain& observed = contract.chains()[c];
+    ChainRow& row = chains_.emplace_back();
+    row.name = contract.contract().chains[c].name;
+    row.outputs = observed.outputs;
+    row.hot_path_p99 = observed.hot_path.quantile(0.99);
+    row.hot_path_max = observed.hot_path.max();
+    row.age_p99 = observed.age.quantile(0.99);
+    row.age_max = observed.age.max();
+    row.latest = observed.latest;
+    row.nearness = contract.nearness_of_chain(c);
+  }
+}
+
+void ObservationReport::update_threads(const tracing::System& system,
+                                       const std::vector<std::optional<ThreadFacts>>& facts,
+                                       const ContractCheck* contract, double seconds) {
+  if (std::ranges::none_of(facts, [](const auto& f) { return f.has_value(); }) && !facts_before_.empty())
+    return;  // the program has ended: the last facts stay
+  executor_threads_.clear();
+  first_facts_.resize(facts.size());
+  facts_before_.resize(facts.size());
+  for (std::uint32_t t = 0; t < facts.size(); ++t) {
+    if (!facts[t]) continue;
+    if (!first_facts_[t]) first_facts_[t] = facts[t];
+    ThreadRow& row = executor_threads_.emplace_back();
+    row.process = system.threads[t].process;
+    row.thread = system.threads[t].id;
+    if (contract != nullptr) row.executor = contract->executor_of(t);
+    row.facts = *facts[t];
+    if (!(first_facts_[t]->policy == row.facts.policy)) row.original = first_facts_[t]->policy;
+    if (!facts_before_[t] || seconds <= 0) continue;
+    row.ran = to_ms(row.facts.ran - facts_before_[t]->ran) / seconds;
+    row.waited = to_ms(row.facts.waited - facts_before_[t]->waited) / seconds;
+  }
+  facts_before_ = facts;
+}
+
+std::vector<program::TextTable> ObservationReport::tables() const {
+  std::vector<program::TextTable> tables = {callback_table()};
+  if (!chains_.empty()) tables.push_back(chain_table());
+  if (!executor_threads_.empty()) tables.push_back(thread_table());
+  return tables;
+}
+
+program::TextTable ObservationReport::chain_table() const {
+  program::TextTable table(
+      "Chains", {"chain", "outputs", "hot path\np99 ms", "hot path\nmax ms", "age\np99 ms", "age\nmax ms"});
+  for (const ChainRow& row : chains_) {
+    table.add_row({row.name, program::concat(row.outputs), shown_ms(row.hot_path_p99),
+                   shown_ms(row.hot_path_max), shown_ms(row.age_p99), shown_ms(row.age_max)});
+  }
+  return table;
+}
+
+program::TextTable ObservationReport::thread_table() const {
+  program::TextTable table("Threads", {"process", "thread", "name", "executor", "policy", "before",
+                                       "processors", "CPU\nms/s", "waited\nms/s"});
+  for (const ThreadRow& row : executor_threads_) {
+    table.add_row({program::concat(row.process), program::concat(row.thread), row.facts.name, row.executor,
+                   to_string(row.facts.policy), row.original ? to_string(*row.original) : std::string(),
+                   shown_processors(row.facts.processors), program::fixed(row.ran, 1),
+                   program::fixed(row.waited, 1)});
+  }
+  return table;
+}
+
+std::string ObservationReport::title() const {
   std::string title =
       program::text("%.0f s: %llu processes with nodes, %llu threads, %llu events", to_ms(now_) / 1000,
                     static_cast<unsigned long long>(processes_), static_cast<unsigned long long>(threads_),
@@ -102,9 +182,14 @@ program::TextTable ObservationReport::table() const {
         std::pair(losses_.late, "late"), std::pair(ignored_, "ignored")}) {
     if (count > 0) title += program::concat(", ", count, " ", meaning);
   }
-  program::TextTable table(title, {"callback", "jobs/s", "jobs", "lost", "execution\np99 ms",
-                                   "execution\nmax ms", "response\np99 ms", "response\nmax ms"});
+  return title;
+}
+
+program::TextTable ObservationReport::callback_table() const {
+  program::TextTable table(title(), {"callback", "jobs/s", "jobs", "lost", "execution\np99 ms",
+                                     "execution\nmax ms", "response\np99 ms", "response\nmax ms"});
   for (const Row& row : rows_) {
+    if (row.housekeeping) continue;
     table.add_row({row.name, program::fixed(row.rate, 1), program::concat(row.jobs),
                    program::concat(row.lost), shown_ms(row.execution_p99), shown_ms(row.execution_max),
                    shown_ms(row.response_p99), shown_ms(row.response_max)});
@@ -122,11 +207,44 @@ nlohmann::json ObservationReport::json() const {
     callback["execution_ms"] = stored_ms(row.execution_p99, row.execution_max);
     callback["response_ms"] = stored_ms(row.response_p99, row.response_max);
   }
-  return {{"time_s", to_ms(now_) / 1000}, {"processes", processes_},
-          {"threads", threads_},          {"events", events_},
-          {"dropped", losses_.dropped},   {"damaged", losses_.damaged},
-          {"late", losses_.late},         {"ignored_entities", ignored_},
-          {"callbacks", callbacks}};
+  return {{"time_s", to_ms(now_) / 1000},
+          {"processes", processes_},
+          {"threads", threads_},
+          {"events", events_},
+          {"dropped", losses_.dropped},
+          {"damaged", losses_.damaged},
+          {"late", losses_.late},
+          {"ignored_entities", ignored_},
+          {"callbacks", callbacks},
+          {"chains", chains_json()},
+          {"executor_threads", threads_json()}};
+}
+
+nlohmann::json ObservationReport::chains_json() const {
+  nlohmann::json chains = nlohmann::json::array();
+  for (const ChainRow& row : chains_) {
+    chains.push_back({{"chain", row.name},
+                      {"outputs", row.outputs},
+                      {"hot_path_ms", stored_ms(row.hot_path_p99, row.hot_path_max)},
+                      {"age_ms", stored_ms(row.age_p99, row.age_max)}});
+  }
+  return chains;
+}
+
+nlohmann::json ObservationReport::threads_json() const {
+  nlohmann::json threads = nlohmann::json::array();
+  for (const ThreadRow& row : executor_threads_) {
+    threads.push_back({{"process", row.process},
+                       {"thread", row.thread},
+                       {"name", row.facts.name},
+                       {"executor", row.executor},
+                       {"policy", to_string(row.facts.policy)},
+                       {"policy_before", row.original ? nlohmann::json(to_string(*row.original)) : nullptr},
+                       {"processors", processor_list(row.facts.processors)},
+                       {"cpu_ms_per_s", row.ran},
+                       {"waited_ms_per_s", row.waited}});
+  }
+  return threads;
 }
 
 }  // namespace hotpath::watch

@@ -9,6 +9,7 @@
 #include "program/text_table.hpp"
 #include "watch/observer.hpp"
 #include "watch/session.hpp"
+#include "watch/thread_facts.hpp"
 
 namespace hotpath::watch {
 
@@ -18,23 +19,59 @@ namespace hotpath::watch {
 /// The state of a watched system at one instant, for people and for programs.
 class ObservationReport {
  public:
-  /// `now`: since the beginning.
-  void update(const Observer& observer, const Session& session, Duration now);
-
-  /// One row for each callback that ran or lost samples.
-  [[nodiscard]] program::TextTable table() const;
-  [[nodiscard]] nlohmann::json json() const;
-
- private:
+  struct ThreadRow {
+    std::uint32_t process = 0, thread = 0;
+    std::string executor;  ///< Of the contract; empty: unknown.
+    ThreadFacts facts;
+    std::optional<ThreadPolicy> original;  ///< The first policy, if it has changed.
+    double ran = 0, waited = 0;            ///< Since the previous update, ms in a second.
+  };
+  struct ChainRow {
+    std::string name;
+    std::uint64_t outputs = 0;
+    Duration hot_path_p99{}, hot_path_max{}, age_p99{}, age_max{};  ///< -1 ns: none.
+    Duration latest{-1};  ///< Largest age since the previous update.
+    double nearness = -1;
+  };
   struct Row {
     std::string name;
     nlohmann::json fields;
-    double rate = 0;  ///< Jobs a second since the previous update.
+    bool housekeeping = false;  ///< Every node has it; not in the table.
+    double rate = 0;            ///< Jobs a second since the previous update.
     std::uint64_t jobs = 0, lost = 0;
+    double nearness = -1;  ///< Largest share of a limit that was reached; -1: unknown.
+    Duration latest{-1};   ///< Longest execution since the previous update; -1 ns: none.
     Duration execution_p99{}, execution_max{}, response_p99{}, response_max{};  ///< -1 ns: none.
   };
 
+  /// `facts`: by thread of the system; `contract`: nullptr: none; `now`: since the beginning.
+  void update(const Observer& observer, const Session& session,
+              const std::vector<std::optional<ThreadFacts>>& facts, ContractCheck* contract, Duration now);
+
+  /// One row for each callback that ran or lost samples, for each chain of the contract, and for
+  /// each thread that runs callbacks.
+  [[nodiscard]] std::vector<program::TextTable> tables() const;
+  [[nodiscard]] nlohmann::json json() const;
+  /// One line about all.
+  [[nodiscard]] std::string title() const;
+  [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
+  [[nodiscard]] const std::vector<ChainRow>& chains() const { return chains_; }
+  [[nodiscard]] const std::vector<ThreadRow>& executor_threads() const { return executor_threads_; }
+
+ private:
+  void update_chains(const ContractCheck& contract);
+  void update_threads(const tracing::System& system, const std::vector<std::optional<ThreadFacts>>& facts,
+                      const ContractCheck* contract, double seconds);
+  [[nodiscard]] program::TextTable callback_table() const;
+  [[nodiscard]] program::TextTable chain_table() const;
+  [[nodiscard]] program::TextTable thread_table() const;
+  [[nodiscard]] nlohmann::json chains_json() const;
+  [[nodiscard]] nlohmann::json threads_json() const;
+
   std::vector<Row> rows_;
+  std::vector<ChainRow> chains_;
+  std::vector<ThreadRow> executor_threads_;
+  std::vector<std::optional<ThreadFacts>> facts_before_, first_facts_;  // by thread of the system
   std::vector<std::uint64_t> jobs_before_;
   Duration now_{};
   std::uint64_t events_ = 0, threads_ = 0, processes_ = 0, ignored_ = 0;

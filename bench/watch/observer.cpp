@@ -37,29 +37,66 @@ CallbackObservation& Observer::of(std::uint32_t callback) {
 }
 
 std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
-                                           CallbackObservation& observed) {
+                                           CallbackObservation& observed) const {
   if (job.has_sample) return job.sample.published;
   if (callback.kind != tracing::CallbackKind::timer) return std::nullopt;
   std::optional<Timer>& timer = observed.timer;
-  if (!timer) timer = timer_from(callback.created + callback.period, callback.period);
+  if (!timer) {
+    Time first = callback.created + callback.period;
+    if (attached_ && callback.created < *attached_ && first < job.start)
+      first += (job.start - first) / callback.period * callback.period;
+    timer = timer_from(first, callback.period);
+  }
   const Time next = timer->next_call();
   if (next <= job.start) return timer->call(job.start).timestamp;
   if (next - job.start > kCreation) timer = timer_from(job.start, callback.period);
   return timer->call(std::max(timer->next_call(), job.start)).timestamp;
 }
 
+void Observer::observed_until(Time until, const Losses& losses) {
+  if (contract_ != nullptr)
+    contract_->observed_until(system(), until, losses.dropped + losses.damaged + losses.late);
+}
+
+void Observer::next_interval() {
+  for (CallbackObservation& callback : callbacks_) callback.latest = Duration(-1);
+  if (contract_ != nullptr) contract_->next_interval();
+}
+
+void Observer::started(const tracing::Job& job) {
+  const std::optional<Time> timestamp =
+      timestamp_of(job, system().callbacks[job.ref.callback], of(job.ref.callback));
+  open_.push_back({job.ref, timestamp});
+  if (contract_ != nullptr) contract_->started(system(), job, timestamp);
+}
+
+void Observer::published(const tracing::Job& job, const tracing::Publication& publication) {
+  if (contract_ != nullptr) contract_->published(system(), job, publication);
+}
+
 void Observer::ended(tracing::Job&& job) {
-  if (!job.ended) return;
-  CallbackObservation& observed = of(job.ref.callback);
-  ++observed.jobs;
-  observed.execution.add(job.finish - job.start);
-  const std::optional<Time> timestamp = timestamp_of(job, system().callbacks[job.ref.callback], observed);
-  if (timestamp) observed.response.add(job.finish - *timestamp);
-  if (contract_ != nullptr) contract_->job(system(), job, timestamp);
+  std::optional<Time> timestamp;
+  const auto open = std::ranges::find_if(open_, [&](const Open& o) {
+    return o.ref.callback == job.ref.callback && o.ref.number == job.ref.number;
+  });
+  if (open != open_.end()) {
+    timestamp = open->timestamp;
+    open_.erase(open);
+  }
+  if (job.ended) {
+    CallbackObservation& observed = of(job.ref.callback);
+    ++observed.jobs;
+    observed.execution.add(job.finish - job.start);
+    observed.latest = std::max(observed.latest, job.finish - job.start);
+    if (timestamp) observed.response.add(job.finish - *timestamp);
+  }
+  if (contract_ != nullptr) contract_->ended(system(), job, timestamp);
 }
 
 void Observer::lost(const tracing::LostSample& sample) {
-  if (!sample.queued) ++of(sample.subscription).lost;
+  if (sample.queued) return;
+  ++of(sample.subscription).lost;
+  if (contract_ != nullptr) contract_->lost(system(), sample);
 }
 
 }  // namespace hotpath::watch

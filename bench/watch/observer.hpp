@@ -20,6 +20,7 @@ struct CallbackObservation {
   program::LatencyHistogram execution;  ///< Start to end, including preemption.
   program::LatencyHistogram response;   ///< Timestamp to end, where the timestamp is known.
   std::optional<Timer> timer = {};      ///< Timers: their nominal instants.
+  Duration latest{-1};                  ///< Longest execution since next_interval(); -1 ns: none.
 };
 
 /// Assembles the events of running programs, and keeps statistics of each callback. Memory is bounded
@@ -27,10 +28,18 @@ struct CallbackObservation {
 class Observer : public tracing::Sink {
  public:
   /// Passes jobs on to the contract and events to the recorder, which outlive it; nullptr: none.
-  Observer(ContractCheck* contract, FlightRecorder* recorder) : contract_(contract), recorder_(recorder) {}
+  /// `attached`: the jobs before this instant are unknown.
+  Observer(ContractCheck* contract, FlightRecorder* recorder, std::optional<Time> attached = std::nullopt)
+      : contract_(contract), recorder_(recorder), attached_(attached) {}
 
   /// The next event in the order of time.
   void event(const tracing::Event& e);
+
+  /// All events before this instant were passed, except those that were lost so far.
+  void observed_until(Time until, const Losses& losses);
+
+  /// Forgets the values `latest`.
+  void next_interval();
 
   [[nodiscard]] const tracing::System& system() const { return assembler_.system(); }
   /// By callback of the system.
@@ -42,17 +51,26 @@ class Observer : public tracing::Sink {
   static constexpr std::uint64_t kMostEntities = 200'000;
 
  private:
+  /// The timestamp of a job that has not ended.
+  struct Open {
+    tracing::JobRef ref;
+    std::optional<Time> timestamp;
+  };
+  void started(const tracing::Job& job) override;
+  void published(const tracing::Job& job, const tracing::Publication& publication) override;
   void ended(tracing::Job&& job) override;
   void lost(const tracing::LostSample& sample) override;
   CallbackObservation& of(std::uint32_t callback);
   /// Timestamp of the job; std::nullopt: unknown.
-  static std::optional<Time> timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
-                                          CallbackObservation& observed);
+  std::optional<Time> timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
+                                   CallbackObservation& observed) const;
 
   ContractCheck* const contract_;
   FlightRecorder* const recorder_;
+  const std::optional<Time> attached_;
   tracing::Assembler assembler_{*this};
   std::vector<CallbackObservation> callbacks_;
+  std::vector<Open> open_;
   std::uint64_t events_ = 0, entities_ = 0, ignored_ = 0;
 };
 

@@ -51,7 +51,13 @@ Record copy_of(const sensor::Ring& ring, std::uint64_t position) {
 
 tracing::EventKind kind_of(Id id) { return kKinds[static_cast<std::size_t>(id)]; }
 
-RingReader::RingReader(sensor::Ring& ring) : ring_(ring), process_(ring.process), thread_(ring.thread) {}
+// What an earlier reader of the same ring has read is not read again.
+RingReader::RingReader(sensor::Ring& ring, bool keeps)
+    : ring_(ring),
+      keeps_(keeps),
+      process_(ring.process),
+      thread_(ring.thread),
+      tail_(keeps ? 0 : ring.tail.load(std::memory_order_acquire)) {}
 
 void RingReader::read(tracing::Time now, Texts& texts, std::vector<tracing::Event>& events) {
   const std::uint64_t head = ring_.head.load(std::memory_order_acquire);
@@ -69,7 +75,7 @@ void RingReader::read(tracing::Time now, Texts& texts, std::vector<tracing::Even
     }
     tail_ += std::max<std::uint64_t>(records, 1);
   }
-  ring_.tail.store(tail_, std::memory_order_release);
+  if (!keeps_) ring_.tail.store(tail_, std::memory_order_release);
 }
 
 std::uint64_t RingReader::read_group(std::uint64_t available, tracing::Time now, Texts& texts,

@@ -17,7 +17,8 @@ namespace hotpath::watch {
 /// damaged. The ring must outlive the reader.
 class RingReader {
  public:
-  explicit RingReader(sensor::Ring& ring);
+  /// `keeps`: leave the records in the ring for other readers.
+  explicit RingReader(sensor::Ring& ring, bool keeps = false);
 
   /// Appends the events since the last call, in the order in which they were written. `now`: an
   /// event from more than a second later is damaged.
@@ -36,6 +37,7 @@ class RingReader {
                            tracing::Event& event) const;
 
   sensor::Ring& ring_;
+  const bool keeps_;
   const std::uint32_t process_, thread_;
   std::uint64_t tail_ = 0, damaged_ = 0;
 };

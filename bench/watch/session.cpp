@@ -17,6 +17,7 @@
 
 #include "program/errors.hpp"
 #include "program/text.hpp"
+#include "watch/flight_recorder.hpp"
 #include "watch/mapped_ring.hpp"
 #include "watch/ring_reader.hpp"
 
@@ -40,15 +41,16 @@ std::string random_name() {
 
 std::string marker_of(const std::string& session) { return sensor::kNamePrefix + session; }
 
-/// The names of the rings of a session which wait for a reader.
-std::vector<std::string> new_rings(const std::string& session) {
+/// The names of the rings of a session.
+std::vector<std::string> rings_of(const std::string& session) {
   const std::string prefix = marker_of(session) + ".";
+  const bool attachable = session == sensor::kAttachable;
   std::vector<std::string> names;
   std::error_code error;
   fs::directory_iterator at("/dev/shm", error);
   for (const fs::directory_iterator end; !error && at != end; at.increment(error)) {
     std::string name = "/" + at->path().filename().string();
-    if (name.starts_with(prefix) && name.size() == prefix.size() + sensor::kRandomDigits)
+    if (name.starts_with(prefix) && (attachable || name.size() == prefix.size() + sensor::kRandomDigits))
       names.push_back(std::move(name));
   }
   return names;
@@ -69,7 +71,7 @@ void remove_abandoned() {
     const int marker = shm_open(marker_of(session).c_str(), O_RDWR, 0);
     if (marker < 0) continue;  // of another user
     if (flock(marker, LOCK_EX | LOCK_NB) == 0) {
-      for (const std::string& ring : new_rings(session)) shm_unlink(ring.c_str());
+      for (const std::string& ring : rings_of(session)) shm_unlink(ring.c_str());
       shm_unlink(marker_of(session).c_str());
     }
     close(marker);
@@ -81,53 +83,105 @@ bool lives(std::uint32_t process) { return kill(static_cast<pid_t>(process), 0) 
 }  // namespace
 
 struct Session::Source {
-  explicit Source(const std::string& name) : memory(name) {
-    if (memory.get() != nullptr) reader = std::make_unique<RingReader>(*memory.get());
+  explicit Source(std::string named) : name(std::move(named)), memory(name) {
+    if (memory.get() == nullptr) return;
+    reader = std::make_unique<RingReader>(*memory.get(), memory.describes());
   }
+  std::string name;
   MappedRing memory;
   std::unique_ptr<RingReader> reader;
+  std::uint64_t dropped_before = 0;  ///< Before the session.
 };
 
-Session::Session() {
+Session::Session(Meeting meeting) : meeting_(meeting) {
   remove_abandoned();
+  if (meeting == Meeting::attachable) {
+    attach();
+  } else {
+    create_marker();
+  }
+}
+
+void Session::create_marker() {
   struct stat status {};
   do {  // a watcher that starts at the same time may take the marker for an abandoned one
     if (marker_ >= 0) close(marker_);
     name_ = random_name();
-    marker_ = shm_open(marker_of(name_).c_str(), O_RDWR | O_CREAT | O_EXCL, 0600);
+    marker_name_ = marker_of(name_);
+    marker_ = shm_open(marker_name_.c_str(), O_RDWR | O_CREAT | O_EXCL, 0600);
     if (marker_ < 0 || flock(marker_, LOCK_EX) != 0 || fstat(marker_, &status) != 0)
       throw program::RunError(
           program::concat("no shared memory for the sensor in /dev/shm: ", std::strerror(errno)));
   } while (status.st_nlink == 0);
 }
 
+void Session::attach() {
+  name_ = sensor::kAttachable;
+  marker_name_ = program::concat(sensor::kAttachedPrefix, geteuid());
+  struct stat status {};
+  do {  // a watcher that ends at the same time removes its marker
+    if (marker_ >= 0) close(marker_);
+    marker_ = shm_open(marker_name_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600);
+    if (marker_ < 0 || fstat(marker_, &status) != 0)
+      throw program::RunError("cannot attach: /dev/shm" + marker_name_ + ": " + std::strerror(errno));
+    if (flock(marker_, LOCK_EX | LOCK_NB) != 0) {
+      close(marker_);
+      throw program::RunError(
+          "another `hotpath watch` is attached; end it first, or watch a program that you "
+          "start: hotpath watch -- PROGRAM");
+    }
+  } while (fstat(marker_, &status) != 0 || status.st_nlink == 0);
+}
+
 Session::~Session() {
+  shm_unlink(marker_name_.c_str());
   close(marker_);
-  shm_unlink(marker_of(name_).c_str());
-  for (const std::string& ring : new_rings(name_)) shm_unlink(ring.c_str());
+  if (meeting_ == Meeting::attachable) return;
+  for (const std::string& ring : rings_of(name_)) shm_unlink(ring.c_str());
 }
 
 void Session::find_rings() {
-  for (const std::string& name : new_rings(name_)) {
+  found_.clear();
+  const std::vector<std::string> names = rings_of(name_);
+  std::erase_if(known_,
+                [&](const std::string& name) { return std::ranges::find(names, name) == names.end(); });
+  for (const std::string& name : names) {
+    if (known_.contains(name)) continue;
     auto source = std::make_unique<Source>(name);
-    if (!source->reader) continue;  // not complete yet
-    shm_unlink(name.c_str());
+    if (!source->reader) continue;  // not complete yet, or of another user
+    if (meeting_ == Meeting::own) {
+      shm_unlink(name.c_str());
+    } else {
+      known_.insert(name);
+      source->dropped_before = source->reader->dropped();
+    }
+    found_.insert(source->reader->process());
+    threads_ += source->memory.describes() ? 0 : 1;
     sources_.push_back(std::move(source));
-    ++threads_;
   }
+}
+
+/// A job before the session began, of a program that was not watched then.
+bool Session::is_stale(const tracing::Event& event) const {
+  return meeting_ == Meeting::attachable && event.at < begin_ && !describes(event.kind);
 }
 
 void Session::read(tracing::Time now) {
   find_rings();
   std::erase_if(sources_, [&](const std::unique_ptr<Source>& source) {
     RingReader& reader = *source->reader;
-    const bool last = reader.ended() || !lives(reader.process());  // before the events are read
+    const bool alive = lives(reader.process());
+    const bool last = reader.ended() || !alive;  // before the events are read
     reader.read(now, texts_, pending_);
     if (!last) return false;
-    ended_.dropped += reader.dropped();
+    ended_.dropped += reader.dropped() - source->dropped_before;
     ended_.damaged += reader.damaged();
+    // Later watchers need the descriptions as long as the process lives.
+    if (meeting_ == Meeting::attachable && (!alive || !source->memory.describes()))
+      shm_unlink(source->name.c_str());
     return true;
   });
+  std::erase_if(pending_, [&](const tracing::Event& event) { return is_stale(event); });
   std::ranges::stable_sort(pending_, {}, &tracing::Event::at);
 }
 
@@ -135,7 +189,10 @@ const std::vector<tracing::Event>& Session::pass_on(tracing::Time until) {
   const auto end = std::ranges::lower_bound(pending_, until, {}, &tracing::Event::at);
   passed_.assign(pending_.begin(), end);
   pending_.erase(pending_.begin(), end);
-  for (const tracing::Event& event : passed_) late_ += event.at < passed_until_ ? 1 : 0;
+  for (const tracing::Event& event : passed_) {
+    const bool described = meeting_ == Meeting::attachable && describes(event.kind);
+    late_ += event.at < passed_until_ && !described ? 1 : 0;
+  }
   passed_until_ = std::max(passed_until_, until);
   return passed_;
 }
@@ -154,7 +211,7 @@ Losses Session::losses() const {
   Losses losses = ended_;
   losses.late = late_;
   for (const std::unique_ptr<Source>& source : sources_) {
-    losses.dropped += source->reader->dropped();
+    losses.dropped += source->reader->dropped() - source->dropped_before;
     losses.damaged += source->reader->damaged();
   }
   return losses;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,11 +19,18 @@ struct Losses {
   std::uint64_t late = 0;     ///< Events that came after later ones had been passed on.
 };
 
-/// Reads the events of all programs that run with the sensor and this session's name.
+/// The programs that a session reads.
+enum class Meeting : std::uint8_t {
+  own,         ///< Those that run with the session's random name.
+  attachable,  ///< Those of this user that were started on their own, before or after the session.
+};
+
+/// Reads the events of programs that run with the sensor.
 class Session {
  public:
-  /// Removes what killed watchers left behind, and creates the session's marker. Throws RunError.
-  Session();
+  /// Removes what killed watchers and programs left behind, and creates the session's marker. Throws
+  /// RunError, also if another watcher is attached.
+  explicit Session(Meeting meeting = Meeting::own);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
   /// Programs that go on notice the end of the session and create no further rings.
@@ -39,6 +47,8 @@ class Session {
   const std::vector<tracing::Event>& finish(tracing::Time now);
 
   [[nodiscard]] Losses losses() const;
+  /// The processes of the rings that the last call of poll() found.
+  [[nodiscard]] const std::set<std::uint32_t>& found() const { return found_; }
   /// Threads that called tracepoints so far.
   [[nodiscard]] std::uint64_t threads() const { return threads_; }
 
@@ -46,12 +56,19 @@ class Session {
 
  private:
   struct Source;
+  void create_marker();
+  void attach();
   void find_rings();
+  [[nodiscard]] bool is_stale(const tracing::Event& event) const;
   void read(tracing::Time now);
   const std::vector<tracing::Event>& pass_on(tracing::Time until);
 
-  std::string name_;
+  const Meeting meeting_;
+  const tracing::Time begin_ = std::chrono::steady_clock::now();
+  std::string name_, marker_name_;
   int marker_ = -1;
+  std::set<std::string> known_;  // attachable: names of rings that are or were read
+  std::set<std::uint32_t> found_;
   std::vector<std::unique_ptr<Source>> sources_;
   Texts texts_;
   std::vector<tracing::Event> pending_, passed_;

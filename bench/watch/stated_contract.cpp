@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
@@ -17,47 +18,53 @@ namespace hotpath::watch {
 
 namespace {
 
+/// Minimum distances are stated to the next, second and third next publication.
+constexpr std::int64_t kDistances = 3;
+/// Bounds assume that threads never wait; an idle machine lets them wait less than this in a second.
+constexpr double kWait_ms = 1;
+
 class StatedContract {
  public:
-  explicit StatedContract(const guarantees::AnalyzeOptions& options) {
-    if (options.executors.size() != 1 || !options.deployments.empty()) {
-      throw program::UsageError(
-          "--contract: a contract holds under one executor; name it, for example --executors rm-ro");
-    }
-    graph_ = setup::graph_to_run(options);
-    options.apply_to(graph_.platform);
-    if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
-    tasks_ = make_tasks(graph_);
-    const setup::ExecutorSpec executor = setup::executors_to_run(options, graph_, tasks_).front();
-    const auto bounds = setup::guarantees(graph_, tasks_, executor);
-    responses_.resize(tasks_.set.size());
-    for (TaskId task = 0; bounds && task < tasks_.set.size(); ++task)
-      if (bounds->tasks[task]) responses_[task] = Duration(bounds->tasks[task]->ns);
-  }
+  StatedContract(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor)
+      : graph_(graph),
+        tasks_(tasks),
+        executor_(executor),
+        bounds_(setup::guarantees(graph, tasks, executor)),
+        names_(names()) {}
 
   std::string text() {
     YAML::Emitter out;
     out.SetDoublePrecision(12);
     out << YAML::BeginMap << YAML::Key << "callbacks" << YAML::Value << YAML::BeginSeq;
-    std::map<std::uint32_t, std::uint32_t> timers;  // by node
-    for (TaskId task = 0; task < tasks_.set.size(); ++task) {
-      const TaskOrigin& origin = tasks_.origin[task];
-      const Node& node = graph_.nodes[origin.node];
-      out << YAML::BeginMap << YAML::Key << "node" << YAML::Value << node.name;
-      if (origin.input) {
-        out << YAML::Key << "topic" << YAML::Value << node.inputs[*origin.input].topic;
-      } else if (const std::uint32_t number = ++timers[origin.node]; number > 1) {
-        out << YAML::Key << "timer" << YAML::Value << number;
-      }
-      write_terms(out, task);
-      out << YAML::EndMap;
-    }
-    out << YAML::EndSeq << YAML::EndMap;
+    for (TaskId task = 0; task < tasks_.set.size(); ++task) write_callback(out, task);
+    out << YAML::EndSeq;
+    if (!graph_.chains.empty()) write_chains(out);
+    write_threads(out);
+    out << YAML::EndMap;
     return std::string(out.c_str()) + "\n";
   }
 
  private:
-  void write_terms(YAML::Emitter& out, TaskId task) {
+  /// The contract's entries without terms, by task.
+  std::vector<CallbackContract> names() const {
+    std::vector<CallbackContract> all;
+    std::map<std::uint32_t, std::uint32_t> timers;  // by node
+    for (TaskId task = 0; task < tasks_.set.size(); ++task) {
+      const TaskOrigin& origin = tasks_.origin[task];
+      const Node& node = graph_.nodes[origin.node];
+      CallbackContract& callback = all.emplace_back();
+      callback.node = node.name;
+      if (origin.input) callback.topic = node.inputs[*origin.input].topic;
+      if (!origin.input) callback.timer = ++timers[origin.node];
+    }
+    return all;
+  }
+
+  void write_callback(YAML::Emitter& out, TaskId task) const {
+    const CallbackContract& name = names_[task];
+    out << YAML::BeginMap << YAML::Key << "node" << YAML::Value << name.node;
+    if (!name.topic.empty()) out << YAML::Key << "topic" << YAML::Value << name.topic;
+    if (name.timer > 1) out << YAML::Key << "timer" << YAML::Value << name.timer;
     const Task& of = tasks_.set[task];
     const Callback& callback = tasks_.callbacks[task];
     const bool measured = callback.measured != nullptr || !callback.quantiles.empty();
@@ -67,42 +74,169 @@ class StatedContract {
       write(out, Clause::period, to_ms(of.period), Origin::given);
     } else {
       write(out, Clause::depth, of.depth, Origin::given);
-      if (const Duration distance = distance_of(task); distance > Duration::zero())
-        write(out, Clause::minimum_distance, to_ms(distance), Origin::derived);
+      write_distances(out, task);
+      if (loses_nothing(task)) write(out, Clause::lost, 0, Origin::derived);
     }
-    if (responses_[task]) write(out, Clause::response, to_ms(*responses_[task]), Origin::derived);
+    if (const auto distance = longest_distance(task))
+      write(out, Clause::maximum_distance, to_ms(*distance), Origin::derived);
+    write_publications(out, task);
+    if (response(task)) write(out, Clause::response, to_ms(*response(task)), Origin::derived);
+    out << YAML::EndMap;
   }
 
-  static void write(YAML::Emitter& out, Clause clause, double value, Origin origin) {
+  template <class Value>
+  static void write(YAML::Emitter& out, Clause clause, const Value& value, Origin origin) {
     out << YAML::Key << std::string(to_string(clause)) << YAML::Value << YAML::Flow << YAML::BeginMap
         << YAML::Key << "value" << YAML::Value << value << YAML::Key << "from" << YAML::Value
         << std::string(to_string(origin)) << YAML::EndMap;
   }
 
-  /// Least time between two samples of a subscription, 0 if none is known. The only task that
-  /// publishes them does so from its timestamp to its response bound.
-  Duration distance_of(TaskId subscription) const {
+  void write_distances(YAML::Emitter& out, TaskId subscription) const {
+    std::vector<double> distances;
+    for (std::int64_t k = 1; k <= kDistances; ++k)
+      distances.push_back(to_ms(shortest_distance(subscription, k)));
+    if (distances.back() > 0) write(out, Clause::minimum_distance, distances, Origin::derived);
+  }
+
+  void write_publications(YAML::Emitter& out, TaskId task) const {
+    out << YAML::Key << "publishes" << YAML::Value << YAML::Flow << YAML::BeginSeq;
+    for (const Publication& p : tasks_.callbacks[task].publishes) {
+      out << YAML::Flow << YAML::BeginMap << YAML::Key << "topic" << YAML::Value << p.topic;
+      if (!p.of.empty()) {
+        out << YAML::Key << "with" << YAML::Value << YAML::BeginSeq;
+        for (const std::uint32_t input : p.of)
+          out << graph_.nodes[tasks_.origin[task].node].inputs[input].topic;
+        out << YAML::EndSeq;
+      }
+      out << YAML::EndMap;
+    }
+    out << YAML::EndSeq;
+  }
+
+  void write_chains(YAML::Emitter& out) const {
+    const std::vector<ChainIndex> indices = index_chains(graph_, tasks_);
+    out << YAML::Key << "chains" << YAML::Value << YAML::BeginSeq;
+    for (std::size_t c = 0; c < indices.size(); ++c) {
+      const Chain& chain = graph_.chains[c];
+      out << YAML::BeginMap << YAML::Key << "name" << YAML::Value << chain.name;
+      write_names(out, "sources", indices[c].sources);
+      write_names(out, "sinks", indices[c].sink_tasks);
+      const bounds::ChainGuarantee* const bound = bounds_ ? bounds_->chain(chain.name) : nullptr;
+      if (bound && bound->hot_path)
+        write(out, Clause::hot_path, to_ms(Duration(bound->hot_path->ns)), Origin::derived);
+      if (bound && bound->age) write(out, Clause::age, to_ms(Duration(bound->age->ns)), Origin::derived);
+      out << YAML::EndMap;
+    }
+    out << YAML::EndSeq;
+  }
+
+  void write_names(YAML::Emitter& out, const char* key, const std::vector<TaskId>& tasks) const {
+    out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginSeq;
+    for (const TaskId task : tasks) out << names_[task].name();
+    out << YAML::EndSeq;
+  }
+
+  void write_threads(YAML::Emitter& out) const {
+    out << YAML::Key << "threads" << YAML::Value << YAML::BeginSeq;
+    const std::size_t executors = setup::parts(executor_).size();
+    for (std::size_t e = 0; e < executors; ++e) {
+      std::vector<TaskId> served;
+      for (TaskId task = 0; task < tasks_.set.size(); ++task)
+        if (!executor_.deployment || executor_.deployment->plan.executor_of[task] == e)
+          served.push_back(task);
+      if (served.empty()) continue;
+      out << YAML::BeginMap << YAML::Key << "name" << YAML::Value
+          << (executor_.deployment ? executor_.deployment->plan.executors[e].name : executor_.label);
+      write_names(out, "callbacks", served);
+      if (executor_.deployment) {
+        const DeployedExecutor& plan = executor_.deployment->plan.executors[e];
+        write(out, Clause::policy, to_string(plan.policy), Origin::given);
+        if (!plan.processors.empty()) write(out, Clause::processors, plan.processors, Origin::given);
+      }
+      write(out, Clause::wait, kWait_ms, Origin::given);
+      out << YAML::EndMap;
+    }
+    out << YAML::EndSeq;
+  }
+
+  std::optional<Duration> response(TaskId task) const {
+    if (!bounds_ || !bounds_->tasks[task]) return std::nullopt;
+    return Duration(bounds_->tasks[task]->ns);
+  }
+
+  /// The only task that publishes the samples of a subscription, if its response is bounded.
+  std::optional<TaskId> publisher_of(TaskId subscription) const {
     std::vector<TaskId> publishers;
     for (TaskId task = 0; task < tasks_.set.size(); ++task) {
       const std::vector<TaskId>& feeds = tasks_.set[task].feeds;
       if (std::ranges::find(feeds, subscription) != feeds.end()) publishers.push_back(task);
     }
-    if (publishers.size() != 1 || !responses_[publishers.front()]) return Duration::zero();
-    const TaskId publisher = publishers.front();
-    const Task& of = tasks_.set[publisher];
-    const Duration before = of.kind == TaskKind::timer ? of.period : distance_of(publisher);
-    return before - *responses_[publisher];
+    if (publishers.size() != 1 || !response(publishers.front())) return std::nullopt;
+    return publishers.front();
   }
 
-  Graph graph_;
-  GraphTasks tasks_;
-  std::vector<std::optional<Duration>> responses_;  // bounds, by task
+  /// Least time from a sample of a subscription to the k-th next, 0 if none is known. The only task
+  /// that publishes them does so from its timestamp to its response bound.
+  Duration shortest_distance(TaskId subscription, std::int64_t k) const {
+    const auto publisher = publisher_of(subscription);
+    if (!publisher) return Duration::zero();
+    const Task& of = tasks_.set[*publisher];
+    const Duration before = of.kind == TaskKind::timer ? k * of.period : shortest_distance(*publisher, k);
+    return std::max(Duration::zero(), before - *response(*publisher));
+  }
+
+  /// Whether every sample is taken before as many as the queue holds follow it.
+  bool loses_nothing(TaskId subscription) const {
+    const auto bound = response(subscription);
+    return bound && shortest_distance(subscription, tasks_.set[subscription].depth) >= *bound;
+  }
+
+  /// Most time between two starts of a timer's jobs, or between two publications for a subscription.
+  std::optional<Duration> longest_distance(TaskId task) const {
+    const Task& of = tasks_.set[task];
+    if (of.kind == TaskKind::timer) {
+      const auto bound = response(task);
+      return bound && *bound <= of.period ? std::optional(of.period + *bound) : std::nullopt;
+    }
+    const auto publisher = publisher_of(task);
+    if (!publisher) return std::nullopt;
+    const std::vector<Publication>& publishes = tasks_.callbacks[*publisher].publishes;
+    const auto always = std::ranges::find(publishes, names_[task].topic, &Publication::topic);
+    if (always == publishes.end() || always->rule != PublishRule::always) return std::nullopt;
+    const Task& by = tasks_.set[*publisher];
+    if (by.kind == TaskKind::timer)
+      return *response(*publisher) <= by.period ? std::optional(by.period + *response(*publisher))
+                                                : std::nullopt;
+    const auto before = loses_nothing(*publisher) ? longest_distance(*publisher) : std::nullopt;
+    return before ? std::optional(*before + *response(*publisher)) : std::nullopt;
+  }
+
+  const Graph& graph_;
+  const GraphTasks& tasks_;
+  const setup::ExecutorSpec& executor_;
+  const std::optional<bounds::Guarantees> bounds_;
+  const std::vector<CallbackContract> names_;  // by task
 };
 
 }  // namespace
 
+std::string stated_contract(const Graph& graph, const GraphTasks& tasks,
+                            const setup::ExecutorSpec& executor) {
+  return StatedContract(graph, tasks, executor).text();
+}
+
 std::string stated_contract(const guarantees::AnalyzeOptions& options) {
-  return StatedContract(options).text();
+  if (options.executors.size() + options.deployments.size() != 1) {
+    throw program::UsageError(
+        "--contract: a contract holds under one executor or deployment; name it, for example --executors "
+        "rm-ro");
+  }
+  Graph graph = setup::graph_to_run(options);
+  options.apply_to(graph.platform);
+  if (options.delta_us) graph.platform.release_cost = from_ms(*options.delta_us / 1000);
+  const GraphTasks tasks = make_tasks(graph);
+  const setup::ExecutorSpec executor = setup::executors_to_run(options, graph, tasks).front();
+  return stated_contract(graph, tasks, executor);
 }
 
 }  // namespace hotpath::watch

@@ -7,9 +7,12 @@
 
 namespace hotpath::watch {
 
-/// The contract of a graph under the only executor of `options`, as YAML: budgets, periods and depths
-/// of the graph, and the bounds and distances that follow from them for any phases. Throws UsageError
-/// and InputError.
+/// The contract of a graph under an executor or deployment, as YAML: budgets, periods, depths,
+/// publications and threads, and the bounds and distances that follow from them for any phases.
+[[nodiscard]] std::string stated_contract(const Graph& graph, const GraphTasks& tasks,
+                                          const setup::ExecutorSpec& executor);
+
+/// The same for the only executor or deployment of `options`. Throws UsageError and InputError.
 [[nodiscard]] std::string stated_contract(const guarantees::AnalyzeOptions& options);
 
 }  // namespace hotpath::watch

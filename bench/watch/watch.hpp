@@ -19,8 +19,9 @@ enum class FailOn : std::uint8_t { broken };
 constexpr auto enum_texts(FailOn) { return std::to_array<EnumText<FailOn>>({{FailOn::broken, "broken"}}); }
 
 struct WatchOptions {
-  std::vector<std::string> command;  ///< Program and arguments.
-  std::optional<double> seconds;     ///< Length; by default until the program ends.
+  std::vector<std::string> command;  ///< Program and arguments; empty: attach to programs that run.
+  bool print_environment = false;    ///< Only print the variables of programs to attach to.
+  std::optional<double> seconds;     ///< Length; by default until the program or an interrupt ends it.
   bool once = false, json = false;
   std::string contract;                ///< File; empty: none.
   std::optional<FailOn> fail_on = {};  ///< Needs a contract.
@@ -29,8 +30,9 @@ struct WatchOptions {
 };
 
 /// Starts the program with the sensor, and reports what its callbacks do until it ends, until the
-/// given time, or until an interrupt. Then it asks the program to end. Throws UsageError and
-/// InputError, RunError if the program cannot be started or fails, and ContractBroken.
+/// given time, or until an interrupt. Then it asks the program to end. Without a program it attaches
+/// to those that run with the sensor, and leaves them running. Throws UsageError and InputError,
+/// RunError if the program cannot be started or fails, and ContractBroken.
 void watch(const WatchOptions& options);
 
 }  // namespace hotpath::watch

@@ -5,8 +5,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
+#include <iterator>
 #include <utility>
 
 #include "hotpath/sensor/ring.hpp"
@@ -34,24 +37,33 @@ std::string sensor_library() {
   return library;
 }
 
+const std::string kPreload = "LD_PRELOAD=", kSession = std::string(sensor::kSessionVariable) + "=";
+
+/// The variables of the sensor; other preloaded libraries stay.
+std::vector<std::string> sensor_variables(const std::string& library, const std::string& session) {
+  const char* const others = std::getenv("LD_PRELOAD");
+  const std::string rest = others == nullptr || *others == '\0' ? "" : ":" + std::string(others);
+  return {kPreload + library + rest, kSession + session};
+}
+
 std::vector<std::string> environment_with(const std::string& library, const std::string& session) {
-  const std::string preload = "LD_PRELOAD=", watch = std::string(sensor::kSessionVariable) + "=";
   std::vector<std::string> words;
-  std::string others;
   for (char** variable = environ; *variable != nullptr; ++variable) {
     const std::string word = *variable;
-    if (word.starts_with(preload)) {
-      others = word.substr(preload.size());
-    } else if (!word.starts_with(watch)) {
-      words.push_back(word);
-    }
+    if (!word.starts_with(kPreload) && !word.starts_with(kSession)) words.push_back(word);
   }
-  words.push_back(preload + library + (others.empty() ? "" : ":" + others));
-  words.push_back(watch + session);
+  std::ranges::copy(sensor_variables(library, session), std::back_inserter(words));
   return words;
 }
 
 }  // namespace
+
+std::string attachable_environment() {
+  std::string lines;
+  for (const std::string& variable : sensor_variables(sensor_library(), sensor::kAttachable))
+    lines += variable + "\n";
+  return lines;
+}
 
 WatchedProgram::WatchedProgram(std::vector<std::string> words, const std::string& session) {
   std::vector<std::string> environment = environment_with(sensor_library(), session);

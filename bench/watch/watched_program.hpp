@@ -9,6 +9,10 @@
 
 namespace hotpath::watch {
 
+/// The variables with which programs run with the sensor, so that `hotpath watch` can attach to them:
+/// `NAME=VALUE`, one a line. Throws RunError.
+[[nodiscard]] std::string attachable_environment();
+
 /// A program that runs with the sensor. It keeps running if the watcher is killed.
 class WatchedProgram {
  public:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "thread_ring.hpp"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <pthread.h>
 #include <sched.h>
@@ -22,11 +23,20 @@ namespace hotpath::sensor {
 
 namespace {
 
-struct ThreadState {
+/// A ring and the watcher's position in it when it was last read.
+struct Place {
   Ring* ring = nullptr;
-  std::uint64_t tail_seen = 0;  ///< The watcher's position when it was last read.
-  bool tried = false;           ///< Never try twice: the attempt costs system calls.
-  bool writing = false;         ///< A signal handler may interrupt a write and call a tracepoint.
+  std::uint64_t tail_seen = 0;
+};
+
+struct ThreadState {
+  Place events;
+  Place descriptions;        ///< Attachable programs: a ring of its own.
+  std::uint64_t random = 0;  ///< Of the name of the ring of events.
+  bool attachable = false;   ///< The session is kAttachable.
+  bool tried = false;        ///< Never try twice: the attempt costs system calls.
+  bool tried_descriptions = false;
+  bool writing = false;  ///< A signal handler may interrupt a write and call a tracepoint.
 };
 thread_local constinit ThreadState this_thread;
 
@@ -37,34 +47,80 @@ pthread_key_t at_thread_end;
 bool has_key = false;  // zero is a key as well
 pthread_once_t prepared = PTHREAD_ONCE_INIT;
 
-void end_thread(void*) {
-  if (this_thread.ring == nullptr) return;
-  Ring* const ring = this_thread.ring;
-  this_thread.ring = nullptr;  // later destructors may call tracepoints
+void name_ring(Name& name, const char* session, std::uint64_t random) {
+  const auto digits = static_cast<unsigned long long>(random);
+  if (std::strcmp(session, kAttachable) == 0) {
+    std::snprintf(name, sizeof name, "%s%s.%d.%016llx", kNamePrefix, session, getpid(), digits);
+  } else {
+    std::snprintf(name, sizeof name, "%s%s.%016llx", kNamePrefix, session, digits);
+  }
+}
+
+/// Whether a living watcher holds the lock of this object.
+bool locked(const char* marker) {
+  const int file = shm_open(marker, O_RDONLY, 0);
+  if (file < 0) return false;
+  const bool is_locked = flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(file);
+  return is_locked;
+}
+
+bool watched(const char* session) {
+  Name marker;
+  std::snprintf(marker, sizeof marker, "%s%s", kNamePrefix, session);
+  return locked(marker);
+}
+
+/// Whether a watcher is attached, which removes the names of rings itself.
+bool attached() {
+  Name marker;
+  std::snprintf(marker, sizeof marker, "%s%u", kAttachedPrefix, geteuid());
+  return locked(marker);
+}
+
+void end(Place& place) {
+  Ring* const ring = place.ring;
+  place.ring = nullptr;  // later destructors may call tracepoints
+  if (ring == nullptr) return;
   ring->ended.store(1, std::memory_order_release);
   munmap(ring, sizeof(Ring));
 }
 
+void end_thread(void*) {
+  end(this_thread.events);
+  end(this_thread.descriptions);  // keeps its name: a later watcher needs it
+  if (!this_thread.attachable || attached()) return;
+  Name name;
+  name_ring(name, kAttachable, this_thread.random);
+  shm_unlink(name);
+}
+
+std::atomic<bool> has_names{false};  // of an attachable process
+
 /// A forked process inherits the mapping, but the ring belongs to its parent.
 void forget_ring() {
-  if (this_thread.ring != nullptr) munmap(this_thread.ring, sizeof(Ring));
+  if (this_thread.events.ring != nullptr) munmap(this_thread.events.ring, sizeof(Ring));
+  if (this_thread.descriptions.ring != nullptr) munmap(this_thread.descriptions.ring, sizeof(Ring));
   this_thread = {};
+  has_names = false;
+}
+
+/// At the end of the process. A watcher reads the last events, and removes the names then.
+[[gnu::destructor]] void remove_names() {
+  if (!has_names || attached()) return;
+  DIR* const folder = opendir("/dev/shm");
+  if (folder == nullptr) return;
+  Name prefix;
+  std::snprintf(prefix, sizeof prefix, "%s%s.%d.", kNamePrefix, kAttachable, getpid());
+  const std::size_t length = std::strlen(prefix + 1);
+  while (const dirent* const file = readdir(folder))
+    if (std::strncmp(file->d_name, prefix + 1, length) == 0) shm_unlink(file->d_name);
+  closedir(folder);
 }
 
 void prepare() {
   has_key = pthread_key_create(&at_thread_end, end_thread) == 0;
   pthread_atfork(nullptr, nullptr, forget_ring);
-}
-
-/// Whether a living watcher holds the lock of the session's marker.
-bool watched(const char* session) {
-  Name marker;
-  std::snprintf(marker, sizeof marker, "%s%s", kNamePrefix, session);
-  const int file = shm_open(marker, O_RDONLY, 0);
-  if (file < 0) return false;
-  const bool locked = flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  close(file);
-  return locked;
 }
 
 /// A mapped object of the right size whose memory is reserved, so that no write can fail; nullptr
@@ -83,42 +139,68 @@ void* reserve(const char* name) {
   return nullptr;
 }
 
-Ring* create_ring() {
-  const char* const session = std::getenv(kSessionVariable);
-  if (session == nullptr || std::strspn(session, "0123456789abcdef") != kSessionDigits ||
-      session[kSessionDigits] != '\0' || !watched(session))
-    return nullptr;
+bool is_watched_session(const char* session) {
+  return std::strspn(session, "0123456789abcdef") == kSessionDigits && session[kSessionDigits] == '\0' &&
+         watched(session);
+}
+
+Ring* create_ring(const char* session, std::uint64_t magic) {
   pthread_once(&prepared, prepare);
   std::uint64_t random = 0;
   if (getrandom(&random, sizeof random, GRND_NONBLOCK) != sizeof random) return nullptr;
   Name name;
-  std::snprintf(name, sizeof name, "%s%s.%016llx", kNamePrefix, session,
-                static_cast<unsigned long long>(random));
+  name_ring(name, session, random);
   void* const memory = reserve(name);
   if (memory == nullptr) return nullptr;
   Ring* const ring = new (memory) Ring;  // new objects are zero; the constructor touches nothing else
   ring->process = static_cast<std::uint32_t>(getpid());
   ring->thread = static_cast<std::uint32_t>(gettid());
-  std::atomic_ref(ring->magic).store(kMagic, std::memory_order_release);  // from now on it is valid
+  std::atomic_ref(ring->magic).store(magic, std::memory_order_release);  // from now on it is valid
   if (has_key) pthread_setspecific(at_thread_end, ring);
+  if (magic == kMagic) this_thread.random = random;
+  return ring;
+}
+
+/// Calls `create` without a cancellation of the thread; keeps errno.
+template <class Create>
+Ring* undisturbed(Create create) {
+  const int error = errno;
+  int state = 0;
+  pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &state);
+  Ring* const ring = create();
+  pthread_setcancelstate(state, nullptr);
+  errno = error;
   return ring;
 }
 
 void try_once() {
   this_thread.tried = true;
-  const int error = errno;
-  int state = 0;
-  pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &state);
-  this_thread.ring = create_ring();
-  pthread_setcancelstate(state, nullptr);
-  errno = error;
+  const char* const session = std::getenv(kSessionVariable);
+  if (session == nullptr) return;
+  this_thread.attachable = std::strcmp(session, kAttachable) == 0;
+  this_thread.events.ring = undisturbed([&]() -> Ring* {
+    const bool meets = this_thread.attachable || is_watched_session(session);
+    return meets ? create_ring(session, kMagic) : nullptr;
+  });
+  if (this_thread.attachable && this_thread.events.ring != nullptr) has_names = true;
+}
+
+/// Where a record of this tracepoint goes.
+Place& place_of(Id id) {
+  ThreadState& thread = this_thread;
+  if (!thread.attachable || !describes(id)) return thread.events;
+  if (!thread.tried_descriptions) {
+    thread.tried_descriptions = true;
+    thread.descriptions.ring = undisturbed([] { return create_ring(kAttachable, kDescriptionsMagic); });
+  }
+  return thread.descriptions;
 }
 
 /// Whether there is room for this number of records.
-bool has_room(const Ring& ring, std::uint64_t head, std::uint64_t records) {
-  if (head + records - this_thread.tail_seen <= kCapacity) return true;
-  this_thread.tail_seen = ring.tail.load(std::memory_order_acquire);
-  return head + records - this_thread.tail_seen <= kCapacity;
+bool has_room(Place& place, std::uint64_t head, std::uint64_t records) {
+  if (head + records - place.tail_seen <= kCapacity) return true;
+  place.tail_seen = place.ring->tail.load(std::memory_order_acquire);
+  return head + records - place.tail_seen <= kCapacity;
 }
 
 std::uint8_t text_records(const char* text) {
@@ -141,15 +223,16 @@ void write_text(Ring& ring, std::uint64_t head, std::uint16_t which, const char*
   }
 }
 
-void write(Ring& ring, Id id, std::initializer_list<std::uint64_t> numbers,
+void write(Place& place, Id id, std::initializer_list<std::uint64_t> numbers,
            std::initializer_list<const char*> texts) {
+  Ring& ring = *place.ring;
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   std::uint8_t following = 0;
   for (const char* const text : texts)
     following = static_cast<std::uint8_t>(following + (text != nullptr ? text_records(text) : 0));
   const std::uint64_t head = ring.head.load(std::memory_order_relaxed);
-  if (!has_room(ring, head, 1U + following)) {
+  if (!has_room(place, head, 1U + following)) {
     ring.dropped.store(ring.dropped.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
     return;
   }
@@ -177,14 +260,14 @@ void write(Ring& ring, Id id, std::initializer_list<std::uint64_t> numbers,
 
 bool active() {
   if (!this_thread.tried) try_once();
-  return this_thread.ring != nullptr;
+  return this_thread.events.ring != nullptr;
 }
 
 void record(Id id, std::initializer_list<std::uint64_t> numbers, std::initializer_list<const char*> texts) {
   if (this_thread.writing || !active()) return;
   this_thread.writing = true;
   std::atomic_signal_fence(std::memory_order_seq_cst);
-  write(*this_thread.ring, id, numbers, texts);
+  if (Place& place = place_of(id); place.ring != nullptr) write(place, id, numbers, texts);
   std::atomic_signal_fence(std::memory_order_seq_cst);
   this_thread.writing = false;
 }

@@ -93,6 +93,7 @@ void Assembler::start(const Event& e) {
   } else {
     job.sample = stranger(callback, e.at);
   }
+  sink_.started(job);
 }
 
 void Assembler::end(const Event& e) {

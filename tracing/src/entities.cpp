@@ -85,6 +85,7 @@ void Assembler::add_node(const Event& e) {
 void Assembler::add_publisher(const Event& e) {
   Endpoint& publisher = endpoint(e, Endpoint::Kind::publisher, e.number[2]);
   publisher.topic = topic_named(e.text[0]);
+  publisher.node = find(nodes_, {e.process, e.number[1]}, kNone);
   publishers_[{e.process, e.number[0]}] = static_cast<std::uint32_t>(&publisher - system_.endpoints.data());
   endpoints_.erase({e.process, e.number[2]});
 }

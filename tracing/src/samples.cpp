@@ -21,7 +21,11 @@ void Assembler::publish(const Event& e, bool intra_process) {
     thread.publication = ++publications_;
     ++system_.endpoints[publisher].publications;
     thread.topic = topic;
-    if (!thread.open.empty()) thread.open.back().published.push_back({topic, e.at, events_});
+    if (!thread.open.empty()) {
+      Job& job = thread.open.back();
+      job.published.push_back({topic, e.at, events_});
+      sink_.published(job, job.published.back());
+    }
   }
   if (intra_process) return;
   for (const std::uint32_t subscription : system_.topics[thread.topic].subscriptions)

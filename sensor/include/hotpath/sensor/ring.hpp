@@ -13,16 +13,25 @@
 /// an object `/hotpath_watch.SESSION.RANDOM` (16 hexadecimal digits) with mode 0600, which holds one
 /// Ring. The watcher maps it and removes its name.
 ///
+/// A program that is started on its own has the session kAttachable. Its objects are called
+/// `/hotpath_watch.attachable.PROCESS.RANDOM`, and keep their names while the process lives. Besides
+/// its ring, a thread has a second one for descriptions (kDescriptionsMagic) if it calls such
+/// tracepoints: nobody advances its tail, so that each watcher reads all of them. A watcher that
+/// attaches locks `/hotpath_watch.attached.USER`.
+///
 /// The thread alone writes `head`, `dropped` and records, the watcher alone writes `tail`. Neither
 /// trusts the other: both mask positions before they use them.
 namespace hotpath::sensor {
 
 inline constexpr const char* kSessionVariable = "HOTPATH_WATCH";
 inline constexpr const char* kNamePrefix = "/hotpath_watch.";
+inline constexpr const char* kAttachable = "attachable";
+inline constexpr const char* kAttachedPrefix = "/hotpath_watch.attached.";
 inline constexpr std::size_t kSessionDigits = 32, kRandomDigits = 16;
 
 /// Identifies a ring, and the version of this layout.
-inline constexpr std::uint64_t kMagic = 0x31484354'41575048;  // "HPWATCH1"
+inline constexpr std::uint64_t kMagic = 0x31484354'41575048;              // "HPWATCH1"
+inline constexpr std::uint64_t kDescriptionsMagic = 0x44484354'41575048;  // "HPWATCHD"
 
 /// Recorded tracepoints: those from which nodes, callbacks, jobs and samples are assembled.
 /// `text` is not a tracepoint, but continues the record before it.
@@ -51,6 +60,12 @@ enum class Id : std::uint16_t {
   rclcpp_executor_wait_for_work,
 };
 inline constexpr std::uint16_t kIds = static_cast<std::uint16_t>(Id::rclcpp_executor_wait_for_work) + 1;
+
+/// Whether the tracepoint describes a node, publisher or callback, instead of a job.
+constexpr bool describes(Id id) {
+  return id <= Id::rclcpp_service_callback_added || id == Id::rclcpp_buffer_to_ipb ||
+         id == Id::rclcpp_ipb_to_subscription;
+}
 
 inline constexpr std::size_t kTextBytes = 48;   ///< Of a record.
 inline constexpr std::size_t kTextRecords = 6;  ///< Most records of one text; longer texts are cut.

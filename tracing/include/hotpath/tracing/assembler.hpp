@@ -14,10 +14,14 @@
 
 namespace hotpath::tracing {
 
-/// Receives assembled jobs in the order of their ends, and lost samples.
+/// Receives assembled jobs in the order of their ends, and lost samples. A running system is also
+/// followed by the starts and publications of jobs, in the order of time.
 class Sink {
  public:
   virtual ~Sink() = default;
+  virtual void started(const Job& /*job*/) {}
+  /// A publication of a job that has not ended.
+  virtual void published(const Job& /*job*/, const Publication& /*publication*/) {}
   virtual void ended(Job&& job) = 0;
   virtual void lost(const LostSample& sample) = 0;
 };

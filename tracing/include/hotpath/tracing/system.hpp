@@ -58,6 +58,7 @@ struct Endpoint {
   Kind kind = Kind::publisher;
   std::uint32_t process = 0;
   EndpointId id;                   ///< Publishers and subscriptions, from Jazzy on (rcl 5 has some).
+  std::uint32_t node = kNone;      ///< Publishers.
   std::uint32_t topic = kNone;     ///< kNone also for endpoints of the middleware itself.
   std::uint32_t callback = kNone;  ///< Subscriptions.
   std::uint64_t publications = 0;  ///< Publishers.

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/simulated_message.hpp"
+#include "hotpath/tracing/system.hpp"
+
+namespace hotpath::imports {
+
+/// Inputs of a node whose latest samples enter its messages of a topic.
+struct HeldInputs {
+  std::uint32_t topic = 0;
+  std::vector<TaskId> publishers, of;
+};
+
+/// Follows the data of chains through the jobs of a system, in a trace or while it runs: the history
+/// of a job's messages joins those of the samples that the job took and that its node holds. Memory
+/// is bounded by tasks, open jobs and the samples that may be unread.
+class ChainFollower {
+ public:
+  /// The message that a job took: its topic, and the job that published it, of task `by`.
+  struct Taken {
+    tracing::JobRef job;
+    TaskId by = kNoTask;
+    std::uint32_t topic = 0;
+  };
+  using Observed = std::function<void(const ChainObservation&)>;
+
+  /// `unread`: by topic, the most messages of a task that may be unread. `publishing`: by task; a chain
+  /// ends with the messages of a sink that publishes, and otherwise with the end of its job.
+  /// `observed` receives each chain that a job of its sink ends, during publish() or end() of that job.
+  ChainFollower(std::vector<ChainIndex> chains, std::vector<HeldInputs> held, std::vector<std::size_t> unread,
+                std::vector<bool> publishing, Observed observed);
+
+  // In the order of time, for jobs of tasks.
+  void start(const tracing::JobRef& job, JobRef as, Time at, const std::optional<Taken>& taken);
+  void publish(const tracing::JobRef& job, std::uint32_t topic);
+  /// `ended`: false: the end was lost. Returns the job of the task; std::nullopt: its start was lost.
+  std::optional<JobRef> end(const tracing::JobRef& job, bool ended);
+
+  /// The most messages of a task that may be unread by a subscription of this depth; 0: keep all.
+  [[nodiscard]] static std::size_t most_unread(std::uint32_t depth);
+
+ private:
+  using Message = std::shared_ptr<const SimulatedMessage>;
+  struct Running {
+    JobRef ref;
+    Time start{};
+    Message own;
+    std::vector<std::uint32_t> observed;
+  };
+  using Key = std::pair<std::uint32_t, std::uint64_t>;
+  static Key key_of(const tracing::JobRef& job) { return {job.callback, job.number}; }
+  [[nodiscard]] Message message_of(const Taken& taken) const;
+  void observe(const SimulatedMessage& message, Running& running);
+
+  const std::vector<ChainIndex> chains_;
+  const std::vector<HeldInputs> rules_;
+  const std::vector<std::size_t> unread_;
+  const std::vector<bool> publishing_;
+  const Observed observed_;
+  const SimulatedHistory history_{};
+  std::vector<std::vector<Message>> held_;  // by rule, by its inputs
+  std::map<Key, Running> running_;
+  /// By task and topic: its latest messages, with the keys of their jobs.
+  std::map<std::pair<TaskId, std::uint32_t>, std::deque<std::pair<Key, Message>>> messages_;
+  std::vector<std::uint32_t> ends_;
+};
+
+}  // namespace hotpath::imports

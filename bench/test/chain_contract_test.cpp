@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "watch/contract_check.hpp"
+#include "watch/observer.hpp"
+#include "watched_system.hpp"
+
+namespace hotpath::watch {
+namespace {
+
+using testing::HasSubstr;
+using K = tracing::EventKind;
+namespace fs = std::filesystem;
+
+/// A chain from the timer to the subscription, and the thread that runs both.
+constexpr const char* kContract = R"(
+callbacks:
+- node: source
+  budget_ms: {value: 2, from: measured}
+  period_ms: {value: 10, from: given}
+  maximum_distance_ms: {value: 13, from: derived}
+  publishes: [{topic: a}]
+- node: space.sink
+  topic: a
+  budget_ms: {value: 1, from: measured}
+  minimum_distance_ms: {value: [7, 17], from: derived}
+  lost: {value: 0, from: derived}
+  publishes: []
+chains:
+- name: path
+  sources: [source (timer)]
+  sinks: [space.sink/a]
+  hot_path_ms: {value: 2.5, from: derived}
+  age_ms: {value: 4, from: derived}
+  requirement_ms: {value: 3.5, from: given}
+threads:
+- name: main
+  callbacks: [source (timer), space.sink/a]
+  policy: {value: "fifo:80", from: given}
+  processors: {value: [1, 2], from: given}
+  wait_ms: {value: 1, from: given}
+)";
+
+Contract contract() {
+  const std::string path = fs::temp_directory_path() / ("hotpath_chains_" + std::to_string(getpid()));
+  std::ofstream(path) << kContract;
+  Contract contract = read_contract(path);
+  fs::remove(path);
+  return contract;
+}
+
+class Watching : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    setenv("TZ", "UTC", 1);
+    tzset();
+  }
+  void observe() {
+    for (; observed < system.events.size(); ++observed) observer.event(system.events[observed]);
+  }
+  void until(double ms) {
+    observe();
+    observer.observed_until(at_ms(ms), losses);
+  }
+  std::string verdict(const std::string& of, const std::string& term) {
+    const nlohmann::json stored = check.json({});
+    for (const nlohmann::json& t : stored["terms"])
+      for (const char* kind : {"callback", "chain", "thread", "topic"})
+        if (t.value(kind, "") == of && t["term"] == term) return t["verdict"];
+    return "no such term";
+  }
+  std::string incident() const { return check.incident({}); }
+  ThreadFacts facts() const {
+    ThreadFacts f;
+    f.name = "spin";
+    f.policy = parse_thread_policy("fifo:80");
+    f.processors = 6;
+    return f;
+  }
+
+  WatchedSystem system;
+  ContractCheck check{contract(), WallClock(Duration{})};
+  Observer observer{&check, nullptr};
+  std::size_t observed = 0;
+  Losses losses;
+};
+
+TEST_F(Watching, MeasuresChains) {
+  for (int i = 1; i <= 5; ++i) system.run(10 * i, i == 3 ? 1.5 : 1);
+  until(60);
+  ASSERT_EQ(check.chains().size(), 1U);
+  EXPECT_EQ(check.chains()[0].outputs, 5U);
+  EXPECT_EQ(check.chains()[0].hot_path.max(), from_ms(1.5));
+  EXPECT_EQ(check.chains()[0].age.max(), from_ms(2.5));
+  check.threads({facts()}, at_ms(1));
+  check.threads({facts()}, at_ms(61));
+  const std::vector<std::pair<std::string, std::string>> terms = {{"path", "hot_path_ms"},
+                                                                  {"path", "age_ms"},
+                                                                  {"path", "requirement_ms"},
+                                                                  {"main", "policy"},
+                                                                  {"main", "processors"},
+                                                                  {"main", "wait_ms"},
+                                                                  {"main", "serves"},
+                                                                  {"a", "publishers"},
+                                                                  {"source (timer)", "publishes"},
+                                                                  {"source (timer)", "maximum_distance_ms"},
+                                                                  {"space.sink/a", "publishes"},
+                                                                  {"space.sink/a", "lost"},
+                                                                  {"space.sink/a", "minimum_distance_ms"}};
+  for (const auto& [of, term] : terms) EXPECT_EQ(verdict(of, term), "held") << of << " " << term;
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
+TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
+  system.events[0].text[1] = "/robot1";
+  system.events[1].text[0] = "/robot1/a";
+  system.events[5].text[1] = "/robot1/space";
+  system.events[6].text[0] = "/robot1/a";
+  system.add(K::node_init, 5, {40, 41}, {"other", "/"});
+  system.add(K::publisher_init, 5, {45, 40, 46, 1}, {"/a", ""});  // another topic
+  system.run(10, 1);
+  until(20);
+  EXPECT_EQ(check.chains()[0].outputs, 1U);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
+TEST_F(Watching, NamesTheCauseOfALateChain) {
+  system.run(10, 1);
+  system.run(20, 3);
+  until(40);
+  EXPECT_EQ(incident(),
+            "00:00:00.023 source (timer) ran 3.000 ms, budget 2.000 ms (measured); 0.000 ms later path took "
+            "3.000 ms, bound 2.500 ms (derived)");
+  EXPECT_EQ(verdict("path", "hot_path_ms"), "broken");
+  EXPECT_EQ(verdict("path", "age_ms"), "held");
+  EXPECT_EQ(verdict("path", "requirement_ms"), "broken");
+}
+
+TEST_F(Watching, ReportsAnExceededBoundWithoutACauseAsADefect) {
+  system.run(10, 1);
+  system.run(22.5, 1);  // 2.5 ms late: nothing but the processor explains that
+  until(30);
+  EXPECT_FALSE(check.settled());
+  EXPECT_THAT(incident(), HasSubstr("not observable: main policy"));
+  check.threads({facts()}, at_ms(1));
+  check.threads({facts()}, at_ms(40));
+  EXPECT_TRUE(check.settled());
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.024 path took 4.500 ms, bound 4.000 ms (derived), while every "
+                                    "assumption that the contract states held: a defect of hotpath"));
+}
+
+TEST_F(Watching, NamesAWithheldProcessor) {
+  system.run(10, 1);
+  system.run(22.5, 1);
+  until(30);
+  check.threads({facts()}, at_ms(1));
+  ThreadFacts waited = facts();
+  waited.waited = from_ms(0.4);
+  waited.stolen = from_ms(0.1);
+  check.threads({waited}, at_ms(501));  // 1 ms in a second, within the limit, but as long as the excess
+  EXPECT_THAT(incident(),
+              HasSubstr("00:00:00.001 main thread spin waited 0.500 ms of 500.000 ms for a processor "
+                        "(the hypervisor withheld it 0.100 ms), limit 1.000 ms in a second; "));
+  EXPECT_EQ(verdict("main", "wait_ms"), "broken");
+}
+
+TEST_F(Watching, NamesAWaitBeforeTheFirstFacts) {
+  system.run(10, 1);
+  system.run(22.5, 1);
+  until(30);
+  ThreadFacts waited = facts();
+  waited.waited = from_ms(3);
+  check.threads({waited}, at_ms(500));
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.010 main thread spin waited 3.000 ms of 490.000 ms"));
+}
+
+TEST_F(Watching, NamesChangesOfThreads) {
+  system.run(10, 1);
+  until(20);
+  check.threads({facts()}, at_ms(1));
+  ThreadFacts changed = facts();
+  changed.policy = parse_thread_policy("other");
+  check.threads({changed}, at_ms(1001));
+  EXPECT_THAT(incident(), HasSubstr("main thread spin has the policy other instead of fifo:80"));
+  changed.processors = 2;
+  check.threads({changed}, at_ms(2001));
+  EXPECT_EQ(verdict("main", "processors"), "held") << "fewer processors of those stated";
+  changed.processors = 3;
+  check.threads({changed}, at_ms(3001));
+  EXPECT_EQ(verdict("main", "processors"), "broken");
+}
+
+TEST_F(Watching, NamesACallbackThatTheContractLacks) {
+  system.add(K::node_init, 5, {40, 41}, {"extra", "/"});
+  system.add(K::timer_init, 5, {42, 7'000'000});
+  system.add(K::timer_callback_added, 5, {42, 43});
+  system.add(K::timer_link_node, 5, {42, 40});
+  system.run(10, 1);
+  system.add(K::callback_start, 13, {43});
+  system.add(K::callback_end, 14, {43});
+  until(20);
+  EXPECT_THAT(incident(), HasSubstr("main ran /extra (timer 7 ms), which the contract lacks"));
+}
+
+TEST_F(Watching, NamesASecondPublisher) {
+  system.run(10, 1);
+  system.add(K::node_init, 15, {40, 41}, {"extra", "/"});
+  system.add(K::publisher_init, 15, {45, 40, 46, 1}, {"/a", ""});
+  until(20);
+  EXPECT_THAT(incident(), HasSubstr("a has a publisher of /extra, which the contract lacks"));
+  EXPECT_EQ(verdict("a", "publishers"), "broken");
+}
+
+TEST_F(Watching, NamesASampleOfAnUnwatchedPublisher) {
+  system.run(10, 1);
+  system.add(K::rmw_take, 17, {23, 98, 12345, 1});
+  system.add(K::callback_start, 17, {21});
+  system.add(K::callback_end, 17.5, {21});
+  until(20);
+  EXPECT_EQ(verdict("a", "publishers"), "broken");
+  EXPECT_THAT(incident(), HasSubstr("published by a node that is not watched"));
+}
+
+TEST_F(Watching, SeesABurst) {
+  system.run(10, 1);
+  system.run(12.5, 1);
+  until(20);
+  EXPECT_THAT(incident(),
+              HasSubstr("space.sink/a got samples at a distance of 2.500 ms, minimum distance 7.000"));
+}
+
+TEST_F(Watching, SeesLostSamples) {
+  for (int i = 1; i <= 4; ++i) system.run(10 * i, 1, i == 4);  // depth 2
+  until(50);
+  EXPECT_EQ(verdict("space.sink/a", "lost"), "broken");
+  EXPECT_THAT(incident(), HasSubstr("space.sink/a lost samples: 1, bound 0 (derived)"));
+}
+
+TEST_F(Watching, LimitsTheSamplesOfSeveralActivations) {
+  for (const double start : {10.0, 17.5, 25.5}) system.run(start, 1);
+  until(30);
+  EXPECT_THAT(check.json({}).dump(), HasSubstr("got 3 samples within 15.500 ms, minimum distance 17.000 ms"));
+}
+
+TEST_F(Watching, SeesSilence) {
+  system.run(10, 1);
+  system.run(20, 1);
+  until(40);
+  EXPECT_FALSE(check.broken()) << incident();
+  until(1000);
+  EXPECT_THAT(incident(),
+              HasSubstr("00:00:00.033 source (timer) got nothing for 980.000 ms, maximum distance"));
+  system.run(1010, 1);
+  until(1020);
+  EXPECT_EQ(verdict("source (timer)", "maximum_distance_ms"), "broken");
+}
+
+TEST_F(Watching, SeesACallbackThatDoesNotEnd) {
+  system.add(K::callback_start, 10, {11});
+  until(2010);
+  EXPECT_THAT(
+      incident(),
+      HasSubstr("00:00:00.012 source (timer) has run for 2000.000 ms without an end, budget 2.000 ms"));
+  until(3010);
+  const nlohmann::json stored = check.json({});
+  EXPECT_EQ(stored["terms"][1]["term"], "budget_ms");
+  EXPECT_EQ(stored["terms"][1]["broken"], 1) << "once for each job";
+}
+
+TEST_F(Watching, ConcludesNothingFromLostEvents) {
+  system.run(10, 1);
+  losses.dropped = 1;
+  until(5000);
+  system.run(6000, 1);
+  until(6010);
+  EXPECT_FALSE(check.broken()) << incident();
+  for (int i = 601; i <= 1400; ++i) system.run(10 * i, 1);
+  until(14'010);
+  EXPECT_FALSE(check.broken()) << incident();
+  until(15'000);
+  EXPECT_THAT(incident(), HasSubstr("got nothing for")) << "it goes on after some seconds";
+}
+
+TEST_F(Watching, KeepsItsContractForManyJobs) {
+  for (int i = 1; i <= 20'000; ++i) {
+    system.run(10.0 * i, 1 + (i % 7) / 10.0);
+    until(10.0 * i + 5);
+    system.events.clear();
+    observed = 0;
+  }
+  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_EQ(check.chains()[0].outputs, 20'000U);
+}
+
+TEST(ThreadFactsOfProc, AreRead) {
+  std::string name;
+  int processor = -1;
+  std::string text = "12 (a (b) c) S";
+  for (int f = 4; f <= 38; ++f) text += " 0";
+  EXPECT_TRUE(parse_stat(text + " 3 0", name, processor));
+  EXPECT_EQ(name, "a (b) c");
+  EXPECT_EQ(processor, 3);
+  EXPECT_FALSE(parse_stat("12 (a) S 1", name, processor));
+  EXPECT_FALSE(parse_stat("", name, processor));
+  Duration ran{}, waited{};
+  EXPECT_TRUE(parse_schedstat("100 7 3\n", ran, waited));
+  EXPECT_EQ(ran, Duration(100));
+  EXPECT_EQ(waited, Duration(7));
+  EXPECT_FALSE(parse_schedstat("100", ran, waited));
+  const auto stolen = parse_stolen("cpu  9 9 9 9 9 9 9 99 0 0\ncpu0 1 1 1 1 1 1 1 100 0 0\nintr 5\n");
+  ASSERT_EQ(stolen.size(), 1U);
+  EXPECT_EQ(stolen.at(0), std::chrono::seconds(100) / sysconf(_SC_CLK_TCK));
+}
+
+}  // namespace
+}  // namespace hotpath::watch

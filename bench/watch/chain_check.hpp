@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "import/chain_follower.hpp"
+#include "program/latency_histogram.hpp"
+#include "watch/stated_names.hpp"
+
+namespace hotpath::watch {
+
+/// What was observed of a chain since the beginning.
+struct ObservedChain {
+  std::uint64_t outputs = 0;           ///< Jobs of its sinks that ended with data of its sources.
+  program::LatencyHistogram hot_path;  ///< Start of the latest source's job to the start of the sink's.
+  program::LatencyHistogram age;       ///< Timestamp of the oldest source's job to the end of the sink's.
+  Duration latest{-1};                 ///< Largest age since next_interval(); -1 ns: none.
+};
+
+/// One output of a chain.
+struct ChainOutput {
+  std::uint32_t chain = 0;
+  Time start{}, finish{};  ///< Of the sink's job.
+  Duration hot_path{};
+  std::optional<Duration> age;  ///< std::nullopt: a source's timestamp is unknown.
+};
+
+/// Follows the data of a contract's chains through the jobs of a running system.
+class ChainCheck {
+ public:
+  ChainCheck(const Contract& contract, const StatedNames& names);
+  ChainCheck(const ChainCheck&) = delete;
+  ChainCheck& operator=(const ChainCheck&) = delete;
+
+  // In the order of time. `entry`: the job's callback in the contract; `publisher`: that of its
+  // sample, kNone: unknown.
+  void started(std::uint32_t entry, const tracing::Job& job, std::uint32_t publisher,
+               std::optional<Time> timestamp);
+  /// `topic`: its number among the stated ones.
+  void published(const tracing::Job& job, std::uint32_t topic) { follower_.publish(job.ref, topic); }
+  /// The outputs of the job; valid until the next call.
+  const std::vector<ChainOutput>& ended(const tracing::Job& job);
+
+  void next_interval() {
+    for (ObservedChain& chain : observed_) chain.latest = Duration(-1);
+  }
+
+  /// By chain of the contract.
+  [[nodiscard]] const std::vector<ObservedChain>& chains() const { return observed_; }
+
+ private:
+  /// The jobs of a source that data may still come from.
+  struct Source {
+    std::uint64_t first = 0;  ///< Number of the first remembered job.
+    std::deque<std::optional<Time>> timestamps;
+  };
+  static constexpr std::size_t kRemembered = 4096;
+
+  imports::ChainFollower follower(const Contract& contract, const StatedNames& names);
+  [[nodiscard]] std::optional<Time> oldest_source(const ChainObservation& observation) const;
+
+  std::vector<std::vector<TaskId>> sources_;     // by chain
+  std::vector<std::uint32_t> taken_;             // by entry: the stated topic that it takes; kNone: none
+  std::vector<std::uint64_t> jobs_;              // by entry: number of the next job
+  std::map<std::uint32_t, Source> source_jobs_;  // by entry
+  std::vector<ChainObservation> pending_;        // of jobs that have not ended
+  std::vector<ChainOutput> outputs_;
+  std::vector<ObservedChain> observed_;
+  imports::ChainFollower follower_;
+};
+
+}  // namespace hotpath::watch

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "watch/judged_term.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include "program/text.hpp"
+#include "watch/thread_facts.hpp"
+
+namespace hotpath::watch {
+
+namespace {
+
+/// What was observed, before its value.
+const char* deed(Clause clause) {
+  switch (clause) {
+    case Clause::budget:
+      return " ran ";
+    case Clause::period:
+      return " has a period of ";
+    case Clause::minimum_distance:
+      return " got samples at a distance of ";
+    case Clause::maximum_distance:
+      return " got nothing for ";
+    case Clause::depth:
+      return " has a queue depth of ";
+    case Clause::response:
+      return " responded after ";
+    case Clause::lost:
+      return " lost samples: ";
+    case Clause::hot_path:
+    case Clause::age:
+    case Clause::requirement:
+      return " took ";
+    case Clause::wait:
+      return " waited for a processor for ";
+    default:
+      return " ";
+  }
+}
+
+enum class Comparison { at_most, at_least, equal };
+
+Comparison comparison_of(Clause clause) {
+  if (clause == Clause::minimum_distance) return Comparison::at_least;
+  const bool equal = clause == Clause::period || clause == Clause::depth;
+  return equal ? Comparison::equal : Comparison::at_most;
+}
+
+bool holds(Comparison comparison, std::int64_t observed, std::int64_t limit) {
+  if (comparison == Comparison::equal) return observed == limit;
+  return comparison == Comparison::at_most ? observed <= limit : observed >= limit;
+}
+
+bool is_duration(Clause clause) { return std::string_view(to_string(clause)).ends_with("_ms"); }
+
+}  // namespace
+
+std::string JudgedTerm::shown(std::int64_t value) const {
+  if (is_duration(term_.clause)) return program::fixed(to_ms(Duration(value)), 3) + " ms";
+  if (term_.clause == Clause::processors) return shown_processors(static_cast<std::uint64_t>(value));
+  return program::concat(value);
+}
+
+std::string JudgedTerm::limit_text() const {
+  switch (term_.clause) {
+    case Clause::policy:
+      return to_string(term_.policy);
+    case Clause::publishes:
+    case Clause::publishers:
+    case Clause::serves:
+      return "as stated";
+    default:
+      return shown(term_.limit);
+  }
+}
+
+std::string JudgedTerm::title() const {
+  std::string text(to_string(term_.clause));
+  if (text.ends_with("_ms")) text.resize(text.size() - 3);
+  std::ranges::replace(text, '_', ' ');
+  return text;
+}
+
+void JudgedTerm::compare(std::int64_t observed, Time at, Incident& incident, std::size_t further) {
+  const Comparison comparison = comparison_of(term_.clause);
+  const std::int64_t limit = further == 0 ? term_.limit : term_.further[further - 1];
+  const bool nearer = !extreme_ || (comparison == Comparison::at_least ? observed < *extreme_
+                                    : comparison == Comparison::equal  ? *extreme_ == limit
+                                                                       : observed > *extreme_);
+  if (nearer && further == 0) extreme_ = observed;
+  if (holds(comparison, observed, limit)) return count(true, {}, incident);
+  const bool bound = role_of(term_.clause) == Role::bound;
+  const std::string observed_text =
+      further == 0 ? deed(term_.clause) + shown(observed)
+                   : program::concat(" got ", further + 2, " samples within ", shown(observed));
+  count(false,
+        {at,
+         subject_ + observed_text + ", " + (bound ? "bound" : title()) + " " + shown(limit) + " (" +
+             std::string(to_string(term_.origin)) + ")",
+         Duration(observed - limit)},
+        incident);
+}
+
+void JudgedTerm::judge(bool holds, const std::string& observed, Time at, Incident& incident) {
+  count(holds, {at, subject_ + " " + observed}, incident);
+}
+
+void JudgedTerm::count(bool holds, Breach breach, Incident& incident) {
+  ++checked_;
+  if (holds) return;
+  ++broken_;
+  if (first_ && first_->at <= breach.at) return;
+  first_ = std::move(breach);
+  incident.add(role_of(term_.clause), *first_);
+}
+
+double JudgedTerm::nearness() const {
+  if (broken_ > 0 && !extreme_) return 2;
+  if (!extreme_ || !is_duration(term_.clause)) return broken_ > 0 ? 2 : -1;
+  const auto limit = static_cast<double>(term_.limit), value = static_cast<double>(*extreme_);
+  switch (comparison_of(term_.clause)) {
+    case Comparison::equal:
+      return broken_ > 0 ? 2 : -1;
+    case Comparison::at_least:
+      return value > 0 ? limit / value : 2;
+    case Comparison::at_most:
+      return limit > 0 ? value / limit : value > 0 ? 2 : 0;
+  }
+  return -1;
+}
+
+nlohmann::json JudgedTerm::json() const {
+  const auto number = [&](std::int64_t value) -> nlohmann::json {
+    if (is_duration(term_.clause)) return to_ms(Duration(value));
+    if (term_.clause == Clause::processors) return processor_list(static_cast<std::uint64_t>(value));
+    return value;
+  };
+  nlohmann::json limit;  // null: a list that the contract states
+  if (term_.clause == Clause::policy) {
+    limit = to_string(term_.policy);
+  } else if (limit_text() != "as stated") {
+    limit = number(term_.limit);
+  }
+  return {{"term", to_string(term_.clause)},
+          {"limit", limit},
+          {"from", to_string(term_.origin)},
+          {"checked", checked_},
+          {"broken", broken_},
+          {"observed", extreme_ ? number(*extreme_) : nlohmann::json()}};
+}
+
+Subject::Subject(std::string of_kind, std::string named, const std::vector<Term>& stated, const char* why)
+    : kind(std::move(of_kind)), name(std::move(named)), unseen(why) {
+  for (const Term& term : stated) terms.emplace_back(term, name);
+}
+
+JudgedTerm* Subject::find(Clause clause) {
+  const auto at = std::ranges::find(terms, clause, &JudgedTerm::clause);
+  return at == terms.end() ? nullptr : &*at;
+}
+
+void Subject::compare(Clause clause, std::int64_t observed, Time at, Incident& incident) {
+  if (JudgedTerm* const term = find(clause)) term->compare(observed, at, incident);
+}
+
+}  // namespace hotpath::watch

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "watch/incident.hpp"
+
+namespace hotpath::watch {
+
+/// A term, compared with what was observed.
+class JudgedTerm {
+ public:
+  /// `subject`: of sentences, `Filter/points`.
+  JudgedTerm(Term term, std::string subject) : term_(std::move(term)), subject_(std::move(subject)) {}
+
+  /// Compares an observed value in the unit of the limit. `further`: of the limits for a
+  /// minimum_distance, 0: the first one.
+  void compare(std::int64_t observed, Time at, Incident& incident, std::size_t further = 0);
+  /// Shows the value, without a comparison.
+  void observe(std::int64_t value) { extreme_ = std::max(extreme_.value_or(value), value); }
+  /// Counts a comparison that holds.
+  void hold() { ++checked_; }
+  /// Compares by other means; `observed` completes the sentence.
+  void judge(bool holds, const std::string& observed, Time at, Incident& incident);
+
+  [[nodiscard]] Clause clause() const { return term_.clause; }
+  [[nodiscard]] const Term& term() const { return term_; }
+  [[nodiscard]] std::uint64_t checked() const { return checked_; }
+  [[nodiscard]] std::uint64_t broken() const { return broken_; }
+  [[nodiscard]] const std::optional<Breach>& first() const { return first_; }
+  /// The observed value that came nearest to breaking the term, or broke it most; std::nullopt: it is
+  /// no number.
+  [[nodiscard]] std::optional<std::int64_t> extreme() const { return extreme_; }
+  /// The extreme as a share of the limit, above 1 if broken; -1: unknown.
+  [[nodiscard]] double nearness() const;
+  /// `5.000 ms`, `fifo:80`.
+  [[nodiscard]] std::string limit_text() const;
+  /// The extreme in the same form; empty: none.
+  [[nodiscard]] std::string extreme_text() const { return extreme_ ? shown(*extreme_) : ""; }
+  [[nodiscard]] nlohmann::json json() const;
+  /// The key of the clause without its unit.
+  [[nodiscard]] std::string title() const;
+
+  /// A value in the unit of the limit.
+  [[nodiscard]] std::string shown(std::int64_t value) const;
+
+ private:
+  void count(bool holds, Breach breach, Incident& incident);
+
+  Term term_;
+  std::string subject_;
+  std::uint64_t checked_ = 0, broken_ = 0;
+  std::optional<std::int64_t> extreme_;
+  std::optional<Breach> first_;
+};
+
+/// A callback, chain, executor's threads or topic of a contract.
+struct Subject {
+  std::string kind;  ///< Key in JSON.
+  std::string name;
+  std::vector<JudgedTerm> terms = {};
+  bool seen = false;
+  const char* unseen = "";  ///< The reason why nothing was compared as long as it was not seen.
+
+  Subject(std::string of_kind, std::string named, const std::vector<Term>& stated, const char* why);
+  /// nullptr: the contract lacks it.
+  [[nodiscard]] JudgedTerm* find(Clause clause);
+  /// Compares with the term, if there is one.
+  void compare(Clause clause, std::int64_t observed, Time at, Incident& incident);
+};
+
+}  // namespace hotpath::watch

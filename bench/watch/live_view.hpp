@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "watch/observation_report.hpp"
+
+namespace hotpath::watch {
+
+/// The order of the rows.
+enum class SortKey : std::uint8_t { nearness, execution, rate, name };
+constexpr auto enum_texts(SortKey) {
+  return std::to_array<EnumText<SortKey>>({{SortKey::nearness, "nearest to breaking"},
+                                           {SortKey::execution, "execution"},
+                                           {SortKey::rate, "rate"},
+                                           {SortKey::name, "name"}});
+}
+
+/// One line of the screen.
+struct ViewLine {
+  std::string text;  ///< UTF-8.
+  bool broken = false, title = false;
+};
+
+/// What a terminal shows of a watched system: its chains, callbacks and threads, and the last minute of
+/// chains and callbacks.
+class ViewLines {
+ public:
+  /// A second has passed.
+  void remember(const ObservationReport& report);
+  /// The lines of the report. `incident`: of the contract; empty: none.
+  [[nodiscard]] std::vector<ViewLine> lines(const ObservationReport& report, SortKey key,
+                                            const std::string& incident) const;
+
+ private:
+  static constexpr std::size_t kSeconds = 60;
+  [[nodiscard]] std::string history_of(const std::string& name) const;
+
+  std::map<std::string, std::deque<double>> history_;  // by row: worst ms of each second; -1: none
+};
+
+/// Values as bars, the largest one full; a blank for values below 0.
+[[nodiscard]] std::string sparkline(const std::deque<double>& values);
+
+/// What a key of the user asks for.
+enum class ViewAction : std::uint8_t { none, quit, snapshot, redraw };
+
+/// The screen of a terminal during its lifetime.
+class LiveView {
+ public:
+  virtual ~LiveView() = default;
+  /// Handles pressed keys.
+  virtual ViewAction poll_keys() = 0;
+  /// Shows the report, unless it is frozen.
+  virtual void show(const ObservationReport& report, const std::string& incident) = 0;
+  /// A sentence below the title until the next one.
+  virtual void say(const std::string& sentence) = 0;
+};
+
+/// nullptr: built without ncurses, or the terminal is unsuitable.
+[[nodiscard]] std::unique_ptr<LiveView> open_live_view();
+
+}  // namespace hotpath::watch
