@@ -2,6 +2,7 @@
 #include "watch_statuses.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -81,7 +82,9 @@ WatchStatus callback_status(const json& callback) {
     for (const auto& [statistic, number] : value.items())
       add(status, std::string(key) + " " + statistic, number);
   }
-  status.message = text_of(callback.at("rate")) + " jobs/s";
+  std::array<char, 32> rate{};
+  std::snprintf(rate.data(), rate.size(), "%.1f jobs/s", callback.at("rate").get<double>());
+  status.message = rate.data();
   return status;
 }
 
@@ -115,7 +118,7 @@ void add_contract(std::vector<WatchStatus>& statuses, const json& contract, Grow
     const auto [place, is_new] = places.emplace(subject, statuses.size());
     if (is_new) statuses.push_back({Level::stale, "hotpath contract: " + subject, "", {}});
     WatchStatus& status = statuses[place->second];
-    const std::uint64_t broken = growth.of(subject + "\n" + name, term.at("broken").get<std::uint64_t>());
+    const auto broken = growth.of(std::string(subject).append("\n").append(name), term.at("broken"));
     const auto [level, message] = judge(term, broken > 0);
     if (status.message.empty()) status.message = message;
     raise(status, level, message);

@@ -60,6 +60,7 @@ TEST(Statuses, NameTheWatcherCallbacksAndSubjectsOfTheContract) {
   ASSERT_EQ(statuses.size(), 3U);
   EXPECT_EQ(statuses[0].name, "hotpath watch");
   EXPECT_EQ(statuses[1].name, "hotpath watch: /source (timer 10.0 ms)");
+  EXPECT_EQ(statuses[1].message, "100.0 jobs/s");
   EXPECT_EQ(statuses[2].name, "hotpath contract: source (timer)");
   for (const WatchStatus& status : statuses) EXPECT_EQ(status.level, Level::ok) << status.name;
 }
@@ -92,6 +93,18 @@ TEST(Statuses, AreStaleWhereNoTermCanBeJudgedAndWarnWhereEventsWereLost) {
   json held_and_not = report(
       {term("a (timer)", "depth", "not observable", 0, 0), term("a (timer)", "budget_ms", "held", 9, 0)});
   EXPECT_EQ(named(WatchStatuses().of(held_and_not.dump()), subject).level, Level::ok);
+}
+
+TEST(Statuses, NameWhateverATermIsAbout) {
+  json threads = term("", "policy", "held", 9, 0);
+  threads.erase("callback");
+  threads["thread"] = "executor";
+  threads["limit"] = "fifo:80";
+  threads["observed"] = nullptr;
+  const auto status =
+      named(WatchStatuses().of(report(json::array({threads})).dump()), "hotpath contract: thread executor");
+  EXPECT_EQ(status.level, Level::ok);
+  EXPECT_EQ(status.values[0], (std::array<std::string, 2>{"policy", "fifo:80"}));
 }
 
 TEST(Statuses, OfTheWatcherWarnWhileEventsAreLost) {
