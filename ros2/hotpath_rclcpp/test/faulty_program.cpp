@@ -9,7 +9,8 @@
 // PERIOD_US microseconds to one subscription each, and ends after SAMPLES samples.
 //
 // `faulty_program EXECUTOR clock SAMPLES` runs no executor: it calls two tracepoints every 5 ms and
-// prints the clock that it reads after each.
+// prints the clock that it reads after each. `faulty_program EXECUTOR cost BURSTS` prints the time of
+// one tracepoint, from bursts of 1000 every 20 ms.
 #include <pthread.h>
 #include <sched.h>
 #include <unistd.h>
@@ -217,6 +218,24 @@ void read_clock(int samples) {
   for (const long long instant : instants) std::printf("%lld\n", instant);
 }
 
+void measure_tracepoints(int bursts) {
+  constexpr int kEvents = 1000;
+  const int callback = 0;
+  std::vector<double> each_ns;
+  for (int i = 0; i < bursts; ++i) {
+    std::this_thread::sleep_for(20ms);  // the watcher empties the ring
+    const long long begin = now_ns();
+    for (int event = 0; event < kEvents; event += 2) {
+      TRACETOOLS_TRACEPOINT(callback_start, static_cast<const void*>(&callback), false);
+      TRACETOOLS_TRACEPOINT(callback_end, static_cast<const void*>(&callback));
+    }
+    each_ns.push_back(static_cast<double>(now_ns() - begin) / kEvents);
+  }
+  std::sort(each_ns.begin(), each_ns.end());
+  std::printf("a tracepoint: %.1f ns (median of %d bursts), %.1f ns (least), %.1f ns (90th percentile)\n",
+              each_ns[each_ns.size() / 2], bursts, each_ns.front(), each_ns[each_ns.size() * 9 / 10]);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -228,6 +247,8 @@ int main(int argc, char** argv) {
   if (!executor) return 2;
   if (fault == "clock") {
     read_clock(samples);
+  } else if (fault == "cost") {
+    measure_tracepoints(samples);
   } else if (argc == 6) {
     run_load(*executor, samples, std::atoi(argv[4]), Duration(1000) * std::atoi(argv[5]));
   } else {
