@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdlib>
@@ -13,6 +15,7 @@
 #include "ros_node.hpp"
 #include "telemetry_input.hpp"
 #include "termination.hpp"
+#include "watch_diagnostics.hpp"
 
 using namespace hotpath;
 using namespace std::chrono_literals;
@@ -114,10 +117,14 @@ int run(int argc, char** argv, Termination& termination) {
       "publishes it on ROS topics. All settings are private ROS parameters (`_domain:=7`), described in "
       "ros1_bridge/README.md.",
       "hotpath_ros1_bridge");
+  bool watch_reports = false;
+  app.add_flag("--watch", watch_reports,
+               "Publish the lines of `hotpath watch --json` from standard input on /diagnostics instead");
   std::optional<std::uint32_t> domain;
   app.add_option("--domain", domain,
                  "DDS domain of the benchmark, 0 to 232 (default: parameter ~domain, else 0)")
-      ->check(CLI::Range(0, 232));
+      ->check(CLI::Range(0, 232))
+      ->excludes("--watch");
   std::vector<std::string> arguments = without_ros_arguments(argc, argv);
   std::reverse(arguments.begin(), arguments.end());
   arguments.pop_back();  // the program name
@@ -134,11 +141,15 @@ int run(int argc, char** argv, Termination& termination) {
   termination.on_request(RosNode::request_shutdown);
   refuse_namesake(node);
   node.start();
-  Parameters parameters = read_parameters(node);
-  if (domain) parameters.telemetry.domain = *domain;
-
   std::jthread watch(
       [&](const std::stop_token& stop) { watch_master(stop, node, master, uri, termination); });
+  if (watch_reports) {
+    publish_watch(STDIN_FILENO, [&] { return !termination.requested() && RosNode::ok(); });
+    termination.wait_for(kPoll);  // roscpp sends in another thread
+    return 0;
+  }
+  Parameters parameters = read_parameters(node);
+  if (domain) parameters.telemetry.domain = *domain;
   run_bridge(node, parameters, termination);
   return 0;
 }

@@ -67,7 +67,7 @@ struct MarkerSet {
 
 /// diagnostic_msgs/DiagnosticStatus
 struct Diagnosis {
-  enum class Level : std::uint8_t { ok, warn, error };
+  enum class Level : std::uint8_t { ok, warn, error, stale };
   Level level = Level::ok;
   std::string name, message, hardware_id;
   std::vector<std::array<std::string, 2>> values;

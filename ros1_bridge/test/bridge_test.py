@@ -11,6 +11,7 @@ import math
 import os
 import signal
 import struct
+import subprocess
 import sys
 import time
 from collections.abc import Iterable
@@ -33,6 +34,7 @@ TOPICS = {
 }
 RUN = {"/hotpath/run": TEXT}
 WRONG_USE = 2
+TRACED_SYSTEM = os.environ.get("TRACED_SYSTEM", "")
 
 
 def executor_of(run: Any) -> Any:
@@ -312,6 +314,54 @@ class WrongUse(BridgeTest):
         bridge = self.start_bridge()
         bridge.says("another node publishes /hotpath/graph as std_msgs/String")
         self.assert_ends_well(bridge)
+
+
+class WatchedSystem(BridgeTest):
+    def reports(self) -> list[str]:
+        """What `hotpath watch` says about a program with tracepoints."""
+        contract = self.folder / "contract.yaml"
+        contract.write_text("callbacks:\n- {node: source, period_ms: {value: 7, from: given}}\n")
+        command = [
+            partners.HOTPATH,
+            "watch",
+            "--json",
+            "--contract",
+            str(contract),
+            "--",
+            TRACED_SYSTEM,
+            "100",
+            "1",
+        ]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        return done.stdout.splitlines()
+
+    def test_what_the_watcher_says_is_published(self) -> None:
+        self.master.start()
+        listener = self.listen({"/diagnostics": DIAGNOSTICS})
+        bridge = self.start_process([partners.BRIDGE, "--watch"])
+        wait_for(lambda: "/diagnostics" in self.master.topics(), "the bridge's topic")
+        line = self.reports()[-1] + "\n"
+
+        def shown() -> Any:  # writes until the listener is connected
+            bridge.process.stdin.write(line)
+            bridge.process.stdin.flush()
+            return listener.messages("/diagnostics")
+
+        statuses = {status["name"]: status for status in wait_for(shown, "diagnostics")[0]["status"]}
+        self.assertEqual(statuses["hotpath watch"]["level"], 0)
+        self.assertEqual(statuses["hotpath watch: /space/sink /a"]["level"], 0)
+        self.assertIn("period", statuses["hotpath contract: source (timer)"]["message"])
+        self.assertIn(statuses["hotpath contract: source (timer)"]["level"], (1, 2))  # broken, or was
+        bridge.process.stdin.close()
+        self.assertEqual(bridge.wait(), 0, bridge.output)
+
+    def test_other_input_is_rejected(self) -> None:
+        self.master.start()
+        bridge = self.start_process([partners.BRIDGE, "--watch"])
+        bridge.process.stdin.write("callback  jobs/s\n")
+        bridge.process.stdin.close()
+        self.assertEqual(bridge.wait(), 1, bridge.output)
+        self.assertIn("hotpath watch --json", bridge.output)
 
 
 class StrangeRun(BridgeTest):

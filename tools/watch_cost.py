@@ -1,0 +1,117 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Measures what `hotpath watch` costs a program: CPU time with and without the watcher, by turns.
+
+    tools/watch_cost.py --pairs 40 -- chrt -f 50 faulty_program single load 35000 5 1000
+
+The command must do the same work in every run, and end by itself. CPU time is user and system time of
+the command and its children; the watcher's own CPU time is stated separately.
+"""
+
+import argparse
+import json
+import os
+import random
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+DRAWS = 10_000  # of the bootstrap
+
+
+class Cost(NamedTuple):
+    """Seconds of one run."""
+
+    program: float
+    watcher: float
+    length: float
+    events: int
+
+
+def children_s() -> float:
+    """CPU time of all children that have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def run_child(file: str, command: list[str]) -> None:
+    """Runs the command and stores its CPU time."""
+    code = subprocess.run(command, stdout=subprocess.DEVNULL).returncode
+    Path(file).write_text(str(children_s()))
+    sys.exit(code)
+
+
+def measure(hotpath: str, command: list[str], watched: bool) -> Cost:
+    """One run."""
+    with tempfile.NamedTemporaryFile() as file:
+        words = [sys.executable, os.path.abspath(__file__), "--child", file.name, "--", *command]
+        if watched:
+            words = [hotpath, "watch", "--json", "--", *words]
+        before, began = children_s(), time.monotonic()
+        done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        length = time.monotonic() - began
+        if done.returncode != 0:
+            sys.exit(f"watch_cost.py: `{' '.join(words)}` failed with code {done.returncode}")
+        program = float(Path(file.name).read_text())
+    report = json.loads(done.stdout.splitlines()[-1]) if watched else {"events": 0}
+    if watched and report["dropped"] + report["damaged"] > 0:
+        print(f"watch_cost.py: note: {report['dropped']} events were dropped", file=sys.stderr)
+    return Cost(program, children_s() - before - program, length, report["events"])
+
+
+def median(values: list[float]) -> float:
+    """Of at least one value."""
+    ordered = sorted(values)
+    return (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+
+
+def interval(values: list[float]) -> tuple[float, float, float]:
+    """Median, and its 95 % interval over pairs (bootstrap, percentiles)."""
+    draw = random.Random(1)
+    medians = sorted(median(draw.choices(values, k=len(values))) for _ in range(DRAWS))
+    return median(values), medians[int(DRAWS * 0.025)], medians[int(DRAWS * 0.975)]
+
+
+def main() -> None:
+    """Prints the cost, with its interval over pairs."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--hotpath", default="hotpath", help="the command (default: along PATH)")
+    parser.add_argument("--pairs", type=int, default=20, help="of runs (default: 20)")
+    parser.add_argument("--child", help=argparse.SUPPRESS)
+    parser.add_argument("command", nargs="+", help="program and arguments, after --")
+    options = parser.parse_args()
+    if options.child:
+        run_child(options.child, options.command)
+    pairs: list[tuple[Cost, Cost]] = []
+    for pair in range(options.pairs):
+        first = measure(options.hotpath, options.command, pair % 2 == 0)
+        second = measure(options.hotpath, options.command, pair % 2 == 1)
+        pairs.append((first, second) if pair % 2 == 0 else (second, first))
+        with_it, without = pairs[-1]
+        ratio = with_it.program / without.program
+        print(
+            f"pair {pair + 1}: {with_it.program:.2f} s, without {without.program:.2f} s, {ratio:.4f}",
+            flush=True,
+        )
+    shares = [100 * (with_it.program / without.program - 1) for with_it, without in pairs]
+    each_ns = [1e9 * (with_it.program - without.program) / with_it.events for with_it, without in pairs]
+    own = [100 * with_it.watcher / with_it.length for with_it, _ in pairs]
+    for title, values, unit in (
+        ("CPU time of the program with the sensor", shares, "%"),
+        ("the same per event", each_ns, "ns"),
+        ("the watcher itself, of one core", own, "%"),
+    ):
+        middle, low, high = interval(values)
+        print(f"{title}: median {middle:+.2f} {unit} (95 % interval {low:+.2f} to {high:+.2f})")
+    events = sum(with_it.events / with_it.length for with_it, _ in pairs) / len(pairs)
+    print(f"{options.pairs} pairs, {events:.0f} events a second, load average {os.getloadavg()[0]:.1f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,196 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Injects faults into a program of rclcpp under `hotpath watch`, and reports which it named.
+
+    tools/watch_faults.py --runs 100 PROGRAM           # faulty_program of hotpath_rclcpp's tests
+    tools/watch_faults.py --only overrun,burst PROGRAM
+    tools/watch_faults.py --calm 600 PROGRAM           # no fault: false alarms, and jobs that were checked
+
+Each run starts the system, injects one fault, and reads the watcher's lines of JSON. The fault is
+named correctly if the incident begins with the broken assumption that belongs to it, before anything
+else. The delay counts from the fault to the arrival of the line that names it; an earlier line may
+have named an effect, because policies, processors and waits are read once a second. Needs a sourced
+ROS 2, and a ROS_DOMAIN_ID without other programs.
+"""
+
+import argparse
+import json
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+CONTRACT = Path(__file__).resolve().parent.parent / "ros2/hotpath_rclcpp/test/faulty.contract.yaml"
+AT_SAMPLES = range(100, 150)  # two to three seconds after the first, at any time between two lines of JSON
+PATIENCE_S = 5.0
+WITHHELD_S = 0.2
+
+
+class Fault(NamedTuple):
+    """One kind of fault."""
+
+    program: str  # its name in faulty_program
+    incident: str  # regular expression of the beginning of the incident, without its instant
+
+
+FAULTS = {
+    "execution overrun by 10 %": Fault("overrun", r"perception\.filter/points ran 8\.8"),
+    "timer created with another period": Fault("period", r"source \(timer\) has a period of 22"),
+    "timer's period exchanged": Fault("exchange", r"source \(timer\) got nothing for"),
+    "burst": Fault("burst", r"perception\.filter/points got samples at a dist|source \(timer\) published 2 "),
+    "callback blocks": Fault("block", r"perception\.sink/perception/objects (ran 2|has run for)"),
+    "samples lost": Fault(
+        "lost", r"perception\.filter/points (got samples at|lost)|source \(timer\) published "
+    ),
+    "publisher stops": Fault("stop", r"source \(timer\) got nothing for"),
+    "second publisher": Fault("publisher", r"points is also published by"),
+    "node added": Fault("node", r"executor ran /added"),
+    "policy changed": Fault("policy", r"executor thread \S+ has the policy"),
+    "affinity changed": Fault("affinity", r"executor thread \S+ may run on processors"),
+    "processor withheld": Fault("none", r"executor thread \S+ waited"),
+    "process killed": Fault("killed", r".*ended by a signal \(Killed\)"),
+}
+WITHHELD = "processor withheld"
+
+
+class Run:
+    """A watched program, and what it and its watcher say."""
+
+    def __init__(self, options: argparse.Namespace, fault: str, sample: int) -> None:
+        command = [*options.prefix.split(), options.program, options.executor, fault, str(sample)]
+        words = [options.hotpath, "watch", "--json", "--contract", str(options.contract), "--", *command]
+        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.fault_at: float | None = None
+        self.errors: list[str] = []
+        self.reader = threading.Thread(target=self.read_errors)
+        self.reader.start()
+
+    def read_errors(self) -> None:
+        """Standard error of the watcher, and the output of the program."""
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            if match := re.match(r"fault (\d+)", line):
+                self.fault_at = int(match[1]) / 1e9
+            else:
+                self.errors.append(line.strip())
+
+    def reports(self) -> Any:
+        """The lines of JSON, each with its instant of arrival."""
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            yield time.monotonic(), json.loads(line)
+
+    def end(self) -> None:
+        """Ends watcher and program."""
+        self.process.send_signal(signal.SIGINT)
+        assert self.process.stdout is not None
+        for _ in self.process.stdout:
+            pass
+        self.process.wait()
+        self.reader.join()
+
+
+def incident_of(report: Any) -> str:
+    """Without the instant at its beginning."""
+    return re.sub(r"^[\d:.]+( s)?:? ", "", report["contract"]["incident"])
+
+
+def withhold(watcher: int) -> float:
+    """Occupies the processor of the watched program above its priority; returns when it began."""
+    program = int(Path(f"/proc/{watcher}/task/{watcher}/children").read_text().split()[0])
+    cpus = os.sched_getaffinity(program)
+    if len(cpus) != 1:
+        sys.exit("watch_faults.py: withholding a processor needs a pinned program: --prefix 'taskset -c 1'")
+    began = time.monotonic()
+    loop = f"import time; e = time.monotonic() + {WITHHELD_S}\nwhile time.monotonic() < e: pass"
+    subprocess.run(["taskset", "-c", str(*cpus), "chrt", "-f", "99", sys.executable, "-c", loop], check=True)
+    return began
+
+
+def inject(options: argparse.Namespace, name: str) -> tuple[bool, float | None, str]:
+    """One run: whether the fault was named, the delay in seconds, and what was said."""
+    fault = FAULTS[name]
+    run = Run(options, fault.program, random.choice(AT_SAMPLES))
+    said, delay = "nothing", None
+    limit = None
+    for at, report in run.reports():
+        incident = incident_of(report)
+        if name == WITHHELD and run.fault_at is None and report["time_s"] > 3 and not incident:
+            run.fault_at = withhold(run.process.pid)
+        if incident and incident != said:  # a later line may name an earlier cause
+            said = incident
+            delay = at - run.fault_at if run.fault_at is not None else None
+        if re.match(fault.incident, said):
+            break
+        if run.fault_at is not None:
+            limit = limit or run.fault_at + PATIENCE_S
+        if limit is not None and at > limit:
+            break
+    ended = time.monotonic()
+    run.end()
+    if said == "nothing" and fault.program == "killed":
+        said = " ".join(run.errors)
+        delay = ended - run.fault_at if run.fault_at is not None else None
+    named = re.match(fault.incident, said) is not None and (delay is None or delay > 0)
+    return named, delay, said
+
+
+def inject_all(options: argparse.Namespace) -> None:
+    """Prints a line for each kind of fault."""
+    for name in options.only or FAULTS:
+        results = [inject(options, name) for _ in range(options.runs)]
+        delays = sorted(delay for named, delay, _ in results if named and delay is not None)
+        line = f"{name}: {sum(named for named, _, _ in results)} of {options.runs} named"
+        if delays:
+            line += f", after {delays[len(delays) // 2]:.2f} s (median), {delays[-1]:.2f} s (most)"
+        print(line, flush=True)
+        for said in sorted({said for named, _, said in results if not named}):
+            print(f"    instead: {said[:200]}", flush=True)
+
+
+def stay_calm(options: argparse.Namespace) -> None:
+    """Runs without a fault, and prints what the watcher took for one."""
+    run = Run(options, "none", 0)
+    report: Any = None
+    for _, report in run.reports():
+        if report["time_s"] >= options.calm:
+            break
+    run.end()
+    jobs = sum(callback["jobs"] for callback in report["callbacks"])
+    broken = [term for term in report["contract"]["terms"] if term["verdict"] == "broken"]
+    losses = {key: report[key] for key in ("dropped", "damaged", "late")}
+    print(f"{jobs} jobs in {report['time_s']:.0f} s, {len(broken)} terms broken, {losses}")
+    for term in broken:
+        print(f"    {term['term']}: {term['reason']}")
+
+
+def main() -> None:
+    """Injects faults, or waits for false alarms."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--hotpath", default="hotpath", help="the command (default: along PATH)")
+    parser.add_argument("--runs", type=int, default=10, help="of each fault (default: 10)")
+    parser.add_argument("--only", type=lambda text: text.split(","), help="program's or full names of faults")
+    parser.add_argument("--calm", type=float, help="seconds without a fault")
+    parser.add_argument("--executor", default="rm-ro", help="of the program (default: rm-ro)")
+    parser.add_argument("--contract", type=Path, default=CONTRACT, help="default: that of faulty_program")
+    parser.add_argument("--prefix", default="", help="before the program, such as `chrt -f 50`")
+    parser.add_argument("program", help="path of faulty_program")
+    options = parser.parse_args()
+    if options.only:
+        options.only = [name for name, fault in FAULTS.items() if {name, fault.program} & set(options.only)]
+    if options.calm:
+        stay_calm(options)
+    else:
+        inject_all(options)
+
+
+if __name__ == "__main__":
+    main()
