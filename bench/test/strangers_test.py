@@ -13,7 +13,9 @@ from sockets import is_local, sockets_of
 
 STRANGER = os.environ.get("STRANGER", "stranger")
 DOMAIN = 100 + os.getpid() % 100
-RUN = ("run", "--load", 5, "--duration", 3, "--warm-up", 0, "--domain", DOMAIN, "--output", "run")
+PLAN = ("run", "--load", 5, "--warm-up", 0, "--domain", DOMAIN, "--duration")
+RUN = (*PLAN, 3, "--output", "run")
+BRIEF = (*PLAN, 1.5, "--output")
 
 
 class Strangers(CommandTest):
@@ -132,10 +134,10 @@ class Strangers(CommandTest):
         for more in cases:
             with self.subTest(more=more):
                 output = "run" + "".join(map(str, more)).replace("-", "")
-                sockets = self.listening(*RUN[:-1], output, *more)
+                sockets = self.listening(*BRIEF, output, *more)
                 self.assertTrue(sockets, "it has no socket at all")
                 self.assertEqual({s for s in sockets if not is_local(*s)}, set())
 
     def test_the_check_finds_what_listens_everywhere(self) -> None:
-        sockets = self.listening(*RUN, "--all-interfaces")
+        sockets = self.listening(*BRIEF, "run", "--all-interfaces")
         self.assertTrue({s for s in sockets if not is_local(*s)})

@@ -62,7 +62,7 @@ struct Counts {
   std::uint64_t all = 0, own = 0, jobs = 0;
 };
 
-/// Number of allocations during the last second of a run of a graph without work.
+/// Number of allocations during the second half of a run of one second of a graph without work.
 Counts run(const std::string& executor, TransportKind transport, const char* name = "autoware") {
   Graph graph = load_graph(find_graph(name));
   scale_to_load(graph, 0);
@@ -81,10 +81,10 @@ Counts run(const std::string& executor, TransportKind transport, const char* nam
   system.wait_until_matched(now() + std::chrono::seconds(20));
 
   const Time epoch = now() + std::chrono::milliseconds(50);
-  system.start(epoch, epoch + std::chrono::seconds(2));
-  std::this_thread::sleep_until(epoch + std::chrono::seconds(1));
+  system.start(epoch, epoch + std::chrono::seconds(1));
+  std::this_thread::sleep_until(epoch + std::chrono::milliseconds(500));
   counting = true;
-  std::this_thread::sleep_until(epoch + std::chrono::milliseconds(1950));
+  std::this_thread::sleep_until(epoch + std::chrono::milliseconds(950));
   counting = false;
   system.join();
   system.close();
@@ -106,26 +106,26 @@ class JobPathOf : public testing::TestWithParam<const char*> {};
 
 TEST_P(JobPathOf, AllocatesNothingInProcess) {
   const Counts counts = run(GetParam(), TransportKind::intra_process);
-  EXPECT_GT(counts.jobs, 500u);
+  EXPECT_GT(counts.jobs, 100u);
   EXPECT_EQ(counts.all, 0u);
 }
 
 TEST_P(JobPathOf, AllocatesNothingOfOursOverFastDds) {
   const Counts counts = run(GetParam(), TransportKind::fastdds);
-  EXPECT_GT(counts.jobs, 500u);
+  EXPECT_GT(counts.jobs, 100u);
   EXPECT_EQ(counts.own, 0u) << "of " << counts.all << " in all, the rest being Fast DDS's own";
 }
 
 // Messages that identify tasks and have histories of any length (TaskMessage).
 TEST_P(JobPathOf, AllocatesNothingInProcessForNodesWithAnyCallbacks) {
   const Counts counts = run(GetParam(), TransportKind::intra_process, "callbacks");
-  EXPECT_GT(counts.jobs, 50u);
+  EXPECT_GT(counts.jobs, 10u);
   EXPECT_EQ(counts.all, 0u);
 }
 
 TEST_P(JobPathOf, AllocatesNothingOfOursOverFastDdsForNodesWithAnyCallbacks) {
   const Counts counts = run(GetParam(), TransportKind::fastdds, "callbacks");
-  EXPECT_GT(counts.jobs, 50u);
+  EXPECT_GT(counts.jobs, 10u);
   EXPECT_EQ(counts.own, 0u) << "of " << counts.all << " in all, the rest being Fast DDS's own";
 }
 
