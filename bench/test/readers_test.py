@@ -228,7 +228,7 @@ class Readers(CommandTest):
     def test_a_folder_of_files_that_vanish(self) -> None:
         code, _, err = self.command("import", "ctf", "/proc")
         self.assertEqual((code, err.count("\n")), (2, 1), err)
-        self.assertRegex(err, "hotpath: /proc (holds|cannot be searched)")
+        self.assertRegex(err, "hotpath: /proc (holds|cannot be read)")
 
     def test_a_stack_that_is_too_small(self) -> None:
         limit = (1 << 16, 1 << 16)
