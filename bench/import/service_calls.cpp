@@ -94,8 +94,9 @@ std::vector<std::string> unseen_callbacks(const tracing::System& system,
   const auto waits = [&](std::uint32_t thread) { return system.threads[thread].waits > 0; };
   const auto is_unseen = [&](const RecordedExecutor& executor) {
     const auto states_ends = [&](const tracing::StatedExecutor& stated) {
-      return stated.states_ends &&
-             std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return stated.threads.contains(t); });
+      return stated.states_ends && std::ranges::any_of(executor.threads, [&](std::uint32_t t) {
+               return stated.threads.contains(t);
+             });
     };
     return std::ranges::count(system.clients, executor.process, &tracing::ServiceClient::process) > 0 &&
            std::ranges::none_of(executor.threads, waits) &&
@@ -109,7 +110,8 @@ std::vector<std::string> unseen_callbacks(const tracing::System& system,
   }
   if (system.unclear_callbacks > 0 && !system.clients.empty()) {
     notes.push_back(
-        "Several threads of a process wait for work: callbacks of clients and waitables, which have no events, "
+        "Several threads of a process wait for work: callbacks of clients and waitables, which have no "
+        "events, "
         "cannot be told from waiting for another thread and are missing in the graph.");
   }
   return notes;

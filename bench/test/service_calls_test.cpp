@@ -58,7 +58,8 @@ TEST(ServiceCalls, AreOfTheCallbackThatRanAsOften) {
     r.job(2, i * 50ms + 4ms);  // too often, though nearer
     r.job(0, i * 50ms + 10ms);
   }
-  EXPECT_THAT(r.attribute(), testing::ElementsAre(testing::HasSubstr("node /user is taken to send the requests")));
+  EXPECT_THAT(r.attribute(),
+              testing::ElementsAre(testing::HasSubstr("node /user is taken to send the requests")));
   EXPECT_EQ(r.callers(), std::set<std::uint32_t>{1});
   EXPECT_EQ(r.jobs.front().published.size(), 1U);
   EXPECT_EQ(r.jobs.back().sample.published, r.jobs.back().start - 9ms);

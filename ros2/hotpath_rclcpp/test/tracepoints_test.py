@@ -45,17 +45,42 @@ def check(events: list[Event]) -> None:
             assert following.name == "ros2:callback_start", following
 
 
+def check_ends(events: list[Event]) -> None:
+    """Exactly the jobs of clients and of waitables without own events end with executor_end, on the
+    thread of their executor_job."""
+    kinds: dict[str, str] = {}
+    clients = 0
+    job: Event | None = None
+    for event in events:
+        if event.name == "hotpath:executor_callback":
+            kinds[event.fields["task"]] = event.fields["kind"]
+        elif event.name == "hotpath:executor_job":
+            job = event
+        elif event.name == "hotpath:executor_end":
+            kind = kinds[event.fields["task"]]
+            assert kind in ("client", "waitable"), (kind, event)
+            assert job and (job.thread, job.fields["task"]) == (event.thread, event.fields["task"]), event
+            assert job.at_ns <= event.at_ns, (job, event)
+            clients += kind == "client"
+    assert clients > 0
+
+
+def record(program: str, test: str, trace: Path) -> list[Event]:
+    """The events of a test of the program under rm-ro."""
+    with recording(trace, *EVENTS):
+        command = [program, f"--gtest_filter=Executors/EveryExecutor.{test}/rm_ro"]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return read(trace)
+
+
 def main() -> int:
     """Usage: tracepoints_test.py ENTITIES_TEST."""
     if missing_programs():
         print(f"left out: {missing_programs()} not found; install lttng-tools and babeltrace2")
         return SKIPPED
     with tempfile.TemporaryDirectory() as folder:
-        trace = Path(folder) / "trace"
-        with recording(trace, *EVENTS):
-            command = [sys.argv[1], "--gtest_filter=Executors/EveryExecutor.RunsATimer/rm_ro"]
-            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        check(read(trace))
+        check(record(sys.argv[1], "RunsATimer", Path(folder) / "timer"))
+        check_ends(record(sys.argv[1], "ServesRequestsAndAnswers", Path(folder) / "client"))
     return 0
 
 
