@@ -112,13 +112,14 @@ void ThreadCheck::judge_wait(Subject& subject, const ThreadFacts& now, const Thr
   if (!interval.exact && !explains) return;  // it may have waited before its first job
   const Duration in_a_second = from_ms(1000 * to_ms(waited) / to_ms(passed));
   wait->observe(in_a_second.count());
-  wait->judge(in_a_second.count() <= wait->term().limit && !explains,
-              program::concat(
-                  "thread ", now.name, " waited ", shown_ms(waited), " of ", shown_ms(passed), " for a processor",
-                  stolen > Duration::zero() ? " (the hypervisor withheld it " + shown_ms(stolen) + ")"
-                                            : std::string(),
-                  ", limit ", wait->limit_text(), " in a second"),
-              interval.begin, incident);
+  wait->judge(
+      in_a_second.count() <= wait->term().limit && !explains,
+      program::concat("thread ", now.name, " waited ", shown_ms(waited), " of ", shown_ms(passed),
+                      " for a processor",
+                      stolen > Duration::zero() ? " (the hypervisor withheld it " + shown_ms(stolen) + ")"
+                                                : std::string(),
+                      ", limit ", wait->limit_text(), " in a second"),
+      interval.begin, incident);
 }
 
 }  // namespace hotpath::watch

@@ -86,6 +86,7 @@ class Watch {
     }
     observe(session_.finish(now()));
     report();
+    if (options_.json && options_.once) print_json();
     write_incident();
     const bool had_view = view_ != nullptr;
     view_.reset();
@@ -188,7 +189,6 @@ class Watch {
     observer_.next_interval();
     if (view_) return view_->show(report_, contract_ ? contract_->incident(session_.losses()) : "");
     if (options_.json && !options_.once) print_json();
-    if (options_.json && options_.once && over()) print_json();
     if (!is_refreshed()) return;
     program::data_output() << kClearTerminal << std::flush;
     print_tables();
