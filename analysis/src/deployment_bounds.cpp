@@ -28,6 +28,9 @@ std::string refusal_of(const DeployedSystem& system) {
   const Platform& p = system.platform;
   if (p.release_cost + p.pass_cost > Duration{}) return "it does not cover release costs";
   if (p.delivery_delay > Duration{}) return "it does not cover a delay of delivery";
+  for (const Task& task : system.graph.set.tasks) {
+    if (task.release_jitter > Duration{}) return "it does not cover release jitter";
+  }
   bool any = false;
   for (const DeployedThread& thread : system.threads) {
     if (!thread.other_policy.empty()) {

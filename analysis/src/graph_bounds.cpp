@@ -47,6 +47,7 @@ constexpr std::array kTexts = {
     AssumptionText{A::mixed_deadlines,
                    "subscriptions that do not run by the deadline of the sample that they take"},
     AssumptionText{A::any_delivery, "an unknown order of delivery"},
+    AssumptionText{A::release_jitter, "release jitter"},
     AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
 };
 
@@ -105,6 +106,12 @@ std::uint32_t order_of(const BoundedSystem& system) {
   return bits({A::other_order});
 }
 
+std::int64_t largest_jitter(const TaskSet& set) {
+  std::int64_t largest = 0;
+  for (const Task& task : set.tasks) largest = std::max(largest, task.release_jitter.count());
+  return largest;
+}
+
 Duration release_cost(const Platform& platform) { return platform.release_cost + platform.pass_cost; }
 
 GraphOverheads overheads_of(const BoundedSystem& system, bool waits_with_jobs) {
@@ -127,6 +134,7 @@ GraphOverheads overheads_of(const BoundedSystem& system, bool waits_with_jobs) {
       o.lateness = add(o.lateness, multiply(slice, 1 + all / slice));
     }
   }
+  o.lateness = add(o.lateness, largest_jitter(system.graph.set));
   return o;
 }
 
@@ -180,7 +188,8 @@ const std::array kMethods = {
              bound_timers(
                  s, [](const PeriodicTasks& t) { return ResponseTimes(t.size(), bedarkar_2022(t)); }, out);
            }},
-    Method{"busy windows by priority", kGraphs | bits({A::fixed_priorities, A::ties_by_activation}),
+    Method{"busy windows by priority",
+           kGraphs | bits({A::fixed_priorities, A::ties_by_activation, A::release_jitter}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
@@ -199,7 +208,8 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
            }},
-    Method{"busy windows by deadline", kGraphs | bits({A::deadlines, A::ties_by_activation}),
+    Method{"busy windows by deadline",
+           kGraphs | bits({A::deadlines, A::ties_by_activation, A::release_jitter}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
@@ -213,7 +223,7 @@ const std::array kMethods = {
            }},
     Method{"busy windows in any order",
            kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation,
-                           A::mixed_deadlines}),
+                           A::mixed_deadlines, A::release_jitter}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
@@ -313,6 +323,7 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
   add_if(traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration::zero(),
          A::woken_by_jobs);
   add_if(!system.graph.delivery_known, A::any_delivery);
+  add_if(largest_jitter(set) > 0, A::release_jitter);
   add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
   return present;
 }

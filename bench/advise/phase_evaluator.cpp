@@ -67,7 +67,7 @@ PhaseValues PhaseEvaluator::at(const std::vector<Duration>& first,
   setup::set_phases(tasks.set, first);
   const GraphBounds bounds =
       bounds::exact_worst_cases(candidate_.graph, tasks, *candidate_.spec.entry, candidate_.spec.scheduler,
-                                bounds::usual_state_limit(tasks.set), reached);
+                                {.max_states = bounds::usual_state_limit(tasks.set)}, reached);
   values.refusal = bounds.refusal;
   if (!values.refusal.empty()) return values;
   for (const auto& response : bounds.tasks) {

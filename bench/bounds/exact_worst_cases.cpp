@@ -115,6 +115,10 @@ class WorstCases final : public ExplorationObserver {
   void ended(const JobRecord& record, ExploredInstant& instant) override {
     if (record.outcome != Outcome::ran) return;
     const TaskId task = record.job.task;
+    if (keeps_timestamps && is_of_timer(record.job) && record.job.skipped > 0) {
+      throw ExplorationRefused("timer " + tasks_.set[task].name +
+                               " may skip timestamps, which ones depends on the exact phases");
+    }
     if (of_subscriptions && !is_of_timer(record.job)) {
       const JobRef parent = record.job.parent;
       if (raise(bounds_.tasks[task], instant.longest_since(parent).count()))
@@ -132,6 +136,7 @@ class WorstCases final : public ExplorationObserver {
   }
 
   bool of_subscriptions = false;  ///< Keeps only the response times of subscriptions.
+  bool keeps_timestamps = false;  ///< Refuses a schedule that skips timestamps of timers.
 
   /// Slots of witnesses: response times by task, then of each chain its age and its hot path.
   [[nodiscard]] std::size_t witnesses() const { return tasks_.set.size() + 2 * chains_.size(); }
@@ -218,6 +223,44 @@ std::string why_to_stop() {
                        static_cast<double>(most) / 1e9);
 }
 
+/// Each phase becomes the earliest possible one, and the difference to the latest one a release jitter: the
+/// schedules include those in which all jobs of a timer are late by the same time.
+void near_phases(TaskSet& set, Duration uncertainty) {
+  if (uncertainty == Duration{}) return;
+  for (Task& task : set.tasks) {
+    if (task.kind != TaskKind::timer) continue;
+    const Duration earliest = std::max(Duration{}, task.phase - uncertainty);
+    task.release_jitter += task.phase + uncertainty - earliest;
+    task.phase = earliest;
+    if (task.release_jitter < task.period) continue;
+    throw ExplorationRefused("timer " + task.name +
+                             " may be off by its period: release jitter and twice the phase uncertainty");
+  }
+}
+
+/// Throws ExplorationRefused for what is not covered.
+void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
+           const ExactOptions& exact) {
+  if (const auto unknown = unknown_deliveries(graph); !unknown.empty()) {
+    throw ExplorationRefused("it needs the order in which samples of topic " + unknown.front() +
+                             " reach its subscribers (`delivery` under `topics` in the graph)");
+  }
+  const auto early = std::ranges::find_if(tasks.callbacks, &Callback::publishes_early);
+  if (early != tasks.callbacks.end()) {
+    throw ExplorationRefused("it does not cover callback " + early->task +
+                             ", which publishes before the end of its jobs");
+  }
+  if (exact.phase_uncertainty == Duration{}) return;
+  if (executor.traits.timers == TimerHandling::marked_ready) {
+    throw ExplorationRefused(
+        "it does not cover uncertain phases under a timer thread that the end of each timer's job wakes up");
+  }
+  if (executor.traits.policy == Policy::edf) {
+    throw ExplorationRefused(
+        "it does not cover uncertain phases under an order by deadlines, which follow the phases");
+  }
+}
+
 /// Explores every schedule; with `observer.of_subscriptions` for response times of subscriptions alone, which
 /// need the publications of unread samples in each state.
 void explore_graph(const GraphTasks& tasks, const Scheduler& scheduler, ExplorationOptions options,
@@ -238,49 +281,54 @@ void explore_graph(const GraphTasks& tasks, const Scheduler& scheduler, Explorat
   }
 }
 
-}  // namespace
-
-GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
-                              const SchedulerOptions& scheduling, std::size_t max_states,
-                              std::vector<ReachedWorstCase>* reached) {
-  GraphBounds bounds;
-  bounds.method = kExactMethod;
-  if (const auto unknown = unknown_deliveries(graph); !unknown.empty()) {
-    bounds.refusal = "it needs the order in which samples of topic " + unknown.front() +
-                     " reach its subscribers (`delivery` under `topics` in the graph)";
-    return bounds;
-  }
-  const auto early = std::ranges::find_if(tasks.callbacks, &Callback::publishes_early);
-  if (early != tasks.callbacks.end()) {
-    bounds.refusal =
-        "it does not cover callback " + early->task + ", which publishes before the end of its jobs";
-    return bounds;
-  }
-  ExplorationOptions options;
-  options.max_states = max_states;
-  options.platform = make_platform(graph, executor);
-  const std::unique_ptr<const Scheduler> scheduler = executor.make(tasks.set, scheduling);
-  try {
-    WorstCases worst(graph, tasks, bounds);
-    explore_graph(tasks, *scheduler, options, worst, reached);
-  } catch (const ExplorationRefused& error) {
-    bounds = {};
-    bounds.method = kExactMethod;
-    bounds.refusal = error.what();
-    return bounds;
-  }
+/// Response times of subscriptions, by an exploration of their own.
+void add_subscriptions(const Graph& graph, const GraphTasks& tasks, const Scheduler& scheduler,
+                       const ExplorationOptions& options, GraphBounds& bounds,
+                       std::vector<ReachedWorstCase>* reached) {
   const auto is_timer = [](const Task& task) { return task.kind == TaskKind::timer; };
-  if (std::ranges::all_of(tasks.set.tasks, is_timer)) return bounds;
+  if (std::ranges::all_of(tasks.set.tasks, is_timer)) return;
   GraphBounds responses;
   try {
     WorstCases worst(graph, tasks, responses);
     worst.of_subscriptions = true;
-    explore_graph(tasks, *scheduler, options, worst, reached);
+    explore_graph(tasks, scheduler, options, worst, reached);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       if (responses.tasks[id]) bounds.tasks[id] = responses.tasks[id];
     }
   } catch (const ExplorationRefused& error) {
     bounds.left_out = std::string("response times of subscriptions: ") + error.what();
+  }
+}
+
+}  // namespace
+
+GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const ExecutorEntry& executor,
+                              const SchedulerOptions& scheduling, const ExactOptions& exact,
+                              std::vector<ReachedWorstCase>* reached) {
+  GraphBounds none;
+  none.method = exact.phase_uncertainty > Duration{} ? kNearPhasesMethod : kExactMethod;
+  GraphBounds bounds = none;
+  ExplorationOptions options;
+  options.max_states = exact.max_states;
+  options.platform = make_platform(graph, executor);
+  GraphTasks tasks = given;
+  try {
+    near_phases(tasks.set, exact.phase_uncertainty);
+    check(graph, tasks, executor, exact);
+    const HeldReleases by_exploration;
+    for (Task& task : tasks.set.tasks) {
+      if (task.release_jitter > Duration{}) task.release_delays = &by_exploration;
+    }
+    const std::unique_ptr<const Scheduler> scheduler = executor.make(tasks.set, scheduling);
+    {
+      WorstCases worst(graph, tasks, bounds);
+      worst.keeps_timestamps = exact.phase_uncertainty > Duration{};
+      explore_graph(tasks, *scheduler, options, worst, reached);
+    }
+    add_subscriptions(graph, tasks, *scheduler, options, bounds, reached);
+  } catch (const ExplorationRefused& error) {
+    bounds = none;
+    bounds.refusal = error.what();
   }
   return bounds;
 }

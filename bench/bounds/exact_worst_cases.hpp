@@ -13,6 +13,14 @@ namespace hotpath::bounds {
 
 /// GraphBounds::method.
 inline constexpr const char* kExactMethod = "exploration: exact for these phases";
+/// With ExactOptions::phase_uncertainty.
+inline constexpr const char* kNearPhasesMethod = "exploration: bound near these phases";
+
+struct ExactOptions {
+  std::size_t max_states = 100'000;
+  /// > 0: upper bounds for phases up to this much earlier or later, each the same for all jobs of its timer.
+  Duration phase_uncertainty{};
+};
 
 /// A worst case, and a schedule that reaches it.
 struct ReachedWorstCase {
@@ -30,13 +38,13 @@ struct ReachedWorstCase {
 }
 
 /// The exact worst cases of one executor thread for the phases that `tasks` has and any execution times
-/// between the best and the worst case of each task: response times, and age of data and hot-path latency of
-/// chains that begin in timers and whose data flows in no cycle (executor/src/core/exploration.cpp). A
-/// refusal says what is not covered, or what ended the exploration: `max_states`, half of the memory, or a
-/// signal. `reached`, if given, gets a witness of each.
+/// between the best and the worst case of each task, and any releases up to `release_jitter` late: response
+/// times, and age of data and hot-path latency of chains that begin in timers and whose data flows in no
+/// cycle (executor/src/core/exploration.cpp). A refusal says what is not covered, or what ended the
+/// exploration: `max_states`, half of the memory, or a signal. `reached`, if given, gets a witness of each.
 [[nodiscard]] GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks,
                                             const ExecutorEntry& executor, const SchedulerOptions& scheduling,
-                                            std::size_t max_states,
+                                            const ExactOptions& exact = {},
                                             std::vector<ReachedWorstCase>* reached = nullptr);
 
 }  // namespace hotpath::bounds

@@ -23,7 +23,8 @@ void add_analyze_command(CLI::App& app) {
   CLI::App& command = *app.get_subcommand("analyze");
   add_output_file(command, "--contract", *contract,
                   "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
-  exclude(command, "--contract", {"--phases", "--phases-of", "--trace", "--chain", "--exact"});
+  exclude(command, "--contract",
+          {"--phases", "--phases-of", "--trace", "--chain", "--exact", "--phase-uncertainty-us"});
 }
 
 void add_analyze_command(CLI::App& app, const std::function<void(const guarantees::AnalyzeOptions&)>& run) {
@@ -42,6 +43,9 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
            "Bounds for the timer phases of a CSV file (docs/phases.md)");
   add_text(command, "--phases-of", o.phases_of, "RUN",
            "Bounds for the timer phases of the same executor's first\nrepetition in a stored run");
+  add_number(
+      command, "--phase-uncertainty-us", o.phase_uncertainty_us, {0, 1e9}, "US",
+      "Bounds for phases that are off by up to this much, for each\ntimer by the same time in all jobs");
   command.add_flag("--exact", o.exact,
                    "Explore up to 1000000 states instead of up to 50000 for the exact\n"
                    "worst cases, which known phases have under executors with one\n"
@@ -60,10 +64,12 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "Alias of --release-cost-us");
   exclude(command, "--phases-of", {"--phases", "--phases-file"});
   exclude(command, "--phases-file", {"--phases"});
+  exclude(command, "--phase-uncertainty-us", {"--witness", "--trace"});
   exclude(command, "--delta-us", {"--release-cost-us"});
   // The run determines these options; a chain has neither a CSV table nor a page.
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
-  exclude(command, "--chain", {"--deployments", "--exact", "--witness", "--csv", "--page"});
+  exclude(command, "--chain",
+          {"--deployments", "--exact", "--witness", "--csv", "--page", "--phase-uncertainty-us"});
 }
 
 }  // namespace hotpath::commands

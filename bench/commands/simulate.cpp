@@ -49,7 +49,8 @@ void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
            "values, otherwise uniform; replayed: the measured values in\n"
            "recorded order; replay:RUN: the times of a stored run of the\n"
            "same executors and graph; listed:FILE: a CSV file with columns\n"
-           "task,sequence,execution_time_ns; by default as in the graph");
+           "task,sequence,execution_time_ns, and release_delay_ns for\n"
+           "timers with jitter; by default as in the graph");
   add_threads_option(simulate, o.threads)->group("Results");
 }
 

@@ -45,6 +45,9 @@ class Analysis {
             "--witness: worst cases are exact for known phases; give --phases or --phases-of");
       }
     }
+    if (options.phase_uncertainty_us && !phases_known()) {
+      throw program::UsageError(program::concat("--phase-uncertainty-us needs known phases: ", kGivePhases));
+    }
     if (options_.executors.empty() && options_.deployments.empty() && stored_.empty())
       options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
     if (!trace_) graph_ = setup::graph_to_run(options_);
@@ -173,11 +176,14 @@ class Analysis {
     check_phases_of_run(callbacks, executor.label);
     std::string refusals;
     bool any = false;
-    std::vector<GraphBounds> all = setup::bounds_of(graph_, callbacks, executor);
+    CallbackGraph bounded = callbacks;
+    bounded.phases_known &= uncertainty() == Duration{};
+    std::vector<GraphBounds> all = setup::bounds_of(graph_, bounded, executor);
     GraphTasks tasks = tasks_;
     tasks.set = callbacks.set;
     std::vector<bounds::ReachedWorstCase> reached;
-    if (callbacks.phases_known || options_.exact) all.push_back(exact(callbacks, tasks, executor, reached));
+    const bool explored = callbacks.phases_known || options_.exact;
+    if (explored) all.push_back(exact(callbacks, tasks, executor, reached));
     for (const GraphBounds& bounds : all) {
       if (!bounds.refusal.empty()) {
         refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";
@@ -190,27 +196,31 @@ class Analysis {
       any = true;
     }
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n" << refusals;
-    if (any && all.back().method == bounds::kExactMethod && !all.back().refusal.empty()) {
-      out_ << "No exact values: " << all.back().refusal << "\n";
+    if (any && explored && !all.back().refusal.empty()) {
+      out_ << (uncertainty() > Duration{} ? "No bounds near these phases: " : "No exact values: ")
+           << all.back().refusal << "\n";
     }
     if (!options_.witness.empty() && !reached.empty()) {
       out_ << write_witnesses(reached, graph_, tasks, executor, options_, options_.witness);
     }
   }
 
+  Duration uncertainty() const { return from_ms(options_.phase_uncertainty_us.value_or(0) / 1000); }
+
   GraphBounds exact(const CallbackGraph& callbacks, const GraphTasks& tasks,
                     const setup::ExecutorSpec& executor,
                     std::vector<bounds::ReachedWorstCase>& reached) const {
     GraphBounds none;
-    none.method = bounds::kExactMethod;
+    none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
     none.refusal = executor.deployment ? "several executors are not explored" : "";
     if (!callbacks.phases_known) {
       none.refusal = program::concat("worst cases are exact for known phases only; ", kGivePhases);
     }
     if (!none.refusal.empty()) return none;
     const std::size_t limit = options_.exact ? kMostStates : bounds::usual_state_limit(tasks.set);
-    GraphBounds bounds = bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, limit,
-                                                   options_.witness.empty() ? nullptr : &reached);
+    GraphBounds bounds =
+        bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, {limit, uncertainty()},
+                                  options_.witness.empty() ? nullptr : &reached);
     if (!options_.exact && bounds.refusal.ends_with(" states")) bounds.refusal += "; --exact allows more";
     return bounds;
   }

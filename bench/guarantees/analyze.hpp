@@ -15,7 +15,7 @@ struct AnalyzeOptions : setup::CommonOptions, setup::PlatformOptions {
   std::string trace, csv, page, phases_of, witness;
   std::optional<Phases> known_phases;
   std::vector<std::string> chain;
-  std::optional<double> delta_us;
+  std::optional<double> delta_us, phase_uncertainty_us;
   bool strict = false, exact = false;
 };
 

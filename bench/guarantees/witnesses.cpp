@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
+#include <optional>
 #include <ostream>
 #include <sstream>
 
@@ -84,11 +86,7 @@ class Witnesses {
           "the schedule for the ", quantity, subject, " of ", worst.value_ns, " ns under ", executor_.label,
           " gives ", reached, " ns. Please report the graph ", folder_ / "graph.yaml"));
     }
-    std::string list(simulated::kListedColumns);
-    for (const auto& [job, time] : times.given()) {
-      list += program::concat("\n", tasks_.set[job.task].name, ",", job.sequence, ",", time.count());
-    }
-    write(name + ".csv", list + "\n");
+    write(name + ".csv", list_of(times));
     store(name, static_cast<double>(ms) / 1000);
     out_ << "Witness: " << in_ms(Duration(worst.value_ns)) << " ms, " << (folder_ / name).string() << "\n";
   }
@@ -96,6 +94,26 @@ class Witnesses {
  private:
   void write(const std::string& name, const std::string& content) const {
     program::write_whole_file(folder_ / name, "--witness", content);
+  }
+
+  /// The execution times and release delays, as `simulate` reads them.
+  std::string list_of(const WitnessTimes& times) const {
+    struct Row {
+      std::optional<Duration> time;
+      Duration delay{};
+    };
+    std::map<std::pair<TaskId, std::uint64_t>, Row> rows;
+    for (const auto& [job, time] : times.given()) rows[{job.task, job.sequence}].time = time;
+    for (const auto& [job, delay] : times.given_delays()) rows[{job.task, job.sequence}].delay = delay;
+    const bool delays = !times.given_delays().empty();
+    std::string list(simulated::kListedColumns);
+    if (delays) list += program::concat(",", simulated::kListedDelay);
+    for (const auto& [job, row] : rows) {
+      const Task& task = tasks_.set[job.first];
+      list += program::concat("\n", task.name, ",", job.second, ",", row.time.value_or(task.wcet).count());
+      if (delays) list += program::concat(",", row.delay.count());
+    }
+    return list + "\n";
   }
 
   static std::int64_t largest(const results::Repetition& repetition, const bounds::ReachedWorstCase& worst) {

@@ -69,6 +69,10 @@ class LiveRun {
     results::RunFolder folder(setup::output_folder(options_, graph_));
     program::catch_interrupts();
     for (const std::string& sentence : setup::idle_options(options_, executors_)) say(sentence);
+    const auto varies = [](const Task& task) { return task.release_jitter > Duration{}; };
+    if (std::ranges::any_of(tasks_.set.tasks, varies)) {
+      say("release_jitter_ms of the graph changes nothing: live timers have the jitter of the machine");
+    }
     const auto polls = [](const setup::ExecutorSpec& part) {
       return part.entry->traits.timers == TimerHandling::polled;
     };

@@ -111,9 +111,37 @@ std::unique_ptr<ExecutionTimes> replayed_times(const results::StoredRun& run, co
       tasks.set, working_jobs(tasks, with_own_times(measured, run.record().cores(), raised)));
 }
 
+namespace {
+
+class ListedReleases final : public ReleaseDelays {
+ public:
+  void add(JobRef job, Duration delay) { delays_[{job.task, job.sequence}] = delay; }
+  [[nodiscard]] Time due(JobRef job, Time timestamp) const override {
+    const auto listed = delays_.find({job.task, job.sequence});
+    return listed == delays_.end() ? timestamp : timestamp + listed->second;
+  }
+
+ private:
+  std::map<std::pair<TaskId, std::uint64_t>, Duration> delays_;
+};
+
+Duration release_delay(const CsvReader& rows, std::size_t column, const Task& task) {
+  const Duration delay = rows.nanoseconds(column);
+  if (delay < Duration{} || delay > task.release_jitter) {
+    rows.fail("the release delay of " + task.name + " is " + std::string(rows.text(column)),
+              "give 0 or more, and at most the `release_jitter_ms` of the timer in the graph");
+  }
+  return delay;
+}
+
+}  // namespace
+
 std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set) {
   CsvReader rows(std::filesystem::path(file), CsvLayout::by_hand);
-  rows.require_header(kListedColumns);
+  const std::optional<std::size_t> delays = rows.find_column(kListedDelay);
+  rows.require_header(delays ? program::concat(kListedColumns, ",", kListedDelay)
+                             : std::string(kListedColumns));
+  auto releases = std::make_unique<ListedReleases>();
   std::map<std::string, TaskId, std::less<>> ids;
   for (TaskId id = 0; id < set.size(); ++id) ids[set[id].name] = id;
   Trace trace;
@@ -127,8 +155,9 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
     const Duration time = rows.nanoseconds(2);
     if (time < Duration{}) rows.fail("the execution time is negative", "give 0 or more");
     record.finish = Time{} + time;
+    if (delays) releases->add(record.job.ref(), release_delay(rows, *delays, set[id->second]));
   }
-  return std::make_unique<ReplayedTimes>(set, trace);
+  return std::make_unique<TimesAndReleases>(std::make_unique<ReplayedTimes>(set, trace), std::move(releases));
 }
 
 std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run, const setup::StoredSystem& system,

@@ -14,11 +14,14 @@ namespace hotpath::simulated {
 inline constexpr std::string_view kReplay = "replay:";
 /// Prefix of the file in `--execution-times listed:FILE`.
 inline constexpr std::string_view kListed = "listed:";
-/// Its columns: a row for each job, of which those that wait for a set take no time.
+/// Its columns: a row for each job, of which those that wait for a set take no time. The last column may be
+/// left out.
 inline constexpr std::string_view kListedColumns = "task,sequence,execution_time_ns";
+inline constexpr std::string_view kListedDelay = "release_delay_ns";
 
 /// The execution times in a file of kListedColumns. A job that it lacks takes the time of the last earlier
-/// job of its task, or else of the first; a task that it lacks takes its worst case. Throws InputError.
+/// job of its task, or else of the first; a task that it lacks takes its worst case. Timers' jobs become
+/// ready as long after their timestamps as kListedDelay says, or at them. Throws InputError.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set);
 
 /// Returns the measured trace with finish - start replaced by the time that each job had a core,

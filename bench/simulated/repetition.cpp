@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulated/repetition.hpp"
 
+#include <algorithm>
+
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "simulated/run_totals.hpp"
@@ -9,8 +11,10 @@
 namespace hotpath::simulated {
 
 results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
-  const TaskSet& set = plan.tasks.set;
-  const System system(plan.executor, plan.graph, plan.tasks);
+  GraphTasks tasks = plan.tasks;
+  tasks.set = with_releases(std::move(tasks.set), plan.times);
+  const TaskSet& set = tasks.set;
+  const System system(plan.executor, plan.graph, tasks);
   std::vector<ChainObservation> observations;
   GraphWorkload workload(plan.graph, plan.tasks, plan.times, &observations);
   SimulationOptions options;
@@ -38,8 +42,17 @@ results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
   return repetition;
 }
 
-std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const GraphTasks& tasks,
-                                                   std::uint64_t seed) {
+std::unique_ptr<ExecutionTimes> with_drawn_releases(std::unique_ptr<ExecutionTimes> times,
+                                                    const GraphTasks& tasks, std::uint64_t seed) {
+  const auto varies = [](const Task& task) { return task.release_jitter > Duration{}; };
+  if (std::ranges::none_of(tasks.set.tasks, varies)) return times;
+  return std::make_unique<TimesAndReleases>(std::move(times),
+                                            std::make_unique<UniformReleases>(tasks.set, seed));
+}
+
+namespace {
+
+std::unique_ptr<ExecutionTimes> times_of(const Graph& graph, const GraphTasks& tasks, std::uint64_t seed) {
   const ExecutionTimeModel model = graph.platform.execution_times;
   switch (model) {
     case ExecutionTimeModel::worst:
@@ -56,6 +69,13 @@ std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const Gra
     }
   }
   return std::make_unique<WorstCaseTimes>(tasks.set);
+}
+
+}  // namespace
+
+std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const GraphTasks& tasks,
+                                                   std::uint64_t seed) {
+  return with_drawn_releases(times_of(graph, tasks, seed), tasks, seed);
 }
 
 }  // namespace hotpath::simulated

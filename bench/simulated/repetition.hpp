@@ -31,7 +31,12 @@ struct Plan {
 /// SimulationError, InputError.
 [[nodiscard]] results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals = nullptr);
 
-/// The execution times that the graph's platform sets.
+/// `times` with releases drawn uniformly, if any timer has release_jitter.
+[[nodiscard]] std::unique_ptr<ExecutionTimes> with_drawn_releases(std::unique_ptr<ExecutionTimes> times,
+                                                                  const GraphTasks& tasks,
+                                                                  std::uint64_t seed);
+
+/// The execution times that the graph's platform sets, with drawn releases.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> execution_times_of(const Graph& graph, const GraphTasks& tasks,
                                                                  std::uint64_t seed);
 

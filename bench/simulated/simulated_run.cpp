@@ -131,7 +131,10 @@ class SimulatedRun {
   }
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
-    if (replayed_) return replayed_times(*replayed_, tasks_, executor(i).label, repetition(i));
+    if (replayed_) {
+      return with_drawn_releases(replayed_times(*replayed_, tasks_, executor(i).label, repetition(i)), tasks_,
+                                 options_.seed + repetition(i));
+    }
     if (const std::string name = execution_times_name(); name.starts_with(kListed)) {
       return listed_times(name.substr(kListed.size()), tasks_.set);
     }

@@ -338,7 +338,7 @@ class AnalyzeTest(CommandTest):
     def test_a_witness_reaches_the_exact_worst_case(self) -> None:
         nodes = [SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 3), FUSION.format("F", "A", "B", 5)]
         nodes.append(
-            "{name: C, type: callbacks, callbacks: [{timer: t, period_ms: 60, "
+            "{name: C, type: callbacks, callbacks: [{timer: t, period_ms: 60, release_jitter_ms: 3, "
             "execution_time_ms: {min: 1, max: 9}}, {subscription: F, execution_time_ms: 1}]}"
         )
         graph, folder, table = self.graph(*nodes, chain="A B F"), self.folder / "w", self.folder / "w.csv"
@@ -367,6 +367,52 @@ class AnalyzeTest(CommandTest):
         code, _, err = self.command(*exact, self.folder / "w2")
         self.assertEqual(code, 2)
         self.assertIn("give --phases or --phases-of", err)
+
+    def test_jittery_runs_stay_within_exact_values_and_repeat(self) -> None:
+        nodes = [SENSOR.format("A", "20, release_jitter_ms: 5", 2), SENSOR.format("B", 30, 3)]
+        graph = self.graph(*nodes, FUSION.format("F", "A", "B", 5), chain="A B F")
+        options = (
+            "--graph",
+            graph,
+            "--executors",
+            "default,events-ro",
+            "--phases",
+            "synchronous",
+            "--warm-up",
+            0,
+        )
+        first, second = self.folder / "first", self.folder / "second"
+        for run, seed in ((first, 1), (second, 2)):
+            self.accepted("simulate", *options, "--seed", seed, "--duration", 3, "--output", run)
+        self.assertNotEqual((first / "jobs.csv").read_bytes(), (second / "jobs.csv").read_bytes())
+        out = self.accepted("analyze", graph, "--trace", first)
+        self.assertIn("exploration: exact for these phases", self.accepted("analyze", graph, *options[2:6]))
+        self.assertIn("busy windows in any order", out)
+        self.assertIn("a valid schedule", self.accepted("check", first))
+        self.accepted("validate", first)
+        self.accepted("explain", first, "--executor", "default")
+
+    def test_bounds_near_phases_exceed_the_exact_values_and_refuse_deadlines(self) -> None:
+        graph = self.graph(
+            RANGE.format("A", 20, "{min: 1, max: 8}"), RANGE.format("B", 30, "{min: 1, max: 9}")
+        )
+        table = self.folder / "near.csv"
+        known = ("analyze", graph, "--executors", "rm-ro,edf-ro", "--phases", "synchronous", "--csv", table)
+
+        def explored(*options: str | int) -> dict[str, int]:
+            self.accepted(*known, *options)
+            with table.open(encoding="utf-8") as file:
+                rows = [row for row in csv.DictReader(file) if row["method"].startswith("exploration")]
+            return {row["name"]: int(row["bound_ns"]) for row in rows if row["executor"] == "rm-ro"}
+
+        # A, released at 0.5 ms, may wait for B, released 1 ns earlier, and B for A.
+        self.assertEqual(explored(), {"A/t": 8_000_000, "B/t": 17_000_000})
+        self.assertEqual(explored("--phase-uncertainty-us", 500), {"A/t": 17_499_999, "B/t": 17_500_000})
+        out = self.accepted(*known, "--phase-uncertainty-us", 500)
+        self.assertIn("exploration: bound near these phases", out)
+        self.assertIn("it does not cover uncertain phases under an order by deadlines", out)
+        out = self.accepted(*known, "--phase-uncertainty-us", 20_000)
+        self.assertIn("timer A/t may be off by its period", out)
 
     def test_exact_values_have_a_limit_of_states(self) -> None:
         few = self.graph(RANGE.format("A", 20, "{min: 1, max: 8}"), RANGE.format("B", 30, "{min: 1, max: 9}"))

@@ -88,6 +88,15 @@ void draw_deliveries(Random& random, Graph& graph) {
   }
 }
 
+/// Some timers become ready up to a third of their periods late.
+void draw_jitter(Random& random, Graph& graph) {
+  for (Node& node : graph.nodes) {
+    if (node.period > Duration{} && chance(random, 60)) {
+      node.release_jitter = Duration(draw(random, 0, node.period.count() / (chance(random, 50) ? 3 : 50)));
+    }
+  }
+}
+
 /// A random graph; samples reach subscribers in the order of creation, in a given one, or, if
 /// `any_delivery`, in an unknown one.
 Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
@@ -97,6 +106,7 @@ Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
   if (any_delivery) {
     for (auto& [topic, order] : graph.delivery) order.nodes.clear();
   }
+  if (seed % 7 == 2) draw_jitter(own, graph);
   return graph;
 }
 
@@ -157,9 +167,11 @@ std::string deployment_text(const setup::ExecutorSpec& executor, const TaskSet& 
 }
 
 /// std::nullopt if the machine is overloaded; such a run is not compared with its bounds.
-std::optional<Trace> simulated(const Graph& graph, const GraphTasks& tasks,
+std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
                                const setup::ExecutorSpec& executor, const ExecutionTimes& times,
                                std::vector<ChainObservation>* observations, Duration duration = 2s) {
+  GraphTasks tasks = given;
+  tasks.set = with_releases(std::move(tasks.set), times);
   GraphWorkload workload(graph, tasks, times, observations);
   SimulationOptions options;
   options.platform = make_platform(graph, *setup::parts(executor).front().entry);
@@ -218,7 +230,8 @@ class BoundCase {
     constexpr std::size_t kMostStates = 20'000;
     const bool with_witnesses = seed_ % 4 == 0;
     all.push_back(bounds::exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler,
-                                            kMostStates, with_witnesses ? &reached_ : nullptr));
+                                            {.max_states = kMostStates},
+                                            with_witnesses ? &reached_ : nullptr));
     exact_ = all.back().refusal.empty() ? std::optional(all.size() - 1) : std::nullopt;
     statistics().asked(executor_.label + ", exact", !exact_);
     return all;
@@ -235,9 +248,11 @@ class BoundCase {
   }
 
   void simulate_once(int number) {
-    const WorstCaseTimes worst(tasks_.set);
-    const UniformTimes uniform(tasks_.set, random_());
-    simulate(tasks_of_run(number), number % 2 == 0 ? static_cast<const ExecutionTimes&>(worst) : uniform, 2s);
+    const std::uint64_t seed = random_();
+    std::unique_ptr<ExecutionTimes> times = std::make_unique<WorstCaseTimes>(tasks_.set);
+    if (number % 2 != 0) times = std::make_unique<UniformTimes>(tasks_.set, seed);
+    const TimesAndReleases all(std::move(times), std::make_unique<UniformReleases>(tasks_.set, seed));
+    simulate(tasks_of_run(number), all, 2s);
   }
 
   void simulate(const GraphTasks& tasks, const ExecutionTimes& times, Duration duration) {

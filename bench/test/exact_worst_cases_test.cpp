@@ -21,7 +21,7 @@ GraphBounds bounds_of(const std::string& nodes, const std::string& chains = "") 
   std::ofstream(file) << "name: g\nnodes:\n" << nodes << chains;
   const Graph graph = load_graph(file);
   std::filesystem::remove(file);
-  return bounds::exact_worst_cases(graph, make_tasks(graph), *find_executor("events-ro"), {}, 100'000);
+  return bounds::exact_worst_cases(graph, make_tasks(graph), *find_executor("events-ro"), {});
 }
 
 /// The messages of A's timer return to it; D uses those of B and of S.

@@ -113,6 +113,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--phases-of": Changes({"--phases-of": "{timers}"}, {"--chain": "IMU,FrontCamera"}),
             "--cores": Changes({"--cores": 2}, {"--timer-thread": "equal"}),
             "--exact": Changes({"--exact": True}),  # says which phases it needs
+            "--phase-uncertainty-us": Changes({"--phase-uncertainty-us": 100}, {"--phases": "synchronous"}),
             "--witness": Changes({"--witness": "worst"}, {"--phases": "synchronous"}),
             "--entity-order": Changes(
                 {"--entity-order": "reverse"}, {"GRAPH": "sequences", "--phases": "creation"}

@@ -38,13 +38,23 @@ void take_worst(const Trace& trace, Worst& worst) {
   }
 }
 
-/// Expects that a simulation with the execution times of each timer's witness reaches its worst case.
+/// The set, with jobs of timers with jitter that become ready when `delays` says.
+TaskSet with(TaskSet set, const ReleaseDelays& delays) {
+  for (Task& task : set.tasks) {
+    if (task.release_jitter > Duration{}) task.release_delays = &delays;
+  }
+  return set;
+}
+
+/// Expects that a simulation with the execution times and delays of each timer's witness reaches its worst
+/// case.
 void expect_reached(const Worst& worst, const std::vector<std::optional<Witness>>& witnesses,
-                    const TaskSet& set, const std::string& executor, const SchedulerOptions& scheduling,
+                    const TaskSet& held, const std::string& executor, const SchedulerOptions& scheduling,
                     const Platform& platform) {
   for (const auto& [timer, response] : worst) {
     ASSERT_TRUE(witnesses[timer]);
-    const WitnessTimes times(set, *witnesses[timer]);
+    const WitnessTimes times(held, *witnesses[timer]);
+    const TaskSet set = with_releases(held, times);
     PublishingWorkload workload(times);
     SimulationOptions options;
     options.platform = platform;
@@ -55,7 +65,9 @@ void expect_reached(const Worst& worst, const std::vector<std::optional<Witness>
   }
 }
 
-Worst explored(const TaskSet& set, const std::string& executor, const Platform& platform = {}) {
+Worst explored(const TaskSet& given, const std::string& executor, const Platform& platform = {}) {
+  const HeldReleases by_exploration;
+  const TaskSet set = with(given, by_exploration);
   SchedulerOptions scheduling;
   scheduling.workers = 1;
   const WorstCaseTimes times(set);
@@ -93,19 +105,46 @@ class ChosenTimes final : public ExecutionTimes {
   std::vector<Duration> choice_;
 };
 
-Worst enumerated(const TaskSet& set, const std::string& executor, Duration duration, std::uint64_t jobs,
+/// A choice for the releases of each timer's first jobs; later jobs have the largest delay.
+class ChosenDelays final : public ReleaseDelays {
+ public:
+  ChosenDelays(const TaskSet& set, std::uint64_t jobs) : set_(set), jobs_(jobs), choice_(set.size() * jobs) {}
+  Time due(JobRef job, Time timestamp) const override {
+    const bool chosen = job.sequence < jobs_;
+    return timestamp + (chosen ? choice_[job.task * jobs_ + job.sequence] : set_[job.task].release_jitter);
+  }
+  /// False after the last combination.
+  bool next() {
+    for (std::size_t i = 0; i < choice_.size(); ++i) {
+      if (choice_[i] < set_[static_cast<TaskId>(i / jobs_)].release_jitter) return ++choice_[i], true;
+      choice_[i] = Duration{};
+    }
+    return false;
+  }
+
+ private:
+  const TaskSet& set_;
+  const std::uint64_t jobs_;
+  std::vector<Duration> choice_;
+};
+
+Worst enumerated(const TaskSet& given, const std::string& executor, Duration duration, std::uint64_t jobs,
                  const Platform& platform) {
   Worst worst;
   SchedulerOptions scheduling;
   scheduling.workers = 1;
+  ChosenDelays delays(given, jobs);
+  const TaskSet set = with(given, delays);
   ChosenTimes times(set, jobs);
   do {
-    PublishingWorkload workload(times);
-    SimulationOptions options;
-    options.platform = platform;
-    options.duration = duration;
-    take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), worst);
-  } while (times.next());
+    do {
+      PublishingWorkload workload(times);
+      SimulationOptions options;
+      options.platform = platform;
+      options.duration = duration;
+      take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), worst);
+    } while (times.next());
+  } while (delays.next());
   return worst;
 }
 
@@ -213,6 +252,69 @@ TEST(Exploration, FindsWhatEnumerationFinds) {
       platform.delivery_delay = Duration(number % 5);
       const Worst exact = explored(set, executor, platform);
       const Worst seen = enumerated(set, executor, 6 * period, 2, platform);
+      for (const TaskId id : {a, b}) {
+        ASSERT_GE(exact.at(id), seen.at(id)) << executor << ", set " << number << ", task " << id;
+        ++compared;
+        equal += exact.at(id) == seen.at(id);
+      }
+    }
+    EXPECT_GE(equal * 10, compared * 9) << executor << ": only " << equal << " of " << compared;
+  }
+}
+
+TaskId add_jittery(TaskSet& set, std::int64_t priority, Duration phase, Duration jitter, Duration bcet,
+                   Duration wcet) {
+  const TaskId id = add_timer(set, 10us, wcet, phase);
+  set.tasks[id].bcet = bcet;
+  set.tasks[id].release_jitter = jitter;
+  set.tasks[id].priority = priority;
+  return id;
+}
+
+/// Latest ends of jobs with release intervals, from the tests of Nasri and Brandenburg's tool
+/// (np-schedulability-analysis): tests "jitter" and "equal priorities".
+TEST(Exploration, ReleaseIntervalsHaveThePublishedLatestEnds) {
+  TaskSet two;
+  add_jittery(two, 2, 0ns, 1ns, 3ns, 10ns);
+  add_jittery(two, 1, 0ns, 1ns, 5ns, 5ns);
+  EXPECT_EQ(explored(two, "fp-ro"), (Worst{{0, 16ns}, {1, 15ns}}));
+
+  TaskSet three;
+  add_jittery(three, 1, 0ns, 10ns, 2ns, 50ns);
+  add_jittery(three, 2, 0ns, 10ns, 50ns, 1200ns);
+  add_jittery(three, 1, 1000ns, 10ns, 2ns, 50ns);
+  EXPECT_EQ(explored(three, "fp-ro"), (Worst{{0, 1259ns}, {1, 1260ns}, {2, 310ns}}));
+}
+
+/// Sets so small that all combinations of execution times and of releases can be simulated.
+TEST(Exploration, FindsWhatEnumerationOfReleasesFinds) {
+  std::mt19937_64 random(2);
+  const auto draw = [&](std::int64_t low, std::int64_t high) {
+    return Duration(low + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(high - low + 1)));
+  };
+  for (const char* executor :
+       {"default", "static", "events-ro", "rm-ro", "edf-ro", "fp-ro", "dm-ro", "cbg"}) {
+    std::size_t equal = 0, compared = 0;
+    for (int number = 0; number < 40; ++number) {
+      const bool costs = number % 3 > 0;
+      const Duration period = costs ? 12ns : 7ns;
+      TaskSet set;
+      const TaskId a = add_timer(set, period, draw(1, 2), draw(0, 3));
+      const TaskId b = add_timer(set, number % 2 == 0 ? period : 2 * period, draw(1, 3), draw(0, 6));
+      add_subscription(set, {number % 2 == 0 ? a : b}, draw(1, 1));
+      set.tasks[a].release_jitter = draw(0, 2);
+      set.tasks[b].release_jitter = draw(1, 2);
+      set.tasks[b].bcet = set[b].wcet - draw(0, 1);
+      set.tasks[a].priority = static_cast<std::int64_t>(random() % 2);
+      Platform platform = default_platform(*find_executor(executor));
+      if (costs) platform.dispatch_cost = 1ns;
+      if (number % 3 > 1) platform.cores = 2;
+      if (costs) platform.release_cost = 1ns;
+      if (number % 5 == 0) platform.wake_up_latency = 1ns;
+      if (number % 4 == 0) platform.raised_releaser = false;
+      platform.delivery_delay = Duration(number % 3);
+      const Worst exact = explored(set, executor, platform);
+      const Worst seen = enumerated(set, executor, 5 * period, 3, platform);
       for (const TaskId id : {a, b}) {
         ASSERT_GE(exact.at(id), seen.at(id)) << executor << ", set " << number << ", task " << id;
         ++compared;

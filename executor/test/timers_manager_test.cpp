@@ -13,7 +13,7 @@ TEST(TimersManager, WithoutTimersItIsNeverDue) {
   TaskSet set;
   TimersManager manager;
   manager.begin(set, Time{});
-  EXPECT_EQ(manager.next_call(), kNever);
+  EXPECT_EQ(manager.next_due(), kNever);
   EXPECT_FALSE(manager.due(at(1000h)));
 }
 
@@ -24,11 +24,11 @@ TEST(TimersManager, HeadIsTheEarliestNextCall) {
   add_timer(set, 100ms, 0ms, 20ms);
   TimersManager manager;
   manager.begin(set, at(1ms));
-  EXPECT_EQ(manager.next_call(), at(11ms));
+  EXPECT_EQ(manager.next_due(), at(11ms));
   EXPECT_FALSE(manager.due(at(10ms)));
   EXPECT_TRUE(manager.due(at(11ms)));
   EXPECT_EQ(manager.call_head(at(11ms)).task, 1U);
-  EXPECT_EQ(manager.next_call(), at(21ms));
+  EXPECT_EQ(manager.next_due(), at(21ms));
 }
 
 TEST(TimersManager, EqualNextCallsComeInTaskOrder) {
@@ -65,8 +65,8 @@ TEST(TimersManager, ReleasesAllTimestampsOfRandomTimersInOrder) {
     std::sort(expected.begin(), expected.end());
     TimersManager manager;
     manager.begin(set, Time{});
-    while (manager.next_call() < at(500ms)) {
-      const Job job = manager.call_head(manager.next_call());
+    while (manager.next_due() < at(500ms)) {
+      const Job job = manager.call_head(manager.next_due());
       released.emplace_back(job.timestamp, job.task);
     }
     ASSERT_EQ(released, expected);

@@ -19,6 +19,7 @@ Callback timer_of(const Node& node) {
   timer.phase = node.phase;
   timer.deadline = node.deadline > Duration::zero() ? node.deadline : node.period;
   timer.priority = node.priority;
+  timer.release_jitter = node.release_jitter;
   return timer;
 }
 
@@ -89,7 +90,7 @@ std::vector<Duration> values_of(const std::vector<DurationQuantile>& quantiles) 
 bool operator==(const Callback& a, const Callback& b) {
   const auto plain = [](const Callback& c) {
     return std::tie(c.task, c.input, c.period, c.phase, c.deadline, c.priority, c.worst, c.best, c.quantiles,
-                    c.group, c.publishes, c.stores_only);
+                    c.group, c.publishes, c.stores_only, c.release_jitter);
   };
   const bool same_times = a.measured && b.measured ? *a.measured == *b.measured : a.measured == b.measured;
   return plain(a) == plain(b) && same_times;

@@ -18,6 +18,7 @@ Task make_task(const Node& node, const Callback& callback, std::uint32_t first_g
   task.period = callback.period;
   task.phase = callback.phase.value_or(Duration::zero());
   task.deadline = callback.deadline;
+  task.release_jitter = callback.release_jitter;
   task.wcet = callback.worst;
   task.bcet = callback.best;
   task.priority = callback.priority;

@@ -17,7 +17,7 @@ namespace {
 using Words = std::vector<std::string>;
 using Values = std::vector<Duration>;
 
-const Words kTimerKeys = {"timer",    "period_ms",         "phase_ms", "deadline_ms",
+const Words kTimerKeys = {"timer",    "period_ms",         "phase_ms", "deadline_ms", "release_jitter_ms",
                           "priority", "execution_time_ms", "group",    "publishes"};
 const Words kSubscriptionKeys = {"subscription",      "depth", "priority",
                                  "execution_time_ms", "group", "publishes"};
@@ -106,6 +106,7 @@ class CallbackParser {
     callback.deadline = callback.period;
     if (const auto given = map.find("phase_ms")) callback.phase = given->milliseconds(true);
     if (const auto given = map.find("deadline_ms")) callback.deadline = given->milliseconds(false);
+    callback.release_jitter = parse_release_jitter(map, callback.period);
   }
 
   void parse_execution_time(const YamlValue& value, Callback& callback) const {
@@ -253,6 +254,17 @@ class CallbackParser {
 };
 
 }  // namespace
+
+Duration parse_release_jitter(const YamlMap& timer, Duration period) {
+  const auto given = timer.find("release_jitter_ms");
+  if (!given) return {};
+  const Duration jitter = given->milliseconds(true);
+  if (jitter >= period) {
+    given->fail("the release jitter of " + timer.what() + " is not below its period",
+                "give less than the `period_ms`");
+  }
+  return jitter;
+}
 
 void parse_callbacks(const YamlMap& map, const std::string& file, Node& node, NodeLines& lines) {
   CallbackParser(map, file, node, lines).parse();

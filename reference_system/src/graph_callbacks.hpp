@@ -15,4 +15,7 @@ inline constexpr std::int64_t kMaxDepth = 1000;
 /// InputError.
 void parse_callbacks(const YamlMap& map, const std::string& file, Node& node, NodeLines& lines);
 
+/// The key `release_jitter_ms` of a timer. Throws InputError unless it is below the period.
+[[nodiscard]] Duration parse_release_jitter(const YamlMap& timer, Duration period);
+
 }  // namespace hotpath

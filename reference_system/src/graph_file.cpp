@@ -30,6 +30,7 @@ const Words kAllNodeKeys = {"name",
                             "period_ms",
                             "phase_ms",
                             "deadline_ms",
+                            "release_jitter_ms",
                             "priority",
                             "groups",
                             "callbacks"};
@@ -39,7 +40,7 @@ Words node_keys(NodeType type) {
   Words keys = {"name", "type", "execution_time_ms", "best_case_execution_time_ms", "callback_group"};
   const auto add = [&](const Words& more) { keys.insert(keys.end(), more.begin(), more.end()); };
   if (type == NodeType::sensor || type == NodeType::cyclic) {
-    add({"period_ms", "phase_ms", "deadline_ms", "priority"});
+    add({"period_ms", "phase_ms", "deadline_ms", "release_jitter_ms", "priority"});
   }
   if (type == NodeType::intersection) {
     add({"connections"});
@@ -115,6 +116,7 @@ void parse_timer(const YamlMap& map, Node& node) {
   node.deadline = node.period;
   if (const auto given = map.find("phase_ms")) node.phase = given->milliseconds(true);
   if (const auto given = map.find("deadline_ms")) node.deadline = given->milliseconds(false);
+  node.release_jitter = parse_release_jitter(map, node.period);
   if (const auto given = map.find("priority")) {
     node.priority = given->priority();
   }

@@ -70,6 +70,9 @@ void scale_rates(Graph& graph, double percent) {
   const auto scale_one = [&](auto& timer) {
     scale(timer.period);
     scale(timer.deadline);
+    if (timer.release_jitter > Duration::zero()) {
+      timer.release_jitter = std::min(timer.release_jitter, timer.period - Duration(1));
+    }
     if (timer.phase) scale(*timer.phase);
   };
   for (Node& node : graph.nodes) {

@@ -116,7 +116,7 @@ class Writer {
   }
 
   void upstream_node(const Node& n) {
-    if (n.period > Duration::zero()) timer(n.period, n.phase, n.deadline);
+    if (n.period > Duration::zero()) timer(n);
     priority(n.priority);
     if (n.type == NodeType::intersection) {
       connections(n);
@@ -134,10 +134,11 @@ class Writer {
     }
   }
 
-  void timer(Duration period, const std::optional<Duration>& phase, Duration deadline) {
-    milliseconds("period_ms", period);
-    if (phase) milliseconds("phase_ms", *phase);
-    if (deadline != period) milliseconds("deadline_ms", deadline);
+  void timer(const auto& of) {
+    milliseconds("period_ms", of.period);
+    if (of.phase) milliseconds("phase_ms", *of.phase);
+    if (of.deadline != of.period) milliseconds("deadline_ms", of.deadline);
+    if (of.release_jitter > Duration::zero()) milliseconds("release_jitter_ms", of.release_jitter);
   }
 
   void connections(const Node& n) {
@@ -193,7 +194,7 @@ class Writer {
       if (depth != default_depth(n.type)) key("depth") << depth;
     } else {
       pair("timer", name);
-      timer(c.period, c.phase, c.deadline);
+      timer(c);
     }
     priority(c.priority);
     execution_time(c);

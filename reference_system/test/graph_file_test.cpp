@@ -75,6 +75,7 @@ nodes:
     period_ms: 12.5
     phase_ms: 0.25
     deadline_ms: 7
+    release_jitter_ms: 1.5
     priority: -3
     output: Data
     execution_time_ms: 2
@@ -108,6 +109,7 @@ TEST_F(GraphFile, ReadsEveryKey) {
   EXPECT_EQ(graph.description, "every key");
   EXPECT_EQ(sensor.period, std::chrono::microseconds(12500));
   EXPECT_EQ(sensor.phase, std::chrono::microseconds(250));
+  EXPECT_EQ(sensor.release_jitter, std::chrono::microseconds(1500));
   EXPECT_EQ(sensor.deadline, std::chrono::milliseconds(7));
   EXPECT_EQ(sensor.priority, -3);
   EXPECT_EQ(sensor.best_case_execution_time, Duration(1));
@@ -326,11 +328,13 @@ TEST_F(GraphFile, TimesAreNotNegativeAndPeriodsPositive) {
   EXPECT_THAT(error_of_nodes(sensor("period_ms", "-10")),
               AllOf(StartsWith(":5: "), HasSubstr("is negative")));
   for (const std::string key :
-       {"phase_ms", "deadline_ms", "execution_time_ms", "best_case_execution_time_ms"}) {
+       {"phase_ms", "deadline_ms", "execution_time_ms", "best_case_execution_time_ms", "release_jitter_ms"}) {
     EXPECT_THAT(error_of_nodes(sensor(key, "-0.5")), AllOf(StartsWith(":6: "), HasSubstr("is negative")))
         << key;
   }
   EXPECT_THAT(error_of_nodes(sensor("deadline_ms", "0")), HasSubstr("is 0"));
+  EXPECT_THAT(error_of_nodes(sensor("release_jitter_ms", "10")),
+              AllOf(StartsWith(":6: "), HasSubstr("the release jitter of sensor S is not below its period")));
   EXPECT_EQ(load_nodes(sensor("phase_ms", "0")).nodes[0].phase, Duration::zero());
 }
 

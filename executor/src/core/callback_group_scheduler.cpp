@@ -33,13 +33,15 @@ void CallbackGroupScheduler::begin(Time epoch) {
     timers_.emplace_back(id, set_[id], epoch);
   }
   waiting_.reserve(timers_.size());
+  any_delays_ = std::ranges::any_of(timers_, &Timer::has_delays);
   for (const Timer& timer : timers_) manage(static_cast<std::uint32_t>(&timer - timers_.data()));
 }
 
 bool CallbackGroupScheduler::manage(std::uint32_t timer) {
-  waiting_.push_back({timers_[timer].next_call(), waited_++, timer});
+  waiting_.push_back({timers_[timer].due(), waited_++, timer});
   std::push_heap(waiting_.begin(), waiting_.end(), later);
-  return waiting_.front().timer == timer;
+  // The timer thread does not foresee delays, so it waits anew.
+  return any_delays_ || waiting_.front().timer == timer;
 }
 
 Joined CallbackGroupScheduler::add_task(const JoiningTask& joining, Time now) {
@@ -92,7 +94,7 @@ WorkerSet CallbackGroupScheduler::add_event(TaskId task, Time now) {
 Effect CallbackGroupScheduler::release_timers(Worker worker, Time now) {
   Effect effect;
   if (worker != timer_manager()) return effect;
-  while (!waiting_.empty() && waiting_.front().next_call <= now) {
+  while (!waiting_.empty() && waiting_.front().due <= now) {
     const std::uint32_t timer = waiting_.front().timer;
     std::pop_heap(waiting_.begin(), waiting_.end(), later);
     waiting_.pop_back();
@@ -100,6 +102,14 @@ Effect CallbackGroupScheduler::release_timers(Worker worker, Time now) {
     ++effect.released;
   }
   return effect;
+}
+
+void CallbackGroupScheduler::release_at(TaskId timer, Time due) {
+  timers_[timer_index_[timer]].release_at(due);
+  for (Waiting& waiting : waiting_) {
+    if (waiting.timer == timer_index_[timer]) waiting.due = due;
+  }
+  std::make_heap(waiting_.begin(), waiting_.end(), later);
 }
 
 Arrival CallbackGroupScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
@@ -110,11 +120,16 @@ Arrival CallbackGroupScheduler::sample_arrived(TaskId task, const SampleInfo& sa
 }
 
 void CallbackGroupScheduler::describe(StateWords& words) const {
-  for (const Timer& timer : timers_) words.add(timer.next_call());
+  for (const Timer& timer : timers_) timer.describe(words);
   std::vector<Waiting> in_order = waiting_;
   std::sort(in_order.begin(), in_order.end(), [](const Waiting& a, const Waiting& b) { return later(b, a); });
   words.add(static_cast<std::int64_t>(in_order.size()));
   for (const Waiting& w : in_order) words.add(w.timer);
+  if (any_delays_) {
+    std::ranges::sort(in_order, {},
+                      &Waiting::order);  // decides between timers that become due at one instant
+    for (const Waiting& w : in_order) words.add(w.timer);
+  }
   for (TaskId id = 0; id < unread_.tasks(); ++id) words.add(unread_.count(id));
   for (const Group& group : groups_) {
     group.events.for_each([&](const Job& event) { words.add(event.task); });
@@ -140,7 +155,7 @@ Job CallbackGroupScheduler::take(const Job& event, Time now) {
 Decision CallbackGroupScheduler::decide(Worker worker, Time now) {
   Decision decision;
   if (worker == timer_manager()) {
-    decision.wake_at = waiting_.empty() ? kNever : waiting_.front().next_call;
+    decision.wake_at = waiting_.empty() ? kNever : waiting_.front().due;
   } else if (const std::optional<Job> event = next_event()) {
     idle_.erase(worker);
     decision.job = take(*event, now);

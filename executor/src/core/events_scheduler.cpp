@@ -27,7 +27,7 @@ EventsScheduler::EventsScheduler(const EventsScheduler& other)
       busy_(other.busy_) {}
 
 void EventsScheduler::describe(StateWords& words) const {
-  for (const Timer& timer : timers_.timers()) words.add(timer.next_call());
+  timers_.describe(words);
   events_->describe(words);
   guaranteed_.describe(words);
   for (TaskId id = 0; id < unread_.tasks(); ++id) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "explorable.hpp"
 #include "explored_branches.hpp"
 #include "explored_paths.hpp"
 #include "explored_state.hpp"
@@ -21,19 +22,6 @@ namespace {
 
 constexpr Time kBeforeAll{Duration(-1)};
 
-std::int64_t hyperperiod(const TaskSet& set) {
-  std::int64_t all = 1;
-  for (const Task& task : set.tasks) {
-    if (task.kind != TaskKind::timer) continue;
-    const std::int64_t period = task.period.count(), common = all / std::gcd(all, period);
-    if (common > kLongestInstant.count() / period) {
-      throw ExplorationRefused("the timers have no common multiple of their periods below 36 years");
-    }
-    all = common * period;
-  }
-  return all;
-}
-
 class Exploration final : public JobSink, public ExploredInstant {
  public:
   Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer)
@@ -42,15 +30,31 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   ExplorationResult run(const Scheduler& scheduler, const Workload& workload) {
-    ExploredState first;
-    first.scheduler = scheduler.clone();
-    first.workload = workload.clone();
-    if (!first.scheduler || !first.workload) {
-      throw ExplorationRefused("an executor with several threads that run jobs is not explored");
+    check_explorable(set_, options_, scheduler, workload);
+    branches_.slices =
+        scheduler.workers().size() > 1 && options_.platform.cores == 1 && !options_.platform.raised_releaser;
+    branches_.delivery_delay = options_.platform.delivery_delay.count();
+    // Timers with jitter that are ready when the executor begins.
+    std::vector<TaskId> at_once;
+    for (TaskId id = 0; id < set_.size(); ++id) {
+      if (set_[id].release_jitter > Duration{} && set_[id].phase == Duration{}) at_once.push_back(id);
     }
-    check(*first.scheduler);
-    prepare(first);
-    enter(std::move(first));
+    constexpr std::size_t kMostAtOnce = 12;
+    if (at_once.size() > kMostAtOnce) {
+      throw ExplorationRefused("more than 12 timers with release jitter have the phase 0");
+    }
+    for (std::size_t subset = 0; subset < std::size_t{1} << at_once.size(); ++subset) {
+      std::vector<TaskId> released;
+      for (std::size_t i = 0; i < at_once.size(); ++i) {
+        if ((subset >> i & 1U) != 0) released.push_back(at_once[i]);
+      }
+      ExploredState first;
+      first.scheduler = scheduler.clone();
+      first.workload = workload.clone();
+      prepare(first, released);
+      ExploredBranches::begin_to_release(first, true);
+      enter(std::move(first));
+    }
     while (!pending_.empty()) {
       const std::size_t place = pending_.top().second;
       pending_.pop();
@@ -75,26 +79,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
  private:
-  void check(const Scheduler& scheduler) {
-    const Platform& p = options_.platform;
-    const bool own_timers = scheduler.workers().size() > 1;
-    const bool alone = p.cores == 1;
-    branches_.slices = own_timers && alone && !p.raised_releaser;
-    branches_.delivery_delay = p.delivery_delay.count();
-    if (own_timers && alone && p.wall_clock_work && p.release_cost + p.pass_cost > Duration{}) {
-      throw ExplorationRefused("release costs that displace jobs with `work: wall` are not explored");
-    }
-    double load = 0;
-    for (const Task& task : set_.tasks) {
-      if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
-    }
-    if (load > 1) throw ExplorationRefused("the timers alone overload the thread");
-    for (const Task& task : set_.tasks) {
-      if (task.always_due) throw ExplorationRefused("timer " + task.name + " has a period of 0");
-    }
-  }
-
-  void prepare(ExploredState& state) {
+  void prepare(ExploredState& state, const std::vector<TaskId>& released) {
     SimulationOptions options;
     options.platform = options_.platform;
     options.duration = kLongestInstant;
@@ -109,7 +94,8 @@ class Exploration final : public JobSink, public ExploredInstant {
     state.simulation = std::make_unique<Simulation>(set_, std::span(&executor, 1), executor_of_,
                                                     *state.workload, options, this);
     before(state, true);
-    state.simulation->begin();
+    for (const TaskId timer : released) state.released.emplace_back(timer, Time{});
+    state.simulation->begin(released);
     after(state);
   }
 
@@ -119,6 +105,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     current_ = &state;
     step_ends_ = step_ends || !state.busy();
     unsettled_ = false;
+    state.released.clear();
     before_ = state.executor();
     if (state.simulation->workers().size() > 1) timers_before_ = timers_of(state);
   }
@@ -180,7 +167,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     Zone zone = current_->zone;
     [[maybe_unused]] const bool any = zone.limit(a, b, bound);
     assert(any && "a bound that no schedule reaches");
-    kept_[slot] = ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, kEnd};
+    kept_[slot] = ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, kEnd, current_->released};
   }
 
   /// The ends of the step and of the slice are replaced on the way to the next states, which witnesses need.
@@ -203,8 +190,9 @@ class Exploration final : public JobSink, public ExploredInstant {
                 from_,
                 {place, coordinates, origin},
                 kNow,
-                executor.step == ExploredState::Step::run ? std::optional(executor.job.task) : std::nullopt,
-                kEnd});
+                state.job_began ? std::optional(executor.job.task) : std::nullopt,
+                kEnd,
+                state.released});
   }
 
   void after(ExploredState& state) {
@@ -216,6 +204,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     const std::int64_t now = (state.simulation->now() - Time{}).count();
     const std::int64_t end = (executor.until - Time{}).count();
     state.from = Time{} + Duration(zone.lowest(kNow));
+    state.job_began = step_ends_ && executor.step == ExploredState::Step::run;
     if (state.busy()) {
       if (step_ends_) {
         const Task& task = set_[executor.job.task];
@@ -294,16 +283,21 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   void expand(ExploredState state) {
     for (;;) {
-      const Time others = ExploredBranches::next_of_others(state);
-      std::vector<ExploredBranches::Instant> first = branches_.ends_of_threads(state);
-      const std::vector<ExploredBranches::Instant> arriving = branches_.arrivals(state);
-      if (!arriving.empty()) first.push_back(arriving.front());
+      const Time next_release = ExploredBranches::begin_to_release(state);
+      Time others = ExploredBranches::next_of_others(state);
+      const std::vector<ExploredBranches::Instant> first = branches_.uncertain(state);
+      if (first.empty() && next_release <= others) {
+        if (next_release == kNever) return;
+        state.from = next_release;
+        continue;
+      }
       if (first.empty()) {
-        if (others == kNever) return;
         state.zone.assign(kNow, kConstant, (others - Time{}).count(), (others - Time{}).count());
-        return happen(std::move(state), others, false);
+        return happen(std::move(state), ExploredBranches::Branch{}, others);
       }
       const Time change = state.scheduler->next_change(state.from);
+      // What happens at this timestamp may happen together with the release that it begins.
+      if (next_release == change && others == change) others = kNever;
       const std::vector<ExploredBranches::Branch> branches = branches_.until(state, others, change);
       // What is left happens at or after the timestamp, from which on decisions are other ones.
       const std::int64_t from = (change - Time{}).count();
@@ -328,14 +322,20 @@ class Exploration final : public JobSink, public ExploredInstant {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
     branches_.move_to(point, next);
-    happen(std::move(next), Time{} + Duration(point[kNow]), branch.step_ends);
+    happen(std::move(next), branch, Time{} + Duration(point[kNow]));
   }
 
-  void happen(ExploredState state, Time instant, bool step_ends) {
-    before(state, step_ends);
+  void happen(ExploredState state, const ExploredBranches::Branch& branch, Time instant) {
+    before(state, branch.step_ends);
+    for (const TaskId timer : branch.releases) {
+      for (const Timer& held : state.scheduler->timers()) {
+        if (held.task() == timer) state.released.emplace_back(timer, held.next_call());
+      }
+      state.simulation->release(timer, instant);
+    }
     state.simulation->advance(instant);
     after(state);
-    const bool goes_on = !step_ends_ && state.busy();
+    const bool goes_on = !step_ends_ && state.busy() && branch.releases.empty();
     if (branches_.slice_matters(state) && state.busy() && state.executor().on_core) {
       // A slice that is over already ends now.
       Zone over = state.zone;
@@ -361,6 +361,9 @@ class Exploration final : public JobSink, public ExploredInstant {
         first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
     StateWords words(Time{} + Duration(origin));
     state.simulation->describe(words, state.wakes, state.releases);
+    for (const ExploredBranches::Instant& release : ExploredBranches::releases(state)) {
+      words.add_data(state.starts[release.coordinate - kStarts], kNever);
+    }
     state.scheduler->describe(words);
     state.workload->describe(words);
     std::vector<std::size_t> coordinates = {kConstant};
@@ -434,13 +437,11 @@ class Exploration final : public JobSink, public ExploredInstant {
   /// When something happens next in the state.
   [[nodiscard]] std::int64_t earliest(Met& met) const {
     const ExploredState& state = *met.state;
-    std::vector<ExploredBranches::Instant> instants = branches_.ends_of_threads(state);
-    const std::vector<ExploredBranches::Instant> arriving = branches_.arrivals(state);
-    if (!arriving.empty()) instants.push_back(arriving.front());
+    const std::vector<ExploredBranches::Instant> instants = branches_.uncertain(state);
     std::int64_t next = instants.empty() ? (ExploredBranches::next_of_others(*met.state) - Time{}).count()
                                          : std::numeric_limits<std::int64_t>::max();
-    for (const auto& [coordinate, later] : instants) {
-      next = std::min(next, state.zone.lowest(coordinate) + later);
+    for (const ExploredBranches::Instant& instant : instants) {
+      next = std::min(next, state.zone.lowest(instant.coordinate) + instant.later);
     }
     return next;
   }

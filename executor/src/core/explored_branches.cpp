@@ -76,49 +76,113 @@ std::vector<ExploredBranches::Instant> ExploredBranches::arrivals(const Explored
   return all;
 }
 
+Time ExploredBranches::begin_to_release(ExploredState& state, bool begun_without) {
+  Time next = kNever;
+  for (const Timer& timer : state.scheduler->timers()) {
+    const JobRef release = release_of(timer.next_job());
+    if (!timer.is_held() || state.start_of(release) != kConstant) continue;
+    if (timer.next_call() > state.from) {
+      next = std::min(next, timer.next_call());
+      continue;
+    }
+    const std::int64_t earliest = (timer.next_call() - Time{}).count();
+    state.starts.push_back(release);
+    state.zone.assign(state.zone.grow(), kConstant, earliest + (begun_without ? 1 : 0),
+                      earliest + timer.release_jitter().count());
+  }
+  return next;
+}
+
+std::vector<ExploredBranches::Instant> ExploredBranches::releases(const ExploredState& state) {
+  std::vector<Instant> all;
+  for (const Timer& timer : state.scheduler->timers()) {
+    if (!timer.is_held()) continue;
+    const std::size_t coordinate = state.start_of(release_of(timer.next_job()));
+    if (coordinate != kConstant) all.push_back({coordinate, 0, timer.task()});
+  }
+  return all;
+}
+
+std::vector<ExploredBranches::Instant> ExploredBranches::uncertain(const ExploredState& state) const {
+  std::vector<Instant> all = ends_of_threads(state);
+  for (const Instant& release : releases(state)) all.push_back(release);
+  if (const std::vector<Instant> arriving = arrivals(state); !arriving.empty()) {
+    all.push_back(arriving.front());
+  }
+  return all;
+}
+
 std::vector<ExploredBranches::Branch> ExploredBranches::until(const ExploredState& state, Time others,
                                                               Time change) const {
   std::vector<Branch> branches;
-  const std::vector<Instant> ends = ends_of_threads(state), arriving = arrivals(state);
+  std::vector<Instant> ends = ends_of_threads(state);
+  for (const Instant& release : releases(state)) ends.push_back(release);
+  const std::vector<Instant> arriving = arrivals(state);
   const Time limit = std::min(others, change);
-  const unsigned subsets = 1U << ends.size();
+  const auto before_limit = [&](std::optional<Branch>& branch) {
+    return branch && (limit == kNever || branch->zone.limit(kNow, kConstant, (limit - Time{}).count() - 1));
+  };
   for (std::size_t arrived = 0; arrived <= arriving.size(); ++arrived) {
-    for (unsigned subset = 0; subset < subsets; ++subset) {
-      Order order;
-      order.step_ends = state.runs() && (subset & 1U) != 0;
-      order.now.assign(arriving.begin(), arriving.begin() + static_cast<std::ptrdiff_t>(arrived));
-      if (arrived < arriving.size()) order.later.push_back(arriving[arrived]);
-      for (std::size_t i = 0; i < ends.size(); ++i) {
-        (((subset >> i) & 1U) != 0 ? order.now : order.later).push_back(ends[i]);
+    if (others <= change && others != kNever) {
+      auto branch = at(state, {kConstant, (others - Time{}).count()}, arriving, arrived);
+      if (branch) choose(state, ends, 0, std::move(*branch), branches);
+    }
+    if (arrived > 0) {
+      auto branch = at(state, arriving.front(), arriving, arrived);
+      if (before_limit(branch)) choose(state, ends, 0, std::move(*branch), branches);
+      continue;
+    }
+    for (std::size_t first = 0; first < ends.size(); ++first) {
+      auto branch = at(state, ends[first], arriving, arrived);
+      bool is_first = before_limit(branch);
+      for (std::size_t i = 0; i < first && is_first; ++i) {
+        is_first = branch->zone.limit(kNow, ends[i].coordinate, ends[i].later - 1);
       }
-      if (!order.now.empty()) add(state, order, {limit, false}, branches);
-      if (others <= change && others != kNever) add(state, order, {limit, true}, branches);
+      if (is_first) choose(state, ends, first, std::move(*branch), branches);
     }
   }
   return branches;
 }
 
-void ExploredBranches::add(const ExploredState& state, const Order& order, const Limit& limit,
-                           std::vector<Branch>& branches) const {
-  Zone zone = state.zone;
-  const std::int64_t ns = (limit.instant - Time{}).count();
-  const Instant first = limit.reached ? Instant{kConstant, ns} : order.now.front();
-  zone.assign(kNow, first.coordinate, first.later, first.later);
-  for (const Instant& instant : order.now) {
-    if (!zone.equate(kNow, instant.coordinate, instant.later)) return;
+std::optional<ExploredBranches::Branch> ExploredBranches::at(const ExploredState& state, const Instant& now,
+                                                             const std::vector<Instant>& arriving,
+                                                             std::size_t arrived) const {
+  Branch branch{state.zone};
+  Zone& zone = branch.zone;
+  zone.assign(kNow, now.coordinate, now.later, now.later);
+  for (std::size_t i = 0; i < arrived; ++i) {
+    if (!zone.equate(kNow, arriving[i].coordinate, arriving[i].later)) return std::nullopt;
   }
-  for (const Instant& instant : order.later) {
-    if (!zone.limit(kNow, instant.coordinate, instant.later - 1)) return;
+  if (arrived < arriving.size()) {
+    const Instant& next = arriving[arrived];
+    if (!zone.limit(kNow, next.coordinate, next.later - 1)) return std::nullopt;
   }
-  if (!limit.reached && limit.instant != kNever && !zone.limit(kNow, kConstant, ns - 1)) return;
-  if (!slices || !state.runs() || slice_matters(state)) {
-    branches.push_back({std::move(zone), order.step_ends});
-    return;
+  return branch;
+}
+
+void ExploredBranches::choose(const ExploredState& state, const std::vector<Instant>& ends, std::size_t next,
+                              Branch branch, std::vector<Branch>& branches) const {
+  if (next == ends.size()) return add(state, std::move(branch), branches);
+  const Instant& end = ends[next];
+  Branch later = branch;
+  if (later.zone.limit(kNow, end.coordinate, end.later - 1)) {
+    choose(state, ends, next + 1, std::move(later), branches);
   }
+  if (!branch.zone.equate(kNow, end.coordinate, end.later)) return;
+  if (end.release != kNoTask) {
+    branch.releases.push_back(end.release);
+  } else if (end.coordinate == kEnd) {
+    branch.step_ends = state.runs();
+  }
+  choose(state, ends, next + 1, std::move(branch), branches);
+}
+
+void ExploredBranches::add(const ExploredState& state, Branch branch, std::vector<Branch>& branches) const {
+  if (!slices || !state.runs() || slice_matters(state)) return branches.push_back(std::move(branch));
   // A timer thread that becomes ready now gets the core at once if the time slice is over.
-  Zone over = zone;
-  if (over.limit(kSlice, kNow, 0)) branches.push_back({std::move(over), order.step_ends});
-  if (zone.limit(kNow, kSlice, -1)) branches.push_back({std::move(zone), order.step_ends});
+  Branch over = branch;
+  if (over.zone.limit(kSlice, kNow, 0)) branches.push_back(std::move(over));
+  if (branch.zone.limit(kNow, kSlice, -1)) branches.push_back(std::move(branch));
 }
 
 }  // namespace hotpath

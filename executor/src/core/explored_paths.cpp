@@ -11,16 +11,24 @@ Witness ExploredPaths::witness(const Edge& last) const {
   Witness witness;
   std::vector<std::int64_t> point = last.zone.point(last.instant);
   std::int64_t instant = point[last.instant] - last.from.origin;
+  const auto note_releases = [&](const Edge& edge) {
+    for (const auto& [timer, timestamp] : edge.released) {
+      witness.delays.emplace_back(timer, Time{} + Duration(point[edge.instant]) - timestamp);
+    }
+  };
+  note_releases(last);
   for (const Edge* edge = &last; edge->from.state != kNowhere;) {
     const auto [before, at] = edge_to(edge->from, point);
     edge = before;
     point = at;
     instant += edge->to.origin - edge->from.origin;
+    note_releases(*edge);
     if (edge->starts) {
       witness.jobs.emplace_back(*edge->starts, Duration(point[edge->finish] - point[edge->instant]));
     }
   }
   std::reverse(witness.jobs.begin(), witness.jobs.end());
+  std::reverse(witness.delays.begin(), witness.delays.end());
   witness.instant = Time{} + Duration(instant);
   return witness;
 }
@@ -37,6 +45,20 @@ ExploredPaths::Step ExploredPaths::edge_to(const End& end, const std::vector<std
   }
   assert(false && "no edge leads to a point of a state");
   throw ExplorationRefused("no schedule leads to a state");
+}
+
+WitnessDelays::WitnessDelays(const TaskSet& set, const Witness& witness) : set_(set), left_(set.size()) {
+  for (const auto& [timer, delay] : witness.delays) left_[timer].push_back(delay);
+}
+
+Time WitnessDelays::due(JobRef job, Time timestamp) const {
+  Duration delay = set_[job.task].release_jitter;
+  if (std::deque<Duration>& left = left_[job.task]; !left.empty()) {
+    delay = left.front();
+    left.pop_front();
+  }
+  given_.push_back({job, delay});
+  return timestamp + delay;
 }
 
 Duration WitnessTimes::of(const Job& job) const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/exploration.hpp"
@@ -28,9 +29,10 @@ class ExploredPaths {
   struct Edge {
     Zone zone;  ///< Of all schedules that go this way, with the coordinates of both states.
     End from, to;
-    std::size_t instant = 0;       ///< Coordinate: when the next state begins.
-    std::optional<TaskId> starts;  ///< The job that starts there and takes time.
-    std::size_t finish = 0;        ///< Coordinate: when that job ends.
+    std::size_t instant = 0;                        ///< Coordinate: when the next state begins.
+    std::optional<TaskId> starts;                   ///< The job that starts there and takes time.
+    std::size_t finish = 0;                         ///< Coordinate: when that job ends.
+    std::vector<std::pair<TaskId, Time>> released;  ///< Timers released there, with their timestamps.
   };
 
   void add(Edge edge) {

@@ -5,12 +5,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
+#include "hotpath/core/timer.hpp"
 #include "simulation.hpp"
 #include "zone.hpp"
 
 namespace hotpath {
+
+/// The release of a timer's job, as an instant of ExploredState::starts.
+[[nodiscard]] inline JobRef release_of(JobRef job) {
+  constexpr TaskId kRelease = TaskId{1} << 30;
+  return {job.task | kRelease, job.sequence};
+}
 
 /// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
 enum Coordinate : std::size_t {
@@ -30,12 +38,15 @@ struct ExploredState {
   std::unique_ptr<Workload> workload;
   std::unique_ptr<Simulation> simulation;
   Zone zone{kStarts};
-  std::vector<JobRef> starts;  ///< Jobs, for their starts, or publication_by() of jobs.
+  std::vector<JobRef> starts;  ///< Jobs, for their starts, or publication_by() or release_of() jobs.
   Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
   std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
   // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
   // uncertain.
   bool wakes = false, releases = false;
+  // What happened at the last instant: releases, by timer and timestamp; whether a job began.
+  std::vector<std::pair<TaskId, Time>> released;
+  bool job_began = false;
 
   [[nodiscard]] SimulatedWorkers::State& executor() { return simulation->workers()[kExecutor]; }
   [[nodiscard]] const SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
@@ -61,6 +72,8 @@ struct ExploredState {
     copied.end_there = end_there;
     copied.wakes = wakes;
     copied.releases = releases;
+    copied.released = released;
+    copied.job_began = job_began;
     return copied;
   }
   [[nodiscard]] std::size_t start_of(JobRef job) const {

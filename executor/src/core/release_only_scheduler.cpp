@@ -17,7 +17,7 @@ Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
 
 Decision ReleaseOnlyScheduler::decide(Worker worker, Time now) {
   if (worker != timer_management()) return next_event(now);
-  return {std::nullopt, timers_.next_call(), {}};
+  return {std::nullopt, timers_.next_due(), {}};
 }
 
 }  // namespace hotpath

@@ -68,10 +68,11 @@ class Simulation {
   }
 
   /// The parts of run(): everything until the first instant at which something ends or falls due, and what
-  /// happens at such an instant.
-  void begin() {
+  /// happens at such an instant. `released`: held timers (Timer::is_held()) that are ready then.
+  void begin(std::span<const TaskId> released = {}) {
     for (const Executor& executor : executors_) executor.scheduler->begin(Time{});
     now_ = Time{} + start_;
+    for (const TaskId timer : released) executors_.front().scheduler->release_at(timer, now_);
     for (Worker w = 0; w < workers_.size(); ++w) workers_.make_ready(w, now_);
     take_steps();
   }
@@ -86,6 +87,16 @@ class Simulation {
     while (!on_the_way_.empty() && on_the_way_.front().arrival <= now_) arrive_next();
     workers_.wake_sleepers(now_);
     take_steps();
+  }
+
+  /// A held timer becomes ready at this instant, to which advance() goes next.
+  void release(TaskId timer, Time instant) {
+    executors_.front().scheduler->release_at(timer, instant);
+    const Worker w = workers_.size() - 1;  // the timer thread if there is one
+    SimulatedWorkers::State& worker = workers_[w];
+    const Time awake = instant + platform_.wake_up_latency;
+    if (worker.step == Step::asleep && awake < worker.until) workers_.sleep_until(w, awake);
+    if (worker.step != Step::asleep && !worker.has_job) worker.wake_at = std::min(worker.wake_at, instant);
   }
 
   /// The same simulation of one executor, to go on with these copies of its scheduler and its workload.
@@ -131,7 +142,7 @@ class Simulation {
       if (w == 0 && !worker.on_core) words.add(worker.remaining == Duration{} ? 1 : 0);
       if (!worker.on_core) words.add(worker.slice_left.count());
       if (!worker.has_job) {
-        words.add(worker.wake_at);
+        worker.wake_at <= now_ ? words.add(-2) : words.add(worker.wake_at);
         continue;
       }
       words.add(worker.job.task);

@@ -24,6 +24,7 @@ Job Timer::call(Time now) {
     job.deadline = kNever;
     next_call_ = kNever;
   }
+  wait();
   return job;
 }
 

@@ -16,7 +16,7 @@ Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
 Decision TimerReadyQueueScheduler::decide(Worker worker, Time now) {
   if (worker == kExecutor) return next_event(now);
   const std::optional<Job> job = next_of(*timer_ready_);
-  return {job, job ? kNever : timers_.next_call(), {}};
+  return {job, job ? kNever : timers_.next_due(), {}};
 }
 
 void TimerReadyQueueScheduler::unfinished(Time now, const Visitor& visit) const {

@@ -12,13 +12,13 @@ void TimersManager::begin(const TaskSet& set, Time epoch) {
   for (TaskId id = 0; id < set.size(); ++id) {
     if (set[id].kind == TaskKind::timer && set[id].local) timers_.emplace_back(id, set[id], epoch);
   }
-  for (std::uint32_t i = 0; i < timers_.size(); ++i) heap_.push_back({timers_[i].next_call(), i});
+  for (std::uint32_t i = 0; i < timers_.size(); ++i) heap_.push_back({timers_[i].due(), i});
   std::sort(heap_.begin(), heap_.end(), before);  // a sorted array is a heap
 }
 
 void TimersManager::add(TaskId id, const Task& task, Time epoch) {
   timers_.emplace_back(id, task, epoch);
-  heap_.push_back({timers_.back().next_call(), static_cast<std::uint32_t>(timers_.size() - 1)});
+  heap_.push_back({timers_.back().due(), static_cast<std::uint32_t>(timers_.size() - 1)});
   std::sort(heap_.begin(), heap_.end(), before);
 }
 
@@ -38,7 +38,7 @@ void TimersManager::ended(TaskId id, Time now) {
     Timer& timer = timers_[entry.timer];
     if (timer.task() != id) continue;
     timer.ended(now);
-    entry.next_call = now;
+    entry.due = now;
   }
   std::sort(heap_.begin(), heap_.end(), before);
 }
@@ -48,7 +48,7 @@ Job TimersManager::call_head(Time now) {
   Entry& head = heap_.front();
   Timer& timer = timers_[head.timer];
   const Job job = timer.call(now);
-  head.next_call = timer.next_call();
+  head.due = timer.due();
   sift_down(0);
   return job;
 }
@@ -56,13 +56,35 @@ Job TimersManager::call_head(Time now) {
 std::optional<Job> TimersManager::call_first(Time now, const std::function<bool(TaskId)>& may_run) {
   std::sort(heap_.begin(), heap_.end(), before);
   const auto entry = std::find_if(heap_.begin(), heap_.end(), [&](const Entry& e) {
-    return e.next_call > now || may_run(timers_[e.timer].task());
+    return e.due > now || may_run(timers_[e.timer].task());
   });
-  if (entry == heap_.end() || entry->next_call > now) return std::nullopt;
+  if (entry == heap_.end() || entry->due > now) return std::nullopt;
   const Job job = timers_[entry->timer].call(now);
-  entry->next_call = timers_[entry->timer].next_call();
+  entry->due = timers_[entry->timer].due();
   std::sort(heap_.begin(), heap_.end(), before);
   return job;
+}
+
+void TimersManager::release_at(TaskId id, Time due) {
+  for (Entry& entry : heap_) {
+    if (timers_[entry.timer].task() != id) continue;
+    timers_[entry.timer].release_at(due);
+    entry.due = due;
+  }
+  std::sort(heap_.begin(), heap_.end(), before);
+}
+
+void TimersManager::describe(StateWords& words) const {
+  bool any_delays = false;
+  for (const Timer& timer : timers_) {
+    timer.describe(words);
+    any_delays |= timer.has_delays();
+  }
+  if (!any_delays) return;
+  // Those that are due were so at instants that other schedules reach in the same order.
+  std::vector<Entry> in_order = heap_;
+  std::sort(in_order.begin(), in_order.end(), before);
+  for (const Entry& entry : in_order) words.add(entry.timer);
 }
 
 void TimersManager::sift_down(std::size_t i) {

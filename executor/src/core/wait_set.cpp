@@ -62,7 +62,7 @@ void WaitSet::remove_task(TaskId task, Time now, const Visitor& dropped) {
 }
 
 void WaitSet::describe(StateWords& words) const {
-  for (const Timer& timer : timers_) words.add(timer.next_call());
+  for (const Timer& timer : timers_) timer.describe(words);
   for (const TaskId id : subscription_ids_) words.add(unread_.count(id));
   for (const TaskId id : snapshot_.tasks()) words.add(id);
   words.add(-1);

@@ -32,6 +32,23 @@ std::uint64_t scale(std::uint64_t random, std::uint64_t count) {
 
 }  // namespace
 
+TaskSet with_releases(TaskSet set, const ExecutionTimes& times) {
+  for (Task& task : set.tasks) {
+    if (task.release_jitter > Duration{}) task.release_delays = times.release_delays();
+  }
+  return set;
+}
+
+UniformReleases::UniformReleases(const TaskSet& set, std::uint64_t seed) : seed_(mix(~mix(seed))) {
+  for (const Task& task : set.tasks) jitter_.push_back(task.release_jitter);
+}
+
+Time UniformReleases::due(JobRef job, Time timestamp) const {
+  const std::uint64_t count = 1 + static_cast<std::uint64_t>(jitter_[job.task].count());
+  const std::uint64_t random = mix(mix(seed_ ^ job.task) ^ job.sequence);
+  return timestamp + Duration(static_cast<std::int64_t>(scale(random, count)));
+}
+
 WorstCaseTimes::WorstCaseTimes(const TaskSet& set) : wcet_(wcets(set)) {}
 
 UniformTimes::UniformTimes(const TaskSet& set, std::uint64_t seed) : seed_(mix(seed)) {

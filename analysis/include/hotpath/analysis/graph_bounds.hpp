@@ -55,7 +55,8 @@ enum class Assumption : std::uint32_t {
   mixed_deadlines = 1U << 15,  ///< A job may run under another deadline than that of its sample.
   /// The end of a job returns its timer to the timer thread, which may have to wake up.
   woken_by_jobs = 1U << 16,
-  any_delivery = 1U << 17,  ///< Samples of a topic reach its subscriptions in any order.
+  any_delivery = 1U << 17,    ///< Samples of a topic reach its subscriptions in any order.
+  release_jitter = 1U << 18,  ///< Timers' jobs become ready later than at their timestamps.
 };
 
 /// The properties of the system, as bits of Assumption.

@@ -43,20 +43,22 @@ class CallbackGroupScheduler final : public Scheduler {
   }
   void describe(StateWords& words) const override;
   [[nodiscard]] Time next_change(Time now) const override { return next_timestamp(timers_, now); }
+  [[nodiscard]] std::span<const Timer> timers() const override { return timers_; }
+  void release_at(TaskId timer, Time due) override;
 
  private:
   struct Group {
     SimpleEventsQueue events{16};
     bool idle = true;  ///< Neither in the queue of ready groups nor running.
   };
-  /// A timer in the timer manager, ordered by next call, then by order of insertion.
+  /// A timer in the timer manager, ordered by Timer::due(), then by order of insertion.
   struct Waiting {
-    Time next_call;
+    Time due;
     std::uint64_t order;
     std::uint32_t timer;
   };
   static bool later(const Waiting& a, const Waiting& b) {
-    return a.next_call != b.next_call ? a.next_call > b.next_call : a.order > b.order;
+    return a.due != b.due ? a.due > b.due : a.order > b.order;
   }
   /// A queue that contains each group at most once.
   class GroupQueue {
@@ -118,8 +120,9 @@ class CallbackGroupScheduler final : public Scheduler {
   UnreadSamples unread_;
   std::vector<Timer> timers_;
   std::vector<std::uint32_t> timer_index_;  // by task
-  std::vector<Waiting> waiting_;            // a heap, the next call first
+  std::vector<Waiting> waiting_;            // a heap, the first that is due first
   std::uint64_t waited_ = 0;                // insertions into waiting_ so far
+  bool any_delays_ = false;                 // of timers that may be ready later than at their timestamps
   std::vector<Group> groups_;
   GroupQueue ready_groups_;
   WorkerSet idle_;  // found nothing to run and have not been woken since

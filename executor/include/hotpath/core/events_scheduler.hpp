@@ -37,6 +37,8 @@ class EventsScheduler : public Scheduler {
   [[nodiscard]] Time next_change(Time now) const final {
     return std::min(next_timestamp(timers_.timers(), now), guaranteed_.next_change(now));
   }
+  [[nodiscard]] std::span<const Timer> timers() const final { return timers_.timers(); }
+  void release_at(TaskId timer, Time due) final { timers_.release_at(timer, due); }
   [[nodiscard]] bool hands_deadlines_down() const final { return events_->by_deadline(); }
   /// See SchedulerOptions::guaranteed_wait. Call it before begin().
   void guarantee(Duration wait) { guaranteed_ = GuaranteedJobs(wait); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <stdexcept>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
+#include "hotpath/core/release_delays.hpp"
 #include "hotpath/core/workload.hpp"
 
 namespace hotpath {
@@ -67,15 +69,38 @@ struct ExplorationOptions {
   std::size_t witnesses = 0;  ///< Slots for schedules; with any, it needs several times the memory.
 };
 
-/// One of the explored schedules, up to an instant. Only its execution times are free; all else follows.
+/// One of the explored schedules, up to an instant. Only its execution times and the delays of releases are
+/// free; all else follows.
 struct Witness {
   /// Of the jobs that take time, in the order of their starts.
   std::vector<std::pair<TaskId, Duration>> jobs;
+  /// Of the jobs of timers with release_jitter, by timer in the order of their timestamps.
+  std::vector<std::pair<TaskId, Duration>> delays;
   Time instant{};
 };
 
-/// The execution times of a witness, for one simulation of the explored system; later jobs take the worst
-/// case.
+/// The delays of a witness's releases, for one simulation of the explored system; later jobs have the largest
+/// delay.
+class WitnessDelays final : public ReleaseDelays {
+ public:
+  struct Given {
+    JobRef job;
+    Duration delay;
+  };
+  /// `set` must outlive it.
+  WitnessDelays(const TaskSet& set, const Witness& witness);
+  [[nodiscard]] Time due(JobRef job, Time timestamp) const override;
+  /// The delays of the jobs that were asked for.
+  [[nodiscard]] const std::vector<Given>& given() const { return given_; }
+
+ private:
+  const TaskSet& set_;
+  mutable std::vector<std::deque<Duration>> left_;  // by task
+  mutable std::vector<Given> given_;
+};
+
+/// The execution times and releases of a witness, for one simulation of the explored system; later jobs take
+/// the worst case.
 class WitnessTimes final : public ExecutionTimes {
  public:
   struct Given {
@@ -83,15 +108,19 @@ class WitnessTimes final : public ExecutionTimes {
     Duration time;
   };
   /// The arguments must outlive it.
-  WitnessTimes(const TaskSet& set, const Witness& witness) : set_(set), witness_(witness) {}
+  WitnessTimes(const TaskSet& set, const Witness& witness)
+      : set_(set), witness_(witness), delays_(set, witness) {}
   /// A job is asked for when it starts. Throws std::logic_error if the simulated system is another one.
   [[nodiscard]] Duration of(const Job& job) const override;
+  [[nodiscard]] const ReleaseDelays* release_delays() const override { return &delays_; }
   /// The times of the witness, by job.
   [[nodiscard]] const std::vector<Given>& given() const { return given_; }
+  [[nodiscard]] const std::vector<WitnessDelays::Given>& given_delays() const { return delays_.given(); }
 
  private:
   const TaskSet& set_;
   const Witness& witness_;
+  const WitnessDelays delays_;
   mutable std::vector<Given> given_;
 };
 
@@ -100,18 +129,21 @@ struct ExplorationResult {
   std::vector<std::optional<Witness>> witnesses;  ///< By slot.
 };
 
-/// Meets every schedule of `set` for the phases that it has and any execution times between `bcet` and
-/// `wcet`, from 0 on for ever, at least once, and no other: until no state appears that has not been met,
+/// Meets every schedule of `set` for the phases that it has, any execution times between `bcet` and `wcet`,
+/// and any releases up to `release_jitter` after their timestamps, from 0 on for ever, at least once, and no
+/// other: until no state appears that has not been met,
 /// shifted by hyperperiods. What a job does, and how long it takes, is that of the simulator (see
 /// simulation.hpp), which this drives: with the longest execution time, of which the shorter ones are parts.
 ///
 /// Between two timestamps of timers the decisions of one executor thread do not depend on the time. A state
 /// therefore has, in place of the end of its running job, all ends that lie between two timestamps, as a
 /// Zone together with the starts of the jobs whose data it holds; each zone is split at timestamps, and
-/// states that are equal but for their zones are joined where the union is a zone. (After Nasri and
-/// Brandenburg 2017, "An Exact and Sustainable Analysis of Non-Preemptive Scheduling".)
+/// states that are equal but for their zones are joined where the union is a zone. The release of a timer
+/// with jitter is a coordinate from its timestamp until it happens. (After Nasri and Brandenburg 2017, "An
+/// Exact and Sustainable Analysis of Non-Preemptive Scheduling".)
 ///
-/// `scheduler` and `workload` must have a clone(). `workload` takes the longest execution times. Throws
+/// `scheduler` and `workload` must have a clone(). Timers with release_jitter must have HeldReleases as their
+/// release_delays. `workload` takes the longest execution times. Throws
 /// ExplorationRefused.
 ExplorationResult explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
                           const ExplorationOptions& options, ExplorationObserver& observer);

@@ -114,6 +114,10 @@ class Scheduler {
     static_cast<void>(now);
     return kNever;
   }
+  /// The timers of explored schedulers.
+  [[nodiscard]] virtual std::span<const Timer> timers() const;
+  /// A timer that Timer::is_held() becomes ready at `due`, which is now.
+  virtual void release_at(TaskId timer, Time due);
   /// Whether a job's deadline decides when the jobs run that it activates.
   [[nodiscard]] virtual bool hands_deadlines_down() const { return false; }
 

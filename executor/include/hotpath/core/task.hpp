@@ -12,6 +12,8 @@
 
 namespace hotpath {
 
+class ReleaseDelays;
+
 /// Index of a task in its TaskSet. Indices follow the order of creation, which wait sets use.
 using TaskId = std::uint32_t;
 inline constexpr TaskId kNoTask = std::numeric_limits<TaskId>::max();
@@ -39,7 +41,10 @@ struct Task {
   /// pending. It is last in every order except given priorities, because it would use all the time.
   /// Events schedulers only.
   bool always_due = false;
-  Duration phase{};                      ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
+  Duration phase{};           ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
+  Duration release_jitter{};  ///< Timers: a job becomes ready up to that long after its timestamp; < period.
+  /// Timers: when each job becomes ready; none: at its timestamp. Outlives the schedulers of the set.
+  const ReleaseDelays* release_delays = nullptr;
   Duration wcet{};                       ///< Worst-case execution time, >= 0.
   Duration bcet{};                       ///< Best-case execution time, 0 <= bcet <= wcet.
   Duration deadline{};                   ///< Timers: relative deadline, > 0 (implicit deadline: the period).

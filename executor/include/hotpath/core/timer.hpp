@@ -2,6 +2,8 @@
 #pragma once
 
 #include "hotpath/core/job.hpp"
+#include "hotpath/core/release_delays.hpp"
+#include "hotpath/core/state_words.hpp"
 
 namespace hotpath {
 
@@ -14,11 +16,25 @@ class Timer {
         period_(t.period),
         deadline_(t.deadline),
         next_call_(epoch + t.phase),
-        always_due_(t.always_due) {}
+        always_due_(t.always_due),
+        release_jitter_(t.release_jitter),
+        delays_(t.release_delays) {
+    wait();
+  }
 
   [[nodiscard]] TaskId task() const { return task_; }
   [[nodiscard]] Time next_call() const { return next_call_; }
-  [[nodiscard]] bool is_ready(Time now) const { return next_call_ <= now; }
+  /// When the job of the next call becomes ready: at next_call(), or later with Task::release_delays.
+  [[nodiscard]] Time due() const { return due_; }
+  [[nodiscard]] bool is_ready(Time now) const { return due_ <= now; }
+  /// Whether the driver says when it becomes ready, and has not yet.
+  [[nodiscard]] bool is_held() const { return due_ == kNever && next_call_ != kNever; }
+  void release_at(Time due) { due_ = due; }
+  /// Whether jobs may become ready later than at their timestamps.
+  [[nodiscard]] bool has_delays() const { return delays_ != nullptr; }
+  [[nodiscard]] Duration release_jitter() const { return release_jitter_; }
+  /// The job of the next call.
+  [[nodiscard]] JobRef next_job() const { return {task_, sequence_}; }
 
   /// Returns the job of the next timestamp and advances to the following timestamp: by one period,
   /// and, if that is not strictly after `now`, by further whole periods until it is. The timestamps
@@ -26,10 +42,10 @@ class Timer {
   Job call(Time now);
 
   /// The job of an always-due timer has ended.
-  void ended(Time now) { next_call_ = now; }
+  void ended(Time now) { next_call_ = due_ = now; }
 
   /// The timer is never ready again.
-  void cancel() { next_call_ = kNever; }
+  void cancel() { next_call_ = due_ = kNever; }
 
   /// The first timestamp after `now` that has not been called.
   [[nodiscard]] Time next_timestamp(Time now) const {
@@ -40,13 +56,26 @@ class Timer {
   /// Timestamps at or before `now` that a call at `now` would skip.
   [[nodiscard]] std::uint32_t would_skip(Time now) const;
 
+  void describe(StateWords& words) const {
+    words.add(next_call_);
+    if (delays_ != nullptr) words.add(is_held() ? 1 : 0);
+  }
+
  private:
+  /// Begins to wait for the next call.
+  void wait() {
+    due_ = delays_ == nullptr || next_call_ == kNever ? next_call_ : delays_->due(next_job(), next_call_);
+  }
+
   TaskId task_ = kNoTask;
   Duration period_{1};
   Duration deadline_{};
   Time next_call_{};
   std::uint64_t sequence_ = 0;
   bool always_due_ = false;
+  Duration release_jitter_{};
+  const ReleaseDelays* delays_ = nullptr;
+  Time due_{};
 };
 
 }  // namespace hotpath

@@ -9,8 +9,8 @@
 
 namespace hotpath {
 
-/// The timers of a task set in a binary heap by next call (rclcpp experimental/timers_manager.hpp); the
-/// paper's *timer release queue*. Timers with equal next calls come in task order.
+/// The timers of a task set in a binary heap by Timer::due() (rclcpp experimental/timers_manager.hpp); the
+/// paper's *timer release queue*. Timers that are due at one instant come in task order.
 class TimersManager {
  public:
   void begin(const TaskSet& set, Time epoch);
@@ -20,9 +20,9 @@ class TimersManager {
   /// Returns the removed timer. O(n log n).
   Timer remove(TaskId id);
 
-  /// Next call of the head timer, kNever without timers.
-  [[nodiscard]] Time next_call() const { return heap_.empty() ? kNever : heap_.front().next_call; }
-  [[nodiscard]] bool due(Time now) const { return next_call() <= now; }
+  /// When the head timer is due, kNever without timers.
+  [[nodiscard]] Time next_due() const { return heap_.empty() ? kNever : heap_.front().due; }
+  [[nodiscard]] bool due(Time now) const { return next_due() <= now; }
 
   /// The job of an always due timer has ended. O(n log n).
   void ended(TaskId id, Time now);
@@ -30,8 +30,12 @@ class TimersManager {
   /// Calls the head timer, which must be due, and restores the heap. O(log n).
   Job call_head(Time now);
 
-  /// Calls the first due timer, in the order of next calls, for which `may_run` is true. O(n log n).
+  /// Calls the first due timer, in the order of the heap, for which `may_run` is true. O(n log n).
   std::optional<Job> call_first(Time now, const std::function<bool(TaskId)>& may_run);
+
+  /// See Scheduler::release_at(). O(n log n).
+  void release_at(TaskId id, Time due);
+  void describe(StateWords& words) const;
 
   /// Removed timers are included, but never ready.
   [[nodiscard]] const std::vector<Timer>& timers() const { return timers_; }
@@ -39,11 +43,11 @@ class TimersManager {
  private:
   // Key and index side by side, so that sifting stays within the heap's own memory.
   struct Entry {
-    Time next_call;
+    Time due;
     std::uint32_t timer;
   };
   static bool before(const Entry& a, const Entry& b) {
-    return a.next_call != b.next_call ? a.next_call < b.next_call : a.timer < b.timer;
+    return a.due != b.due ? a.due < b.due : a.timer < b.timer;
   }
   void sift_down(std::size_t i);
 

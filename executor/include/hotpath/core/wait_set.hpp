@@ -27,6 +27,8 @@ class WaitSet : public Scheduler {
   void remove_task(TaskId task, Time now, const Visitor& dropped) final;
   void describe(StateWords& words) const override;
   [[nodiscard]] Time next_change(Time now) const final { return next_timestamp(timers_, now); }
+  [[nodiscard]] std::span<const Timer> timers() const final { return timers_; }
+  void release_at(TaskId id, Time due) final { timer(id).release_at(due); }
 
  protected:
   /// The task has been appended to the entity order. Returns the workers to wake.
@@ -86,12 +88,12 @@ class WaitSet : public Scheduler {
   /// By callback group.
   [[nodiscard]] const std::vector<bool>& busy_groups() const { return group_busy_; }
 
-  /// The earliest next call of the eligible timers.
+  /// When the first of the eligible timers is due.
   template <class Eligible>
   [[nodiscard]] Time next_timer(Eligible&& eligible) const {
     Time next = kNever;
     for (std::size_t i = 0; i < timers_.size(); ++i) {
-      if (eligible(timer_ids_[i])) next = std::min(next, timers_[i].next_call());
+      if (eligible(timer_ids_[i])) next = std::min(next, timers_[i].due());
     }
     return next;
   }

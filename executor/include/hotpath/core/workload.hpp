@@ -5,8 +5,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "hotpath/core/release_delays.hpp"
 #include "hotpath/core/state_words.hpp"
 #include "hotpath/core/trace.hpp"
 
@@ -62,7 +64,26 @@ class ExecutionTimes {
   virtual ~ExecutionTimes() = default;
   /// Execution time of `job`, >= 0; the same at every call.
   [[nodiscard]] virtual Duration of(const Job& job) const = 0;
+  /// When the jobs of timers with release_jitter become ready (Task::release_delays); none: at their
+  /// timestamps.
+  [[nodiscard]] virtual const ReleaseDelays* release_delays() const { return nullptr; }
 };
+
+/// Execution times and releases from two sources.
+class TimesAndReleases final : public ExecutionTimes {
+ public:
+  TimesAndReleases(std::unique_ptr<ExecutionTimes> times, std::unique_ptr<ReleaseDelays> releases)
+      : times_(std::move(times)), releases_(std::move(releases)) {}
+  [[nodiscard]] Duration of(const Job& job) const override { return times_->of(job); }
+  [[nodiscard]] const ReleaseDelays* release_delays() const override { return releases_.get(); }
+
+ private:
+  std::unique_ptr<ExecutionTimes> times_;
+  std::unique_ptr<ReleaseDelays> releases_;
+};
+
+/// `set` with jobs that become ready as `times` says.
+[[nodiscard]] TaskSet with_releases(TaskSet set, const ExecutionTimes& times);
 
 /// Every job takes its task's WCET.
 class WorstCaseTimes final : public ExecutionTimes {
@@ -89,6 +110,18 @@ class UniformTimes final : public ExecutionTimes {
     std::uint64_t count;
   };
   std::vector<Range> range_;
+  std::uint64_t seed_;
+};
+
+/// Releases drawn uniformly from [0, release_jitter] after their timestamps; depends only on seed, task and
+/// sequence.
+class UniformReleases final : public ReleaseDelays {
+ public:
+  UniformReleases(const TaskSet& set, std::uint64_t seed);
+  [[nodiscard]] Time due(JobRef job, Time timestamp) const override;
+
+ private:
+  std::vector<Duration> jitter_;
   std::uint64_t seed_;
 };
 

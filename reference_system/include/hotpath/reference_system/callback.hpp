@@ -51,6 +51,7 @@ struct Callback {
   Duration period{};                   ///< Timers: > 0.
   std::optional<Duration> phase;  ///< Timers: first timestamp relative to the epoch, for `--phases given`.
   Duration deadline{};            ///< Timers: relative, > 0.
+  Duration release_jitter{};      ///< Timers: see Task; in [0, period).
   std::optional<std::int64_t> priority;                   ///< Given fixed priority.
   Duration worst{}, best{};                               ///< Execution time, 0 <= best <= worst.
   std::shared_ptr<const std::vector<Duration>> measured;  ///< Within [best, worst], >= 1; nullptr: none.

@@ -114,6 +114,7 @@ struct Node {
   Duration period{};                     ///< sensor, cyclic: > 0.
   std::optional<Duration> phase;         ///< First timestamp relative to the epoch, for `--phases given`.
   Duration deadline{};                   ///< sensor, cyclic: relative; default: the period.
+  Duration release_jitter{};             ///< sensor, cyclic: see Task; in [0, period).
   std::optional<std::int64_t> priority;  ///< sensor, cyclic: given fixed priority of the timer.
   std::vector<Input> inputs;
   /// intersection: one per input; command: none; callbacks: each topic that it publishes, once;

@@ -22,14 +22,16 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///     name, description, work: fixed|wall|cpu_time,
 ///     topics:  {TOPIC: {publishers: one|many, delivery: [NODE] or unknown}}
 ///     nodes:   - name, type, execution_time_ms, best_case_execution_time_ms, callback_group, and by type
-///                sensor:        period_ms, phase_ms, deadline_ms, priority, output
+///                sensor:        period_ms, phase_ms, deadline_ms, release_jitter_ms, priority,
+///                               output
 ///                transform:     input, output
 ///                fusion:        inputs, output
 ///                cyclic:        inputs, and all of sensor's
 ///                intersection:  connections: - input, output
 ///                command:       input
 ///                callbacks:     only groups: {GROUP: mutually_exclusive|reentrant}, callbacks: list of
-///                  - timer, period_ms, phase_ms, deadline_ms, or subscription, depth; each with
+///                  - timer, period_ms, phase_ms, deadline_ms, release_jitter_ms, or subscription,
+///                    depth; each with
 ///                    priority, execution_time_ms, group, publishes: [TOPIC or {topic, RULE}]
 ///                    where RULE is when: always, when: all_new with of: [TOPIC], every: N,
 ///                    or last_of: [TOPIC]; and at_percent: the share of the execution time before it
