@@ -22,7 +22,11 @@ using MessageKey = std::tuple<std::uint32_t, std::uint64_t, std::uint32_t>;
 class Follower {
  public:
   Follower(const tracing::System& system, const RecordedGraph& graph, const RecordedWindow& window)
-      : system_(system), graph_(graph), window_(window), chains_(index_chains(graph.graph, graph.tasks)) {
+      : system_(system),
+        graph_(graph),
+        window_(window),
+        chains_(index_chains(graph.graph, graph.tasks)),
+        history_(ChainLanes(graph.graph, graph.tasks)) {
     for (const InferredRule& rule : graph.rules) {
       held_.emplace_back(rule.of.size());
     }
@@ -94,12 +98,12 @@ class Follower {
                            (std::ranges::find(rule.publishers, job.ref.callback) != rule.publishers.end());
       if (!by_rule) continue;
       for (Message& held : held_[r]) {
-        if (held) SimulatedHistory::merge(*message, *held);
+        if (held) history_.merge(*message, *held, running.ref.task);
         held.reset();
       }
     }
-    if (running.own) SimulatedHistory::merge(*message, *running.own);
-    SimulatedHistory::append(*message, {running.ref.task, 0, running.ref.sequence, running.start}, 0);
+    if (running.own) history_.merge(*message, *running.own, running.ref.task);
+    history_.append(*message, {running.ref.task, 0, running.ref.sequence, running.start}, 0);
     running.published = true;
     observe(*message, running);
     const MessageKey key{job.ref.callback, job.ref.number, publication.topic};
@@ -124,7 +128,7 @@ class Follower {
   const RecordedGraph& graph_;
   const RecordedWindow& window_;
   const std::vector<ChainIndex> chains_;
-  const SimulatedHistory history_{};
+  const SimulatedHistory history_;
   std::vector<std::vector<Message>> held_;  // by rule, by its inputs
   std::map<std::size_t, Running> running_;  // by job
   std::map<MessageKey, std::uint32_t> readers_;

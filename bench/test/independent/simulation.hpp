@@ -77,7 +77,8 @@ using Draw = std::function<Nanoseconds(int task, std::int64_t sequence)>;
 struct Conditions {
   std::vector<Nanoseconds> phases;  ///< By task; subscriptions have none.
   Nanoseconds until = 0;
-  Nanoseconds dispatch = 0;  ///< Cost from each decision to the start of the job.
+  /// Costs from each decision to the start of the job of a timer, and of a subscription.
+  Nanoseconds timer_dispatch = 0, dispatch = 0;
 };
 
 /// The schedule of the graph on one processor until an instant. No decision is made at or after it.
