@@ -90,14 +90,14 @@ GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here)
 GraphOverheads overheads_on(const DeployedSystem& system, const std::vector<bool>& here) {
   const Platform& p = system.platform;
   GraphOverheads overheads;
-  overheads.job = p.dispatch_cost.count();
+  overheads.job = p.longest_dispatch_cost().count();
   for (TaskId id = 0; id < here.size(); ++id) {
     const DeployedThread& thread = system.threads[system.thread_of[id]];
     if (!here[id] || thread.executor->traits.family != Family::wait_set) continue;
     const std::int64_t entities = std::int64_t{p.other_entities} + system.graph.set.size();
     const std::int64_t wait =
         add(p.wait_cost.count(), exact::multiply(p.wait_cost_per_entity.count(), entities));
-    overheads.job = add(p.dispatch_cost.count(), wait);
+    overheads.job = add(p.longest_dispatch_cost().count(), wait);
   }
   return overheads;
 }

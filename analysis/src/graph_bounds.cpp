@@ -117,7 +117,7 @@ Duration release_cost(const Platform& platform) { return platform.release_cost +
 GraphOverheads overheads_of(const BoundedSystem& system, bool waits_with_jobs) {
   const Platform& p = system.platform;
   GraphOverheads o;
-  o.job = p.dispatch_cost.count();
+  o.job = p.longest_dispatch_cost().count();
   o.wake_up = p.wake_up_latency.count();
   o.delivery = p.delivery_delay.count();
   if (system.executor.traits.family == Family::wait_set) {
@@ -284,7 +284,8 @@ GraphOrder priority_ranks(const BoundedSystem& system) {
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {
   PeriodicTasks tasks =
       periodic_tasks(system.graph.set, system.executor.traits.policy.value_or(Policy::fifo));
-  for (PeriodicTask& task : tasks) task.wcet = add(task.wcet, system.platform.dispatch_cost.count());
+  for (PeriodicTask& task : tasks)
+    task.wcet = add(task.wcet, system.platform.longest_dispatch_cost().count());
   const ReleaseMode mode = system.executor.traits.timers == TimerHandling::release_and_execute
                                ? ReleaseMode::release_and_execute
                                : ReleaseMode::release_only;
@@ -315,7 +316,8 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
          A::shifted_phases);
   const bool waits =
       traits.family == Family::wait_set && p.wait_cost + p.wait_cost_per_entity > Duration::zero();
-  add_if(waits || p.dispatch_cost > Duration::zero() || (releaser && release_cost(p) > Duration::zero()),
+  add_if(waits || p.longest_dispatch_cost() > Duration::zero() ||
+             (releaser && release_cost(p) > Duration::zero()),
          A::costs);
   add_if(p.wake_up_latency > Duration::zero(), A::wake_up);
   add_if(timers(set) < set.size() && mixes_deadlines(system), A::mixed_deadlines);

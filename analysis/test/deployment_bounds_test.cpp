@@ -187,7 +187,7 @@ TEST(DeploymentBounds, CostsComeBeforeJobsAndWakeUpsBeforeThreads) {
   const std::uint32_t first = system.thread(2), second = system.thread(1, "fp-ro");
   const TaskId source = system.timer(first, 1000, 10);
   system.subscription(second, {source}, 20);
-  system.platform().dispatch_cost = 1ns;
+  system.platform().set_dispatch_costs(1ns);
   system.platform().wait_cost = 2ns;
   EXPECT_THAT(system.responses(), ElementsAre(13, 26));  // the sample may be published 10 after the timestamp
   // Two wake-ups before the timer's job, one before the subscription's. The timer's next job may come

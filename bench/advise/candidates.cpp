@@ -108,7 +108,7 @@ class Candidates {
     if (options_.reference_costs) {
       // The simulator has one machine for all: a deployment has the costs of its first executor.
       const ReferenceCosts& costs = setup::parts(spec).front().entry->traits.reference;
-      graph.platform.dispatch_cost = costs.dispatch;
+      graph.platform.set_dispatch_costs(costs.dispatch);
       graph.platform.wait_cost = costs.wait;
       graph.platform.wait_cost_per_entity = costs.wait_per_entity;
       graph.platform.wake_up = costs.wake_up;

@@ -12,103 +12,25 @@ namespace hotpath::bounds {
 
 namespace {
 
-using Successors = std::vector<std::vector<TaskId>>;  // by task
-
-/// By task: the tasks whose messages have data of its messages next. A sample is in messages of the task that
-/// takes it, and of those of its node that merge it.
-Successors data_successors(const GraphTasks& tasks) {
-  Successors next(tasks.set.size());
-  for (TaskId id = 0; id < next.size(); ++id) {
-    for (const TaskId fed : tasks.set[id].feeds) {
-      next[id].push_back(fed);
-      const std::vector<TaskId> all = tasks.downstream(fed);  // first those that `fed` feeds itself
-      next[id].insert(next[id].end(), all.begin() + static_cast<std::ptrdiff_t>(tasks.set[fed].feeds.size()),
-                      all.end());
-    }
-  }
-  return next;
-}
-
-/// By task: whether some path leads to it from one of `from`.
-std::vector<bool> reached(const Successors& next, std::vector<TaskId> from) {
-  std::vector<bool> is_reached(next.size(), false);
-  while (!from.empty()) {
-    const TaskId id = from.back();
-    from.pop_back();
-    for (const TaskId other : next[id]) {
-      if (is_reached[other]) continue;
-      is_reached[other] = true;
-      from.push_back(other);
-    }
-  }
-  return is_reached;
-}
-
-/// The tasks through which data goes round in a circle.
-std::vector<TaskId> circles(const Successors& next) {
-  std::vector<std::size_t> open(next.size(), 0);
-  for (const std::vector<TaskId>& all : next) {
-    for (const TaskId id : all) ++open[id];
-  }
-  std::vector<TaskId> behind_none;
-  for (TaskId id = 0; id < next.size(); ++id) {
-    if (open[id] == 0) behind_none.push_back(id);
-  }
-  for (std::size_t i = 0; i < behind_none.size(); ++i) {
-    for (const TaskId id : next[behind_none[i]]) {
-      if (--open[id] == 0) behind_none.push_back(id);
-    }
-  }
-  std::vector<TaskId> round;
-  for (TaskId id = 0; id < next.size(); ++id) {
-    if (open[id] > 0 && reached(next, {id})[id]) round.push_back(id);
-  }
-  return round;
-}
-
-/// One of the tasks `round`, if data of the chain's sources goes through it on a way to a sink.
-TaskId circle_of(const ChainIndex& chain, const Successors& next, const std::vector<TaskId>& round) {
-  if (round.empty()) return kNoTask;
-  const std::vector<bool> has_data = reached(next, chain.sources);
-  const auto circle = std::ranges::find_if(round, [&](TaskId id) {
-    const std::vector<bool> behind = reached(next, {id});
-    return has_data[id] && std::ranges::any_of(chain.sink_tasks, [&](TaskId sink) { return behind[sink]; });
-  });
-  return circle == round.end() ? kNoTask : *circle;
-}
-
 /// Keeps the worst of what an exploration meets.
 class WorstCases final : public ExplorationObserver {
  public:
   WorstCases(const Graph& graph, const GraphTasks& tasks, GraphBounds& bounds)
-      : tasks_(tasks), chains_(index_chains(graph, tasks)), explored_(graph), bounds_(bounds) {
-    explored_.chains.clear();
+      : tasks_(tasks), chains_(index_chains(graph, tasks)), bounds_(bounds) {
     bounds_.tasks.resize(tasks.set.size());
     tracked_.resize(tasks.set.size());
-    const Successors next = data_successors(tasks);
-    const std::vector<TaskId> round = circles(next);
     const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
-    for (std::size_t c = 0; c < chains_.size(); ++c) {
-      const ChainIndex& chain = chains_[c];
+    for (const ChainIndex& chain : chains_) {
       row_.push_back(kNoRow);
-      const TaskId circle = circle_of(chain, next, round);
-      // Its data grows older for ever, so that states of the exploration would never repeat.
-      if (circle == kNoTask) explored_.chains.push_back(graph.chains[c]), number_.push_back(c);
       if (!std::ranges::all_of(chain.sources, is_timer)) continue;  // begins inside other chains
       row_.back() = bounds_.chains.size();
       bounds_.chains.emplace_back();
       bounds_.no_chain_bound.emplace_back("no data of its sources ever reach its sink");
-      if (circle != kNoTask) {
-        bounds_.no_chain_bound.back() = "data goes round in a circle through " + tasks.set[circle].name;
-        continue;
-      }
       for (const TaskId source : chain.sources) tracked_[source] = true;
       for (const TaskId sink : chain.sink_tasks) tracked_[sink] = true;
     }
   }
 
-  /// The graph without chains whose data goes round in a circle.
-  [[nodiscard]] const Graph& explored() const { return explored_; }
   [[nodiscard]] const std::vector<bool>& tracked() const { return tracked_; }
   [[nodiscard]] std::vector<ChainObservation>* observations() { return &observations_; }
 
@@ -172,7 +94,7 @@ class WorstCases final : public ExplorationObserver {
   [[nodiscard]] std::size_t slot_of_hot_path(std::size_t chain) const { return slot_of_age(chain) + 1; }
 
   void add(const ChainObservation& observation, ExploredInstant& instant) {
-    const std::size_t chain = number_[observation.chain];
+    const std::size_t chain = observation.chain;
     if (row_[chain] == kNoRow) return;
     const std::vector<TaskId>& sources = chains_[chain].sources;
     Time oldest = kNever;
@@ -206,9 +128,7 @@ class WorstCases final : public ExplorationObserver {
 
   const GraphTasks& tasks_;
   const std::vector<ChainIndex> chains_;
-  std::vector<std::size_t> row_;     // of bounds_, by chain
-  Graph explored_;                   // without the chains that are not covered
-  std::vector<std::size_t> number_;  // in the graph, by chain of explored_
+  std::vector<std::size_t> row_;  // of bounds_, by chain
   GraphBounds& bounds_;
   std::vector<bool> tracked_;
   std::vector<ChainObservation> observations_;
@@ -263,12 +183,11 @@ void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& exe
 
 /// Explores every schedule; with `observer.of_subscriptions` for response times of subscriptions alone, which
 /// need the publications of unread samples in each state.
-void explore_graph(const GraphTasks& tasks, const Scheduler& scheduler, ExplorationOptions options,
-                   WorstCases& observer, std::vector<ReachedWorstCase>* reached) {
+void explore_graph(Graph graph, const GraphTasks& tasks, const Scheduler& scheduler,
+                   ExplorationOptions options, WorstCases& observer, std::vector<ReachedWorstCase>* reached) {
   const WorstCaseTimes times(tasks.set);
-  Graph explored = observer.explored();
-  if (observer.of_subscriptions) explored.chains.clear();
-  GraphWorkload workload(explored, tasks, times, observer.observations());
+  if (observer.of_subscriptions) graph.chains.clear();
+  GraphWorkload workload(graph, tasks, times, observer.observations());
   options.stop = why_to_stop;
   options.publications = observer.of_subscriptions;
   if (observer.of_subscriptions) workload.describe_publications();
@@ -291,7 +210,7 @@ void add_subscriptions(const Graph& graph, const GraphTasks& tasks, const Schedu
   try {
     WorstCases worst(graph, tasks, responses);
     worst.of_subscriptions = true;
-    explore_graph(tasks, scheduler, options, worst, reached);
+    explore_graph(graph, tasks, scheduler, options, worst, reached);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
       if (responses.tasks[id]) bounds.tasks[id] = responses.tasks[id];
     }
@@ -323,7 +242,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
     {
       WorstCases worst(graph, tasks, bounds);
       worst.keeps_timestamps = exact.phase_uncertainty > Duration{};
-      explore_graph(tasks, *scheduler, options, worst, reached);
+      explore_graph(graph, tasks, *scheduler, options, worst, reached);
     }
     add_subscriptions(graph, tasks, *scheduler, options, bounds, reached);
   } catch (const ExplorationRefused& error) {

@@ -39,7 +39,7 @@ void print_platform(const GraphPlatform& platform) {
                              platform.cores, platform.cores == 1 ? "" : "s", to_string(platform.timer_thread),
                              to_string(platform.execution_times));
   for (const PlatformCost& cost : kPlatformCosts) {
-    const Duration value = platform.*cost.value;
+    const Duration value = cost.in(platform).value_or(Duration{});
     if (value > Duration{})
       std::cout << program::text(", %s %g", std::string(cost.key).c_str(), to_us(value));
   }

@@ -149,7 +149,7 @@ class Analysis {
   std::string costs_text() const {
     std::string text;
     for (const PlatformCost& cost : kPlatformCosts) {
-      const Duration value = graph_.platform.*cost.value;
+      const Duration value = cost.in(graph_.platform).value_or(Duration::zero());
       if (value > Duration::zero())
         text += (text.empty() ? "" : ", ") + std::string(cost.key) + " " + program::fixed(to_us(value), 3);
     }

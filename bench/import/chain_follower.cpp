@@ -17,12 +17,14 @@ constexpr std::size_t kKeepAll = 1000;
 }  // namespace
 
 ChainFollower::ChainFollower(std::vector<ChainIndex> chains, std::vector<HeldInputs> held,
-                             std::vector<std::size_t> unread, std::vector<bool> publishing, Observed observed)
+                             std::vector<std::size_t> unread, std::vector<bool> publishing, ChainLanes lanes,
+                             Observed observed)
     : chains_(std::move(chains)),
       rules_(std::move(held)),
       unread_(std::move(unread)),
       publishing_(std::move(publishing)),
-      observed_(std::move(observed)) {
+      observed_(std::move(observed)),
+      history_(std::move(lanes)) {
   for (const HeldInputs& rule : rules_) held_.emplace_back(rule.of.size());
 }
 
@@ -63,12 +65,12 @@ void ChainFollower::publish(const tracing::JobRef& job, std::uint32_t topic) {
         rule.topic == topic && std::ranges::find(rule.publishers, running.ref.task) != rule.publishers.end();
     if (!by_rule) continue;
     for (Message& held : held_[r]) {
-      if (held) SimulatedHistory::merge(*message, *held);
+      if (held) history_.merge(*message, *held, running.ref.task);
       held.reset();
     }
   }
-  if (running.own) SimulatedHistory::merge(*message, *running.own);
-  SimulatedHistory::append(*message, {running.ref.task, 0, running.ref.sequence, running.start}, 0);
+  if (running.own) history_.merge(*message, *running.own, running.ref.task);
+  history_.append(*message, {running.ref.task, 0, running.ref.sequence, running.start}, 0);
   observe(*message, running);
   if (topic >= unread_.size()) return;
   auto& latest = messages_[{running.ref.task, topic}];

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "hotpath/reference_system/chain_lanes.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/simulated_message.hpp"
 #include "hotpath/tracing/system.hpp"
@@ -37,9 +38,10 @@ class ChainFollower {
 
   /// `unread`: by topic, the most messages of a task that may be unread. `publishing`: by task; a chain
   /// ends with the messages of a sink that publishes, and otherwise with the end of its job.
-  /// `observed` receives each chain that a job of its sink ends, during publish() or end() of that job.
+  /// `lanes`: the ways of the chains' data. `observed` receives each chain that a job of its sink ends,
+  /// during publish() or end() of that job.
   ChainFollower(std::vector<ChainIndex> chains, std::vector<HeldInputs> held, std::vector<std::size_t> unread,
-                std::vector<bool> publishing, Observed observed);
+                std::vector<bool> publishing, ChainLanes lanes, Observed observed);
 
   // In the order of time, for jobs of tasks.
   void start(const tracing::JobRef& job, JobRef as, Time at, const std::optional<Taken>& taken);
@@ -68,7 +70,7 @@ class ChainFollower {
   const std::vector<std::size_t> unread_;
   const std::vector<bool> publishing_;
   const Observed observed_;
-  const SimulatedHistory history_{};
+  const SimulatedHistory history_;
   std::vector<std::vector<Message>> held_;  // by rule, by its inputs
   std::map<Key, Running> running_;
   /// By task and topic: its latest messages, with the keys of their jobs.

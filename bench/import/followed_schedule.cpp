@@ -24,6 +24,7 @@ class Follower {
         place_(set.size()),
         started_(set.size(), 0),
         started_on_(recorded.ready_on.size(), 0),
+        slice_began_(recorded.ready_on.size(), Time::min()),
         owed_(set.size(), 0),
         deadline_(recorded.deadline) {
     for (TaskId at = 0; at < tasks_.size(); ++at) place_[tasks_[at]] = at;
@@ -79,12 +80,30 @@ class Follower {
     if (traits_.policy == Policy::dm) task.deadline = Duration(std::min(hypothesis.levels[id], kLast / 2));
   }
 
+  /// When the thread that releases timers runs, having woken at `wake_at_`. A late one waits until a
+  /// thread sleeps, or has run for `late_` since it last did.
+  [[nodiscard]] Time releases_at() const {
+    if (late_ == Duration::zero()) return wake_at_;
+    Time at = kNever;
+    for (Worker w = 0; w < slice_began_.size(); ++w) {
+      const std::vector<Time>& ready = recorded_.ready_on[w];
+      const bool runs = std::ranges::find(running_, w, &Running::worker) != running_.end();
+      const bool sleeps = !runs && (started_on_[w] == ready.size() || ready[started_on_[w]] > wake_at_);
+      const Time displaces = late_ == kUntilIdle ? kNever : slice_began_[w] + late_;
+      at = std::min(at, sleeps ? wake_at_ : std::max(wake_at_, displaces));
+    }
+    return at;
+  }
+
   /// Advances the clock, and with it a thread that only releases timers. It spins from the first
   /// job on.
   void advance(Time at, bool idle = false) {
-    const Duration late = idle ? Duration::zero() : late_;
-    while (releases_ && wake_at_ != kNever && wake_at_ + late <= at) {
-      now_ = std::max(now_, wake_at_ + late);
+    while (releases_ && wake_at_ != kNever) {
+      const Time releases = idle ? wake_at_ : releases_at();
+      if (releases > at) break;
+      // It took the core of the thread that had run longest.
+      if (late_ > Duration::zero() && releases > wake_at_) *std::ranges::min_element(slice_began_) = releases;
+      now_ = std::max(now_, releases);
       const Turn turn = take_turn(*scheduler_, manager_, now_);
       const bool stays = turn.released == 0 && turn.decision.wake_at <= wake_at_;
       wake_at_ = turn.decision.wake_at;
@@ -155,25 +174,30 @@ class Follower {
       wake_at_ = now_;
       advance(now_, true);
     }
-    if (step.free < step.ready) advance(now_, true);
+    if (step.free < step.ready) {
+      advance(now_, true);
+      slice_began_[step.thread] = step.ready;
+    }
     wanted_ = place_[step.task];
     const bool timers_apart = traits_.timers == TimerHandling::release_and_execute;
     const Worker worker = timers_apart ? (set_[wanted_].kind == TaskKind::timer ? 1 : 0) : step.thread;
-    for (bool sleeps = late_ > Duration::zero();; sleeps = false) {
+    for (bool slept = false;;) {
       preferred_ = kNoTask;
       asked_.clear();
       const Turn turn = take_turn(*scheduler_, worker, now_);
       const std::optional<Job>& job = turn.decision.job;
-      if (!job && preferred_ == kNoTask && sleeps) {
-        advance(now_, true);  // without a job the thread sleeps, and the releasing thread runs
-        continue;
-      }
       if (job && job->task == wanted_ && !job->empty) {
         if (step.job < deadline_.size()) deadline_[step.job] = job->deadline;
         running_.push_back({step.job, worker, *job});
         woken_ = turn.decision.wake;
       } else if (job) {
         note_wake_up(scheduler_->finished(worker, *job, now_).wake);
+        continue;
+      } else if (late_ > Duration::zero() && !slept && wake_at_ <= now_) {
+        // The thread found nothing to run and slept, which let the timers be released.
+        slept = true;
+        advance(now_, true);
+        slice_began_[step.thread] = now_;
         continue;
       } else if (traits_.timers == TimerHandling::release_only && !is_subscription(wanted_)) {
         ++owed_[wanted_];
@@ -228,10 +252,11 @@ class Follower {
   bool asks_in_vain_ = false, releases_ = false, begun_ = false, counts_ = false;
   Worker manager_ = 0;
   Duration long_ = kLong;
-  Duration late_{};  // from the instant at which a timer is due to its release
+  Duration late_{};  // as Hypothesis::release_delay
   Time now_ = Time::min(), wake_at_ = kNever;
   std::vector<std::size_t> started_;     // by task
   std::vector<std::size_t> started_on_;  // by thread
+  std::vector<Time> slice_began_;        // by thread: when it woke, or lost the core to a release
   WorkerSet woken_;
   std::vector<std::uint32_t> owed_;  // by place: jobs that ran before the scheduler released them
   std::vector<Time> deadline_;       // by recorded job

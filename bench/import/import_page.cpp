@@ -80,6 +80,9 @@ json executors_json(const Facts& facts) {
          {"recognition", recognition_json(facts.recording.recognitions[e], facts.recording.first_graph)},
          {"threads", threads},
          {"dispatch", cost_json(costs.dispatch)},
+         {"timer_dispatch", cost_json(costs.timer_dispatch)},
+         {"subscription_dispatch", cost_json(costs.subscription_dispatch)},
+         {"timer_wake_up", cost_json(costs.timer_wake_up)},
          {"wait", cost_json(costs.wait)},
          {"wake_up", cost_json(costs.wake_up)},
          {"delivery", cost_json(costs.delivery)}});

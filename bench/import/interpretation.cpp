@@ -109,13 +109,13 @@ class Interpreter {
     for (std::size_t e = 0; e < executors.size(); ++e)
       result_.costs.push_back(
           recorded_costs(recording_.graph, window(), executors[e], entry_of(result_.labels[e])));
-    const auto mean = [&](MeasuredCost RecordedCosts::*cost) {
+    const auto mean = [&](const auto& cost_of) {
       double sum = 0, jobs = 0;
       for (std::size_t e = 0; e < executors.size(); ++e) {
         double weight = 0;
         for (const std::uint32_t t : executors[e].threads)
           weight += static_cast<double>(recording_.system.threads[t].jobs);
-        sum += weight * static_cast<double>((result_.costs[e].*cost).median.count());
+        sum += weight * static_cast<double>(cost_of(result_.costs[e]).median.count());
         jobs += weight;
       }
       return Duration(static_cast<std::int64_t>(jobs > 0 ? sum / jobs : 0));
@@ -123,9 +123,12 @@ class Interpreter {
     GraphPlatform& platform = result_.graph.platform;
     platform.cores = recording_.cores;
     platform.execution_times = ExecutionTimeModel::measured;
-    platform.dispatch_cost = mean(&RecordedCosts::dispatch);
-    platform.wait_cost = mean(&RecordedCosts::wait);
-    platform.wake_up = mean(&RecordedCosts::wake_up);
+    platform.timer_dispatch_cost =
+        mean([](const RecordedCosts& c) { return c.dispatch_of(TaskKind::timer); });
+    platform.subscription_dispatch_cost =
+        mean([](const RecordedCosts& c) { return c.dispatch_of(TaskKind::subscription); });
+    platform.wait_cost = mean([](const RecordedCosts& c) { return c.wait; });
+    platform.wake_up = mean([](const RecordedCosts& c) { return c.wake_up; });
   }
 
   void make_trace() {

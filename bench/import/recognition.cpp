@@ -55,6 +55,7 @@ class Recogniser {
       result_.contested += step.contested;
     }
     for (const Hypothesis& hypothesis : possible) add(hypothesis);
+    share_levels();
     rank();
     judge();
     return std::move(result_);
@@ -75,13 +76,44 @@ class Recogniser {
     }
     if (hypothesis.needs_levels() && hypothesis.levels.empty())
       fit_levels(set_, steps_, score.hypothesis, half_);
+    fitted_levels_ |= hypothesis.needs_levels() && hypothesis.levels.empty();
+    decisions_.emplace_back();
+    score.number = decisions_.size() - 1;
+    judge_decisions(score);
+    result_.ranking.push_back(std::move(score));
+  }
+
+  /// Follows the second half of the decisions.
+  void judge_decisions(Score& score) {
     Agreement agreement = follow(set_, steps_, score.hypothesis, half_, steps_.starts);
     score.contradictions = agreement.contradictions;
     const double contested = static_cast<double>(std::max<std::size_t>(1, result_.contested));
     score.agreement = std::max(0.0, 1 - static_cast<double>(score.contradictions) / contested);
-    decisions_.push_back(std::move(agreement));
-    score.number = decisions_.size() - 1;
-    result_.ranking.push_back(std::move(score));
+    decisions_[score.number] = std::move(agreement);
+  }
+
+  /// The search for levels ends at a local optimum. So each hypothesis also tries the levels that were
+  /// found for the others, on the first half.
+  void share_levels() {
+    if (!fitted_levels_) return;
+    std::set<std::vector<std::int64_t>> found;
+    for (const Score& score : result_.ranking)
+      if (score.hypothesis.needs_levels()) found.insert(score.hypothesis.levels);
+    for (Score& score : result_.ranking) {
+      if (!score.hypothesis.needs_levels()) continue;
+      const std::vector<std::int64_t> own = score.hypothesis.levels;
+      std::vector<std::int64_t> best = own;
+      std::size_t least = follow(set_, steps_, score.hypothesis, 0, half_).contradictions;
+      for (const std::vector<std::int64_t>& levels : found) {
+        score.hypothesis.levels = levels;
+        const std::size_t contradictions = follow(set_, steps_, score.hypothesis, 0, half_).contradictions;
+        if (contradictions >= least) continue;
+        least = contradictions;
+        best = levels;
+      }
+      score.hypothesis.levels = std::move(best);
+      if (score.hypothesis.levels != own) judge_decisions(score);
+    }
   }
 
   /// The hypothesis with what a recording does not show about its threads.
@@ -239,6 +271,7 @@ class Recogniser {
   const std::size_t half_;
   std::vector<Agreement> decisions_;  // by hypothesis, as they were added
   std::vector<TaskId> ran_;           // by start
+  bool fitted_levels_ = false;
   Recognition result_;
 };
 

@@ -40,7 +40,7 @@ std::vector<ChainObservation> recorded_chains(const tracing::System& system, con
   std::vector<bool> publishing;
   for (const Callback& callback : graph.tasks.callbacks) publishing.push_back(!callback.publishes.empty());
   ChainFollower follower(index_chains(graph.graph, graph.tasks), held_inputs(graph), most_unread(system),
-                         std::move(publishing),
+                         std::move(publishing), ChainLanes(graph.graph, graph.tasks),
                          [&](const ChainObservation& o) { observations.push_back(o); });
   // What to do at which event of the trace, in its order.
   std::vector<std::pair<std::uint64_t, std::function<void()>>> steps;

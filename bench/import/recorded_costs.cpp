@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "import/recorded_window.hpp"
 
@@ -24,17 +26,34 @@ bool is_above(const Meetings& of, const Meetings& other) {
 }
 bool waits_for(const Meetings& of) { return of.waited > 4 && of.waited > 20 * of.within; }
 
-MeasuredCost cost_of(std::vector<Duration> samples, Duration without) {
+/// A kind of job with fewer dispatches than this has the median of all dispatches.
+constexpr std::size_t kEnough = 100;
+
+/// Times before the starts of jobs, with the kind of each job.
+using Gaps = std::vector<std::pair<TaskKind, Duration>>;
+
+MeasuredCost cost_of(std::vector<Duration> samples) {
   MeasuredCost cost;
   cost.n = samples.size();
   if (samples.empty()) return cost;
   std::ranges::sort(samples);
-  const auto at = [&](std::size_t percent) {
-    return std::max(Duration::zero(), samples[(samples.size() - 1) * percent / 100] - without);
-  };
+  const auto at = [&](std::size_t percent) { return samples[(samples.size() - 1) * percent / 100]; };
   cost.median = at(50);
   cost.p90 = at(90);
   return cost;
+}
+
+MeasuredCost cost_of(const Gaps& gaps, std::optional<TaskKind> kind = {}) {
+  std::vector<Duration> samples;
+  for (const auto& [of, gap] : gaps)
+    if (!kind || of == *kind) samples.push_back(gap);
+  return cost_of(std::move(samples));
+}
+
+/// Leaves out the dispatch of each job.
+Gaps without_dispatch(Gaps gaps, const RecordedCosts& costs) {
+  for (auto& [kind, gap] : gaps) gap = std::max(Duration::zero(), gap - costs.dispatch_of(kind).median);
+  return gaps;
 }
 
 }  // namespace
@@ -87,6 +106,11 @@ Displacement recorded_displacement(const tracing::System& system, const Recorded
   return displacement;
 }
 
+MeasuredCost RecordedCosts::dispatch_of(TaskKind kind) const {
+  const MeasuredCost& own = kind == TaskKind::timer ? timer_dispatch : subscription_dispatch;
+  return own.n < kEnough ? dispatch : own;
+}
+
 RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
                              const RecordedExecutor& executor, const ExecutorEntry& entry) {
   std::vector<std::size_t> place(graph.tasks.set.size());
@@ -103,7 +127,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   std::map<std::int32_t, Time> busy_until;        // by processor: end of its earlier jobs
   std::map<std::uint32_t, std::size_t> previous;  // by thread
   std::map<std::uint32_t, Time> group_until;      // by callback group: end of its earlier jobs
-  std::vector<Duration> dispatch, wait, wake_up, delivery;
+  Gaps dispatch, wait, wake_up;
   for (std::size_t i = 0; i < window.jobs.size(); ++i) {
     if (i > 0 && window.jobs[i - 1].ended) {
       Time& until = busy_until[window.jobs[i - 1].processor];
@@ -123,29 +147,33 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
     if (!has_previous) continue;
     // It waited for its callback group, which another thread served.
     if (group_free > std::max(timestamp, window.jobs[last].finish)) continue;
+    const TaskKind kind = graph.tasks.set[task].kind;
     const Duration gap = job.start - window.jobs[last].finish;
     if (gap < Duration::zero()) continue;  // nested jobs
     if (timestamp <= window.jobs[last].finish) {
       const TaskId other = window.records[last].job.task;
       const bool new_round = other != kNoTask && place[task] <= place[other];
       const bool waited = wait_set && (waits_recorded ? job.waited : new_round);
-      (waited ? wait : dispatch).push_back(gap);
+      (waited ? wait : dispatch).emplace_back(kind, gap);
     } else {
       // Another job on the processor delayed it, not the wake-up.
       if (busy_until[job.processor] > timestamp) continue;
       // The beginning wait noticed it.
       if (shares_waits && timestamp < window.jobs[last].finish + kBeginning) continue;
-      const bool timer = graph.tasks.set[task].kind == TaskKind::timer;
-      const Duration late = job.start - timestamp;
-      wake_up.push_back(timer && two_wake_ups ? late / 2 : late);
-      if (!timer) delivery.push_back(late);
+      wake_up.emplace_back(kind, job.start - timestamp);
     }
   }
   RecordedCosts costs;
-  costs.dispatch = cost_of(std::move(dispatch), Duration::zero());
-  costs.wait = cost_of(std::move(wait), costs.dispatch.median);
-  costs.wake_up = cost_of(std::move(wake_up), costs.dispatch.median);
-  costs.delivery = cost_of(std::move(delivery), costs.dispatch.median);
+  costs.dispatch = cost_of(dispatch);
+  costs.timer_dispatch = cost_of(dispatch, TaskKind::timer);
+  costs.subscription_dispatch = cost_of(dispatch, TaskKind::subscription);
+  costs.wait = cost_of(without_dispatch(std::move(wait), costs));
+  wake_up = without_dispatch(std::move(wake_up), costs);
+  for (auto& [kind, late] : wake_up)
+    if (kind == TaskKind::timer && two_wake_ups) late /= 2;
+  costs.wake_up = cost_of(wake_up);
+  costs.timer_wake_up = cost_of(wake_up, TaskKind::timer);
+  costs.delivery = cost_of(wake_up, TaskKind::subscription);
   return costs;
 }
 

@@ -26,9 +26,13 @@ struct MeasuredCost {
 /// The costs of an executor, from the gaps between the jobs of its threads.
 struct RecordedCosts {
   MeasuredCost dispatch;  ///< End of a job to the start of the next ready job of the same snapshot.
-  MeasuredCost wait;      ///< The same with a new wait between them, without the dispatch.
+  MeasuredCost timer_dispatch, subscription_dispatch;  ///< The same by kind of that next job.
+  MeasuredCost wait;      ///< The same as `dispatch` with a new wait between them, without the dispatch.
   MeasuredCost wake_up;   ///< Release of a job to its start on a thread that slept, without the dispatch.
   MeasuredCost delivery;  ///< The same for subscriptions only, from the publication.
+  MeasuredCost timer_wake_up;  ///< The same for timers only, from the timestamp.
+
+  [[nodiscard]] MeasuredCost dispatch_of(TaskKind kind) const;
 };
 
 /// Preemption between threads. A job that lies within a job of another thread on the same processor

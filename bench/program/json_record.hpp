@@ -59,6 +59,9 @@ class JsonWriter {
     for (const auto& [name, value] : values) stored[name] = to_ms(value);
   }
   void us(const char* key, Duration value) { object_[key] = to_us(value); }
+  void us_if_any(const char* key, const std::optional<Duration>& value) {
+    if (value) us(key, *value);
+  }
   void ns(const char* key, Duration value) { object_[key] = value.count(); }
 
  private:
@@ -108,6 +111,9 @@ class JsonReader {
   }
   void us(const char* key, Duration& value) {
     value = from_ms(number_up_to(to_us(kLongest), object_, key) / 1000);
+  }
+  void us_if_any(const char* key, std::optional<Duration>& value) {
+    present(key) ? us(key, value.emplace()) : value.reset();
   }
   void ns(const char* key, Duration& value) {
     value = Duration(number_up_to(kLongest.count(), object_, key));

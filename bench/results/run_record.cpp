@@ -19,7 +19,16 @@ void fields(auto& visit, program::MaybeConst<Calibration> auto& calibration) {
 void fields(auto& visit, program::MaybeConst<GraphPlatform> auto& platform) {
   visit("cores", platform.cores);
   visit("timer_thread", platform.timer_thread);
-  for (const PlatformCost& cost : kPlatformCosts) visit.us(cost.key.data(), platform.*cost.value);
+  for (const PlatformCost& cost : kPlatformCosts) {
+    if (cost.other_kind == nullptr) {
+      visit.us(cost.key.data(), platform.*cost.value);
+      continue;
+    }
+    std::optional<Duration> value = cost.in(platform);
+    visit.us_if_any(cost.key.data(), value);
+    if constexpr (!std::is_const_v<std::remove_reference_t<decltype(platform)>>)
+      if (value) cost.set(platform, *value);
+  }
 }
 
 }  // namespace hotpath

@@ -22,7 +22,7 @@ void PlatformOptions::apply_to(GraphPlatform& platform) const {
   platform.cores = cores.value_or(platform.cores);
   platform.timer_thread = timer_thread.value_or(platform.timer_thread);
   for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
-    if (costs_us[i]) platform.*kPlatformCosts[i].value = from_ms(*costs_us[i] / 1000);
+    if (costs_us[i]) kPlatformCosts[i].set(platform, from_ms(*costs_us[i] / 1000));
   }
 }
 

@@ -127,7 +127,7 @@ void check_all(const Simulated& run, bool exact) {
 Graph with_costs(Graph graph) {
   graph.platform.release_cost = 30us;
   graph.platform.pass_cost = 5us;
-  graph.platform.dispatch_cost = 20us;
+  graph.platform.set_dispatch_costs(20us);
   graph.platform.wait_cost = 41us;
   graph.platform.wait_cost_per_entity = 150ns;
   graph.platform.wake_up = 190us;
@@ -329,7 +329,7 @@ TEST(Explain, CostsOfThePlatformAreNamed) {
   Graph graph =
       graph_of({timer("a", 1ms), follower("f", {"a"}, 3ms), follower("sink", {"f"}, 1ms)}, {"a"}, "sink");
   graph.platform.delivery_delay = 2ms;
-  graph.platform.dispatch_cost = 1ms;
+  graph.platform.set_dispatch_costs(1ms);
   std::vector<std::string> parts;
   first(graph, "rm-ro", &parts);
   EXPECT_THAT(parts,

@@ -45,6 +45,8 @@ PLATFORM = {
     "--release-cost-us": Changes({"--release-cost-us": 100}),
     "--pass-cost-us": Changes({"--pass-cost-us": 100}),
     "--dispatch-cost-us": Changes({"--dispatch-cost-us": 100}),
+    "--timer-dispatch-cost-us": Changes({"--timer-dispatch-cost-us": 100}),
+    "--subscription-dispatch-cost-us": Changes({"--subscription-dispatch-cost-us": 100}),
     "--wait-cost-us": Changes({"--wait-cost-us": 100}),
     "--wait-cost-per-entity-us": Changes({"--wait-cost-per-entity-us": 10}),
     "--wake-up-us": Changes({"--wake-up-us": 100}),

@@ -111,7 +111,7 @@ class Generator {
 
   void add_costs() {
     for (const PlatformCost& cost : kPlatformCosts) {
-      if (chance(random_, 40)) graph_.platform.*cost.value = draw(random_, 1, 400) * 1us;
+      if (chance(random_, 40)) cost.set(graph_.platform, draw(random_, 1, 400) * 1us);
     }
     graph_.platform.wait_cost_per_entity /= 100;
     if (!chance(random_, 30)) graph_.platform.delivery_delay = {};

@@ -108,6 +108,28 @@ TEST(RecordedCosts, AReleaserWakesTheThreadOfItsTimer) {
   EXPECT_EQ(wake_up("rm-ro"), 50us) << "two wake-ups";
 }
 
+/// Jobs of a timer that start 1 us after the job before them, and of a subscription after 5 us.
+TEST(RecordedCosts, DispatchByKindNeedsEnoughJobs) {
+  for (const int jobs : {90, 110}) {
+    Recorded r;
+    r.task(TaskKind::timer, 1ms);
+    r.task(TaskKind::subscription);
+    Duration at{};
+    for (int i = 0; i < jobs; ++i) {
+      r.job(0, 0, 0ms, at + 1us, at + 100us);
+      r.job(1, 0, 0ms, at + 105us, at + 200us);
+      at += 200us;
+    }
+    r.job(1, 0, 0ms, at + 5us, at + 100us);  // so that most dispatches are of subscriptions
+    r.job(1, 0, 0ms, at + 105us, at + 200us);
+    const auto costs =
+        imports::recorded_costs(r.graph, r.window(), {"e", 0, {0}}, *find_executor("events-ro"));
+    EXPECT_EQ(costs.dispatch.median, 5us);
+    EXPECT_EQ(costs.dispatch_of(TaskKind::subscription).median, 5us);
+    EXPECT_EQ(costs.dispatch_of(TaskKind::timer).median, jobs < 100 ? 5us : 1us);
+  }
+}
+
 TEST(RecordedCosts, WaitingForACallbackGroupIsNoCost) {
   for (const bool same_group : {false, true}) {
     Recorded r;

@@ -20,6 +20,9 @@ TIME_SLICED = ("isolated", "cie")
 # A job takes a sample between two publications of one instant. The trace has no order of the events of
 # several processors within an instant, so the import counts the first sample as overwritten.
 ONE_INSTANT = ("picas",)
+# Of each job of a timer and of a subscription, in microseconds.
+COSTS = ("--timer-dispatch-cost-us", 3, "--subscription-dispatch-cost-us", 9)
+ENOUGH_DISPATCHES = 100
 # The export separates simultaneous events of several processors by a few nanoseconds.
 APART_NS = 100
 
@@ -64,6 +67,16 @@ class RoundTrip(CommandTest):
             self.assertLessEqual(abs(one - other), APART_NS)
         self.assertIn(facts["self_check"]["light"], lights, facts["self_check"]["reasons"])
 
+    def check_costs(self, facts: Any, run: RunFolder, imported: RunFolder) -> None:
+        """The import finds the costs of each kind of which there were enough dispatches."""
+        platform = imported.run["platform"]
+        for kind in ("timer", "subscription"):
+            enough = facts["executors"][0][f"{kind}_dispatch"]["n"] >= ENOUGH_DISPATCHES
+            if not enough:
+                continue
+            found = platform.get(f"{kind}_dispatch_cost_us", platform.get("dispatch_cost_us"))
+            self.assertAlmostEqual(found, run.run["platform"][f"{kind}_dispatch_cost_us"], delta=0.2)
+
     def connections(self, run: RunFolder) -> Counter[Any]:
         """How often jobs of a task ran because of a job of another task."""
         names = named(run)
@@ -103,8 +116,9 @@ class RoundTrip(CommandTest):
         for name in self.names("executors"):
             executor = f"{name}:2" if name.startswith(MANY_THREADS) else name
             with self.subTest(executor):
-                plan = ("--executors", executor, "--dispatch-cost-us", 5, "--load", 80)
+                plan = ("--executors", executor, *COSTS, "--load", 80)
                 facts, run, found = self.imported(name, *plan)
+                self.check_costs(facts, run, found)
                 self.check(facts, run, found, ("green",))
                 (recognised,) = [e["recognition"] for e in facts["executors"]]
                 self.assertIn(recognised["verdict"], ("recognised", "tie"), recognised)

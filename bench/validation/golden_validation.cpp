@@ -31,7 +31,7 @@ GoldenValidation validate(const std::string& set, const ExecutorEntry& executor,
   const Platform costs = reference_platform(executor, real.set.size());
   return {set,
           std::string(executor.name),
-          {{"dispatch", to_us(costs.dispatch_cost)},
+          {{"dispatch", to_us(costs.longest_dispatch_cost())},
            {"wait", to_us(costs.wait_cost + costs.other_entities * costs.wait_cost_per_entity)},
            {"wake_up", to_us(costs.wake_up_latency)}},
           compare_schedules(real, predict_timers(real.set, executor, {}, length)),

@@ -58,7 +58,7 @@ class ValidatedRun {
     if (measured_.record().simulation) return graph;
     graph.platform.cores = measured_.record().cores();
     const simulated::OwnCosts costs = simulated::own_costs(trace, graph.platform.cores);
-    graph.platform.dispatch_cost = costs.dispatch;
+    graph.platform.set_dispatch_costs(costs.dispatch);
     graph.platform.wake_up = costs.wake_up;
     return graph;
   }
@@ -91,7 +91,7 @@ class ValidatedRun {
         measured_.folder().string(),
         trace.executor,
         trace.repetition,
-        {{"dispatch", to_us(graph.platform.dispatch_cost)}, {"wake_up", to_us(graph.platform.wake_up)}},
+        {{"dispatch", to_us(graph.platform.timer_dispatch_cost)}, {"wake_up", to_us(graph.platform.wake_up)}},
         compare_schedules(schedule, results::schedule_of(tasks.set, simulated)),
         {},
         {}};

@@ -61,8 +61,9 @@ imports::ChainFollower ChainCheck::follower(const Contract& contract, const Stat
     if (!callback.topic.empty()) taken_[c] = names.number_of(callback.topic);
     if (taken_[c] != tracing::kNone) unread[taken_[c]] = std::max(unread[taken_[c]], depth_of(callback));
   }
-  return {std::move(chains), held_inputs(contract, names), std::move(unread), std::move(publishing),
-          [this](const ChainObservation& o) { pending_.push_back(o); }};
+  return {std::move(chains), held_inputs(contract, names),
+          std::move(unread), std::move(publishing),
+          ChainLanes{},      [this](const ChainObservation& o) { pending_.push_back(o); }};
 }
 
 void ChainCheck::started(std::uint32_t entry, const tracing::Job& job, std::uint32_t publisher,

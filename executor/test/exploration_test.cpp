@@ -244,7 +244,7 @@ TEST(Exploration, FindsWhatEnumerationFinds) {
       for (const TaskId id : {b, reader}) set.tasks[id].bcet = draw(0, set[id].wcet.count());
       set.tasks[a].priority = static_cast<std::int64_t>(random() % 2);
       Platform platform = default_platform(*find_executor(executor));
-      if (costs) platform.dispatch_cost = 1ns;
+      if (costs) platform.set_dispatch_costs(1ns);
       if (number % 3 > 1) platform.cores = 2;
       if (costs) platform.release_cost = 1ns;
       if (number % 7 == 0) platform.wake_up_latency = 1ns;

@@ -93,7 +93,7 @@ TEST(DispatchCost, LiesBetweenDecisionAndStart) {
   const TaskId timer = add_timer(set, 100ms, 1ms);
   const TaskId subscription = add_subscription(set, {timer}, 1ms);
   Platform p;
-  p.dispatch_cost = 50us;
+  p.set_dispatch_costs(50us);
   for (const char* executor : {"default", "static", "events-ro", "rm-ro"}) {
     EXPECT_EQ(schedule(run(set, executor, 20ms, p)),
               (std::vector<Ran>{{timer, 0, 50us, 1050us}, {subscription, 0, 1100us, 2100us}}))
@@ -101,11 +101,27 @@ TEST(DispatchCost, LiesBetweenDecisionAndStart) {
   }
 }
 
+TEST(DispatchCost, DependsOnTheKindOfTheCallback) {
+  TaskSet set;
+  const TaskId timer = add_timer(set, 100ms, 1ms);
+  const TaskId subscription = add_subscription(set, {timer}, 1ms);
+  Platform p;
+  p.timer_dispatch_cost = 50us;
+  for (const char* executor : {"default", "static", "events-ro", "rm-ro"}) {
+    p.subscription_dispatch_cost = 200us;
+    EXPECT_EQ(schedule(run(set, executor, 20ms, p)),
+              (std::vector<Ran>{{timer, 0, 50us, 1050us}, {subscription, 0, 1250us, 2250us}}))
+        << executor;
+    p.subscription_dispatch_cost = 0us;
+    EXPECT_EQ(schedule(run(set, executor, 20ms, p))[1], (Ran{subscription, 0, 1050us, 2050us})) << executor;
+  }
+}
+
 TEST(DispatchCost, JobThatIsDecidedButNotStartedAtTheEndIsQueued) {
   TaskSet set;
   add_timer(set, 100ms, 1ms);
   Platform p;
-  p.dispatch_cost = 2ms;
+  p.set_dispatch_costs(2ms);
   const Trace trace = run(set, "default", 1ms, p);
   EXPECT_EQ(count(trace, 0, Outcome::queued), 1U);
   EXPECT_EQ(balanced(set, trace), "");

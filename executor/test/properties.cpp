@@ -57,7 +57,8 @@ Platform random_platform(Random& random) {
   if (coin(random)) {
     platform.release_cost = uniform(random, 0, 100) * 1us;
     platform.pass_cost = uniform(random, 0, 100) * 1us;
-    platform.dispatch_cost = uniform(random, 0, 100) * 1us;
+    platform.timer_dispatch_cost = uniform(random, 0, 100) * 1us;
+    platform.subscription_dispatch_cost = uniform(random, 0, 100) * 1us;
     platform.delivery_delay = uniform(random, 0, 2000) * 1us;
     platform.wake_up_latency = uniform(random, 0, 200) * 1us;
   }

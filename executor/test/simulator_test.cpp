@@ -150,7 +150,7 @@ TEST(Workload, EveryMessageIsTakenByItsJobOrOverwritten) {
       SimulationOptions options;
       options.duration = 200ms;
       options.platform.cores = 1 + static_cast<unsigned>(i) % 2;
-      options.platform.dispatch_cost = 200us;
+      options.platform.set_dispatch_costs(200us);
       options.platform.delivery_delay = i % 3 == 0 ? 700us : 0us;
       MessageWorkload workload(set);
       simulate_trace(set, executor, {.workers = 3}, workload, options);
@@ -277,9 +277,9 @@ TEST_F(Refusal, OptionsThatCannotBeSatisfied) {
   options.platform.cores = 0;
   EXPECT_THAT(message(), HasSubstr("at least one core"));
   options.platform.cores = 1;
-  options.platform.dispatch_cost = -1ns;
+  options.platform.set_dispatch_costs(-1ns);
   EXPECT_THAT(message(), HasSubstr("costs, delays and latencies"));
-  options.platform.dispatch_cost = 0ns;
+  options.platform.set_dispatch_costs(0ns);
   options.platform.time_slice = 0ns;
   EXPECT_THAT(message(), HasSubstr("time slice must be positive"));
 }

@@ -238,7 +238,7 @@ GraphPlatform parse_platform(const YamlValue& value) {
     p.execution_times = given->choice<ExecutionTimeModel>();
   }
   for (const PlatformCost& cost : kPlatformCosts) {
-    if (const auto given = map.find(std::string(cost.key))) p.*cost.value = given->microseconds();
+    if (const auto given = map.find(std::string(cost.key))) cost.set(p, given->microseconds());
   }
   return p;
 }

@@ -20,7 +20,8 @@ Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
   }
   p.release_cost = given.release_cost;
   p.pass_cost = given.pass_cost;
-  p.dispatch_cost = given.dispatch_cost;
+  p.timer_dispatch_cost = given.timer_dispatch_cost;
+  p.subscription_dispatch_cost = given.subscription_dispatch_cost;
   p.wait_cost = given.wait_cost;
   p.wait_cost_per_entity = given.wait_cost_per_entity;
   p.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(graph.nodes.size());
@@ -32,18 +33,20 @@ Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
 
 namespace {
 
-/// By task: the sources of all chains whose sinks data of the task can reach.
-std::vector<std::vector<TaskId>> sources_of_chains(const GraphTasks& tasks,
+/// By task: the entries of the sources of all chains whose sinks data of the task can reach.
+std::vector<std::vector<TaskId>> sources_of_chains(const GraphTasks& tasks, const SimulatedHistory& history,
                                                    const std::vector<ChainIndex>& chains) {
   std::vector<std::vector<TaskId>> upstream(tasks.set.size()), sources(tasks.set.size());
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     for (const TaskId next : tasks.downstream(id)) upstream[next].push_back(id);
   }
-  for (const ChainIndex& chain : chains) {
+  for (std::uint32_t c = 0; c < chains.size(); ++c) {
+    const ChainIndex& chain = chains[c];
     std::vector<TaskId> reached = chain.sink_tasks;
     for (std::size_t i = 0; i < reached.size(); ++i) {
       const TaskId id = reached[i];
-      sources[id].insert(sources[id].end(), chain.sources.begin(), chain.sources.end());
+      for (std::size_t s = 0; s < chain.sources.size(); ++s)
+        sources[id].push_back(history.entry(c, s, chain.sources[s]));
       for (const TaskId before : upstream[id]) {
         if (std::find(reached.begin(), reached.end(), before) == reached.end()) reached.push_back(before);
       }
@@ -54,8 +57,6 @@ std::vector<std::vector<TaskId>> sources_of_chains(const GraphTasks& tasks,
 
 }  // namespace
 
-const SimulatedHistory GraphWorkload::kHistory;
-
 GraphWorkload::GraphWorkload(const Graph& graph, const GraphTasks& tasks, const ExecutionTimes& times,
                              std::vector<ChainObservation>* observations)
     : tasks_(tasks),
@@ -63,18 +64,19 @@ GraphWorkload::GraphWorkload(const Graph& graph, const GraphTasks& tasks, const 
       observations_(observations),
       structure_(structure_of(graph, tasks)),
       unread_(tasks.set.size()) {
-  for (const Node& node : graph.nodes) nodes_.push_back(std::make_shared<Logic>(node, kHistory));
+  for (const Node& node : graph.nodes) nodes_.push_back(std::make_shared<Logic>(node, structure_->history));
 }
 
 std::shared_ptr<const GraphWorkload::Structure> GraphWorkload::structure_of(const Graph& graph,
                                                                             const GraphTasks& tasks) {
   auto all = std::make_shared<Structure>();
+  all->history = SimulatedHistory(ChainLanes(graph, tasks));
   all->chains = index_chains(graph, tasks);
   all->ends.resize(tasks.set.size());
   for (std::uint32_t c = 0; c < all->chains.size(); ++c) {
     for (const TaskId id : all->chains[c].sink_tasks) all->ends[id].push_back(c);
   }
-  all->sources = sources_of_chains(tasks, all->chains);
+  all->sources = sources_of_chains(tasks, all->history, all->chains);
   all->sources_of_nodes.resize(graph.nodes.size());
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     std::vector<TaskId>& of_node = all->sources_of_nodes[tasks.origin[id].node];
@@ -89,8 +91,14 @@ void GraphWorkload::describe(const SimulatedSample& sample, const std::vector<Ta
   if (!sample) return;
   for (const Stat& stat : (*sample).history()) {
     if (std::find(sources.begin(), sources.end(), stat.task) == sources.end()) continue;
-    const Task& timer = tasks_.set[stat.task];
-    words.add_data({stat.task, stat.sequence},
+    const bool lane = ChainLanes::is_lane(stat.task);
+    if (lane) {
+      words.add(stat.task);
+      words.add((*sample).history().back().task);  // decides where it goes on
+    }
+    const TaskId source = lane ? structure_->history.lanes().source_of(stat.task) : stat.task;
+    const Task& timer = tasks_.set[source];
+    words.add_data({source, stat.sequence},
                    Time{} + timer.phase + timer.period * static_cast<std::int64_t>(stat.sequence));
   }
 }
@@ -226,7 +234,7 @@ SimulatedSample GraphWorkload::take(TaskId subscription, std::uint64_t sequence)
 
 void GraphWorkload::observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job) {
   if (observations_ == nullptr) return;
-  observe_chains(kHistory, message, structure_->chains, structure_->ends[job.ref.task], job,
+  observe_chains(structure_->history, message, structure_->chains, structure_->ends[job.ref.task], job,
                  [this](const ChainObservation& observation) { observations_->push_back(observation); });
 }
 

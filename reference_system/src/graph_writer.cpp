@@ -74,7 +74,9 @@ class Writer {
     pair("execution_times", std::string(to_string(p.execution_times)));
     for (const PlatformCost& cost : kPlatformCosts) {
       // Microseconds have three fewer digits after the point.
-      if (p.*cost.value > Duration::zero()) milliseconds(std::string(cost.key), p.*cost.value * 1000);
+      const std::optional<Duration> value = cost.in(p);
+      if (value && (cost.other_kind != nullptr || *value > Duration::zero()))
+        milliseconds(std::string(cost.key), *value * 1000);
     }
     out_ << YAML::EndMap;
   }

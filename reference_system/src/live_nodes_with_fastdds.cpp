@@ -18,9 +18,12 @@ namespace {
 
 template <class Messages>
 std::unique_ptr<LiveNodes> make_nodes(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options,
-                                      RunMemory& memory, const typename Messages::History& history) {
+                                      RunMemory& memory, const typename Messages::History& history,
+                                      std::size_t lanes) {
   using Message = typename Messages::Message;
-  const auto reserve = [n = tasks.set.size()](Message& message) { Messages::History::reserve(message, n); };
+  const auto reserve = [n = tasks.set.size() + lanes](Message& message) {
+    Messages::History::reserve(message, n);
+  };
   std::unique_ptr<Transport<Message>> transport;
   if (options.transport == TransportKind::intra_process) {
     transport = std::make_unique<IntraProcessTransport<Message>>(reserve);
@@ -37,10 +40,13 @@ std::unique_ptr<LiveNodes> make_live_nodes(const Graph& graph, const GraphTasks&
                                            const LiveOptions& options, RunMemory& memory) {
   using Messages4kb = LiveMessages<Message4kbHistory, msg::Message4kbPubSubType>;
   using TaskMessages = LiveMessages<TaskMessageHistory, msg::TaskMessagePubSubType>;
-  if (graph.has_callbacks()) {
-    return make_nodes<TaskMessages>(graph, tasks, options, memory, TaskMessageHistory());
+  ChainLanes chain_lanes(graph, tasks);
+  const std::size_t lanes = chain_lanes.size();
+  if (graph.has_callbacks() || lanes > 0) {
+    const TaskMessageHistory history(std::move(chain_lanes));
+    return make_nodes<TaskMessages>(graph, tasks, options, memory, history, lanes);
   }
-  return make_nodes<Messages4kb>(graph, tasks, options, memory, Message4kbHistory(graph, tasks));
+  return make_nodes<Messages4kb>(graph, tasks, options, memory, Message4kbHistory(graph, tasks), lanes);
 }
 
 }  // namespace hotpath

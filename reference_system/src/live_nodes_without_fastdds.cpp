@@ -16,7 +16,7 @@ std::unique_ptr<LiveNodes> make_live_nodes(const Graph& graph, const GraphTasks&
   if (options.transport == TransportKind::fastdds) throw TransportError("this build has no Fast DDS");
   using Messages = LiveMessages<TaskHistory<BoundedMessage>>;
   return std::make_unique<TypedLiveNodes<Messages>>(
-      graph, tasks, options.calibration, memory, Messages::History(),
+      graph, tasks, options.calibration, memory, Messages::History(ChainLanes(graph, tasks)),
       std::make_unique<IntraProcessTransport<BoundedMessage>>([](BoundedMessage&) {}));
 }
 

@@ -97,6 +97,7 @@ platform:
   execution_times: uniform
   release_cost_us: 12.5
   pass_cost_us: 3
+  subscription_dispatch_cost_us: 7
   dispatch_cost_us: 0.001
   wake_up_us: 190
   delivery_delay_us: 1000
@@ -124,7 +125,8 @@ TEST_F(GraphFile, ReadsEveryKey) {
   EXPECT_EQ(platform.execution_times, ExecutionTimeModel::uniform);
   EXPECT_EQ(platform.release_cost, Duration(12'500));
   EXPECT_EQ(platform.pass_cost, std::chrono::microseconds(3));
-  EXPECT_EQ(platform.dispatch_cost, Duration(1));
+  EXPECT_EQ(platform.timer_dispatch_cost, Duration(1));
+  EXPECT_EQ(platform.subscription_dispatch_cost, std::chrono::microseconds(7));
   EXPECT_EQ(platform.wake_up, std::chrono::microseconds(190));
   EXPECT_EQ(platform.delivery_delay, std::chrono::milliseconds(1));
 }

@@ -155,6 +155,35 @@ TEST(GraphWorkload, AgeCountsFromTheOldestJobOfASourceThatArrivesByTwoPaths) {
   }
 }
 
+/// The planner P reads S and its own old output, which F feeds back. The age along the chain is that of
+/// S's last sample, whether F belongs to the chain or not.
+TEST(GraphWorkload, AgeLeavesOutDataThatReturnsToTheChain) {
+  for (const bool with_feedback : {false, true}) {
+    Graph g;
+    g.nodes = {sensor("S", 100ms), worker("P", NodeType::cyclic, {"S", "F"}, 1ms),
+               worker("X", NodeType::transform, {"P"}, 1ms), worker("F", NodeType::transform, {"X"}, 1ms)};
+    g.nodes[1].period = g.nodes[1].deadline = 100ms;
+    g.chains = {{"chain", {"S", "P", "X"}, {"S"}, "X"}};
+    if (with_feedback) g.chains[0].nodes.emplace_back("F");
+    const Simulated s = simulate_graph(g, "rm-ro", 500ms, {0ms, 0ms, 0ms, 10ms});
+    ASSERT_EQ(s.chains.size(), 5U);
+    for (const ChainRecord& output : s.chains) EXPECT_EQ(output.end_to_end_latency, 12ms);
+  }
+}
+
+/// Data of S reaches F at once, and by way of N, which is not on the chain.
+TEST(GraphWorkload, AgeLeavesOutDataOfOtherPaths) {
+  Graph g;
+  g.nodes = {sensor("S", 100ms), worker("N", NodeType::cyclic, {"S"}, 2ms),
+             worker("F", NodeType::fusion, {"S", "N"}, 2ms)};
+  g.nodes[1].period = g.nodes[1].deadline = 400ms;
+  g.chains = {{"chain", {"S", "F"}, {"S"}, "F"}, {"longer", {"S", "N", "F"}, {"S"}, "F"}};
+  const Simulated s = simulate_graph(g, "rm-ro", 500ms, {0ms, 0ms, 399ms});
+  ASSERT_EQ(s.chains.size(), 2U);
+  EXPECT_EQ(s.chains[0].end_to_end_latency, 3ms);
+  EXPECT_EQ(s.chains[1].end_to_end_latency, 103ms);
+}
+
 TEST(GraphWorkload, CyclicNodeStoresAndPublishesEveryCycle) {
   Graph g;
   g.nodes = {sensor("S", 40ms), worker("B", NodeType::cyclic, {"S"}, 5ms),
@@ -266,7 +295,7 @@ TEST_P(RclcppAutowarePhases, MedianOfTheRealStack) {
                                   reference.executor);
   Platform platform;
   platform.cores = reference.cores;
-  platform.dispatch_cost = reference.dispatch_cost;
+  platform.set_dispatch_costs(reference.dispatch_cost);
   const Simulated s = simulate_graph(graph, reference.executor, 30s, phases,
                                      {SubscriptionRule::first, Ties::fifo, 2}, platform);
   // The six outputs of a hyperperiod (600 ms) differ, for `events-ro` by a crunch on either side of

@@ -48,7 +48,7 @@ const std::string kEverything = R"(name: everything
 description: "all that a graph can say: # it"
 work: cpu_time
 topics: {t: {publishers: many}, a: {delivery: [K, X, F]}, b: {delivery: unknown}}
-platform: {cores: 2, timer_thread: raised, execution_times: measured, wake_up_us: 3.5, wait_cost_per_entity_us: 0.025}
+platform: {cores: 2, timer_thread: raised, execution_times: measured, timer_dispatch_cost_us: 1.5, subscription_dispatch_cost_us: 0, wake_up_us: 3.5, wait_cost_per_entity_us: 0.025}
 nodes:
 - {name: S, type: sensor, period_ms: 10.5, phase_ms: 0, deadline_ms: 9, release_jitter_ms: 0.5, priority: -3, output: t, execution_time_ms: 2, best_case_execution_time_ms: 0.000001}
 - {name: C, type: cyclic, period_ms: 20, inputs: [{topic: t, depth: 4, priority: 2}], callback_group: reentrant}

@@ -23,8 +23,8 @@ void receive(eprosima::fastrtps::rtps::SerializedPayload_t& payload, const Graph
   if (!type.deserialize(&payload, &message) || !is_message_of(message, tasks.set.size())) return;
   static_cast<void>(read_info(message));
   History::clear(output);
-  History::merge(output, message);
-  History::merge(output, message);
+  history.merge(output, message, 0);
+  history.merge(output, message, 1);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     history.find(output, std::span(&id, 1), [](const Stat&) {});
   }
@@ -37,6 +37,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const GraphTasks tasks = make_tasks(autoware),
                           callbacks = make_tasks(load_graph(find_graph("callbacks")));
   static const Message4kbHistory history(autoware, tasks);
+  static const TaskMessageHistory lanes;
   if (size == 0) return 0;
   eprosima::fastrtps::rtps::SerializedPayload_t payload(static_cast<std::uint32_t>(size));
   payload.length = static_cast<std::uint32_t>(size - 1);
@@ -44,7 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (data[0] % 2 == 0) {
     receive<Message4kbHistory, msg::Message4kbPubSubType>(payload, tasks, history);
   } else {
-    receive<TaskMessageHistory, msg::TaskMessagePubSubType>(payload, callbacks, {});
+    receive<TaskMessageHistory, msg::TaskMessagePubSubType>(payload, callbacks, lanes);
   }
   return 0;
 }

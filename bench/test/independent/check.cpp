@@ -43,8 +43,10 @@ class Check {
     file_ = folder_ + "/" + std::to_string(seed) + ".yaml";
     write_random_graph(seed, file_);
     graph_ = read_graph(file_);
-    const Nanoseconds dispatch = seed % 3 == 0 ? 37'000 : 0;
-    options_ = " --phases given --timer-thread raised --dispatch-cost-us " + std::to_string(dispatch / 1000);
+    const Nanoseconds dispatch = seed % 3 == 0 ? 37'000 : 0,
+                      of_timers = seed % 2 == 0 ? dispatch : 2 * dispatch;
+    options_ = " --phases given --timer-thread raised --dispatch-cost-us " + std::to_string(dispatch / 1000) +
+               " --timer-dispatch-cost-us " + std::to_string(of_timers / 1000);
     const std::string run = folder_ + "/run";
     std::filesystem::remove_all(run);
     if (!run_command(hotpath_ + " simulate --graph " + file_ + options_ +
@@ -59,7 +61,7 @@ class Check {
     learn_times(stored);
     const std::vector<Bound> bounds = analyzed(kExecutors[seed % kExecutors.size()]);
     ++counts_.graphs;
-    Conditions conditions{{}, kUntil, dispatch};
+    Conditions conditions{{}, kUntil, of_timers, dispatch};
     for (const Task& task : graph_.tasks) conditions.phases.push_back(task.phase);
     for (const std::string& label : kExecutors) compare(label, stored.at(label), bounds, conditions);
     if (seed % 3 == 1) compare_deployment(seed, conditions);

@@ -166,14 +166,18 @@ class Reader {
 
   void add_chain(const YAML::Node& chain) {
     Chain result{chain["name"].as<std::string>(), {}, std::vector<bool>(graph_.tasks.size(), false)};
+    std::vector<int> begins;
     for (const YAML::Node& name : items(chain["sources"])) {
-      for (Task& task : graph_.tasks) {
+      for (std::size_t t = 0; t < graph_.tasks.size(); ++t) {
+        Task& task = graph_.tasks[t];
         if (task.name != name.as<std::string>() && !(task.timer && task.node == name.as<std::string>()))
           continue;
-        if (task.source < 0) task.source = sources_++;
-        result.sources.push_back(task.source);
+        begins.push_back(static_cast<int>(t));
+        result.sources.push_back(sources_);
+        task.sources.push_back(sources_++);
       }
     }
+    graph_.ways.resize(static_cast<std::size_t>(sources_), ways_along(chain, begins));
     if (sources_ > static_cast<int>(kMostSources)) throw std::runtime_error("too many sources");
     const auto sink = chain["sink"].as<std::string>();
     const auto belongs = [&](const Task& task) { return task.name == sink || task.node == sink; };
@@ -182,6 +186,56 @@ class Reader {
     for (std::size_t t = 0; t < graph_.tasks.size(); ++t)
       result.is_sink[t] = any ? publishes(graph_.tasks[t]) : belongs(graph_.tasks[t]);
     graph_.chains.push_back(result);
+  }
+
+  /// Steps of data between messages of the chain's tasks, but none that returns: one on a cycle that does not
+  /// lead further away from the tasks where the chain begins.
+  std::set<std::pair<int, int>> ways_along(const YAML::Node& chain, const std::vector<int>& begins) const {
+    const std::size_t n = graph_.tasks.size();
+    std::set<std::string> names;
+    for (const YAML::Node& name : items(chain["nodes"])) names.insert(name.as<std::string>());
+    const auto member = [&](int t) {
+      const Task& task = graph_.tasks[static_cast<std::size_t>(t)];
+      return names.contains(task.name) || names.contains(task.node);
+    };
+    // Tasks whose messages have its data next: readers, and what publishes from their slots.
+    const auto next = [&](int t) {
+      std::set<int> found;
+      for (const int reader : successors(graph_, t, true)) {
+        if (!member(t) || !member(reader)) continue;
+        found.insert(reader);
+        for (const auto& [set, position] : graph_.tasks[static_cast<std::size_t>(reader)].stores) {
+          for (std::size_t other = 0; other < n; ++other)
+            for (const Publication& p : graph_.tasks[other].publications)
+              if (p.slots == set && member(static_cast<int>(other))) found.insert(static_cast<int>(other));
+        }
+      }
+      return found;
+    };
+    const auto levels = [&](const std::vector<int>& from) {
+      std::vector<int> level(n, -1);
+      std::vector<int> now = from;
+      for (int steps = 0; !now.empty(); ++steps) {
+        std::vector<int> later;
+        for (const int t : now) {
+          if (level[static_cast<std::size_t>(t)] >= 0) continue;
+          level[static_cast<std::size_t>(t)] = steps;
+          for (const int s : next(t)) later.push_back(s);
+        }
+        now = later;
+      }
+      return level;
+    };
+    const std::vector<int> level = levels(begins);
+    std::set<std::pair<int, int>> ways;
+    for (std::size_t t = 0; t < n; ++t) {
+      if (level[t] < 0) continue;
+      for (const int s : next(static_cast<int>(t))) {
+        const bool returns = level[static_cast<std::size_t>(s)] <= level[t] && levels({s})[t] >= 0;
+        if (!returns) ways.emplace(static_cast<int>(t), s);
+      }
+    }
+    return ways;
   }
 
   static std::string file_position(const YAML::Node& node) {

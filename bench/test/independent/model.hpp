@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,12 +39,12 @@ struct Task {
   Nanoseconds best = 0, worst = 0;  ///< Execution times.
   std::vector<Publication> publications{};
   std::vector<std::pair<int, int>> stores{};  ///< Slots that keep its newest sample: set, position.
-  int source = -1;                            ///< Index among the sources of all chains.
+  std::vector<int> sources{};                 ///< Indices among the sources of all chains.
 };
 
 struct Chain {
   std::string name;
-  std::vector<int> sources;   ///< As Task::source.
+  std::vector<int> sources;   ///< As Task::sources.
   std::vector<bool> is_sink;  ///< By task.
 };
 
@@ -51,10 +52,12 @@ struct Graph {
   std::vector<Task> tasks;
   std::vector<std::size_t> slots;  ///< Sets of slots of fusions and cyclic nodes: number of inputs.
   std::vector<Chain> chains;
+  /// By source: pairs of tasks between which its data counts (docs/results.md, "Source jobs").
+  std::vector<std::set<std::pair<int, int>>> ways;
   int groups = 0;
 };
 
-constexpr std::size_t kMostSources = 8;
+constexpr std::size_t kMostSources = 16;
 
 /// What a message contains of one source: the oldest timestamp and the latest start of its jobs.
 struct Mark {

@@ -42,6 +42,12 @@ struct Group {
   bool listed = false;  ///< Among the ready groups, or running.
 };
 
+/// A sample that a node keeps.
+struct Kept {
+  int publisher = 0;
+  History history{};
+};
+
 /// An executor's thread.
 struct ThreadState {
   Thread thread;
@@ -336,9 +342,10 @@ class Simulation {
       job.parent_sequence = sample.parent_sequence;
     }
     const bool costs = job.outcome != Outcome::empty || !faulty(Fault::dispatch_of_work_only);
+    const Nanoseconds dispatch = t.timer ? conditions_.timer_dispatch : conditions_.dispatch;
     thread.job = job;
     thread.started = false;
-    thread.left = costs ? conditions_.dispatch : 0;
+    thread.left = costs ? dispatch : 0;
   }
 
   void start(ThreadState& thread) {
@@ -347,7 +354,7 @@ class Simulation {
     job.start = now_;
     thread.started = true;
     if (job.outcome != Outcome::empty) {
-      for (const auto& [set, position] : t.stores) slot(set, position) = thread.history;
+      for (const auto& [set, position] : t.stores) slot(set, position) = {job.parent, thread.history};
       if (works(t)) thread.left = draw_(job.task, job.sequence);
       job.outcome = Outcome::running;
     }
@@ -366,12 +373,20 @@ class Simulation {
     after(thread, job.task);
   }
 
-  std::optional<History>& slot(int set, int position) {
+  /// What the sample of one task hands on to messages of another task.
+  History handed_on(const History& history, int from, int to) const {
+    History result{};
+    for (std::size_t s = 0; s < graph_.ways.size(); ++s)
+      if (graph_.ways[s].contains({from, to})) result[s] = history[s];
+    return result;
+  }
+
+  std::optional<Kept>& slot(int set, int position) {
     return slots_[static_cast<std::size_t>(set)][static_cast<std::size_t>(position)];
   }
 
   bool complete(const Publication& publication) {
-    const auto full = [](const std::optional<History>& input) { return input.has_value(); };
+    const auto full = [](const std::optional<Kept>& input) { return input.has_value(); };
     const auto& inputs = slots_[static_cast<std::size_t>(publication.slots)];
     return faulty(Fault::join_of_any) ? std::ranges::any_of(inputs, full) : std::ranges::all_of(inputs, full);
   }
@@ -385,12 +400,13 @@ class Simulation {
 
   void publish(const Job& job, const History& sample) {
     const Task& t = task(job.task);
-    History own = sample;
-    if (t.source >= 0) {
-      History started{};
-      started[static_cast<std::size_t>(t.source)] = {job.timestamp, job.start, 1};
-      merge(own, started);
+    History own = handed_on(sample, job.parent, job.task);
+    History started{};
+    for (const int s : t.sources) {
+      own[static_cast<std::size_t>(s)] = {};
+      started[static_cast<std::size_t>(s)] = {job.timestamp, job.start, 1};
     }
+    merge(own, started);
     const std::int64_t count = ++state(job.task).jobs;
     std::vector<bool> observed(graph_.chains.size(), false);
     if (t.publications.empty()) observe(job, own, observed);
@@ -400,8 +416,8 @@ class Simulation {
       if (p.rule == Rule::all_new && !complete(p)) continue;
       History history = own;
       if (p.slots >= 0) {
-        for (std::optional<History>& input : slots_[static_cast<std::size_t>(p.slots)]) {
-          if (input) merge(history, *input);
+        for (std::optional<Kept>& input : slots_[static_cast<std::size_t>(p.slots)]) {
+          if (input) merge(history, handed_on(input->history, input->publisher, job.task));
           const Fault keeps = p.rule == Rule::all_new ? Fault::join_keeps_slots : Fault::last_of_repeats;
           if (!faulty(keeps)) input.reset();
         }
@@ -467,7 +483,7 @@ class Simulation {
   const Draw& draw_;
   Nanoseconds now_ = 0;
   std::vector<TaskState> tasks_;
-  std::vector<std::vector<std::optional<History>>> slots_;  ///< Newest samples of fusions and cyclic nodes.
+  std::vector<std::vector<std::optional<Kept>>> slots_;  ///< Newest samples of fusions and cyclic nodes.
   std::vector<ThreadState> threads_{};
   std::size_t processors_ = 0;
   std::int64_t wakes_ = 0;

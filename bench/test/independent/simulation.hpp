@@ -80,7 +80,8 @@ using Draw = std::function<Nanoseconds(int task, std::int64_t sequence)>;
 struct Conditions {
   std::vector<Nanoseconds> phases;  ///< By task; subscriptions have none.
   Nanoseconds until = 0;
-  Nanoseconds dispatch = 0;  ///< Cost from each decision to the start of the job.
+  /// Costs from each decision to the start of the job of a timer, and of a subscription.
+  Nanoseconds timer_dispatch = 0, dispatch = 0;
 };
 
 /// An executor whose thread runs under SCHED_FIFO on one processor (docs/deployments.md). Its timer thread,

@@ -295,8 +295,9 @@ class Simulation {
     wake(executor_of(w), worker.to_wake);
     if (worker.has_job) {
       worker.in_pass = false;
-      workers_.begin_step(w, Step::dispatch, platform_.dispatch_cost, now_);
-      if (worker.on_core && platform_.dispatch_cost == Duration{}) start_job(w);
+      const Duration cost = platform_.dispatch_cost(set_[worker.job.task].kind);
+      workers_.begin_step(w, Step::dispatch, cost, now_);
+      if (worker.on_core && cost == Duration{}) start_job(w);
     } else if (worker.woken || worker.wake_at <= now_) {
       again(w);
     } else {
@@ -404,7 +405,7 @@ class Simulation {
             << " released jobs are waiting to start after " << std::setprecision(1) << to_ms(now_ - Time{})
             << " ms; the utilisation is " << std::setprecision(3)
             << utilisation(set_, summary_.published, now_ - Time{})
-            << (platform_.release_cost + platform_.pass_cost + platform_.dispatch_cost > Duration{}
+            << (platform_.release_cost + platform_.pass_cost + platform_.longest_dispatch_cost() > Duration{}
                     ? " without the platform's costs"
                     : "")
             << "; keep it below 1, the capacity of one executor worker, shorten the run or raise the limit";

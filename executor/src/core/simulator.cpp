@@ -27,8 +27,9 @@ void check_options(const SimulationOptions& options) {
   const Platform& p = options.platform;
   check(p.cores >= 1, "a simulation needs at least one core");
   check(p.time_slice > Duration{}, "the time slice must be positive");
-  for (const Duration d : {p.release_cost, p.pass_cost, p.dispatch_cost, p.wait_cost, p.wait_cost_per_entity,
-                           p.delivery_delay, p.wake_up_latency, p.time_slice}) {
+  for (const Duration d :
+       {p.release_cost, p.pass_cost, p.timer_dispatch_cost, p.subscription_dispatch_cost, p.wait_cost,
+        p.wait_cost_per_entity, p.delivery_delay, p.wake_up_latency, p.time_slice}) {
     check(d >= Duration{} && d <= kLongestInstant,
           "costs, delays and latencies must be between 0 and 2^60 ns");
   }

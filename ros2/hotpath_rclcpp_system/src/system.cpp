@@ -45,9 +45,9 @@ RclcppSystem::RclcppSystem(const Graph& graph, const GraphTasks& tasks, const nl
       executor_threads_(plan.at("threads")) {
   auto transport = std::make_unique<RclcppTransport>(graph, tasks_, plan.at("namespace"));
   transport_ = transport.get();
-  nodes_ =
-      std::make_unique<TypedLiveNodes<Messages>>(graph, tasks_, Calibration{plan.at("divisions_per_us")},
-                                                 memory, TaskHistory<BoundedMessage>(), std::move(transport));
+  nodes_ = std::make_unique<TypedLiveNodes<Messages>>(
+      graph, tasks_, Calibration{plan.at("divisions_per_us")}, memory,
+      TaskHistory<BoundedMessage>(ChainLanes(graph, tasks_)), std::move(transport));
   nodes_->connect(*this);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const auto feeders = std::ranges::count_if(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "hotpath/core/registry.hpp"
@@ -37,8 +38,9 @@ struct Platform {
   /// k: paid once per pass of the releaser, before its first release; a pass ends when its worker
   /// sleeps or runs a job.
   Duration pass_cost{};
-  /// Occupies a worker's core between a decision that yields a job and the start of that job.
-  Duration dispatch_cost{};
+  /// Occupies a worker's core between a decision that yields a job of a timer, or of a subscription,
+  /// and the start of that job.
+  Duration timer_dispatch_cost{}, subscription_dispatch_cost{};
   /// Paid before the dispatch if the decision needed a new wait: the cost to build a wait set and
   /// to scan it when rcl_wait returns, per wait and per entity. No other worker decides meanwhile.
   /// A wait in which the worker slept costs only the wake-up. A worker that shares a wait set with
@@ -57,6 +59,17 @@ struct Platform {
   /// displaced counts as executed. Otherwise the amount of work is fixed, and displacement prolongs
   /// the job.
   bool wall_clock_work = false;
+
+  [[nodiscard]] constexpr Duration dispatch_cost(TaskKind kind) const {
+    return kind == TaskKind::timer ? timer_dispatch_cost : subscription_dispatch_cost;
+  }
+  /// Of any job, at most.
+  [[nodiscard]] constexpr Duration longest_dispatch_cost() const {
+    return std::max(timer_dispatch_cost, subscription_dispatch_cost);
+  }
+  constexpr void set_dispatch_costs(Duration cost) {
+    timer_dispatch_cost = subscription_dispatch_cost = cost;
+  }
 };
 
 /// The executor's default thread priorities of a live run; all other values are Platform's
@@ -80,7 +93,7 @@ inline Platform reference_platform(const ExecutorEntry& executor, std::uint32_t 
   platform.wait_cost_per_entity = executor.traits.reference.wait_per_entity;
   platform.other_entities = kEntitiesOfANode * nodes;
   platform.cores = executor.traits.reference.cores;
-  platform.dispatch_cost = executor.traits.reference.dispatch;
+  platform.set_dispatch_costs(executor.traits.reference.dispatch);
   platform.wake_up_latency = executor.traits.reference.wake_up;
   return platform;
 }

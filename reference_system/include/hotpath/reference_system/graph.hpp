@@ -75,22 +75,42 @@ struct GraphPlatform {
   unsigned cores = 1;  ///< In [1, kMaxWorkers].
   TimerThread timer_thread = TimerThread::by_executor;
   ExecutionTimeModel execution_times = ExecutionTimeModel::worst;
-  Duration release_cost{}, pass_cost{}, dispatch_cost{}, wait_cost{}, wait_cost_per_entity{}, wake_up{},
-      delivery_delay{};  ///< >= 0.
+  Duration release_cost{}, pass_cost{}, timer_dispatch_cost{}, subscription_dispatch_cost{}, wait_cost{},
+      wait_cost_per_entity{}, wake_up{}, delivery_delay{};  ///< >= 0.
+  void set_dispatch_costs(Duration cost) { timer_dispatch_cost = subscription_dispatch_cost = cost; }
   friend bool operator==(const GraphPlatform&, const GraphPlatform&) = default;
 };
 
-/// A cost of the platform, as named in files and options.
+/// A cost of the platform, as named in files and options. Of a cost that depends on the kind of the
+/// callback, one key states both kinds, and one key each kind alone.
 struct PlatformCost {
   std::string_view key;  ///< Name of the option or key; the value is in microseconds.
   Duration GraphPlatform::*value;
   std::string_view meaning;
+  Duration GraphPlatform::*other_kind = nullptr;
+  bool both_kinds = false;
+
+  /// std::nullopt: other keys state it.
+  [[nodiscard]] std::optional<Duration> in(const GraphPlatform& platform) const {
+    const bool stated = other_kind == nullptr || (platform.*value == platform.*other_kind) == both_kinds;
+    return stated ? std::optional(platform.*value) : std::nullopt;
+  }
+  /// A key of one kind must follow the key of both.
+  void set(GraphPlatform& platform, Duration cost) const {
+    platform.*value = cost;
+    if (both_kinds) platform.*other_kind = cost;
+  }
 };
 inline constexpr std::array kPlatformCosts = {
     PlatformCost{"release_cost_us", &GraphPlatform::release_cost, "Cost of releasing a timer (delta)"},
     PlatformCost{"pass_cost_us", &GraphPlatform::pass_cost, "Cost of a pass of the releaser (k)"},
-    PlatformCost{"dispatch_cost_us", &GraphPlatform::dispatch_cost,
-                 "Delay from a scheduling decision to the start of the job"},
+    PlatformCost{"dispatch_cost_us", &GraphPlatform::timer_dispatch_cost,
+                 "Delay from a scheduling decision to the start of the job",
+                 &GraphPlatform::subscription_dispatch_cost, true},
+    PlatformCost{"timer_dispatch_cost_us", &GraphPlatform::timer_dispatch_cost, "The same for jobs of timers",
+                 &GraphPlatform::subscription_dispatch_cost},
+    PlatformCost{"subscription_dispatch_cost_us", &GraphPlatform::subscription_dispatch_cost,
+                 "The same for jobs of subscriptions", &GraphPlatform::timer_dispatch_cost},
     PlatformCost{"wait_cost_us", &GraphPlatform::wait_cost, "Cost of a wait of a wait-set executor"},
     PlatformCost{"wait_cost_per_entity_us", &GraphPlatform::wait_cost_per_entity,
                  "Cost of a wait per entity; a node has 8 besides its callbacks"},

@@ -38,7 +38,8 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///     chains:  - name, nodes, sources, sink
 ///     platform: cores, timer_thread: by_executor|raised|equal, execution_times:
 ///     worst|uniform|measured|replayed,
-///              release_cost_us, pass_cost_us, dispatch_cost_us, wait_cost_us,
+///              release_cost_us, pass_cost_us, dispatch_cost_us or
+///              timer_dispatch_cost_us and subscription_dispatch_cost_us, wait_cost_us,
 ///              wait_cost_per_entity_us, wake_up_us, delivery_delay_us
 ///
 /// An input is a topic or {topic, depth, priority}. `input: T` is short for `inputs: [T]`. The output is the

@@ -92,9 +92,11 @@ class GraphWorkload final : public Workload {
 
   /// What no job changes, shared by copies.
   struct Structure {
+    SimulatedHistory history;
     std::vector<ChainIndex> chains;
     std::vector<std::vector<std::uint32_t>> ends;  ///< By task: chains.
-    std::vector<std::vector<TaskId>> sources;      ///< By task: of chains whose sinks its data can reach.
+    std::vector<std::vector<TaskId>>
+        sources;  ///< By task: entries of histories, of chains whose sinks its data can reach.
     std::vector<std::vector<TaskId>> sources_of_nodes;
   };
 
@@ -105,8 +107,6 @@ class GraphWorkload final : public Workload {
     if (node.use_count() > 1) node = std::make_shared<Logic>(*node);
     return *node;
   }
-
-  static const SimulatedHistory kHistory;
 
   const GraphTasks& tasks_;
   const ExecutionTimes& times_;

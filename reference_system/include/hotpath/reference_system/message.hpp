@@ -33,7 +33,10 @@ class Message4kbHistory {
     }
   }
 
-  static void reserve(Message&, TaskId) {}
+  static void reserve(Message&, std::size_t) {}
+  /// The message has no room for lanes (ChainLanes): graphs with lanes use other messages.
+  static TaskId entry(std::uint32_t, std::size_t, TaskId task) { return task; }
+  static bool goes_on(const Message&, TaskId, TaskId) { return true; }
   static void clear(Message& m) { m.size(0); }
 
   /// Appends the publisher's entry, which is the last one of any message. Does nothing if the
@@ -50,7 +53,7 @@ class Message4kbHistory {
 
   /// Adds the entries of `from`. Of two jobs of one node the one that started first stays, at its
   /// place in `into`: an age counts from the oldest source job in the data.
-  static void merge(Message& into, const Message& from) {
+  static void merge(Message& into, const Message& from, TaskId) {
     const std::size_t before = into.size();
     std::size_t size = before;
     for (std::size_t i = 0; i < from.size(); ++i) {

@@ -115,14 +115,14 @@ class NodeLogic {
       for (Slot& slot : sets_[publication.set].slots) {
         if (!slot.held) continue;
         dropped += missed(slot.last_seen, slot.held);
-        History::merge(out, Messages::message(slot.held));
+        history_->merge(out, Messages::message(slot.held), job.ref.task);
         slot.held = Held();
       }
     }
     for (std::size_t i = index == 0 ? 0 : job.messages[index - 1].taken; i < job.messages[index].taken; ++i) {
-      History::merge(out, Messages::message(job.taken[i]));
+      history_->merge(out, Messages::message(job.taken[i]), job.ref.task);
     }
-    if (job.own) History::merge(out, Messages::message(job.own));
+    if (job.own) history_->merge(out, Messages::message(job.own), job.ref.task);
     history_->append(out, {job.ref.task, dropped, job.ref.sequence, job.start},
                      published_[publication.output]++);
   }

@@ -9,6 +9,15 @@
 
 namespace hotpath {
 
+/// Whether the sink's job published the message.
+template <class History>
+bool is_own(const History& history, const typename History::Message& message, const ChainObservation& out) {
+  bool own = false;
+  history.find(message, std::span(&out.sink.task, 1),
+               [&](const Stat& stat) { own = stat.start == out.sink_start; });
+  return own;
+}
+
 /// Extracts a chain's latency from `message`, which the sink's job `out.sink`, started at
 /// `out.sink_start`, processed or produced. False if the message contains none of the chain's
 /// sources.
@@ -17,7 +26,10 @@ bool observe_chain(const History& history, const typename History::Message& mess
                    ChainObservation& out) {
   out.names_jobs = History::kNamesJobs;
   for (std::size_t i = 0; i < chain.sources.size(); ++i) {
-    history.find(message, std::span(&chain.sources[i], 1), [&](const Stat& stat) {
+    const TaskId entry = history.entry(out.chain, i, chain.sources[i]);
+    // The message may be the job's own, or another one that it took.
+    if (!history.goes_on(message, entry, out.sink.task) && !is_own(history, message, out)) continue;
+    history.find(message, std::span(&entry, 1), [&](const Stat& stat) {
       out.latest_source_start =
           out.sources_seen == 0 ? stat.start : std::max(out.latest_source_start, stat.start);
       out.sources_seen |= 1U << i;

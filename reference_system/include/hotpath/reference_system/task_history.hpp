@@ -2,8 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <span>
+#include <utility>
 
+#include "hotpath/reference_system/chain_lanes.hpp"
 #include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
@@ -18,27 +21,35 @@ class TaskHistory {
   using Message = M;
   static constexpr bool kNamesJobs = true;  ///< The sequences of the entries are those of jobs.
 
-  /// Reserves memory for one entry per task.
-  static void reserve(Message& m, TaskId tasks) { m.history().reserve(tasks); }
+  TaskHistory() = default;
+  explicit TaskHistory(ChainLanes lanes) : lanes_(std::make_shared<const ChainLanes>(std::move(lanes))) {}
+
+  /// The task of the entry with the data of source `source` of a chain, which is `task`.
+  [[nodiscard]] TaskId entry(std::uint32_t chain, std::size_t source, TaskId task) const {
+    return lanes_->entry(chain, source, task);
+  }
+  [[nodiscard]] const ChainLanes& lanes() const { return *lanes_; }
+
+  /// Reserves memory for so many entries.
+  static void reserve(Message& m, std::size_t entries) { m.history().reserve(entries); }
   static void clear(Message& m) { m.history().clear(); }
 
   /// Appends the publisher's entry, which is the last one of any message, and removes an earlier
   /// one: a timer's publication may return to the timer through other tasks.
-  static void append(Message& m, const Stat& stat, std::uint32_t publication) {
-    auto& entries = m.history();
-    const auto its = [&](const auto& e) { return task_of(e) == stat.task; };
-    const auto before = std::find_if(entries.begin(), entries.end(), its);
-    if (before != entries.end()) entries.erase(before);
-    set_stat(entries.emplace_back(), stat);
+  void append(Message& m, const Stat& stat, std::uint32_t publication) const {
+    for (const TaskId lane : lanes_->begins(stat.task)) replace(m, {lane, 0, stat.sequence, stat.start});
+    replace(m, stat);
     m.publication(publication);
   }
 
-  /// Adds the entries of `from`. Of two jobs of one task the older one stays, at its place in
-  /// `into`: an age counts from the oldest source job in the data.
-  static void merge(Message& into, const Message& from) {
+  /// Adds the entries of `from` to a message of task `to`, without those of lanes that do not go there.
+  /// Of two jobs of one task the older one stays, at its place in `into`: an age counts from the oldest
+  /// source job in the data.
+  void merge(Message& into, const Message& from, TaskId to) const {
     auto& entries = into.history();
     const auto before = static_cast<std::ptrdiff_t>(entries.size());
     for (const auto& entry : from.history()) {
+      if (!goes_on(from, task_of(entry), to)) continue;
       const auto same = [&](const auto& e) { return task_of(e) == task_of(entry); };
       const auto known = std::find_if(entries.begin(), entries.begin() + before, same);
       if (known == entries.begin() + before) {
@@ -51,6 +62,12 @@ class TaskHistory {
 
   static std::uint32_t publication(const Message& m) { return m.publication(); }
 
+  /// Whether the entry of a message counts for a job of task `to` that took or published it.
+  [[nodiscard]] bool goes_on(const Message& m, TaskId entry, TaskId to) const {
+    if (!ChainLanes::is_lane(entry)) return true;
+    return lanes_->keeps(entry, task_of(*std::prev(m.history().end())), to);
+  }
+
   /// Calls `visit(Stat)` for the first entry of one of these tasks, if any.
   template <class Visit>
   static void find(const Message& m, std::span<const TaskId> tasks, Visit&& visit) {
@@ -58,6 +75,17 @@ class TaskHistory {
       if (std::find(tasks.begin(), tasks.end(), task_of(entry)) != tasks.end()) return visit(stat_of(entry));
     }
   }
+
+ private:
+  static void replace(Message& m, const Stat& stat) {
+    auto& entries = m.history();
+    const auto its = [&](const auto& e) { return task_of(e) == stat.task; };
+    const auto before = std::find_if(entries.begin(), entries.end(), its);
+    if (before != entries.end()) entries.erase(before);
+    set_stat(entries.emplace_back(), stat);
+  }
+
+  std::shared_ptr<const ChainLanes> lanes_ = std::make_shared<const ChainLanes>();
 };
 
 }  // namespace hotpath

@@ -41,10 +41,11 @@ inline void complete(msg::TaskMessage& m, const SampleInfo& info, std::int64_t r
 inline bool is_message_of(const msg::TaskMessage& m, TaskId tasks) {
   const auto instant = [](std::int64_t ns) { return ns >= 0; };
   const auto known = [&](const msg::Contribution& entry) {
-    return entry.task() < tasks && instant(static_cast<std::int64_t>(entry.start()));
+    return (entry.task() < tasks || ChainLanes::is_lane(entry.task())) &&
+           instant(static_cast<std::int64_t>(entry.start()));
   };
-  return !m.history().empty() && instant(m.published()) && instant(m.deadline()) &&
-         std::all_of(m.history().begin(), m.history().end(), known);
+  return !m.history().empty() && m.history().back().task() < tasks && instant(m.published()) &&
+         instant(m.deadline()) && std::all_of(m.history().begin(), m.history().end(), known);
 }
 
 /// Reads the SampleInfo; the message must satisfy is_message_of().

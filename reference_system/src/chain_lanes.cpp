@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hotpath/reference_system/chain_lanes.hpp"
+
+#include <algorithm>
+
+#include "hotpath/reference_system/chain_observation.hpp"
+
+namespace hotpath {
+
+namespace {
+
+using Edges = std::vector<std::pair<TaskId, TaskId>>;  // sorted
+
+constexpr std::size_t kFar = ~std::size_t{0};
+
+/// By task: the least number of edges from one of the tasks `from`; kFar: there is no way.
+std::vector<std::size_t> distances(const std::vector<std::vector<TaskId>>& next,
+                                   const std::vector<TaskId>& from) {
+  std::vector<std::size_t> distance(next.size(), kFar);
+  std::vector<TaskId> reached = from;
+  for (const TaskId id : from) distance[id] = 0;
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    for (const TaskId id : next[reached[i]]) {
+      if (distance[id] != kFar) continue;
+      distance[id] = distance[reached[i]] + 1;
+      reached.push_back(id);
+    }
+  }
+  return distance;
+}
+
+/// By task: the subscriptions that take its messages, and with each the tasks whose messages have the
+/// data of that sample: that subscription's, and those of callbacks of its node that use what it stores.
+struct Steps {
+  explicit Steps(const GraphTasks& tasks) : merged(tasks.set.size()), next(tasks.set.size()) {
+    for (TaskId id = 0; id < next.size(); ++id) {
+      merged[id].push_back(id);
+      const std::vector<TaskId> all = tasks.downstream(id);  // first those that it feeds itself
+      merged[id].insert(merged[id].end(),
+                        all.begin() + static_cast<std::ptrdiff_t>(tasks.set[id].feeds.size()), all.end());
+    }
+    for (TaskId id = 0; id < next.size(); ++id)
+      for (const TaskId reader : tasks.set[id].feeds)
+        next[id].insert(next[id].end(), merged[reader].begin(), merged[reader].end());
+  }
+  std::vector<std::vector<TaskId>> merged, next;
+};
+
+/// The tasks of the chain. Of a fusion, any input may complete the set, so all that publish the same
+/// topic belong to it.
+std::vector<bool> members_of(const ChainIndex& chain, const Steps& steps, const GraphTasks& tasks) {
+  std::vector<bool> member(tasks.set.size(), false);
+  const auto same_topic = [&](TaskId a, TaskId b) {
+    return std::ranges::any_of(tasks.set[a].feeds,
+                               [&](TaskId fed) { return std::ranges::count(tasks.set[b].feeds, fed) > 0; });
+  };
+  for (const std::vector<TaskId>& node : chain.nodes) {
+    for (const TaskId id : node) {
+      for (const TaskId with : steps.merged[id])
+        if (with == id || same_topic(id, with)) member[with] = true;
+    }
+  }
+  return member;
+}
+
+/// The edges along which data counts for the chain.
+Edges edges_of(const ChainIndex& chain, const Steps& steps, const GraphTasks& tasks) {
+  const std::vector<bool> member = members_of(chain, steps, tasks);
+  std::vector<std::vector<TaskId>> within(member.size());
+  for (TaskId id = 0; id < member.size(); ++id) {
+    if (!member[id]) continue;
+    for (const TaskId reader : tasks.set[id].feeds) {
+      if (!member[reader]) continue;
+      for (const TaskId to : steps.merged[reader])
+        if (member[to]) within[id].push_back(to);
+    }
+  }
+  const std::vector<std::size_t> distance = distances(within, chain.sources);
+  Edges edges;
+  for (TaskId from = 0; from < within.size(); ++from) {
+    if (distance[from] == kFar) continue;
+    for (const TaskId to : within[from]) {
+      const bool feedback = distance[to] <= distance[from] && distances(within, {to})[from] != kFar;
+      if (!feedback) edges.emplace_back(from, to);
+    }
+  }
+  std::ranges::sort(edges);
+  return edges;
+}
+
+}  // namespace
+
+ChainLanes::ChainLanes(const Graph& graph, const GraphTasks& tasks) : begins_(tasks.set.size()) {
+  const Steps steps(tasks);
+  const std::vector<std::vector<TaskId>>& next = steps.next;
+  std::vector<std::vector<TaskId>> before(next.size());
+  for (TaskId id = 0; id < next.size(); ++id)
+    for (const TaskId to : next[id]) before[to].push_back(id);
+  const std::vector<ChainIndex> chains = index_chains(graph, tasks);
+  for (std::uint32_t c = 0; c < chains.size(); ++c) {
+    const ChainIndex& chain = chains[c];
+    Edges edges = edges_of(chain, steps, tasks);
+    const std::vector<std::size_t> to_sink = distances(before, chain.sink_tasks);
+    bool has_lanes = false;
+    for (std::size_t s = 0; s < chain.sources.size(); ++s) {
+      const std::vector<std::size_t> reached = distances(next, {chain.sources[s]});
+      bool other_way = false;
+      for (TaskId from = 0; from < next.size() && !other_way; ++from) {
+        other_way = reached[from] != kFar && std::ranges::any_of(next[from], [&](TaskId to) {
+                      return to_sink[to] != kFar && !std::ranges::binary_search(edges, std::pair(from, to));
+                    });
+      }
+      if (!other_way) continue;
+      has_lanes = true;
+      begins_[chain.sources[s]].push_back(kLane | static_cast<TaskId>(lanes_.size()));
+      lanes_.push_back({c, s, chain.sources[s], static_cast<std::uint32_t>(edges_.size())});
+    }
+    if (!has_lanes) continue;
+    edges_.push_back(std::move(edges));
+  }
+}
+
+TaskId ChainLanes::entry(std::uint32_t chain, std::size_t source, TaskId task) const {
+  const auto lane = std::ranges::find_if(
+      lanes_, [&](const Lane& l) { return l.chain == chain && l.source_index == source; });
+  return lane == lanes_.end() ? task : kLane | static_cast<TaskId>(lane - lanes_.begin());
+}
+
+std::span<const TaskId> ChainLanes::begins(TaskId task) const {
+  return task < begins_.size() ? std::span<const TaskId>(begins_[task]) : std::span<const TaskId>();
+}
+
+bool ChainLanes::keeps(TaskId entry, TaskId from, TaskId to) const {
+  const std::size_t number = entry & ~kLane;
+  if (number >= lanes_.size()) return false;  // of a message that is not of this graph
+  return std::ranges::binary_search(edges_[lanes_[number].edges], std::pair(from, to));
+}
+
+}  // namespace hotpath
