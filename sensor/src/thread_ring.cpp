@@ -112,9 +112,8 @@ void forget_ring() {
   if (folder == nullptr) return;
   Name prefix;
   std::snprintf(prefix, sizeof prefix, "%s%s.%d.", kNamePrefix, kAttachable, getpid());
-  const std::size_t length = std::strlen(prefix + 1);
   while (const dirent* const file = readdir(folder))
-    if (std::strncmp(file->d_name, prefix + 1, length) == 0) shm_unlink(file->d_name);
+    if (std::strstr(file->d_name, prefix + 1) == file->d_name) shm_unlink(file->d_name);
   closedir(folder);
 }
 
