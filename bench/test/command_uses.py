@@ -49,7 +49,10 @@ USES = {
 # Commands that print no table, and reject --json.
 NO_TABLES = {"timeline", "check", "export", "import", "sweep", "graph", "completion", "replay"}
 # The arguments with which a command prints JSON, where they are not those above and --json.
-PRINTS_JSON = {"report": ("stored", "--json"), "watch": ("--once", "--json", "--", "true")}
+PRINTS_JSON: dict[str, tuple[object, ...]] = {
+    "report": ("stored", "--json"),
+    "watch": ("--once", "--json", "--", "true"),
+}
 # `bench` measures for minutes with programs next to the command: see bench_command_test.py.
 ELSEWHERE = {"bench"}
 

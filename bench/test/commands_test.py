@@ -32,7 +32,8 @@ class Commands(CommandTest):
                     self.assertEqual(code, 2, errors)
                     self.accepted(name, *arguments)  # later uses read its files
                     continue
-                code, out, errors = self.command(name, *PRINTS_JSON.get(name, (*arguments, "--json")))
+                words: tuple[object, ...] = PRINTS_JSON.get(name) or (*arguments, "--json")
+                code, out, errors = self.command(name, *words)
                 self.assertEqual(code, 0, errors)
                 self.assertTrue(json.loads(out), "no data")
 
