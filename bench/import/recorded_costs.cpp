@@ -56,6 +56,21 @@ Gaps without_dispatch(Gaps gaps, const RecordedCosts& costs) {
   return gaps;
 }
 
+RecordedCosts costs_of(const Gaps& dispatch, Gaps wait, Gaps wake_up, bool two_wake_ups) {
+  RecordedCosts costs;
+  costs.dispatch = cost_of(dispatch);
+  costs.timer_dispatch = cost_of(dispatch, TaskKind::timer);
+  costs.subscription_dispatch = cost_of(dispatch, TaskKind::subscription);
+  costs.wait = cost_of(without_dispatch(std::move(wait), costs));
+  wake_up = without_dispatch(std::move(wake_up), costs);
+  for (auto& [kind, late] : wake_up)
+    if (kind == TaskKind::timer && two_wake_ups) late /= 2;
+  costs.wake_up = cost_of(wake_up);
+  costs.timer_wake_up = cost_of(wake_up, TaskKind::timer);
+  costs.delivery = cost_of(wake_up, TaskKind::subscription);
+  return costs;
+}
+
 }  // namespace
 
 Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window) {
@@ -163,18 +178,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
       wake_up.emplace_back(kind, job.start - timestamp);
     }
   }
-  RecordedCosts costs;
-  costs.dispatch = cost_of(dispatch);
-  costs.timer_dispatch = cost_of(dispatch, TaskKind::timer);
-  costs.subscription_dispatch = cost_of(dispatch, TaskKind::subscription);
-  costs.wait = cost_of(without_dispatch(std::move(wait), costs));
-  wake_up = without_dispatch(std::move(wake_up), costs);
-  for (auto& [kind, late] : wake_up)
-    if (kind == TaskKind::timer && two_wake_ups) late /= 2;
-  costs.wake_up = cost_of(wake_up);
-  costs.timer_wake_up = cost_of(wake_up, TaskKind::timer);
-  costs.delivery = cost_of(wake_up, TaskKind::subscription);
-  return costs;
+  return costs_of(dispatch, std::move(wait), std::move(wake_up), two_wake_ups);
 }
 
 }  // namespace hotpath::imports
