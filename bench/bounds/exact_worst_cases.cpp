@@ -144,14 +144,13 @@ std::string why_to_stop() {
 }
 
 /// Each phase becomes the earliest possible one, and the difference to the latest one a release jitter: the
-/// schedules include those in which all jobs of a timer are late by the same time.
+/// schedules include those in which all jobs of a timer are late by the same time. All phases are
+/// later by `uncertainty`, so that none precedes the beginning.
 void near_phases(TaskSet& set, Duration uncertainty) {
   if (uncertainty == Duration{}) return;
   for (Task& task : set.tasks) {
     if (task.kind != TaskKind::timer) continue;
-    const Duration earliest = std::max(Duration{}, task.phase - uncertainty);
-    task.release_jitter += task.phase + uncertainty - earliest;
-    task.phase = earliest;
+    task.release_jitter += 2 * uncertainty;
     if (task.release_jitter < task.period) continue;
     throw ExplorationRefused("timer " + task.name +
                              " may be off by its period: release jitter and twice the phase uncertainty");

@@ -42,8 +42,8 @@ inline constexpr std::size_t kUsualStates = 50'000, kMostStates = 1'000'000;
 
 /// The exact worst cases of one executor thread for the phases that `tasks` has and any execution times
 /// between the best and the worst case of each task, and any releases up to `release_jitter` late: response
-/// times, and age of data and hot-path latency of chains that begin in timers and whose data flows in no
-/// cycle (executor/src/core/exploration.cpp). A refusal says what is not covered, or what ended the
+/// times, and age of data and hot-path latency of chains that begin in timers
+/// (executor/src/core/exploration.cpp). A refusal says what is not covered, or what ended the
 /// exploration: `max_states`, half of the memory, or a signal. `reached`, if given, gets a witness of each.
 [[nodiscard]] GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& tasks,
                                             const ExecutorEntry& executor, const SchedulerOptions& scheduling,

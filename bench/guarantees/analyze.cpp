@@ -177,7 +177,7 @@ class Analysis {
     std::string refusals;
     bool any = false;
     CallbackGraph bounded = callbacks;
-    bounded.phases_known &= uncertainty() == Duration{};
+    if (uncertainty() > Duration{}) forget_phases(bounded);
     std::vector<GraphBounds> all = setup::bounds_of(graph_, bounded, executor);
     GraphTasks tasks = tasks_;
     tasks.set = callbacks.set;
@@ -203,6 +203,13 @@ class Analysis {
     if (!options_.witness.empty() && !reached.empty()) {
       out_ << write_witnesses(reached, graph_, tasks, executor, options_, options_.witness);
     }
+  }
+
+  /// Of the phases, only their distances are bounded.
+  void forget_phases(CallbackGraph& graph) const {
+    graph.phases_known = false;
+    for (const Task& task : graph.set.tasks)
+      graph.creation_spread = std::max(graph.creation_spread, task.phase + 2 * uncertainty());
   }
 
   Duration uncertainty() const { return from_ms(options_.phase_uncertainty_us.value_or(0) / 1000); }

@@ -34,8 +34,6 @@ struct Recording {
   std::optional<Deployment> deployment = {};  ///< Of the user.
 };
 
-/// A recording interpreted under certain executors: timestamps of timers, costs, and how well a
-/// simulation matches.
 /// The thread that releases timers, beside the one that runs the other callbacks.
 enum class ThreadPriorities : std::uint8_t {
   by_executor,
@@ -43,6 +41,8 @@ enum class ThreadPriorities : std::uint8_t {
   equal_fifo,  ///< Both have one priority of SCHED_FIFO: the timer thread waits until the other sleeps.
 };
 
+/// A recording interpreted under certain executors: timestamps of timers, costs, and how well a
+/// simulation matches.
 struct Interpretation {
   std::vector<std::string> labels;  ///< By executor.
   ThreadPriorities priorities = ThreadPriorities::by_executor;

@@ -23,11 +23,10 @@ std::vector<HeldInputs> held_inputs(const RecordedGraph& graph) {
 }
 
 std::vector<std::size_t> most_unread(const tracing::System& system) {
-  std::vector<std::size_t> unread;
-  for (const tracing::Topic& topic : system.topics) {
-    std::size_t& most = unread.emplace_back(0);
-    for (const std::uint32_t subscription : topic.subscriptions)
-      most = std::max(most, ChainFollower::most_unread(system.callbacks[subscription].depth));
+  std::vector<std::size_t> unread(system.topics.size(), 0);
+  for (const tracing::Callback& reader : system.callbacks) {  // also services and clients
+    if (reader.topic >= unread.size()) continue;
+    unread[reader.topic] = std::max(unread[reader.topic], ChainFollower::most_unread(reader.depth));
   }
   return unread;
 }

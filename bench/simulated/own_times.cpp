@@ -171,7 +171,8 @@ std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run, const
     if (std::filesystem::exists(folder / "jobs.csv")) {
       results::StoredRun replayed(folder, "--execution-times " + std::string(kReplay));
       replayed.load(tasks.set);
-      return replayed_times(replayed, tasks, executor, repetition);
+      return with_drawn_releases(replayed_times(replayed, tasks, executor, repetition), tasks,
+                                 system.options.seed + repetition);
     }
   }
   const std::string& listed = system.execution_times;

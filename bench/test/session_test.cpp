@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/session.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -58,6 +61,17 @@ TEST(Session, MergesTheThreadsOfAProgramByTime) {
     EXPECT_TRUE(is_left(name));
   }
   EXPECT_FALSE(is_left(name));
+}
+
+TEST(Session, LeavesTheRingsOfAttachablePrograms) {
+  // As long as the marker of a session; process 1 lives.
+  const std::string ring = std::string(sensor::kNamePrefix) + sensor::kAttachable + ".0001.0123456789abcdef";
+  ASSERT_EQ(ring.size(), std::strlen(sensor::kNamePrefix) + sensor::kSessionDigits);
+  const int file = shm_open(ring.c_str(), O_RDWR | O_CREAT, 0600);
+  ASSERT_GE(file, 0);
+  close(file);
+  { const Session session; }
+  EXPECT_EQ(shm_unlink(ring.c_str()), 0);
 }
 
 TEST(Session, CountsDroppedEvents) {

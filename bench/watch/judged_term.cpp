@@ -116,7 +116,8 @@ void JudgedTerm::count(bool holds, Breach breach, Incident& incident) {
 }
 
 double JudgedTerm::nearness() const {
-  if (broken_ > 0 && !extreme_) return 2;
+  const bool extreme_holds = extreme_ && holds(comparison_of(term_.clause), *extreme_, term_.limit);
+  if (broken_ > 0 && (!extreme_ || extreme_holds)) return 2;  // by a job that still runs, for example
   if (!extreme_ || !is_duration(term_.clause)) return broken_ > 0 ? 2 : -1;
   const auto limit = static_cast<double>(term_.limit), value = static_cast<double>(*extreme_);
   switch (comparison_of(term_.clause)) {

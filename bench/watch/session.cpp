@@ -14,6 +14,7 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -64,8 +65,10 @@ void remove_abandoned() {
   fs::directory_iterator at("/dev/shm", error);
   for (const fs::directory_iterator end; !error && at != end; at.increment(error)) {
     const std::string name = at->path().filename().string();
-    if (name.starts_with(prefix) && name.size() == prefix.size() + sensor::kSessionDigits)
-      sessions.push_back(name.substr(prefix.size()));
+    const bool is_session = name.starts_with(prefix) &&
+                            name.size() == prefix.size() + sensor::kSessionDigits &&
+                            name.find_first_not_of("0123456789abcdef", prefix.size()) == std::string::npos;
+    if (is_session) sessions.push_back(name.substr(prefix.size()));
   }
   for (const std::string& session : sessions) {
     const int marker = shm_open(marker_of(session).c_str(), O_RDWR, 0);
@@ -76,6 +79,15 @@ void remove_abandoned() {
     }
     close(marker);
   }
+}
+
+/// Threads of attachable programs share the lock for a moment, to see whether a watcher has it.
+bool lock(int marker) {
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    if (flock(marker, LOCK_EX | LOCK_NB) == 0) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
 }
 
 bool lives(std::uint32_t process) { return kill(static_cast<pid_t>(process), 0) == 0 || errno != ESRCH; }
@@ -124,7 +136,7 @@ void Session::attach() {
     marker_ = shm_open(marker_name_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600);
     if (marker_ < 0 || fstat(marker_, &status) != 0)
       throw program::RunError("cannot attach: /dev/shm" + marker_name_ + ": " + std::strerror(errno));
-    if (flock(marker_, LOCK_EX | LOCK_NB) != 0) {
+    if (!lock(marker_)) {
       close(marker_);
       throw program::RunError(
           "another `hotpath watch` is attached; end it first, or watch a program that you "
@@ -153,7 +165,8 @@ void Session::find_rings() {
       shm_unlink(name.c_str());
     } else {
       known_.insert(name);
-      source->dropped_before = source->reader->dropped();
+      // A ring of descriptions lacks for ever what it had no room for.
+      if (!source->memory.describes()) source->dropped_before = source->reader->dropped();
     }
     found_.insert(source->reader->process());
     threads_ += source->memory.describes() ? 0 : 1;
@@ -173,6 +186,9 @@ void Session::read(tracing::Time now) {
     const bool alive = lives(reader.process());
     const bool last = reader.ended() || !alive;  // before the events are read
     reader.read(now, texts_, pending_);
+    const bool first = passed_until_ == tracing::Time{};
+    if (meeting_ == Meeting::attachable && first && !source->memory.describes())
+      source->dropped_before = reader.dropped();  // a ring that was full had no room until now
     if (!last) return false;
     ended_.dropped += reader.dropped() - source->dropped_before;
     ended_.damaged += reader.damaged();

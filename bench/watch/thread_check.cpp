@@ -103,7 +103,8 @@ void ThreadCheck::judge_wait(Subject& subject, const ThreadFacts& now, const Thr
                              const Interval& interval, Incident& incident) {
   JudgedTerm* const wait = subject.find(Clause::wait);
   if (wait == nullptr) return;
-  const Duration stolen = std::max(Duration::zero(), now.stolen - before.stolen);
+  const bool stayed = now.processor == before.processor;  // each processor has a counter of its own
+  const Duration stolen = stayed ? std::max(Duration::zero(), now.stolen - before.stolen) : Duration::zero();
   const Duration waited = std::max(Duration::zero(), now.waited - before.waited) + stolen;
   const Duration passed = std::max(interval.end - interval.begin, Duration(1));
   const auto &bound = incident.first(Role::bound), &cause = incident.first(Role::assumption);

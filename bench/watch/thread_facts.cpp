@@ -130,16 +130,16 @@ std::vector<std::optional<ThreadFacts>> ThreadReader::read(const tracing::System
     struct stat status {};
     if (stat(folder.c_str(), &status) != 0 || status.st_uid != geteuid()) continue;
     ThreadFacts facts;
-    int processor = -1;
     const auto id = static_cast<pid_t>(thread.id);
     const auto policy = policy_of(id);
     const auto processors = processors_of(id);
-    if (!policy || !processors || !parse_stat(content_of(folder + "/stat"), facts.name, processor) ||
+    if (!policy || !processors || !parse_stat(content_of(folder + "/stat"), facts.name, facts.processor) ||
         !parse_schedstat(content_of(folder + "/schedstat"), facts.ran, facts.waited))
       continue;
     facts.policy = *policy;
     facts.processors = *processors;
-    if (const auto stolen = stolen_.find(processor); stolen != stolen_.end()) facts.stolen = stolen->second;
+    if (const auto stolen = stolen_.find(facts.processor); stolen != stolen_.end())
+      facts.stolen = stolen->second;
     all[t] = facts;
   }
   return all;

@@ -19,7 +19,8 @@ struct ThreadFacts {
   std::uint64_t processors = 0;  ///< On which it may run, a bit for each of the first 64.
   Duration ran{};                ///< Since its beginning.
   Duration waited{};             ///< Ready to run, without a processor.
-  Duration stolen{};             ///< Withheld by the hypervisor from the processor that it ran on last.
+  int processor = -1;            ///< On which it ran last.
+  Duration stolen{};             ///< Withheld by the hypervisor from that processor.
 };
 
 /// Reads the threads that run callbacks from /proc.

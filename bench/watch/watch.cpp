@@ -121,14 +121,12 @@ class Watch {
   void name_programs() {
     if (!is_attached()) return;
     for (const std::uint32_t process : session_.found()) {
-      if (!named_.insert(process).second || is_refreshed()) continue;
-      std::cerr << "hotpath: attached to process " << process << " (" << process_name(process) << ")"
-                << std::endl;
+      if (named_.insert(process).second)
+        say(program::concat("attached to process ", process, " (", process_name(process), ")"));
     }
-    if (named_.empty() && !std::exchange(waits_, true) && !is_refreshed())
-      std::cerr << "hotpath: no program runs with the sensor; waiting for one that is started with\n"
-                   "  env $(hotpath watch --print-environment) PROGRAM"
-                << std::endl;
+    if (named_.empty() && !std::exchange(waits_, true))
+      say("no program runs with the sensor; waiting for one that is started with "
+          "env $(hotpath watch --print-environment) PROGRAM");
   }
 
   static Time now() { return std::chrono::steady_clock::now(); }

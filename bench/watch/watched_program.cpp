@@ -42,7 +42,8 @@ const std::string kPreload = "LD_PRELOAD=", kSession = std::string(sensor::kSess
 /// The variables of the sensor; other preloaded libraries stay.
 std::vector<std::string> sensor_variables(const std::string& library, const std::string& session) {
   const char* const others = std::getenv("LD_PRELOAD");
-  const std::string rest = others == nullptr || *others == '\0' ? "" : ":" + std::string(others);
+  std::string rest = others == nullptr || *others == '\0' ? "" : ":" + std::string(others);
+  std::ranges::replace(rest, ' ', ':');  // a shell splits `env $(...)` at blanks
   return {kPreload + library + rest, kSession + session};
 }
 

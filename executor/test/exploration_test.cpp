@@ -307,7 +307,7 @@ TEST(Exploration, FindsWhatEnumerationOfReleasesFinds) {
       set.tasks[b].bcet = set[b].wcet - draw(0, 1);
       set.tasks[a].priority = static_cast<std::int64_t>(random() % 2);
       Platform platform = default_platform(*find_executor(executor));
-      if (costs) platform.dispatch_cost = 1ns;
+      if (costs) platform.set_dispatch_costs(1ns);
       if (number % 3 > 1) platform.cores = 2;
       if (costs) platform.release_cost = 1ns;
       if (number % 5 == 0) platform.wake_up_latency = 1ns;

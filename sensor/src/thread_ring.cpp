@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -105,16 +106,25 @@ void forget_ring() {
   has_names = false;
 }
 
-/// At the end of the process. A watcher reads the last events, and removes the names then.
-[[gnu::destructor]] void remove_names() {
-  if (!has_names || attached()) return;
+/// Removes the names of attachable rings: those of this process, or those that killed processes left.
+void remove_names(bool of_this_process) {
   DIR* const folder = opendir("/dev/shm");
   if (folder == nullptr) return;
   Name prefix;
-  std::snprintf(prefix, sizeof prefix, "%s%s.%d.", kNamePrefix, kAttachable, getpid());
-  while (const dirent* const file = readdir(folder))
-    if (std::strstr(file->d_name, prefix + 1) == file->d_name) shm_unlink(file->d_name);
+  std::snprintf(prefix, sizeof prefix, "%s%s.", kNamePrefix, kAttachable);
+  const std::size_t length = std::strlen(prefix + 1);
+  while (const dirent* const file = readdir(folder)) {
+    if (std::strncmp(file->d_name, prefix + 1, length) != 0) continue;
+    const auto process = static_cast<pid_t>(std::strtol(file->d_name + length, nullptr, 10));
+    const bool lives = process <= 0 || kill(process, 0) == 0 || errno != ESRCH;
+    if (of_this_process ? process == getpid() : !lives) shm_unlink(file->d_name);
+  }
   closedir(folder);
+}
+
+/// At the end of the process. A watcher reads the last events, and removes the names then.
+[[gnu::destructor]] void end_process() {
+  if (has_names && !attached()) remove_names(true);
 }
 
 void prepare() {
@@ -179,9 +189,10 @@ void try_once() {
   this_thread.attachable = std::strcmp(session, kAttachable) == 0;
   this_thread.events.ring = undisturbed([&]() -> Ring* {
     const bool meets = this_thread.attachable || is_watched_session(session);
-    return meets ? create_ring(session, kMagic) : nullptr;
+    Ring* const ring = meets ? create_ring(session, kMagic) : nullptr;
+    if (ring != nullptr && this_thread.attachable && !has_names.exchange(true)) remove_names(false);
+    return ring;
   });
-  if (this_thread.attachable && this_thread.events.ring != nullptr) has_names = true;
 }
 
 /// Where a record of this tracepoint goes.

@@ -21,6 +21,8 @@ namespace hotpath {
 namespace {
 
 constexpr Time kBeforeAll{Duration(-1)};
+/// A state has a successor for each subset of the uncertain releases that may happen at one instant.
+constexpr std::size_t kMostAtOnce = 12;
 
 class Exploration final : public JobSink, public ExploredInstant {
  public:
@@ -39,7 +41,6 @@ class Exploration final : public JobSink, public ExploredInstant {
     for (TaskId id = 0; id < set_.size(); ++id) {
       if (set_[id].release_jitter > Duration{} && set_[id].phase == Duration{}) at_once.push_back(id);
     }
-    constexpr std::size_t kMostAtOnce = 12;
     if (at_once.size() > kMostAtOnce) {
       throw ExplorationRefused("more than 12 timers with release jitter have the phase 0");
     }
@@ -286,6 +287,8 @@ class Exploration final : public JobSink, public ExploredInstant {
       const Time next_release = ExploredBranches::begin_to_release(state);
       Time others = ExploredBranches::next_of_others(state);
       const std::vector<ExploredBranches::Instant> first = branches_.uncertain(state);
+      if (ExploredBranches::releases(state).size() > kMostAtOnce)
+        throw ExplorationRefused("more than 12 timers with release jitter may be released at one instant");
       if (first.empty() && next_release <= others) {
         if (next_release == kNever) return;
         state.from = next_release;

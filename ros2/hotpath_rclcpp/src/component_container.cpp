@@ -29,7 +29,8 @@ hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
   options.learn = node.declare_parameter("learn", options.learn);
   const auto usual = std::chrono::duration_cast<std::chrono::milliseconds>(options.service_wait);
   const auto wait_ms = node.declare_parameter("service_wait_ms", std::int64_t{usual.count()});
-  options.service_wait = std::chrono::milliseconds(std::clamp<std::int64_t>(wait_ms, -1, 1'000'000'000));
+  if (wait_ms != usual.count())  // otherwise it keeps its fraction
+    options.service_wait = std::chrono::milliseconds(std::clamp<std::int64_t>(wait_ms, -1, 1'000'000'000));
   const std::string timer_thread = node.declare_parameter("timer_thread", options.timer_thread.value_or(""));
   const std::string executor_threads =
       node.declare_parameter("executor_threads", options.executor_threads.value_or(""));

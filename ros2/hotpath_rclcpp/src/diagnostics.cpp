@@ -44,23 +44,26 @@ void run() {
       [&](const std::vector<WatchStatus>& statuses) {
         publisher->publish(to_message(statuses, node->get_clock()->now()));
       });
-  publisher->wait_for_all_acked(std::chrono::seconds(1));
+  if (rclcpp::ok()) publisher->wait_for_all_acked(std::chrono::seconds(1));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (rclcpp::remove_ros_arguments(argc, argv).size() > 1) {
-    std::cerr << kUse;
-    return 2;
-  }
   int code = EXIT_SUCCESS;
   try {
+    if (rclcpp::remove_ros_arguments(argc, argv).size() > 1) {
+      std::cerr << kUse;
+      return 2;
+    }
     rclcpp::init(argc, argv);
     run();
   } catch (const hotpath::NoReport& error) {
     std::cerr << "hotpath_diagnostics: " << error.what() << '\n' << kUse;
     code = EXIT_FAILURE;
+  } catch (const std::exception& error) {
+    std::cerr << "hotpath_diagnostics: " << error.what() << '\n';
+    code = rclcpp::ok() ? EXIT_FAILURE : EXIT_SUCCESS;  // a signal ends the context at any time
   }
   rclcpp::shutdown();
   return code;
