@@ -11,7 +11,7 @@ namespace hotpath::imports {
 
 namespace {
 
-using tracing::Duration, tracing::Job, tracing::kNone;
+using tracing::Duration, tracing::kNone;
 
 /// Share of requests that a caller must explain, and of its jobs that must have sent one.
 constexpr double kExplained = 0.9;
@@ -28,7 +28,7 @@ struct Caller {
 
 /// Each job of the service takes the latest job of the candidate that ended before it, unless an
 /// earlier one has.
-Caller matched(const std::vector<Job>& jobs, const std::vector<std::size_t>& served,
+Caller matched(const std::vector<tracing::Job>& jobs, const std::vector<std::size_t>& served,
                const std::vector<std::size_t>& sent) {
   Caller caller;
   caller.jobs = sent.size();
@@ -51,7 +51,7 @@ bool explains(const Caller& caller, std::size_t requests) {
 
 }  // namespace
 
-std::vector<std::string> attribute_requests(const tracing::System& system, std::vector<Job>& jobs) {
+std::vector<std::string> attribute_requests(const tracing::System& system, std::vector<tracing::Job>& jobs) {
   std::map<std::uint32_t, std::set<std::uint32_t>> client_nodes;  // by service
   for (const tracing::ServiceClient& client : system.clients)
     if (client.node != kNone) client_nodes[client.service].insert(client.node);
@@ -75,7 +75,7 @@ std::vector<std::string> attribute_requests(const tracing::System& system, std::
     }
     if (best.callback == kNone) continue;
     for (const auto& [request, sender] : best.matches) {
-      Job& sent = jobs[sender];
+      tracing::Job& sent = jobs[sender];
       sent.published.push_back({service.topic, sent.finish, sent.finished});
       jobs[request].sample.published = sent.finish;
       jobs[request].sample.parent = sent.ref;
