@@ -333,6 +333,7 @@ class RecordedChains : public testing::Test {
       r_.graph.callback_of.push_back(r_.graph.task_of.back());
       r_.system.callbacks.emplace_back().topic = topic;
     }
+    r_.system.topics.resize(3);
     r_.graph.rules = {{.topic = 2, .publishers = {2, 3}, .rule = PublishRule::all_new, .of = {2, 3}}};
   }
 

@@ -46,6 +46,8 @@ USES: dict[str, dict[str, Any]] = {
     "--release-cost-us": {"--release-cost-us": 333.3},
     "--pass-cost-us": {"--pass-cost-us": 251},
     "--dispatch-cost-us": {"--dispatch-cost-us": 40},
+    "--timer-dispatch-cost-us": {"--timer-dispatch-cost-us": 70},
+    "--subscription-dispatch-cost-us": {"--dispatch-cost-us": 30, "--subscription-dispatch-cost-us": 90},
     "--wait-cost-us": {"--wait-cost-us": 300},
     "--wait-cost-per-entity-us": {"--wait-cost-per-entity-us": 4},
     "--wake-up-us": {"--wake-up-us": 500},
@@ -55,6 +57,7 @@ USES: dict[str, dict[str, Any]] = {
 }
 NOT_STORED = {
     "--help": "runs nothing",
+    "--json": "changes no result",
     "--output": "changes no result",
     "--no-trace": "leaves no jobs to compare",
 }

@@ -198,7 +198,8 @@ class WatchTest(CommandTest):
         [chain] = reports[-1]["chains"]
         self.assertEqual((chain["chain"], chain["outputs"]), ("path", 130))
         self.assertGreaterEqual(chain["hot_path_ms"]["max"], 5)
-        self.assertGreaterEqual(chain["age_ms"]["max"], chain["hot_path_ms"]["max"])
+        # A timer's job may start up to 1 ms before its derived timestamp.
+        self.assertGreaterEqual(chain["age_ms"]["max"], chain["hot_path_ms"]["max"] - 1)
         [thread] = reports[-1]["executor_threads"]
         self.assertEqual((thread["executor"], thread["policy_before"]), ("main", None))
         self.assertTrue(thread["policy"] and thread["processors"])

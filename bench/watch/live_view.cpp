@@ -120,7 +120,8 @@ class Screen : public LiveView {
 
 std::unique_ptr<LiveView> open_live_view() {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0) return nullptr;
-  if (tcgetpgrp(STDIN_FILENO) != getpgrp()) return nullptr;  // a job in the background would be stopped
+  const pid_t foreground = tcgetpgrp(STDIN_FILENO);
+  if (foreground >= 0 && foreground != getpgrp()) return nullptr;  // in the background it would be stopped
   std::setlocale(LC_CTYPE, "C.UTF-8");
   SCREEN* const screen = newterm(nullptr, stdout, stdin);
   return screen == nullptr ? nullptr : std::make_unique<Screen>(screen);

@@ -46,41 +46,14 @@ struct Steps {
   std::vector<std::vector<TaskId>> merged, next;
 };
 
-/// The tasks of the chain. Of a fusion, any input may complete the set, so all that publish the same
-/// topic belong to it.
-std::vector<bool> members_of(const ChainIndex& chain, const Steps& steps, const GraphTasks& tasks) {
-  std::vector<bool> member(tasks.set.size(), false);
-  const auto same_topic = [&](TaskId a, TaskId b) {
-    return std::ranges::any_of(tasks.set[a].feeds,
-                               [&](TaskId fed) { return std::ranges::count(tasks.set[b].feeds, fed) > 0; });
-  };
-  for (const std::vector<TaskId>& node : chain.nodes) {
-    for (const TaskId id : node) {
-      for (const TaskId with : steps.merged[id])
-        if (with == id || same_topic(id, with)) member[with] = true;
-    }
-  }
-  return member;
-}
-
-/// The edges along which data counts for the chain.
-Edges edges_of(const ChainIndex& chain, const Steps& steps, const GraphTasks& tasks) {
-  const std::vector<bool> member = members_of(chain, steps, tasks);
-  std::vector<std::vector<TaskId>> within(member.size());
-  for (TaskId id = 0; id < member.size(); ++id) {
-    if (!member[id]) continue;
-    for (const TaskId reader : tasks.set[id].feeds) {
-      if (!member[reader]) continue;
-      for (const TaskId to : steps.merged[reader])
-        if (member[to]) within[id].push_back(to);
-    }
-  }
-  const std::vector<std::size_t> distance = distances(within, chain.sources);
+/// The edges along which the data of the chain's sources counts.
+Edges edges_of(const ChainIndex& chain, const Steps& steps) {
+  const std::vector<std::size_t> distance = distances(steps.next, chain.sources);
   Edges edges;
-  for (TaskId from = 0; from < within.size(); ++from) {
+  for (TaskId from = 0; from < steps.next.size(); ++from) {
     if (distance[from] == kFar) continue;
-    for (const TaskId to : within[from]) {
-      const bool feedback = distance[to] <= distance[from] && distances(within, {to})[from] != kFar;
+    for (const TaskId to : steps.next[from]) {
+      const bool feedback = distance[to] <= distance[from] && distances(steps.next, {to})[from] != kFar;
       if (!feedback) edges.emplace_back(from, to);
     }
   }
@@ -99,7 +72,7 @@ ChainLanes::ChainLanes(const Graph& graph, const GraphTasks& tasks) : begins_(ta
   const std::vector<ChainIndex> chains = index_chains(graph, tasks);
   for (std::uint32_t c = 0; c < chains.size(); ++c) {
     const ChainIndex& chain = chains[c];
-    Edges edges = edges_of(chain, steps, tasks);
+    Edges edges = edges_of(chain, steps);
     const std::vector<std::size_t> to_sink = distances(before, chain.sink_tasks);
     bool has_lanes = false;
     for (std::size_t s = 0; s < chain.sources.size(); ++s) {

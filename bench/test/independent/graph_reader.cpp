@@ -177,7 +177,7 @@ class Reader {
         task.sources.push_back(sources_++);
       }
     }
-    graph_.ways.resize(static_cast<std::size_t>(sources_), ways_along(chain, begins));
+    graph_.ways.resize(static_cast<std::size_t>(sources_), ways_without_return(begins));
     if (sources_ > static_cast<int>(kMostSources)) throw std::runtime_error("too many sources");
     const auto sink = chain["sink"].as<std::string>();
     const auto belongs = [&](const Task& task) { return task.name == sink || task.node == sink; };
@@ -188,26 +188,19 @@ class Reader {
     graph_.chains.push_back(result);
   }
 
-  /// Steps of data between messages of the chain's tasks, but none that returns: one on a cycle that does not
-  /// lead further away from the tasks where the chain begins.
-  std::set<std::pair<int, int>> ways_along(const YAML::Node& chain, const std::vector<int>& begins) const {
+  /// Steps of data between messages, but none that returns: one on a cycle that does not lead further away
+  /// from the tasks where the chain begins.
+  std::set<std::pair<int, int>> ways_without_return(const std::vector<int>& begins) const {
     const std::size_t n = graph_.tasks.size();
-    std::set<std::string> names;
-    for (const YAML::Node& name : items(chain["nodes"])) names.insert(name.as<std::string>());
-    const auto member = [&](int t) {
-      const Task& task = graph_.tasks[static_cast<std::size_t>(t)];
-      return names.contains(task.name) || names.contains(task.node);
-    };
     // Tasks whose messages have its data next: readers, and what publishes from their slots.
     const auto next = [&](int t) {
       std::set<int> found;
       for (const int reader : successors(graph_, t, true)) {
-        if (!member(t) || !member(reader)) continue;
         found.insert(reader);
         for (const auto& [set, position] : graph_.tasks[static_cast<std::size_t>(reader)].stores) {
           for (std::size_t other = 0; other < n; ++other)
             for (const Publication& p : graph_.tasks[other].publications)
-              if (p.slots == set && member(static_cast<int>(other))) found.insert(static_cast<int>(other));
+              if (p.slots == set) found.insert(static_cast<int>(other));
         }
       }
       return found;

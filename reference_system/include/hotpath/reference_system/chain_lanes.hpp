@@ -10,14 +10,13 @@
 
 namespace hotpath {
 
-/// The way of data along a chain. A source's data counts for a chain only if it reached the sink along
-/// the chain's own edges: from messages of its tasks to messages of its tasks, without feedback edges.
-/// A feedback edge lies on a cycle of such edges and does not lead away from the sources: the number of
-/// edges from the nearest source to its end is at most that to its beginning. All callbacks of a fusion
-/// that publish the same topic count as one.
+/// The way of data along a chain. A source's data counts for a chain only if it reached the sink without
+/// feedback edges. A feedback edge, a step of data from messages of one task to messages of another, lies
+/// on a cycle of such edges and does not lead away from the sources: the number of edges from the nearest
+/// source to its end is at most that to its beginning.
 ///
-/// Where data of a source can also take other ways to the sink, the messages' histories have an entry
-/// of their own for the source's data on the chain: a lane.
+/// Where data of a source can also reach the sink through feedback, the messages' histories have an entry
+/// of their own for the data that did not: a lane.
 class ChainLanes {
  public:
   /// Task of the history entries of lanes: this bit, and the number of the lane.
