@@ -157,9 +157,19 @@ void near_phases(TaskSet& set, Duration uncertainty) {
   }
 }
 
+void check_jitter(const TaskSet& set, const ExecutorEntry& executor, const Platform& platform) {
+  const auto jitter =
+      std::ranges::find_if(set.tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
+  const bool shares_core = platform.cores == 1 && !platform.raised_releaser;
+  if (jitter != set.tasks.end() && shares_core && executor.traits.timers == TimerHandling::marked_ready) {
+    throw ExplorationRefused("it does not cover the release jitter of " + jitter->name +
+                             " under a timer thread that each timer's job wakes up and that shares the core");
+  }
+}
+
 /// Throws ExplorationRefused for what is not covered.
 void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
-           const ExactOptions& exact) {
+           const Platform& platform, const ExactOptions& exact) {
   if (const auto unknown = unknown_deliveries(graph); !unknown.empty()) {
     throw ExplorationRefused("it needs the order in which samples of topic " + unknown.front() +
                              " reach its subscribers (`delivery` under `topics` in the graph)");
@@ -169,7 +179,7 @@ void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& exe
     throw ExplorationRefused("it does not cover callback " + early->task +
                              ", which publishes before the end of its jobs");
   }
-  if (exact.phase_uncertainty == Duration{}) return;
+  if (exact.phase_uncertainty == Duration{}) return check_jitter(tasks.set, executor, platform);
   if (executor.traits.timers == TimerHandling::marked_ready) {
     throw ExplorationRefused(
         "it does not cover uncertain phases under a timer thread that the end of each timer's job wakes up");
@@ -232,7 +242,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
   GraphTasks tasks = given;
   try {
     near_phases(tasks.set, exact.phase_uncertainty);
-    check(graph, tasks, executor, exact);
+    check(graph, tasks, executor, options.platform, exact);
     const HeldReleases by_exploration;
     for (Task& task : tasks.set.tasks) {
       if (task.release_jitter > Duration{}) task.release_delays = &by_exploration;

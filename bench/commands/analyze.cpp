@@ -68,12 +68,11 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "Alias of --release-cost-us");
   exclude(command, "--phases-of", {"--phases", "--phases-file"});
   exclude(command, "--phases-file", {"--phases"});
-  exclude(command, "--phase-uncertainty-us", {"--witness", "--trace"});
+  exclude(command, "--phase-uncertainty-us", {"--witness"});
   exclude(command, "--delta-us", {"--release-cost-us"});
   // The run determines these options; a chain has neither a CSV table nor a page.
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
-  exclude(command, "--chain",
-          {"--deployments", "--exact", "--witness", "--csv", "--page", "--phase-uncertainty-us"});
+  exclude(command, "--chain", {"--deployments", "--exact", "--witness", "--csv", "--page"});
 }
 
 }  // namespace hotpath::commands

@@ -47,6 +47,9 @@ class Analysis {
     if (options.phase_uncertainty_us && !phases_known()) {
       throw program::UsageError(program::concat("--phase-uncertainty-us needs known phases: ", kGivePhases));
     }
+    if (options.phase_uncertainty_us && (trace_ || !options.chain.empty())) {
+      throw program::UsageError("--phase-uncertainty-us excludes --trace and --chain; leave one of them out");
+    }
     if (options_.executors.empty() && options_.deployments.empty() && stored_.empty())
       options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
     if (!trace_) graph_ = setup::graph_to_run(options_);
