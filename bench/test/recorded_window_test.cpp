@@ -367,7 +367,7 @@ class RecordedChains : public testing::Test {
     Node& node = r_.graph.graph.nodes.emplace_back();
     node.name = name;
     node.type = type;
-    node.outputs = {name};
+    if (type == NodeType::fusion) node.outputs = {name};
     for (const std::string& input : inputs) node.inputs.push_back({input, 1, std::nullopt});
   }
 

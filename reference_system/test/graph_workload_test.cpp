@@ -171,8 +171,8 @@ TEST(GraphWorkload, AgeLeavesOutDataThatReturnsToTheChain) {
   }
 }
 
-/// Data of S reaches F at once, and by way of N, which is not on the chain.
-TEST(GraphWorkload, AgeLeavesOutDataOfOtherPaths) {
+/// Data of S reaches F at once, and by way of N, whether the chain names N or not.
+TEST(GraphWorkload, AgeCountsDataOfOtherPaths) {
   Graph g;
   g.nodes = {sensor("S", 100ms), worker("N", NodeType::cyclic, {"S"}, 2ms),
              worker("F", NodeType::fusion, {"S", "N"}, 2ms)};
@@ -180,8 +180,7 @@ TEST(GraphWorkload, AgeLeavesOutDataOfOtherPaths) {
   g.chains = {{"chain", {"S", "F"}, {"S"}, "F"}, {"longer", {"S", "N", "F"}, {"S"}, "F"}};
   const Simulated s = simulate_graph(g, "rm-ro", 500ms, {0ms, 0ms, 399ms});
   ASSERT_EQ(s.chains.size(), 2U);
-  EXPECT_EQ(s.chains[0].end_to_end_latency, 3ms);
-  EXPECT_EQ(s.chains[1].end_to_end_latency, 103ms);
+  for (const ChainRecord& output : s.chains) EXPECT_EQ(output.end_to_end_latency, 103ms);
 }
 
 TEST(GraphWorkload, CyclicNodeStoresAndPublishesEveryCycle) {
