@@ -140,7 +140,7 @@ bool ExecutorDriver::run_callback(const std::shared_ptr<Entry>& entry, const Sta
     case EntryKind::subscription:
       // An event whose sample was overwritten may still find a newer sample; its job counts as
       // empty anyway.
-      return take_and_run<rclcpp::SubscriptionBase>(*entry) && !job.empty;
+      return take_and_run<rclcpp::SubscriptionBase>(*entry) && !started.job.empty;
     case EntryKind::service:
       return take_and_run<rclcpp::ServiceBase>(*entry);
     case EntryKind::client:
