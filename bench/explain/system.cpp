@@ -42,7 +42,7 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
     const SimulatedExecutor& simulated = system.executors()[e];
     threads_.insert(threads_.end(), simulated.threads.begin(), simulated.threads.end());
     const Platform p = make_platform(graph, *setup::parts(spec)[e].entry);
-    const auto entities = static_cast<std::int64_t>(tasks.set.size() + simulated.other_entities);
+    const auto entities = std::int64_t{tasks.set.size()} + simulated.other_entities;
     executors_[e].most_overhead = p.wake_up_latency + p.wait_cost + entities * p.wait_cost_per_entity +
                                   p.longest_dispatch_cost() + p.pass_cost +
                                   static_cast<std::int64_t>(tasks.set.size()) * p.release_cost;

@@ -13,6 +13,7 @@ namespace {
 std::vector<HeldInputs> held_inputs(const RecordedGraph& graph) {
   const auto tasks_of = [&](const std::vector<std::uint32_t>& callbacks) {
     std::vector<TaskId> tasks;
+    tasks.reserve(callbacks.size());
     for (const std::uint32_t callback : callbacks) tasks.push_back(graph.task({callback, 0}));
     return tasks;
   };

@@ -70,6 +70,7 @@ inline std::string work_conserving(const Trace& trace, std::size_t busy_workers)
     --change[busy_until(r, trace)];
   }
   std::vector<std::pair<Time, int>> running;  // number from that instant on
+  running.reserve(change.size());
   int now_running = 0;
   for (const auto& [t, by] : change) running.emplace_back(t, now_running += by);
   for (const JobRecord& r : trace.jobs) {

@@ -19,6 +19,7 @@
 #include <cstring>
 #include <ctime>
 #include <new>
+#include <string_view>
 
 namespace hotpath::sensor {
 
@@ -112,10 +113,10 @@ void remove_names(bool of_this_process) {
   if (folder == nullptr) return;
   Name prefix;
   std::snprintf(prefix, sizeof prefix, "%s%s.", kNamePrefix, kAttachable);
-  const std::size_t length = std::strlen(prefix + 1);
+  const std::string_view begin = prefix + 1;
   while (const dirent* const file = readdir(folder)) {
-    if (std::strncmp(file->d_name, prefix + 1, length) != 0) continue;
-    const auto process = static_cast<pid_t>(std::strtol(file->d_name + length, nullptr, 10));
+    if (!std::string_view(file->d_name).starts_with(begin)) continue;
+    const auto process = static_cast<pid_t>(std::strtol(file->d_name + begin.size(), nullptr, 10));
     const bool lives = process <= 0 || kill(process, 0) == 0 || errno != ESRCH;
     if (of_this_process ? process == getpid() : !lives) shm_unlink(file->d_name);
   }
