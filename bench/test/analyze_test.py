@@ -46,18 +46,8 @@ class AnalyzeTest(CommandTest):
     ) -> Path:
         output = self.folder / f"run{len(list(self.folder.iterdir()))}"
         self.accepted(
-            *(
-                "simulate",
-                "--graph",
-                graph,
-                "--executors",
-                executor,
-                "--phases",
-                phases,
-                "--repetitions",
-                repetitions,
-            ),
-            *("--duration", seconds, "--output", output, *options),
+            *("simulate", "--graph", graph, "--executors", executor, "--phases", phases),
+            *("--repetitions", repetitions, "--duration", seconds, "--output", output, *options),
         )
         return output
 
@@ -372,16 +362,8 @@ class AnalyzeTest(CommandTest):
     def test_jittery_runs_stay_within_exact_values_and_repeat(self) -> None:
         nodes = [SENSOR.format("A", "20, release_jitter_ms: 5", 2), SENSOR.format("B", 30, 3)]
         graph = self.graph(*nodes, FUSION.format("F", "A", "B", 5), chain="A B F")
-        options = (
-            "--graph",
-            graph,
-            "--executors",
-            "default,events-ro",
-            "--phases",
-            "synchronous",
-            "--warm-up",
-            0,
-        )
+        system = "--executors default,events-ro --phases synchronous --warm-up 0"
+        options = ("--graph", graph, *system.split())
         first, second = self.folder / "first", self.folder / "second"
         for run, seed in ((first, 1), (second, 2)):
             self.accepted("simulate", *options, "--seed", seed, "--duration", 3, "--output", run)

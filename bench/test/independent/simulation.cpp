@@ -1,67 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulation.hpp"
-
 #include <algorithm>
-#include <deque>
 #include <tuple>
+
+#include "simulation_state.hpp"
 
 namespace independent {
 
 namespace {
-
-constexpr Nanoseconds kNever = std::numeric_limits<Nanoseconds>::max();
-
-struct Sample {
-  std::int64_t sequence = 0;
-  Nanoseconds published = 0, deadline = 0;
-  int parent = -1;
-  std::int64_t parent_sequence = 0;
-  History history{};
-};
-
-/// A released job, a ready entity of a snapshot, or an event.
-struct Ready {
-  int task = 0;
-  std::int64_t sequence = 0;  ///< Of timers.
-  Nanoseconds timestamp = 0, release = 0, deadline = 0;
-  std::int64_t activation = 0;  ///< Counts releases and arrivals.
-};
-
-struct TaskState {
-  Nanoseconds next_call = kNever;  ///< Of timers, as in rcl.
-  std::int64_t sequence = 0;       ///< Next timestamp of a timer, next sample of a subscription.
-  bool armed = true;               ///< cbg: the timer thread watches the timer.
-  std::int64_t armed_order = 0;    ///< cbg: of simultaneous timers, that watched for longest goes first.
-  std::int64_t jobs = 0;           ///< For `every: N`.
-  std::deque<Sample> unread{};
-  std::int64_t rank = 0;  ///< Fixed priority.
-};
-
-struct Group {
-  std::deque<Ready> ready{};
-  bool listed = false;  ///< Among the ready groups, or running.
-};
-
-/// A sample that a node keeps.
-struct Kept {
-  int publisher = 0;
-  History history{};
-};
-
-/// An executor's thread.
-struct ThreadState {
-  Thread thread;
-  std::vector<Ready> queue{};  ///< Events, or the rest of the snapshot.
-  std::vector<Group> groups{};
-  std::deque<int> ready_groups{};
-  bool awake = false;
-  std::int64_t since = 0;    ///< Orders threads of one priority: that awake for longest runs.
-  std::optional<Job> job{};  ///< Decided for.
-  bool started = false;
-  Nanoseconds left = 0;  ///< Until its start, then until its end.
-  History history{};     ///< Of the sample that it took.
-  std::size_t row = 0;   ///< Of the started job in the result.
-};
 
 void merge(History& into, const History& from) {
   for (std::size_t s = 0; s < kMostSources; ++s) {

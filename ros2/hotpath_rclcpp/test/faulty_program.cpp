@@ -57,7 +57,7 @@ Int32 message(int number) {
   return sample;
 }
 
-/// The threads of the executor are told from the middleware's by their callbacks.
+/// A thread belongs to the executor if it runs callbacks; the middleware's threads run none.
 void change_policy() {
   sched_param parameter{};
   int policy = 0;
