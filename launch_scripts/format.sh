@@ -11,7 +11,7 @@ git ls-files '*.cpp' '*.hpp' | xargs clang-format "${mode[@]}"
 
 mapfile -t sources < <(git ls-files '*.py')
 have() { command -v "$1" >/dev/null; }
-if have black; then black --quiet "${python[@]}" "${sources[@]}"; fi
+if have black; then black "${python[@]}" "${sources[@]}"; fi
 if [ "${1:-}" = --check ]; then
   if have flake8; then flake8 "${sources[@]}"; fi
   if have mypy; then mypy --no-error-summary "${sources[@]}"; fi

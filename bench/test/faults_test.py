@@ -142,7 +142,9 @@ class WrongUse(FaultTest):
         graph.write_text("name: [mine\n")
         self.assert_refused(["graph", graph], f"{graph}:")
         self.assert_refused(["run", "--graph", self.folder], str(self.folder))
-        self.assert_refused(["run", "--graph", "./absent.yaml"], "absent.yaml", "cannot be read (No such file")
+        self.assert_refused(
+            ["run", "--graph", "./absent.yaml"], "absent.yaml", "cannot be read (No such file"
+        )
 
     @unittest.skipUnless(IS_ROOT, "needs root to become somebody else")
     def test_unreadable_graph_file(self) -> None:

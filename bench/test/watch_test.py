@@ -3,6 +3,7 @@
 for tracetools and with the real library, and programs without tracepoints."""
 
 import contextlib
+import functools
 import json
 import os
 import pty
@@ -256,13 +257,13 @@ class WatchTest(CommandTest):
             return text in screen
 
         for text in ("CALLBACK", "/source (timer 10 ms)", "/space/sink /a", "THREAD", "Incident", "\u2588"):
-            self.wait_for(lambda text=text: shows(text), text)
+            self.wait_for(functools.partial(shows, text), text)
         for key, text in (("o", "order: execution"), ("f", "go on"), ("s", "a snapshot needs --record")):
             os.write(terminal, key.encode())
-            self.wait_for(lambda text=text: shows(text), text)
+            self.wait_for(functools.partial(shows, text), text)
         os.write(terminal, b"q")
         for text in ("Contract", "Incident: "):  # the result, after the screen
-            self.wait_for(lambda text=text: shows(text), text)
+            self.wait_for(functools.partial(shows, text), text)
         self.wait_for(lambda: (shows(""), process.poll() is not None)[1], "the end")
         self.assertEqual(process.wait(), 0)
         process.stderr.close()
@@ -321,7 +322,7 @@ class WatchTest(CommandTest):
         self.assertEqual(code, 1)
         self.assertIn("another `hotpath watch` is attached", err)
         program = self.attachable(3000, 1, 1)
-        report = {"callbacks": []}
+        report: dict = {"callbacks": []}
         while not report["callbacks"]:
             report = json.loads(first.stdout.readline())
         self.assertEqual(report["callbacks"][0]["node"], "/source")
