@@ -6,6 +6,11 @@
 
 The command must do the same work in every run, and end by itself. CPU time is user and system time of
 the command and its children; the watcher's own CPU time is stated separately.
+
+    tools/watch_cost.py --pairs 16 --jobs -- hotpath run --stack rclcpp --work fixed --load 45 --graph FILE
+
+With --jobs, the command is `hotpath run` with one executor, and only the CPU time of its callbacks
+and executor counts, per callback: not what hotpath itself needs to prepare the run and to draw.
 """
 
 import argparse
@@ -24,7 +29,7 @@ DRAWS = 10_000  # of the bootstrap
 
 
 class Cost(NamedTuple):
-    """Seconds of one run."""
+    """Seconds of one run, with --jobs `program` of one callback."""
 
     program: float
     watcher: float
@@ -38,17 +43,26 @@ def children_s() -> float:
     return usage.ru_utime + usage.ru_stime
 
 
-def run_child(file: str, command: list[str]) -> None:
+def run_child(folder: Path, command: list[str]) -> None:
     """Runs the command and stores its CPU time."""
     code = subprocess.run(command, stdout=subprocess.DEVNULL).returncode
-    Path(file).write_text(str(children_s()))
+    (folder / "cpu_s").write_text(str(children_s()))
     sys.exit(code)
 
 
-def measure(hotpath: str, command: list[str], watched: bool) -> Cost:
+def per_callback_s(run: Path) -> float:
+    """CPU time of one callback, executor included, of a run with one executor."""
+    summary = json.loads((run / "summary.json").read_text())
+    return float(summary["executors"][0]["cpu_per_callback_us"]) / 1e6
+
+
+def measure(hotpath: str, command: list[str], watched: bool, jobs: bool) -> Cost:
     """One run."""
-    with tempfile.NamedTemporaryFile() as file:
-        words = [sys.executable, os.path.abspath(__file__), "--child", file.name, "--", *command]
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        words = [sys.executable, os.path.abspath(__file__), "--child", name, "--", *command]
+        if jobs:
+            words += ["--output", str(folder / "run")]
         if watched:
             words = [hotpath, "watch", "--json", "--", *words]
         before, began = children_s(), time.monotonic()
@@ -56,11 +70,12 @@ def measure(hotpath: str, command: list[str], watched: bool) -> Cost:
         length = time.monotonic() - began
         if done.returncode != 0:
             sys.exit(f"watch_cost.py: `{' '.join(words)}` failed with code {done.returncode}")
-        program = float(Path(file.name).read_text())
+        total = float((folder / "cpu_s").read_text())
+        program = per_callback_s(folder / "run") if jobs else total
     report = json.loads(done.stdout.splitlines()[-1]) if watched else {"events": 0}
     if watched and report["dropped"] + report["damaged"] > 0:
         print(f"watch_cost.py: note: {report['dropped']} events were dropped", file=sys.stderr)
-    return Cost(program, children_s() - before - program, length, report["events"])
+    return Cost(program, children_s() - before - total, length, report["events"])
 
 
 def median(values: list[float]) -> float:
@@ -83,30 +98,30 @@ def main() -> None:
     )
     parser.add_argument("--hotpath", default="hotpath", help="the command (default: along PATH)")
     parser.add_argument("--pairs", type=int, default=20, help="of runs (default: 20)")
-    parser.add_argument("--child", help=argparse.SUPPRESS)
+    parser.add_argument("--jobs", action="store_true", help="the command is `hotpath run`; per callback")
+    parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("command", nargs="+", help="program and arguments, after --")
     options = parser.parse_args()
     if options.child:
         run_child(options.child, options.command)
     pairs: list[tuple[Cost, Cost]] = []
     for pair in range(options.pairs):
-        first = measure(options.hotpath, options.command, pair % 2 == 0)
-        second = measure(options.hotpath, options.command, pair % 2 == 1)
+        first = measure(options.hotpath, options.command, pair % 2 == 0, options.jobs)
+        second = measure(options.hotpath, options.command, pair % 2 == 1, options.jobs)
         pairs.append((first, second) if pair % 2 == 0 else (second, first))
         with_it, without = pairs[-1]
         ratio = with_it.program / without.program
         print(
-            f"pair {pair + 1}: {with_it.program:.2f} s, without {without.program:.2f} s, {ratio:.4f}",
+            f"pair {pair + 1}: {with_it.program:.4g} s, without {without.program:.4g} s, {ratio:.4f}",
             flush=True,
         )
     shares = [100 * (with_it.program / without.program - 1) for with_it, without in pairs]
     each_ns = [1e9 * (with_it.program - without.program) / with_it.events for with_it, without in pairs]
     own = [100 * with_it.watcher / with_it.length for with_it, _ in pairs]
-    for title, values, unit in (
-        ("CPU time of the program with the sensor", shares, "%"),
-        ("the same per event", each_ns, "ns"),
-        ("the watcher itself, of one core", own, "%"),
-    ):
+    rows = [("CPU time with the sensor", shares, "%"), ("the watcher itself, of one core", own, "%")]
+    if not options.jobs:
+        rows.append(("CPU time with the sensor, per event", each_ns, "ns"))
+    for title, values, unit in rows:
         middle, low, high = interval(values)
         print(f"{title}: median {middle:+.2f} {unit} (95 % interval {low:+.2f} to {high:+.2f})")
     events = sum(with_it.events / with_it.length for with_it, _ in pairs) / len(pairs)
