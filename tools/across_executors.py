@@ -3,7 +3,8 @@
 """Predicts, from the trace of a system under one executor, what traces under other executors recorded.
 
 Phases differ between launches of a system; each prediction has those of the trace that it is compared
-with. Outputs of the first second are left out: `PriorityExecutor` learns the graph there.
+with. Outputs of the first second are left out: `PriorityExecutor` learns the graph there. Execution
+times are replayed from another place in each draw.
 """
 
 import subprocess
@@ -29,17 +30,25 @@ class Case:
 
     trace: str
     executor: str
+    source: str
     priorities: tuple[tuple[str, int], ...] = ()  # of timers, by node; given to the system as well
 
 
-FROM = "upstream_jazzy_quiet_default"
+DRAWS = 10
+QUIET, JAZZY, ROLLING = "upstream_jazzy_quiet_default", "jazzy_autoware_default", "autoware_default"
 CASES = (
-    Case("upstream_jazzy_quiet_rm-ro", "rm-ro"),
+    Case("upstream_jazzy_quiet_rm-ro", "rm-ro", QUIET),
     Case(
         "upstream_jazzy_quiet_fp-given",
         "fp-ro",
+        QUIET,
         (("FrontLidarDriver", 1), ("RearLidarDriver", 1), ("BehaviorPlanner", 2)),
     ),
+    Case("jazzy_autoware_events", "events-ro", JAZZY),
+    Case("jazzy_autoware_cbg1", "cbg:1", JAZZY),
+    Case("autoware_events", "events-ro", ROLLING),
+    Case("autoware_rm", "rm-ro:first:fifo", ROLLING),
+    Case("autoware_static", "static", ROLLING),
 )
 
 
@@ -66,14 +75,28 @@ def with_priorities(graph: Path, priorities: tuple[tuple[str, int], ...]) -> Pat
     return copy
 
 
-def latencies(run: Path, without: int) -> Samples:
+def latencies(run: Path, without: int) -> list[float]:
     """Hot-path latencies of a run without its first outputs."""
-    return Samples([Run(run).latencies()["hot_path_ms"][without:]])
+    return list(Run(run).latencies()["hot_path_ms"][without:])
 
 
-def quantiles(samples: Samples) -> dict[str, float]:
+def quantiles(values: list[float]) -> dict[str, float]:
     """The published quantiles in ms."""
+    samples = Samples([values])
     return {"outputs": len(samples), "p50": samples.quantile(0.5), "p99": samples.quantile(0.99)}
+
+
+def simulated(graph: Path, executor: str, recorded: Path) -> list[list[float]]:
+    """Latencies by draw of the graph under the executor, with the phases and the duration of a recorded run."""
+    duration = Run(recorded / "run").facts["duration_s"] - WARM_UP_S
+    words = ["simulate", "--graph", graph, "--executors", executor, "--phases-of", recorded / "run"]
+    words += ["--duration", f"{duration:.3f}", "--warm-up", WARM_UP_S]
+    draws = []
+    for seed in range(1, DRAWS + 1):
+        run = recorded / f"{graph.stem}-{seed}"
+        hotpath(*words, "--seed", seed, "--output", run)
+        draws.append(latencies(run, 0))
+    return draws
 
 
 def predicted(case: Case, graph: Path, folder: Path, work: Path) -> dict[str, Any]:
@@ -82,16 +105,16 @@ def predicted(case: Case, graph: Path, folder: Path, work: Path) -> dict[str, An
     trace = unpacked(folder, case.trace, work)
     hotpath("import", "ctf", trace, "--executor", case.executor, "--chain", CHAIN, "--output", recorded)
     own = with_priorities(graph, case.priorities) if case.priorities else graph
-    duration = Run(recorded / "run").facts["duration_s"] - WARM_UP_S
-    run = work / f"{case.trace}-predicted"
-    words = ["simulate", "--graph", own, "--executors", case.executor, "--phases-of", recorded / "run"]
-    hotpath(*words, "--duration", f"{duration:.3f}", "--warm-up", WARM_UP_S, "--output", run)
+    draws = simulated(own, case.executor, recorded)
     true = quantiles(latencies(recorded / "run", round(WARM_UP_S / PERIOD_S)))
+    made = quantiles([latency for draw in draws for latency in draw])
+    of_draws = [quantiles(draw) for draw in draws]
     return {
-        "from": FROM,
+        "from": case.source,
         "executor": case.executor,
         "recorded_ms": true,
-        "predicted_ms": (made := quantiles(latencies(run, 0))),
+        "predicted_ms": made,
+        "draws_ms": {q: [min(d[q] for d in of_draws), max(d[q] for d in of_draws)] for q in ("p50", "p99")},
         "error_percent": {q: 100 * (made[q] / true[q] - 1) for q in ("p50", "p99")},
     }
 
@@ -103,10 +126,15 @@ def main() -> None:
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as name:
         work = Path(name)
-        source = work / "source"
-        trace = unpacked(chosen.traces, FROM, work)
-        hotpath("import", "ctf", trace, "--chain", CHAIN, "--output", source)
         for case in CASES:
+            absent = [t for t in (case.source, case.trace) if not (chosen.traces / f"{t}.tar.xz").exists()]
+            if absent:
+                print(f"{case.trace}: {chosen.traces} lacks {' and '.join(absent)}")
+                continue
+            source = work / f"{case.source}-imported"
+            if not source.exists():
+                trace = unpacked(chosen.traces, case.source, work)
+                hotpath("import", "ctf", trace, "--chain", CHAIN, "--output", source)
             facts = predicted(case, source / "graph.yaml", chosen.traces, work)
             print(case.trace, facts)
             if chosen.publish:

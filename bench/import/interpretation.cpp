@@ -331,7 +331,7 @@ void arrange(Recording& r, const ServiceOrder& order, const Findings& findings, 
   r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback, name, order);
   r.graph.graph.delivery = delivery_of_graph(r.deliveries, r.graph);
   set_priorities(r.graph, findings.priorities);
-  set_publication_instants(early_publications(r.system, r.graph, r.jobs), r.graph.tasks, r.graph.graph);
+  set_publication_instants(early_publications(r.graph, r.jobs), r.graph);
   r.timers = recorded_timers(r.system, r.graph, r.jobs, r.end);
   set_phases(r);
   Graph& graph = r.graph.graph;

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <map>
 
-#include "hotpath/reference_system/ros_names.hpp"
 #include "import/recorded_window.hpp"
 
 namespace hotpath::imports {
@@ -25,7 +24,7 @@ T median(std::vector<T>& values) {
 
 }  // namespace
 
-std::vector<EarlyPublication> early_publications(const tracing::System& system, const RecordedGraph& graph,
+std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
                                                  std::span<const tracing::Job> jobs) {
   struct Instants {
     std::vector<Duration> before_end;
@@ -47,20 +46,17 @@ std::vector<EarlyPublication> early_publications(const tracing::System& system, 
   for (auto& [from, instants] : all) {
     const double share = std::round(median(instants.share) / kStep) * kStep;
     const Duration before_end = median(instants.before_end);
-    if (share < kLate && before_end > kSoon)
-      early.push_back({from.first, system.topics[from.second].name, before_end, share});
+    if (share < kLate && before_end > kSoon) early.push_back({from.first, from.second, before_end, share});
   }
   std::ranges::stable_sort(early, std::ranges::greater{}, &EarlyPublication::before_end);
   return early;
 }
 
-void set_publication_instants(std::span<const EarlyPublication> early, const GraphTasks& tasks,
-                              Graph& graph) {
+void set_publication_instants(std::span<const EarlyPublication> early, RecordedGraph& graph) {
   for (const EarlyPublication& e : early) {
-    const TaskOrigin& origin = tasks.origin[e.task];
-    const std::string topic = graph_topic_name(e.topic);
-    for (Publication& p : graph.nodes[origin.node].callbacks[origin.callback].publishes)
-      if (p.topic == topic) p.at = std::clamp(e.share, 0.0, 1.0);
+    const TaskOrigin& origin = graph.tasks.origin[e.task];
+    for (Publication& p : graph.graph.nodes[origin.node].callbacks[origin.callback].publishes)
+      if (std::ranges::count(graph.topic_names[e.topic], p.topic) > 0) p.at = std::clamp(e.share, 0.0, 1.0);
   }
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -11,6 +11,7 @@
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "import/imported_graph.hpp"
+#include "import/outside_releases.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -18,23 +19,14 @@ namespace hotpath::imports {
 
 namespace {
 
-/// Most chains of a graph without chains of the user, and among how many they are chosen.
-constexpr std::size_t kChainsFound = 5, kMostChains = 30;
+/// Most chains of a graph without chains of the user.
+constexpr std::size_t kChainsFound = 5;
 
-/// Fewer samples that are not regular have no rate.
-constexpr std::size_t kLeastForRate = 10;
-/// Samples are regular if their distances differ from the mean by less than this share.
-constexpr double kRegular = 0.1;
-/// Period of a timer that fires once.
-constexpr Duration kOnce = std::chrono::hours(1);
-
-bool is_regular(const std::vector<Time>& at) {
-  if (at.size() < 3) return false;
-  const auto mean =
-      static_cast<double>((at.back() - at.front()).count()) / static_cast<double>(at.size() - 1);
-  for (std::size_t i = 1; i < at.size(); ++i)
-    if (std::abs(static_cast<double>((at[i] - at[i - 1]).count()) - mean) > kRegular * mean) return false;
-  return true;
+/// The first of NAME, NAME_2, NAME_3, ... that is not used yet.
+std::string unused_name(const std::string& name, std::set<std::string>& used) {
+  std::string unused = name;
+  for (int i = 2; !used.insert(unused).second; ++i) unused = program::concat(name, "_", i);
+  return unused;
 }
 
 std::string graph_name(const std::string& ros_name, bool is_node) {
@@ -56,6 +48,7 @@ class Builder {
   RecordedGraph build() {
     name_nodes();
     choose_tasks();
+    name_topics();
     result_.rules = infer_rules(system_, jobs_, is_task_);
     drop_silent_inputs();
     find_overlaps();
@@ -80,25 +73,48 @@ class Builder {
     return {of.node, of.topic};
   }
   /// The topic in the graph: a node has one input for each, so that further ones read a copy.
-  std::string input_name(std::uint32_t c) const { return copy_name(topic_of(c), copy_of_[c]); }
-  static std::string copy_name(const std::string& topic, std::uint32_t copy) {
-    const std::string name = graph_name(topic, false);
-    return copy == 1 ? name : program::concat(name, "_", copy);
-  }
-  std::uint32_t copies_of(std::uint32_t topic) const {
-    const auto found = copies_.find(topic);
-    return found == copies_.end() ? 1 : found->second;
+  const std::string& input_name(std::uint32_t c) const {
+    return result_.topic_names[callback(c).topic][copy_of_[c] - 1];
   }
 
   void name_nodes() {
-    std::set<std::string> used;
+    std::set<std::string> used = {kOutside};
     for (const std::string& node : system_.nodes) {
       const std::string plain = graph_name(node, true);
-      std::string name = plain;
-      for (int i = 2; !used.insert(name).second; ++i) name = program::concat(plain, "_", i);
-      if (name != plain)
-        note("There are several nodes ", node, "; one of them is called ", name, " in the graph.");
-      result_.node_names.push_back(name);
+      result_.node_names.push_back(unused_name(plain, used));
+      if (result_.node_names.back() != plain)
+        note("The graph has another node ", plain, "; node ", node, " is called ", result_.node_names.back(),
+             " in it.");
+    }
+  }
+
+  /// Topics keep their names before services and copies of topics.
+  void name_topics() {
+    std::vector<std::uint32_t> order, beside;
+    std::set<std::uint32_t> of_services;
+    for (const tracing::Callback& c : system_.callbacks)
+      if (is_beside_topics(c.kind)) of_services.insert(c.topic);
+    for (std::uint32_t t = 0; t < system_.topics.size(); ++t)
+      (of_services.contains(t) ? beside : order).push_back(t);
+    order.insert(order.end(), beside.begin(), beside.end());
+    std::set<std::string> used;
+    result_.topic_names.resize(system_.topics.size());
+    for (const std::uint32_t t : order) {
+      const std::string& recorded = system_.topics[t].name;
+      const std::string plain = graph_name(recorded, false);
+      result_.topic_names[t].push_back(unused_name(plain, used));
+      if (result_.topic_names[t].front() != plain)
+        note("The graph has another topic ", plain, "; ", recorded, " is called ",
+             result_.topic_names[t].front(), " in it.");
+    }
+    for (std::uint32_t c = 0; c < is_task_.size(); ++c) {
+      if (!is_task_[c] || callback(c).topic == kNone) continue;
+      std::vector<std::string>& names = result_.topic_names[callback(c).topic];
+      while (names.size() < copy_of_[c])
+        names.push_back(unused_name(program::concat(names.front(), "_", names.size() + 1), used));
+      if (copy_of_[c] == 1) continue;
+      note("Node ", result_.node_names[callback(c).node], " subscribes to ", topic_of(c), " several times; ",
+           input_name(c), " is a copy of the topic in the graph, published with it.");
     }
   }
 
@@ -126,12 +142,6 @@ class Builder {
       if (recorded.kind == tracing::CallbackKind::subscription) {
         if (is_housekeeping(topic_of(c))) continue;
         copy_of_[c] = ++subscribed[key_of(recorded)];
-        std::uint32_t& most = copies_[recorded.topic];
-        most = std::max(most, copy_of_[c]);
-        if (copy_of_[c] > 1) {
-          note("Node ", result_.node_names[recorded.node], " subscribes to ", topic_of(c), " several times; ",
-               input_name(c), " is a copy of the topic in the graph, published with it.");
-        }
       }
       is_task_[c] = true;
     }
@@ -203,18 +213,21 @@ class Builder {
       if (is_task_[c] && callback(c).node == n) own.push_back(c);
     if (own.empty()) return;
     std::map<std::uint32_t, std::uint32_t> input_of;  // by callback
+    std::set<std::string> used;
     for (const std::uint32_t c : own) {
       if (callback(c).kind == tracing::CallbackKind::timer) continue;
       input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
       node.inputs.push_back({input_name(c), std::max(1U, callback(c).depth), {}});
+      used.insert(input_name(c));
     }
     std::map<std::string, std::uint32_t> groups;
     for (const std::uint32_t c : own) {
       Callback added;
       const auto input = input_of.find(c);
       if (input != input_of.end()) added.input = input->second;
-      added.task =
-          program::concat(node.name, "/", added.input ? node.inputs[*added.input].topic : timer_name(c, own));
+      added.task = program::concat(
+          node.name, "/",
+          added.input ? node.inputs[*added.input].topic : unused_name(timer_name(c, own), used));
       added.period = added.deadline = callback(c).period;
       if (!added.input) added.phase = Duration::zero();
       add_publications(c, input_of, node, added);
@@ -247,8 +260,8 @@ class Builder {
       for (const std::uint32_t from : rule.of) p.of.push_back(input_of.at(from));
       std::ranges::sort(p.of);
       if (p.rule == PublishRule::last_of && p.of.empty()) p.rule = PublishRule::always;
-      for (std::uint32_t copy = 1; copy <= copies_of(rule.topic); ++copy) {
-        p.topic = copy_name(system_.topics[rule.topic].name, copy);
+      for (const std::string& name : result_.topic_names[rule.topic]) {
+        p.topic = name;
         if (std::ranges::find(node.outputs, p.topic) == node.outputs.end()) node.outputs.push_back(p.topic);
         publisher.publishes.push_back(p);
       }
@@ -274,14 +287,14 @@ class Builder {
     node.group_names.push_back(key.empty() ? "default" : key);
   }
 
-  /// Adds timers without work for each topic without a publisher: one at the rate of its samples, or
-  /// one for each of a few irregular samples.
+  /// Adds timers without work for each topic without a publisher.
   void add_outside() {
     if (outside_.empty()) return;
     Node node;
     node.name = kOutside;
     node.type = NodeType::callbacks;
     node.groups = {CallbackGroup::mutually_exclusive};
+    std::set<std::string> used;
     for (const std::uint32_t topic : outside_) {
       std::vector<Time> at;
       std::uint32_t reader = 0;
@@ -290,30 +303,25 @@ class Builder {
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
       if (at.empty()) at = {Time{}};
       std::ranges::sort(at);
-      const std::string name = graph_name(system_.topics[topic].name, true);
-      const bool one_by_one = at.size() < kLeastForRate && !is_regular(at);
-      const Duration period =
-          one_by_one
-              ? kOnce
-              : std::max(Duration(1000), (at.back() - at.front()) / static_cast<std::int64_t>(at.size() - 1));
-      for (std::size_t i = 0; i < (one_by_one ? at.size() : 1); ++i)
-        add_outside_timer(topic, at.size() > 1 && one_by_one ? program::concat(name, "_", i + 1) : name,
-                          period, at[i] - Time{}, node);
-      note_outside(topic, callback(reader).kind,
-                   one_by_one ? program::concat(at.size(), " timers that fire once, when they arrived.")
-                              : program::concat("a timer of ", program::fixed(to_ms(period), 1), " ms."));
+      const OutsideReleases releases = outside_releases(at);
+      const std::string name = graph_name(result_.topic_names[topic].front(), true);
+      const bool several = releases.first.size() > 1;
+      for (std::size_t i = 0; i < releases.first.size(); ++i)
+        add_outside_timer(topic, unused_name(several ? program::concat(name, "_", i + 1) : name, used),
+                          releases, i, node);
+      note_outside(topic, callback(reader).kind, releases.timers);
     }
     result_.graph.nodes.push_back(std::move(node));
   }
 
-  void add_outside_timer(std::uint32_t topic, const std::string& name, Duration period, Duration phase,
-                         Node& node) {
+  void add_outside_timer(std::uint32_t topic, const std::string& name, const OutsideReleases& releases,
+                         std::size_t i, Node& node) {
     Callback timer;
     timer.task = program::concat(node.name, "/", name);
-    timer.period = timer.deadline = period;
-    timer.phase = phase;
-    for (std::uint32_t copy = 1; copy <= copies_of(topic); ++copy) {
-      const std::string published = copy_name(system_.topics[topic].name, copy);
+    timer.period = timer.deadline = releases.period;
+    timer.release_jitter = releases.jitter;
+    timer.phase = releases.first[i] - Time{};
+    for (const std::string& published : result_.topic_names[topic]) {
       timer.publishes.emplace_back().topic = published;
       if (std::ranges::find(node.outputs, published) == node.outputs.end()) node.outputs.push_back(published);
     }
@@ -325,12 +333,13 @@ class Builder {
     using K = tracing::CallbackKind;
     const std::string& name = system_.topics[topic].name;
     if (kind == K::service) {
-      note("A trace does not show the requests to service ", name, "; in the graph they come from ", timers);
+      note("A trace does not show the requests to service ", name, "; in the graph they come from ", timers,
+           ".");
     } else if (kind == K::client || kind == K::unannounced) {
       note("A trace does not show what triggers the clients and waitables of ", name, "; in the graph it is ",
-           timers);
+           timers, ".");
     } else {
-      note("No callback of the trace publishes topic ", name, "; in the graph it comes from ", timers);
+      note("No callback of the trace publishes topic ", name, "; in the graph it comes from ", timers, ".");
     }
   }
 
@@ -392,7 +401,6 @@ class Builder {
   std::vector<bool> is_task_, overlaps_, reentrant_;  // by callback
   std::set<std::uint32_t> published_, outside_;       // topics
   std::vector<std::uint32_t> copy_of_;                // by callback: 1, or the number of the topic's copy
-  std::map<std::uint32_t, std::uint32_t> copies_;     // by topic: the most of any node
 };
 
 }  // namespace
@@ -400,7 +408,7 @@ class Builder {
 bool is_housekeeping(const std::string& topic) { return topic == "/rosout" || topic == "/parameter_events"; }
 
 std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks) {
-  std::vector<Chain> chains = find_chains(graph, tasks, kMostChains);
+  std::vector<Chain> chains = find_chains(graph, tasks, std::numeric_limits<std::size_t>::max());
   std::erase_if(chains, [](const Chain& chain) {
     return std::ranges::all_of(chain.sources, [](const std::string& source) {
       return source == kOutside || source.starts_with(std::string(kOutside) + "/");

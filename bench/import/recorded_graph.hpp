@@ -24,6 +24,9 @@ struct RecordedGraph {
   /// Names of nodes as in the graph, by node of the trace.
   std::vector<std::string> node_names;
 
+  /// Names of topics as in the graph, and then those of their copies, by topic of the trace.
+  std::vector<std::vector<std::string>> topic_names;
+
   [[nodiscard]] TaskId task(const tracing::JobRef& ref) const {
     return ref.callback < task_of.size() ? task_of[ref.callback] : kNoTask;
   }

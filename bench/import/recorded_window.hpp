@@ -55,17 +55,16 @@ struct Displacement {
 /// A task that publishes a topic well before its jobs end.
 struct EarlyPublication {
   TaskId task = 0;
-  std::string topic;      ///< Of the trace.
-  Duration before_end{};  ///< Median time from a job's last message to its end.
-  double share = 0;       ///< Median share of a job before its last message, 0 to 1.
+  std::uint32_t topic = kNone;  ///< Of the trace.
+  Duration before_end{};        ///< Median time from a job's last message to its end.
+  double share = 0;             ///< Median share of a job before its last message, 0 to 1.
 };
 
 /// Publications over a tenth of the job and over 0.1 ms before its end, the earliest first.
-[[nodiscard]] std::vector<EarlyPublication> early_publications(const tracing::System& system,
-                                                               const RecordedGraph& graph,
+[[nodiscard]] std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
                                                                std::span<const tracing::Job> jobs);
 
 /// Lets the graph's tasks publish at these instants.
-void set_publication_instants(std::span<const EarlyPublication> early, const GraphTasks& tasks, Graph& graph);
+void set_publication_instants(std::span<const EarlyPublication> early, RecordedGraph& graph);
 
 }  // namespace hotpath::imports

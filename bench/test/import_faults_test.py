@@ -159,7 +159,7 @@ class Faults(ImportTest):
         for i in range(100):
             run_on(trace, handles, handles["at"] + 10 * i * MS, 1)
             trace.job(handles["at"] + (10 * i + 6) * MS, handles["at"] + (10 * i + 7) * MS, second)
-        facts = self.warned(trace, "several nodes /sensor; one of them is called sensor_2", 300)
+        facts = self.warned(trace, "another node sensor; node /sensor is called sensor_2", 300)
         self.assertEqual(
             {t["task"] for t in facts["tasks"]}, {"sensor/timer", "sensor_2/timer", "filter/points"}
         )

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include <functional>
+
 namespace hotpath {
 namespace {
 
@@ -53,36 +55,78 @@ TEST(RecordedGraph, OnlyJobsOfTwoThreadsOverlap) {
   }
 }
 
-/// Nine irregular requests are repeated one by one, ten at their mean rate, regular ones periodically.
-TEST(RecordedGraph, RequestsOfServicesComeFromTimers) {
-  struct Case {
-    int requests;
-    bool regular;
-    std::size_t timers;
-  };
-  for (const auto& [requests, regular, timers] :
-       {Case{9, false, 9}, {10, false, 1}, {3, true, 1}, {1, true, 1}}) {
-    Recorded r;
-    r.system.topics = {{"/service", {}}};
-    r.callback(K::timer, 0);
-    r.callback(K::service, 0, 0);
-    r.job(0, 0, 0ms, 1ms);
-    for (int i = 1; i <= requests; ++i) {
-      const Duration at = i * 10ms * (regular ? 1 : i);
-      tracing::Job& job = r.job(1, 0, at, at + 1ms);
-      job.has_sample = true;
-      job.sample.published = job.start;
-    }
-    const imports::RecordedGraph graph = r.graph();
-    EXPECT_NE(graph.task_of.at(1), kNoTask);
-    const Node& outside = graph.graph.nodes.at(1);
-    EXPECT_EQ(outside.name, imports::kOutside);
-    ASSERT_EQ(outside.callbacks.size(), timers) << requests;
-    EXPECT_EQ(outside.callbacks.front().phase, Duration(10ms));
-    if (regular && requests > 1) {
-      EXPECT_EQ(outside.callbacks.front().period, Duration(10ms));
+/// The requests to a service in a trace with a timer, and the node that stands for their senders.
+Node outside_of(const std::vector<Duration>& requests) {
+  Recorded r;
+  r.system.topics = {{"/service", {}}};
+  r.callback(K::timer, 0);
+  r.callback(K::service, 0, 0);
+  r.job(0, 0, 0ms, 1ms);
+  for (const Duration at : requests) {
+    tracing::Job& job = r.job(1, 0, at, at + 1us);
+    job.has_sample = true;
+    job.sample.published = job.start;
+  }
+  const imports::RecordedGraph graph = r.graph();
+  EXPECT_NE(graph.task_of.at(1), kNoTask);
+  EXPECT_EQ(graph.graph.nodes.at(1).name, imports::kOutside);
+  return graph.graph.nodes.at(1);
+}
+
+std::vector<Duration> arrivals(int number, const std::function<Duration(int)>& at) {
+  std::vector<Duration> all;
+  for (int i = 0; i < number; ++i) all.push_back(at(i));
+  return all;
+}
+
+TEST(RecordedGraph, RegularRequestsComeFromOneTimer) {
+  const Node outside = outside_of({10ms, 20ms, 30ms});
+  ASSERT_EQ(outside.callbacks.size(), 1U);
+  EXPECT_EQ(outside.callbacks[0].period, 10ms);
+  EXPECT_EQ(outside.callbacks[0].phase, Duration(10ms));
+}
+
+TEST(RecordedGraph, AFewIrregularRequestsComeOnce) {
+  for (const int number : {1, 9}) {
+    const std::vector<Duration> at = arrivals(number, [](int i) { return 10ms * (i + 1) * (i + 1); });
+    const Node outside = outside_of(at);
+    ASSERT_EQ(outside.callbacks.size(), at.size());
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      EXPECT_EQ(outside.callbacks[i].phase, at[i]);
+      EXPECT_EQ(outside.callbacks[i].period, 1h);
     }
   }
+}
+
+/// Bursts of five with 1 ms between them, every 500 ms.
+TEST(RecordedGraph, BurstsKeepTheirInstantsAndRecur) {
+  const std::vector<Duration> at = arrivals(20, [](int i) { return i / 5 * 500ms + i % 5 * 1ms; });
+  const Node outside = outside_of(at);
+  ASSERT_EQ(outside.callbacks.size(), at.size());
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    EXPECT_EQ(outside.callbacks[i].phase, at[i]);
+    EXPECT_EQ(outside.callbacks[i].period, (at.back() - at.front()) / 19 * 20);
+  }
+}
+
+/// The timers of very many arrivals take turns; every arrival is within the jitter of its turn.
+TEST(RecordedGraph, JitterCoversVeryManyArrivals) {
+  const std::vector<Duration> at = arrivals(500, [](int i) { return i / 5 * 500ms + i % 5 * 1ms; });
+  const Node outside = outside_of(at);
+  const std::size_t timers = outside.callbacks.size();
+  ASSERT_LE(timers, 10U);
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const Callback& timer = outside.callbacks[i % timers];
+    EXPECT_LT(timer.release_jitter, timer.period);
+    const Duration late = at[i] - *timer.phase - timer.period * static_cast<std::int64_t>(i / timers);
+    EXPECT_TRUE(late >= 0ms && late <= timer.release_jitter) << i;
+  }
+}
+
+TEST(RecordedGraph, TooManyArrivalsAtOnceHaveTheirMeanRate) {
+  const Node outside = outside_of(arrivals(500, [](int i) { return i < 250 ? i * 1us : 10s + i * 1us; }));
+  ASSERT_EQ(outside.callbacks.size(), 1U);
+  EXPECT_EQ(outside.callbacks[0].release_jitter, 0ms);
 }
 
 TEST(RecordedGraph, ServicesOfOtherThreadsAreLeftOut) {
@@ -111,6 +155,35 @@ TEST(RecordedGraph, ASecondSubscriptionOfANodeReadsACopyOfTheTopic) {
   EXPECT_EQ(graph.tasks.set[graph.task_of.at(1)].name, "n1/a");
   EXPECT_EQ(graph.tasks.set[graph.task_of.at(2)].name, "n1/a_2");
   EXPECT_EQ(graph.tasks.set[graph.task_of.at(0)].feeds.size(), 2U);
+}
+
+/// The names that the graph would make are those of other topics, of a service and of a node.
+TEST(RecordedGraph, NamesAreDifferent) {
+  Recorded r;
+  r.system.topics = {{"/a", {}}, {"/a", {}}, {"/a_2", {}}, {"/timer", {}}, {"/strange", {}}};
+  r.callback(K::timer, 0);
+  r.callback(K::service, 1, 0);
+  for (const std::uint32_t topic : {1U, 1U, 2U, 3U}) r.callback(K::subscription, 1, topic);
+  r.callback(K::timer, 1);
+  r.callback(K::subscription, 2, 4);
+  r.system.nodes[2] = "/outside";
+  for (int i = 0; i < 10; ++i) {
+    tracing::Job& job = r.job(0, 0, i * 10ms, i * 10ms + 1ms);
+    for (const std::uint32_t topic : {1U, 2U, 3U}) job.published.push_back({topic, job.finish});
+    for (std::uint32_t c = 1; c < 8; ++c) r.job(c, 0, i * 10ms + c * 1ms, i * 10ms + c * 1ms + 500us);
+  }
+  const imports::RecordedGraph graph = r.graph();
+  std::vector<std::string> names;
+  for (const Task& task : graph.tasks.set.tasks) names.push_back(task.name);
+  EXPECT_THAT(names, testing::UnorderedElementsAre("n0/timer", "n1/a_3", "n1/a", "n1/a_2_2", "n1/a_2",
+                                                   "n1/timer", "n1/timer_2", "outside_2/strange",
+                                                   "outside/a_3", "outside/strange"));
+  const auto name_of = [&](std::uint32_t c) { return graph.tasks.set[graph.task_of.at(c)].name; };
+  EXPECT_EQ(name_of(4), "n1/a_2") << "a topic keeps its name before copies";
+  std::vector<std::string> fed;
+  for (const TaskId reader : graph.tasks.set[graph.task_of.at(0)].feeds)
+    fed.push_back(graph.tasks.set[reader].name);
+  EXPECT_THAT(fed, testing::UnorderedElementsAre("n1/a", "n1/a_2_2", "n1/a_2", "n1/timer"));
 }
 
 /// Two nodes answer each other; the second one ran less often.

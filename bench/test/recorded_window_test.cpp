@@ -211,7 +211,7 @@ std::size_t early(Duration length, const std::vector<Duration>& instants) {
     tracing::Job& job = r.job(0, 0, i * 100ms, i * 100ms, i * 100ms + length);
     for (const Duration at : instants) job.published.push_back({0, job.start + at, 0});
   }
-  return imports::early_publications(r.system, r.graph, r.jobs).size();
+  return imports::early_publications(r.graph, r.jobs).size();
 }
 
 TEST(EarlyPublications, AreLongBeforeTheEndByShareAndByTime) {

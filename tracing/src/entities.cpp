@@ -29,7 +29,7 @@ void Assembler::describe(const Event& e) {
       return;
     case K::service_init:
       endpoint(e, Endpoint::Kind::service, 0);
-      if (*e.text[0] != '\0') services_[first] = {find(nodes_, second, kNone), topic_named(e.text[0])};
+      if (*e.text[0] != '\0') services_[first] = {find(nodes_, second, kNone), topic_named(e.text[0], true)};
       return;
     case K::client_init:
       return add_client(e);
@@ -157,8 +157,9 @@ void Assembler::set_handle(Handle handle, std::uint32_t callback) {
   ++system_.reused_handles;
 }
 
-std::uint32_t Assembler::topic_named(const std::string& name) {
-  const auto [at, is_new] = topics_.try_emplace(name, static_cast<std::uint32_t>(system_.topics.size()));
+std::uint32_t Assembler::topic_named(const std::string& name, bool of_service) {
+  const auto [at, is_new] =
+      topics_.try_emplace({of_service, name}, static_cast<std::uint32_t>(system_.topics.size()));
   if (is_new) system_.topics.emplace_back().name = name;
   return at->second;
 }

@@ -18,11 +18,11 @@ void Assembler::add_client(const Event& e) {
   endpoint(e, Endpoint::Kind::client, 0);
   if (*e.text[0] == '\0') return;
   const auto index = static_cast<std::uint32_t>(system_.clients.size());
-  const std::uint32_t service = topic_named(e.text[0]);
+  const std::uint32_t service = topic_named(e.text[0], true);
   clients_[{e.process, e.number[0]}] = index;
   clients_of_[service].push_back(index);
   system_.clients.push_back({e.process, find(nodes_, {e.process, e.number[1]}, kNone), service,
-                             topic_named(e.text[0] + std::string("/response")), kNone});
+                             topic_named(e.text[0] + std::string("/response"), true), kNone});
 }
 
 /// A wait-set executor asks for the next callback.
@@ -106,7 +106,7 @@ std::uint32_t Assembler::pseudo_node(std::uint32_t process) {
 
 /// The callback that stands for all unannounced ones of a node or of a thread.
 std::uint32_t Assembler::unannounced_callback(std::uint32_t node, const std::string& topic) {
-  const std::uint32_t named = topic_named(system_.nodes[node] + "/" + topic);
+  const std::uint32_t named = topic_named(system_.nodes[node] + "/" + topic, true);
   const auto [at, is_new] = unannounced_.try_emplace(named, kNone);
   if (!is_new) return at->second;
   at->second = add_callback(CallbackKind::unannounced);

@@ -209,6 +209,15 @@ void make_service(Recording& recording) {
   recording.tell(K::client_init, 12, {40, 2}, {"/map", ""});
 }
 
+TEST(Assembler, AServiceIsNoTopicOfThatName) {
+  Recording recording;
+  make_service(recording);
+  recording.tell(K::publisher_init, 13, {50, 1, 51}, {"/map", ""});
+  const System& system = recording.assembler.system();
+  EXPECT_NE(system.endpoints.back().topic, system.callbacks.back().topic);
+  EXPECT_EQ(system.clients.back().service, system.callbacks.back().topic);
+}
+
 void answer(Recording& recording, std::int64_t at_ns) {
   recording.tell(K::get_next_ready, at_ns, {});
   recording.tell(K::callback_start, at_ns + 1, {31});

@@ -115,7 +115,8 @@ class Assembler {
   void add_service_callback(const Event& e);
   std::uint32_t add_callback(CallbackKind kind);
   void set_handle(Handle callback, std::uint32_t index);
-  std::uint32_t topic_named(const std::string& name);
+  /// Services and topics may have one name.
+  std::uint32_t topic_named(const std::string& name, bool of_service = false);
   ThreadState& thread_of(const Event& e);
 
   // stated_executors.cpp: events of executors that describe themselves.
@@ -176,8 +177,8 @@ class Assembler {
   std::unordered_map<std::uint32_t, std::uint32_t> unannounced_;                       // callbacks, by topic
   ByHandle<std::uint32_t> executors_;                                                  // to the stated ones
   std::map<std::pair<std::uint32_t, std::uint64_t>, std::uint32_t> callback_of_task_;  // by stated executor
-  std::unordered_map<std::string, std::uint32_t> topics_;
-  ByHandle<std::uint32_t> thread_indices_;      // by process and id
+  std::map<std::pair<bool, std::string>, std::uint32_t> topics_;                       // of services: true
+  ByHandle<std::uint32_t> thread_indices_;                                             // by process and id
   std::vector<ThreadState> threads_;            // parallel to those of the system
   std::vector<CallbackState> callback_states_;  // parallel to its callbacks
   std::uint64_t publications_ = 0, events_ = 0;
