@@ -26,6 +26,7 @@ std::vector<std::string> unmodelled(const tracing::System& system, const Recorde
       filtered[callback.node].push_back(system.topics[callback.topic].name);
   }
   std::vector<std::string> all;
+  all.reserve(filtered.size() + graph.rules.size());
   for (const auto& [node, topics] : filtered) {
     all.push_back(program::concat(
         "Node ", system.nodes[node], " passes ", program::joined(topics, ", "),
