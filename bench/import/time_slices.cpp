@@ -153,7 +153,8 @@ std::size_t follow_time_slices(const tracing::System& system, const RecordedWind
                                const std::vector<int>& level, std::vector<Duration>& own) {
   std::size_t sharing = 0;
   for (const Pool& pool : pools_of(system, window)) {
-    if (pool.processors.empty() || pool.threads.size() <= pool.processors.size()) continue;
+    // With several processors, the rule does not find who lost one.
+    if (pool.processors.size() != 1 || pool.threads.size() < 2) continue;
     if (std::ranges::any_of(pool.threads, [&](std::uint32_t t) { return level[t] > 0; })) continue;
     std::vector<Duration> times = own;
     Slices slices(window, pool);
