@@ -13,6 +13,8 @@ namespace {
 /// wait for a time slice.
 constexpr Duration kLong = std::chrono::milliseconds(1);
 constexpr int kSlices = 2;
+/// Threads whose callbacks start within this time may have decided in the other order.
+constexpr Duration kTogether = std::chrono::microseconds(100);
 
 /// Drives a scheduler whose tasks have their places in the hypothesis's order as ids.
 class Follower {
@@ -24,6 +26,7 @@ class Follower {
         place_(set.size()),
         started_(set.size(), 0),
         started_on_(recorded.ready_on.size(), 0),
+        free_(recorded.ready_on.size(), Time::min()),
         slice_began_(recorded.ready_on.size(), Time::min()),
         owed_(set.size(), 0),
         deadline_(recorded.deadline) {
@@ -80,30 +83,44 @@ class Follower {
     if (traits_.policy == Policy::dm) task.deadline = Duration(std::min(hypothesis.levels[id], kLast / 2));
   }
 
-  /// When the thread that releases timers runs, having woken at `wake_at_`. A late one waits until a
-  /// thread sleeps, or has run for `late_` since it last did.
-  [[nodiscard]] Time releases_at() const {
-    if (late_ == Duration::zero()) return wake_at_;
+  /// When the thread that releases timers runs, having woken at `wake_at_`.
+  struct Release {
     Time at = kNever;
+    bool displaces = false;  ///< It takes the core of a thread that runs.
+  };
+
+  /// When the thread sleeps, at `wake_at_` or later, before its next job becomes ready.
+  [[nodiscard]] Time sleeps_at(Worker w) const {
+    if (std::ranges::find(running_, w, &Running::worker) != running_.end()) return kNever;
+    const std::vector<Time>& ready = recorded_.ready_on[w];
+    const Time next = started_on_[w] == ready.size() ? kNever : ready[started_on_[w]];
+    const Time at = std::max(wake_at_, free_[w]);
+    return next > at || (next == at && at > free_[w]) ? at : kNever;
+  }
+
+  /// A late one waits until a thread sleeps, or has had its core for `late_`. Then it releases all that is
+  /// due.
+  [[nodiscard]] Release next_release() const {
+    if (late_ == Duration::zero() || wake_at_ <= released_at_) return {wake_at_};
+    Release next{kNever};
     for (Worker w = 0; w < slice_began_.size(); ++w) {
-      const std::vector<Time>& ready = recorded_.ready_on[w];
-      const bool runs = std::ranges::find(running_, w, &Running::worker) != running_.end();
-      const bool sleeps = !runs && (started_on_[w] == ready.size() || ready[started_on_[w]] > wake_at_);
-      const Time displaces = late_ == kUntilIdle ? kNever : slice_began_[w] + late_;
-      at = std::min(at, sleeps ? wake_at_ : std::max(wake_at_, displaces));
+      const Time sleeps = sleeps_at(w);
+      const Time displaces = late_ == kUntilIdle ? kNever : std::max(wake_at_, slice_began_[w] + late_);
+      if (std::min(sleeps, displaces) < next.at) next = {std::min(sleeps, displaces), displaces < sleeps};
     }
-    return at;
+    return next;
   }
 
   /// Advances the clock, and with it a thread that only releases timers. It spins from the first
   /// job on.
   void advance(Time at, bool idle = false) {
     while (releases_ && wake_at_ != kNever) {
-      const Time releases = idle ? wake_at_ : releases_at();
-      if (releases > at) break;
-      // It took the core of the thread that had run longest.
-      if (late_ > Duration::zero() && releases > wake_at_) *std::ranges::min_element(slice_began_) = releases;
-      now_ = std::max(now_, releases);
+      const Release release = idle ? Release{wake_at_} : next_release();
+      if (release.at > at) break;
+      // The threads whose time slice was over get a new one after it.
+      for (Time& began : slice_began_)
+        if (release.displaces && began + late_ <= release.at) began = release.at;
+      now_ = released_at_ = std::max(now_, release.at);
       const Turn turn = take_turn(*scheduler_, manager_, now_);
       const bool stays = turn.released == 0 && turn.decision.wake_at <= wake_at_;
       wake_at_ = turn.decision.wake_at;
@@ -196,8 +213,8 @@ class Follower {
       } else if (late_ > Duration::zero() && !slept && wake_at_ <= now_) {
         // The thread found nothing to run and slept, which let the timers be released.
         slept = true;
+        slice_began_[step.thread] = std::max(step.free, wake_at_);
         advance(now_, true);
-        slice_began_[step.thread] = now_;
         continue;
       } else if (traits_.timers == TimerHandling::release_only && !is_subscription(wanted_)) {
         ++owed_[wanted_];
@@ -210,6 +227,13 @@ class Follower {
     }
   }
 
+  /// Whether another thread starts a job of the task so soon that it may have decided before this one.
+  [[nodiscard]] bool decides_together(const RecordedStep& step, TaskId task) const {
+    if (started_[task] == recorded_.decided[task].size()) return false;
+    const auto& [at, thread] = recorded_.decided[task][started_[task]];
+    return thread != step.thread && at - step.at <= (step.shows_decision ? Duration::zero() : kTogether);
+  }
+
   void judge(const RecordedStep& step, bool possible) {
     using Of = Agreement::Of;
     Of of = possible ? Of::yes : Of::no;
@@ -219,7 +243,7 @@ class Follower {
       const std::vector<Time>& ready = recorded_.ready[preferred];
       const Time at = started_[preferred] < ready.size() ? ready[started_[preferred]] : Time::min();
       const Time decided = std::max(step.free, step.ready);
-      of = at > decided ? Of::open : Of::no;
+      of = at > decided || decides_together(step, preferred) ? Of::open : Of::no;
       plain = of == Of::no && at < decided - long_;
       for (const TaskId asked : asked_)
         if (counts_ && of == Of::no) ++agreement_.before[{step.task, tasks_[asked]}];
@@ -231,6 +255,7 @@ class Follower {
   }
 
   void finish(const RecordedStep& step) {
+    free_[step.thread] = step.at;
     const auto running = std::ranges::find(running_, step.job, &Running::job);
     if (running == running_.end()) return;
     const bool timers_apart = traits_.timers == TimerHandling::release_and_execute;
@@ -253,9 +278,10 @@ class Follower {
   Worker manager_ = 0;
   Duration long_ = kLong;
   Duration late_{};  // as Hypothesis::release_delay
-  Time now_ = Time::min(), wake_at_ = kNever;
+  Time now_ = Time::min(), wake_at_ = kNever, released_at_ = Time::min();
   std::vector<std::size_t> started_;     // by task
   std::vector<std::size_t> started_on_;  // by thread
+  std::vector<Time> free_;               // by thread: end of its last job
   std::vector<Time> slice_began_;        // by thread: when it woke, or lost the core to a release
   WorkerSet woken_;
   std::vector<std::uint32_t> owed_;  // by place: jobs that ran before the scheduler released them

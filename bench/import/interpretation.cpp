@@ -6,12 +6,14 @@
 #include <map>
 #include <set>
 
+#include "hotpath/core/platform.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "import/chain_option.hpp"
 #include "import/distinguishing_load.hpp"
 #include "import/recognition_text.hpp"
 #include "import/service_calls.hpp"
+#include "import/unmodelled.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "setup/run_setup.hpp"
@@ -101,6 +103,7 @@ class Interpreter {
     if (recording_.executors.executors.size() > 1 || (timers_apart && recording_.cores == 1)) {
       for (std::size_t i = 0; i < result_.records.size(); ++i)
         if (result_.records[i].outcome == Outcome::ran) result_.records[i].cpu_time = displacement_.own[i];
+      result_.sharing = displacement_.sharing;
     }
   }
 
@@ -472,6 +475,7 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
     recording.graph.notes.push_back(std::move(note));
   for (std::string& note : delivery_notes(recording.system, recording.deliveries))
     recording.graph.notes.push_back(std::move(note));
+  std::vector<std::string> missing = unmodelled(recording.system, recording.graph);
   Interpretations all = best_interpretation(recording, findings.labels);
   Recognition& first = recording.recognitions.front();
   if (recording.recognitions.size() == 1 && first.verdict == Verdict::undecided)
@@ -483,6 +487,16 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
     all.best.check.light = std::max(all.best.check.light, Light::yellow);
     all.best.check.reasons.push_back(sentence(recognition, recording.first_graph));
   }
+  if (all.best.sharing > 0)
+    missing.push_back(
+        program::text("%zu threads share processors in time slices, whose ends a trace does not show: the "
+                      "execution times of "
+                      "their jobs are those that slices of %.0f ms give the recorded starts and ends.",
+                      all.best.sharing, to_ms(Platform{}.time_slice)));
+  // They explain a deviation; of a green reproduction they are remarks.
+  std::vector<std::string>& told =
+      all.best.check.light == Light::green ? recording.graph.notes : all.best.check.reasons;
+  told.insert(told.end(), std::make_move_iterator(missing.begin()), std::make_move_iterator(missing.end()));
   return all;
 }
 

@@ -168,7 +168,7 @@ class Recogniser {
   }
 
   /// Sorts the scores by contradictions to the recording. The first one is the simplest of those
-  /// that the recording does not tell apart from the best one.
+  /// that fit and that the recording does not tell apart from the best one.
   void rank() {
     std::vector<Score>& ranking = result_.ranking;
     std::ranges::stable_sort(
@@ -176,8 +176,9 @@ class Recogniser {
     if (ranking.empty()) return;
     compare_with(ranking.front());
     const auto leads = [&](const Score& s) { return is_leading(s, ranking.front()); };
-    const auto simplest = std::ranges::min_element(
-        ranking, {}, [&](const Score& s) { return leads(s) ? open_choices(s.hypothesis) : 1000; });
+    const auto simplest = std::ranges::min_element(ranking, {}, [&](const Score& s) {
+      return leads(s) && s.agreement >= kFits ? open_choices(s.hypothesis) : 1000;
+    });
     std::rotate(ranking.begin(), simplest, simplest + 1);
     compare_with(ranking.front());
     const auto excluded = std::stable_partition(ranking.begin(), ranking.end(), leads);

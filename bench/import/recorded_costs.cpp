@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "import/recorded_window.hpp"
+#include "import/time_slices.hpp"
 
 namespace hotpath::imports {
 
@@ -15,16 +15,23 @@ namespace {
 struct Meetings {
   std::uint32_t within = 0;  ///< Ran within a job of the other thread: preempted it.
   std::uint32_t waited = 0;  ///< Became ready during a job of the other thread and began after it.
+  std::uint32_t sliced = 0;  ///< Became ready during a job of the other thread and began later during it.
 };
+
+/// A thread that preempts another one begins sooner; a time slice ends later.
+constexpr Duration kPreempts = std::chrono::microseconds(500);
 
 /// After this time a thread that shares a wait set sleeps, even if its wait began twice.
 constexpr Duration kBeginning = std::chrono::microseconds(500);
 
-/// Few exceptions do not count: threads of the ordinary policy also preempt each other.
+/// Few exceptions do not count: threads of the ordinary policy also preempt each other, and take turns.
+bool takes_turns(const Meetings& of) { return of.sliced > 3 && 10 * of.sliced > of.within; }
 bool is_above(const Meetings& of, const Meetings& other) {
-  return of.within > 3 && of.within > 10 * other.within;
+  return of.within > 3 && of.within > 10 * other.within && !takes_turns(of);
 }
-bool waits_for(const Meetings& of) { return of.waited > 4 && of.waited > 20 * of.within; }
+bool waits_for(const Meetings& of, const Meetings& other) {
+  return of.waited > 4 && of.waited > 20 * of.within && !takes_turns(other);
+}
 
 /// A kind of job with fewer dispatches than this has the median of all dispatches.
 constexpr std::size_t kEnough = 100;
@@ -100,8 +107,10 @@ Displacement recorded_displacement(const tracing::System& system, const Recorded
       for (const auto& [thread, last] : latest[job.processor]) {
         const tracing::Job& before = window.jobs[last];
         const bool during = thread != job.thread && before.start < ready && ready < before.finish;
-        if (during && idle_since[job.thread] < ready && before.finish <= job.start)
-          ++met[job.thread][thread].waited;
+        if (!during || idle_since[job.thread] >= ready) continue;
+        Meetings& meetings = met[job.thread][thread];
+        meetings.waited += before.finish <= job.start;
+        meetings.sliced += before.finish > job.start && job.start > ready + kPreempts;
       }
     }
     latest[job.processor][job.thread] = i;
@@ -114,10 +123,11 @@ Displacement recorded_displacement(const tracing::System& system, const Recorded
         int& level = displacement.level[a];
         if (is_above(met[a][b], met[b][a]))
           level = std::max(level, std::min(displacement.level[b] + 1, kMostLevels));
-        if (waits_for(met[b][a])) level = std::max({level, displacement.level[b], 1});
+        if (waits_for(met[b][a], met[a][b])) level = std::max({level, displacement.level[b], 1});
       }
     }
   }
+  displacement.sharing = follow_time_slices(system, window, displacement.level, displacement.own);
   return displacement;
 }
 

@@ -13,6 +13,7 @@ class Steps {
       : graph_(graph), set_(graph.tasks.set), window_(window), executor_(executor), job_at_(set_.size()) {
     result_.epoch = graph.epoch;
     result_.ready.resize(set_.size());
+    result_.decided.resize(set_.size());
     result_.ready_on.resize(executor.threads.size());
     result_.own.resize(set_.size(), false);
     result_.has_timers.resize(executor.threads.size(), false);
@@ -64,9 +65,11 @@ class Steps {
     step.task = task;
     step.thread = t;
     step.job = j;
-    step.at = job.start;
+    step.shows_decision = job.decided > Time{} && job.decided >= recorded.timestamp;
+    step.at = step.shows_decision ? job.decided : job.start;
+    result_.decided[task].emplace_back(step.at, t);
     step.ready = recorded.timestamp;
-    all_.push_back({step, job.started});
+    all_.push_back({step, step.shows_decision ? job.question : job.started});
     if (!job.ended) return;
     step.kind = RecordedStep::Kind::finish;
     step.at = job.finish;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "import/recorded_window.hpp"
@@ -11,7 +12,8 @@ namespace hotpath::imports {
 struct RecordedStep {
   enum class Kind : std::uint8_t { arrival, start, finish };
   Kind kind = Kind::start;
-  bool contested = false;  ///< Start: another task of the executor could have run as well.
+  bool shows_decision = false;  ///< Start: the executor asked for work at this instant.
+  bool contested = false;       ///< Start: another task of the executor could have run as well.
   Time at{};
   TaskId task = kNoTask;      ///< Arrival: the reader.
   std::uint32_t thread = 0;   ///< Start, finish: index into the executor's threads.
@@ -25,8 +27,10 @@ struct RecordedSteps {
   std::vector<RecordedStep> steps;       ///< In the order of events; readers of a message in order of tasks.
   std::vector<std::vector<Time>> ready;  ///< By task: timestamps of its jobs, in the order of starts.
   std::vector<std::vector<Time>> ready_on;  ///< The same by thread.
-  std::vector<Time> deadline;               ///< By recorded job: inherited, with each period as the deadline.
-  std::vector<bool> own;                    ///< By task: the executor serves it.
+  /// By task: when the decisions for its jobs fell at the latest, and on which threads.
+  std::vector<std::vector<std::pair<Time, std::uint32_t>>> decided;
+  std::vector<Time> deadline;  ///< By recorded job: inherited, with each period as the deadline.
+  std::vector<bool> own;       ///< By task: the executor serves it.
   std::vector<bool> has_timers, has_others;  ///< By thread: the kinds of its tasks.
   Time epoch{};                              ///< Phases of timers count from here.
   std::size_t starts = 0;

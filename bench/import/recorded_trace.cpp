@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -13,6 +15,9 @@ namespace {
 
 /// Most time from rcl's clock reading to the event of a timer's creation.
 constexpr Duration kCreationEvent = std::chrono::milliseconds(1);
+
+/// A thread that ran nothing for so long was idle. No event comes later by waking up alone.
+constexpr Duration kIdle = std::chrono::microseconds(200);
 
 /// With more releases, and more per job, the trace's clock must have jumped.
 constexpr double kManyReleases = 1e6, kReleasesPerJob = 1e3;
@@ -27,6 +32,25 @@ Time on_grid(Time about, Time due, Duration period) {
 Timer timer_of(TaskId id, const RecordedGraph& graph, const RecordedTimers& timers) {
   const Task& task = graph.tasks.set[id];
   return {id, task, timers.first[id] - task.phase};
+}
+
+/// By task: how far a job may start before the timer's first release, moved by whole periods, if the executor
+/// calls the timer when the job starts. The jobs of idle threads tell, since they start when they are
+/// due; the others may be releases that waited.
+std::vector<Duration> most_ahead(const RecordedGraph& graph, const RecordedTimers& timers,
+                                 std::span<const tracing::Job> jobs) {
+  std::vector<Duration> most(timers.first.size());
+  std::map<std::uint32_t, Time> free;  // by thread
+  for (const tracing::Job& job : jobs) {
+    const Time since = std::exchange(free[job.thread], job.ended ? job.finish : job.start);
+    const TaskId id = graph.task(job.ref);
+    if (id == kNoTask || graph.tasks.set[id].kind != TaskKind::timer || job.start - since < kIdle) continue;
+    const Duration period = graph.tasks.set[id].period;
+    const Duration ahead = (period + (timers.first[id] - job.start) % period) % period;
+    most[id] = std::max(most[id], kIdle + (ahead > kCreationEvent ? Duration::zero() : ahead));
+  }
+  std::ranges::replace(most, Duration::zero(), Duration(kCreationEvent));
+  return most;
 }
 
 void refuse_jumps(const RecordedTimers& timers, const RecordedGraph& graph, std::size_t jobs, Time end) {
@@ -67,6 +91,7 @@ RecordedTimers recorded_timers(const tracing::System& system, const RecordedGrap
       timers.first[id] = on_grid(timers.first[id], stated[id], system.callbacks[c].period);
     polled[id] = released[id] = timer_of(id, graph, timers);
   }
+  const std::vector<Duration> most = most_ahead(graph, timers, jobs);
   for (const tracing::Job& job : jobs) {
     const TaskId id = graph.task(job.ref);
     if (id == kNoTask || graph.tasks.set[id].kind != TaskKind::timer) continue;
@@ -74,7 +99,7 @@ RecordedTimers recorded_timers(const tracing::System& system, const RecordedGrap
     if (release - job.start > kCreationEvent) early_released[id] = true;
     released[id].call(release == timers.first[id] ? timers.begin : release);
     const Duration before = polled[id].next_call() - job.start;
-    if (before > kCreationEvent) {
+    if (before > most[id]) {
       early[id] = true;
       continue;
     }

@@ -36,10 +36,12 @@ struct RecordedCosts {
 };
 
 /// Preemption between threads. A job that lies within a job of another thread on the same processor
-/// preempted it; a job that became ready during that job and began after it waited for it.
+/// preempted it; a job that became ready during that job and began after it waited for it. A job that became
+/// ready during that job and began later during it got a time slice.
 struct Displacement {
   std::vector<Duration> own;  ///< By job: its length without the jobs that preempted it.
   std::vector<int> level;     ///< By thread: relative priority; 0: it may have the ordinary policy.
+  std::size_t sharing = 0;    ///< Threads that share processors in time slices.
 };
 [[nodiscard]] Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window);
 

@@ -96,6 +96,33 @@ TEST(RecordedDisplacement, OnlyTheInnermostJobHadTheProcessor) {
   EXPECT_THAT(imports::recorded_displacement(r.system, r.window()).own, ElementsAre(4ms, 5ms, 1ms));
 }
 
+/// The first thread has the processor from 0 to 3 ms and from 6 to 8 ms.
+TEST(RecordedDisplacement, ThreadsThatOverlapShareTheProcessorInTimeSlices) {
+  Recorded r;
+  r.system.threads = {{0, 1, 1, 0, {{0, 1}}}, {0, 2, 1, 0, {{0, 1}}}};
+  for (int i = 0; i < 2; ++i) r.task(TaskKind::timer, 100ms);
+  r.job(0, 0, 0ms, 0ms, 8ms, true);
+  r.job(1, 1, 1ms, 3ms, 9ms, true);
+  const imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
+  EXPECT_THAT(displacement.own, ElementsAre(5ms, 4ms));
+  EXPECT_EQ(displacement.sharing, 2U);
+}
+
+/// Short jobs of the second thread lie within long ones of the first: it preempts if they begin at once.
+TEST(RecordedDisplacement, AThreadThatWaitsForATimeSliceHasNoPriority) {
+  for (const Duration late : {Duration(20us), Duration(2ms)}) {
+    Recorded r;
+    r.system.threads = {{0, 1, 5, 0, {{0, 5}}}, {0, 2, 5, 0, {{0, 5}}}};
+    for (int i = 0; i < 2; ++i) r.task(TaskKind::timer, 20ms);
+    for (int i = 0; i < 5; ++i) {
+      const Duration begin = i * 20ms;
+      r.job(0, 0, begin, begin, begin + 12ms, true);
+      r.job(1, 1, begin + 1ms, begin + 1ms + late, begin + 2ms + late, true);
+    }
+    EXPECT_EQ(imports::recorded_displacement(r.system, r.window()).level[1], late < 1ms ? 1 : 0);
+  }
+}
+
 TEST(RecordedCosts, AReleaserWakesTheThreadOfItsTimer) {
   Recorded r;
   r.task(TaskKind::timer, 10ms);
@@ -160,6 +187,18 @@ TEST(RecordedSteps, ATaskWhoseGroupIsBusyContestsNothing) {
       EXPECT_EQ(step.contested, step.task == 2 && !same_group) << "task " << step.task;
     }
   }
+}
+
+/// The second thread begins its callback first, although it asked for work after the first one.
+TEST(RecordedSteps, ThreadsDecideInTheOrderOfTheirQuestions) {
+  Recorded r;
+  for (int i = 0; i < 2; ++i) r.task(TaskKind::timer, 100ms);
+  r.job(1, 1, 10ms, 10150us, 12ms).decided = Time{} + 10100us;
+  r.job(0, 0, 10ms, 10200us, 12ms).decided = Time{} + 10050us;
+  const auto steps = imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0, 1}}, 10);
+  EXPECT_EQ(steps.steps.at(0).task, 0U);
+  EXPECT_EQ(steps.steps.at(0).at, Time{} + 10050us);
+  EXPECT_EQ(steps.steps.at(1).task, 1U);
 }
 
 TEST(RecordedSteps, SamplesInheritTheDeadlineOfTheTimerThatCausedThem) {
@@ -239,6 +278,23 @@ TEST(FollowedSchedule, AJobThatRanBeforeItsReleaseDoesNotRunAgain) {
   r.job(0, 0, 9900us, 9900us, 10500us);
   r.job(1, 0, 11ms, 12ms, 13ms);
   EXPECT_THAT(r.follow("rm-ro").decisions, ElementsAre(Of::no, Of::yes));
+}
+
+/// A releaser without a priority displaces the job at 5 ms, whose time slice is over, and at 8 ms, when the
+/// next one is: the sample of 7.5 ms is queued before the timer of 7 ms.
+TEST(FollowedSchedule, ADisplacedThreadGetsANewTimeSlice) {
+  Recorded r;
+  for (const Duration phase : {0ms, 5ms, 7ms}) r.timer(100ms, phase);
+  r.task(TaskKind::subscription);
+  r.job(0, 0, 0ms, 0ms, 10ms);
+  r.job(1, 0, 5ms, 10010us, 11ms);
+  tracing::Job& job = r.job(3, 0, 7500us, 11010us, 12ms);
+  job.has_sample = true;
+  job.sample.published = Time{} + 7500us;
+  r.job(2, 0, 7ms, 12010us, 13ms);
+  imports::Hypothesis h = r.hypothesis("events-ro");
+  h.release_delay = Platform{}.time_slice;
+  EXPECT_EQ(imports::follow(r.graph.tasks.set, r.steps(), h, 0, r.jobs.size()).contradictions, 0U);
 }
 
 /// At 11 ms the first thread waits without the group that the second thread keeps busy until 13 ms:

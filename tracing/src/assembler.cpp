@@ -74,6 +74,8 @@ void Assembler::start(const Event& e) {
   job.thread = thread.index;
   job.start = e.at;
   job.started = events_;
+  job.decided = std::exchange(thread.question, {});
+  job.question = thread.asked_at;
   job.waited = std::exchange(thread.waited, false);
   job.timestamp = std::exchange(thread.timestamp, {});
   job.release = std::exchange(thread.release, {});

@@ -57,6 +57,11 @@ void Assembler::describe(const Event& e) {
     }
     case K::service_callback_added:
       return add_service_callback(e);
+    case K::callback_register: {
+      const std::uint32_t callback = find(callbacks_, first, kNone);
+      if (callback != kNone) system_.callbacks[callback].symbol = e.text[0];
+      return;
+    }
     case K::executor_init:
     case K::executor_callback:
     case K::executor_priority:

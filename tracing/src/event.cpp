@@ -39,7 +39,7 @@ std::span<const EventFormat> formats() {
       {subscription_callback_added,
        "ros2:rclcpp_subscription_callback_added",
        {{"subscription", a}, {"callback", a}}},
-      {callback_register, "ros2:rclcpp_callback_register", {{"callback", a}, {"symbol", t}}, false},
+      {callback_register, "ros2:rclcpp_callback_register", {{"callback", a}, {"symbol", t}}},
       {timer_init, "ros2:rcl_timer_init", {{"timer_handle", a}, {"period", i}}},
       {timer_callback_added, "ros2:rclcpp_timer_callback_added", {{"timer_handle", a}, {"callback", a}}},
       {timer_link_node, "ros2:rclcpp_timer_link_node", {{"timer_handle", a}, {"node_handle", a}}},

@@ -40,7 +40,7 @@ void Assembler::ask(const Event& e) {
   }
   announce(e);
   if (!thread.open.empty()) return;  // a callback that spins
-  thread.asked = e.at;
+  thread.asked = thread.question = e.at;
   thread.asked_at = events_;
 }
 

@@ -248,6 +248,23 @@ TEST(Unannounced, AQuestionWithoutAWaitFollowsAResponse) {
   EXPECT_EQ(recording.jobs.front().published.front().topic, client.topic);
 }
 
+TEST(Assembler, AJobAnswersTheLastQuestionOfItsThread) {
+  Recording recording;
+  recording.make_nodes();
+  recording.tell(K::callback_register, 9, {11}, {"message_filters::Subscriber<M>::cb", ""});
+  recording.tell(K::get_next_ready, 1000, {});
+  recording.tell(K::wait_for_work, 1001, {});
+  recording.tell(K::get_next_ready, 2000, {});
+  recording.tell(K::execute, 2001, {10});
+  recording.publish(2002, 0);
+  recording.publish(2010, 0);
+  ASSERT_EQ(recording.jobs.size(), 2U);
+  EXPECT_EQ(recording.jobs[0].decided, at(2000));
+  EXPECT_LT(recording.jobs[0].question, recording.jobs[0].started);
+  EXPECT_EQ(recording.jobs[1].decided, Time{}) << "it has no question";
+  EXPECT_EQ(recording.assembler.system().callbacks[0].symbol, "message_filters::Subscriber<M>::cb");
+}
+
 TEST(Unannounced, ShortOrAnnouncedGapsAreNoJobs) {
   for (const K between : {K::execute, K::wait_for_work, K::get_next_ready}) {
     Recording recording;

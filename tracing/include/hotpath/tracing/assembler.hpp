@@ -91,6 +91,7 @@ class Assembler {
     std::uint32_t index = kNone;
     std::optional<Time> asked;  ///< A wait-set executor asked for work then, and nothing was announced since.
     std::uint64_t asked_at = 0;  ///< The event.
+    Time question{};             ///< The last such question before the next job, announced or not.
     bool unannounced = false;    ///< The outermost open job has no events of its own.
     std::uint32_t unannounced_callback = kNone;
     Time timestamp{}, release{};  ///< Stated of the next job.

@@ -33,6 +33,7 @@ struct Callback {
   std::map<std::uint32_t, std::uint64_t> published;  ///< Messages that its jobs published, by topic.
   std::uint64_t samples = 0;                         ///< Subscriptions: published for it.
   std::uint64_t strangers = 0;  ///< Subscriptions: samples taken without a traced publication.
+  std::string symbol = {};      ///< The function, as the linker names it; empty: unknown.
 };
 
 struct Topic {
@@ -141,6 +142,10 @@ struct Job {
   Time start{}, finish{};
   /// Positions of both among the events of the trace; they decide the order within one instant.
   std::uint64_t started = 0, finished = 0;
+  /// The question for work that the job answers, and its position among the events; Time{}: the
+  /// executor writes no such events. Threads that share a wait set decide in the order of questions.
+  Time decided{};
+  std::uint64_t question = 0;
   bool ended = true;
   bool waited = false;      ///< The executor waited for work since the previous job of the thread.
   bool has_sample = false;  ///< True for jobs of subscriptions.
