@@ -40,6 +40,7 @@ std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracin
                                            CallbackObservation& observed) const {
   if (job.has_sample) return job.sample.published;
   if (callback.kind != tracing::CallbackKind::timer) return std::nullopt;
+  if (job.timestamp > Time{} && job.timestamp <= job.start) return job.timestamp;  // hotpath's executors
   std::optional<Timer>& timer = observed.timer;
   if (!timer) {
     Time first = callback.created + callback.period;

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "hotpath/reference_system/chain_observation.hpp"
@@ -22,6 +24,8 @@ namespace {
 constexpr std::int64_t kDistances = 3;
 /// Bounds assume that threads never wait; an idle machine lets them wait less than this in a second.
 constexpr double kWait_ms = 1;
+/// Of a job among the work of timer threads.
+constexpr Duration kLongest = std::chrono::seconds(100);
 
 class StatedContract {
  public:
@@ -68,8 +72,12 @@ class StatedContract {
     const Task& of = tasks_.set[task];
     const Callback& callback = tasks_.callbacks[task];
     const bool measured = callback.measured != nullptr || !callback.quantiles.empty();
-    if (of.wcet > Duration::zero())
-      write(out, Clause::budget, to_ms(of.wcet), measured ? Origin::measured : Origin::given);
+    if (const auto longest = longest_run(task)) {
+      const Origin origin = *longest > of.wcet ? Origin::derived
+                            : measured         ? Origin::measured
+                                               : Origin::given;
+      write(out, Clause::budget, to_ms(*longest), origin);
+    }
     if (of.kind == TaskKind::timer) {
       write(out, Clause::period, to_ms(of.period), Origin::given);
     } else {
@@ -157,6 +165,48 @@ class StatedContract {
       out << YAML::EndMap;
     }
     out << YAML::EndSeq;
+  }
+
+  /// Most time from start to end of a job. Where threads of the ordinary class share a processor, jobs
+  /// displace one another at any time: it is that of the response, if that is bounded.
+  std::optional<Duration> longest_run(TaskId task) const {
+    const Duration wcet = tasks_.set[task].wcet;
+    if (wcet == Duration::zero()) return std::nullopt;
+    const auto [threads, timer_threads] = ordinary_threads();
+    if (threads > graph_.platform.cores) return response(task);
+    Duration release = graph_.platform.release_cost + graph_.platform.pass_cost;
+    for (const setup::ExecutorSpec& part : setup::parts(executor_))  // before its jobs displace another one
+      if (part.entry->traits.timers == TimerHandling::release_and_execute)
+        release = std::max(release, graph_.platform.release_cost + graph_.platform.pass_cost +
+                                        graph_.platform.timer_dispatch_cost);
+    if (threads + timer_threads <= graph_.platform.cores || release == Duration::zero()) return wcet;
+    Duration longest = wcet;  // with the work of timer threads
+    for (;;) {
+      Duration next = wcet;
+      for (const Task& timer : tasks_.set.tasks)
+        if (timer.kind == TaskKind::timer) next += (longest / timer.period + 1) * release;
+      if (next == longest) return longest;
+      if (next > kLongest) return response(task);
+      longest = next;
+    }
+  }
+
+  /// Of the ordinary class: threads that run jobs, and timer threads that run none or go first.
+  std::pair<std::uint32_t, std::uint32_t> ordinary_threads() const {
+    const std::span<const setup::ExecutorSpec> all = setup::parts(executor_);
+    std::uint32_t threads = 0, timer_threads = 0;
+    for (std::size_t e = 0; e < all.size(); ++e) {
+      if (executor_.deployment && !executor_.deployment->plan.executors[e].policy.ordinary()) continue;
+      const ExecutorTraits& traits = all[e].entry->traits;
+      const TimerThread rank = graph_.platform.timer_thread;
+      const bool raised =
+          rank == TimerThread::raised || (rank == TimerThread::by_executor && traits.raises_timer_thread);
+      const bool apart = traits.timers != TimerHandling::polled &&
+                         (traits.timers != TimerHandling::release_and_execute || raised);
+      threads += worker_count(*all[e].entry, all[e].scheduler) - (apart ? 1 : 0);
+      timer_threads += apart ? 1 : 0;
+    }
+    return {threads, timer_threads};
   }
 
   std::optional<Duration> response(TaskId task) const {

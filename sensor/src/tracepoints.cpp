@@ -119,3 +119,13 @@ HOTPATH_TRACEPOINT(rclcpp_ring_buffer_enqueue,
                    (buffer, index, size, overwritten), {number(buffer), index})
 HOTPATH_TRACEPOINT(rclcpp_ring_buffer_dequeue, (Handle buffer, std::uint64_t index, std::uint64_t size),
                    (buffer, index, size), {number(buffer), index})
+
+/// hotpath's own executors state the nominal instant and the release of the thread's next job.
+extern "C" [[gnu::visibility("default")]] void hotpath_watch_executor(Handle executor, Text name) {
+  hotpath::sensor::record(Id::executor_init, {number(executor)}, {name});
+}
+extern "C" [[gnu::visibility("default")]] void hotpath_watch_job(Handle executor, std::uint64_t task,
+                                                                 std::int64_t timestamp,
+                                                                 std::int64_t release) {
+  hotpath::sensor::record(Id::executor_job, {number(executor), task, number(timestamp), number(release)});
+}
