@@ -12,6 +12,7 @@
 
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
+#include "program/text.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
 #include "watch/contract.hpp"
@@ -38,7 +39,6 @@ class StatedContract {
 
   std::string text() {
     YAML::Emitter out;
-    out.SetDoublePrecision(12);
     out << YAML::BeginMap << YAML::Key << "callbacks" << YAML::Value << YAML::BeginSeq;
     for (TaskId task = 0; task < tasks_.set.size(); ++task) write_callback(out, task);
     out << YAML::EndSeq;
@@ -95,8 +95,25 @@ class StatedContract {
   template <class Value>
   static void write(YAML::Emitter& out, Clause clause, const Value& value, Origin origin) {
     out << YAML::Key << std::string(to_string(clause)) << YAML::Value << YAML::Flow << YAML::BeginMap
-        << YAML::Key << "value" << YAML::Value << value << YAML::Key << "from" << YAML::Value
+        << YAML::Key << "value" << YAML::Value << shown(value) << YAML::Key << "from" << YAML::Value
         << std::string(to_string(origin)) << YAML::EndMap;
+  }
+
+  template <class Value>
+  static const Value& shown(const Value& value) {
+    return value;
+  }
+  /// Milliseconds to the nanosecond, never as 1e-06.
+  static std::string shown(double ms) {
+    std::string text = program::fixed(ms, 6);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.ends_with('.')) text.pop_back();
+    return text;
+  }
+  static std::vector<std::string> shown(const std::vector<double>& all_ms) {
+    std::vector<std::string> texts;
+    for (const double ms : all_ms) texts.push_back(shown(ms));
+    return texts;
   }
 
   void write_distances(YAML::Emitter& out, TaskId subscription) const {
