@@ -20,6 +20,8 @@ class WallClock {
   /// Of this moment.
   [[nodiscard]] static WallClock now();
 
+  [[nodiscard]] Duration offset() const { return offsets_.back().second; }
+
   /// From this instant on the offset is that of `clock`.
   void follow(const WallClock& clock, Time from);
 

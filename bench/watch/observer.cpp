@@ -21,8 +21,11 @@ Timer timer_from(Time first, Duration period) {
 
 }  // namespace
 
-void Observer::event(const tracing::Event& e) {
+void Observer::event(tracing::Event e) {
   ++events_;
+  if (e.kind == tracing::EventKind::rmw_publish && e.number[2] == 0) unstamped_.insert(e.process);
+  if (e.kind == tracing::EventKind::rmw_take && unstamped_.contains(e.process))
+    e.number[2] -= static_cast<std::uint64_t>(realtime_.count());  // the clock of publications
   if (describes(e.kind) && ++entities_ > kMostEntities) {
     ++ignored_;
     return;

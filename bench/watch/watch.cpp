@@ -80,6 +80,7 @@ class Watch {
     if (!is_attached()) program_ = std::make_unique<WatchedProgram>(options.command, session_.name());
     if (is_refreshed()) view_ = open_live_view();
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
+    observer_.set_realtime(WallClock::now().offset());
     if (records()) std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
   }
 
@@ -177,7 +178,9 @@ class Watch {
     read_ = elapsed();
     facts_ = threads_.read(observer_.system());
     facts_at_ = now();
-    if (contract_) contract_->follow(WallClock::now(), *facts_at_);
+    const WallClock clock = WallClock::now();
+    observer_.set_realtime(clock.offset());
+    if (contract_) contract_->follow(clock, *facts_at_);
   }
 
   /// The facts of threads follow the events that happened before them.
@@ -235,7 +238,7 @@ class Watch {
     }
     if (session_.threads() == 0 && program_) {
       std::cerr << "hotpath: no tracepoint was recorded: a program without tracetools, of a distribution "
-                   "before Jazzy, of another user, or without room in /dev/shm\n";
+                   "before Humble, of another user, or without room in /dev/shm\n";
     }
   }
 
