@@ -112,6 +112,7 @@ class StatedContract {
   }
   static std::vector<std::string> shown(const std::vector<double>& all_ms) {
     std::vector<std::string> texts;
+    texts.reserve(all_ms.size());
     for (const double ms : all_ms) texts.push_back(shown(ms));
     return texts;
   }

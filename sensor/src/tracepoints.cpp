@@ -48,7 +48,7 @@ std::uint64_t number(std::int64_t value) { return static_cast<std::uint64_t>(val
 
 /// Whether tracetools is Humble's, whose rmw_publish has the message alone; it lacks the `do_` forms.
 bool is_humble() {
-  static constinit Next<void()> older("ros_trace_rmw_publish"), newer("ros_trace_do_rmw_publish");
+  static constinit Next<void()> older("ros_trace_rmw_take"), newer("ros_trace_do_rmw_take");
   return newer.get() == nullptr && older.get() != nullptr;
 }
 
