@@ -7,10 +7,9 @@
     tools/watch_faults.py --calm 600 PROGRAM           # no fault: false alarms, and jobs that were checked
 
 Each run starts the system, injects one fault, and reads the watcher's lines of JSON. The fault is
-named correctly if the incident begins with the broken assumption that belongs to it, before anything
-else. The delay counts from the fault to the arrival of the line that names it; an earlier line may
-have named an effect, because policies, processors and waits are read once a second. Needs a sourced
-ROS 2, and a ROS_DOMAIN_ID without other programs.
+named correctly if the first incident begins with the broken assumption that belongs to it. The delay
+counts from the fault to the arrival of the line that names it. Needs a sourced ROS 2, and a
+ROS_DOMAIN_ID without other programs.
 """
 
 import argparse
@@ -97,8 +96,12 @@ class Run:
 
 
 def incident_of(report: Any) -> str:
-    """Without the instant at its beginning."""
-    return re.sub(r"^[\d:.]+( s)?:? ", "", report["contract"]["incident"])
+    """The first one of the run, without the instant at its beginning; empty: none so far."""
+    if "event" in report:
+        sentence = report["incident"] if report["number"] == 1 else ""
+    else:
+        sentence = report["contract"]["incident"]
+    return re.sub(r"^[\d:.]+ ", "", sentence)
 
 
 def withhold(watcher: int) -> float:
@@ -158,8 +161,10 @@ def stay_calm(options: argparse.Namespace) -> None:
     """Runs without a fault, and prints what the watcher took for one."""
     run = Run(options, "none", 0)
     report: Any = None
-    for _, report in run.reports():
-        if report["time_s"] >= options.calm:
+    for _, line in run.reports():
+        if "event" not in line:
+            report = line
+        if line["time_s"] >= options.calm:
             break
     run.end()
     jobs = sum(callback["jobs"] for callback in report["callbacks"])
@@ -168,6 +173,8 @@ def stay_calm(options: argparse.Namespace) -> None:
     print(f"{jobs} jobs in {report['time_s']:.0f} s, {len(broken)} terms broken, {losses}")
     for term in broken:
         print(f"    {term['term']}: {term['reason']}")
+    for incident in report["contract"]["incidents"]:
+        print(f"    incident {incident['number']}: {incident['incident']}")
 
 
 def main() -> None:

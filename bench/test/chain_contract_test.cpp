@@ -4,8 +4,6 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 
 #include "watch/contract_check.hpp"
 #include "watch/observer.hpp"
@@ -16,7 +14,6 @@ namespace {
 
 using testing::HasSubstr;
 using K = tracing::EventKind;
-namespace fs = std::filesystem;
 
 /// A chain from the timer to the subscription, and the thread that runs both.
 constexpr const char* kContract = R"(
@@ -47,14 +44,6 @@ threads:
   wait_ms: {value: 1, from: given}
 )";
 
-Contract contract() {
-  const std::string path = fs::temp_directory_path() / ("hotpath_chains_" + std::to_string(getpid()));
-  std::ofstream(path) << kContract;
-  Contract contract = read_contract(path);
-  fs::remove(path);
-  return contract;
-}
-
 class Watching : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -78,6 +67,7 @@ class Watching : public testing::Test {
   std::string incident() const { return check.incident({}); }
   ThreadFacts facts() const {
     ThreadFacts f;
+    f.process = f.thread = 7;
     f.name = "spin";
     f.policy = parse_thread_policy("fifo:80");
     f.processors = 6;
@@ -85,7 +75,7 @@ class Watching : public testing::Test {
   }
 
   WatchedSystem system;
-  ContractCheck check{contract(), WallClock(Duration{})};
+  ContractCheck check{parse_contract("a contract", kContract), WallClock(Duration{})};
   Observer observer{&check, nullptr};
   std::size_t observed = 0;
   Losses losses;
@@ -146,11 +136,11 @@ TEST_F(Watching, ReportsAnExceededBoundWithoutACauseAsADefect) {
   system.run(10, 1);
   system.run(22.5, 1);  // 2.5 ms late: nothing but the processor explains that
   until(30);
-  EXPECT_FALSE(check.settled());
+  EXPECT_FALSE(check.settled(check.incidents().kept().back()));
   EXPECT_THAT(incident(), HasSubstr("not observable: main policy"));
   check.threads({facts()}, at_ms(1));
   check.threads({facts()}, at_ms(40));
-  EXPECT_TRUE(check.settled());
+  EXPECT_TRUE(check.settled(check.incidents().kept().back()));
   EXPECT_THAT(incident(), HasSubstr("00:00:00.024 path took 4.500 ms, bound 4.000 ms (derived), while every "
                                     "assumption that the contract states held: a defect of hotpath"));
 }
@@ -168,6 +158,116 @@ TEST_F(Watching, NamesAWithheldProcessor) {
               HasSubstr("00:00:00.001 main thread spin waited 0.500 ms of 500.000 ms for a processor "
                         "(the hypervisor withheld it 0.100 ms), limit 1.000 ms in a second; "));
   EXPECT_EQ(verdict("main", "wait_ms"), "broken");
+}
+
+/// A job of the source that takes a millisecond too long, and what the hypervisor withheld meanwhile.
+class Withheld : public Watching {
+ protected:
+  std::string cause(Duration withheld, Duration ran) {
+    system.run(10, 1);
+    system.run(20, 3);
+    until(30);
+    check.threads({facts()}, at_ms(1));
+    ThreadFacts later = facts();
+    later.stolen = withheld;
+    later.ran = ran;
+    check.threads({later}, at_ms(201));
+    return incident();
+  }
+};
+
+TEST_F(Withheld, TimeIsNotBlamedOnTheCallback) {
+  EXPECT_THAT(cause(from_ms(10), from_ms(50)),
+              HasSubstr("00:00:00.001 main thread spin waited 10.000 ms of 200.000 ms for a processor (the "
+                        "hypervisor withheld it 10.000 ms)"));
+}
+
+TEST_F(Withheld, TimeThatIsTooShortExplainsNothing) {
+  EXPECT_THAT(cause(from_ms(0.5), from_ms(50)), HasSubstr("source (timer) ran 3.000 ms"));
+}
+
+TEST_F(Withheld, TimeInWhichTheThreadRanExplainsNothing) {
+  EXPECT_THAT(cause(from_ms(1000), from_ms(199.5)), HasSubstr("source (timer) ran 3.000 ms"));
+}
+
+TEST_F(Watching, TakesNoAlarmFromTheHypervisorsCounterAlone) {
+  system.run(10, 1);
+  until(20);
+  check.threads({facts()}, at_ms(1));
+  ThreadFacts later = facts();
+  later.stolen = from_ms(1000);
+  check.threads({later}, at_ms(1001));
+  EXPECT_EQ(verdict("main", "wait_ms"), "held");
+}
+
+TEST_F(Watching, AddsTheWaitsOfASecond) {
+  system.run(10, 1);
+  until(20);
+  ThreadFacts f = facts();
+  for (int i = 0; i <= 20; ++i) {
+    f.waited = from_ms(0.15) * i;
+    check.threads({f}, at_ms(1 + 200 * i));
+  }
+  EXPECT_FALSE(check.broken()) << "0.75 ms in a second: " << incident();
+  f.waited += from_ms(0.9);
+  check.threads({f}, at_ms(4201));
+  EXPECT_THAT(incident(), HasSubstr("00:00:04.001 main thread spin waited 0.900 ms of 200.000 ms"));
+}
+
+TEST_F(Watching, NamesChangesOfATimerThread) {
+  system.run(10, 1);
+  until(20);
+  ThreadFacts timers = facts();
+  timers.thread = 8;
+  timers.timers = true;
+  timers.name = "hotpath_timers";
+  timers.policy = parse_thread_policy("fifo:81");
+  check.threads({facts(), timers}, at_ms(1));
+  check.threads({facts(), timers}, at_ms(201));
+  EXPECT_FALSE(check.broken()) << incident();
+  timers.policy = parse_thread_policy("other");
+  check.threads({facts(), timers}, at_ms(401));
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.201 main thread hotpath_timers has the policy other instead of "
+                                    "fifo:81"));
+}
+
+TEST_F(Watching, KeepsIncidentsApart) {
+  for (int i = 1; i <= 700; ++i) system.run(10 * i, i == 100 || i == 600 ? 3 : 1);
+  until(7005);
+  ASSERT_EQ(check.incidents().count(), 2U);
+  const auto text = [&](std::size_t i) { return check.text(check.incidents().kept()[i], {}); };
+  EXPECT_THAT(text(0), HasSubstr("00:00:01.003 source (timer) ran 3.000 ms, budget 2.000 ms (measured); "));
+  EXPECT_THAT(text(1), HasSubstr("00:00:06.003 source (timer) ran 3.000 ms, budget 2.000 ms (measured); "));
+  EXPECT_EQ(check.json({})["incidents"].size(), 2U);
+}
+
+TEST(ManyIncidents, AreCountedAndTheFirstIsKept) {
+  Incidents incidents;
+  for (int i = 0; i < 1000; ++i) incidents.add(Role::assumption, {at_ms(5000.0 * i), std::to_string(i)});
+  EXPECT_EQ(incidents.count(), 1000U);
+  EXPECT_EQ(incidents.kept().size(), Incidents::kMost);
+  EXPECT_EQ(incidents.kept().front().number(), 1U);
+  EXPECT_EQ(incidents.kept().back().number(), 1000U);
+}
+
+TEST(AStateThatStaysBroken, BeginsOneIncident) {
+  JudgedTerm depth({Clause::depth, 5}, "sink/a");
+  Incidents incidents;
+  for (int i = 0; i < 10; ++i) depth.compare(7, at_ms(5000.0 * i), incidents);
+  EXPECT_EQ(incidents.count(), 1U);
+  EXPECT_EQ(depth.broken(), 10U);
+  depth.compare(8, at_ms(60'000), incidents);
+  EXPECT_EQ(incidents.count(), 2U);
+}
+
+TEST(AWallClock, ShowsInstantsByTheClockOfTheirTime) {
+  setenv("TZ", "UTC", 1);
+  tzset();
+  WallClock clock(std::chrono::hours(12));
+  clock.follow(WallClock(std::chrono::hours(12) + std::chrono::microseconds(10)), at_ms(1000));
+  clock.follow(WallClock(std::chrono::hours(9)), at_ms(60'000));  // somebody set it
+  EXPECT_EQ(clock.text(at_ms(59'000)), "12:00:59.000");
+  EXPECT_EQ(clock.text(at_ms(61'000)), "09:01:01.000");
 }
 
 TEST_F(Watching, NamesAWaitBeforeTheFirstFacts) {
@@ -271,6 +371,18 @@ TEST_F(Watching, SeesACallbackThatDoesNotEnd) {
   const nlohmann::json stored = check.json({});
   EXPECT_EQ(stored["terms"][1]["term"], "budget_ms");
   EXPECT_EQ(stored["terms"][1]["broken"], 1) << "once for each job";
+}
+
+TEST_F(Watching, CountsNoTimeInWhichAnotherJobHadTheProcessor) {
+  system.add(K::callback_start, 10, {11});
+  for (const auto& [kind, ms] : {std::pair(K::callback_start, 11.0), std::pair(K::callback_end, 11.9)}) {
+    system.add(kind, ms, {21});
+    system.events.back().thread = 8;
+  }
+  system.add(K::callback_end, 12.5, {11});
+  until(20);
+  EXPECT_EQ(verdict("source (timer)", "budget_ms"), "held");
+  EXPECT_EQ(verdict("space.sink/a", "budget_ms"), "held");
 }
 
 TEST_F(Watching, ConcludesNothingFromLostEvents) {

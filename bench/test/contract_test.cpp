@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <map>
-#include <sstream>
 
 #include "hotpath/core/input_error.hpp"
 #include "watch/contract_check.hpp"
@@ -18,7 +14,6 @@ namespace hotpath::watch {
 namespace {
 
 using testing::HasSubstr;
-namespace fs = std::filesystem;
 
 /// The timer's jobs take at most 2 ms; samples are at least 8 ms apart.
 constexpr const char* kContract = R"(
@@ -34,16 +29,6 @@ callbacks:
 - node: elsewhere
   budget_ms: {value: 1, from: given}
 )";
-
-class ContractFile {
- public:
-  explicit ContractFile(const std::string& text) { std::ofstream(path_) << text; }
-  ~ContractFile() { fs::remove(path_); }
-  Contract read() const { return read_contract(path_); }
-
- private:
-  const std::string path_ = fs::temp_directory_path() / ("hotpath_contract_" + std::to_string(getpid()));
-};
 
 class Checking : public testing::Test {
  protected:
@@ -66,7 +51,7 @@ class Checking : public testing::Test {
   std::string incident() const { return check.incident({}); }
 
   WatchedSystem system;
-  ContractCheck check{ContractFile(kContract).read(), WallClock(Duration{})};
+  ContractCheck check{parse_contract("a contract", kContract), WallClock(Duration{})};
   Observer observer{&check, nullptr};
   std::size_t observed = 0;
 };
@@ -160,7 +145,7 @@ TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
        "second entry for a (timer)"}};
   for (const auto& [text, part] : wrong) {
     try {
-      (void)ContractFile(text).read();
+      (void)parse_contract("a contract", text);
       ADD_FAILURE() << text;
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr(part)) << text;

@@ -38,6 +38,22 @@ TEST_F(Observing, KeepsTimesAndLossesOfCallbacks) {
   EXPECT_EQ(subscription.response.max(), 1 * kMs);
 }
 
+/// Publications of Humble have no source timestamps; those of takes are of the real-time clock.
+TEST_F(Observing, MatchesSamplesOfHumble) {
+  system.run(10, 2);
+  constexpr Duration kRealtime = std::chrono::hours(1000);
+  for (tracing::Event& event : system.events) {
+    if (event.kind == tracing::EventKind::rmw_publish) event.number = {0, 99, 0};
+    if (event.kind == tracing::EventKind::rmw_take)
+      event.number[2] = static_cast<std::uint64_t>((at_ms(12.1) - Time{} + kRealtime).count());
+  }
+  system.events.back().at += kMs;
+  observer.set_realtime(kRealtime);
+  observe();
+  EXPECT_EQ(observer.callbacks()[1].response.max(), 2 * kMs);
+  EXPECT_EQ(observer.system().callbacks[1].strangers, 0U);
+}
+
 TEST(Sparkline, ShowsValuesRelativeToTheLargest) {
   EXPECT_EQ(sparkline({0, 1, -1, 2}), "▁▅ █");
   EXPECT_EQ(sparkline({0}), "▁");

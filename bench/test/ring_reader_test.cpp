@@ -186,7 +186,9 @@ TEST(RingKinds, HaveTheNamesOfTheirTracepoints) {
                                                        "ros2:rclcpp_ipb_to_subscription",
                                                        "ros2:rclcpp_ring_buffer_enqueue",
                                                        "ros2:rclcpp_ring_buffer_dequeue",
-                                                       "ros2:rclcpp_executor_wait_for_work"};
+                                                       "ros2:rclcpp_executor_wait_for_work",
+                                                       "hotpath:executor_init",
+                                                       "hotpath:executor_job"};
   for (std::uint16_t id = 1; id < sensor::kIds; ++id) {
     const auto kind = static_cast<std::size_t>(kind_of(static_cast<Id>(id)));
     EXPECT_STREQ(tracing::formats()[kind].name, names[id]);

@@ -2,18 +2,20 @@
 """Watches programs with `hotpath watch`: a program that calls tracepoints like rclcpp, with a stand-in
 for tracetools and with the real library, and programs without tracepoints."""
 
+import collections
 import contextlib
 import functools
 import json
 import os
 import pty
 import select
+import shutil
 import signal
 import subprocess
 import termios
 from pathlib import Path
 from typing import Any
-from hotpath_command import CommandTest
+from hotpath_command import HOTPATH, CommandTest, RunFolder
 
 TRACED_SYSTEM = os.environ["TRACED_SYSTEM"]
 REAL = Path(os.environ.get("AMENT_PREFIX_PATH", "/opt/ros/jazzy").split(":")[0]) / "lib"
@@ -129,6 +131,75 @@ class WatchTest(CommandTest):
         self.assertEqual(self.command("watch", "--contract", "missing.yaml", *system)[0], 2)
         self.assertEqual(self.command("watch", "--fail-on", "broken", *system)[0], 2)
         self.assertEqual(self.command("watch", "--keep", 5, *system)[0], 2)
+
+    def test_states_an_incident_at_once(self) -> None:
+        process = self.start(
+            *("watch", "--json", "--record", "record", "--contract", self.contract(4)),
+            *("--", TRACED_SYSTEM, 1_000_000, 1, 10, 5),
+        )
+        lines = [json.loads(process.stdout.readline())]
+        while "event" not in lines[-1]:
+            lines.append(json.loads(process.stdout.readline()))
+        *reports, event = lines
+        self.assertEqual((event["event"], event["number"]), ("incident", 1))
+        self.assertRegex(
+            event["incident"], r"^\d\d:\d\d:\d\d\.\d{3} source \(timer\) ran .* ms, budget 4.000"
+        )
+        self.assertEqual(event["snapshot"], "record/snapshot_1")
+        self.assertEqual(
+            [r["contract"]["incidents"] for r in reports], [[]] * len(reports), "it is stated first"
+        )
+        process.send_signal(signal.SIGTERM)
+        self.finish(process)
+        marks = self.accepted_events("record/snapshot_1", "hotpath:incident")
+        self.assertEqual(len(marks), 1)
+        self.assertIn(event["incident"], marks[0])
+
+    def accepted_events(self, folder: str, name: str) -> list[str]:
+        """The events of this name, as babeltrace2 prints them."""
+        if not shutil.which("babeltrace2"):
+            self.skipTest("left out: babeltrace2 was not found")
+        shown = subprocess.run(
+            ["babeltrace2", self.folder / folder], check=True, capture_output=True, text=True
+        )
+        return [line for line in shown.stdout.splitlines() if name in line]
+
+    def test_watches_a_live_run(self) -> None:
+        """hotpath's own executors are watched like those of ROS 2."""
+        graph = self.folder / "small.yaml"
+        graph.write_text(
+            "name: small\nnodes:\n"
+            "- {name: source, type: sensor, period_ms: 20, execution_time_ms: 1}\n"
+            "- {name: sink, type: command, input: source, execution_time_ms: 1}\n"
+            "chains:\n- {name: path, nodes: [source, sink], sources: [source], sink: sink}\n"
+        )
+        self.accepted("analyze", graph, "--executors", "rm-ro", "--contract", "contract.yaml")
+        run = (
+            "run",
+            "--graph",
+            graph,
+            "--executors",
+            "rm-ro",
+            "--transport",
+            "intra_process",
+            "--output",
+            "live",
+        )
+        _, reports, _ = self.watched(
+            *("--once", "--contract", "contract.yaml", "--"), HOTPATH, *run, "--duration", 1, "--warm-up", 0
+        )
+        live = RunFolder(self.folder / "live")
+        (rows,) = live.jobs().values()
+        jobs = collections.Counter(job.node for job in rows if job.outcome in ("ran", "running"))
+        seen = {callback["node"]: callback for callback in reports[-1]["callbacks"]}
+        for node in ("source", "sink"):
+            self.assertLessEqual(abs(seen["/" + node]["jobs"] - jobs[node]), 1, "the end of the last one")
+        (outputs,) = live.chains().values()
+        [chain] = reports[-1]["chains"]
+        self.assertLessEqual(abs(chain["outputs"] - len(outputs)), 1)
+        self.assertEqual(
+            {thread["executor"] for thread in reports[-1]["executor_threads"]} - {"rm-ro"}, set()
+        )
 
     def test_the_contract_of_an_analysis(self) -> None:
         graph = self.folder / "small.yaml"

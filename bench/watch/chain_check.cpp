@@ -30,6 +30,31 @@ std::vector<imports::HeldInputs> held_inputs(const Contract& contract, const Sta
   return rules;
 }
 
+/// By callback: the callbacks whose messages have the data of its messages: the subscriptions that take
+/// them, and callbacks of their nodes that publish `with` them.
+std::vector<std::vector<TaskId>> next_of(const Contract& contract) {
+  const auto takes_from = [&](const CallbackContract& reader, const CallbackContract& by) {
+    return !reader.topic.empty() &&
+           std::ranges::count(by.publishes, reader.topic, &StatedPublication::topic) > 0;
+  };
+  const auto publishes_with = [](const CallbackContract& callback, const CallbackContract& input) {
+    return callback.node == input.node && std::ranges::any_of(callback.publishes, [&](const auto& p) {
+             return std::ranges::count(p.with, input.topic) > 0;
+           });
+  };
+  std::vector<std::vector<TaskId>> next(contract.callbacks.size());
+  for (TaskId from = 0; from < next.size(); ++from) {
+    for (TaskId reader = 0; reader < next.size(); ++reader) {
+      if (!takes_from(contract.callbacks[reader], contract.callbacks[from])) continue;
+      next[from].push_back(reader);
+      for (TaskId to = 0; to < next.size(); ++to)
+        if (to != reader && publishes_with(contract.callbacks[to], contract.callbacks[reader]))
+          next[from].push_back(to);
+    }
+  }
+  return next;
+}
+
 std::size_t depth_of(const CallbackContract& subscription) {
   const auto depth = std::ranges::find(subscription.terms, Clause::depth, &Term::clause);
   const std::int64_t samples = depth == subscription.terms.end() ? 0 : depth->limit;
@@ -61,9 +86,10 @@ imports::ChainFollower ChainCheck::follower(const Contract& contract, const Stat
     if (!callback.topic.empty()) taken_[c] = names.number_of(callback.topic);
     if (taken_[c] != tracing::kNone) unread[taken_[c]] = std::max(unread[taken_[c]], depth_of(callback));
   }
+  ChainLanes lanes(chains, next_of(contract));
   return {std::move(chains), held_inputs(contract, names),
           std::move(unread), std::move(publishing),
-          ChainLanes{},      [this](const ChainObservation& o) { pending_.push_back(o); }};
+          std::move(lanes),  [this](const ChainObservation& o) { pending_.push_back(o); }};
 }
 
 void ChainCheck::started(std::uint32_t entry, const tracing::Job& job, std::uint32_t publisher,

@@ -25,9 +25,8 @@ class ContractReader {
  public:
   explicit ContractReader(const std::string& file) : file_(file) {}
 
-  Contract read() {
-    YamlMap map(YamlValue(file_, read_yaml(file_, read_text_file(file_), kRemedy), "the contract", 1),
-                "the contract");
+  Contract read(const std::string& text) {
+    YamlMap map(YamlValue(file_, read_yaml(file_, text, kRemedy), "the contract", 1), "the contract");
     map.check_keys({"callbacks", "chains", "threads"});
     for (const YamlValue& item :
          map.require("callbacks", "[{node: NAME, budget_ms: {value: 5, from: given}}]").list("a callback")) {
@@ -119,7 +118,9 @@ class ContractReader {
       case Clause::minimum_distance:
         return read_distances(limit, term);
       default:
-        term.limit = limit.milliseconds(term.clause == Clause::wait).count();
+        // A bound is 0 for a callback that only stores its sample and always goes first.
+        term.limit =
+            limit.milliseconds(term.clause == Clause::wait || role_of(term.clause) == Role::bound).count();
     }
   }
 
@@ -206,6 +207,10 @@ std::string CallbackContract::name() const {
   return timer == 1 ? node + " (timer)" : program::concat(node, " (timer ", timer, ")");
 }
 
-Contract read_contract(const std::string& file) { return ContractReader(file).read(); }
+Contract parse_contract(const std::string& file, const std::string& text) {
+  return ContractReader(file).read(text);
+}
+
+Contract read_contract(const std::string& file) { return parse_contract(file, read_text_file(file)); }
 
 }  // namespace hotpath::watch

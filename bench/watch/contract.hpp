@@ -114,7 +114,8 @@ struct Contract {
   std::vector<ThreadContract> threads;
 };
 
-/// Throws InputError, which names file, line and remedy.
+/// Throw InputError, which names file, line and remedy. `text`: the content of the file.
 [[nodiscard]] Contract read_contract(const std::string& file);
+[[nodiscard]] Contract parse_contract(const std::string& file, const std::string& text);
 
 }  // namespace hotpath::watch

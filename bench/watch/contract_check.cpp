@@ -57,7 +57,8 @@ std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint
 void ContractCheck::started(const tracing::System& system, const tracing::Job& job,
                             std::optional<Time> timestamp) {
   const std::uint32_t entry = entry_of(system, job.ref.callback);
-  thread_check_.started(system, job, entry, incident_);
+  running_.start(job);
+  thread_check_.started(system, job, entry, incidents_);
   if (entry == kNone) return;
   const bool traced = job.has_sample && job.sample.parent.callback != kNone;
   chain_check_.started(entry, job, traced ? entry_of(system, job.sample.parent.callback) : kNone, timestamp);
@@ -66,9 +67,9 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
   states_[entry].open.push_back({job.ref, job.start});
   const tracing::Callback& callback = system.callbacks[job.ref.callback];
   if (callback.depth > 0)  // 0: keeps all, or unknown
-    subject.compare(Clause::depth, callback.depth, job.start, incident_);
+    subject.compare(Clause::depth, callback.depth, job.start, incidents_);
   if (callback.kind == CallbackKind::timer) {
-    subject.compare(Clause::period, callback.period.count(), job.start, incident_);
+    subject.compare(Clause::period, callback.period.count(), job.start, incidents_);
     arrived(entry, job.start);
   } else if (job.has_sample) {
     arrived(system, entry, job.ref.callback, job.sample);
@@ -79,7 +80,7 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
 void ContractCheck::arrived(std::uint32_t entry, Time at) {
   CallbackState& state = states_[entry];
   if (state.last && !state.silent && lossless_)
-    subjects_[entry].compare(Clause::maximum_distance, (at - *state.last).count(), at, incident_);
+    subjects_[entry].compare(Clause::maximum_distance, (at - *state.last).count(), at, incidents_);
   state.last = at;
   state.silent = false;
 }
@@ -91,7 +92,7 @@ void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, 
   const std::uint32_t topic = names_.number_of(system, system.callbacks[callback].topic);
   const bool watched = sample.parent.callback != kNone;
   if (!watched && state.watched && topic != kNone && lossless_)
-    publisher_check_.from_stranger(topic, sample.published, incident_);
+    publisher_check_.from_stranger(topic, sample.published, incidents_);
   state.watched = state.watched || watched;
   arrived(entry, sample.published);
   JudgedTerm* const distance = subjects_[entry].find(Clause::minimum_distance);
@@ -100,7 +101,7 @@ void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, 
     state.samples.clear();  // another subscription, or unknown ones between them
   for (std::size_t k = 0; k < state.samples.size(); ++k) {
     const Time before = state.samples[state.samples.size() - 1 - k].published;
-    distance->compare((sample.published - before).count(), sample.published, incident_, k);
+    distance->compare((sample.published - before).count(), sample.published, incidents_, k);
   }
   state.samples.push_back(sample);
   if (state.samples.size() > distance->term().further.size() + 1) state.samples.pop_front();
@@ -112,12 +113,13 @@ void ContractCheck::published(const tracing::System& system, const tracing::Job&
   if (topic == kNone) return;
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   publisher_check_.published(system, job, topic, entry, entry == kNone ? nullptr : &subjects_[entry],
-                             incident_);
+                             incidents_);
   if (entry != kNone) chain_check_.published(job, topic);
 }
 
 void ContractCheck::ended(const tracing::System& system, const tracing::Job& job,
                           std::optional<Time> timestamp) {
+  const Duration displaced = running_.end(job);
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   if (entry == kNone) return;
   Subject& subject = subjects_[entry];
@@ -129,12 +131,13 @@ void ContractCheck::ended(const tracing::System& system, const tracing::Job& job
   if (begun != open.end()) open.erase(begun);
   const std::vector<ChainOutput>& outputs = chain_check_.ended(job);
   if (!job.ended) return;
-  if (!overdue) subject.compare(Clause::budget, (job.finish - job.start).count(), job.finish, incident_);
+  if (!overdue)
+    subject.compare(Clause::budget, (job.finish - job.start - displaced).count(), job.finish, incidents_);
   if (JudgedTerm* const publishes = subject.find(Clause::publishes); publishes && job.published.empty())
     publishes->hold();
   if (timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
-    subject.compare(Clause::response, (job.finish - *timestamp).count(), job.finish, incident_);
-  if (lossless_ && states_[entry].lost == 0) subject.compare(Clause::lost, 0, job.finish, incident_);
+    subject.compare(Clause::response, (job.finish - *timestamp).count(), job.finish, incidents_);
+  if (lossless_ && states_[entry].lost == 0) subject.compare(Clause::lost, 0, job.finish, incidents_);
   if (!lossless_) return;
   for (const ChainOutput& output : outputs) judge(output);
 }
@@ -142,10 +145,10 @@ void ContractCheck::ended(const tracing::System& system, const tracing::Job& job
 void ContractCheck::judge(const ChainOutput& output) {
   Subject& chain = subjects_[contract_.callbacks.size() + output.chain];
   chain.seen = true;
-  chain.compare(Clause::hot_path, output.hot_path.count(), output.start, incident_);
+  chain.compare(Clause::hot_path, output.hot_path.count(), output.start, incidents_);
   if (!output.age) return;
-  chain.compare(Clause::age, output.age->count(), output.finish, incident_);
-  chain.compare(Clause::requirement, output.age->count(), output.finish, incident_);
+  chain.compare(Clause::age, output.age->count(), output.finish, incidents_);
+  chain.compare(Clause::requirement, output.age->count(), output.finish, incidents_);
 }
 
 void ContractCheck::lost(const tracing::System& system, const tracing::LostSample& sample) {
@@ -153,7 +156,7 @@ void ContractCheck::lost(const tracing::System& system, const tracing::LostSampl
   if (entry == kNone || sample.queued) return;
   arrived(system, entry, sample.subscription, sample.sample);
   subjects_[entry].compare(Clause::lost, static_cast<std::int64_t>(++states_[entry].lost),
-                           sample.sample.published, incident_);
+                           sample.sample.published, incidents_);
 }
 
 void ContractCheck::observed_until(const tracing::System& system, Time until, std::uint64_t losses) {
@@ -164,7 +167,7 @@ void ContractCheck::observed_until(const tracing::System& system, Time until, st
   lossless_ = !lost_at_ || until > *lost_at_ + kDoubt;
   if (observed_until_ && until < *observed_until_ + kPause) return;
   observed_until_ = until;
-  publisher_check_.created(system, names_, until, incident_);
+  publisher_check_.created(system, names_, until, incidents_);
   for (std::uint32_t entry = 0; entry < states_.size(); ++entry) {
     judge_running(entry, until);
     if (lossless_) judge_silence(entry, until);
@@ -175,12 +178,11 @@ void ContractCheck::judge_running(std::uint32_t entry, Time until) {
   JudgedTerm* const budget = subjects_[entry].find(Clause::budget);
   if (budget == nullptr) return;
   for (Open& open : states_[entry].open) {
-    if (open.overdue || (until - open.start).count() <= budget->term().limit) continue;
+    if (open.overdue) continue;
+    const std::optional<Time> start = running_.undisplaced_start(open.ref);
+    if (!start || (until - *start).count() <= budget->term().limit) continue;
     open.overdue = true;
-    budget->judge(false,
-                  program::concat("has run for ", budget->shown((until - open.start).count()),
-                                  " without an end, budget ", budget->limit_text()),
-                  open.start + Duration(budget->term().limit), incident_);
+    budget->judge_running(*start, until, incidents_);
   }
 }
 
@@ -192,18 +194,19 @@ void ContractCheck::judge_silence(std::uint32_t entry, Time until) {
   const Duration silence = until - *state.last;
   if (silence.count() <= 2 * distance->term().limit) return;
   state.silent = true;
-  distance->compare(silence.count(), *state.last + Duration(distance->term().limit), incident_);
+  distance->compare(silence.count(), *state.last + Duration(distance->term().limit), incidents_);
 }
 
-void ContractCheck::threads(const std::vector<std::optional<ThreadFacts>>& facts, Time at) {
-  thread_check_.facts(facts, at, incident_);
+bool ContractCheck::settled(const Incident& incident) const {
+  return contract_.threads.empty() || (thread_check_.at() && *thread_check_.at() >= incident.begin().at);
 }
 
-bool ContractCheck::settled() const {
-  const auto& bound = incident_.first(Role::bound);
-  const auto& cause = incident_.first(Role::assumption);
-  if (!bound || (cause && cause->at <= bound->at) || contract_.threads.empty()) return true;
-  return thread_check_.at() && *thread_check_.at() >= bound->at;
+std::string ContractCheck::imported_chain(const std::string& name) const {
+  const auto chain = std::ranges::find(contract_.chains, name, &ChainContract::name);
+  std::string sources;
+  for (const std::uint32_t source : chain->sources)
+    sources += (sources.empty() ? "" : ",") + names_.imported(contract_.callbacks[source].node);
+  return sources + ":" + names_.imported(contract_.callbacks[chain->sinks.front()].node);
 }
 
 std::vector<const Subject*> ContractCheck::all_subjects() const {

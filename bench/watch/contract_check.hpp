@@ -13,6 +13,7 @@
 #include "watch/chain_check.hpp"
 #include "watch/judged_term.hpp"
 #include "watch/publisher_check.hpp"
+#include "watch/running_jobs.hpp"
 #include "watch/session.hpp"
 #include "watch/thread_check.hpp"
 
@@ -35,18 +36,23 @@ class ContractCheck {
   /// All events before this instant were passed: judges what has not happened. `losses`: events that
   /// were lost so far. For some seconds after a loss, the absence of events shows nothing.
   void observed_until(const tracing::System& system, Time until, std::uint64_t losses);
-  /// Facts of the system's threads; call it about every second.
-  void threads(const std::vector<std::optional<ThreadFacts>>& facts, Time at);
+  /// Facts of the system's threads, some times a second.
+  void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at, incidents_); }
+  /// From `from` on, instants are shown by this clock.
+  void follow(const WallClock& clock, Time from) { clock_.follow(clock, from); }
 
   void next_interval() { chain_check_.next_interval(); }
 
   /// Whether any term is broken.
-  [[nodiscard]] bool broken() const { return incident_.any(); }
-  /// Whether a cause is known, or no longer expected from the facts of threads.
-  [[nodiscard]] bool settled() const;
-  /// The first broken assumption and the first exceeded bound, in one sentence; empty if there is
-  /// none of both.
+  [[nodiscard]] bool broken() const { return incidents_.count() > 0; }
+  [[nodiscard]] const Incidents& incidents() const { return incidents_; }
+  /// Whether the facts of threads can no longer show an earlier cause of an incident.
+  [[nodiscard]] bool settled(const Incident& incident) const;
+  /// The first broken assumption and the first exceeded bound of an incident, in one sentence.
+  [[nodiscard]] std::string text(const Incident& incident, const Losses& losses) const;
+  /// The same of the first incident; empty: there is none.
   [[nodiscard]] std::string incident(const Losses& losses) const;
+  [[nodiscard]] nlohmann::json json(const Incident& incident, const Losses& losses) const;
   /// Lost events make terms that are not broken unobservable.
   [[nodiscard]] program::TextTable table(const Losses& losses) const;
   [[nodiscard]] nlohmann::json json(const Losses& losses) const;
@@ -54,8 +60,10 @@ class ContractCheck {
   [[nodiscard]] const Contract& contract() const { return contract_; }
   /// By chain of the contract.
   [[nodiscard]] const std::vector<ObservedChain>& chains() const { return chain_check_.chains(); }
-  /// The name of the executor that a thread of the system belongs to; empty: unknown.
+  /// The name of the executor that a thread belongs to, by its id; empty: unknown.
   [[nodiscard]] std::string executor_of(std::uint32_t thread) const { return thread_check_.name_of(thread); }
+  /// A chain as option of `hotpath import ctf --chain`.
+  [[nodiscard]] std::string imported_chain(const std::string& name) const;
   /// Index of the contract's entry for a callback of the system; kNone: none.
   std::uint32_t entry_of(const tracing::System& system, std::uint32_t callback);
   /// The largest share of a limit that a callback or chain of the contract has reached; above 1 if it
@@ -96,10 +104,11 @@ class ContractCheck {
   [[nodiscard]] std::string unseen(const Losses& losses) const;
 
   const Contract contract_;
-  const WallClock clock_;
-  Incident incident_;
+  WallClock clock_;
+  Incidents incidents_;
   std::vector<Subject> subjects_;  // callbacks, then chains, as in the contract
   std::vector<CallbackState> states_;
+  RunningJobs running_;
   std::vector<std::uint32_t> entries_;  // by callback of the system
   StatedNames names_;
   ChainCheck chain_check_;

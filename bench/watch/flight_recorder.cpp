@@ -22,6 +22,8 @@ bool describes(K kind) {
     case K::ring_buffer_enqueue:
     case K::ring_buffer_dequeue:
     case K::wait_for_work:
+    case K::executor_job:
+    case K::incident:
       return false;
     default:
       return true;
@@ -35,6 +37,7 @@ void FlightRecorder::keep(const Event& event) {
   }
   recent_.push_back(event);
   while (recent_.front().at + length_ < event.at || recent_.size() > kMost) recent_.pop_front();
+  while (!incidents_.empty() && incidents_.front().first + length_ < event.at) incidents_.pop_front();
 }
 
 std::vector<Event> FlightRecorder::events() const {
@@ -52,6 +55,12 @@ std::vector<Event> FlightRecorder::events() const {
     }
   }
   events.insert(events.end(), recent_.begin(), recent_.end());
+  for (const auto& [at, sentence] : incidents_) {
+    Event& event = events.emplace_back();
+    event.kind = K::incident;
+    event.at = std::max(at, before + tracing::Duration(1));
+    event.text[0] = sentence.c_str();
+  }
   std::ranges::stable_sort(events, {}, &Event::at);
   for (Event& event : events) event.processor = std::max(event.processor, 0);  // -1: unknown
   return events;

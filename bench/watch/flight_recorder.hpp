@@ -3,6 +3,8 @@
 
 #include <deque>
 #include <filesystem>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/tracing/event.hpp"
@@ -21,6 +23,9 @@ class FlightRecorder {
   /// The next event in the order of time.
   void keep(const tracing::Event& event);
 
+  /// Marks an incident that began at this instant, or at the beginning of the kept events.
+  void mark(tracing::Time at, const std::string& sentence) { incidents_.emplace_back(at, sentence); }
+
   /// The kept events in the order of time. Descriptions that are older than the kept jobs move to the
   /// beginning. The creation of a timer moves by whole periods, which keeps its timestamps.
   [[nodiscard]] std::vector<tracing::Event> events() const;
@@ -34,6 +39,7 @@ class FlightRecorder {
   const tracing::Duration length_;
   std::vector<tracing::Event> descriptions_;
   std::deque<tracing::Event> recent_;
+  std::deque<std::pair<tracing::Time, std::string>> incidents_;
 };
 
 }  // namespace hotpath::watch

@@ -13,8 +13,17 @@ WallClock WallClock::now() {
   return WallClock(system_clock::now().time_since_epoch() - steady_clock::now().time_since_epoch());
 }
 
+void WallClock::follow(const WallClock& clock, Time from) {
+  const Duration offset = clock.offsets_.back().second;
+  if (std::chrono::abs(offset - offsets_.back().second) < kStep) return;
+  offsets_.emplace_back(from, offset);
+  if (offsets_.size() > kMost) offsets_.pop_front();
+}
+
 std::string WallClock::text(Time at) const {
-  const auto ms = std::chrono::floor<std::chrono::milliseconds>(at.time_since_epoch() + offset_);
+  const auto after = std::ranges::upper_bound(offsets_, at, {}, [](const auto& o) { return o.first; });
+  const Duration offset = (after == offsets_.begin() ? after : std::prev(after))->second;
+  const auto ms = std::chrono::floor<std::chrono::milliseconds>(at.time_since_epoch() + offset);
   const auto s = std::chrono::floor<std::chrono::seconds>(ms);
   const std::time_t seconds = s.count();
   std::tm local{};
@@ -24,12 +33,17 @@ std::string WallClock::text(Time at) const {
 }
 
 void Incident::add(Role role, const Breach& breach) {
+  ++breaches_;
+  last_ = std::max(last_, breach.at);
   std::optional<Breach>& first = first_[static_cast<std::size_t>(role)];
-  if (!first || breach.at < first->at) first = breach;
+  if (first && first->at <= breach.at) return;
+  first = breach;
+  ++changes_;
 }
 
-bool Incident::any() const {
-  return std::ranges::any_of(first_, [](const auto& first) { return first.has_value(); });
+const Breach& Incident::begin() const {
+  const auto at = [](const auto& first) { return first ? first->at : Time::max(); };
+  return **std::ranges::min_element(first_, {}, at);
 }
 
 /// The first exceeded bound, or else the first missed requirement.
@@ -51,6 +65,14 @@ std::string Incident::text(const WallClock& clock, const std::string& unseen) co
   return stated(*effect()) +
          ", while every assumption that the contract states held: a defect of hotpath, or the contract "
          "lacks an assumption; please report it with a snapshot (--record)";
+}
+
+void Incidents::add(Role role, const Breach& breach) {
+  if (kept_.empty() || breach.at > kept_.back().last() + kPause) {
+    kept_.emplace_back(count() + 1);
+    if (kept_.size() > kMost) kept_.erase(kept_.begin() + 1);
+  }
+  kept_.back().add(role, breach);
 }
 
 }  // namespace hotpath::watch

@@ -82,37 +82,54 @@ std::string JudgedTerm::title() const {
   return text;
 }
 
-void JudgedTerm::compare(std::int64_t observed, Time at, Incident& incident, std::size_t further) {
+void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further) {
   const Comparison comparison = comparison_of(term_.clause);
   const std::int64_t limit = further == 0 ? term_.limit : term_.further[further - 1];
   const bool nearer = !extreme_ || (comparison == Comparison::at_least ? observed < *extreme_
                                     : comparison == Comparison::equal  ? *extreme_ == limit
                                                                        : observed > *extreme_);
   if (nearer && further == 0) extreme_ = observed;
-  if (holds(comparison, observed, limit)) return count(true, {}, incident);
+  const bool continues = comparison == Comparison::equal && state_ == observed;
+  state_ = observed;
+  if (holds(comparison, observed, limit)) return count(true, {}, false, incidents);
   const bool bound = role_of(term_.clause) == Role::bound;
   const std::string observed_text =
       further == 0 ? deed(term_.clause) + shown(observed)
                    : program::concat(" got ", further + 2, " samples within ", shown(observed));
+  Breach breach{at, subject_ + observed_text + ", " + (bound ? "bound" : title()) + " " + shown(limit) +
+                        " (" + std::string(to_string(term_.origin)) + ")"};
+  if (is_duration(term_.clause)) {
+    breach.excess = std::chrono::abs(Duration(observed - limit));
+    breach.since = at - Duration(std::max(observed, limit));
+  }
+  count(false, std::move(breach), continues, incidents);
+}
+
+void JudgedTerm::judge(bool holds, const std::string& observed, Time at, Incidents& incidents,
+                       bool continues) {
+  constexpr std::size_t kMostSaid = 1000;
+  Breach breach{at, subject_ + " " + observed};
+  const bool exists = clause() == Clause::serves || clause() == Clause::publishers;
+  if (!holds && exists) continues = said_.size() >= kMostSaid || !said_.insert(breach.sentence).second;
+  count(holds, std::move(breach), continues, incidents);
+}
+
+void JudgedTerm::judge_running(Time since, Time at, Incidents& incidents) {
+  const Duration limit(term_.limit), passed = at - since;
   count(false,
-        {at,
-         subject_ + observed_text + ", " + (bound ? "bound" : title()) + " " + shown(limit) + " (" +
-             std::string(to_string(term_.origin)) + ")",
-         Duration(observed - limit)},
-        incident);
+        {since + limit,
+         program::concat(subject_, " has run for ", shown(passed.count()), " without an end, budget ",
+                         limit_text()),
+         passed - limit, since},
+        false, incidents);
 }
 
-void JudgedTerm::judge(bool holds, const std::string& observed, Time at, Incident& incident) {
-  count(holds, {at, subject_ + " " + observed}, incident);
-}
-
-void JudgedTerm::count(bool holds, Breach breach, Incident& incident) {
+void JudgedTerm::count(bool holds, Breach breach, bool continues, Incidents& incidents) {
   ++checked_;
   if (holds) return;
   ++broken_;
-  if (first_ && first_->at <= breach.at) return;
-  first_ = std::move(breach);
-  incident.add(role_of(term_.clause), *first_);
+  if (!continues) incidents.add(role_of(term_.clause), breach);
+  if (!first_ || breach.at < first_->at) first_ = std::move(breach);
 }
 
 double JudgedTerm::nearness() const {
@@ -161,8 +178,8 @@ JudgedTerm* Subject::find(Clause clause) {
   return at == terms.end() ? nullptr : &*at;
 }
 
-void Subject::compare(Clause clause, std::int64_t observed, Time at, Incident& incident) {
-  if (JudgedTerm* const term = find(clause)) term->compare(observed, at, incident);
+void Subject::compare(Clause clause, std::int64_t observed, Time at, Incidents& incidents) {
+  if (JudgedTerm* const term = find(clause)) term->compare(observed, at, incidents);
 }
 
 }  // namespace hotpath::watch

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,13 +21,16 @@ class JudgedTerm {
 
   /// Compares an observed value in the unit of the limit. `further`: of the limits for a
   /// minimum_distance, 0: the first one.
-  void compare(std::int64_t observed, Time at, Incident& incident, std::size_t further = 0);
+  void compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further = 0);
   /// Shows the value, without a comparison.
   void observe(std::int64_t value) { extreme_ = std::max(extreme_.value_or(value), value); }
   /// Counts a comparison that holds.
   void hold() { ++checked_; }
-  /// Compares by other means; `observed` completes the sentence.
-  void judge(bool holds, const std::string& observed, Time at, Incident& incident);
+  /// Compares by other means; `observed` completes the sentence. `continues`: a state that was broken
+  /// before, which begins no incident.
+  void judge(bool holds, const std::string& observed, Time at, Incidents& incidents, bool continues = false);
+  /// The same for a duration from `since` to `at`, in the unit of the limit.
+  void judge_running(Time since, Time at, Incidents& incidents);
 
   [[nodiscard]] Clause clause() const { return term_.clause; }
   [[nodiscard]] const Term& term() const { return term_; }
@@ -50,12 +54,14 @@ class JudgedTerm {
   [[nodiscard]] std::string shown(std::int64_t value) const;
 
  private:
-  void count(bool holds, Breach breach, Incident& incident);
+  void count(bool holds, Breach breach, bool continues, Incidents& incidents);
 
   Term term_;
   std::string subject_;
   std::uint64_t checked_ = 0, broken_ = 0;
   std::optional<std::int64_t> extreme_;
+  std::optional<std::int64_t> state_;  // the latest value, where all values have to be equal
+  std::set<std::string> said_;         // of terms about what exists
   std::optional<Breach> first_;
 };
 
@@ -71,7 +77,7 @@ struct Subject {
   /// nullptr: the contract lacks it.
   [[nodiscard]] JudgedTerm* find(Clause clause);
   /// Compares with the term, if there is one.
-  void compare(Clause clause, std::int64_t observed, Time at, Incident& incident);
+  void compare(Clause clause, std::int64_t observed, Time at, Incidents& incidents);
 };
 
 }  // namespace hotpath::watch

@@ -4,8 +4,10 @@
 #include <ncurses.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <clocale>
 #include <cstdlib>
+#include <utility>
 
 #include "program/text.hpp"
 
@@ -39,6 +41,7 @@ class Screen : public LiveView {
     for (int key = getch(); key != ERR; key = getch()) {
       if (key == 'q') return ViewAction::quit;
       if (key == 's') return ViewAction::snapshot;
+      if (key == 'e' && !selection_.chain.empty()) return ViewAction::explain;
       if (!handle(key)) continue;
       action = ViewAction::redraw;
     }
@@ -52,6 +55,13 @@ class Screen : public LiveView {
     report_ = report;
     incident_ = incident;
     draw();
+  }
+
+  std::string chain() const override { return selection_.chain; }
+
+  void explain(std::vector<std::string> lines) override {
+    selection_.explanation = std::move(lines);
+    draw_all();
   }
 
   void say(const std::string& sentence) override {
@@ -71,6 +81,9 @@ class Screen : public LiveView {
       case 'o':
         key_ = static_cast<SortKey>((static_cast<int>(key_) + 1) % 4);
         return true;
+      case 'c':
+        select_next();
+        return true;
       case KEY_DOWN:
         ++first_;
         return true;
@@ -82,6 +95,13 @@ class Screen : public LiveView {
     }
   }
 
+  void select_next() {
+    const std::vector<ObservationReport::ChainRow>& chains = report_.chains();
+    const auto at = std::ranges::find(chains, selection_.chain, &ObservationReport::ChainRow::name);
+    const auto next = at == chains.end() ? chains.begin() : std::next(at);
+    selection_ = {next == chains.end() ? "" : next->name, {}};
+  }
+
   /// Also repairs what another program wrote on the screen.
   void draw_all() {
     clearok(stdscr, TRUE);
@@ -90,11 +110,11 @@ class Screen : public LiveView {
 
   void draw() {
     erase();
-    const std::vector<ViewLine> lines = history_.lines(report_, key_, incident_);
+    const std::vector<ViewLine> lines = history_.lines(report_, key_, incident_, selection_);
     int row = 0;
     put(row++, lines.front());
     put(row++, {program::concat("q quit  f ", frozen_ ? "go on" : "freeze", "  o order: ", to_string(key_),
-                                "  s snapshot  up/down  ", sentence_)});
+                                "  s snapshot  c chain  e explain  up/down  ", sentence_)});
     first_ = std::min(first_, lines.size() - 1);
     for (std::size_t i = 1 + first_; i < lines.size() && row < LINES; ++i) put(row++, lines[i]);
     refresh();
@@ -111,6 +131,7 @@ class Screen : public LiveView {
   ViewLines history_;
   ObservationReport report_;
   std::string incident_, sentence_;
+  ViewLines::Selection selection_;
   SortKey key_ = SortKey::nearness;
   std::size_t first_ = 0;
   bool frozen_ = false;

@@ -32,9 +32,14 @@ class ViewLines {
  public:
   /// A second has passed.
   void remember(const ObservationReport& report);
+  /// What the user selected, and what is said about it.
+  struct Selection {
+    std::string chain = {};  ///< Empty: none.
+    std::vector<std::string> explanation = {};
+  };
   /// The lines of the report. `incident`: of the contract; empty: none.
   [[nodiscard]] std::vector<ViewLine> lines(const ObservationReport& report, SortKey key,
-                                            const std::string& incident) const;
+                                            const std::string& incident, const Selection& selection) const;
 
  private:
   static constexpr std::size_t kSeconds = 60;
@@ -47,7 +52,7 @@ class ViewLines {
 [[nodiscard]] std::string sparkline(const std::deque<double>& values);
 
 /// What a key of the user asks for.
-enum class ViewAction : std::uint8_t { none, quit, snapshot, redraw };
+enum class ViewAction : std::uint8_t { none, quit, snapshot, explain, redraw };
 
 /// The screen of a terminal during its lifetime.
 class LiveView {
@@ -57,6 +62,10 @@ class LiveView {
   virtual ViewAction poll_keys() = 0;
   /// Shows the report, unless it is frozen.
   virtual void show(const ObservationReport& report, const std::string& incident) = 0;
+  /// The selected chain; empty: none.
+  [[nodiscard]] virtual std::string chain() const = 0;
+  /// Shows where the time of the selected chain went.
+  virtual void explain(std::vector<std::string> lines) = 0;
   /// A sentence below the title until the next one.
   virtual void say(const std::string& sentence) = 0;
 };

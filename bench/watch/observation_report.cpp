@@ -70,8 +70,7 @@ std::string shown_name(const tracing::System& system, std::uint32_t callback) {
 }
 
 void ObservationReport::update(const Observer& observer, const Session& session,
-                               const std::vector<std::optional<ThreadFacts>>& facts, ContractCheck* contract,
-                               Duration now) {
+                               const std::vector<ThreadFacts>& facts, ContractCheck* contract, Duration now) {
   const double seconds = to_ms(now - now_) / 1000;
   rows_.clear();
   jobs_before_.resize(observer.callbacks().size());
@@ -94,7 +93,7 @@ void ObservationReport::update(const Observer& observer, const Session& session,
     if (entry != tracing::kNone) row.nearness = contract->nearness_of_callback(entry);
   }
   if (contract != nullptr) update_chains(*contract);
-  update_threads(observer.system(), facts, contract, seconds);
+  update_threads(facts, contract, seconds);
   now_ = now;
   events_ = observer.events();
   ignored_ = observer.ignored();
@@ -119,28 +118,26 @@ void ObservationReport::update_chains(const ContractCheck& contract) {
   }
 }
 
-void ObservationReport::update_threads(const tracing::System& system,
-                                       const std::vector<std::optional<ThreadFacts>>& facts,
-                                       const ContractCheck* contract, double seconds) {
-  if (std::ranges::none_of(facts, [](const auto& f) { return f.has_value(); }) && !facts_before_.empty())
-    return;  // the program has ended: the last facts stay
+void ObservationReport::update_threads(const std::vector<ThreadFacts>& facts, const ContractCheck* contract,
+                                       double seconds) {
+  if (facts.empty()) return;  // the program has ended: the last facts stay
   executor_threads_.clear();
-  first_facts_.resize(facts.size());
-  facts_before_.resize(facts.size());
-  for (std::uint32_t t = 0; t < facts.size(); ++t) {
-    if (!facts[t]) continue;
-    if (!first_facts_[t]) first_facts_[t] = facts[t];
+  std::map<std::uint32_t, ThreadFacts> before;
+  std::swap(before, facts_before_);
+  for (const ThreadFacts& of : facts) {
     ThreadRow& row = executor_threads_.emplace_back();
-    row.process = system.threads[t].process;
-    row.thread = system.threads[t].id;
-    if (contract != nullptr) row.executor = contract->executor_of(t);
-    row.facts = *facts[t];
-    if (!(first_facts_[t]->policy == row.facts.policy)) row.original = first_facts_[t]->policy;
-    if (!facts_before_[t] || seconds <= 0) continue;
-    row.ran = to_ms(row.facts.ran - facts_before_[t]->ran) / seconds;
-    row.waited = to_ms(row.facts.waited - facts_before_[t]->waited) / seconds;
+    row.facts = facts_before_[of.thread] = of;
+    if (contract != nullptr) row.executor = contract->executor_of(of.thread);
+    const auto [first, is_new] = first_policies_.try_emplace(of.thread, of.policy);
+    if (!(first->second == of.policy)) row.original = first->second;
+    const auto at = before.find(of.thread);
+    if (at == before.end() || seconds <= 0) continue;
+    row.ran = to_ms(of.ran - at->second.ran) / seconds;
+    row.waited = to_ms(of.waited - at->second.waited) / seconds;
+    if (of.processor == at->second.processor)  // each one has a counter of its own
+      row.withheld = to_ms(of.stolen - at->second.stolen) / seconds;
   }
-  facts_before_ = facts;
+  std::erase_if(first_policies_, [&](const auto& first) { return !facts_before_.contains(first.first); });
 }
 
 std::vector<program::TextTable> ObservationReport::tables() const {
@@ -162,12 +159,13 @@ program::TextTable ObservationReport::chain_table() const {
 
 program::TextTable ObservationReport::thread_table() const {
   program::TextTable table("Threads", {"process", "thread", "name", "executor", "policy", "before",
-                                       "processors", "CPU\nms/s", "waited\nms/s"});
+                                       "processors", "CPU\nms/s", "waited\nms/s", "withheld\nms/s"});
   for (const ThreadRow& row : executor_threads_) {
-    table.add_row({program::concat(row.process), program::concat(row.thread), row.facts.name, row.executor,
-                   to_string(row.facts.policy), row.original ? to_string(*row.original) : std::string(),
+    table.add_row({program::concat(row.facts.process), program::concat(row.facts.thread), row.facts.name,
+                   row.executor, to_string(row.facts.policy),
+                   row.original ? to_string(*row.original) : std::string(),
                    shown_processors(row.facts.processors), program::fixed(row.ran, 1),
-                   program::fixed(row.waited, 1)});
+                   program::fixed(row.waited, 1), program::fixed(row.withheld, 1)});
   }
   return table;
 }
@@ -234,15 +232,16 @@ nlohmann::json ObservationReport::chains_json() const {
 nlohmann::json ObservationReport::threads_json() const {
   nlohmann::json threads = nlohmann::json::array();
   for (const ThreadRow& row : executor_threads_) {
-    threads.push_back({{"process", row.process},
-                       {"thread", row.thread},
+    threads.push_back({{"process", row.facts.process},
+                       {"thread", row.facts.thread},
                        {"name", row.facts.name},
                        {"executor", row.executor},
                        {"policy", to_string(row.facts.policy)},
                        {"policy_before", row.original ? nlohmann::json(to_string(*row.original)) : nullptr},
                        {"processors", processor_list(row.facts.processors)},
                        {"cpu_ms_per_s", row.ran},
-                       {"waited_ms_per_s", row.waited}});
+                       {"waited_ms_per_s", row.waited},
+                       {"withheld_ms_per_s", row.withheld}});
   }
   return threads;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -20,11 +21,10 @@ namespace hotpath::watch {
 class ObservationReport {
  public:
   struct ThreadRow {
-    std::uint32_t process = 0, thread = 0;
     std::string executor;  ///< Of the contract; empty: unknown.
     ThreadFacts facts;
-    std::optional<ThreadPolicy> original;  ///< The first policy, if it has changed.
-    double ran = 0, waited = 0;            ///< Since the previous update, ms in a second.
+    std::optional<ThreadPolicy> original;      ///< The first policy, if it has changed.
+    double ran = 0, waited = 0, withheld = 0;  ///< Since the previous update, ms in a second.
   };
   struct ChainRow {
     std::string name;
@@ -44,9 +44,9 @@ class ObservationReport {
     Duration execution_p99{}, execution_max{}, response_p99{}, response_max{};  ///< -1 ns: none.
   };
 
-  /// `facts`: by thread of the system; `contract`: nullptr: none; `now`: since the beginning.
-  void update(const Observer& observer, const Session& session,
-              const std::vector<std::optional<ThreadFacts>>& facts, ContractCheck* contract, Duration now);
+  /// `facts`: of the system's threads; `contract`: nullptr: none; `now`: since the beginning.
+  void update(const Observer& observer, const Session& session, const std::vector<ThreadFacts>& facts,
+              ContractCheck* contract, Duration now);
 
   /// One row for each callback that ran or lost samples, for each chain of the contract, and for
   /// each thread that runs callbacks.
@@ -60,8 +60,7 @@ class ObservationReport {
 
  private:
   void update_chains(const ContractCheck& contract);
-  void update_threads(const tracing::System& system, const std::vector<std::optional<ThreadFacts>>& facts,
-                      const ContractCheck* contract, double seconds);
+  void update_threads(const std::vector<ThreadFacts>& facts, const ContractCheck* contract, double seconds);
   [[nodiscard]] program::TextTable callback_table() const;
   [[nodiscard]] program::TextTable chain_table() const;
   [[nodiscard]] program::TextTable thread_table() const;
@@ -71,7 +70,8 @@ class ObservationReport {
   std::vector<Row> rows_;
   std::vector<ChainRow> chains_;
   std::vector<ThreadRow> executor_threads_;
-  std::vector<std::optional<ThreadFacts>> facts_before_, first_facts_;  // by thread of the system
+  std::map<std::uint32_t, ThreadFacts> facts_before_;     // by id of the thread
+  std::map<std::uint32_t, ThreadPolicy> first_policies_;  // the same
   std::vector<std::uint64_t> jobs_before_;
   Duration now_{};
   std::uint64_t events_ = 0, threads_ = 0, processes_ = 0, ignored_ = 0;

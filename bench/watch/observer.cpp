@@ -21,8 +21,11 @@ Timer timer_from(Time first, Duration period) {
 
 }  // namespace
 
-void Observer::event(const tracing::Event& e) {
+void Observer::event(tracing::Event e) {
   ++events_;
+  if (e.kind == tracing::EventKind::rmw_publish && e.number[2] == 0) unstamped_.insert(e.process);
+  if (e.kind == tracing::EventKind::rmw_take && unstamped_.contains(e.process))
+    e.number[2] -= static_cast<std::uint64_t>(realtime_.count());  // the clock of publications
   if (describes(e.kind) && ++entities_ > kMostEntities) {
     ++ignored_;
     return;
@@ -40,6 +43,7 @@ std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracin
                                            CallbackObservation& observed) const {
   if (job.has_sample) return job.sample.published;
   if (callback.kind != tracing::CallbackKind::timer) return std::nullopt;
+  if (job.timestamp > Time{} && job.timestamp <= job.start) return job.timestamp;  // hotpath's executors
   std::optional<Timer>& timer = observed.timer;
   if (!timer) {
     Time first = callback.created + callback.period;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "hotpath/core/timer.hpp"
@@ -33,7 +34,10 @@ class Observer : public tracing::Sink {
       : contract_(contract), recorder_(recorder), attached_(attached) {}
 
   /// The next event in the order of time.
-  void event(const tracing::Event& e);
+  void event(tracing::Event e);
+
+  /// The real-time clock minus that of Time. Humble's samples are matched by it.
+  void set_realtime(Duration offset) { realtime_ = offset; }
 
   /// All events before this instant were passed, except those that were lost so far.
   void observed_until(Time until, const Losses& losses);
@@ -72,6 +76,8 @@ class Observer : public tracing::Sink {
   std::vector<CallbackObservation> callbacks_;
   std::vector<Open> open_;
   std::uint64_t events_ = 0, entities_ = 0, ignored_ = 0;
+  Duration realtime_{};
+  std::set<std::uint32_t> unstamped_;  // processes whose publications have no source timestamps
 };
 
 }  // namespace hotpath::watch

@@ -33,7 +33,7 @@ PublisherCheck::PublisherCheck(const Contract& contract, const StatedNames& name
 }
 
 void PublisherCheck::published(const tracing::System& system, const tracing::Job& job, std::uint32_t topic,
-                               std::uint32_t entry, Subject* callback, Incident& incident) {
+                               std::uint32_t entry, Subject* callback, Incidents& incidents) {
   const tracing::Publication& p = job.published.back();
   const bool known =
       entry != kNone && std::ranges::find(topics_of_entry_[entry], topic) != topics_of_entry_[entry].end();
@@ -41,7 +41,7 @@ void PublisherCheck::published(const tracing::System& system, const tracing::Job
   if (publishes == nullptr) {
     if (known) return;
     const std::string node = node_named(system, system.callbacks[job.ref.callback].node);
-    return subjects_[topic].terms.front().judge(false, "is also published by " + node, p.at, incident);
+    return subjects_[topic].terms.front().judge(false, "is also published by " + node, p.at, incidents);
   }
   const auto messages = std::ranges::count(job.published, p.topic, &tracing::Publication::topic);
   if (known && messages == 1) return publishes->hold();
@@ -49,15 +49,16 @@ void PublisherCheck::published(const tracing::System& system, const tracing::Job
   publishes->judge(false,
                    known ? program::concat("published ", messages, " messages of ", name, " in one job")
                          : "published " + name + ", which the contract lacks",
-                   p.at, incident);
+                   p.at, incidents);
 }
 
-void PublisherCheck::from_stranger(std::uint32_t topic, Time at, Incident& incident) {
+void PublisherCheck::from_stranger(std::uint32_t topic, Time at, Incidents& incidents) {
   subjects_[topic].terms.front().judge(
-      false, "is also published by a node that is not watched, or outside of callbacks", at, incident);
+      false, "is also published by a node that is not watched, or outside of callbacks", at, incidents);
 }
 
-void PublisherCheck::created(const tracing::System& system, StatedNames& names, Time at, Incident& incident) {
+void PublisherCheck::created(const tracing::System& system, StatedNames& names, Time at,
+                             Incidents& incidents) {
   if (!names.resolve(system)) return;
   judged_.resize(system.endpoints.size());
   for (std::size_t e = 0; e < system.endpoints.size(); ++e) {
@@ -72,7 +73,7 @@ void PublisherCheck::created(const tracing::System& system, StatedNames& names, 
         endpoint.node < system.nodes.size() && nodes_[topic].contains(names.node(system, endpoint.node));
     subjects_[topic].terms.front().judge(
         known, "has a publisher of " + node_named(system, endpoint.node) + ", which the contract lacks", at,
-        incident);
+        incidents);
   }
 }
 

@@ -20,11 +20,11 @@ class PublisherCheck {
   /// A message of a job on a stated topic. `entry`: its callback in the contract, with its verdicts;
   /// kNone: none.
   void published(const tracing::System& system, const tracing::Job& job, std::uint32_t topic,
-                 std::uint32_t entry, Subject* callback, Incident& incident);
+                 std::uint32_t entry, Subject* callback, Incidents& incidents);
   /// A subscription got a sample that no watched job published, unlike earlier ones.
-  void from_stranger(std::uint32_t topic, Time at, Incident& incident);
+  void from_stranger(std::uint32_t topic, Time at, Incidents& incidents);
   /// Judges publishers that were created since the last call.
-  void created(const tracing::System& system, StatedNames& names, Time at, Incident& incident);
+  void created(const tracing::System& system, StatedNames& names, Time at, Incidents& incidents);
 
   /// By stated topic.
   [[nodiscard]] const std::vector<Subject>& subjects() const { return subjects_; }

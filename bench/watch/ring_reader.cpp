@@ -36,7 +36,9 @@ constexpr std::array<K, sensor::kIds> kKinds = {K::rcl_init,
                                                 K::ipb_to_subscription,
                                                 K::ring_buffer_enqueue,
                                                 K::ring_buffer_dequeue,
-                                                K::wait_for_work};
+                                                K::wait_for_work,
+                                                K::executor_init,
+                                                K::executor_job};
 
 constexpr std::int16_t kMostProcessors = 8192;  // CONFIG_NR_CPUS of Linux is at most this
 

@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
+#include "program/text.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
 #include "watch/contract.hpp"
@@ -22,6 +25,8 @@ namespace {
 constexpr std::int64_t kDistances = 3;
 /// Bounds assume that threads never wait; an idle machine lets them wait less than this in a second.
 constexpr double kWait_ms = 1;
+/// Of a job among the work of timer threads.
+constexpr Duration kLongest = std::chrono::seconds(100);
 
 class StatedContract {
  public:
@@ -34,7 +39,6 @@ class StatedContract {
 
   std::string text() {
     YAML::Emitter out;
-    out.SetDoublePrecision(12);
     out << YAML::BeginMap << YAML::Key << "callbacks" << YAML::Value << YAML::BeginSeq;
     for (TaskId task = 0; task < tasks_.set.size(); ++task) write_callback(out, task);
     out << YAML::EndSeq;
@@ -68,8 +72,12 @@ class StatedContract {
     const Task& of = tasks_.set[task];
     const Callback& callback = tasks_.callbacks[task];
     const bool measured = callback.measured != nullptr || !callback.quantiles.empty();
-    if (of.wcet > Duration::zero())
-      write(out, Clause::budget, to_ms(of.wcet), measured ? Origin::measured : Origin::given);
+    if (const auto longest = longest_run(task)) {
+      const Origin origin = *longest > of.wcet ? Origin::derived
+                            : measured         ? Origin::measured
+                                               : Origin::given;
+      write(out, Clause::budget, to_ms(*longest), origin);
+    }
     if (of.kind == TaskKind::timer) {
       write(out, Clause::period, to_ms(of.period), Origin::given);
     } else {
@@ -87,8 +95,26 @@ class StatedContract {
   template <class Value>
   static void write(YAML::Emitter& out, Clause clause, const Value& value, Origin origin) {
     out << YAML::Key << std::string(to_string(clause)) << YAML::Value << YAML::Flow << YAML::BeginMap
-        << YAML::Key << "value" << YAML::Value << value << YAML::Key << "from" << YAML::Value
+        << YAML::Key << "value" << YAML::Value << shown(value) << YAML::Key << "from" << YAML::Value
         << std::string(to_string(origin)) << YAML::EndMap;
+  }
+
+  template <class Value>
+  static const Value& shown(const Value& value) {
+    return value;
+  }
+  /// Milliseconds to the nanosecond, never as 1e-06.
+  static std::string shown(double ms) {
+    std::string text = program::fixed(ms, 6);
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.ends_with('.')) text.pop_back();
+    return text;
+  }
+  static std::vector<std::string> shown(const std::vector<double>& all_ms) {
+    std::vector<std::string> texts;
+    texts.reserve(all_ms.size());
+    for (const double ms : all_ms) texts.push_back(shown(ms));
+    return texts;
   }
 
   void write_distances(YAML::Emitter& out, TaskId subscription) const {
@@ -157,6 +183,48 @@ class StatedContract {
       out << YAML::EndMap;
     }
     out << YAML::EndSeq;
+  }
+
+  /// Most time from start to end of a job. Where threads of the ordinary class share a processor, jobs
+  /// displace one another at any time: it is that of the response, if that is bounded.
+  std::optional<Duration> longest_run(TaskId task) const {
+    const Duration wcet = tasks_.set[task].wcet;
+    if (wcet == Duration::zero()) return std::nullopt;
+    const auto [threads, timer_threads] = ordinary_threads();
+    if (threads > graph_.platform.cores) return response(task);
+    Duration release = graph_.platform.release_cost + graph_.platform.pass_cost;
+    for (const setup::ExecutorSpec& part : setup::parts(executor_))  // before its jobs displace another one
+      if (part.entry->traits.timers == TimerHandling::release_and_execute)
+        release = std::max(release, graph_.platform.release_cost + graph_.platform.pass_cost +
+                                        graph_.platform.timer_dispatch_cost);
+    if (threads + timer_threads <= graph_.platform.cores || release == Duration::zero()) return wcet;
+    Duration longest = wcet;  // with the work of timer threads
+    for (;;) {
+      Duration next = wcet;
+      for (const Task& timer : tasks_.set.tasks)
+        if (timer.kind == TaskKind::timer) next += (longest / timer.period + 1) * release;
+      if (next == longest) return longest;
+      if (next > kLongest) return response(task);
+      longest = next;
+    }
+  }
+
+  /// Of the ordinary class: threads that run jobs, and timer threads that run none or go first.
+  std::pair<std::uint32_t, std::uint32_t> ordinary_threads() const {
+    const std::span<const setup::ExecutorSpec> all = setup::parts(executor_);
+    std::uint32_t threads = 0, timer_threads = 0;
+    for (std::size_t e = 0; e < all.size(); ++e) {
+      if (executor_.deployment && !executor_.deployment->plan.executors[e].policy.ordinary()) continue;
+      const ExecutorTraits& traits = all[e].entry->traits;
+      const TimerThread rank = graph_.platform.timer_thread;
+      const bool raised =
+          rank == TimerThread::raised || (rank == TimerThread::by_executor && traits.raises_timer_thread);
+      const bool apart = traits.timers != TimerHandling::polled &&
+                         (traits.timers != TimerHandling::release_and_execute || raised);
+      threads += worker_count(*all[e].entry, all[e].scheduler) - (apart ? 1 : 0);
+      timer_threads += apart ? 1 : 0;
+    }
+    return {threads, timer_threads};
   }
 
   std::optional<Duration> response(TaskId task) const {

@@ -40,6 +40,10 @@ std::string StatedNames::topic(const tracing::System& system, std::uint32_t topi
   return space_ && name.starts_with(*space_ + "/") ? graph_topic_name(name.substr(space_->size())) : name;
 }
 
+std::string StatedNames::imported(const std::string& node) const {
+  return (space_ && !space_->empty() ? graph_node_name(*space_) + "." : "") + node;
+}
+
 std::uint32_t StatedNames::number_of(const std::string& topic) const {
   const auto at = numbers_.find(topic);
   return at == numbers_.end() ? kNone : at->second;

@@ -27,6 +27,9 @@ class StatedNames {
   /// The same for a topic.
   [[nodiscard]] std::string topic(const tracing::System& system, std::uint32_t topic) const;
 
+  /// The name that an imported graph gives to a node of the contract.
+  [[nodiscard]] std::string imported(const std::string& node) const;
+
   // Topics that callbacks of the contract publish, numbered from 0.
   [[nodiscard]] std::size_t topics() const { return numbers_.size(); }
   /// kNone: no callback of the contract publishes it.

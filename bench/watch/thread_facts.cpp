@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/thread_facts.hpp"
 
+#include <fcntl.h>
 #include <sched.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include <fstream>
+#include <array>
+#include <filesystem>
+#include <set>
 #include <sstream>
+#include <system_error>
+#include <utility>
 
 #include "program/text.hpp"
 
@@ -16,10 +20,20 @@ namespace hotpath::watch {
 
 namespace {
 
-std::string content_of(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
+/// The first 16 KiB of a file of this user; empty: there is none.
+std::string content_of(const std::string& path, uid_t user) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return "";
+  struct stat status {};
+  std::array<char, 16384> bytes;
+  const bool own = fstat(file, &status) == 0 && status.st_uid == user;
+  const ssize_t length = own ? ::read(file, bytes.data(), bytes.size()) : 0;
+  close(file);
+  return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0))};
 }
+
+/// The names that hotpath's executors give to their timer threads, on rclcpp and of their own.
+bool is_timer_thread(const std::string& name) { return name == "hotpath_timers\n" || name == "timer_mgmt\n"; }
 
 /// The layout of Linux's struct sched_attr (version 0), which the C library lacks.
 struct SchedulingAttributes {
@@ -65,7 +79,7 @@ std::optional<std::uint64_t> processors_of(pid_t thread) {
 }  // namespace
 
 std::string process_name(std::uint32_t process) {
-  std::string name = content_of(program::concat("/proc/", process, "/comm"));
+  std::string name = content_of(program::concat("/proc/", process, "/comm"), geteuid());
   while (name.ends_with('\n')) name.pop_back();
   return name;
 }
@@ -120,27 +134,52 @@ std::map<int, Duration> parse_stolen(const std::string& text) {
   return stolen;
 }
 
-std::vector<std::optional<ThreadFacts>> ThreadReader::read(const tracing::System& system) {
-  stolen_ = parse_stolen(content_of("/proc/stat"));
-  std::vector<std::optional<ThreadFacts>> all(system.threads.size());
-  for (std::size_t t = 0; t < system.threads.size(); ++t) {
-    const tracing::Thread& thread = system.threads[t];
+std::optional<ThreadFacts> ThreadReader::read(std::uint32_t process, std::uint32_t thread) const {
+  const std::string folder = program::concat("/proc/", process, "/task/", thread);
+  ThreadFacts facts{process, thread};
+  const auto id = static_cast<pid_t>(thread);
+  const auto policy = policy_of(id);
+  const auto processors = processors_of(id);
+  if (!policy || !processors ||
+      !parse_stat(content_of(folder + "/stat", geteuid()), facts.name, facts.processor) ||
+      !parse_schedstat(content_of(folder + "/schedstat", geteuid()), facts.ran, facts.waited))
+    return std::nullopt;
+  facts.policy = *policy;
+  facts.processors = *processors;
+  if (const auto stolen = stolen_.find(facts.processor); stolen != stolen_.end())
+    facts.stolen = stolen->second;
+  return facts;
+}
+
+void ThreadReader::search(const tracing::System& system) {
+  timer_threads_.clear();
+  std::set<std::uint32_t> processes;
+  for (const tracing::Thread& thread : system.threads)
+    if (thread.jobs > 0) processes.insert(thread.process);
+  for (const std::uint32_t process : processes) {
+    std::error_code error;
+    std::filesystem::directory_iterator at(program::concat("/proc/", process, "/task"), error);
+    for (const std::filesystem::directory_iterator end; !error && at != end; at.increment(error)) {
+      if (is_timer_thread(content_of(at->path() / "comm", geteuid())))
+        timer_threads_[static_cast<std::uint32_t>(std::atol(at->path().filename().c_str()))] = process;
+    }
+  }
+}
+
+std::vector<ThreadFacts> ThreadReader::read(const tracing::System& system) {
+  if (readings_++ % kSearch == 0) search(system);
+  stolen_ = parse_stolen(content_of("/proc/stat", 0));
+  std::vector<ThreadFacts> all;
+  for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs == 0) continue;
-    const std::string folder = program::concat("/proc/", thread.process, "/task/", thread.id);
-    struct stat status {};
-    if (stat(folder.c_str(), &status) != 0 || status.st_uid != geteuid()) continue;
-    ThreadFacts facts;
-    const auto id = static_cast<pid_t>(thread.id);
-    const auto policy = policy_of(id);
-    const auto processors = processors_of(id);
-    if (!policy || !processors || !parse_stat(content_of(folder + "/stat"), facts.name, facts.processor) ||
-        !parse_schedstat(content_of(folder + "/schedstat"), facts.ran, facts.waited))
-      continue;
-    facts.policy = *policy;
-    facts.processors = *processors;
-    if (const auto stolen = stolen_.find(facts.processor); stolen != stolen_.end())
-      facts.stolen = stolen->second;
-    all[t] = facts;
+    if (const auto facts = read(thread.process, thread.id)) all.push_back(*facts);
+    timer_threads_.erase(thread.id);  // release-and-execute: it runs callbacks itself
+  }
+  for (const auto& [thread, process] : timer_threads_) {
+    auto facts = read(process, thread);
+    if (!facts) continue;
+    facts->timers = true;
+    all.push_back(std::move(*facts));
   }
   return all;
 }

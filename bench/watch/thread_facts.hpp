@@ -14,8 +14,10 @@ namespace hotpath::watch {
 
 /// What the operating system says of a thread at one instant.
 struct ThreadFacts {
-  std::string name;  ///< Of the thread (comm).
-  ThreadPolicy policy;
+  std::uint32_t process = 0, thread = 0;  ///< Ids.
+  bool timers = false;                    ///< The timer thread of one of hotpath's executors.
+  std::string name = {};                  ///< Of the thread (comm).
+  ThreadPolicy policy = {};
   std::uint64_t processors = 0;  ///< On which it may run, a bit for each of the first 64.
   Duration ran{};                ///< Since its beginning.
   Duration waited{};             ///< Ready to run, without a processor.
@@ -23,15 +25,23 @@ struct ThreadFacts {
   Duration stolen{};             ///< Withheld by the hypervisor from that processor.
 };
 
-/// Reads the threads that run callbacks from /proc.
+/// Reads the threads that run callbacks, and the timer threads of hotpath's executors beside them, from
+/// /proc.
 class ThreadReader {
  public:
-  /// By thread of the system; std::nullopt: it runs no callbacks, has ended, or is of another pid
-  /// namespace or user.
-  [[nodiscard]] std::vector<std::optional<ThreadFacts>> read(const tracing::System& system);
+  /// Without threads that have ended, or are of another pid namespace or user. Some microseconds for
+  /// each thread.
+  [[nodiscard]] std::vector<ThreadFacts> read(const tracing::System& system);
 
  private:
-  std::map<int, Duration> stolen_;  // by processor
+  /// Processes are searched for timer threads at every n-th reading.
+  static constexpr std::uint64_t kSearch = 5;
+  [[nodiscard]] std::optional<ThreadFacts> read(std::uint32_t process, std::uint32_t thread) const;
+  void search(const tracing::System& system);
+
+  std::uint64_t readings_ = 0;
+  std::map<int, Duration> stolen_;                        // by processor
+  std::map<std::uint32_t, std::uint32_t> timer_threads_;  // their processes, by thread
 };
 
 /// The name of a process (comm); empty: it has ended.

@@ -28,8 +28,20 @@ std::string ContractCheck::unseen(const Losses& losses) const {
   return "";
 }
 
+std::string ContractCheck::text(const Incident& incident, const Losses& losses) const {
+  return incident.text(clock_, unseen(losses));
+}
+
 std::string ContractCheck::incident(const Losses& losses) const {
-  return incident_.any() ? incident_.text(clock_, unseen(losses)) : "";
+  return broken() ? text(incidents_.kept().front(), losses) : "";
+}
+
+nlohmann::json ContractCheck::json(const Incident& incident, const Losses& losses) const {
+  return {{"number", incident.number()},
+          {"at", clock_.text(incident.begin().at)},
+          {"last", clock_.text(incident.last())},
+          {"breaches", incident.breaches()},
+          {"incident", text(incident, losses)}};
 }
 
 program::TextTable ContractCheck::table(const Losses& losses) const {
@@ -55,7 +67,9 @@ nlohmann::json ContractCheck::json(const Losses& losses) const {
       stored["reason"] = reason;
     }
   }
-  return {{"terms", terms}, {"incident", incident(losses)}};
+  nlohmann::json incidents = nlohmann::json::array();
+  for (const Incident& incident : incidents_.kept()) incidents.push_back(json(incident, losses));
+  return {{"terms", terms}, {"incident", incident(losses)}, {"incidents", incidents}};
 }
 
 double ContractCheck::nearness_of_callback(std::uint32_t entry) const { return nearness(subjects_[entry]); }

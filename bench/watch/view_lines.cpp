@@ -85,9 +85,11 @@ std::string ViewLines::history_of(const std::string& name) const {
 }
 
 std::vector<ViewLine> ViewLines::lines(const ObservationReport& report, SortKey key,
-                                       const std::string& incident) const {
+                                       const std::string& incident, const Selection& selection) const {
   std::vector<ViewLine> lines = {{report.title(), false, true}};
   if (!incident.empty()) lines.push_back({"Incident: " + printable(incident, 1000), true, false});
+  for (const std::string& line : selection.explanation)
+    lines.push_back({printable(line, 1000), false, false});
   if (!report.chains().empty()) {
     lines.push_back({padded("CHAIN") +
                          columns({"of limit", "outputs", "path p99", "path max", "age p99", "age max"}) +
@@ -98,7 +100,7 @@ std::vector<ViewLine> ViewLines::lines(const ObservationReport& report, SortKey 
     if (key == SortKey::nearness)
       std::ranges::stable_sort(order, std::greater(), [](const auto* row) { return row->nearness; });
     for (const auto* row : order) {
-      lines.push_back({padded(row->name) +
+      lines.push_back({padded((row->name == selection.chain ? "> " : "") + row->name) +
                            columns({shown_nearness(row->nearness), program::concat(row->outputs),
                                     shown_ms(row->hot_path_p99), shown_ms(row->hot_path_max),
                                     shown_ms(row->age_p99), shown_ms(row->age_max)}) +
@@ -125,7 +127,7 @@ std::vector<ViewLine> ViewLines::lines(const ObservationReport& report, SortKey 
     const std::string name =
         row.executor.empty() ? row.facts.name : row.executor + " (" + row.facts.name + ")";
     lines.push_back(
-        {padded(name) + columns({program::concat(row.process), program::concat(row.thread),
+        {padded(name) + columns({program::concat(row.facts.process), program::concat(row.facts.thread),
                                  to_string(row.facts.policy), shown_processors(row.facts.processors),
                                  program::fixed(row.ran, 1), program::fixed(row.waited, 1)}),
          row.original.has_value(), false});

@@ -4,8 +4,10 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <deque>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -20,6 +22,7 @@
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
+#include "watch/chain_explanation.hpp"
 #include "watch/contract_check.hpp"
 #include "watch/flight_recorder.hpp"
 #include "watch/live_view.hpp"
@@ -37,6 +40,12 @@ using std::chrono::seconds;
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr seconds kReport{1};
+/// Between two readings of the threads' policies, processors and waits.
+constexpr auto kFacts = std::chrono::milliseconds(200);
+/// Further ones are not written, so that they do not fill the disk.
+constexpr std::size_t kMostIncidentSnapshots = 20;
+/// That are printed at the end.
+constexpr std::size_t kMostPrinted = 20;
 /// From the request to end until the next, stronger one.
 constexpr seconds kPatience{5};
 constexpr int kNice = 10;
@@ -48,11 +57,13 @@ std::unique_ptr<ContractCheck> contract_of(const WatchOptions& options) {
   return std::make_unique<ContractCheck>(read_contract(options.contract), WallClock::now());
 }
 
-std::optional<FlightRecorder> recorder_of(const WatchOptions& options) {
-  if (options.record.empty()) return std::nullopt;
+/// `always`: the screen explains chains from the last events.
+std::optional<FlightRecorder> recorder_of(const WatchOptions& options, bool always) {
+  const FlightRecorder recorder(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
+  if (options.record.empty()) return always ? std::optional(recorder) : std::nullopt;
   program::check_output_folder(options.record, "", "--record");
   program::create_folder(options.record, "--record");
-  return FlightRecorder(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
+  return recorder;
 }
 
 volatile std::sig_atomic_t snapshot_requested = 0;
@@ -63,13 +74,14 @@ class Watch {
       : options_(options),
         contract_(contract_of(options)),
         session_(is_attached() ? Meeting::attachable : Meeting::own),
-        recorder_(recorder_of(options)),
+        recorder_(recorder_of(options, is_refreshed() && contract_)),
         observer_(contract_.get(), recorder_ ? &*recorder_ : nullptr,
                   is_attached() ? std::optional(begin_) : std::nullopt) {
     if (!is_attached()) program_ = std::make_unique<WatchedProgram>(options.command, session_.name());
     if (is_refreshed()) view_ = open_live_view();
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
-    if (recorder_) std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
+    observer_.set_realtime(WallClock::now().offset());
+    if (records()) std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
   }
 
   void run() {
@@ -81,13 +93,17 @@ class Watch {
       if (view_) handle(view_->poll_keys());
       if (asked_to_end_ == 0) observer_.observed_until(polled - Session::kSettled, session_.losses());
       judge_threads(polled - Session::kSettled);
+      if (elapsed() >= read_ + kFacts) read_threads();
+      state_incidents(false);
       if (elapsed() >= reported_ + kReport) report();
       if (program_) end_program_if_due();
     }
     observe(session_.finish(now()));
+    read_threads();
+    judge_threads(Time::max());
+    state_incidents(true);
     report();
     if (options_.json && options_.once) print_json();
-    write_incident();
     const bool had_view = view_ != nullptr;
     view_.reset();
     if (had_view) print_tables();
@@ -102,6 +118,7 @@ class Watch {
 
  private:
   bool is_attached() const { return options_.command.empty(); }
+  bool records() const { return !options_.record.empty(); }
   bool is_time_over() const {
     if (quit_) return true;
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
@@ -112,9 +129,27 @@ class Watch {
 
   void handle(ViewAction action) {
     if (action == ViewAction::quit) quit_ = true;
+    if (action == ViewAction::explain) start_explanation();
+    if (explanation_) {
+      if (auto lines = explanation_->lines()) view_->explain(*lines), explanation_.reset();
+    }
     if (action != ViewAction::snapshot) return;
-    if (recorder_) return write_snapshot("requested by a key");
-    view_->say("a snapshot needs --record");
+    if (records()) {
+      write_snapshot("requested by a key");
+    } else {
+      view_->say("a snapshot needs --record");
+    }
+  }
+
+  void start_explanation() {
+    const std::string chain = view_->chain();
+    try {
+      explanation_.reset();
+      explanation_ = std::make_unique<ChainExplanation>(*recorder_, contract_->imported_chain(chain));
+      view_->explain({"explaining " + chain + " ..."});
+    } catch (const std::exception& error) {
+      say(error.what());
+    }
   }
 
   /// Of the programs to which it attaches.
@@ -135,30 +170,55 @@ class Watch {
 
   void observe(const std::vector<tracing::Event>& events) {
     for (const tracing::Event& event : events) observer_.event(event);
-    if (contract_ && contract_->settled()) write_incident();
-    if (recorder_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
+    if (records() && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
+  }
+
+  void read_threads() {
+    judge_threads(Time::max());
+    read_ = elapsed();
+    facts_ = threads_.read(observer_.system());
+    facts_at_ = now();
+    const WallClock clock = WallClock::now();
+    observer_.set_realtime(clock.offset());
+    if (contract_) contract_->follow(clock, *facts_at_);
   }
 
   /// The facts of threads follow the events that happened before them.
   void judge_threads(Time until) {
-    if (contract_ && facts_at_ && *facts_at_ <= until) contract_->threads(facts_, *facts_at_);
-    if (facts_at_ && *facts_at_ <= until) facts_at_.reset();
+    if (!facts_at_ || *facts_at_ > until) return;
+    if (contract_) contract_->threads(facts_, *facts_at_);
+    facts_at_.reset();
   }
 
-  void write_incident() {
-    if (!recorder_ || !contract_ || !contract_->broken() || std::exchange(incident_recorded_, true)) return;
-    write_snapshot(contract_->incident(session_.losses()));
+  /// States new incidents, and those that are known better, as soon as their causes are known.
+  void state_incidents(bool at_end) {
+    if (!contract_) return;
+    for (const Incident& incident : contract_->incidents().kept()) {
+      const std::pair state(incident.number(), incident.changes());
+      if (state <= stated_ || (!at_end && !contract_->settled(incident))) continue;
+      const bool is_new = incident.number() > std::exchange(stated_, state).first;
+      nlohmann::json line = contract_->json(incident, session_.losses());
+      if (is_new && records() && incident.number() <= kMostIncidentSnapshots) {
+        recorder_->mark(incident.begin().at, line["incident"]);
+        line["snapshot"] = write_snapshot(line["incident"]);
+      }
+      line["event"] = "incident";
+      line["time_s"] = to_ms(elapsed()) / 1000;
+      if (options_.json && !options_.once) print_line(line);
+    }
   }
 
   /// A disk that is full does not end the watch.
-  void write_snapshot(const std::string& reason) {
+  std::string write_snapshot(const std::string& reason) {
     const fs::path folder = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
     try {
       recorder_->write(folder);
       say(folder.string() + ": " + reason);
+      return folder.string();
     } catch (const std::exception& error) {
       say(error.what());
     }
+    return "";
   }
 
   void say(const std::string& sentence) {
@@ -170,27 +230,33 @@ class Watch {
     if (!is_refreshed() && !options_.json) print_tables();
     if (contract_ && !options_.json) {
       std::cout << contract_->table(session_.losses());
-      if (contract_->broken()) std::cout << "Incident: " << contract_->incident(session_.losses()) << "\n";
+      const std::deque<Incident>& incidents = contract_->incidents().kept();
+      for (std::size_t i = 0; i < std::min(incidents.size(), kMostPrinted); ++i)
+        std::cout << "Incident: " << contract_->text(incidents[i], session_.losses()) << "\n";
+      if (const std::uint64_t count = contract_->incidents().count(); count > kMostPrinted)
+        std::cout << count - kMostPrinted << " further incidents\n";
     }
     if (session_.threads() == 0 && program_) {
       std::cerr << "hotpath: no tracepoint was recorded: a program without tracetools, of a distribution "
-                   "before Jazzy, of another user, or without room in /dev/shm\n";
+                   "before Humble, of another user, or without room in /dev/shm\n";
     }
   }
 
   void report() {
     reported_ = elapsed();
-    judge_threads(Time::max());
-    facts_at_ = now();
-    facts_ = threads_.read(observer_.system());
     report_.update(observer_, session_, facts_, contract_.get(), reported_);
     observer_.next_interval();
-    if (view_) return view_->show(report_, contract_ ? contract_->incident(session_.losses()) : "");
+    if (view_) return view_->show(report_, latest_incident());
     if (options_.json && !options_.once) print_json();
     if (!is_refreshed()) return;
     program::data_output() << kClearTerminal << std::flush;
     print_tables();
     std::cout << std::flush;
+  }
+
+  std::string latest_incident() const {
+    if (!contract_ || !contract_->broken()) return "";
+    return contract_->text(contract_->incidents().kept().back(), session_.losses());
   }
 
   void print_tables() const {
@@ -200,6 +266,10 @@ class Watch {
   void print_json() const {
     nlohmann::json line = report_.json();
     if (contract_) line["contract"] = contract_->json(session_.losses());
+    print_line(line);
+  }
+
+  static void print_line(const nlohmann::json& line) {
     program::data_output() << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
                            << std::endl;
   }
@@ -227,17 +297,18 @@ class Watch {
   std::unique_ptr<WatchedProgram> program_;  // nullptr: attached
   Observer observer_;
   ThreadReader threads_;
-  std::vector<std::optional<ThreadFacts>> facts_;
+  std::vector<ThreadFacts> facts_;
   std::optional<Time> facts_at_;  // not judged yet
   ObservationReport report_;
-  Duration reported_{};
+  Duration reported_{}, read_{};
   std::optional<Duration> due_;  // the next request to end
   std::size_t asked_to_end_ = 0;
   std::size_t snapshots_ = 0;
-  bool incident_recorded_ = false;
-  std::set<std::uint32_t> named_;  // processes
+  std::pair<std::uint64_t, std::uint64_t> stated_;  // the latest incident, and its changes
+  std::set<std::uint32_t> named_;                   // processes
   bool waits_ = false, quit_ = false;
-  std::unique_ptr<LiveView> view_;  // nullptr: none
+  std::unique_ptr<LiveView> view_;                 // nullptr: none
+  std::unique_ptr<ChainExplanation> explanation_;  // that was asked for
 };
 
 }  // namespace

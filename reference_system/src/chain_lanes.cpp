@@ -29,31 +29,32 @@ std::vector<std::size_t> distances(const std::vector<std::vector<TaskId>>& next,
   return distance;
 }
 
-/// By task: the subscriptions that take its messages, and with each the tasks whose messages have the
-/// data of that sample: that subscription's, and those of callbacks of its node that use what it stores.
-struct Steps {
-  explicit Steps(const GraphTasks& tasks) : merged(tasks.set.size()), next(tasks.set.size()) {
-    for (TaskId id = 0; id < next.size(); ++id) {
-      merged[id].push_back(id);
-      const std::vector<TaskId> all = tasks.downstream(id);  // first those that it feeds itself
-      merged[id].insert(merged[id].end(),
-                        all.begin() + static_cast<std::ptrdiff_t>(tasks.set[id].feeds.size()), all.end());
-    }
-    for (TaskId id = 0; id < next.size(); ++id)
-      for (const TaskId reader : tasks.set[id].feeds)
-        next[id].insert(next[id].end(), merged[reader].begin(), merged[reader].end());
+using Next = std::vector<std::vector<TaskId>>;
+
+/// By task: the tasks whose messages have the data of its messages: the subscriptions that take them,
+/// and callbacks of their nodes that use what those store.
+Next next_of(const GraphTasks& tasks) {
+  Next merged(tasks.set.size()), next(tasks.set.size());
+  for (TaskId id = 0; id < next.size(); ++id) {
+    merged[id].push_back(id);
+    const std::vector<TaskId> all = tasks.downstream(id);  // first those that it feeds itself
+    merged[id].insert(merged[id].end(), all.begin() + static_cast<std::ptrdiff_t>(tasks.set[id].feeds.size()),
+                      all.end());
   }
-  std::vector<std::vector<TaskId>> merged, next;
-};
+  for (TaskId id = 0; id < next.size(); ++id)
+    for (const TaskId reader : tasks.set[id].feeds)
+      next[id].insert(next[id].end(), merged[reader].begin(), merged[reader].end());
+  return next;
+}
 
 /// The edges along which the data of the chain's sources counts.
-Edges edges_of(const ChainIndex& chain, const Steps& steps) {
-  const std::vector<std::size_t> distance = distances(steps.next, chain.sources);
+Edges edges_of(const ChainIndex& chain, const Next& next) {
+  const std::vector<std::size_t> distance = distances(next, chain.sources);
   Edges edges;
-  for (TaskId from = 0; from < steps.next.size(); ++from) {
+  for (TaskId from = 0; from < next.size(); ++from) {
     if (distance[from] == kFar) continue;
-    for (const TaskId to : steps.next[from]) {
-      const bool feedback = distance[to] <= distance[from] && distances(steps.next, {to})[from] != kFar;
+    for (const TaskId to : next[from]) {
+      const bool feedback = distance[to] <= distance[from] && distances(next, {to})[from] != kFar;
       if (!feedback) edges.emplace_back(from, to);
     }
   }
@@ -63,16 +64,16 @@ Edges edges_of(const ChainIndex& chain, const Steps& steps) {
 
 }  // namespace
 
-ChainLanes::ChainLanes(const Graph& graph, const GraphTasks& tasks) : begins_(tasks.set.size()) {
-  const Steps steps(tasks);
-  const std::vector<std::vector<TaskId>>& next = steps.next;
-  std::vector<std::vector<TaskId>> before(next.size());
+ChainLanes::ChainLanes(const Graph& graph, const GraphTasks& tasks)
+    : ChainLanes(index_chains(graph, tasks), next_of(tasks)) {}
+
+ChainLanes::ChainLanes(const std::vector<ChainIndex>& chains, const Next& next) : begins_(next.size()) {
+  Next before(next.size());
   for (TaskId id = 0; id < next.size(); ++id)
     for (const TaskId to : next[id]) before[to].push_back(id);
-  const std::vector<ChainIndex> chains = index_chains(graph, tasks);
   for (std::uint32_t c = 0; c < chains.size(); ++c) {
     const ChainIndex& chain = chains[c];
-    Edges edges = edges_of(chain, steps);
+    Edges edges = edges_of(chain, next);
     const std::vector<std::size_t> to_sink = distances(before, chain.sink_tasks);
     bool has_lanes = false;
     for (std::size_t s = 0; s < chain.sources.size(); ++s) {

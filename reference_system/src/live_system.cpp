@@ -30,6 +30,9 @@ LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOp
         std::make_unique<Executor>(own, std::move(scheduler), *nodes_, std::move(logs), threads));
   }
   nodes_->connect(*this);
+  if (!sensor_) return;
+  sensor_->create(graph, tasks);
+  nodes_->report_to(*sensor_);
 }
 
 LiveSystem::~LiveSystem() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tracepoints of tracetools 8 (ROS 2 Jazzy), in the order of its tracetools.h. Tracepoints that
-// are not recorded are not defined here, so that programs call tracetools directly.
+// The tracepoints of tracetools 8 (ROS 2 Jazzy), in the order of its tracetools.h, and those of
+// tracetools 4 (Humble), which have the same parameters except for rmw_publish. Tracepoints that are not
+// recorded are not defined here, so that programs call tracetools directly.
 #include <dlfcn.h>
 
 #include <atomic>
@@ -45,6 +46,12 @@ class Next {
 std::uint64_t number(const void* handle) { return reinterpret_cast<std::uintptr_t>(handle); }
 std::uint64_t number(std::int64_t value) { return static_cast<std::uint64_t>(value); }
 
+/// Whether tracetools is Humble's, whose rmw_publish has the message alone; it lacks the `do_` forms.
+bool is_humble() {
+  static constinit Next<void()> older("ros_trace_rmw_take"), newer("ros_trace_do_rmw_take");
+  return newer.get() == nullptr && older.get() != nullptr;
+}
+
 }  // namespace
 
 /// Defines the three functions of a tracepoint: the call, the question whether a call has an effect,
@@ -86,7 +93,9 @@ HOTPATH_TRACEPOINT(rclcpp_intra_publish, (Handle publisher, Handle message), (pu
 HOTPATH_TRACEPOINT(rcl_publish, (Handle publisher, Handle message), (publisher, message),
                    {number(publisher), number(message)})
 HOTPATH_TRACEPOINT(rmw_publish, (Handle publisher, Handle message, std::int64_t timestamp),
-                   (publisher, message, timestamp), {number(publisher), number(message), number(timestamp)})
+                   (publisher, message, timestamp),
+                   {is_humble() ? 0 : number(publisher), number(is_humble() ? publisher : message),
+                    is_humble() ? 0 : number(timestamp)})
 HOTPATH_TRACEPOINT(rcl_subscription_init,
                    (Handle subscription, Handle node, Handle rmw, Text topic, std::size_t depth),
                    (subscription, node, rmw, topic, depth),
@@ -119,3 +128,13 @@ HOTPATH_TRACEPOINT(rclcpp_ring_buffer_enqueue,
                    (buffer, index, size, overwritten), {number(buffer), index})
 HOTPATH_TRACEPOINT(rclcpp_ring_buffer_dequeue, (Handle buffer, std::uint64_t index, std::uint64_t size),
                    (buffer, index, size), {number(buffer), index})
+
+/// hotpath's own executors state the nominal instant and the release of the thread's next job.
+extern "C" [[gnu::visibility("default")]] void hotpath_watch_executor(Handle executor, Text name) {
+  hotpath::sensor::record(Id::executor_init, {number(executor)}, {name});
+}
+extern "C" [[gnu::visibility("default")]] void hotpath_watch_job(Handle executor, std::uint64_t task,
+                                                                 std::int64_t timestamp,
+                                                                 std::int64_t release) {
+  hotpath::sensor::record(Id::executor_job, {number(executor), task, number(timestamp), number(release)});
+}

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -38,9 +39,10 @@ class Session {
   void unlock() const { flock(marker_, LOCK_UN); }
 
   /// The calls that reached the stand-in; a program that fails returns -1.
-  long run(const std::string& arguments, const std::string& environment = "") {
+  long run(const std::string& arguments, const std::string& environment = "",
+           const std::string& program = PROGRAM) {
     const std::string command =
-        environment + " HOTPATH_WATCH=" + name_ + " LD_PRELOAD=" SENSOR " " PROGRAM " " + arguments;
+        environment + " HOTPATH_WATCH=" + name_ + " LD_PRELOAD=" SENSOR " " + program + " " + arguments;
     const std::unique_ptr<FILE, int (*)(FILE*)> output(popen(command.c_str(), "r"), pclose);
     long calls = -1;
     if (std::fscanf(output.get(), "%ld", &calls) != 1) return -1;
@@ -155,6 +157,22 @@ TEST(Sensor, IsSilentWhereItMayNotWrite) {
   Session session('f');
   EXPECT_EQ(session.run("3 2", "ulimit -f 8;"), 2 * (2 + 2 * 3));
   EXPECT_TRUE(session.rings().empty());
+}
+
+TEST(Sensor, RecordsCallsOfHumble) {
+  Session session('9');
+  EXPECT_EQ(session.run("", "", HUMBLE_PROGRAM), 28);
+  ASSERT_EQ(session.rings().size(), 1U);
+  const Ring& ring = *session.rings().front();
+  std::map<Id, const Record*> records;
+  for (std::size_t i = 0; i < ring.head; ++i)
+    if (ring.records[i].id != Id::text) records[ring.records[i].id] = &ring.records[i];
+  EXPECT_EQ(records.size(), 16U);
+  ASSERT_TRUE(records.contains(Id::rmw_publish) && records.contains(Id::rmw_take));
+  const auto& publish = records[Id::rmw_publish]->number;
+  EXPECT_EQ((std::array{publish[0], publish[1], publish[2]}), (std::array<std::uint64_t, 3>{0, 9, 0}))
+      << "the message alone";
+  EXPECT_EQ(records[Id::rmw_take]->number[2], 5U);
 }
 
 TEST(Sensor, RecordsCallsOfTheRealTracetools) {

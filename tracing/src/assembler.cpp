@@ -72,6 +72,7 @@ void Assembler::start(const Event& e) {
   Job& job = thread.open.emplace_back();
   job.ref = {callback, state.jobs++};
   job.thread = thread.index;
+  job.processor = e.processor;
   job.start = e.at;
   job.started = events_;
   job.decided = std::exchange(thread.question, {});

@@ -77,6 +77,7 @@ std::span<const EventFormat> formats() {
        "hotpath:executor_job",
        {{"executor", a}, {"task", i}, {"timestamp", at}, {"release", at}}},
       {executor_end, "hotpath:executor_end", {{"executor", a}, {"task", i}}},
+      {incident, "hotpath:incident", {{"sentence", t}}, false},
   };
   return formats;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "trace_events.hpp"
 
+#include "hotpath/live/sensor_call.hpp"
+
 #ifdef HOTPATH_WITH_LTTNG
 #define LTTNG_UST_TRACEPOINT_CREATE_PROBES
 #define LTTNG_UST_TRACEPOINT_DEFINE
@@ -9,9 +11,26 @@
 
 namespace hotpath::trace {
 
+namespace {
+
+/// Also to the sensor of `hotpath watch`, if the program runs with it.
+void tell_sensor(const void* executor, const Setup& setup) {
+  if (auto* const call = sensor_call<void(const void*, const char*)>("hotpath_watch_executor"))
+    call(executor, setup.name.c_str());
+}
+
+void tell_sensor(const void* executor, const Job& job) {
+  using Call = void(const void*, std::uint64_t, std::int64_t, std::int64_t);
+  static auto* const call = sensor_call<Call>("hotpath_watch_job");
+  if (call != nullptr) call(executor, job.task, to_ns(job.timestamp), to_ns(job.release));
+}
+
+}  // namespace
+
 #ifdef HOTPATH_WITH_LTTNG
 
 void executor_init(const void* executor, const Setup& setup) {
+  tell_sensor(executor, setup);
   const ExecutorTraits& traits = setup.executor->traits;
   lttng_ust_tracepoint(hotpath, executor_init, executor, setup.name.c_str(),
                        to_string(traits.policy.value_or(Policy::fifo)), to_string(traits.timers),
@@ -39,6 +58,7 @@ void executor_priority(const void* executor, TaskId task, std::int64_t level) {
 }
 
 void executor_job(const void* executor, const Job& job) {
+  tell_sensor(executor, job);
   lttng_ust_tracepoint(hotpath, executor_job, executor, job.task, job.sequence, to_ns(job.timestamp),
                        to_ns(job.release), to_ns(job.deadline), job.skipped);
 }
@@ -51,12 +71,12 @@ void executor_end(const void* executor, const Entry& entry, TaskId task) {
 
 #else
 
-void executor_init(const void*, const Setup&) {}
+void executor_init(const void* executor, const Setup& setup) { tell_sensor(executor, setup); }
 void executor_thread(const void*, Worker, WorkerRole, const ThreadPolicy&) {}
 void executor_callback(const void*, const Entry&) {}
 bool priorities_are_recorded() { return false; }
 void executor_priority(const void*, TaskId, std::int64_t) {}
-void executor_job(const void*, const Job&) {}
+void executor_job(const void* executor, const Job& job) { tell_sensor(executor, job); }
 void executor_end(const void*, const Entry&, TaskId) {}
 
 #endif

@@ -144,13 +144,19 @@ std::vector<WatchStatus> WatchStatuses::of(const std::string& line) {
   std::vector<WatchStatus> statuses;
   try {
     const json report = json::parse(line);
+    if (report.contains("event")) {  // between two reports
+      incident_ = WatchStatus{Level::error, "hotpath watch: incident", report.at("incident"), {}};
+      add(*incident_, "number", report.at("number"));
+      const WatchStatus now = *incident_;
+      incident_->level = Level::warn;
+      return {now};
+    }
     statuses.push_back(watcher_status(report, growth));
     for (const json& callback : report.at("callbacks")) statuses.push_back(callback_status(callback));
     if (const auto contract = report.find("contract"); contract != report.end()) {
       add_contract(statuses, *contract, growth);
-      if (!contract->at("incident").get<std::string>().empty())
-        add(statuses.front(), "incident", contract->at("incident"));
     }
+    if (incident_) statuses.push_back(*incident_);
   } catch (const json::exception& error) {
     throw NoReport(error.what());
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -26,8 +27,9 @@ struct NoReport : std::runtime_error {
       : std::runtime_error("the input is no report of `hotpath watch --json`: " + why) {}
 };
 
-/// One status for the watcher, for each callback that ran, and for each subject of the contract: a
-/// callback, or what else a contract has terms for.
+/// One status for the watcher, for each callback that ran, for each subject of the contract, which is a
+/// callback or what else a contract has terms for, and for the latest incident. An incident is an error
+/// in the line that states it, and then a warning.
 ///
 /// A subject is in error if a term was broken since the previous line. A term that was broken
 /// earlier, or that cannot be judged because events were lost, is a warning. A subject of which no
@@ -42,6 +44,7 @@ class WatchStatuses {
  private:
   std::map<std::string, std::uint64_t> counts_;  // of the latest line
   std::vector<WatchStatus> latest_;
+  std::optional<WatchStatus> incident_;
 };
 
 }  // namespace hotpath

@@ -65,6 +65,17 @@ TEST(Statuses, NameTheWatcherCallbacksAndSubjectsOfTheContract) {
   for (const WatchStatus& status : statuses) EXPECT_EQ(status.level, Level::ok) << status.name;
 }
 
+TEST(Statuses, StateAnIncidentAtOnce) {
+  WatchStatuses statuses;
+  const auto event = statuses.of(R"({"event": "incident", "number": 1, "incident": "source ran 6 ms"})");
+  ASSERT_EQ(event.size(), 1U);
+  EXPECT_EQ(event[0].name, "hotpath watch: incident");
+  EXPECT_EQ(event[0].level, Level::error);
+  EXPECT_EQ(event[0].message, "source ran 6 ms");
+  const auto later = statuses.of(report(json::array()).dump());
+  EXPECT_EQ(named(later, "hotpath watch: incident").level, Level::warn);
+}
+
 TEST(Statuses, OfABrokenTermAreErrorsOnlyWhileItIsBrokenAgain) {
   WatchStatuses statuses;
   const std::string subject = "hotpath contract: filter/points";

@@ -10,6 +10,8 @@
 
 namespace hotpath {
 
+struct ChainIndex;
+
 /// The way of data along a chain. A source's data counts for a chain only if it reached the sink without
 /// feedback edges. A feedback edge, a step of data from messages of one task to messages of another, lies
 /// on a cycle of such edges and does not lead away from the sources: the number of edges from the nearest
@@ -25,6 +27,8 @@ class ChainLanes {
 
   ChainLanes() = default;
   ChainLanes(const Graph& graph, const GraphTasks& tasks);
+  /// `next`: by task, the tasks whose messages have the data of its messages.
+  ChainLanes(const std::vector<ChainIndex>& chains, const std::vector<std::vector<TaskId>>& next);
 
   [[nodiscard]] std::size_t size() const { return lanes_.size(); }
   /// The task of the history entry with the data of source `source` of chain `chain`, which is `task`:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "hotpath/live/executor.hpp"
+#include "hotpath/reference_system/sensor_calls.hpp"
 
 namespace hotpath {
 
@@ -15,6 +16,8 @@ class LiveNodes : public JobHandler {
   /// See Transport.
   virtual void wait_until_matched(Time deadline) = 0;
   [[nodiscard]] virtual std::uint64_t refused() const = 0;
+  /// States the jobs to the sensor, which outlives the nodes. Before the first job.
+  virtual void report_to(const SensorCalls& sensor) = 0;
 };
 
 }  // namespace hotpath

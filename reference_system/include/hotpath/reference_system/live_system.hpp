@@ -41,7 +41,7 @@ struct LiveOptions {
 
 /// The nodes of a graph in this process, driven by one or more executors. Their messages are
 /// upstream's, or TaskMessage if the graph has nodes of type `callbacks`. First timestamps are the
-/// phases in `tasks`.
+/// phases in `tasks`. If the program runs with the sensor of `hotpath watch`, it is watched.
 class LiveSystem : private SampleSink {
  public:
   /// `memory` must have logs for all workers and executors. Throws TransportError.
@@ -71,6 +71,7 @@ class LiveSystem : private SampleSink {
   }
 
   const std::vector<std::uint32_t> executor_of_;  // by task
+  const std::unique_ptr<const SensorCalls> sensor_ = SensorCalls::find();
   std::unique_ptr<LiveNodes> nodes_;
   std::vector<std::unique_ptr<Executor>> executors_;
 };

@@ -91,7 +91,10 @@ class TypedLiveNodes final : public LiveNodes {
 
   std::uint64_t refused() const override { return transport_->refused(); }
 
+  void report_to(const SensorCalls& sensor) override { sensor_ = &sensor; }
+
   void run(const Job& job, Time start, Sample sample, Worker worker) override {
+    if (sensor_ != nullptr) sensor_->start(job, static_cast<bool>(sample));
     Local& node = *local_[job.task];
     Activation<Messages>& activation = jobs_[worker];
     node.logic.start(tasks_.origin[job.task].callback, job.ref(), std::move(sample), start, activation);
@@ -107,6 +110,7 @@ class TypedLiveNodes final : public LiveNodes {
       }
     }
     activation.clear();
+    if (sensor_ != nullptr) sensor_->end(job.task);
   }
 
  private:
@@ -123,6 +127,8 @@ class TypedLiveNodes final : public LiveNodes {
     node.logic.finish(activation, index, message);
     observe(message, activation, worker);
     const SampleInfo info{now(), job.deadline, job.ref()};
+    if (sensor_ != nullptr)
+      sensor_->publish(tasks_.origin[job.task].node, node.logic.output(activation, index), info.published);
     complete(message, info, result);
     for (const TaskId reader : tasks_.readers[job.task][activation.messages[index].publication]) {
       memory_.published()[reader].fetch_add(1, std::memory_order_relaxed);
@@ -140,6 +146,7 @@ class TypedLiveNodes final : public LiveNodes {
   const History history_;
   const std::vector<ChainIndex> chains_;
   RunMemory& memory_;
+  const SensorCalls* sensor_ = nullptr;  // nullptr: none
   std::vector<RecordLog<ChainObservation>> chain_logs_;
   std::vector<std::vector<std::uint32_t>> ends_;  // by task: chains
   std::vector<std::vector<WorkPart>> work_;       // per task: up to each instant of publication, and the end

@@ -30,10 +30,11 @@ inline constexpr const char* kAttachedPrefix = "/hotpath_watch.attached.";
 inline constexpr std::size_t kSessionDigits = 32, kRandomDigits = 16;
 
 /// Identifies a ring, and the version of this layout.
-inline constexpr std::uint64_t kMagic = 0x31484354'41575048;              // "HPWATCH1"
+inline constexpr std::uint64_t kMagic = 0x32484354'41575048;              // "HPWATCH2"
 inline constexpr std::uint64_t kDescriptionsMagic = 0x44484354'41575048;  // "HPWATCHD"
 
-/// Recorded tracepoints: those from which nodes, callbacks, jobs and samples are assembled.
+/// Recorded tracepoints: those from which nodes, callbacks, jobs and samples are assembled, and calls
+/// of hotpath's own executors (`hotpath_watch_executor`, `hotpath_watch_job`).
 /// `text` is not a tracepoint, but continues the record before it.
 enum class Id : std::uint16_t {
   text,
@@ -58,13 +59,15 @@ enum class Id : std::uint16_t {
   rclcpp_ring_buffer_enqueue,
   rclcpp_ring_buffer_dequeue,
   rclcpp_executor_wait_for_work,
+  executor_init,
+  executor_job,
 };
-inline constexpr std::uint16_t kIds = static_cast<std::uint16_t>(Id::rclcpp_executor_wait_for_work) + 1;
+inline constexpr std::uint16_t kIds = static_cast<std::uint16_t>(Id::executor_job) + 1;
 
 /// Whether the tracepoint describes a node, publisher or callback, instead of a job.
 constexpr bool describes(Id id) {
   return id <= Id::rclcpp_service_callback_added || id == Id::rclcpp_buffer_to_ipb ||
-         id == Id::rclcpp_ipb_to_subscription;
+         id == Id::rclcpp_ipb_to_subscription || id == Id::executor_init;
 }
 
 inline constexpr std::size_t kTextBytes = 48;   ///< Of a record.

@@ -15,8 +15,8 @@ using Duration = std::chrono::nanoseconds;
 using Time = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
 /// Events of ros2_tracing (provider `ros2`, versions 2 to 8), and CARET's event with the source
-/// timestamps that older versions lack. The last ones are PriorityExecutor's own (provider
-/// `hotpath`). In the order of formats().
+/// timestamps that older versions lack. The last ones are hotpath's own (provider `hotpath`): those of
+/// its executors, and a mark of the watcher. In the order of formats().
 enum class EventKind : std::uint8_t {
   rcl_init,
   node_init,
@@ -56,6 +56,7 @@ enum class EventKind : std::uint8_t {
   executor_priority,
   executor_job,
   executor_end,
+  incident,
 };
 
 /// A `gid` is sixteen bytes, which count as two numbers: eight bytes each, the first one highest. An

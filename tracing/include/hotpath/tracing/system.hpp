@@ -138,7 +138,7 @@ struct Publication {
 struct Job {
   JobRef ref;
   std::uint32_t thread = kNone;  ///< Index into threads.
-  std::int32_t processor = -1;
+  std::int32_t processor = -1;   ///< Of its end; before that, of its start.
   Time start{}, finish{};
   /// Positions of both among the events of the trace; they decide the order within one instant.
   std::uint64_t started = 0, finished = 0;

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "hotpath/core/trace.hpp"
+#include "hotpath/reference_system/graph.hpp"
+#include "hotpath/tracing/event.hpp"
+
+namespace hotpath::imports {
+
+/// A run to export as events of ros2_tracing.
+struct ExportedRun {
+  const Graph& graph;
+  const GraphTasks& tasks;  ///< With the run's phases.
+  Trace trace;
+  std::vector<bool> polled;                  ///< By worker: its executor emits events of its waits.
+  std::vector<std::vector<int>> processors;  ///< By worker: where it may run; empty or missing: everywhere.
+  bool states_jobs = false;                  ///< The executor states its jobs, as PriorityExecutor does.
+  bool jazzy = false;                        ///< As rclcpp 28 (rcl 9), else as rclcpp 26 (rcl 8).
+  unsigned cores = 1;
+};
+
+/// Events that own their texts.
+struct RunEvents {
+  std::vector<tracing::Event> events;
+  std::shared_ptr<const void> texts;
+};
+
+/// The events that ros2_tracing would have recorded, in the order of time: before the run the
+/// initialisation of nodes, publishers, subscriptions and timers, then takes, callbacks, publications and
+/// waits. As in ROS 2, jobs that never started have no events. `distinct`: a nanosecond lies between
+/// events of two processors, because readers of traces merge their streams by time alone. The run must
+/// outlive the events.
+[[nodiscard]] RunEvents events_of(const ExportedRun& run, bool distinct);
+
+}  // namespace hotpath::imports
