@@ -241,6 +241,9 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
   options.platform = make_platform(graph, executor);
   GraphTasks tasks = given;
   try {
+    if (has_service_wait(executor, scheduling, tasks.set)) {
+      throw ExplorationRefused("it does not cover services that run next after `service_wait_ms`");
+    }
     near_phases(tasks.set, exact.phase_uncertainty);
     check(graph, tasks, executor, options.platform, exact);
     const HeldReleases by_exploration;
