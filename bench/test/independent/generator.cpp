@@ -150,7 +150,7 @@ class Generator {
       new_topic(name, 1.0 / period_);
       if (chance(0.2)) {
         const std::string slow = next_name("t");
-        publishes = "[" + name + ", {topic: " + slow + ", every: 2}]";
+        publishes.insert(0, "[").append(", {topic: ").append(slow).append(", every: 2}]");
         new_topic(slow, 0.5 / period_);
       }
       add_callback(keys, work(0.5, 1.0 / period_, ", publishes: " + publishes));
@@ -352,7 +352,7 @@ void write_random_graph(std::uint64_t seed, const std::string& file) {
   for (std::size_t t = graph.tasks.size(); t-- > 0 && chains.size() < 4;) {
     const Task& task = graph.tasks[t];
     const bool stores_only = task.publications.empty() && !task.stores.empty();
-    if (stores_only || task.name.find("/") == std::string::npos ? task.period == 0 : false) continue;
+    if (stores_only || task.name.find('/') == std::string::npos ? task.period == 0 : false) continue;
     if (random() % 3 == 0) continue;
     const std::string one = chain(graph, static_cast<int>(t), random);
     if (!one.empty()) chains.try_emplace(task.node, one);
