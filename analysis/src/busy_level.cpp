@@ -26,6 +26,7 @@ BusyLevel::BusyLevel(const GraphTopology& topology, const GraphOrder& order, con
     if (inside(id) && topology.join_of(id)) join_at(topology.join_index(id));
   }
   add_up();
+  if (order.service_wait > 0) find_ahead();
   if (!order.threads.empty() && rank > order.threads.back()) utilisation = kInfinite;
   if (utilisation > 1) return;
   blockers = all_blockers();
@@ -147,6 +148,31 @@ std::vector<BusyLevel::Effect> BusyLevel::effects() const {
     }
   }
   return of;
+}
+
+/// The effect of one more job of each service, which runs though more urgent jobs are pending. Its sample may
+/// fill an input of a join once more. Under deadlines, what it activates has a later deadline.
+void BusyLevel::find_ahead() {
+  const std::vector<Effect> effect = effects();
+  for (TaskId id = 0; id < topology_.size(); ++id) {
+    if (!topology_.set()[id].guaranteed || topology_.roots(id).empty()) continue;
+    std::int64_t work = job_work(id);
+    std::size_t joined = kNone;
+    if (const auto* join = topology_.join_of(id)) {
+      for (const TaskId input : join->inputs) {
+        if (inside(input)) joined = nodes[node_of[input]].feeds.front();
+      }
+    }
+    if (joined != kNone) work = add(work, effect[joined].work);
+    for (const TaskId fed : topology_.set()[id].feeds) {
+      if (joined == kNone && !order_.by_deadline && inside(fed)) work = add(work, effect[node_of[fed]].work);
+    }
+    if (any_ahead_.task == kNoTask || work > any_ahead_.work) any_ahead_ = {id, work};
+    if (!inside(id) && (outside_ahead_.task == kNoTask || work > outside_ahead_.work))
+      outside_ahead_ = {id, work};
+  }
+  if (order_.by_deadline) return;
+  utilisation += static_cast<double>(outside_ahead_.work) / static_cast<double>(order_.service_wait);
 }
 
 /// Drops blockers that never delay more than another one. An exact effect delays everything by its

@@ -44,6 +44,12 @@ struct BusyLevel {
     std::vector<std::size_t> nodes;
   };
 
+  /// A guaranteed task, and the work of one of its jobs; kNoTask: there is none.
+  struct Ahead {
+    TaskId task = kNoTask;
+    std::int64_t work = 0;
+  };
+
   /// The topology and the order must outlive this object.
   BusyLevel(const GraphTopology& topology, const GraphOrder& order, const GraphOverheads& overheads,
             std::int64_t rank);
@@ -57,9 +63,15 @@ struct BusyLevel {
   std::vector<std::size_t> timers_of;  ///< By task: the index in `timers`; kNone: not in `timers`.
   std::vector<Blocker> blockers;       ///< None is dominated by another; empty if `utilisation` > 1.
   double utilisation = 0;              ///< Long-run work of the jobs per unit of time.
+  /// The service that adds most work to the level if it runs ahead of its rank, with what it activates: of
+  /// those outside the level, or of all.
+  [[nodiscard]] const Ahead& ahead(bool of_all) const { return of_all ? any_ahead_ : outside_ahead_; }
   std::optional<std::int64_t> window;  ///< The longest window, for GraphBusyWindow; std::nullopt: unbounded.
 
  private:
+  void find_ahead();
+  Ahead outside_ahead_, any_ahead_;
+
   /// The work that one more job adds to the level: exact, or an upper limit.
   struct Effect {
     std::int64_t work = 0;

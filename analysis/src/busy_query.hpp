@@ -26,7 +26,9 @@ struct GraphBusyWindow::Query {
   bool closed = true;                    ///< Whether jobs released at the end of an interval count.
   bool from_arrival = false;             ///< Whether the time counts from the arrival of the root's job.
   std::optional<std::int64_t> deadline;  ///< Relative to the window's start; later deadlines do not precede.
-  std::vector<std::size_t> left_out;     ///< Nodes of the level, each with one job that does not count.
+  bool any_service = false;           ///< Whether services of the level, too, may run ahead of their ranks.
+  std::int64_t services = 0;          ///< Result of work(): by services that run ahead of their ranks.
+  std::vector<std::size_t> left_out;  ///< Nodes of the level, each with one job that does not count.
   /// Argument of work(): the level's rank, then the number of jobs of each of its timers.
   std::vector<std::int64_t> timers;
 };

@@ -49,6 +49,9 @@ std::string refusal_of(const DeployedSystem& system) {
     if (traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration{}) {
       return name + "has a timer thread that the end of each timer's job wakes up";
     }
+    if (has_service_wait(*thread.executor, thread.scheduling, system.graph.set)) {
+      return name + "has services that run next after `service_wait_ms`";
+    }
     if (own_timers && thread.timers_priority <= thread.priority) {
       return name + "has a timer thread that does not preempt it; raise that thread's priority";
     }

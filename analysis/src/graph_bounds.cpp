@@ -13,6 +13,7 @@
 #include "hotpath/analysis/graph_busy_window.hpp"
 #include "hotpath/analysis/processing_windows.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
+#include "service_paths.hpp"
 #include "timer_responses.hpp"
 
 namespace hotpath {
@@ -48,6 +49,7 @@ constexpr std::array kTexts = {
                    "subscriptions that do not run by the deadline of the sample that they take"},
     AssumptionText{A::any_delivery, "an unknown order of delivery"},
     AssumptionText{A::release_jitter, "release jitter"},
+    AssumptionText{A::service_wait, "services that run next after `service_wait_ms`"},
     AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
 };
 
@@ -142,6 +144,20 @@ bool releases_first(const BoundedSystem& system, const GraphOverheads& overheads
   return system.platform.raised_releaser && overheads.lateness == 0 && overheads.release == 0;
 }
 
+/// 0: none.
+std::int64_t service_wait(const BoundedSystem& system) {
+  const bool waits = has_service_wait(system.executor, system.scheduling, system.graph.set);
+  return waits ? system.scheduling.guaranteed_wait.count() : 0;
+}
+
+/// bound_graph(), also by the longest wait of services.
+void bound_graph(const BoundedSystem& system, const GraphTopology& topology, const PathBounds& paths,
+                 GraphBounds& out) {
+  const std::int64_t wait = service_wait(system);
+  if (wait == 0) return bound_graph(topology, paths, out);
+  bound_graph(topology, ServicePaths(topology, paths, overheads_of(system, true), wait), out);
+}
+
 /// Every subscription before every timer; timers in any order.
 GraphOrder subscriptions_first(const BoundedSystem& system, const GraphOverheads& overheads) {
   const TaskSet& set = system.graph.set;
@@ -149,6 +165,7 @@ GraphOrder subscriptions_first(const BoundedSystem& system, const GraphOverheads
   for (TaskId id = 0; id < set.size(); ++id) order.rank[id] = set[id].kind == TaskKind::timer ? 1 : 0;
   order.newest_first = system.scheduling.ties == Ties::lifo;
   order.releases_first = releases_first(system, overheads);
+  order.service_wait = service_wait(system);
   return order;
 }
 
@@ -189,15 +206,16 @@ const std::array kMethods = {
                  s, [](const PeriodicTasks& t) { return ResponseTimes(t.size(), bedarkar_2022(t)); }, out);
            }},
     Method{"busy windows by priority",
-           kGraphs | bits({A::fixed_priorities, A::ties_by_activation, A::release_jitter}),
+           kGraphs | bits({A::fixed_priorities, A::ties_by_activation, A::release_jitter, A::service_wait}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
              GraphOrder order = priority_ranks(s);
              order.releases_first = releases_first(s, overheads);
+             order.service_wait = service_wait(s);
              const GraphBusyWindow by_priority(topology, order, overheads);
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
-             bound_graph(topology, TighterPaths(by_priority, in_any_order), out);
+             bound_graph(s, topology, TighterPaths(by_priority, in_any_order), out);
            }},
     Method{"processing windows", kGraphs | bits({A::polling, A::delivery_delay}),
            [](const BoundedSystem& s, GraphBounds& out) {
@@ -209,7 +227,7 @@ const std::array kMethods = {
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
            }},
     Method{"busy windows by deadline",
-           kGraphs | bits({A::deadlines, A::ties_by_activation, A::release_jitter}),
+           kGraphs | bits({A::deadlines, A::ties_by_activation, A::release_jitter, A::service_wait}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
@@ -218,22 +236,23 @@ const std::array kMethods = {
              order.by_deadline = true;
              order.newest_first = s.scheduling.ties == Ties::lifo;
              order.releases_first = releases_first(s, overheads);
+             order.service_wait = service_wait(s);
              const GraphBusyWindow by_deadline(topology, order, overheads);
-             bound_graph(topology, TighterPaths(by_deadline, in_any_order), out);
+             bound_graph(s, topology, TighterPaths(by_deadline, in_any_order), out);
            }},
     Method{"busy windows in any order",
            kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation,
-                           A::mixed_deadlines, A::release_jitter}),
+                           A::mixed_deadlines, A::release_jitter, A::service_wait}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
              const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads);
              const bool first = s.scheduling.rule == SubscriptionRule::first;
              if (!first || s.executor.traits.family != Family::priority_events) {
-               return bound_graph(topology, paths, out);
+               return bound_graph(s, topology, paths, out);
              }
              const GraphBusyWindow ahead_of_timers(topology, subscriptions_first(s, overheads), overheads);
-             bound_graph(topology, TighterPaths(ahead_of_timers, paths), out);
+             bound_graph(s, topology, TighterPaths(ahead_of_timers, paths), out);
            }},
 };
 
@@ -281,6 +300,11 @@ GraphOrder priority_ranks(const BoundedSystem& system) {
   return ranks;
 }
 
+bool has_service_wait(const ExecutorEntry& executor, const SchedulerOptions& scheduling, const TaskSet& set) {
+  return executor.traits.family == Family::priority_events && scheduling.guaranteed_wait > Duration{} &&
+         std::ranges::any_of(set.tasks, &Task::guaranteed);
+}
+
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {
   PeriodicTasks tasks =
       periodic_tasks(system.graph.set, system.executor.traits.policy.value_or(Policy::fifo));
@@ -326,6 +350,7 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
          A::woken_by_jobs);
   add_if(!system.graph.delivery_known, A::any_delivery);
   add_if(largest_jitter(set) > 0, A::release_jitter);
+  add_if(has_service_wait(system.executor, system.scheduling, set), A::service_wait);
   add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
   return present;
 }

@@ -9,7 +9,14 @@ namespace hotpath {
 
 using exact::add, exact::subtract;
 
+/// A service runs ahead of the path of a job of `root`, and what it activates with it.
 bool GraphBusyWindow::overtakes(TaskId root, TaskId to) const {
+  return order_.service_wait == 0 && precedes_pending(root, to);
+}
+
+/// Whether the executor, after its decision for a job of `root`, orders the path to `to` before all that is
+/// pending then; a service may still go ahead.
+bool GraphBusyWindow::precedes_pending(TaskId root, TaskId to) const {
   if (order_.by_deadline) return order_.newest_first;
   return largest_rank(root, to, false) < order_.rank[root];
 }
@@ -56,7 +63,7 @@ std::vector<TaskId> GraphBusyWindow::left_behind(TaskId root, TaskId to) const {
     for (const TaskId fed : topology_.set()[path[i - 1]].feeds) {
       if (fed == path[i]) earlier = false;
       const bool yields = order_.rank[fed] > rank || (order_.rank[fed] == rank && earlier);
-      if (fed != path[i] && yields) behind.push_back(fed);
+      if (fed != path[i] && yields && !runs_ahead(fed)) behind.push_back(fed);
     }
   }
   return behind;
@@ -65,7 +72,7 @@ std::vector<TaskId> GraphBusyWindow::left_behind(TaskId root, TaskId to) const {
 /// The jobs between the decision for a job of `root`, which overtakes what is pending then, and the
 /// start of the job of `to`. The job of `root` is their blocker.
 std::optional<GraphBusyWindow::Query> GraphBusyWindow::query_from_start(TaskId root, TaskId to) const {
-  if (!overtakes(root, to)) return std::nullopt;
+  if (!precedes_pending(root, to)) return std::nullopt;
   Query q;
   // While the job of `root` runs, every more urgent thread preempts it.
   const std::int64_t rank = std::max(largest_rank(root, to, false), order_.above(order_.rank[root]));
@@ -96,7 +103,8 @@ std::optional<std::int64_t> GraphBusyWindow::response_behind(TaskId publisher, T
   const std::int64_t rank = order_.rank[subscription];
   const std::vector<TaskId>& roots = topology_.roots(publisher);
   const auto precedes = [&](TaskId id) { return order_.rank[id] <= rank; };
-  if (!order_.threads.empty()) return std::nullopt;
+  // A service may be chosen while more urgent jobs are pending.
+  if (!order_.threads.empty() || runs_ahead(publisher)) return std::nullopt;
   if (order_.by_deadline || order_.rank[publisher] <= rank) {
     if (!order_.newest_first || !topology_.one_publisher(subscription)) return std::nullopt;
     const bool ranked = order_.rank[publisher] == rank && std::ranges::none_of(roots, precedes);
@@ -106,10 +114,11 @@ std::optional<std::int64_t> GraphBusyWindow::response_behind(TaskId publisher, T
   q.level = level(rank);
   q.blocker = {publisher, publisher, job_work(publisher)};
   q.target = subscription;
+  q.any_service = true;  // also one that was pending before, with the subscription's rank
   q.closed = !order_.releases_first;
   for (const TaskId fed : topology_.set()[publisher].feeds) {
     if (fed == subscription || !order_.newest_first || !topology_.graph().delivery_known) break;
-    if (order_.rank[fed] == rank) q.left_out.push_back(q.level->node_of[fed]);
+    if (order_.rank[fed] == rank && !runs_ahead(fed)) q.left_out.push_back(q.level->node_of[fed]);
   }
   std::int64_t largest = 0;
   for (const TaskId root : order_.by_deadline ? roots : std::vector<TaskId>{kNoTask}) {

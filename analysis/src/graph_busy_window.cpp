@@ -145,7 +145,7 @@ void GraphBusyWindow::count_timers(Query& q, std::int64_t t) const {
 /// target's job.
 std::int64_t GraphBusyWindow::work(Query& q, std::int64_t t) const {
   count_timers(q, t);
-  return add(releases_work(t), work_of_jobs(q));
+  return add(work_besides(q, t), work_of_jobs(q));
 }
 
 /// Work of the blocker and of the jobs resulting from query.timers.
@@ -181,7 +181,7 @@ std::optional<std::int64_t> GraphBusyWindow::end_of_work(Query& q, std::int64_t 
     if (++steps > kMaxSteps) return kEndless;
     count_timers(q, t);
     if (q.timers != counted) jobs = work_of_jobs(q), counted = q.timers;
-    return std::max(t, add(releases_work(t), jobs));
+    return std::max(t, add(work_besides(q, t), jobs));
   };
   return exact::least_fixed_point(from, next, kEndless - 1);
 }
@@ -425,6 +425,7 @@ PathParts GraphBusyWindow::parts_of(const Query& q) const {
   for (std::size_t n = 0; n < in.nodes.size(); ++n) {
     if (work[n] > 0) parts.work.emplace_back(in.nodes[n].id, work[n]);
   }
+  if (q.services > 0) parts.work.emplace_back(in.ahead(q.any_service || order_.by_deadline).task, q.services);
   std::ranges::stable_sort(parts.work, std::greater<>(), [](const auto& part) { return part.second; });
   return parts;
 }

@@ -36,7 +36,7 @@ CandidateOptions candidate_options(const Options& options, const Graph& graph, c
   o.executors = options.executors;
   o.deployments = options.deployments;
   o.now = options.now;
-  o.scheduling = setup::scheduling_of(options, make_tasks(graph).set, graph.platform.cores);
+  o.scheduling = setup::scheduling_of(options, graph, make_tasks(graph).set, graph.platform.cores);
   o.reference_costs = costs == "reference";
   return o;
 }

@@ -157,6 +157,18 @@ void near_phases(TaskSet& set, Duration uncertainty) {
   }
 }
 
+/// Simulations with such releases exceeded the explored schedules by fractions of the latency.
+void check_wake_up(const TaskSet& set, const ExecutorEntry& executor, const Platform& platform) {
+  const bool sleeps =
+      executor.traits.timers != TimerHandling::polled && platform.wake_up_latency > Duration{};
+  if (!sleeps ||
+      std::ranges::none_of(set.tasks, [](const Task& t) { return t.release_jitter > Duration{}; })) {
+    return;
+  }
+  throw ExplorationRefused(
+      "it does not cover release jitter or uncertain phases with the wake-up latency of a timer thread");
+}
+
 void check_jitter(const TaskSet& set, const ExecutorEntry& executor, const Platform& platform) {
   const auto jitter =
       std::ranges::find_if(set.tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
@@ -179,6 +191,7 @@ void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& exe
     throw ExplorationRefused("it does not cover callback " + early->task +
                              ", which publishes before the end of its jobs");
   }
+  check_wake_up(tasks.set, executor, platform);
   if (exact.phase_uncertainty == Duration{}) return check_jitter(tasks.set, executor, platform);
   if (executor.traits.timers == TimerHandling::marked_ready) {
     throw ExplorationRefused(
@@ -241,6 +254,9 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
   options.platform = make_platform(graph, executor);
   GraphTasks tasks = given;
   try {
+    if (has_service_wait(executor, scheduling, tasks.set)) {
+      throw ExplorationRefused("it does not cover services that run next after `service_wait_ms`");
+    }
     near_phases(tasks.set, exact.phase_uncertainty);
     check(graph, tasks, executor, options.platform, exact);
     const HeldReleases by_exploration;

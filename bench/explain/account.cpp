@@ -176,6 +176,9 @@ Rule Account::rule(const Waiting& w, const JobRecord& first) const {
   if (!w.executor.order) return Rule::fifo;
   const std::int64_t theirs = w.executor.order->key(first.job, 0).priority;
   const std::int64_t its = w.executor.order->key(w.job.job, 0).priority;
+  const bool waited = w.executor.service_wait > Duration{} && system_.task(first.job.task).guaranteed &&
+                      first.start - first.job.timestamp >= w.executor.service_wait;
+  if (waited && theirs >= its) return Rule::service_wait;
   if (theirs == its) return Rule::tie;
   if (theirs > its) return Rule::before_release;  // chosen before, and still being dispatched
   return levels_of(traits.policy.value_or(Policy::fifo)) == Levels::deadline ? Rule::deadline

@@ -67,6 +67,7 @@ enum class Rule : std::uint8_t {
   priority,
   deadline,
   tie,
+  service_wait,
   same_group,
   recorded,
 };
@@ -83,6 +84,7 @@ constexpr auto enum_texts(Rule) {
                                         {Rule::priority, "higher priority"},
                                         {Rule::deadline, "earlier deadline"},
                                         {Rule::tie, "same priority, ahead by the tie rule"},
+                                        {Rule::service_wait, "waited for the service wait"},
                                         {Rule::same_group, "same callback group in use"},
                                         {Rule::recorded, "went first in the recording"}});
 }

@@ -38,6 +38,8 @@ void check_rclcpp_options(const Options& options, const Plan& plan) {
        "orders its entities by their addresses; leave --entity-order out"},
       {plan.fastdds.network != FastDdsOptions{}.network,
        "carries messages over the middleware of ROS 2; leave --network out"},
+      {plan.graph->service_wait > Duration{},
+       "has subscriptions in place of the graph's services; take `service_wait_ms` out of the graph"},
       {plan.measure_cpu_time, "does not measure the CPU time of a job; leave --cpu-time out"}};
   for (const auto& [given, sentence] : unsupported) {
     if (given) throw program::UsageError(program::concat("--stack rclcpp ", sentence));

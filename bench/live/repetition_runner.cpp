@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "hotpath/live/clock.hpp"
-#include "hotpath/reference_system/chain_observation.hpp"
+#include "live/collected_trace.hpp"
 #include "live/publisher.hpp"
 #include "live/rclcpp_process.hpp"
 #include "live/run_process.hpp"
@@ -26,20 +26,6 @@ namespace hotpath::live {
 namespace {
 
 using Kind = ChannelMessage::Kind;
-
-/// For each worker of a process: its number in the whole run.
-std::vector<std::uint16_t> worker_numbers(const Plan& plan, std::uint32_t process) {
-  std::vector<std::uint16_t> numbers;
-  const std::vector<std::size_t> own = parts_in(plan, process);
-  std::uint16_t next = 0;
-  for (std::size_t e = 0; e < setup::parts(plan.executor).size(); ++e) {
-    const setup::ExecutorSpec& part = setup::parts(plan.executor)[e];
-    for (std::uint32_t w = worker_count(*part.entry, part.scheduler); w > 0; --w, ++next) {
-      if (std::ranges::count(own, e) > 0) numbers.push_back(next);
-    }
-  }
-  return numbers;
-}
 
 /// The processes of one repetition as the coordinator sees them.
 class Coordinator {
@@ -112,7 +98,8 @@ class Coordinator {
     if (publisher_) publisher_->begin(epoch_, end_);
     if (!await_all(Kind::begun, end_ + plan_.time_out)) return;
     if (!await_all(Kind::stopped, end_ + plan_.time_out)) return;
-    tell_all(Kind::settle);
+    end_ = end_of_run(stopped_, end_, memories_);
+    tell_all(Kind::settle, {to_ns(end_)});
     await_all(Kind::done, now() + plan_.time_out);
   }
 
@@ -171,7 +158,7 @@ class Coordinator {
         result_.timers_are_ordinary |= message.number[0] != 0;
         break;
       case Kind::stopped:
-        end_ = std::min(end_, from_ns(message.number[0]));
+        stopped_ = std::max(stopped_, from_ns(message.number[0]));
         break;
       case Kind::done:
         usage.cpu_time += Duration(message.number[0]);
@@ -232,46 +219,10 @@ class Coordinator {
 
   void collect() {
     results::Repetition& r = result_.repetition;
-    Trace& trace = r.trace;
-    trace.executor = plan_.executor.label;
-    trace.repetition = plan_.repetition;
-    trace.published.assign(plan_.tasks.set.size(), 0);
-    if (!began_) {
-      r.accounts = account(plan_.tasks.set, trace);
-      return;
-    }
-    trace.epoch = epoch_;
-    trace.end = std::max(end_, epoch_);
-    r.usage.wall = trace.end - epoch_;
-    std::vector<ChainObservation> observations;
-    for (std::uint32_t p = 0; p < memories_.size(); ++p) {
-      const std::vector<std::uint16_t> workers = worker_numbers(plan_, p);
-      for (const auto& log : memories_[p].jobs()) {
-        trace.lost_records += log.lost();
-        for (JobRecord record : log.contents()) {
-          record.process = static_cast<std::uint16_t>(p);
-          record.worker = workers[record.worker];
-          if (record.outcome == Outcome::ran && record.finish > trace.end) record.outcome = Outcome::running;
-          trace.jobs.push_back(record);
-        }
-      }
-      for (const auto& log : memories_[p].chains()) {
-        trace.lost_records += log.lost();
-        const auto contents = log.contents();
-        observations.insert(observations.end(), contents.begin(), contents.end());
-      }
-      for (TaskId id = 0; id < trace.published.size(); ++id) {
-        trace.published[id] += memories_[p].published()[id].load();
-      }
-    }
-    const auto instant = [](const JobRecord& j) {
-      return j.outcome == Outcome::queued || j.outcome == Outcome::overwritten ? j.job.timestamp : j.start;
-    };
-    std::ranges::stable_sort(trace.jobs, {}, instant);
-    std::ranges::stable_sort(observations, {}, &ChainObservation::sink_start);
-    trace.chains = join_chains(*plan_.graph, plan_.tasks, trace, observations);
-    r.accounts = account(plan_.tasks.set, trace);
-    warn();
+    r.trace = began_ ? collected_trace(plan_, memories_, epoch_, end_) : empty_trace(plan_);
+    r.usage.wall = r.trace.end - r.trace.epoch;
+    r.accounts = account(plan_.tasks.set, r.trace);
+    if (began_) warn();
   }
 
   void warn() {
@@ -314,6 +265,7 @@ class Coordinator {
   std::int64_t refused_ = 0;  // samples of other programs
   bool began_ = false;
   Time epoch_{}, end_{};
+  Time stopped_{};  // the latest end of a process
   Result result_;
 };
 
@@ -339,7 +291,7 @@ RunMemory::Size memory_size(const Plan& plan, std::uint32_t process) {
   const double seconds = to_ms(plan.length) / 1000 + 1;
   RunMemory::Size size;
   size.tasks = tasks.set.size();
-  size.workers = static_cast<std::uint32_t>(worker_numbers(plan, process).size());
+  size.workers = static_cast<std::uint32_t>(workers_of(plan, process).size());
   size.executors = static_cast<std::uint32_t>(parts_in(plan, process).size());
   size.jobs = static_cast<std::uint64_t>(std::ranges::max(jobs) * seconds * 4 / 3) + 1024;
   size.chains = static_cast<std::uint64_t>(outputs * seconds * 4 / 3) + 1024;

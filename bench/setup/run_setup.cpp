@@ -103,13 +103,20 @@ std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& se
 
 }  // namespace
 
-SchedulerOptions scheduling_of(const CommonOptions& options, const TaskSet& set, unsigned cores) {
-  return {options.rule, options.ties, cores == 0 ? 0 : std::max(2U, cores), entity_order(options, set)};
+SchedulerOptions scheduling_of(const CommonOptions& options, const Graph& graph, const TaskSet& set,
+                               unsigned cores) {
+  SchedulerOptions all;
+  all.rule = options.rule;
+  all.ties = options.ties;
+  all.workers = cores == 0 ? 0 : std::max(2U, cores);
+  all.entity_order = entity_order(options, set);
+  all.guaranteed_wait = graph.service_wait;
+  return all;
 }
 
 std::vector<ExecutorSpec> executors_to_run(const CommonOptions& options, const Graph& graph,
                                            const GraphTasks& tasks, unsigned cores) {
-  const SchedulerOptions defaults = scheduling_of(options, tasks.set, cores);
+  const SchedulerOptions defaults = scheduling_of(options, graph, tasks.set, cores);
   std::vector<ExecutorSpec> executors;
   for (const std::string& name : options.executors) executors.push_back(parse_executor(name, defaults));
   for (const std::string& name : options.deployments) {

@@ -60,10 +60,10 @@ std::string output_folder(const CommonOptions& options, const Graph& graph);
 Graph graph_to_run(const CommonOptions& options);
 
 /// Options of the schedulers. Multi-threaded executors without a number of threads get one worker
-/// per core, but at least 2; `cores` = 0: rclcpp's default. Throws InputError, UsageError for the
-/// order of entities.
-[[nodiscard]] SchedulerOptions scheduling_of(const CommonOptions& options, const TaskSet& set,
-                                             unsigned cores);
+/// per core, but at least 2; `cores` = 0: rclcpp's default. `set`: the tasks of the graph. Throws
+/// InputError, UsageError for the order of entities.
+[[nodiscard]] SchedulerOptions scheduling_of(const CommonOptions& options, const Graph& graph,
+                                             const TaskSet& set, unsigned cores);
 
 /// The requested executors and deployments. Throws InputError, UsageError, also for duplicates.
 /// `cores`: as in scheduling_of().

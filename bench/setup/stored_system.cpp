@@ -104,7 +104,8 @@ StoredSystem stored_system(const results::StoredRun& run, const std::string& gra
   }
   system.tasks = make_tasks(system.graph);
   check_unchanged(run, system.graph, system.tasks.set);
-  const SchedulerOptions scheduling = scheduling_of(system.options, system.tasks.set, record.cores());
+  const SchedulerOptions scheduling =
+      scheduling_of(system.options, system.graph, system.tasks.set, record.cores());
   for (const std::string& label : record.executors) {
     const auto stored = record.deployments.find(label);
     system.executors.push_back(stored == record.deployments.end()

@@ -97,6 +97,36 @@ void draw_jitter(Random& random, Graph& graph) {
   }
 }
 
+/// The node with its callbacks in full, some of which are services.
+Node with_services(Random& random, const Node& node) {
+  Node full;
+  full.name = node.name;
+  full.type = NodeType::callbacks;
+  full.inputs = node.inputs;
+  full.outputs = node.outputs;
+  full.groups = node.type == NodeType::callbacks ? node.groups : std::vector<CallbackGroup>{node.group};
+  full.group_names = node.group_names;
+  full.callbacks = callbacks_of(node);
+  for (Input& input : full.inputs) input.priority.reset();  // the callbacks have them
+  for (Callback& callback : full.callbacks) callback.service = callback.input && chance(random, 60);
+  return full;
+}
+
+/// Some callbacks are services, often long ones, which run ahead of their priorities after 1 to 150 ms. In
+/// half of the graphs the work does not fit into the time.
+void draw_services(Random& random, Graph& graph) {
+  for (Node& node : graph.nodes) {
+    if (node.inputs.empty() || !chance(random, 50)) continue;
+    node = with_services(random, node);
+    for (Callback& callback : node.callbacks) {
+      const std::int64_t longer = callback.service ? draw(random, 1, 4) : 1;
+      callback.worst *= longer, callback.best *= longer;
+    }
+  }
+  graph.service_wait = Duration(draw(random, 1'000'000, chance(random, 60) ? 30'000'000 : 150'000'000));
+  scale_to_load(graph, static_cast<double>(draw(random, 40, 160)));
+}
+
 /// A random graph; samples reach subscribers in the order of creation, in a given one, or, if
 /// `any_delivery`, in an unknown one.
 Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
@@ -107,6 +137,7 @@ Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
     for (auto& [topic, order] : graph.delivery) order.nodes.clear();
   }
   if (seed % 7 == 2) draw_jitter(own, graph);
+  if (seed % 6 == 5) draw_services(own, graph);
   return graph;
 }
 
@@ -151,6 +182,12 @@ setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& 
                                        : of_node[tasks.origin[id].node]);
   }
   return setup::deploy(std::move(plan), {});
+}
+
+SchedulerOptions scheduling(const Graph& graph) {
+  SchedulerOptions options;
+  options.guaranteed_wait = graph.service_wait;
+  return options;
 }
 
 /// Where the tasks run, for the report of a counter-example.
@@ -198,18 +235,21 @@ class BoundCase {
         graph_(draw_graph(random_, seed, any_delivery_)),
         tasks_(make_tasks(graph_)),
         executor_(executor.empty() ? random_deployment(random_, graph_, tasks_)
-                                   : setup::parse_executor(executor, {})),
+                                   : setup::parse_executor(executor, scheduling(graph_))),
         also_covers_(also_covers) {}
 
   CaseResult check() {
     phases_known_ = chance(random_, 25);
     draw_phases(random_, graph_, tasks_);
+    if (phases_known_ && !executor_.deployment && seed_ % 3 == 0) draw_uncertainty();
     bounds_ = bounds();
     const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return b.refusal.empty(); });
     statistics().asked(executor_.label, !any);
     if (!any) return {};
-    for (int run = 0; run < kRuns && result_.wrong.empty(); ++run) {
+    const TaskSet given = tasks_.set;
+    for (int run = 0; run < (uncertainty_ > Duration{} ? 2 * kRuns : kRuns) && result_.wrong.empty(); ++run) {
       if (!phases_known_ && run > 0) draw_phases(random_, graph_, tasks_);
+      if (uncertainty_ > Duration{}) draw_phases_near(given);
       simulate_once(run);
     }
     if (result_.wrong.empty()) compare();
@@ -218,22 +258,61 @@ class BoundCase {
   }
 
  private:
+  /// At most a quarter of the shortest period.
+  void draw_uncertainty() {
+    Random own(~seed_);
+    std::int64_t shortest = Duration(1h).count();
+    for (const Task& task : tasks_.set.tasks) {
+      if (task.kind == TaskKind::timer) shortest = std::min(shortest, task.period.count());
+    }
+    uncertainty_ = Duration(draw(own, 1, shortest / (chance(own, 50) ? 4 : 100)));
+  }
+
+  /// Phases up to the uncertainty earlier or later than `given`, often by all of it. All are later by
+  /// the uncertainty, so that none precedes the beginning.
+  void draw_phases_near(const TaskSet& given) {
+    for (TaskId id = 0; id < given.size(); ++id) {
+      if (given[id].kind != TaskKind::timer) continue;
+      const std::int64_t most = 2 * uncertainty_.count();
+      const std::int64_t later = chance(random_, 50)   ? draw(random_, 0, most)
+                                 : chance(random_, 50) ? most
+                                                       : 0;
+      tasks_.set.tasks[id].phase = given[id].phase + Duration(later);
+    }
+  }
+
+  /// As `analyze` does: the other methods know only how far the phases are apart.
+  void forget_phases() {
+    callbacks_.phases_known = false;
+    for (const Task& task : callbacks_.set.tasks) {
+      callbacks_.creation_spread = std::max(callbacks_.creation_spread, task.phase + 2 * uncertainty_);
+    }
+  }
+
   std::vector<GraphBounds> bounds() {
     callbacks_ = bounds::callback_graph(graph_, tasks_, phases_known_);
     if ((also_covers_ & static_cast<std::uint32_t>(Assumption::any_delivery)) != 0)
       callbacks_.delivery_known = true;
     if (executor_.deployment) return setup::bounds_of(graph_, callbacks_, executor_);
-    const BoundedSystem system =
-        bounds::bounded_system(graph_, callbacks_, *executor_.entry, executor_.scheduler);
+    if (uncertainty_ > Duration{}) forget_phases();
+    SchedulerOptions scheduling = executor_.scheduler;
+    if ((also_covers_ & static_cast<std::uint32_t>(Assumption::service_wait)) != 0)
+      scheduling.guaranteed_wait = {};
+    const BoundedSystem system = bounds::bounded_system(graph_, callbacks_, *executor_.entry, scheduling);
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
+    if (has_service_wait(*executor_.entry, scheduling, tasks_.set)) {
+      const bool refused = std::ranges::none_of(all, [](const GraphBounds& b) { return b.refusal.empty(); });
+      statistics().asked(executor_.label + ", services", refused);
+    }
     if (!phases_known_) return all;
     constexpr std::size_t kMostStates = 20'000;
-    const bool with_witnesses = seed_ % 4 == 0;
+    const bool near = uncertainty_ > Duration{}, with_witnesses = seed_ % 4 == 0 && !near;
     all.push_back(bounds::exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler,
-                                            {.max_states = kMostStates},
+                                            {.max_states = kMostStates, .phase_uncertainty = uncertainty_},
                                             with_witnesses ? &reached_ : nullptr));
-    exact_ = all.back().refusal.empty() ? std::optional(all.size() - 1) : std::nullopt;
-    statistics().asked(executor_.label + ", exact", !exact_);
+    const bool refused = !all.back().refusal.empty();
+    if (!refused && !near) exact_ = all.size() - 1;
+    statistics().asked(executor_.label + (near ? ", near phases" : ", exact"), refused);
     return all;
   }
 
@@ -292,7 +371,9 @@ class BoundCase {
   void compare() {
     for (const GraphBounds& b : bounds_) {
       for (TaskId id = 0; id < b.tasks.size() && id < tasks_seen_.size(); ++id) {
-        if (b.tasks[id]) compare(b.method, tasks_.set[id].name, tasks_seen_[id], *b.tasks[id]);
+        const bool service = graph_.service_wait > Duration{} && tasks_.set[id].guaranteed;
+        const std::string method = b.method + (service ? ", service" : "");
+        if (b.tasks[id]) compare(method, tasks_.set[id].name, tasks_seen_[id], *b.tasks[id]);
       }
       for (std::size_t c = 0; c < b.chains.size() && c < chains_seen_.size(); ++c) {
         if (!b.chains[c]) continue;
@@ -331,10 +412,12 @@ class BoundCase {
 
   void wrong(const std::string& method, const std::string& name, std::int64_t seen, std::int64_t bound) {
     if (!result_.wrong.empty()) return;
-    result_.wrong = executor_.label + ", " + method + ": " + name + " was observed with " +
-                    std::to_string(seen) + " ns, against " + std::to_string(bound) + " ns, seed " +
-                    std::to_string(seed_) + (phases_known_ ? ", phases known" : ", phases unknown") +
-                    ". Graph:\n" + graph_yaml(graph_) + deployment_text(executor_, tasks_.set);
+    result_.wrong =
+        executor_.label + ", " + method + ": " + name + " was observed with " + std::to_string(seen) +
+        " ns, against " + std::to_string(bound) + " ns, seed " + std::to_string(seed_) +
+        (phases_known_ ? ", phases known" : ", phases unknown") +
+        (uncertainty_ > Duration{} ? " up to " + std::to_string(uncertainty_.count()) + " ns" : "") +
+        ". Graph:\n" + graph_yaml(graph_) + deployment_text(executor_, tasks_.set);
   }
 
   const std::uint64_t seed_;
@@ -345,6 +428,7 @@ class BoundCase {
   const setup::ExecutorSpec executor_;
   const std::uint32_t also_covers_;
   bool phases_known_ = false;
+  Duration uncertainty_{};  // of known phases
   CallbackGraph callbacks_;
   std::vector<GraphBounds> bounds_;
   std::optional<std::size_t> exact_;  // of bounds_

@@ -51,6 +51,7 @@ INSTANTIATE_TEST_SUITE_P(
         Unchecked{"edf-ro", Assumption::mixed_deadlines}, Unchecked{"rm-ro", Assumption::wake_up},
         Unchecked{"rm-ro", Assumption::late_releases, 4'800}, Unchecked{"rm-ro", Assumption::delivery_delay},
         Unchecked{"rm-ro", Assumption::any_delivery}, Unchecked{"cbg:1", Assumption::woken_by_jobs, 29'000},
+        Unchecked{"fp-ro", Assumption::service_wait, 2000}, Unchecked{"edf-ro", Assumption::service_wait},
         Unchecked{"rm-ro", Assumption::unknown_phases, 0, check_timer_chain}));
 
 INSTANTIATE_TEST_SUITE_P(Executors, EveryBound, testing::ValuesIn(properties()), [](const auto& param) {

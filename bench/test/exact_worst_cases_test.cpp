@@ -53,6 +53,13 @@ TEST(ExactWorstCases, DataThatReturnsToItsChainDoesNotCount) {
   EXPECT_EQ(bounds.chains[2]->latency, 15'000'000);
 }
 
+TEST(ExactWorstCases, ATimerThreadThatWakesUpForAJitteryReleaseIsNotCovered) {
+  const char* const timer =
+      "  - {name: S, type: sensor, period_ms: 10, release_jitter_ms: 1, execution_time_ms: 1}\n";
+  EXPECT_EQ(bounds_of(timer).refusal, "");
+  EXPECT_THAT(bounds_of(timer, "platform: {wake_up_us: 100}\n").refusal, HasSubstr("wake-up latency"));
+}
+
 TEST(ExactWorstCases, EarlyPublicationsAreNotCovered) {
   const GraphBounds bounds = bounds_of(
       "  - name: A\n    type: callbacks\n    callbacks:\n"

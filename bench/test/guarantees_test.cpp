@@ -82,6 +82,68 @@ TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   EXPECT_EQ(age(0ms), 2ms);
 }
 
+/// A client every second with 1 ms of work, its service with 2 ms and the last priority, and between them a
+/// timer that needs 30 ms every 20 ms.
+Graph overloaded_service(Duration wait) {
+  Graph graph;
+  for (const auto& [name, period, work] :
+       {std::tuple("Client", 1000ms, 1ms), std::tuple("Hog", 20ms, 30ms)}) {
+    Node& node = graph.nodes.emplace_back();
+    node.name = name;
+    node.outputs = {name};
+    node.period = node.deadline = period;
+    node.execution_time = node.best_case_execution_time = work;
+    node.priority = static_cast<std::int64_t>(graph.nodes.size());
+  }
+  Node& node = graph.nodes.emplace_back();
+  node.name = "Service";
+  node.type = NodeType::callbacks;
+  node.inputs = {{"Client", 1, std::nullopt}};
+  node.groups = {CallbackGroup::mutually_exclusive};
+  Callback& callback = node.callbacks.emplace_back();
+  callback.task = "Service/Client";
+  callback.input = 0;
+  callback.worst = callback.best = 2ms;
+  callback.priority = 3;
+  callback.service = true;
+  graph.service_wait = wait;
+  graph.chains = {{"c", {"Client", "Service"}, {"Client"}, "Service"}};
+  return graph;
+}
+
+TEST(Guarantees, AServiceWaitBoundsTheServiceInOverloadAndItsCostToOthers) {
+  const auto of = [](Duration wait) {
+    const Graph graph = overloaded_service(wait);
+    SchedulerOptions options;
+    options.guaranteed_wait = wait;
+    return setup::guarantees(graph, make_tasks(graph), setup::parse_executor("fp-ro", options)).value();
+  };
+  const bounds::Guarantees with = of(100ms), without = of(0ms);
+  // Behind the 30 ms of the timer; with the wait, also behind one service.
+  EXPECT_EQ(Duration(without.tasks[0].value().ns), 31ms);
+  EXPECT_EQ(Duration(with.tasks[0].value().ns), 33ms);
+  EXPECT_FALSE(with.tasks[1]);  // more than all time
+  EXPECT_FALSE(without.tasks[2]);
+  EXPECT_EQ(Duration(with.tasks[2].value().ns), 100ms + 30ms + 2ms);
+  EXPECT_FALSE(without.chains[0].age);
+  EXPECT_EQ(Duration(with.chains[0].age.value().ns), 33ms + 132ms);
+}
+
+TEST(Guarantees, WithAServiceWaitDeploymentsHaveNone) {
+  const Graph graph = overloaded_service(100ms);
+  const GraphTasks tasks = make_tasks(graph);
+  SchedulerOptions options;
+  options.guaranteed_wait = graph.service_wait;
+  Deployment plan;
+  plan.name = "plan";
+  plan.executors = {
+      {.name = "a", .executor = "fp-ro", .policy = parse_thread_policy("fifo:5"), .processors = {0}}};
+  plan.executor_of.assign(tasks.set.size(), 0);
+  const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
+  const auto all = setup::bounds_of(graph, callbacks, setup::deploy(std::move(plan), options));
+  EXPECT_NE(all.at(0).refusal.find("service_wait_ms"), std::string::npos) << all.at(0).refusal;
+}
+
 TEST(Guarantees, ADeploymentOfPinnedThreadsHasThoseOfItsProcessors) {
   Graph graph = load_graph(find_graph("autoware"));
   graph.platform.cores = 2;

@@ -54,7 +54,7 @@ std::vector<TaskId> order_from(const std::string& lines) {
   setup::CommonOptions options;
   options.entity_order = file;
   try {
-    const SchedulerOptions scheduling = setup::scheduling_of(options, set, 2);
+    const SchedulerOptions scheduling = setup::scheduling_of(options, Graph{}, set, 2);
     std::filesystem::remove(file);
     return scheduling.entity_order;
   } catch (...) {

@@ -48,7 +48,7 @@ class StoredSystemTest : public testing::Test {
 TEST_F(StoredSystemTest, HasTheOrderThatItsFileHadThen) {
   options_.entity_order = "/no/longer/there.txt";
   options_.entity_tasks = {tasks_.set[3].name, tasks_.set[1].name};
-  const SchedulerOptions scheduling = setup::scheduling_of(options_, tasks_.set, 2);
+  const SchedulerOptions scheduling = setup::scheduling_of(options_, graph_, tasks_.set, 2);
   const setup::StoredSystem system = stored(record({setup::parse_executor("default", scheduling)}));
   EXPECT_THAT(system.executor("default").scheduler.entity_order, ElementsAre(3, 1));
 }

@@ -78,7 +78,7 @@ class Sweeps(SweepTest):
         self.assertTrue(all(r["failure"] or int(r["deadline_overruns"]) > 0 for r in overloaded))
 
     def test_an_interrupted_sweep_goes_on_with_the_same_result(self) -> None:
-        text = SWEEP.replace("repetitions: 4", "repetitions: 200")
+        text = SWEEP.replace("repetitions: 4", "repetitions: 40")
         self.sweep("whole", text=text)
         process = self.start("sweep", self.sweep_file(text), "--output", "cut", "--threads", "1")
         journal = self.folder / "cut" / "cells.journal"
@@ -86,7 +86,7 @@ class Sweeps(SweepTest):
         process.send_signal(signal.SIGKILL)
         self.finish(process)
         out = self.accepted("sweep", "sweep.yaml", "--output", "cut")
-        self.assertRegex(out, r"\d+ of 1200 cells are in cut already")
+        self.assertRegex(out, r"\d+ of 240 cells are in cut already")
         self.assertEqual(self.table("cut"), self.table("whole"))
         self.accepted("sweep", "sweep.yaml", "--output", "cut")  # nothing is left to do
         refused = self.command("sweep", self.sweep_file(), "--output", "cut")
@@ -114,7 +114,7 @@ class Sweeps(SweepTest):
             self.assertEqual(self.table("out"), table, what)
 
     def test_a_second_sweep_in_the_folder_is_refused(self) -> None:
-        text = SWEEP.replace("repetitions: 4", "repetitions: 200")
+        text = SWEEP.replace("repetitions: 4", "repetitions: 60")
         process = self.start("sweep", self.sweep_file(text), "--output", "out", "--threads", "1")
         journal = self.folder / "out" / "cells.journal"
         self.wait_for(lambda: journal.exists() and journal.stat().st_size > 0, "no cell is done")
@@ -127,8 +127,8 @@ class Sweeps(SweepTest):
         process.send_signal(signal.SIGCONT)
         self.assertEqual(self.finish(process)[0], 0)
         lines = journal.read_text().splitlines()
-        self.assertEqual(sorted(json.loads(line.split(" ", 1)[1])[0] for line in lines), list(range(1200)))
-        self.assertEqual(len(self.rows("out")), 1200)
+        self.assertEqual(sorted(json.loads(line.split(" ", 1)[1])[0] for line in lines), list(range(360)))
+        self.assertEqual(len(self.rows("out")), 360)
 
     def test_kept_folders_and_analyses(self) -> None:
         self.sweep("kept", text=SWEEP.replace("300", "20") + "keep: [{load: 20, executors: rm-ro}]\n")

@@ -19,7 +19,7 @@ using Values = std::vector<Duration>;
 
 const Words kTimerKeys = {"timer",    "period_ms",         "phase_ms", "deadline_ms", "release_jitter_ms",
                           "priority", "execution_time_ms", "group",    "publishes"};
-const Words kSubscriptionKeys = {"subscription",      "depth", "priority",
+const Words kSubscriptionKeys = {"subscription",      "depth", "service",  "priority",
                                  "execution_time_ms", "group", "publishes"};
 const std::string kColumn = "execution_time_ms";
 
@@ -93,6 +93,7 @@ class CallbackParser {
       if (const auto given = map.find("depth")) {
         input.depth = static_cast<std::uint32_t>(given->integer(1, kMaxDepth));
       }
+      if (const auto given = map.find("service")) callback.service = given->choice({"false", "true"}) == 1;
       lines_.inputs.push_back(subscription->line());
     }
     if (const auto given = map.find("priority")) callback.priority = given->priority();

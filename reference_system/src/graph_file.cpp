@@ -224,6 +224,8 @@ void parse_topics(const YamlValue& value, GraphSource& source) {
   }
 }
 
+bool has_service(const Node& node) { return std::ranges::any_of(node.callbacks, &Callback::service); }
+
 GraphPlatform parse_platform(const YamlValue& value) {
   const YamlMap map(value, "`platform`");
   Words keys = {"cores", "timer_thread", "execution_times"};
@@ -249,15 +251,21 @@ GraphSource parse_graph(const std::string& file, const std::string& text) {
   GraphSource source;
   source.file = file;
   const YamlMap map(YamlValue(source.file, read_yaml(file, text, kRemedy), "the graph", 1), "the graph");
-  map.check_keys({"name", "description", "work", "topics", "nodes", "chains", "platform"});
+  map.check_keys({"name", "description", "work", "service_wait_ms", "topics", "nodes", "chains", "platform"});
   Graph& graph = source.graph;
   graph.name = map.require("name", "NAME").name();
   if (const auto given = map.find("description")) graph.description = given->text();
   if (const auto given = map.find("work")) graph.work = given->choice<WorkMode>();
+  const auto service_wait = map.find("service_wait_ms");
+  if (service_wait) graph.service_wait = service_wait->milliseconds(true);
   if (const auto given = map.find("topics")) parse_topics(*given, source);
   for (const YamlValue& node :
        map.require("nodes", "[{name: NAME, type: sensor, period_ms: 100}]").list("a node")) {
     parse_node(node, source);
+  }
+  if (service_wait && std::ranges::none_of(graph.nodes, has_service)) {
+    service_wait->fail("no callback of the graph is a service",
+                       "give `service: true` to the subscriptions that stand for services and clients");
   }
   if (const auto given = map.find("chains")) {
     for (const YamlValue& chain : given->list("a chain")) parse_chain(chain, source);

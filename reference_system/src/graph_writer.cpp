@@ -36,6 +36,7 @@ class Writer {
     pair("name", graph_.name);
     if (!graph_.description.empty()) pair("description", graph_.description);
     pair("work", std::string(to_string(graph_.work)));
+    if (graph_.service_wait > Duration::zero()) milliseconds("service_wait_ms", graph_.service_wait);
     if (graph_.platform != GraphPlatform{}) platform();
     topics();
     key("nodes") << YAML::BeginSeq;
@@ -194,6 +195,7 @@ class Writer {
       pair("subscription", name);
       const std::uint32_t depth = n.inputs[*c.input].depth;
       if (depth != default_depth(n.type)) key("depth") << depth;
+      if (c.service) key("service") << true;
     } else {
       pair("timer", name);
       timer(c);

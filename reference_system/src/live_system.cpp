@@ -39,7 +39,7 @@ LiveSystem::~LiveSystem() {
   stop();
   // Samples must return to the transport while its readers exist, and the readers must be destroyed
   // before the executors that they call.
-  close();
+  close(join());
   nodes_.reset();
 }
 
@@ -57,10 +57,8 @@ Time LiveSystem::join() {
   return end;
 }
 
-void LiveSystem::close() {
-  // Jobs that became ready in an executor after it stopped, but before the others stopped, belong
-  // to the run.
-  const Time end = join();
+void LiveSystem::close(Time end) {
+  // Jobs that became ready in an executor after it stopped, but before the end, belong to the run.
   for (const auto& executor : executors_) executor->close(end);
 }
 

@@ -119,6 +119,8 @@ TEST(Callbacks, MistakesAreReportedWithTheirLine) {
       {c + "      - {period_ms: 10}\n", ":7: ", "neither timer nor subscription"},
       {c + "      - {timer: t, subscription: S}\n", ":7: ", "both a timer and a subscription"},
       {c + t + "depth: 2}\n", ":7: ", "`depth` is not a key of timer N/t"},
+      {c + t + "service: true}\n", ":7: ", "`service` is not a key of timer N/t"},
+      {c + s + "service: 1}\n", ":7: ", "give one of: false, true"},
       {c + t + "perod_ms: 2}\n", ":7: ", "unknown key `perod_ms`"},
       {c + "      - {timer: t}\n", ":7: ", "`period_ms` is missing"},
       {c + "      - {timer: t, period_ms: -1}\n", ":7: ", "negative"},

@@ -342,6 +342,18 @@ TEST_F(GraphFile, TimesAreNotNegativeAndPeriodsPositive) {
   EXPECT_EQ(load_nodes(sensor("phase_ms", "0")).nodes[0].phase, Duration::zero());
 }
 
+TEST_F(GraphFile, AServiceWaitNeedsAService) {
+  const std::string nodes =
+      "nodes:\n- {name: S, type: sensor, period_ms: 10}\n"
+      "- {name: N, type: callbacks, callbacks: [{subscription: S, service: SERVICE}]}\n";
+  const auto with = [&](const std::string& service) {
+    return "name: g\nservice_wait_ms: 100\n" + std::string(nodes).replace(nodes.find("SERVICE"), 7, service);
+  };
+  EXPECT_EQ(error_of(with("true")), "accepted");
+  EXPECT_THAT(error_of(with("false")),
+              AllOf(StartsWith(":2: "), HasSubstr("no callback of the graph is a service")));
+}
+
 TEST_F(GraphFile, TheBestCaseIsNotLongerThanTheWorstCase) {
   EXPECT_THAT(error_of_nodes("- name: S\n  type: sensor\n  period_ms: 10\n  execution_time_ms: 2\n"
                              "  best_case_execution_time_ms: 2.000001\n"),

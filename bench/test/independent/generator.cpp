@@ -24,7 +24,9 @@ struct Callback {
 
 class Generator {
  public:
-  explicit Generator(std::uint64_t seed) : random_(seed) {}
+  explicit Generator(std::uint64_t seed) : random_(seed), services_(seed) {
+    if (seed % 4 == 1) service_wait_ = 1'000'000 + static_cast<Nanoseconds>(services_() % 60'000'000);
+  }
 
   std::string graph() {
     const std::vector<std::vector<int>> families = {{10, 20, 40, 80}, {10, 20, 30, 60},  {15, 25, 75},
@@ -120,7 +122,9 @@ class Generator {
 
   std::string subscription(std::size_t topic) {
     read_.insert(topic);
-    return "subscription: " + topics_[topic] +
+    const bool service = service_wait_ > 0 && services_() % 3 > 0;
+    has_service_ = has_service_ || service;
+    return "subscription: " + topics_[topic] + (service ? ", service: true" : "") +
            (chance(0.25) ? ", depth: " + std::to_string(2 + below(3)) : "");
   }
 
@@ -146,7 +150,7 @@ class Generator {
       new_topic(name, 1.0 / period_);
       if (chance(0.2)) {
         const std::string slow = next_name("t");
-        publishes = "[" + name + ", {topic: " + slow + ", every: 2}]";
+        publishes.insert(0, "[").append(", {topic: ").append(slow).append(", every: 2}]");
         new_topic(slow, 0.5 / period_);
       }
       add_callback(keys, work(0.5, 1.0 / period_, ", publishes: " + publishes));
@@ -253,6 +257,7 @@ class Generator {
     const double wanted = 0.25 + static_cast<double>(below(75)) / 100;
     const bool ranges = chance(grid_ns_ == 1 ? 0.8 : 0.4);
     std::string out = "name: random\n";
+    if (has_service_) out += "service_wait_ms: " + ms(service_wait_) + "\n";
     if (!many_.empty()) {
       out += "topics:\n";
       for (const std::string& topic : many_) out += "  " + topic + ": {publishers: many}\n";
@@ -274,6 +279,9 @@ class Generator {
   }
 
   std::mt19937_64 random_;
+  std::mt19937_64 services_;  ///< Apart, so that the rest of a graph does not depend on its services.
+  Nanoseconds service_wait_ = 0;
+  bool has_service_ = false;
   std::vector<int> periods_;
   int period_ = 0;           ///< Of the last timer, in ms.
   Nanoseconds grid_ns_ = 1;  ///< Of phases and worst cases: coarse grids make events coincide.
@@ -344,7 +352,7 @@ void write_random_graph(std::uint64_t seed, const std::string& file) {
   for (std::size_t t = graph.tasks.size(); t-- > 0 && chains.size() < 4;) {
     const Task& task = graph.tasks[t];
     const bool stores_only = task.publications.empty() && !task.stores.empty();
-    if (stores_only || task.name.find("/") == std::string::npos ? task.period == 0 : false) continue;
+    if (stores_only || task.name.find('/') == std::string::npos ? task.period == 0 : false) continue;
     if (random() % 3 == 0) continue;
     const std::string one = chain(graph, static_cast<int>(t), random);
     if (!one.empty()) chains.try_emplace(task.node, one);

@@ -25,6 +25,7 @@ class Reader {
  public:
   Graph read(const std::string& file) {
     const YAML::Node root = YAML::LoadFile(file);
+    if (root["service_wait_ms"]) graph_.service_wait = nanoseconds(root["service_wait_ms"]);
     for (const YAML::Node& node : items(root["nodes"])) add_node(node);
     for (Task& task : graph_.tasks) {
       for (Publication& publication : task.publications) publication.readers = readers_[publication.topic];
@@ -71,6 +72,7 @@ class Reader {
     Task& task = callback["timer"] ? timer(callback, name_ + "/" + callback["timer"].as<std::string>())
                                    : subscription(callback, callback, 1);
     task.node_in_chains = false;
+    task.service = callback["service"] && callback["service"].as<bool>();
     if (callback["group"]) task.group = group(callback["group"].as<std::string>());
     if (callback["priority"]) task.priority = callback["priority"].as<std::int64_t>();
     for (const YAML::Node& p : items(callback["publishes"])) {

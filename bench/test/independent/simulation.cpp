@@ -189,6 +189,7 @@ class Simulation {
   void enqueue(Ready ready) {
     ready.activation = activations_++;
     ThreadState& thread = thread_of(ready.task);
+    if (task(ready.task).service) thread.requests.emplace_back(ready.task, now_);
     if (thread.thread.executor.family != Family::groups || faulty(Fault::groups_ignored)) {
       thread.queue.push_back(ready);
       return;
@@ -214,12 +215,27 @@ class Simulation {
     if (thread.queue.empty()) return std::nullopt;
     auto first = thread.queue.begin();
     if (executor.family == Family::fixed_priority || executor.family == Family::deadline) {
-      first = std::ranges::min_element(
-          thread.queue, [&](const Ready& a, const Ready& b) { return before(executor, a, b); });
+      const int service = waited_for_long(thread);
+      first = std::ranges::min_element(thread.queue, [&](const Ready& a, const Ready& b) {
+        if ((a.task == service) != (b.task == service)) return a.task == service;
+        return before(executor, a, b);
+      });
     }
     const Ready result = *first;
     thread.queue.erase(first);
+    const auto request = std::ranges::find(thread.requests, result.task, &std::pair<int, Nanoseconds>::first);
+    if (request != thread.requests.end()) thread.requests.erase(request);
     return result;
+  }
+
+  /// The service that runs next because its oldest request has waited for the service wait; -1: none. The
+  /// next one may do so only after another wait.
+  int waited_for_long(ThreadState& thread) {
+    const Nanoseconds wait = graph_.service_wait;
+    if (wait == 0 || now_ < thread.next_service || thread.requests.empty()) return -1;
+    if (thread.requests.front().second + wait > now_ || faulty(Fault::services_wait)) return -1;
+    thread.next_service = now_ + wait;
+    return thread.requests.front().first;
   }
 
   /// Snapshot: all ready timers and all subscriptions with unread samples, in the order of creation.

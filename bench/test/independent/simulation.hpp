@@ -34,6 +34,7 @@ enum class Fault {
   thread_priority_ignored,  // of several threads, that awake for longest runs
   not_preempted,            // a thread that runs a job keeps the processor
   one_processor,            // all threads share the first processor
+  services_wait,            // a service that has waited does not run next
   count                     // not a fault
 };
 

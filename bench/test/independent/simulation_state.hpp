@@ -55,6 +55,8 @@ struct ThreadState {
   std::vector<Ready> queue{};  ///< Events, or the rest of the snapshot.
   std::vector<Group> groups{};
   std::deque<int> ready_groups{};
+  std::vector<std::pair<int, Nanoseconds>> requests{};  ///< Of services that wait: task and arrival.
+  Nanoseconds next_service = 0;                         ///< None runs ahead of its priority before.
   bool awake = false;
   std::int64_t since = 0;    ///< Orders threads of one priority: that awake for longest runs.
   std::optional<Job> job{};  ///< Decided for.

@@ -252,8 +252,7 @@ void RclcppSystem::run_timer(TaskId task, std::optional<Time> expected) {
   timer_finished(own, record);
 }
 
-void RclcppSystem::close() {
-  const Time end = end_.load();
+void RclcppSystem::close(Time end) {
   for (TaskId id = 0; id < tasks_.set.size(); ++id) {
     OfTask& own = tasks_of_run_[id];
     const Task& task = tasks_.set[id];

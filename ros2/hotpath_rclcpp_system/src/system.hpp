@@ -33,7 +33,8 @@ class RclcppSystem : private SampleSink {
   void start(Time epoch, Time end);
   void stop();
   Time join();
-  void close();
+  /// `end`: of the run; not before the instant that join() returned.
+  void close(Time end);
   [[nodiscard]] std::uint64_t arrived(TaskId task) const { return tasks_of_run_[task].next; }
   [[nodiscard]] std::vector<WorkerThread> workers() const;
 

@@ -42,6 +42,9 @@ struct GraphOrder {
   /// kUnbounded: any time. Empty: none comes later.
   std::vector<std::int64_t> jitter = {};
   static constexpr std::int64_t kUnbounded = -1;
+  /// > 0: a job of a guaranteed task (Task::guaranteed) that has waited for so long may go ahead of all
+  /// ranks, and at most one does in any interval of this length.
+  std::int64_t service_wait = 0;
 
   [[nodiscard]] std::size_t thread_of(std::int64_t its_rank) const {
     return static_cast<std::size_t>(std::ranges::lower_bound(threads, its_rank) - threads.begin());
@@ -93,6 +96,9 @@ class GraphBusyWindow : public PathBounds {
   std::int64_t largest_rank(TaskId root, TaskId to, bool with_root = true) const;
   std::int64_t job_work(TaskId id) const;
   std::int64_t releases_work(std::int64_t t) const;
+  std::int64_t services_work(const Query& query, std::int64_t t) const;
+  std::int64_t work_besides(Query& query, std::int64_t t) const;
+  bool runs_ahead(TaskId id) const;
   std::int64_t arrivals(std::int64_t period, std::int64_t t, bool closed, std::int64_t jitter = 0) const;
   void count_timers(Query& query, std::int64_t t) const;
   std::int64_t work(Query& query, std::int64_t t) const;
@@ -110,6 +116,7 @@ class GraphBusyWindow : public PathBounds {
   std::vector<TaskId> only_path(TaskId root, TaskId to) const;
   std::vector<TaskId> left_behind(TaskId root, TaskId to) const;
   void limit_to_deadline(Query& query, TaskId root) const;
+  bool precedes_pending(TaskId root, TaskId to) const;
   std::optional<Query> query_from_start(TaskId root, TaskId to) const;
   std::int64_t own_work(const Query& query) const;
   bool window_ends_by(const Query& query, std::int64_t next) const;

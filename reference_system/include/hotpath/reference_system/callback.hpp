@@ -58,6 +58,7 @@ struct Callback {
   std::vector<DurationQuantile> quantiles;                ///< The source of `measured`; empty: none.
   std::uint32_t group = 0;                                ///< Index into the node's groups.
   std::vector<Publication> publishes;                     ///< Each topic once.
+  bool service = false;  ///< Subscriptions: stands for a service or client; see Graph::service_wait.
   /// Only stores its samples for the messages of other callbacks: publishes nothing and ends no
   /// chain. Set by callbacks_of().
   bool stores_only = false;

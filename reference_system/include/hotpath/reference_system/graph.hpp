@@ -183,6 +183,9 @@ struct Graph {
   std::vector<Chain> chains;
   WorkMode work = WorkMode::fixed;
   GraphPlatform platform;
+  /// How long a callback with Callback::service waits before it runs next under the paper's executors
+  /// (SchedulerOptions::guaranteed_wait); 0: without limit.
+  Duration service_wait{};
   std::map<std::string, DeliveryOrder> delivery;  ///< By topic; absent: the order of creation.
 
   /// The node with this name, or the node of the task with this name; nullptr for an unknown name.

@@ -19,7 +19,7 @@ inline constexpr std::size_t kMaxHistory = 63;
 
 /// Reads and checks a graph file, YAML with the keys
 ///
-///     name, description, work: fixed|wall|cpu_time,
+///     name, description, work: fixed|wall|cpu_time, service_wait_ms,
 ///     topics:  {TOPIC: {publishers: one|many, delivery: [NODE] or unknown}}
 ///     nodes:   - name, type, execution_time_ms, best_case_execution_time_ms, callback_group, and by type
 ///                sensor:        period_ms, phase_ms, deadline_ms, release_jitter_ms, priority,
@@ -31,7 +31,7 @@ inline constexpr std::size_t kMaxHistory = 63;
 ///                command:       input
 ///                callbacks:     only groups: {GROUP: mutually_exclusive|reentrant}, callbacks: list of
 ///                  - timer, period_ms, phase_ms, deadline_ms, release_jitter_ms, or subscription,
-///                    depth; each with
+///                    depth, service: true|false; each with
 ///                    priority, execution_time_ms, group, publishes: [TOPIC or {topic, RULE}]
 ///                    where RULE is when: always, when: all_new with of: [TOPIC], every: N,
 ///                    or last_of: [TOPIC]; and at_percent: the share of the execution time before it

@@ -56,7 +56,8 @@ class LiveSystem : private SampleSink {
   void start(Time epoch, Time end);
   void stop();
   Time join();
-  void close();
+  /// `end`: of the run; not before the instant that join() returned.
+  void close(Time end);
   [[nodiscard]] std::uint64_t arrived(TaskId task) const { return executor_of(task).arrived(task); }
   [[nodiscard]] std::vector<WorkerThread> workers() const;
   /// See Transport.

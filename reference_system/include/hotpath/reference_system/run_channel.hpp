@@ -22,7 +22,7 @@ struct ChannelMessage {
             ///< thread has the ordinary policy.
     stop,   ///< Coordinator: end now.
     stopped,  ///< Process: no job runs any more; number[0] is the instant of the end.
-    settle,   ///< Coordinator: every process has stopped.
+    settle,   ///< Coordinator: every process has stopped; number[0] is the end of the run.
     done,     ///< Process: the numbers are its resource usage.
     failed,   ///< Process: text is the reason.
     closed,   ///< Not sent: the other end is gone.

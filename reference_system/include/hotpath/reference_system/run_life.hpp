@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
@@ -41,9 +42,10 @@ class RunLife {
     const rusage after = own_usage();
     tell({Kind::stopped, {to_ns(ended)}});
 
-    expect(Kind::settle);
+    const Time end_of_run = from_ns(expect(Kind::settle).number[0]);
     settle();
-    system.close();
+    // Other processes may have stopped later: what became ready here until then belongs to the run.
+    system.close(std::max(ended, end_of_run));
     std::int64_t refused = 0;
     if constexpr (requires { system.refused(); }) refused = static_cast<std::int64_t>(system.refused());
     tell({Kind::done,

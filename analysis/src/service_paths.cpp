@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service_paths.hpp"
+
+#include <algorithm>
+
+#include "hotpath/analysis/exact.hpp"
+
+namespace hotpath {
+
+using exact::add, exact::ceil_div, exact::floor_div, exact::multiply, exact::subtract;
+
+namespace {
+
+constexpr std::int64_t kLongest = std::int64_t{1} << 50;  // 13 days
+constexpr int kMostRounds = 1000;
+constexpr std::size_t kMostInstants = 100'000;
+/// The number of steps to the end of a busy period grows without limit towards 1.
+constexpr double kMostUtilisation = 0.9999;
+
+std::optional<std::int64_t> smaller(std::optional<std::int64_t> a, std::optional<std::int64_t> b) {
+  return a && b ? std::min(*a, *b) : a ? a : b;
+}
+
+}  // namespace
+
+ServicePaths::ServicePaths(const GraphTopology& topology, const PathBounds& others,
+                           const GraphOverheads& overheads, std::int64_t wait)
+    : topology_(topology), others_(others), overheads_(overheads) {
+  std::int64_t longest = 0;
+  for (TaskId id = 0; id < topology.size(); ++id) {
+    if (!topology.roots(id).empty()) longest = std::max(longest, job_work(id));
+  }
+  step_ = add(wait, std::max(with_releases(longest), overheads.wake_up));
+  delay_ = find_delay();
+}
+
+std::int64_t ServicePaths::job_work(TaskId id) const {
+  return add(topology_.set()[id].wcet.count(), overheads_.job);
+}
+
+/// The time for this much work of one job, which releases interrupt.
+std::int64_t ServicePaths::with_releases(std::int64_t work) const {
+  if (overheads_.release == 0) return work;
+  const auto end = exact::least_fixed_point(
+      work,
+      [&](std::int64_t t) {
+        std::int64_t sum = work;
+        for (const TaskId timer : topology_.timers()) {
+          const std::int64_t jobs = add(t, overheads_.lateness) / topology_.set()[timer].period.count() + 1;
+          sum = add(sum, multiply(jobs, overheads_.release));
+        }
+        return sum;
+      },
+      kLongest);
+  return end.value_or(kLongest);
+}
+
+/// From a timestamp of `root` until all jobs that it leads to have published for `to`, if services wait for
+/// `delay` at most.
+std::optional<std::int64_t> ServicePaths::published(TaskId root, TaskId to, std::int64_t delay) const {
+  std::int64_t latest = 0;
+  for (const TaskId p : topology_.publishers(to)) {
+    if (!std::ranges::binary_search(topology_.roots(p), root)) continue;
+    const auto end = finish(root, p, delay);
+    if (!end) return std::nullopt;
+    latest = std::max(latest, *end);
+  }
+  return latest;
+}
+
+std::optional<std::int64_t> ServicePaths::finish(TaskId root, TaskId id, std::int64_t delay) const {
+  const auto other = others_.until_finish(root, id);
+  if (!guaranteed(id)) return other;
+  const auto request = published(root, id, delay);
+  if (!request) return other;
+  return smaller(other, add(add(*request, delay), with_releases(job_work(id))));
+}
+
+/// By task: the most jobs that one job of `root` leads to.
+std::vector<std::int64_t> ServicePaths::jobs_of(TaskId root) const {
+  std::vector<std::int64_t> jobs(topology_.size(), 0);
+  jobs[root] = 1;
+  for (const TaskId id : topology_.order()) {
+    for (const TaskId p : topology_.publishers(id)) jobs[id] = add(jobs[id], jobs[p]);
+  }
+  return jobs;
+}
+
+/// All samples for services; std::nullopt if some may be published arbitrarily late.
+std::optional<std::vector<ServicePaths::Stream>> ServicePaths::streams(std::int64_t delay) const {
+  std::vector<Stream> all;
+  for (const TaskId root : topology_.timers()) {
+    const std::vector<std::int64_t> jobs = jobs_of(root);
+    for (TaskId id = 0; id < topology_.size(); ++id) {
+      if (!guaranteed(id)) continue;
+      for (const TaskId p : topology_.publishers(id)) {
+        if (jobs[p] == 0) continue;
+        const auto latest = finish(root, p, delay);
+        if (!latest) return std::nullopt;
+        const std::int64_t earliest =
+            add(topology_.least_until_start(root, p), topology_.set()[p].bcet.count());
+        all.push_back({topology_.set()[root].period.count(),
+                       std::max<std::int64_t>(0, subtract(*latest, earliest)), jobs[p]});
+      }
+    }
+  }
+  return all;
+}
+
+/// The longest delay of a sample in a queue that serves one sample in each step.
+std::optional<std::int64_t> ServicePaths::delay_of(const std::vector<Stream>& all) const {
+  double utilisation = 0;
+  std::int64_t first = 0;
+  for (const Stream& s : all) {
+    utilisation +=
+        static_cast<double>(s.samples) * static_cast<double>(step_) / static_cast<double>(s.period);
+    first = add(first, multiply(multiply(s.samples, s.jitter / s.period + 1), step_));
+  }
+  if (utilisation > kMostUtilisation) return std::nullopt;
+  const auto served = exact::least_fixed_point(
+      first,
+      [&](std::int64_t t) {
+        std::int64_t work = 0;
+        for (const Stream& s : all) {
+          const std::int64_t samples = multiply(s.samples, ceil_div(add(t, s.jitter), s.period));
+          work = add(work, multiply(samples, step_));
+        }
+        return work;
+      },
+      kLongest);
+  if (!served) return std::nullopt;
+  // The delay is longest for a sample whose publication is as late as possible after the first one.
+  std::vector<std::int64_t> instants = {0};
+  for (const Stream& s : all) {
+    for (std::int64_t k = ceil_div(s.jitter, s.period); multiply(k, s.period) - s.jitter < *served; ++k) {
+      if (instants.size() == kMostInstants) return std::nullopt;
+      instants.push_back(multiply(k, s.period) - s.jitter);
+    }
+  }
+  std::int64_t longest = 0;
+  for (const std::int64_t t : instants) {
+    std::int64_t samples = 0;
+    for (const Stream& s : all) {
+      samples = add(samples, multiply(s.samples, floor_div(add(t, s.jitter), s.period) + 1));
+    }
+    longest = std::max(longest, subtract(multiply(samples, step_), t));
+  }
+  return longest;
+}
+
+/// Services may call each other: the publications of one are as late as its own delay. Least fixed point.
+std::optional<std::int64_t> ServicePaths::find_delay() const {
+  std::int64_t delay = 0;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const auto all = streams(delay);
+    const auto next = all ? delay_of(*all) : std::nullopt;
+    if (!next || *next > kLongest) return std::nullopt;
+    if (*next <= delay) return delay;
+    delay = *next;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::int64_t> ServicePaths::until_start(TaskId root, TaskId to) const {
+  const auto other = others_.until_start(root, to);
+  if (!guaranteed(to) || !delay_) return other;
+  const auto request = published(root, to, *delay_);
+  if (!request) return other;
+  return smaller(other, add(add(*request, *delay_), with_releases(overheads_.job)));
+}
+
+std::optional<std::int64_t> ServicePaths::until_finish(TaskId root, TaskId to) const {
+  return delay_ ? finish(root, to, *delay_) : others_.until_finish(root, to);
+}
+
+// A job starts no earlier than at its timestamp.
+
+std::optional<std::int64_t> ServicePaths::start_to_start(TaskId root, TaskId to) const {
+  const auto other = others_.start_to_start(root, to), end = until_finish(root, to);
+  return end && guaranteed(to) ? smaller(other, subtract(*end, topology_.set()[to].bcet.count())) : other;
+}
+
+std::optional<std::int64_t> ServicePaths::start_to_finish(TaskId root, TaskId to) const {
+  const auto other = others_.start_to_finish(root, to);
+  return guaranteed(to) ? smaller(other, until_finish(root, to)) : other;
+}
+
+std::optional<std::int64_t> ServicePaths::response(TaskId subscription) const {
+  const auto other = others_.response(subscription);
+  if (!guaranteed(subscription) || !delay_) return other;
+  return smaller(other, add(*delay_, with_releases(job_work(subscription))));
+}
+
+}  // namespace hotpath

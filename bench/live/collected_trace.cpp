@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "live/collected_trace.hpp"
+
+#include <algorithm>
+
+#include "hotpath/reference_system/chain_observation.hpp"
+
+namespace hotpath::live {
+
+namespace {
+
+/// The records of one worker. A job that ends after the run, or that another thread kept from its start
+/// until then, counts as running.
+void add_jobs(const RecordLog<JobRecord>& log, const std::vector<std::uint16_t>& workers,
+              std::uint16_t process, Trace& trace) {
+  trace.lost_records += log.lost();
+  for (JobRecord record : log.contents()) {
+    record.process = process;
+    record.worker = workers[record.worker];
+    const bool late = record.finish > trace.end || record.start >= trace.end;
+    if (record.outcome == Outcome::ran && late) record.outcome = Outcome::running;
+    trace.jobs.push_back(record);
+  }
+}
+
+Time instant(const JobRecord& j) {
+  return j.outcome == Outcome::queued || j.outcome == Outcome::overwritten ? j.job.timestamp : j.start;
+}
+
+}  // namespace
+
+std::vector<std::uint16_t> workers_of(const Plan& plan, std::uint32_t process) {
+  std::vector<std::uint16_t> numbers;
+  const std::vector<std::size_t> own = parts_in(plan, process);
+  std::uint16_t next = 0;
+  for (std::size_t e = 0; e < setup::parts(plan.executor).size(); ++e) {
+    const setup::ExecutorSpec& part = setup::parts(plan.executor)[e];
+    for (std::uint32_t w = worker_count(*part.entry, part.scheduler); w > 0; --w, ++next) {
+      if (std::ranges::count(own, e) > 0) numbers.push_back(next);
+    }
+  }
+  return numbers;
+}
+
+Time end_of_run(Time stopped, Time planned, const std::deque<RunMemory>& memories) {
+  Time end = stopped;
+  for (const RunMemory& memory : memories) {
+    for (const RecordLog<JobRecord>& log : memory.jobs()) {
+      for (const JobRecord& record : log.contents()) {
+        if (started(record)) end = std::max(end, record.start + Duration(1));
+      }
+    }
+  }
+  return std::min(end, planned);
+}
+
+Trace empty_trace(const Plan& plan) {
+  Trace trace;
+  trace.executor = plan.executor.label;
+  trace.repetition = plan.repetition;
+  trace.published.assign(plan.tasks.set.size(), 0);
+  return trace;
+}
+
+Trace collected_trace(const Plan& plan, const std::deque<RunMemory>& memories, Time epoch, Time end) {
+  Trace trace = empty_trace(plan);
+  trace.epoch = epoch;
+  trace.end = std::max(end, epoch);
+  std::vector<ChainObservation> observations;
+  for (std::uint32_t p = 0; p < memories.size(); ++p) {
+    const std::vector<std::uint16_t> workers = workers_of(plan, p);
+    for (const auto& log : memories[p].jobs()) {
+      add_jobs(log, workers, static_cast<std::uint16_t>(p), trace);
+    }
+    for (const auto& log : memories[p].chains()) {
+      trace.lost_records += log.lost();
+      const auto contents = log.contents();
+      observations.insert(observations.end(), contents.begin(), contents.end());
+    }
+    for (TaskId id = 0; id < trace.published.size(); ++id) {
+      trace.published[id] += memories[p].published()[id].load();
+    }
+  }
+  std::ranges::stable_sort(trace.jobs, {}, instant);
+  std::ranges::stable_sort(observations, {}, &ChainObservation::sink_start);
+  trace.chains = join_chains(*plan.graph, plan.tasks, trace, observations);
+  return trace;
+}
+
+}  // namespace hotpath::live
