@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds the super-project, or only its target HOTPATH_TARGET, into build/. Arguments go to CMake's
-# configure step.
+# build.sh [CMAKE ARGUMENTS...]: builds the super-project, or only its target HOTPATH_TARGET, into
+# build/. Arguments go to CMake's configure step.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
+check_cmake_arguments "$@"
 cd "$(dirname "$0")/.."
 
 # Debian's Python comes first: another Python in PATH lacks Debian's modules.

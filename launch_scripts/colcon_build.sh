@@ -4,6 +4,14 @@
 # build_colcon/ and install/, except those of ros2/. With --bench-target, it builds only TARGET of
 # the package hotpath_bench.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
+target=
+if [ "${1:-}" = --bench-target ]; then
+  target=${2:-}
+  [ -n "$target" ] || wrong_use "--bench-target needs a target"
+  shift 2
+fi
+check_cmake_arguments "$@"
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 
@@ -28,9 +36,7 @@ build() {
   colcon --log-base build_colcon/log build --build-base build_colcon --base-paths "${folders[@]}" \
     --event-handlers console_direct+ "$@" >build_colcon/log/output 2>&1 || { tail -60 build_colcon/log/output >&2; exit 1; }
 }
-if [ "${1:-}" = --bench-target ]; then
-  target=$2
-  shift 2
+if [ -n "$target" ]; then
   others=()
   for folder in "${packages[@]}"; do [ "$folder" = bench ] || others+=("$folder"); done
   build "${others[@]}" -- --cmake-args "$@"

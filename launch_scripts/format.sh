@@ -1,9 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Formats the C++ and Python sources. With --check, changes nothing: lists unformatted files, and
-# checks style and types of the Python sources. Skips Python tools that are not installed (`setup.sh
-# test` installs them).
+# format.sh [--check]: formats the C++ and Python sources. With --check, changes nothing: lists
+# unformatted files, and checks style and types of the Python sources. Skips Python tools that are
+# not installed (`setup.sh test` installs them).
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
+case "$#:${1:-}" in
+  0: | 1:--check) ;;
+  *) wrong_use "unknown arguments $*" ;;
+esac
 cd "$(dirname "$0")/.."
 mode=(-i) python=()
 [ "${1:-}" = --check ] && mode=(--dry-run --Werror) python=(--check)

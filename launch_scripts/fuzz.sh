@@ -4,6 +4,7 @@
 # and runs them on all CPUs for MINUTES in total (default: 1). Exit code 1 after a finding; see
 # tools/fuzz.py.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 { cmake --preset fuzz && cmake --build --preset fuzz; } >build-fuzz.log 2>&1 || { tail -40 build-fuzz.log; exit 1; }

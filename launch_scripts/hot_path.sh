@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The hot-path benchmark from scratch: installs missing packages, builds, and compares the paper's
-# executors live on the Autoware reference system. `--all` compares all executors; further options
-# go to `hotpath compare`.
+# hot_path.sh [--all] [OPTIONS...]: the hot-path benchmark from scratch: installs missing
+# packages, builds, and compares the paper's executors live on the Autoware reference system.
+# `--all` compares all executors; further options go to `hotpath compare`.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."
 
 launch_scripts/setup.sh

@@ -4,12 +4,13 @@
 # build-package/packages/. --test also installs them in an empty Debian 12 root, with what they
 # depend on, and runs them there; it needs root and 2 GB of disk space.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."
 test=OFF
 case "${1:-}" in
   '') ;;
   --test) test=ON ;;
-  *) echo "package.sh: unknown argument $1; there is only --test" >&2; exit 2 ;;
+  *) wrong_use "unknown argument $1" ;;
 esac
 [ "$test" = OFF ] || [ "$(id -u)" -eq 0 ] || { echo "package.sh: --test needs root" >&2; exit 2; }
 

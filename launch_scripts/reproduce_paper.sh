@@ -5,10 +5,11 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-launch_scripts/setup.sh
 case " $* " in
-  *" --list "* | *" --help "* | *" -h "*) ;;
+  *" --help "* | *" -h "*) ;;
+  *" --list "*) launch_scripts/setup.sh ;;
   *)
+    launch_scripts/setup.sh
     [ -t 2 ] && echo "Building (the first build takes some minutes)" >&2
     HOTPATH_TARGET=hotpath launch_scripts/build.sh -DBUILD_TESTING=OFF
     ;;

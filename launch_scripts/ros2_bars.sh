@@ -6,6 +6,8 @@
 # targets are met. Uses the sourced ROS 2 (default: Jazzy in /opt/ros) and the workspace of
 # ros2_build.sh.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
+[[ ${1:-} != -* ]] || wrong_use "$1 is no folder; OPTIONS follow the folder"
 cd "$(dirname "$0")/.."
 output=${1:-runs/ros2_bars-$(date +%Y%m%d-%H%M%S)}
 

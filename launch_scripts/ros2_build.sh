@@ -1,14 +1,15 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# ros2_build.sh [--test] [--no-command] [--sanitize thread|address] [--distro NAME] [CMAKE ARGUMENTS...]: builds
-# the command hotpath, the packages of ros2/ and their dependencies with colcon into
-# build_ros2/DISTRO/, for the sourced ROS 2 or, without one, for each in /opt/ros.
+# ros2_build.sh [--test] [--no-command] [--sanitize thread|address] [--distro NAME]
+#   [CMAKE ARGUMENTS...]: builds the command hotpath, the packages of ros2/ and their dependencies
+# with colcon into build_ros2/DISTRO/, for the sourced ROS 2 or, without one, for each in /opt/ros.
 #   --test      also builds and runs the tests
 #   --no-command  leaves out the command hotpath; tests that need it use that of build/
 #   --sanitize  builds and runs the tests under that sanitizer in build_ros2/DISTRO-SANITIZER/,
 #               without the command; `address` includes undefined behaviour
 #   --distro    builds for this distribution; may be repeated
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."
 root=$PWD
 export PATH="/usr/bin:$PATH"
@@ -21,11 +22,21 @@ while [ $# -gt 0 ]; do
   case $1 in
     --test) test=ON && shift ;;
     --no-command) command=OFF && shift ;;
-    --sanitize) sanitizer=$2 && shift 2 ;;
-    --distro) distros+=("$2") && shift 2 ;;
+    --sanitize | --distro)
+      [ $# -ge 2 ] || wrong_use "$1 needs a value"
+      if [ "$1" = --distro ]; then distros+=("$2"); else sanitizer=$2; fi
+      shift 2
+      ;;
     *) break ;;
   esac
 done
+check_cmake_arguments "$@"
+case $sanitizer in
+  '') flags= ;;
+  thread) flags=thread ;;
+  address) flags=address,undefined ;;
+  *) wrong_use "--sanitize takes thread or address, not $sanitizer" ;;
+esac
 if [ ${#distros[@]} -eq 0 ]; then
   sourced=${ROS_DISTRO:-$(sed -n 's|.*/opt/ros/\([^/:]*\).*|\1|p' <<<"${AMENT_PREFIX_PATH:-}")}
   if [ -n "$sourced" ]; then
@@ -41,12 +52,6 @@ if [ ${#distros[@]} -eq 0 ]; then
   exit 0
 fi
 
-case $sanitizer in
-  '') flags= ;;
-  thread) flags=thread ;;
-  address) flags=address,undefined ;;
-  *) echo "ros2_build.sh: --sanitize takes thread or address, not $sanitizer" >&2 && exit 2 ;;
-esac
 [ -n "$sanitizer" ] && test=ON && command=OFF
 
 # build DISTRO: call it in a subshell, since each distribution sets its own environment.

@@ -1,11 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Runs tests under sanitizers, in the build folders of their presets: ThreadSanitizer for the live
-# executor and the record log, AddressSanitizer with UndefinedBehaviorSanitizer for the executor.
-# With --all, the latter for all tests except fault injection: those tests preload a library where
-# the sanitizer must come first, exhaust the files and memory that the sanitizer needs, or lock
-# memory, which the sanitizer ignores.
+# sanitize.sh [--all]: runs tests under sanitizers, in the build folders of their presets:
+# ThreadSanitizer for the live executor and the record log, AddressSanitizer with
+# UndefinedBehaviorSanitizer for the executor. With --all, the latter for all tests except fault
+# injection: those tests preload a library where the sanitizer must come first, exhaust the files
+# and memory that the sanitizer needs, or lock memory, which the sanitizer ignores.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
+case "$#:${1:-}" in
+  0: | 1:--all) ;;
+  *) wrong_use "unknown arguments $*" ;;
+esac
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 

@@ -1,8 +1,13 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs missing packages on Debian 12: `setup.sh` for building and running, `setup.sh ros` also
-# for the ROS 1 bridge and RViz, `setup.sh test` for all tests.
+# setup.sh [ros | test]: installs missing packages on Debian 12 for building and running, with `ros`
+# also for the ROS 1 bridge and RViz, with `test` for all tests.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
+case "$#:${1:-}" in
+  0: | 1:ros | 1:test) ;;
+  *) wrong_use "unknown arguments $*" ;;
+esac
 
 packages=(
   build-essential cmake ninja-build

@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# All checks from scratch: installs missing packages, checks the format, builds the super-project
-# and the colcon packages with warnings as errors, and runs all tests.
+# test.sh: all checks from scratch: installs missing packages, checks the format, builds the
+# super-project and the colcon packages with warnings as errors, and runs all tests.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
+[ $# -eq 0 ] || wrong_use "unknown arguments $*"
 cd "$(dirname "$0")/.."
 
 launch_scripts/setup.sh test

@@ -4,15 +4,17 @@
 # and the checks in .clang-tidy. With --minutes, it checks the files that changed last first, starts
 # no file after N minutes, and prints how many it did not reach. Exit code 1 after a finding.
 set -euo pipefail
+. "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 
 deadline=0
 if [ "${1:-}" = --minutes ]; then
-  [[ ${2:-} =~ ^[0-9]+$ ]] || { echo "tidy.sh: --minutes takes a whole number, not '${2:-}'" >&2; exit 2; }
+  [[ ${2:-} =~ ^[0-9]+$ ]] || wrong_use "--minutes takes a whole number, not '${2:-}'"
   deadline=$((EPOCHSECONDS + 60 * $2))
   shift 2
 fi
+[[ ${1:-} != -* ]] || wrong_use "unknown argument $1"
 command -v clang-tidy >/dev/null || { echo "tidy.sh: install clang-tidy (launch_scripts/setup.sh test)" >&2; exit 2; }
 { cmake --preset ci && cmake --build --preset ci --target generated_code; } >build-ci.log 2>&1 || { tail -40 build-ci.log; exit 1; }
 

@@ -44,7 +44,7 @@ struct SchedulingAttributes {
   std::uint64_t runtime, deadline, period;
 };
 
-bool set_budget(const ThreadPolicy& policy) {
+bool set_budget(int thread, const ThreadPolicy& policy) {
   SchedulingAttributes attributes{};
   attributes.size = sizeof attributes;
   attributes.policy = SCHED_DEADLINE;
@@ -52,16 +52,28 @@ bool set_budget(const ThreadPolicy& policy) {
   attributes.runtime = static_cast<std::uint64_t>(policy.runtime.count());
   attributes.deadline = static_cast<std::uint64_t>(policy.deadline.count());
   attributes.period = static_cast<std::uint64_t>(policy.period.count());
-  return syscall(SYS_sched_setattr, 0, &attributes, 0) == 0;
+  return syscall(SYS_sched_setattr, thread, &attributes, 0) == 0;
 }
 
-bool set_policy(const ThreadPolicy& policy) {
-  if (policy.scheduling_class == ThreadPolicy::Class::deadline) return set_budget(policy);
+/// `thread`: its kernel id; 0 is the calling thread.
+bool set_policy(int thread, const ThreadPolicy& policy) {
+  if (policy.scheduling_class == ThreadPolicy::Class::deadline) return set_budget(thread, policy);
   sched_param parameters{};
   parameters.sched_priority = policy.ordinary() ? 0 : policy.priority;
-  if (sched_setscheduler(0, native_class(policy.scheduling_class), &parameters) != 0) return false;
+  if (sched_setscheduler(thread, native_class(policy.scheduling_class), &parameters) != 0) return false;
   // In Linux each thread has its own nice value.
-  return !policy.ordinary() || policy.priority == 0 || setpriority(PRIO_PROCESS, 0, policy.priority) == 0;
+  return !policy.ordinary() || policy.priority == 0 ||
+         setpriority(PRIO_PROCESS, static_cast<id_t>(thread), policy.priority) == 0;
+}
+
+[[noreturn]] void refuse(const ThreadPolicy& policy, int error) {
+  const bool deadline = policy.scheduling_class == ThreadPolicy::Class::deadline;
+  throw ThreadSetupError("the thread policy " + to_string(policy) + " was refused (" + std::strerror(error) +
+                         "); " +
+                         (deadline ? "run as root on all processors (no --cpus), with budgets that add up "
+                                     "to less than sched_rt_runtime_us grants, or ask for `other`"
+                                   : "run as root, give the user an rtprio (or nice) limit, or ask for "
+                                     "`other`"));
 }
 
 std::string list(const std::vector<int>& numbers) {
@@ -78,18 +90,13 @@ std::string to_string(const WorkerThread& thread) {
 
 ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request) {
   if (!request.processors.empty()) pin_to_cpus(request.processors);
-  if (set_policy(request.policy)) return request.policy;
-  if (request.required) {
-    const int error = errno;
-    const bool deadline = request.policy.scheduling_class == ThreadPolicy::Class::deadline;
-    throw ThreadSetupError("the thread policy " + to_string(request.policy) + " was refused (" +
-                           std::strerror(error) + "); " +
-                           (deadline ? "run as root on all processors (no --cpus), with budgets that add up "
-                                       "to less than sched_rt_runtime_us grants, or ask for `other`"
-                                     : "run as root, give the user an rtprio (or nice) limit, or ask for "
-                                       "`other`"));
-  }
+  if (set_policy(0, request.policy)) return request.policy;
+  if (request.required) refuse(request.policy, errno);
   return {};
+}
+
+void set_thread_policy(int thread, const ThreadPolicy& policy) {
+  if (!set_policy(thread, policy) && errno != ESRCH) refuse(policy, errno);
 }
 
 ThreadPolicy own_thread_policy() {

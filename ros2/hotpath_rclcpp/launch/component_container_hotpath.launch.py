@@ -24,6 +24,7 @@ PARAMETERS = {
     "service_wait_ms": (int, "longest wait of services before they run next, in ms; 0: no limit"),
     "timer_thread": (str, "required policy of the timer thread, such as fifo:90"),
     "executor_threads": (str, "required policy of the threads that run callbacks"),
+    "middleware_threads": (str, "required policy of the threads in which the middleware receives samples"),
 }
 WORDS = {"true": True, "false": False}
 

@@ -2,7 +2,7 @@
 // component_container under PriorityExecutor. Parameters and defaults: `config` (a file of all that
 // follows, which other parameters override; none), `executor` (rm-ro),
 // `threads` (1), `priorities`, `graph` and `offsets` (files; none), `learn` (true), `service_wait_ms` (100),
-// `timer_thread` and `executor_threads` (required policies; none).
+// `timer_thread`, `executor_threads` and `middleware_threads` (required policies; none).
 #include <algorithm>
 #include <chrono>
 #include <limits>
@@ -31,11 +31,13 @@ hotpath::PriorityExecutorOptions declare_options(rclcpp::Node& node) {
   const auto wait_ms = node.declare_parameter("service_wait_ms", std::int64_t{usual.count()});
   if (wait_ms != usual.count())  // otherwise it keeps its fraction
     options.service_wait = std::chrono::milliseconds(std::clamp<std::int64_t>(wait_ms, -1, 1'000'000'000));
-  const std::string timer_thread = node.declare_parameter("timer_thread", options.timer_thread.value_or(""));
-  const std::string executor_threads =
-      node.declare_parameter("executor_threads", options.executor_threads.value_or(""));
-  if (!timer_thread.empty()) options.timer_thread = timer_thread;
-  if (!executor_threads.empty()) options.executor_threads = executor_threads;
+  const auto declare_policy = [&](const char* name, std::optional<std::string>& policy) {
+    const std::string given = node.declare_parameter(name, policy.value_or(""));
+    if (!given.empty()) policy = given;
+  };
+  declare_policy("timer_thread", options.timer_thread);
+  declare_policy("executor_threads", options.executor_threads);
+  declare_policy("middleware_threads", options.middleware_threads);
   return options;
 }
 

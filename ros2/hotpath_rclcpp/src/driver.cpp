@@ -1,13 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "driver.hpp"
 
-#include <pthread.h>
+#include <sys/prctl.h>
 
 #include <algorithm>
 #include <latch>
 #include <mutex>
 
 namespace hotpath {
+
+namespace {
+
+/// Sleeps of the calling thread end on time during this object's lifetime.
+class ExactSleeps {
+ public:
+  ExactSleeps() : slack_(prctl(PR_GET_TIMERSLACK, 0UL, 0UL, 0UL, 0UL)) { minimise_timer_slack(); }
+  ~ExactSleeps() {
+    if (slack_ >= 0) prctl(PR_SET_TIMERSLACK, static_cast<unsigned long>(slack_), 0UL, 0UL, 0UL);
+  }
+  ExactSleeps(const ExactSleeps&) = delete;
+  ExactSleeps& operator=(const ExactSleeps&) = delete;
+
+ private:
+  const int slack_;
+};
+
+}  // namespace
+
+ExecutorDriver::ExecutorDriver(Setup setup) : schedule_(std::move(setup)) {
+  lanes_ = std::vector<Lane>(schedule_.scheduler().workers().size());
+  const bool release_only = this->setup().executor->traits.timers == TimerHandling::release_only;
+  without_timer_thread_ = release_only && lanes_.size() == 2 && !this->setup().timer_thread.required;
+}
+
+void ExecutorDriver::release_until(Time now) {
+  while (next_release_ <= now) {
+    next_release_ = take_turn(schedule_.scheduler(), timer_worker(), next_release_).decision.wake_at;
+  }
+}
+
+void ExecutorDriver::release_now(Time now) {
+  if (!releases_) return;
+  next_release_ = take_turn(schedule_.scheduler(), timer_worker(), now).decision.wake_at;
+}
 
 WorkerSet ExecutorDriver::claim(WorkerSet wake) {
   WorkerSet claimed;
@@ -136,7 +171,9 @@ bool ExecutorDriver::run_job(Lock& lock, Worker worker, const Job& job, WorkerSe
   lock.lock();
   --running_;
   now = hotpath::now();
-  const WorkerSet next = claim(schedule_.scheduler().finished(worker, job, now).wake);
+  const WorkerSet wake = schedule_.scheduler().finished(worker, job, now).wake;
+  if (releases_ && wake.contains(timer_worker())) next_release_ = now;  // a timer that is always due
+  const WorkerSet next = claim(wake);
   if (!next.empty()) {
     unpark(lock, next);
     now = hotpath::now();
@@ -153,6 +190,7 @@ void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refre
       now = hotpath::now();
       continue;
     }
+    if (releases_) release_until(now);
     const Turn turn = take_turn(schedule_.scheduler(), worker, now);
     WorkerSet claimed = claim(turn.decision.wake);
     if (turn.decision.job) {
@@ -160,11 +198,13 @@ void ExecutorDriver::work(Worker worker, std::atomic_bool& spinning, const Refre
       continue;
     }
     if (worker == 0 && running_ == 0 && schedule_.compact(now)) {
+      release_now(now);
       claimed |= claim(everybody());
       unpark(lock, claimed);
     } else {
-      const Time until = keeps_up(worker) ? std::min({turn.decision.wake_at, poll_at_, notices_.next()})
-                                          : turn.decision.wake_at;
+      Time until = keeps_up(worker) ? std::min({turn.decision.wake_at, poll_at_, notices_.next()})
+                                    : turn.decision.wake_at;
+      if (releases_) until = std::min(until, next_release_);
       until > now ? sleep(lock, worker, until, claimed) : unpark(lock, claimed);
     }
     now = hotpath::now();
@@ -177,7 +217,10 @@ void ExecutorDriver::spin(std::atomic_bool& spinning, const Refresh& refresh) {
     error_ = nullptr;
     notices_.begin(now());
     for (Lane& lane : lanes_) lane.policy.reset();
+    alone_ = releases_ = without_timer_thread_;
+    release_now(now());
   }
+  const std::size_t threads = without_timer_thread_ ? 1 : lanes_.size();
   const auto guarded = [&](const auto& action) {
     try {
       action();
@@ -189,26 +232,33 @@ void ExecutorDriver::spin(std::atomic_bool& spinning, const Refresh& refresh) {
       spinning.store(false);
     }
   };
-  std::latch prepared(static_cast<std::ptrdiff_t>(lanes_.size()));
+  std::latch prepared(static_cast<std::ptrdiff_t>(threads));
   const auto live = [&](Worker worker) {
     guarded([&] { prepare(worker); });
     prepared.arrive_and_wait();  // no callback runs before every thread has its required policy
     guarded([&] { work(worker, spinning, refresh); });
     wake_all();  // a thread that ends, for any reason, wakes the sleeping threads so that they end too
   };
-  for (Worker w = 1; w < lanes_.size(); ++w) lanes_[w].thread = std::thread([&, w] { live(w); });
-  live(0);
+  for (Worker w = 1; w < threads; ++w) lanes_[w].thread = std::thread([&, w] { live(w); });
+  {
+    std::optional<ExactSleeps> exact;
+    if (without_timer_thread_) exact.emplace();
+    live(0);
+  }
   spinning.store(false);
   wake_all();
   for (Lane& lane : lanes_) {
     if (lane.thread.joinable()) lane.thread.join();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    alone_ = releases_ = false;
   }
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
 std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& refresh, std::size_t jobs,
                                      Time until, Time wait_until) {
-  const auto timer_worker = static_cast<Worker>(lanes_.size() - 1);
   std::size_t ran = 0;
   Lock lock(mutex_);
   alone_ = true;
@@ -222,7 +272,7 @@ std::size_t ExecutorDriver::run_some(std::atomic_bool& spinning, const Refresh& 
     if (look_after(lock, now, refresh)) continue;
     Time wake_at = std::min(poll_at_, notices_.next());
     std::optional<std::pair<Worker, Job>> next;
-    for (const Worker worker : {timer_worker, Worker{0}}) {
+    for (const Worker worker : {timer_worker(), Worker{0}}) {
       const Turn turn = take_turn(schedule_.scheduler(), worker, now);
       wake_at = std::min(wake_at, turn.decision.wake_at);
       if (!turn.decision.job) continue;

@@ -22,9 +22,7 @@ namespace hotpath {
 /// rclcpp, and keep the driver alive.
 class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
  public:
-  explicit ExecutorDriver(Setup setup) : schedule_(std::move(setup)) {
-    lanes_ = std::vector<Lane>(schedule_.scheduler().workers().size());
-  }
+  explicit ExecutorDriver(Setup setup);
 
   /// Marks the entities as changed: the spinning threads refresh them. Callable from any thread.
   void note_change();
@@ -82,6 +80,11 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   void prepare(Worker worker);
   static void log(const Notices::Lines& lines);
   void work(Worker worker, std::atomic_bool& spinning, const Refresh& refresh);
+  [[nodiscard]] Worker timer_worker() const { return static_cast<Worker>(lanes_.size() - 1); }
+  /// In place of a timer thread: releases the timers that were due until `now`, each at its instant.
+  void release_until(Time now);
+  /// Releases the timers that are due, as a timer thread does at its start or when a timer joins.
+  void release_now(Time now);
   bool keeps_up(Worker worker) { return schedule_.scheduler().workers()[worker] == WorkerRole::executor; }
   /// Upkeep. Any executor worker does it, since the others may run callbacks that wait for it.
   /// Returns whether it released the lock.
@@ -127,6 +130,11 @@ class ExecutorDriver : public std::enable_shared_from_this<ExecutorDriver> {
   std::vector<Lane> lanes_;
   std::size_t running_ = 0;  ///< Number of running jobs.
   bool alone_ = false;       ///< One thread does the work of all workers, and sleeps as worker 0.
+  /// Release-only with one thread and without a policy for a timer thread: spin() has no timer thread.
+  /// While a callback runs, nothing depends on a release; the thread makes up for it afterwards.
+  bool without_timer_thread_ = false;
+  bool releases_ = false;       ///< The thread in spin() also releases timers.
+  Time next_release_ = kNever;  ///< While `releases_`: when the next timer is due, or earlier.
   std::exception_ptr error_;
   std::vector<std::weak_ptr<Entry>> cancelled_;  ///< Only if rclcpp does not report timer resets.
   std::vector<std::weak_ptr<Entry>> jumped_;     ///< Timers whose simulated time moved.

@@ -97,6 +97,7 @@ void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t co
     const std::lock_guard lock(mutex_);
     if (entry->number == kNoTask) return;
     const Time now = hotpath::now();
+    if (releases_) release_until(now);  // earlier than this sample
     SampleInfo info{now, kNever, {}};
     // A sample delivered during the publishing call comes from the job that this thread runs.
     if (running.driver == this) {
@@ -188,7 +189,7 @@ std::vector<std::string> ExecutorDriver::thread_policies() {
   const std::lock_guard lock(mutex_);
   const std::span<const WorkerRole> roles = schedule_.scheduler().workers();
   std::vector<std::string> texts;
-  for (std::size_t worker = 0; worker < lanes_.size(); ++worker) {
+  for (std::size_t worker = 0; worker < (without_timer_thread_ ? 1 : lanes_.size()); ++worker) {
     if (!lanes_[worker].policy) return {};
     texts.push_back(to_string(WorkerThread{roles[worker], *lanes_[worker].policy}));
   }

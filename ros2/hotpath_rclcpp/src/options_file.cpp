@@ -32,7 +32,7 @@ PriorityExecutorOptions PriorityExecutorOptions::from_file(const std::string& fi
   const YamlMap map(YamlValue(file, read_yaml(file, read_text_file(file), kRemedy), "the file", 1),
                     "the file");
   map.check_keys({"executor", "threads", "priorities", "graph", "offsets", "learn", "service_wait_ms",
-                  "timer_thread", "executor_threads"});
+                  "timer_thread", "executor_threads", "middleware_threads"});
   const std::filesystem::path folder = std::filesystem::path(file).parent_path();
   const auto path = [&](const YamlValue& value) { return (folder / value.text()).string(); };
   PriorityExecutorOptions options;
@@ -49,6 +49,7 @@ PriorityExecutorOptions PriorityExecutorOptions::from_file(const std::string& fi
   if (const auto value = map.find("service_wait_ms")) options.service_wait = value->milliseconds(true);
   if (const auto value = map.find("timer_thread")) options.timer_thread = policy(*value);
   if (const auto value = map.find("executor_threads")) options.executor_threads = policy(*value);
+  if (const auto value = map.find("middleware_threads")) options.middleware_threads = policy(*value);
   return options;
 }
 

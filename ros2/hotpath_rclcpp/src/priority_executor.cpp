@@ -6,6 +6,7 @@
 
 #include "entities.hpp"
 #include "loaded_libraries.hpp"
+#include "middleware_threads.hpp"
 
 namespace hotpath {
 
@@ -79,6 +80,7 @@ void PriorityExecutor::spin() {
     parts_->entities.refresh();
     parts_->driver->check_options();
   }
+  if (const auto& policy = parts_->driver->setup().middleware_threads) set_middleware_policy(*policy);
   parts_->driver->spin(spinning, parts_->refresh);
 }
 

@@ -147,6 +147,7 @@ Joined Schedule::add(JoiningTask joining, Time now, std::shared_ptr<Entry> entry
   }
   joining.task.group = group.index;
   hotpath::join(set_, joining);
+  if (joining.task.local) ++alive_;
   entries_.push_back(joining.task.local ? std::move(entry) : nullptr);
   return scheduler_->add_task(joining, now);
 }
@@ -188,7 +189,7 @@ std::size_t Schedule::drop(TaskId task, Time now) {
   std::size_t jobs = 0;
   stale_ = true;
   hotpath::leave(set_, task);
-  entries_[task] = nullptr;
+  if (std::exchange(entries_[task], nullptr)) --alive_;
   scheduler_->remove_task(task, now, [&](const Job&, Outcome) { ++jobs; });
   return jobs;
 }
@@ -226,10 +227,8 @@ void Schedule::for_each_waiting(
 }
 
 bool Schedule::compact(Time now) {
-  const auto alive =
-      static_cast<std::size_t>(std::ranges::count_if(entries_, [](const auto& e) { return e != nullptr; }));
-  const std::size_t dead = entries_.size() - setup_.tasks.set.size() - alive;
-  if (dead < kDeadTasks + alive || queued(now) > 0) return false;
+  const std::size_t dead = entries_.size() - setup_.tasks.set.size() - alive_;
+  if (dead < kDeadTasks + alive_ || queued(now) > 0) return false;
   const std::vector<std::shared_ptr<Entry>> entries = living();
   for (const std::shared_ptr<Entry>& entry : entries) entry->number = entry->ghost = kNoTask;
   ++generation_;
@@ -237,6 +236,7 @@ bool Schedule::compact(Time now) {
   traced_.clear();
   set_ = setup_.tasks.set;
   entries_.assign(set_.size(), nullptr);
+  alive_ = 0;
   scheduler_ = setup_.executor->make(set_, setup_.scheduler);
   scheduler_->begin(now);
   for (const std::shared_ptr<Entry>& entry : entries) join(entry, entry->next_release, now);

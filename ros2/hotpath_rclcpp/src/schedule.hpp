@@ -93,6 +93,7 @@ class Schedule {
   std::uint64_t generation_ = 1;  ///< Number of the current scheduler.
   std::unique_ptr<Scheduler> scheduler_;
   std::vector<std::shared_ptr<Entry>> entries_;  // by task
+  std::size_t alive_ = 0;                        ///< Number of entries that are not null.
   Handles by_hand_;
   // By task, from the timers upstream; 0: none.
   std::vector<Duration> periods_, deadlines_;

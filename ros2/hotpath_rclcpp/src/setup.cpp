@@ -136,6 +136,7 @@ Setup understand(const PriorityExecutorOptions& options) {
   setup.timer_thread = policy(options.timer_thread, setup.executor->traits.raises_timer_thread
                                                         ? raised_above(setup.executor_threads.policy)
                                                         : ThreadPolicy{});
+  if (options.middleware_threads) setup.middleware_threads = parse_thread_policy(*options.middleware_threads);
   return setup;
 }
 

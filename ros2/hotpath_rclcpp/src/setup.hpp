@@ -21,6 +21,7 @@ struct Setup {
   std::vector<Duration> offsets;  ///< By task of the graph; empty: none are given.
   bool learn = true;
   ThreadPolicyRequest executor_threads, timer_thread;
+  std::optional<ThreadPolicy> middleware_threads;
 };
 
 /// Throws std::invalid_argument for invalid options, InputError for invalid files.

@@ -110,6 +110,7 @@ void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp:
   {
     const std::lock_guard lock(mutex_);
     const Time now = hotpath::now();
+    if (releases_) release_until(now);
     schedule_.leave(*entry, now);
     if (entry->removed) return;
     entry->clock = clock;
@@ -119,6 +120,7 @@ void ExecutorDriver::schedule_timer(const std::shared_ptr<Entry>& entry, rclcpp:
     longest_period_ = std::max(longest_period_, seen.period);
     if (!seen.cancelled) {
       claimed = claim(schedule_.join(entry, first.value_or(seen.earliest), now));
+      release_now(now);
       notices_.order_changed(now, longest_period_, false);
     }
   }

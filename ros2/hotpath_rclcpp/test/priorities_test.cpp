@@ -252,6 +252,9 @@ TEST_F(Priorities, WhatCannotBeIsRefusedInASentence) {
   o = options("rm-ro");
   o.timer_thread = "fifo:1000";
   EXPECT_NE(refused(o), "");
+  o = options("rm-ro");
+  o.middleware_threads = "fifo:1000";
+  EXPECT_NE(refused(o), "");
 }
 
 class OptionsFile : public Priorities {
@@ -271,7 +274,7 @@ TEST_F(OptionsFile, HasAllOptions) {
   const auto all = read(
       "executor: fp-ro:first\nthreads: 2\ngraph: graph.yaml\npriorities: p.yaml\n"
       "offsets: /etc/phases.csv\nlearn: false\nservice_wait_ms: 2.5\n"
-      "timer_thread: fifo:90\nexecutor_threads: other\n");
+      "timer_thread: fifo:90\nexecutor_threads: other\nmiddleware_threads: rr:7\n");
   EXPECT_EQ(all.executor, "fp-ro:first");
   EXPECT_EQ(all.threads, 2U);
   EXPECT_EQ(all.graph, folder / "graph.yaml");
@@ -281,6 +284,7 @@ TEST_F(OptionsFile, HasAllOptions) {
   EXPECT_EQ(all.service_wait, 2500us);
   EXPECT_EQ(all.timer_thread, "fifo:90");
   EXPECT_EQ(all.executor_threads, "other");
+  EXPECT_EQ(all.middleware_threads, "rr:7");
   EXPECT_EQ(read("graph: autoware\n").graph, "autoware");
 }
 

@@ -6,13 +6,18 @@
 #include <sys/uio.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <std_msgs/msg/int32.hpp>
+#include <thread>
+#include <vector>
 
 #include "executors.hpp"
+#include "middleware_threads.hpp"
 
 namespace hotpath::test {
 namespace {
@@ -91,9 +96,46 @@ TEST_P(EveryExecutor, SaysWhatItsThreadsObtained) {
     policies = ours().thread_policies();
     return !policies.empty();
   }));
-  EXPECT_EQ(policies.size(), GetParam().find(":2") == std::string::npos ? 2U : 3U);
+  const bool waits_itself = GetParam().ends_with("-ro");
+  const std::size_t threads = waits_itself ? 1 : GetParam().find(":2") == std::string::npos ? 2 : 3;
+  EXPECT_EQ(policies.size(), threads);
   EXPECT_EQ(policies.front().rfind("executor ", 0), 0U) << policies.front();
-  EXPECT_EQ(policies.back().rfind("timer_mgmt ", 0), 0U) << policies.back();
+  if (!waits_itself) EXPECT_EQ(policies.back().rfind("timer_mgmt ", 0), 0U) << policies.back();
+}
+
+TEST(ATimerThread, IsMadeIfItsPolicyIsGiven) {
+  rclcpp::init(0, nullptr);
+  {
+    PriorityExecutorOptions options;
+    options.timer_thread = "batch";  // needs no permission
+    PriorityExecutor executor(options);
+    const Spinning spinning(executor);
+    ASSERT_TRUE(eventually([&] { return !executor.thread_policies().empty(); }));
+    EXPECT_EQ(executor.thread_policies().back(), "timer_mgmt batch");
+  }
+  rclcpp::shutdown();
+}
+
+/// The thread makes up for the releases during a callback, each at its instant.
+TEST_P(EveryExecutor, ReleasesTheTimersThatWereDueDuringACallback) {
+  if (!is_ours(GetParam()) || !GetParam().ends_with("-ro")) GTEST_SKIP() << "it has a timer thread";
+  std::vector<RunningCallback> ran;
+  std::vector<std::chrono::nanoseconds> begun;
+  const auto timer = node->create_wall_timer(5ms, [&] {
+    begun.push_back(std::chrono::steady_clock::now().time_since_epoch());
+    ran.push_back(*PriorityExecutor::running_callback());
+    if (ran.size() == 1) std::this_thread::sleep_for(52ms);
+    if (ran.size() == 11) executor->cancel();
+  });
+  executor->add_node(node);
+  executor->spin();
+  ASSERT_GE(ran.size(), 11U);
+  for (std::size_t i = 1; i < 11; ++i) {  // 10 instants passed during the first callback
+    EXPECT_EQ(ran[i].sequence, ran[0].sequence + i);
+    EXPECT_EQ(ran[i].timestamp, ran[0].timestamp + i * 5ms);
+    EXPECT_EQ(ran[i].release, ran[i].timestamp);
+    EXPECT_LT(ran[i].release, begun[i]);
+  }
 }
 
 /// The time limit of the futex call in which a thread of this process sleeps, on CLOCK_MONOTONIC;
@@ -133,6 +175,41 @@ TEST_P(EveryExecutor, SleepsWhileThereIsNothingToDo) {
     const auto until = sleeps_until(thread);
     return until && *until > late;
   }));
+}
+
+TEST(TheMiddleware, IsKnownByTheNamesOfItsThreads) {
+  for (const char* own :
+       {"dds.udp.7411", "dds.shm.23411", "dds.ev.0", "recvMC", "recvUC", "dq.builtins", "tev"})
+    EXPECT_TRUE(is_of_middleware(own)) << own;
+  for (const char* other : {"dds.shm.wdog", "hotpath_timers", "process_test", "gc"})
+    EXPECT_FALSE(is_of_middleware(other)) << other;
+}
+
+TEST(TheMiddleware, TakesAPolicy) {
+  rclcpp::init(0, nullptr);
+  {
+    const auto node = std::make_shared<rclcpp::Node>("node");
+    PriorityExecutorOptions options;
+    options.middleware_threads = "batch";  // needs no permission
+    PriorityExecutor executor(options);
+    executor.add_node(node);
+    const auto policies = [] {
+      std::vector<int> policies;
+      for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+        std::string name;
+        std::getline(std::ifstream(task.path() / "comm") >> std::ws, name);
+        if (is_of_middleware(name)) policies.push_back(sched_getscheduler(std::stoi(task.path().filename())));
+      }
+      return policies;
+    };
+    if (policies().empty()) GTEST_SKIP() << "this middleware does not name its threads";
+    EXPECT_EQ(std::ranges::count(policies(), SCHED_BATCH), 0);
+    const Spinning spinning(executor);
+    EXPECT_TRUE(eventually([&] { return !executor.thread_policies().empty(); }));
+    EXPECT_EQ(std::ranges::count(policies(), SCHED_OTHER), 0);
+    EXPECT_NE(executor.thread_policies().front(), "executor batch");
+  }
+  rclcpp::shutdown();
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ def check(events: list[Event]) -> None:
     (init,) = named("hotpath:executor_init")
     assert (init["name"], init["policy"], init["timers"]) == ("rm-ro", "rm", "release_only"), init
     assert (init["rule"], init["ties"], init["threads"], init["learn"]) == ("inherit", "lifo", "1", "1"), init
-    assert {thread["role"] for thread in named("hotpath:executor_thread")} == {"executor", "timer_mgmt"}
+    assert {thread["role"] for thread in named("hotpath:executor_thread")} == {"executor"}
     (timer,) = [c for c in named("hotpath:executor_callback") if c["id"] == "/node@Timer(5000000)"]
     assert (timer["kind"], timer["node"], timer["period"]) == ("timer", "/node", "5000000"), timer
     assert timer["handle"] in {created["timer_handle"] for created in named("ros2:rcl_timer_init")}

@@ -36,6 +36,10 @@ struct ThreadSetupError : std::runtime_error {
 /// refused.
 [[nodiscard]] ThreadPolicy apply_thread_policy(const ThreadPolicyRequest& request);
 
+/// Gives a policy to a thread of this process, by its kernel id; nothing happens if it has ended.
+/// Throws ThreadSetupError if the policy is refused.
+void set_thread_policy(int thread, const ThreadPolicy& policy);
+
 /// The policy of the calling thread.
 [[nodiscard]] ThreadPolicy own_thread_policy();
 

@@ -50,12 +50,16 @@ struct PriorityExecutorOptions {
   /// one of them does in any interval of this length. Zero: they wait for all more urgent callbacks.
   std::chrono::nanoseconds service_wait = std::chrono::milliseconds(100);
   /// Required policy (`fifo:90`, `other`, ...): spin() throws std::runtime_error if it is denied.
-  /// Without a value, the paper's executors raise the timer thread to SCHED_FIFO 90 if permitted;
-  /// otherwise they log one warning.
+  /// Without a value, a release-only executor with one thread has no timer thread, and the paper's
+  /// other executors raise theirs to SCHED_FIFO 90 if permitted; otherwise they log one warning.
   std::optional<std::string> timer_thread;
   /// Required policy of all threads that run callbacks. The thread that calls spin() keeps it
   /// afterwards.
   std::optional<std::string> executor_threads;
+  /// Required policy of the threads in which the middleware receives samples, those that exist when
+  /// spin() begins; they keep it afterwards. Give them a priority above `executor_threads` if those
+  /// have a real-time policy: a sample of another process otherwise waits until they sleep.
+  std::optional<std::string> middleware_threads;
 };
 
 /// The job that a callback serves.
@@ -69,7 +73,9 @@ struct RunningCallback {
 /// The paper's executors, and the events executors of rclcpp as a comparison, for unpatched rclcpp.
 /// A separate timer thread releases timers at their nominal instants (release-only) or also runs
 /// them (release-and-execute; then a timer may overlap other callbacks of its mutually exclusive
-/// group). In spin_some(), spin_all() and spin_once() the calling thread does both.
+/// group). With one thread and without a policy for a timer thread, the thread in spin() releases
+/// timers itself, after each callback those that became due during it. In spin_some(), spin_all() and
+/// spin_once() the calling thread does both.
 /// hotpath_executor::core makes all scheduling decisions.
 ///
 /// Throws std::invalid_argument for unknown or contradictory options, and hotpath's InputError (a

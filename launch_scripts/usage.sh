@@ -1,0 +1,24 @@
+# shellcheck shell=bash
+# SPDX-License-Identifier: Apache-2.0
+# The other scripts of this folder source this file first. Their usage is the comment at their
+# beginning: with --help or -h they print it and do nothing else.
+script=$(realpath "$0")
+usage() { sed -n '/^#!/d; /^# SPDX/d; /^#/!q; s/^# \{0,1\}//p' "$script"; }
+# wrong_use MESSAGE: ends the script with exit code 2.
+wrong_use() {
+  { echo "$(basename "$script"): $1"; usage; } >&2
+  exit 2
+}
+# check_cmake_arguments ARGUMENTS...: CMake's own options have one dash (-DNAME=VALUE).
+check_cmake_arguments() {
+  local argument
+  for argument in "$@"; do
+    [[ $argument == -[A-Z]* ]] || wrong_use "unknown argument $argument"
+  done
+}
+
+for argument in "$@"; do
+  case $argument in
+    --help | -h) usage && exit 0 ;;
+  esac
+done
