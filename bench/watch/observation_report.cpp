@@ -17,10 +17,6 @@ std::string node_of(const tracing::System& system, const tracing::Callback& call
   return callback.node < system.nodes.size() ? system.nodes[callback.node] : "(unknown node)";
 }
 
-std::string shown_ms(Duration duration) {
-  return duration < Duration::zero() ? "-" : program::fixed(to_ms(duration), 3);
-}
-
 nlohmann::json stored_ms(Duration p99, Duration max) {
   if (max < Duration::zero()) return nullptr;
   return {{"p99", to_ms(p99)}, {"max", to_ms(max)}};
@@ -50,6 +46,10 @@ nlohmann::json fields_of(const tracing::System& system, const tracing::Callback&
 }
 
 }  // namespace
+
+std::string shown_ms(Duration duration) {
+  return duration < Duration::zero() ? "-" : program::fixed(to_ms(duration), 3);
+}
 
 std::string shown_name(const tracing::System& system, std::uint32_t callback) {
   const tracing::Callback& of = system.callbacks[callback];

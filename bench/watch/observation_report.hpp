@@ -78,4 +78,7 @@ class ObservationReport {
   Losses losses_;
 };
 
+/// As tables show it, without a unit: "-" if negative.
+[[nodiscard]] std::string shown_ms(Duration duration);
+
 }  // namespace hotpath::watch

@@ -26,7 +26,7 @@ std::string uncovered(const tracing::System& system, const tracing::Callback& ca
   return imports::is_housekeeping(topic) ? "" : node + " " + topic;
 }
 
-std::string shown_ms(Duration duration) { return program::fixed(to_ms(duration), 3) + " ms"; }
+std::string with_unit(Duration duration) { return program::fixed(to_ms(duration), 3) + " ms"; }
 
 }  // namespace
 
@@ -178,9 +178,9 @@ void ThreadCheck::judge_wait(JudgedTerm& wait, const std::string& name, const Wa
   const Duration stolen = to.stolen - from.stolen;
   wait.judge(
       false,
-      program::concat("thread ", name, " waited ", shown_ms(to.waited - from.waited + stolen), " of ",
-                      shown_ms(to.at - from.at), " for a processor",
-                      stolen > Duration::zero() ? " (the hypervisor withheld it " + shown_ms(stolen) + ")"
+      program::concat("thread ", name, " waited ", with_unit(to.waited - from.waited + stolen), " of ",
+                      with_unit(to.at - from.at), " for a processor",
+                      stolen > Duration::zero() ? " (the hypervisor withheld it " + with_unit(stolen) + ")"
                                                 : std::string(),
                       ", limit ", wait.limit_text(), " in a second"),
       from.at, incidents);

@@ -12,10 +12,6 @@ namespace {
 
 constexpr std::size_t kNameWidth = 40;
 
-std::string shown_ms(Duration duration) {
-  return duration < Duration::zero() ? "-" : program::fixed(to_ms(duration), 3);
-}
-
 std::string shown_nearness(double nearness) {
   return nearness < 0 ? "-" : program::fixed(100 * nearness, 0) + " %";
 }
