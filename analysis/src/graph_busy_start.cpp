@@ -105,6 +105,10 @@ std::optional<std::int64_t> GraphBusyWindow::response_behind(TaskId publisher, T
   const auto precedes = [&](TaskId id) { return order_.rank[id] <= rank; };
   // A service may be chosen while more urgent jobs are pending.
   if (!order_.threads.empty() || runs_ahead(publisher)) return std::nullopt;
+  // A service with the publisher's deadline may be pending; what it activates is newer than the
+  // subscription's job. A timer only runs after all pending subscriptions with its deadline.
+  const bool of_timer = topology_.set()[publisher].kind == TaskKind::timer;
+  if (order_.by_deadline && order_.service_wait > 0 && !of_timer) return std::nullopt;
   if (order_.by_deadline || order_.rank[publisher] <= rank) {
     if (!order_.newest_first || !topology_.one_publisher(subscription)) return std::nullopt;
     const bool ranked = order_.rank[publisher] == rank && std::ranges::none_of(roots, precedes);

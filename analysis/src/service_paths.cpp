@@ -11,14 +11,18 @@ using exact::add, exact::ceil_div, exact::floor_div, exact::multiply, exact::sub
 
 namespace {
 
-constexpr std::int64_t kLongest = std::int64_t{1} << 50;  // 13 days
-constexpr int kMostRounds = 1000;
+constexpr std::int64_t kLongestDelay = std::int64_t{1} << 50;  // 13 days
+constexpr int kMostDelays = 1000;
 constexpr std::size_t kMostInstants = 100'000;
 /// The number of steps to the end of a busy period grows without limit towards 1.
 constexpr double kMostUtilisation = 0.9999;
 
 std::optional<std::int64_t> smaller(std::optional<std::int64_t> a, std::optional<std::int64_t> b) {
   return a && b ? std::min(*a, *b) : a ? a : b;
+}
+
+std::optional<std::int64_t> sum(std::int64_t a, std::optional<std::int64_t> b) {
+  return b ? std::optional(add(a, *b)) : std::nullopt;
 }
 
 }  // namespace
@@ -30,7 +34,9 @@ ServicePaths::ServicePaths(const GraphTopology& topology, const PathBounds& othe
   for (TaskId id = 0; id < topology.size(); ++id) {
     if (!topology.roots(id).empty()) longest = std::max(longest, job_work(id));
   }
-  step_ = add(wait, std::max(with_releases(longest), overheads.wake_up));
+  const auto job = with_releases(longest);
+  if (!job) return;
+  step_ = add(wait, std::max(*job, overheads.wake_up));
   delay_ = find_delay();
 }
 
@@ -38,10 +44,10 @@ std::int64_t ServicePaths::job_work(TaskId id) const {
   return add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
-/// The time for this much work of one job, which releases interrupt.
-std::int64_t ServicePaths::with_releases(std::int64_t work) const {
+/// The time for this much work of one job, which releases interrupt. std::nullopt: no bound.
+std::optional<std::int64_t> ServicePaths::with_releases(std::int64_t work) const {
   if (overheads_.release == 0) return work;
-  const auto end = exact::least_fixed_point(
+  return exact::least_fixed_point(
       work,
       [&](std::int64_t t) {
         std::int64_t sum = work;
@@ -51,8 +57,7 @@ std::int64_t ServicePaths::with_releases(std::int64_t work) const {
         }
         return sum;
       },
-      kLongest);
-  return end.value_or(kLongest);
+      kLongestDelay);
 }
 
 /// From a timestamp of `root` until all jobs that it leads to have published for `to`, if services wait for
@@ -73,7 +78,7 @@ std::optional<std::int64_t> ServicePaths::finish(TaskId root, TaskId id, std::in
   if (!guaranteed(id)) return other;
   const auto request = published(root, id, delay);
   if (!request) return other;
-  return smaller(other, add(add(*request, delay), with_releases(job_work(id))));
+  return smaller(other, sum(add(*request, delay), with_releases(job_work(id))));
 }
 
 /// By task: the most jobs that one job of `root` leads to.
@@ -127,7 +132,7 @@ std::optional<std::int64_t> ServicePaths::delay_of(const std::vector<Stream>& al
         }
         return work;
       },
-      kLongest);
+      kLongestDelay);
   if (!served) return std::nullopt;
   // The delay is longest for a sample whose publication is as late as possible after the first one.
   std::vector<std::int64_t> instants = {0};
@@ -151,10 +156,10 @@ std::optional<std::int64_t> ServicePaths::delay_of(const std::vector<Stream>& al
 /// Services may call each other: the publications of one are as late as its own delay. Least fixed point.
 std::optional<std::int64_t> ServicePaths::find_delay() const {
   std::int64_t delay = 0;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostDelays; ++round) {
     const auto all = streams(delay);
     const auto next = all ? delay_of(*all) : std::nullopt;
-    if (!next || *next > kLongest) return std::nullopt;
+    if (!next || *next > kLongestDelay) return std::nullopt;
     if (*next <= delay) return delay;
     delay = *next;
   }
@@ -166,7 +171,7 @@ std::optional<std::int64_t> ServicePaths::until_start(TaskId root, TaskId to) co
   if (!guaranteed(to) || !delay_) return other;
   const auto request = published(root, to, *delay_);
   if (!request) return other;
-  return smaller(other, add(add(*request, *delay_), with_releases(overheads_.job)));
+  return smaller(other, sum(add(*request, *delay_), with_releases(overheads_.job)));
 }
 
 std::optional<std::int64_t> ServicePaths::until_finish(TaskId root, TaskId to) const {
@@ -188,7 +193,7 @@ std::optional<std::int64_t> ServicePaths::start_to_finish(TaskId root, TaskId to
 std::optional<std::int64_t> ServicePaths::response(TaskId subscription) const {
   const auto other = others_.response(subscription);
   if (!guaranteed(subscription) || !delay_) return other;
-  return smaller(other, add(*delay_, with_releases(job_work(subscription))));
+  return smaller(other, sum(*delay_, with_releases(job_work(subscription))));
 }
 
 }  // namespace hotpath

@@ -43,7 +43,7 @@ class ServicePaths final : public PathBounds {
 
   [[nodiscard]] bool guaranteed(TaskId id) const { return topology_.set()[id].guaranteed; }
   [[nodiscard]] std::int64_t job_work(TaskId id) const;
-  [[nodiscard]] std::int64_t with_releases(std::int64_t work) const;
+  [[nodiscard]] std::optional<std::int64_t> with_releases(std::int64_t work) const;
   [[nodiscard]] std::optional<std::int64_t> published(TaskId root, TaskId to, std::int64_t delay) const;
   [[nodiscard]] std::optional<std::int64_t> finish(TaskId root, TaskId id, std::int64_t delay) const;
   [[nodiscard]] std::vector<std::int64_t> jobs_of(TaskId root) const;

@@ -85,6 +85,18 @@ class AnalyzeTest(CommandTest):
         twins = [SENSOR.format(s, 100, 20) for s in "AB"] + [TRANSFORM.format("T" + s, s, 20) for s in "AB"]
         self.check(self.graph(*twins, chain="A TA"), "rm-ro", "chain", 40)
 
+    def test_what_a_service_activates_may_run_before_its_siblings_sample(self) -> None:
+        """By deadline, both services of a timer are pending together; the newest sample runs first."""
+        nodes = [
+            "{name: N, type: callbacks, callbacks:"
+            " [{timer: r, period_ms: 100, execution_time_ms: 1, publishes: t}]}",
+            "{name: S, type: callbacks, callbacks:"
+            " [{subscription: t, service: true, execution_time_ms: 1, publishes: ty},"
+            " {subscription: tx, execution_time_ms: 1}, {subscription: ty, execution_time_ms: 5}]}",
+            "{name: P, type: callbacks, callbacks: [{subscription: t, execution_time_ms: 6, publishes: tx}]}",
+        ]
+        self.check(self.graph(*nodes, more="service_wait_ms: 5"), "edf-ro", "S/tx", 3, repetitions=1)
+
     def test_the_sink_of_a_sequence_counts(self) -> None:
         nodes = [
             SENSOR.format("S", 50, 5),
