@@ -15,6 +15,9 @@ constexpr Duration kLong = std::chrono::milliseconds(1);
 constexpr int kSlices = 2;
 /// Threads whose callbacks start within this time may have decided in the other order.
 constexpr Duration kTogether = std::chrono::microseconds(100);
+/// No thread decides and hands the mutex on within this time: simulated threads decide at one instant,
+/// and an exported trace does not contain their order.
+constexpr Duration kInstant{100};
 
 /// Drives a scheduler whose tasks have their places in the hypothesis's order as ids.
 class Follower {
@@ -231,7 +234,7 @@ class Follower {
   [[nodiscard]] bool decides_together(const RecordedStep& step, TaskId task) const {
     if (started_[task] == recorded_.decided[task].size()) return false;
     const auto& [at, thread] = recorded_.decided[task][started_[task]];
-    return thread != step.thread && at - step.at <= (step.shows_decision ? Duration::zero() : kTogether);
+    return thread != step.thread && at - step.at <= (step.shows_decision ? kInstant : kTogether);
   }
 
   void judge(const RecordedStep& step, bool possible) {

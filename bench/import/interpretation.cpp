@@ -478,8 +478,8 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
   std::vector<std::string> missing = unmodelled(recording.system, recording.graph);
   Interpretations all = best_interpretation(recording, findings.labels);
   Recognition& first = recording.recognitions.front();
-  if (recording.recognitions.size() == 1 && first.verdict == Verdict::undecided)
-    first.remedy = distinguishing_load(all.best.graph, all.best.tasks, first.names(),
+  if (recording.recognitions.size() == 1)
+    first.remedy = distinguishing_load(all.best.graph, all.best.tasks, first.open_names(),
                                        recording.executors.executors.front().threads.size())
                        .sentence();
   for (const Recognition& recognition : recording.recognitions) {

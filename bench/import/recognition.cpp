@@ -158,11 +158,13 @@ class Recogniser {
     return fitted;
   }
 
-  /// What a hypothesis may choose besides the order of tasks, and how unusual it is.
+  /// What a hypothesis may choose besides the order of tasks, or chose to fit the recording, and how
+  /// unusual it is.
   static int open_choices(const Hypothesis& hypothesis) {
     const ExecutorTraits& traits = hypothesis.entry->traits;
     const int variants = static_cast<int>(hypothesis.options.rule != SubscriptionRule::inherit) +
-                         static_cast<int>(hypothesis.options.ties != Ties::lifo);
+                         static_cast<int>(hypothesis.options.ties != Ties::lifo) +
+                         static_cast<int>(hypothesis.release_delay > Duration::zero());
     return variants + (traits.policy == Policy::fp ? 4 : 0) + (traits.policy == Policy::dm ? 8 : 0) +
            (traits.on_rclcpp ? 0 : 16);
   }
@@ -183,6 +185,9 @@ class Recogniser {
     compare_with(ranking.front());
     const auto excluded = std::stable_partition(ranking.begin(), ranking.end(), leads);
     result_.leading = static_cast<std::size_t>(excluded - ranking.begin());
+    const double best = ranking.front().agreement;
+    for (Score& s : std::span(ranking).first(result_.leading))
+      s.unlikely = s.margin >= kDecisive && !notices_unseen(s.hypothesis.entry->traits, best);
     find_break(ranking.front());
   }
 
@@ -257,9 +262,11 @@ class Recogniser {
     }
     if (result_.contested < kFewest) return;
     const ExecutorTraits& first = leaders.front().hypothesis.entry->traits;
+    // What the decisions make unlikely does not hide that all others are of one design.
     const bool same = std::ranges::all_of(leaders, [&](const Score& s) {
       const ExecutorTraits& traits = s.hypothesis.entry->traits;
-      return s.against + s.in_favour == 0 || (traits.family == first.family && traits.timers == first.timers);
+      return s.unlikely || s.against + s.in_favour == 0 ||
+             (traits.family == first.family && traits.timers == first.timers);
     });
     const bool few = 2 * leaders.size() <= result_.ranking.size();
     if (same || few) result_.verdict = leaders.size() == 1 ? Verdict::recognised : Verdict::tie;
@@ -282,6 +289,21 @@ std::vector<std::string> Recognition::names() const {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < leading; ++i) names.push_back(ranking[i].hypothesis.label);
   return names;
+}
+
+std::vector<std::string> Recognition::unlikely_names() const {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < leading; ++i)
+    if (ranking[i].unlikely) names.push_back(ranking[i].hypothesis.label);
+  return names;
+}
+
+std::vector<std::string> Recognition::open_names() const {
+  if (verdict == Verdict::undecided) return names();
+  if (verdict != Verdict::tie) return {};
+  std::vector<std::string> open = unlikely_names();
+  if (!open.empty()) open.insert(open.begin(), ranking.front().hypothesis.label);
+  return open;
 }
 
 Recognition recognise(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps,

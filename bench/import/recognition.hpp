@@ -41,6 +41,7 @@ struct Score {
   std::size_t kinds_against = 0;
   std::size_t against = 0, in_favour = 0;  ///< Decisions that only the best, or only this one explains.
   std::size_t plain_against = 0, plain_in_favour = 0;  ///< Those that timing cannot explain.
+  bool unlikely = false;  ///< Not excluded, but the best one is a thousand times as likely.
 };
 
 struct Contradiction {
@@ -55,9 +56,14 @@ struct Recognition {
   std::size_t leading = 0;                   ///< The first ones, which the recording cannot tell apart.
   std::size_t decisions = 0, contested = 0;  ///< Of the judged part.
   std::optional<Contradiction> breaks;       ///< The first decision that the best does not explain.
-  std::string remedy;  ///< If undecided: the load at which the leading ones would differ, as a sentence.
+  /// If undecided: the load at which the leading ones would differ, as a sentence. In a tie: the load
+  /// at which the unlikely ones would differ from the best.
+  std::string remedy;
 
-  [[nodiscard]] std::vector<std::string> names() const;  ///< Labels of the leading hypotheses.
+  [[nodiscard]] std::vector<std::string> names() const;           ///< Labels of the leading hypotheses.
+  [[nodiscard]] std::vector<std::string> unlikely_names() const;  ///< Of the unlikely ones among them.
+  /// The executors that a remedy must tell apart, the best first; empty: none is needed.
+  [[nodiscard]] std::vector<std::string> open_names() const;
 };
 
 /// Compares all executors that can have run the threads. What a hypothesis leaves open is fitted on

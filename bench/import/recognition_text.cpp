@@ -22,6 +22,23 @@ std::string next_one(const Recognition& r) {
                        100 * next.agreement);
 }
 
+std::string tie(const Recognition& r) {
+  const std::vector<std::string> unlikely = r.unlikely_names();
+  std::vector<std::string> likely = r.names();
+  std::erase_if(likely, [&](const std::string& name) { return std::ranges::count(unlikely, name) > 0; });
+  std::string all = program::concat(
+      program::joined(likely, ", "),
+      likely.size() == 1 ? " explains the recording best, " : " explain the recording equally well, ",
+      share_of(r.ranking.front(), r));
+  if (!unlikely.empty())
+    all += program::concat("; ", program::joined(unlikely, ", "), " cannot be excluded, but ",
+                           unlikely.size() == 1 ? "makes" : "make",
+                           " the recording a thousand times less likely");
+  all += next_one(r);
+  if (!r.remedy.empty()) all += " " + r.remedy;
+  return all;
+}
+
 std::string undecided(const Recognition& r, const std::string& names) {
   std::size_t differing = 0;
   for (const Score& score : std::span(r.ranking).first(r.leading))
@@ -51,7 +68,7 @@ std::string sentence(const Recognition& r, const RecordedGraph& graph) {
     case Verdict::recognised:
       return program::concat(names, " explains ", share_of(best, r), next_one(r));
     case Verdict::tie:
-      return program::concat(names, " explain the recording equally well, ", share_of(best, r), next_one(r));
+      return tie(r);
     case Verdict::undecided:
       return undecided(r, names);
     case Verdict::none_fits: {
@@ -78,6 +95,7 @@ nlohmann::json recognition_json(const Recognition& r, const RecordedGraph& graph
                        {"kinds_only_best_explains", score.kinds_against},
                        {"only_this_explains", score.in_favour},
                        {"only_best_explains_beyond_timing", score.plain_against},
+                       {"unlikely", score.unlikely},
                        {"order_is_fitted", !score.evidence.empty()},
                        {"priorities_are_fitted", score.hypothesis.needs_levels() && r.stated.empty()}});
   }

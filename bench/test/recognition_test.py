@@ -69,6 +69,23 @@ class Recognition(CommandTest):
                 self.assertIn(executor, found["recognition"]["executors"])
                 self.assertEqual(facts["self_check"]["light"], "green", facts["self_check"]["reasons"])
 
+    def test_unlikely_executors(self) -> None:
+        """Executors that few decisions contradict remain in a tie, apart from those that explain all,
+        and do not hide the design that ran."""
+        graph = self.folder / "graph.yaml"
+        graph.write_text(json.dumps({"name": "random", "nodes": random_graph(random.Random(6060))}))
+        facts = self.recognised(
+            graph, "edf-ro", "--duration", 20, "--load", 63, "--phases", "random", "--seed", 60,
+            "--cores", 1, "--dispatch-cost-us", 5,
+        )  # fmt: skip
+        found = facts["executors"][0]["recognition"]
+        self.assertEqual(found["verdict"], "tie", found)
+        self.assertIn("edf-ro", found["executors"])
+        unlikely = {r["executor"] for r in found["ranking"] if r["unlikely"]}
+        self.assertEqual(unlikely, {"cbg:1", "events-ro"})
+        self.assertIn("cbg:1, events-ro cannot be excluded", found["sentence"])
+        self.assertIn("would run jobs in another order than rm-ro.", found["sentence"])
+
     def test_random_graphs(self) -> None:
         """No executor is named wrongly, and nine in ten are recognised, alone or in a tie."""
         outcomes: Counter[str] = Counter()
