@@ -157,26 +157,17 @@ void near_phases(TaskSet& set, Duration uncertainty) {
   }
 }
 
-/// Simulations with such releases exceeded the explored schedules by fractions of the latency.
-void check_wake_up(const TaskSet& set, const ExecutorEntry& executor, const Platform& platform) {
-  const bool sleeps =
-      executor.traits.timers != TimerHandling::polled && platform.wake_up_latency > Duration{};
-  if (!sleeps ||
-      std::ranges::none_of(set.tasks, [](const Task& t) { return t.release_jitter > Duration{}; })) {
-    return;
-  }
-  throw ExplorationRefused(
-      "it does not cover release jitter or uncertain phases with the wake-up latency of a timer thread");
-}
-
 void check_jitter(const TaskSet& set, const ExecutorEntry& executor, const Platform& platform) {
+  if (executor.traits.timers != TimerHandling::marked_ready) return;
   const auto jitter =
       std::ranges::find_if(set.tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
-  const bool shares_core = platform.cores == 1 && !platform.raised_releaser;
-  if (jitter != set.tasks.end() && shares_core && executor.traits.timers == TimerHandling::marked_ready) {
-    throw ExplorationRefused("it does not cover the release jitter of " + jitter->name +
-                             " under a timer thread that each timer's job wakes up and that shares the core");
+  if (jitter == set.tasks.end()) return;
+  const std::string of_whom = "it does not cover the release jitter of " + jitter->name +
+                              " under a timer thread that each timer's job wakes up and that ";
+  if (platform.cores == 1 && !platform.raised_releaser) {
+    throw ExplorationRefused(of_whom + "shares the core");
   }
+  if (platform.wake_up_latency > Duration{}) throw ExplorationRefused(of_whom + "has a wake-up latency");
 }
 
 /// Throws ExplorationRefused for what is not covered.
@@ -191,7 +182,6 @@ void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& exe
     throw ExplorationRefused("it does not cover callback " + early->task +
                              ", which publishes before the end of its jobs");
   }
-  check_wake_up(tasks.set, executor, platform);
   if (exact.phase_uncertainty == Duration{}) return check_jitter(tasks.set, executor, platform);
   if (executor.traits.timers == TimerHandling::marked_ready) {
     throw ExplorationRefused(

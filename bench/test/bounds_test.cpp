@@ -20,6 +20,16 @@ TEST_P(EveryBound, HoldsForRandomGraphs) {
   if (jobs == 0) GTEST_SKIP() << "no method bounds any of these graphs under " << property.name;
 }
 
+/// Graphs in which a state stands for schedules with earlier releases than those of the simulated one.
+TEST(ExactValues, HoldForTheReleasesOfEverySchedule) {
+  for (const auto& [executor, seed] :
+       {std::pair{"static", 41'001'116}, {"rm-ro", 40'001'383}, {"events-ro", 41'000'304}}) {
+    const CaseResult result = check_bounds(static_cast<std::uint64_t>(seed), executor, 0);
+    EXPECT_EQ(result.wrong, "");
+    EXPECT_GT(result.jobs, 0U) << executor;
+  }
+}
+
 /// Without the check of one assumption, the search finds a wrong bound. Methods that do not cover
 /// subscriptions or shifted phases also reject them as input.
 struct Unchecked {

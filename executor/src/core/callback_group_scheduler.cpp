@@ -5,6 +5,8 @@
 #include <cassert>
 #include <utility>
 
+#include "released_order.hpp"
+
 namespace hotpath {
 
 namespace {
@@ -112,6 +114,25 @@ void CallbackGroupScheduler::release_at(TaskId timer, Time due) {
   std::make_heap(waiting_.begin(), waiting_.end(), later);
 }
 
+std::vector<CallbackGroupScheduler::Waiting> CallbackGroupScheduler::all_in_order() const {
+  std::vector<Waiting> all;
+  for (std::uint32_t timer = 0; timer < timers_.size(); ++timer) {
+    const auto waiting = std::ranges::find(waiting_, timer, &Waiting::timer);
+    const std::uint64_t last = waited_ + timer;
+    all.push_back(waiting != waiting_.end() ? *waiting : Waiting{timers_[timer].due(), last, timer});
+  }
+  std::ranges::sort(all, [](const Waiting& a, const Waiting& b) { return later(b, a); });
+  return all;
+}
+
+void CallbackGroupScheduler::released_by(Time now) {
+  if (!any_delays_) return;
+  std::vector<Waiting> all = all_in_order();
+  hotpath::released_by(now, all, timers_, [](const Waiting& a, const Waiting& b) { return later(b, a); });
+  for (Waiting& waiting : waiting_) waiting.due = timers_[waiting.timer].due();
+  std::ranges::make_heap(waiting_, later);
+}
+
 Arrival CallbackGroupScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
   Arrival arrival;
   arrival.overwritten = unread_.add(task, sample).overwritten;
@@ -129,6 +150,8 @@ void CallbackGroupScheduler::describe(StateWords& words) const {
     std::ranges::sort(in_order, {},
                       &Waiting::order);  // decides between timers that become due at one instant
     for (const Waiting& w : in_order) words.add(w.timer);
+    // The others may be released already, and wait as soon as their jobs have ended.
+    for (const Waiting& w : all_in_order()) words.add(w.timer);
   }
   for (TaskId id = 0; id < unread_.tasks(); ++id) words.add(unread_.count(id));
   for (const Group& group : groups_) {

@@ -329,6 +329,9 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void happen(ExploredState state, const ExploredBranches::Branch& branch, Time instant) {
+    // The schedule that the simulation followed until now may be another one than the next.
+    state.scheduler->released_by(instant);
+    state.simulation->due_by(instant);
     before(state, branch.step_ends);
     for (const TaskId timer : branch.releases) {
       for (const Timer& held : state.scheduler->timers()) {

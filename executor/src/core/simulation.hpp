@@ -99,6 +99,13 @@ class Simulation {
     if (worker.step != Step::asleep && !worker.has_job) worker.wake_at = std::min(worker.wake_at, instant);
   }
 
+  /// Whatever workers found due was so by `now`, which may precede now().
+  void due_by(Time now) {
+    for (Worker w = 0; w < workers_.size(); ++w) {
+      if (workers_[w].wake_at <= now_) workers_[w].wake_at = std::min(workers_[w].wake_at, now);
+    }
+  }
+
   /// The same simulation of one executor, to go on with these copies of its scheduler and its workload.
   [[nodiscard]] std::unique_ptr<Simulation> copy(Scheduler& scheduler, Workload& workload) const {
     auto copied = std::make_unique<Simulation>(*this);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "released_order.hpp"
+
 namespace hotpath {
 
 void TimersManager::begin(const TaskSet& set, Time epoch) {
@@ -72,6 +74,11 @@ void TimersManager::release_at(TaskId id, Time due) {
     entry.due = due;
   }
   std::sort(heap_.begin(), heap_.end(), before);
+}
+
+void TimersManager::released_by(Time now) {
+  std::sort(heap_.begin(), heap_.end(), before);
+  hotpath::released_by(now, heap_, timers_, before);
 }
 
 void TimersManager::describe(StateWords& words) const {

@@ -45,6 +45,7 @@ class CallbackGroupScheduler final : public Scheduler {
   [[nodiscard]] Time next_change(Time now) const override { return next_timestamp(timers_, now); }
   [[nodiscard]] std::span<const Timer> timers() const override { return timers_; }
   void release_at(TaskId timer, Time due) override;
+  void released_by(Time now) override;
 
  private:
   struct Group {
@@ -60,6 +61,8 @@ class CallbackGroupScheduler final : public Scheduler {
   static bool later(const Waiting& a, const Waiting& b) {
     return a.due != b.due ? a.due > b.due : a.order > b.order;
   }
+  /// Those that do not wait too, as if they began to.
+  [[nodiscard]] std::vector<Waiting> all_in_order() const;
   /// A queue that contains each group at most once.
   class GroupQueue {
    public:

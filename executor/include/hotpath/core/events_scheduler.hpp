@@ -39,6 +39,7 @@ class EventsScheduler : public Scheduler {
   }
   [[nodiscard]] std::span<const Timer> timers() const final { return timers_.timers(); }
   void release_at(TaskId timer, Time due) final { timers_.release_at(timer, due); }
+  void released_by(Time now) final { timers_.released_by(now); }
   [[nodiscard]] bool hands_deadlines_down() const final { return events_->by_deadline(); }
   /// See SchedulerOptions::guaranteed_wait. Call it before begin().
   void guarantee(Duration wait) { guaranteed_ = GuaranteedJobs(wait); }

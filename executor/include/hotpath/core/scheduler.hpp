@@ -118,6 +118,9 @@ class Scheduler {
   [[nodiscard]] virtual std::span<const Timer> timers() const;
   /// A timer that Timer::is_held() becomes ready at `due`, which is now.
   virtual void release_at(TaskId timer, Time due);
+  /// Every timer that release_at() made ready was so by `now`, in the same order: for another of the
+  /// schedules that one state stands for, in which it is earlier.
+  virtual void released_by(Time now) { static_cast<void>(now); }
   /// Whether a job's deadline decides when the jobs run that it activates.
   [[nodiscard]] virtual bool hands_deadlines_down() const { return false; }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+
 #include "hotpath/core/job.hpp"
 #include "hotpath/core/release_delays.hpp"
 #include "hotpath/core/state_words.hpp"
@@ -30,6 +32,12 @@ class Timer {
   /// Whether the driver says when it becomes ready, and has not yet.
   [[nodiscard]] bool is_held() const { return due_ == kNever && next_call_ != kNever; }
   void release_at(Time due) { due_ = due; }
+  /// Whether the driver has said when it becomes ready.
+  [[nodiscard]] bool is_released() const { return has_delays() && due_ != kNever; }
+  /// See Scheduler::released_by().
+  void released_by(Time now) {
+    if (is_released()) due_ = std::min(due_, now);
+  }
   /// Whether jobs may become ready later than at their timestamps.
   [[nodiscard]] bool has_delays() const { return delays_ != nullptr; }
   [[nodiscard]] Duration release_jitter() const { return release_jitter_; }

@@ -35,6 +35,8 @@ class TimersManager {
 
   /// See Scheduler::release_at(). O(n log n).
   void release_at(TaskId id, Time due);
+  /// See Scheduler::released_by(). O(n log n).
+  void released_by(Time now);
   void describe(StateWords& words) const;
 
   /// Removed timers are included, but never ready.

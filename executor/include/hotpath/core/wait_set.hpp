@@ -29,6 +29,9 @@ class WaitSet : public Scheduler {
   [[nodiscard]] Time next_change(Time now) const final { return next_timestamp(timers_, now); }
   [[nodiscard]] std::span<const Timer> timers() const final { return timers_; }
   void release_at(TaskId id, Time due) final { timer(id).release_at(due); }
+  void released_by(Time now) final {
+    for (Timer& timer : timers_) timer.released_by(now);
+  }
 
  protected:
   /// The task has been appended to the entity order. Returns the workers to wake.
