@@ -295,6 +295,9 @@ class Builder {
     node.type = NodeType::callbacks;
     node.groups = {CallbackGroup::mutually_exclusive};
     std::set<std::string> used;
+    const RecordedTime recorded{
+        jobs_.front().start,
+        std::ranges::max_element(jobs_, {}, &tracing::Job::finish)->finish};  // not empty: an input has jobs
     for (const std::uint32_t topic : outside_) {
       std::vector<Time> at;
       std::uint32_t reader = 0;
@@ -303,7 +306,7 @@ class Builder {
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
       if (at.empty()) at = {Time{}};
       std::ranges::sort(at);
-      const OutsideReleases releases = outside_releases(at);
+      const OutsideReleases releases = outside_releases(at, recorded);
       const std::string name = graph_name(result_.topic_names[topic].front(), true);
       const bool several = releases.first.size() > 1;
       for (std::size_t i = 0; i < releases.first.size(); ++i)

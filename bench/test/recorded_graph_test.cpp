@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 
 namespace hotpath {
@@ -56,7 +58,7 @@ TEST(RecordedGraph, OnlyJobsOfTwoThreadsOverlap) {
 }
 
 /// The requests to a service in a trace with a timer, and the node that stands for their senders.
-Node outside_of(const std::vector<Duration>& requests) {
+Node outside_of(const std::vector<Duration>& requests, Duration length = 0ms) {
   Recorded r;
   r.system.topics = {{"/service", {}}};
   r.callback(K::timer, 0);
@@ -67,6 +69,7 @@ Node outside_of(const std::vector<Duration>& requests) {
     job.has_sample = true;
     job.sample.published = job.start;
   }
+  if (length > 0ms) r.job(0, 0, length - 1ms, length);
   const imports::RecordedGraph graph = r.graph();
   EXPECT_NE(graph.task_of.at(1), kNoTask);
   EXPECT_EQ(graph.graph.nodes.at(1).name, imports::kOutside);
@@ -98,14 +101,39 @@ TEST(RecordedGraph, AFewIrregularRequestsComeOnce) {
   }
 }
 
+/// Of a recording of a minute: requests with 1 ms between them after one second.
+TEST(RecordedGraph, ABurstDoesNotRecurWithinTheRecording) {
+  for (const int number : {3, 12, 500}) {
+    const auto at = arrivals(number, [](int i) { return 1s + i * 1ms; });
+    const Node outside = outside_of(at, 60s);
+    double requests = 0;
+    for (const Callback& timer : outside.callbacks)
+      requests += std::ceil(to_ms(60s - *timer.phase) / to_ms(timer.period));
+    EXPECT_LE(requests, number);
+    EXPECT_EQ(outside.callbacks.size(), number == 500 ? 1U : at.size());
+  }
+}
+
+TEST(RecordedGraph, RegularRequestsMayBeginLateAndEndBeforeTheRecording) {
+  for (const Duration first : {0s, 40s}) {
+    const Node outside =
+        outside_of(arrivals(200, [first](int i) { return first + i * 100ms; }), first == 0s ? 35s : 60s);
+    ASSERT_EQ(outside.callbacks.size(), 1U);
+    EXPECT_EQ(outside.callbacks[0].period, 100ms);
+  }
+}
+
 /// Bursts of five with 1 ms between them, every 500 ms.
 TEST(RecordedGraph, BurstsKeepTheirInstantsAndRecur) {
   const std::vector<Duration> at = arrivals(20, [](int i) { return i / 5 * 500ms + i % 5 * 1ms; });
-  const Node outside = outside_of(at);
-  ASSERT_EQ(outside.callbacks.size(), at.size());
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    EXPECT_EQ(outside.callbacks[i].phase, at[i]);
-    EXPECT_EQ(outside.callbacks[i].period, (at.back() - at.front()) / 19 * 20);
+  const Duration shortest = (at.back() - at.front()) / 19 * 20;
+  for (const Duration length : {Duration(1505ms), Duration(10s)}) {
+    const Node outside = outside_of(at, length);
+    ASSERT_EQ(outside.callbacks.size(), at.size());
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      EXPECT_EQ(outside.callbacks[i].phase, at[i]);
+      EXPECT_EQ(outside.callbacks[i].period, std::max(shortest, length));
+    }
   }
 }
 
