@@ -46,9 +46,9 @@ OutsideReleases with_jitter(const std::vector<Time>& at, Duration mean) {
   if (timers > static_cast<std::int64_t>(kMostTimers)) return {};
   OutsideReleases releases{{}, timers * mean, latest - earliest, {}};
   for (std::int64_t i = 0; i < timers; ++i) releases.first.push_back(earliest + i * mean);
-  releases.timers =
-      program::concat(timers, " timers of ", in_ms(releases.period), " with a release jitter of ",
-                      in_ms(releases.jitter), ", which covers all ", at.size(), " arrivals");
+  releases.timers = program::concat(timers == 1 ? "a timer" : program::concat(timers, " timers"), " of ",
+                                    in_ms(releases.period), " with a release jitter of ",
+                                    in_ms(releases.jitter), ", which covers all ", at.size(), " arrivals");
   return releases;
 }
 

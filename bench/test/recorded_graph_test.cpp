@@ -8,6 +8,8 @@
 #include <cmath>
 #include <functional>
 
+#include "import/outside_releases.hpp"
+
 namespace hotpath {
 namespace {
 
@@ -149,6 +151,14 @@ TEST(RecordedGraph, JitterCoversVeryManyArrivals) {
     const Duration late = at[i] - *timer.phase - timer.period * static_cast<std::int64_t>(i / timers);
     EXPECT_TRUE(late >= 0ms && late <= timer.release_jitter) << i;
   }
+}
+
+TEST(RecordedGraph, OneTimerIsNamedInTheSingular) {
+  std::vector<Time> at;
+  for (int i = 0; i < 200; ++i) at.push_back(Time{} + i * 10ms + i % 2 * 2ms);
+  const imports::OutsideReleases releases = imports::outside_releases(at, {at.front(), at.back()});
+  ASSERT_EQ(releases.first.size(), 1U);
+  EXPECT_THAT(releases.timers, testing::MatchesRegex("a timer of 10.0 ms with a release jitter of .*"));
 }
 
 TEST(RecordedGraph, TooManyArrivalsAtOnceHaveTheirMeanRate) {
