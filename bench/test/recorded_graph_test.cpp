@@ -224,6 +224,21 @@ TEST(RecordedGraph, NamesAreDifferent) {
   EXPECT_THAT(fed, testing::UnorderedElementsAre("n1/a", "n1/a_2_2", "n1/a_2", "n1/timer"));
 }
 
+/// Nobody publishes the first topic, so that the second one has its name without a note.
+TEST(RecordedGraph, TopicsOutsideOfTheGraphTakeNoNames) {
+  Recorded r;
+  r.system.topics = {{"/a", {}}, {"/a", {}}};
+  r.callback(K::timer, 0);
+  for (const std::uint32_t topic : {0U, 0U, 1U}) r.callback(K::subscription, 1, topic);
+  for (int i = 0; i < 10; ++i) {
+    r.job(0, 0, i * 10ms, i * 10ms + 1ms).published.push_back({1, Time{} + i * 10ms});
+    r.job(3, 0, i * 10ms + 2ms, i * 10ms + 3ms);
+  }
+  const imports::RecordedGraph graph = r.graph();
+  EXPECT_EQ(graph.tasks.set[graph.task_of.at(3)].name, "n1/a");
+  EXPECT_THAT(graph.notes, testing::Each(HasSubstr("Nobody published /a")));
+}
+
 /// Two nodes answer each other; the second one ran less often.
 TEST(RecordedGraph, ACycleIsCutBeforeTheCallbackWithTheFewestJobs) {
   Recorded r;
