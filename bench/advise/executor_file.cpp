@@ -29,6 +29,9 @@ std::vector<std::string> write_executor_files(const Candidate& candidate, const 
     if (scheduler.ties != Ties::lifo) text += program::concat(":", to_string(scheduler.ties));
   }
   text += program::concat("\nthreads: ", candidate.threads, "\ngraph: graph.yaml\n");
+  // PriorityExecutor's default is not that of graphs: 0 states that the prediction has no such rule.
+  if (entry.traits.family == Family::priority_events)
+    text += program::text("service_wait_ms: %.15g\n", to_ms(scheduler.guaranteed_wait));
   if (!offsets.empty()) text += "offsets: " + offsets + "\n";
   program::write_whole_file(folder / "executor.yaml", text);
   return {folder / "graph.yaml", folder / "executor.yaml"};

@@ -488,11 +488,10 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
     all.best.check.reasons.push_back(sentence(recognition, recording.first_graph));
   }
   if (all.best.sharing > 0)
-    missing.push_back(
-        program::text("%zu threads share processors in time slices, whose ends a trace does not show: the "
-                      "execution times of "
-                      "their jobs are those that slices of %.0f ms give the recorded starts and ends.",
-                      all.best.sharing, to_ms(Platform{}.time_slice)));
+    missing.push_back(program::text(
+        "%zu threads share processors in time slices, whose ends a trace does not show: the "
+        "execution times of their jobs are those that slices of %.0f ms give the recorded starts and ends.",
+        all.best.sharing, to_ms(Platform{}.time_slice)));
   // They explain a deviation; of a green reproduction they are remarks.
   std::vector<std::string>& told =
       all.best.check.light == Light::green ? recording.graph.notes : all.best.check.reasons;

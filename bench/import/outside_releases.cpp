@@ -26,6 +26,14 @@ bool is_regular(const std::vector<Time>& at, Duration mean) {
   return std::ranges::adjacent_find(at, differs) == at.end();
 }
 
+/// Whether the arrivals go on beyond the recording: they fill half of it, or enough of them last until
+/// its end. Others are a burst.
+bool go_on(const std::vector<Time>& at, Duration mean, const RecordedTime& recorded) {
+  const auto n = static_cast<std::int64_t>(at.size());
+  return 2 * n * mean >= recorded.length() ||
+         (at.size() >= kFewestRecurring && recorded.end - at.back() <= 2 * mean);
+}
+
 std::string in_ms(Duration time) { return program::concat(program::fixed(to_ms(time), 1), " ms"); }
 
 /// Timers that take turns so that the period of each exceeds the largest deviation of an arrival from
@@ -38,32 +46,37 @@ OutsideReleases with_jitter(const std::vector<Time>& at, Duration mean) {
   if (timers > static_cast<std::int64_t>(kMostTimers)) return {};
   OutsideReleases releases{{}, timers * mean, latest - earliest, {}};
   for (std::int64_t i = 0; i < timers; ++i) releases.first.push_back(earliest + i * mean);
-  releases.timers =
-      program::concat(timers, " timers of ", in_ms(releases.period), " with a release jitter of ",
-                      in_ms(releases.jitter), ", which covers all ", at.size(), " arrivals");
+  releases.timers = program::concat(timers == 1 ? "a timer" : program::concat(timers, " timers"), " of ",
+                                    in_ms(releases.period), " with a release jitter of ",
+                                    in_ms(releases.jitter), ", which covers all ", at.size(), " arrivals");
   return releases;
 }
 
 }  // namespace
 
-OutsideReleases outside_releases(const std::vector<Time>& at) {
+OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded) {
   const auto n = static_cast<std::int64_t>(at.size());
   const Duration mean = std::max(Duration(1000), (at.back() - at.front()) / std::max<std::int64_t>(1, n - 1));
-  if (is_regular(at, mean)) return {{at.front()}, mean, {}, program::concat("a timer of ", in_ms(mean))};
+  const bool goes_on = go_on(at, mean, recorded);
+  if (goes_on && is_regular(at, mean))
+    return {{at.front()}, mean, {}, program::concat("a timer of ", in_ms(mean))};
   if (at.size() < kFewestRecurring)
     return {at,
             kOnce,
             {},
             n == 1 ? "a timer that fires once, when it arrived"
                    : program::concat(n, " timers that fire once, when they arrived")};
-  if (at.size() <= kMostTimers)
-    return {at, n * mean, {}, program::concat(n, " timers of ", in_ms(n * mean), ", one for each arrival")};
-  OutsideReleases releases = with_jitter(at, mean);
+  if (at.size() <= kMostTimers) {
+    const Duration period = std::max(n * mean, recorded.length());
+    return {at, period, {}, program::concat(n, " timers of ", in_ms(period), ", one for each arrival")};
+  }
+  OutsideReleases releases = goes_on ? with_jitter(at, mean) : OutsideReleases{};
   if (!releases.first.empty()) return releases;
+  const Duration rate = goes_on ? mean : std::max(mean, recorded.length() / n);
   return {{at.front()},
-          mean,
+          rate,
           {},
-          program::concat("a timer of ", in_ms(mean), ", the mean distance of ", n,
+          program::concat("a timer of ", in_ms(rate), ", the mean distance of ", n,
                           " arrivals, whose bursts the graph lacks")};
 }
 

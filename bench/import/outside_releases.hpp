@@ -15,9 +15,16 @@ struct OutsideReleases {
   std::string timers;           ///< Names them in a sentence.
 };
 
-/// Regular samples have one timer. A few irregular ones are repeated one by one and once, more of them
-/// recur in the recorded order, and of very many the timers' jitter covers the arrivals. `at`: the
-/// arrivals, ascending, at least one.
-[[nodiscard]] OutsideReleases outside_releases(const std::vector<Time>& at);
+/// The time that a trace covers.
+struct RecordedTime {
+  Time begin, end;
+  [[nodiscard]] Duration length() const { return end - begin; }
+};
+
+/// Regular samples that go on until the end or for half of the recording have one timer. A few others
+/// are repeated one by one and once, more of them recur in the recorded order, but not within the length
+/// of the recording, and of very many the timers' jitter covers the arrivals. `at`: the arrivals,
+/// ascending, at least one.
+[[nodiscard]] OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded);
 
 }  // namespace hotpath::imports

@@ -48,9 +48,9 @@ class Builder {
   RecordedGraph build() {
     name_nodes();
     choose_tasks();
-    name_topics();
     result_.rules = infer_rules(system_, jobs_, is_task_);
     drop_silent_inputs();
+    name_topics();
     find_overlaps();
     for (const std::uint32_t n : order_.nodes) add_node(n);
     add_outside();
@@ -88,14 +88,18 @@ class Builder {
     }
   }
 
-  /// Topics keep their names before services and copies of topics.
+  /// Names the topics of the graph. They keep their names before services and copies of topics.
   void name_topics() {
+    std::set<std::uint32_t> in_graph;
+    for (const InferredRule& rule : result_.rules)
+      if (!is_housekeeping(system_.topics[rule.topic].name)) in_graph.insert(rule.topic);
+    for (std::uint32_t c = 0; c < is_task_.size(); ++c)
+      if (is_task_[c] && callback(c).topic != kNone) in_graph.insert(callback(c).topic);
     std::vector<std::uint32_t> order, beside;
     std::set<std::uint32_t> of_services;
     for (const tracing::Callback& c : system_.callbacks)
       if (is_beside_topics(c.kind)) of_services.insert(c.topic);
-    for (std::uint32_t t = 0; t < system_.topics.size(); ++t)
-      (of_services.contains(t) ? beside : order).push_back(t);
+    for (const std::uint32_t t : in_graph) (of_services.contains(t) ? beside : order).push_back(t);
     order.insert(order.end(), beside.begin(), beside.end());
     std::set<std::string> used;
     result_.topic_names.resize(system_.topics.size());
@@ -295,6 +299,9 @@ class Builder {
     node.type = NodeType::callbacks;
     node.groups = {CallbackGroup::mutually_exclusive};
     std::set<std::string> used;
+    const RecordedTime recorded{
+        jobs_.front().start,
+        std::ranges::max_element(jobs_, {}, &tracing::Job::finish)->finish};  // not empty: an input has jobs
     for (const std::uint32_t topic : outside_) {
       std::vector<Time> at;
       std::uint32_t reader = 0;
@@ -303,7 +310,7 @@ class Builder {
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
       if (at.empty()) at = {Time{}};
       std::ranges::sort(at);
-      const OutsideReleases releases = outside_releases(at);
+      const OutsideReleases releases = outside_releases(at, recorded);
       const std::string name = graph_name(result_.topic_names[topic].front(), true);
       const bool several = releases.first.size() > 1;
       for (std::size_t i = 0; i < releases.first.size(); ++i)

@@ -36,9 +36,7 @@ std::vector<std::string> unmodelled(const tracing::System& system, const Recorde
   for (const InferredRule& rule : graph.rules) {
     if (static_cast<double>(rule.explained) >= kDescribes * static_cast<double>(rule.jobs)) continue;
     all.push_back(program::concat(
-        "Topic ", system.topics[rule.topic].name,
-        " is published by no rule that a graph has: the best "
-        "one explains ",
+        "No rule of publication describes topic ", system.topics[rule.topic].name, ": the best one explains ",
         rule.explained, " of ", rule.jobs, " jobs of ",
         system.nodes[system.callbacks[rule.publishers.front()].node],
         ". A lifecycle node publishes only while it is active; other nodes decide by content."));

@@ -59,7 +59,9 @@ class Advise(CommandTest):
         folder = self.folder / "advice"
         lines = (folder / "executor.yaml").read_text().splitlines()
         options = [line for line in lines if not line.startswith("#")]
-        self.assertEqual(options, ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml"])
+        self.assertEqual(
+            options, ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml", "service_wait_ms: 0"]
+        )
         words = ("--executors", "rm-ro:first", "--duration", 1)
         self.measure("simulate", "--graph", folder / "graph.yaml", *words)
 

@@ -109,7 +109,8 @@ class AdvisePhases(CommandTest):
             )
             texts.append((output / "phases.csv").read_text())
             options = (output / "executor.yaml").read_text()
-            self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\noffsets: phases.csv\n", options)
+            self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\n", options)
+            self.assertIn("\nservice_wait_ms: 0\noffsets: phases.csv\n", options)
         self.assertEqual(*texts)
 
     def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:

@@ -2,16 +2,20 @@
 // Objectives, candidates, and predictions that depend only on the seed.
 #include <gmock/gmock.h>
 
+#include <filesystem>
 #include <map>
 
 #include "advise/candidates.hpp"
+#include "advise/executor_file.hpp"
 #include "advise/prediction.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -105,6 +109,27 @@ TEST(Candidates, PutTheTimersOfTheChainFirst) {
     return;
   }
   FAIL() << "not among the candidates";
+}
+
+/// PriorityExecutor has a service wait by default, a graph has not.
+TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "hotpath_executor_file";
+  std::filesystem::create_directories(folder);
+  for (advise::Candidate& c : candidates_of(graph_named("autoware"))) {
+    if (c.name != "rm-ro" && c.name != "events-ro") continue;
+    for (const auto& [wait, line] : std::map<Duration, std::string>{{0ms, "service_wait_ms: 0\n"},
+                                                                    {5ms, "service_wait_ms: 5\n"},
+                                                                    {2500us, "service_wait_ms: 2.5\n"}}) {
+      c.spec.scheduler.guaranteed_wait = wait;
+      ASSERT_FALSE(advise::write_executor_files(c, c.graph.platform, "", folder).empty());
+      const std::string text = read_text_file((folder / "executor.yaml").string());
+      if (c.name == "rm-ro")
+        EXPECT_THAT(text, HasSubstr(line));
+      else
+        EXPECT_THAT(text, Not(HasSubstr("service_wait_ms")));
+    }
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {

@@ -4,7 +4,11 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+
+#include "import/outside_releases.hpp"
 
 namespace hotpath {
 namespace {
@@ -56,7 +60,7 @@ TEST(RecordedGraph, OnlyJobsOfTwoThreadsOverlap) {
 }
 
 /// The requests to a service in a trace with a timer, and the node that stands for their senders.
-Node outside_of(const std::vector<Duration>& requests) {
+Node outside_of(const std::vector<Duration>& requests, Duration length = 0ms) {
   Recorded r;
   r.system.topics = {{"/service", {}}};
   r.callback(K::timer, 0);
@@ -67,6 +71,7 @@ Node outside_of(const std::vector<Duration>& requests) {
     job.has_sample = true;
     job.sample.published = job.start;
   }
+  if (length > 0ms) r.job(0, 0, length - 1ms, length);
   const imports::RecordedGraph graph = r.graph();
   EXPECT_NE(graph.task_of.at(1), kNoTask);
   EXPECT_EQ(graph.graph.nodes.at(1).name, imports::kOutside);
@@ -98,14 +103,39 @@ TEST(RecordedGraph, AFewIrregularRequestsComeOnce) {
   }
 }
 
+/// Of a recording of a minute: requests with 1 ms between them after one second.
+TEST(RecordedGraph, ABurstDoesNotRecurWithinTheRecording) {
+  for (const int number : {3, 12, 500}) {
+    const auto at = arrivals(number, [](int i) { return 1s + i * 1ms; });
+    const Node outside = outside_of(at, 60s);
+    double requests = 0;
+    for (const Callback& timer : outside.callbacks)
+      requests += std::ceil(to_ms(60s - *timer.phase) / to_ms(timer.period));
+    EXPECT_LE(requests, number);
+    EXPECT_EQ(outside.callbacks.size(), number == 500 ? 1U : at.size());
+  }
+}
+
+TEST(RecordedGraph, RegularRequestsMayBeginLateAndEndBeforeTheRecording) {
+  for (const Duration first : {0s, 40s}) {
+    const Node outside =
+        outside_of(arrivals(200, [first](int i) { return first + i * 100ms; }), first == 0s ? 35s : 60s);
+    ASSERT_EQ(outside.callbacks.size(), 1U);
+    EXPECT_EQ(outside.callbacks[0].period, 100ms);
+  }
+}
+
 /// Bursts of five with 1 ms between them, every 500 ms.
 TEST(RecordedGraph, BurstsKeepTheirInstantsAndRecur) {
   const std::vector<Duration> at = arrivals(20, [](int i) { return i / 5 * 500ms + i % 5 * 1ms; });
-  const Node outside = outside_of(at);
-  ASSERT_EQ(outside.callbacks.size(), at.size());
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    EXPECT_EQ(outside.callbacks[i].phase, at[i]);
-    EXPECT_EQ(outside.callbacks[i].period, (at.back() - at.front()) / 19 * 20);
+  const Duration shortest = (at.back() - at.front()) / 19 * 20;
+  for (const Duration length : {Duration(1505ms), Duration(10s)}) {
+    const Node outside = outside_of(at, length);
+    ASSERT_EQ(outside.callbacks.size(), at.size());
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      EXPECT_EQ(outside.callbacks[i].phase, at[i]);
+      EXPECT_EQ(outside.callbacks[i].period, std::max(shortest, length));
+    }
   }
 }
 
@@ -121,6 +151,14 @@ TEST(RecordedGraph, JitterCoversVeryManyArrivals) {
     const Duration late = at[i] - *timer.phase - timer.period * static_cast<std::int64_t>(i / timers);
     EXPECT_TRUE(late >= 0ms && late <= timer.release_jitter) << i;
   }
+}
+
+TEST(RecordedGraph, OneTimerIsNamedInTheSingular) {
+  std::vector<Time> at;
+  for (int i = 0; i < 200; ++i) at.push_back(Time{} + i * 10ms + i % 2 * 2ms);
+  const imports::OutsideReleases releases = imports::outside_releases(at, {at.front(), at.back()});
+  ASSERT_EQ(releases.first.size(), 1U);
+  EXPECT_THAT(releases.timers, testing::MatchesRegex("a timer of 10.0 ms with a release jitter of .*"));
 }
 
 TEST(RecordedGraph, TooManyArrivalsAtOnceHaveTheirMeanRate) {
@@ -184,6 +222,21 @@ TEST(RecordedGraph, NamesAreDifferent) {
   for (const TaskId reader : graph.tasks.set[graph.task_of.at(0)].feeds)
     fed.push_back(graph.tasks.set[reader].name);
   EXPECT_THAT(fed, testing::UnorderedElementsAre("n1/a", "n1/a_2_2", "n1/a_2", "n1/timer"));
+}
+
+/// Nobody publishes the first topic, so that the second one has its name without a note.
+TEST(RecordedGraph, TopicsOutsideOfTheGraphTakeNoNames) {
+  Recorded r;
+  r.system.topics = {{"/a", {}}, {"/a", {}}};
+  r.callback(K::timer, 0);
+  for (const std::uint32_t topic : {0U, 0U, 1U}) r.callback(K::subscription, 1, topic);
+  for (int i = 0; i < 10; ++i) {
+    r.job(0, 0, i * 10ms, i * 10ms + 1ms).published.push_back({1, Time{} + i * 10ms});
+    r.job(3, 0, i * 10ms + 2ms, i * 10ms + 3ms);
+  }
+  const imports::RecordedGraph graph = r.graph();
+  EXPECT_EQ(graph.tasks.set[graph.task_of.at(3)].name, "n1/a");
+  EXPECT_THAT(graph.notes, testing::Each(HasSubstr("Nobody published /a")));
 }
 
 /// Two nodes answer each other; the second one ran less often.
