@@ -470,11 +470,9 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
       recording.graph.notes.push_back(
           "The priorities of timers in the graph are fitted to the order of jobs; only their order counts.");
   }
-  recording.graph.notes.insert(recording.graph.notes.end(), requests.begin(), requests.end());
-  for (std::string& note : unseen_callbacks(recording.system, recording.executors.executors))
-    recording.graph.notes.push_back(std::move(note));
-  for (std::string& note : delivery_notes(recording.system, recording.deliveries))
-    recording.graph.notes.push_back(std::move(note));
+  for (const auto& notes : {requests, unseen_callbacks(recording.system, recording.executors.executors),
+                            delivery_notes(recording.system, recording.deliveries)})
+    recording.graph.notes.insert(recording.graph.notes.end(), notes.begin(), notes.end());
   std::vector<std::string> missing = unmodelled(recording.system, recording.graph);
   Interpretations all = best_interpretation(recording, findings.labels);
   Recognition& first = recording.recognitions.front();
