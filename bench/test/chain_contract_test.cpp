@@ -214,6 +214,35 @@ TEST_F(Watching, AddsTheWaitsOfASecond) {
   EXPECT_THAT(incident(), HasSubstr("00:00:04.001 main thread spin waited 0.900 ms of 200.000 ms"));
 }
 
+TEST_F(Watching, ScalesAWaitBetweenReadingsThatAreFarApart) {
+  system.run(10, 1);
+  until(20);
+  ThreadFacts f = facts();
+  check.threads({f}, at_ms(1));
+  f.waited = from_ms(1.5);
+  check.threads({f}, at_ms(2001));
+  EXPECT_FALSE(check.broken()) << "0.75 ms in a second: " << incident();
+  f.waited += from_ms(3);
+  check.threads({f}, at_ms(4001));
+  EXPECT_THAT(incident(), HasSubstr("00:00:02.001 main thread spin waited 3.000 ms of 2000.000 ms"));
+}
+
+TEST(AThreadThatTheContractLacks, IsNotJudged) {
+  std::string text = kContract;
+  text.replace(text.find("[source (timer), space.sink/a]"), 30, "[absent (timer)]");
+  text.insert(text.find("- node: source"), "- node: absent\n  publishes: []\n");
+  ContractCheck check(parse_contract("a contract", text), WallClock(Duration{}));
+  Observer observer(&check, nullptr);
+  WatchedSystem system;
+  system.run(10, 1);
+  for (const tracing::Event& event : system.events) observer.event(event);
+  ThreadFacts f;
+  f.process = f.thread = 7;
+  check.threads({f}, at_ms(200));
+  check.threads({f}, at_ms(400));
+  EXPECT_FALSE(check.broken()) << check.incident({});
+}
+
 TEST_F(Watching, NamesChangesOfATimerThread) {
   system.run(10, 1);
   until(20);

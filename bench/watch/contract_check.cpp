@@ -194,7 +194,8 @@ void ContractCheck::judge_silence(std::uint32_t entry, Time until) {
   const Duration silence = until - *state.last;
   if (silence.count() <= 2 * distance->term().limit) return;
   state.silent = true;
-  distance->compare(silence.count(), *state.last + Duration(distance->term().limit), incidents_);
+  distance->compare(silence.count(), *state.last + Duration(distance->term().limit), incidents_, 0,
+                    state.last);
 }
 
 bool ContractCheck::settled(const Incident& incident) const {

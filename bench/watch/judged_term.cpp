@@ -82,7 +82,8 @@ std::string JudgedTerm::title() const {
   return text;
 }
 
-void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further) {
+void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further,
+                         std::optional<Time> since) {
   const Comparison comparison = comparison_of(term_.clause);
   const std::int64_t limit = further == 0 ? term_.limit : term_.further[further - 1];
   const bool nearer = !extreme_ || (comparison == Comparison::at_least ? observed < *extreme_
@@ -100,7 +101,7 @@ void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents, s
                         " (" + std::string(to_string(term_.origin)) + ")"};
   if (is_duration(term_.clause)) {
     breach.excess = std::chrono::abs(Duration(observed - limit));
-    breach.since = at - Duration(std::max(observed, limit));
+    breach.since = since.value_or(at - Duration(std::max(observed, limit)));
   }
   count(false, std::move(breach), continues, incidents);
 }

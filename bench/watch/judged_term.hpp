@@ -20,8 +20,9 @@ class JudgedTerm {
   JudgedTerm(Term term, std::string subject) : term_(std::move(term)), subject_(std::move(subject)) {}
 
   /// Compares an observed value in the unit of the limit. `further`: of the limits for a
-  /// minimum_distance, 0: the first one.
-  void compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further = 0);
+  /// minimum_distance, 0: the first one. `since`: the beginning of a duration that did not end at `at`.
+  void compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further = 0,
+               std::optional<Time> since = {});
   /// Shows the value, without a comparison.
   void observe(std::int64_t value) { extreme_ = std::max(extreme_.value_or(value), value); }
   /// Counts a comparison that holds.

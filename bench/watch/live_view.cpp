@@ -59,7 +59,8 @@ class Screen : public LiveView {
 
   std::string chain() const override { return selection_.chain; }
 
-  void explain(std::vector<std::string> lines) override {
+  void explain(const std::string& chain, std::vector<std::string> lines) override {
+    if (chain != selection_.chain) return;
     selection_.explanation = std::move(lines);
     draw_all();
   }
@@ -129,7 +130,7 @@ class Screen : public LiveView {
 
   SCREEN* const screen_;
   ViewLines history_;
-  ObservationReport report_;
+  ObservationReport report_{false};
   std::string incident_, sentence_;
   ViewLines::Selection selection_;
   SortKey key_ = SortKey::nearness;

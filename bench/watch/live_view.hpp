@@ -64,8 +64,8 @@ class LiveView {
   virtual void show(const ObservationReport& report, const std::string& incident) = 0;
   /// The selected chain; empty: none.
   [[nodiscard]] virtual std::string chain() const = 0;
-  /// Shows where the time of the selected chain went.
-  virtual void explain(std::vector<std::string> lines) = 0;
+  /// Shows where the time of the chain went, if it is still the selected one.
+  virtual void explain(const std::string& chain, std::vector<std::string> lines) = 0;
   /// A sentence below the title until the next one.
   virtual void say(const std::string& sentence) = 0;
 };

@@ -13,6 +13,9 @@ namespace {
 
 using tracing::CallbackKind;
 
+/// Time over which a rate is shown.
+constexpr Duration kShortest = std::chrono::milliseconds(500);
+
 std::string node_of(const tracing::System& system, const tracing::Callback& callback) {
   return callback.node < system.nodes.size() ? system.nodes[callback.node] : "(unknown node)";
 }
@@ -69,9 +72,11 @@ std::string shown_name(const tracing::System& system, std::uint32_t callback) {
   return "(unknown callback)";
 }
 
-void ObservationReport::update(const Observer& observer, const Session& session,
-                               const std::vector<ThreadFacts>& facts, ContractCheck* contract, Duration now) {
-  const double seconds = to_ms(now - now_) / 1000;
+void ObservationReport::update(const Observer& observer, const Session& session, const Reading& reading,
+                               ContractCheck* contract, Duration now) {
+  const double seconds = to_ms(now - rated_at_) / 1000;
+  const bool rates = seconds > 0 && (rated_at_ == Duration::zero() || now - rated_at_ >= kShortest);
+  if (rates && !whole_) rated_at_ = now;
   rows_.clear();
   jobs_before_.resize(observer.callbacks().size());
   for (std::uint32_t c = 0; c < observer.callbacks().size(); ++c) {
@@ -81,8 +86,12 @@ void ObservationReport::update(const Observer& observer, const Session& session,
     row.name = shown_name(observer.system(), c);
     row.fields = fields_of(observer.system(), observer.system().callbacks[c]);
     row.housekeeping = imports::is_housekeeping(row.fields.value("topic", ""));
-    row.rate = seconds > 0 ? static_cast<double>(observed.jobs - jobs_before_[c]) / seconds : 0;
-    row.jobs = jobs_before_[c] = observed.jobs;
+    if (rates) {
+      rates_[c] = static_cast<double>(observed.jobs - jobs_before_[c]) / seconds;
+      if (!whole_) jobs_before_[c] = observed.jobs;
+    }
+    row.rate = rates_[c];
+    row.jobs = observed.jobs;
     row.lost = observed.lost;
     row.latest = observed.latest;
     row.execution_p99 = observed.execution.quantile(0.99);
@@ -93,7 +102,7 @@ void ObservationReport::update(const Observer& observer, const Session& session,
     if (entry != tracing::kNone) row.nearness = contract->nearness_of_callback(entry);
   }
   if (contract != nullptr) update_chains(*contract);
-  update_threads(facts, contract, seconds);
+  update_threads(reading, contract);
   now_ = now;
   events_ = observer.events();
   ignored_ = observer.ignored();
@@ -118,26 +127,36 @@ void ObservationReport::update_chains(const ContractCheck& contract) {
   }
 }
 
-void ObservationReport::update_threads(const std::vector<ThreadFacts>& facts, const ContractCheck* contract,
-                                       double seconds) {
+void ObservationReport::update_threads(const Reading& reading, const ContractCheck* contract) {
+  const std::vector<ThreadFacts>& facts = reading.facts;
   if (facts.empty()) return;  // the program has ended: the last facts stay
   executor_threads_.clear();
-  std::map<std::uint32_t, ThreadFacts> before;
-  std::swap(before, facts_before_);
   for (const ThreadFacts& of : facts) {
     ThreadRow& row = executor_threads_.emplace_back();
-    row.facts = facts_before_[of.thread] = of;
+    row.facts = of;
     if (contract != nullptr) row.executor = contract->executor_of(of.thread);
     const auto [first, is_new] = first_policies_.try_emplace(of.thread, of.policy);
     if (!(first->second == of.policy)) row.original = first->second;
-    const auto at = before.find(of.thread);
-    if (at == before.end() || seconds <= 0) continue;
-    row.ran = to_ms(of.ran - at->second.ran) / seconds;
-    row.waited = to_ms(of.waited - at->second.waited) / seconds;
-    if (of.processor == at->second.processor)  // each one has a counter of its own
-      row.withheld = to_ms(of.stolen - at->second.stolen) / seconds;
+    Before& before = before_.try_emplace(of.thread, Before{of, reading.at}).first->second;
+    if (reading.at - before.at >= kShortest) {
+      const double seconds = to_ms(reading.at - before.at) / 1000;
+      before.ran = to_ms(of.ran - before.facts.ran) / seconds;
+      before.waited = to_ms(of.waited - before.facts.waited) / seconds;
+      const bool stayed = of.processor == before.facts.processor;  // each one has a counter of its own
+      before.withheld = stayed ? to_ms(of.stolen - before.facts.stolen) / seconds : 0;
+      if (!whole_) {
+        before.facts = of;
+        before.at = reading.at;
+      }
+    }
+    row.ran = before.ran;
+    row.waited = before.waited;
+    row.withheld = before.withheld;
   }
-  std::erase_if(first_policies_, [&](const auto& first) { return !facts_before_.contains(first.first); });
+  std::erase_if(before_, [&](const auto& before) {
+    return std::ranges::find(facts, before.first, &ThreadFacts::thread) == facts.end();
+  });
+  std::erase_if(first_policies_, [&](const auto& first) { return !before_.contains(first.first); });
 }
 
 std::vector<program::TextTable> ObservationReport::tables() const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,8 +45,17 @@ class ObservationReport {
     Duration execution_p99{}, execution_max{}, response_p99{}, response_max{};  ///< -1 ns: none.
   };
 
-  /// `facts`: of the system's threads; `contract`: nullptr: none; `now`: since the beginning.
-  void update(const Observer& observer, const Session& session, const std::vector<ThreadFacts>& facts,
+  /// `whole`: rates are those since the beginning, of threads since they were first seen.
+  explicit ObservationReport(bool whole) : whole_(whole) {}
+
+  /// Facts of the system's threads, which are older than the report.
+  struct Reading {
+    const std::vector<ThreadFacts>& facts;
+    Duration at{};  ///< Since the beginning.
+  };
+  /// `contract`: nullptr: none; `now`: since the beginning. Rates of less than half a second since those
+  /// before are not shown: the previous ones stay.
+  void update(const Observer& observer, const Session& session, const Reading& reading,
               ContractCheck* contract, Duration now);
 
   /// One row for each callback that ran or lost samples, for each chain of the contract, and for
@@ -59,21 +69,29 @@ class ObservationReport {
   [[nodiscard]] const std::vector<ThreadRow>& executor_threads() const { return executor_threads_; }
 
  private:
+  /// A thread's earlier facts, and its rates since then.
+  struct Before {
+    ThreadFacts facts;
+    Duration at{};
+    double ran = 0, waited = 0, withheld = 0;
+  };
   void update_chains(const ContractCheck& contract);
-  void update_threads(const std::vector<ThreadFacts>& facts, const ContractCheck* contract, double seconds);
+  void update_threads(const Reading& reading, const ContractCheck* contract);
   [[nodiscard]] program::TextTable callback_table() const;
   [[nodiscard]] program::TextTable chain_table() const;
   [[nodiscard]] program::TextTable thread_table() const;
   [[nodiscard]] nlohmann::json chains_json() const;
   [[nodiscard]] nlohmann::json threads_json() const;
 
+  bool whole_;
   std::vector<Row> rows_;
   std::vector<ChainRow> chains_;
   std::vector<ThreadRow> executor_threads_;
-  std::map<std::uint32_t, ThreadFacts> facts_before_;     // by id of the thread
+  std::map<std::uint32_t, Before> before_;                // by id of the thread
   std::map<std::uint32_t, ThreadPolicy> first_policies_;  // the same
   std::vector<std::uint64_t> jobs_before_;
-  Duration now_{};
+  std::map<std::uint32_t, double> rates_;  // by callback
+  Duration now_{}, rated_at_{};
   std::uint64_t events_ = 0, threads_ = 0, processes_ = 0, ignored_ = 0;
   Losses losses_;
 };

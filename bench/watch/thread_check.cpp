@@ -2,6 +2,7 @@
 #include "watch/thread_check.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -26,6 +27,8 @@ std::string uncovered(const tracing::System& system, const tracing::Callback& ca
   return imports::is_housekeeping(topic) ? "" : node + " " + topic;
 }
 
+constexpr Duration kSecond = std::chrono::seconds(1);
+
 std::string with_unit(Duration duration) { return program::fixed(to_ms(duration), 3) + " ms"; }
 
 }  // namespace
@@ -49,7 +52,7 @@ void ThreadCheck::started(const tracing::System& system, const tracing::Job& job
   const auto& [process, thread] =
       std::pair(system.threads[job.thread].process, system.threads[job.thread].id);
   const auto [owner, is_new] = of_thread_.try_emplace(thread, kNone);
-  if (entry != kNone && owner->second == kNone) {
+  if (entry != kNone && owner->second == kNone && of_entry_[entry] != kNone) {
     owner->second = of_entry_[entry];
     states_[thread] = {job.start};
     const auto [of_process, first] = of_process_.try_emplace(process, owner->second);
@@ -75,7 +78,9 @@ void ThreadCheck::facts(const std::vector<ThreadFacts>& facts, Time at, Incident
     }
     const auto state = states_.find(now.thread);
     if (state == states_.end()) continue;
-    Subject& subject = subjects_[of_thread_.at(now.thread)];
+    const std::uint32_t owner = of_thread_.at(now.thread);
+    if (owner == kNone) continue;  // a timer thread of several executors
+    Subject& subject = subjects_[owner];
     judge(subject, now, state->second, incidents);
     note_wait(now, state->second);
     if (JudgedTerm* const wait = subject.find(Clause::wait)) {
@@ -140,9 +145,12 @@ void ThreadCheck::judge_wait(JudgedTerm& wait, const std::string& name, State& s
                              Incidents& incidents) const {
   std::deque<Waited>& waited = state.waited;
   auto from = waited.begin() + (state.exact ? 0 : 1);  // it may have waited before its first job
-  while (from->at < *at_ - std::chrono::seconds(1)) ++from;
   if (std::next(from) == waited.end()) return;
-  const Duration in_a_second = waited.back().waited - from->waited;
+  while (from->at < *at_ - kSecond && std::next(from, 2) != waited.end()) ++from;
+  Duration in_a_second = waited.back().waited - from->waited;
+  if (const Duration covered = *at_ - from->at; covered > kSecond)  // the watcher got too little CPU time
+    in_a_second =
+        Duration(std::llround(static_cast<double>(in_a_second.count()) * (to_ms(kSecond) / to_ms(covered))));
   wait.observe(in_a_second.count());
   if (in_a_second.count() <= wait.term().limit) return wait.hold();
   auto longest = from;

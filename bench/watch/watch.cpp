@@ -131,7 +131,10 @@ class Watch {
     if (action == ViewAction::quit) quit_ = true;
     if (action == ViewAction::explain) start_explanation();
     if (explanation_) {
-      if (auto lines = explanation_->lines()) view_->explain(*lines), explanation_.reset();
+      if (auto lines = explanation_->lines()) {
+        view_->explain(explained_, *lines);
+        explanation_.reset();
+      }
     }
     if (action != ViewAction::snapshot) return;
     if (records()) {
@@ -142,11 +145,11 @@ class Watch {
   }
 
   void start_explanation() {
-    const std::string chain = view_->chain();
+    explained_ = view_->chain();
     try {
       explanation_.reset();
-      explanation_ = std::make_unique<ChainExplanation>(*recorder_, contract_->imported_chain(chain));
-      view_->explain({"explaining " + chain + " ..."});
+      explanation_ = std::make_unique<ChainExplanation>(*recorder_, contract_->imported_chain(explained_));
+      view_->explain(explained_, {"explaining " + explained_ + " ..."});
     } catch (const std::exception& error) {
       say(error.what());
     }
@@ -178,6 +181,7 @@ class Watch {
     read_ = elapsed();
     facts_ = threads_.read(observer_.system());
     facts_at_ = now();
+    facts_read_ = *facts_at_ - begin_;
     const WallClock clock = WallClock::now();
     observer_.set_realtime(clock.offset());
     if (contract_) contract_->follow(clock, *facts_at_);
@@ -200,7 +204,8 @@ class Watch {
       nlohmann::json line = contract_->json(incident, session_.losses());
       if (is_new && records() && incident.number() <= kMostIncidentSnapshots) {
         recorder_->mark(incident.begin().at, line["incident"]);
-        line["snapshot"] = write_snapshot(line["incident"]);
+        if (const std::string folder = write_snapshot(line["incident"]); !folder.empty())
+          line["snapshot"] = folder;
       }
       line["event"] = "incident";
       line["time_s"] = to_ms(elapsed()) / 1000;
@@ -208,7 +213,7 @@ class Watch {
     }
   }
 
-  /// A disk that is full does not end the watch.
+  /// A disk that is full does not end the watch: it returns an empty name.
   std::string write_snapshot(const std::string& reason) {
     const fs::path folder = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
     try {
@@ -244,7 +249,7 @@ class Watch {
 
   void report() {
     reported_ = elapsed();
-    report_.update(observer_, session_, facts_, contract_.get(), reported_);
+    report_.update(observer_, session_, {facts_, facts_read_}, contract_.get(), reported_);
     observer_.next_interval();
     if (view_) return view_->show(report_, latest_incident());
     if (options_.json && !options_.once) print_json();
@@ -299,8 +304,8 @@ class Watch {
   ThreadReader threads_;
   std::vector<ThreadFacts> facts_;
   std::optional<Time> facts_at_;  // not judged yet
-  ObservationReport report_;
-  Duration reported_{}, read_{};
+  ObservationReport report_{options_.once};
+  Duration reported_{}, read_{}, facts_read_{};
   std::optional<Duration> due_;  // the next request to end
   std::size_t asked_to_end_ = 0;
   std::size_t snapshots_ = 0;
@@ -309,6 +314,7 @@ class Watch {
   bool waits_ = false, quit_ = false;
   std::unique_ptr<LiveView> view_;                 // nullptr: none
   std::unique_ptr<ChainExplanation> explanation_;  // that was asked for
+  std::string explained_;                          // its chain
 };
 
 }  // namespace
