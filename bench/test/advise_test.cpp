@@ -70,6 +70,7 @@ TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {
 
 std::vector<std::string> names_of(const std::vector<advise::Candidate>& candidates) {
   std::vector<std::string> names;
+  names.reserve(candidates.size());
   for (const advise::Candidate& c : candidates) names.push_back(c.name);
   return names;
 }

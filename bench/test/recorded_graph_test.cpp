@@ -80,6 +80,7 @@ Node outside_of(const std::vector<Duration>& requests, Duration length = 0ms) {
 
 std::vector<Duration> arrivals(int number, const std::function<Duration(int)>& at) {
   std::vector<Duration> all;
+  all.reserve(static_cast<std::size_t>(number));
   for (int i = 0; i < number; ++i) all.push_back(at(i));
   return all;
 }
@@ -155,6 +156,7 @@ TEST(RecordedGraph, JitterCoversVeryManyArrivals) {
 
 TEST(RecordedGraph, OneTimerIsNamedInTheSingular) {
   std::vector<Time> at;
+  at.reserve(200);
   for (int i = 0; i < 200; ++i) at.push_back(Time{} + i * 10ms + i % 2 * 2ms);
   const imports::OutsideReleases releases = imports::outside_releases(at, {at.front(), at.back()});
   ASSERT_EQ(releases.first.size(), 1U);

@@ -39,29 +39,26 @@ void Assembler::describe(const Event& e) {
       return add_subscription(e);
     case K::rclcpp_subscription_init:
       return add_rclcpp_subscription(second, find(subscriptions_, first, kNone));
-    case K::subscription_callback_added: {
-      const std::uint32_t subscription = find(rclcpp_subscriptions_, first, kNone);
+    case K::subscription_callback_added:
       rclcpp_callbacks_[first] = e.number[1];
-      if (subscription != kNone) set_handle(second, subscription);
+      if (const std::uint32_t s = find(rclcpp_subscriptions_, first, kNone); s != kNone)
+        set_handle(second, s);
       return;
-    }
     case K::timer_init:
       timers_[first] = {Duration(static_cast<std::int64_t>(e.number[1])), e.at, kNone};
       return;
     case K::timer_callback_added:
       return add_timer_callback(e);
-    case K::timer_link_node: {
-      const std::uint32_t timer = find(timers_, first, {}).callback;
-      if (timer != kNone) system_.callbacks[timer].node = find(nodes_, second, kNone);
+    case K::timer_link_node:
+      if (const std::uint32_t timer = find(timers_, first, {}).callback; timer != kNone)
+        system_.callbacks[timer].node = find(nodes_, second, kNone);
       return;
-    }
     case K::service_callback_added:
       return add_service_callback(e);
-    case K::callback_register: {
-      const std::uint32_t callback = find(callbacks_, first, kNone);
-      if (callback != kNone) system_.callbacks[callback].symbol = e.text[0];
+    case K::callback_register:
+      if (const std::uint32_t callback = find(callbacks_, first, kNone); callback != kNone)
+        system_.callbacks[callback].symbol = e.text[0];
       return;
-    }
     case K::executor_init:
     case K::executor_callback:
     case K::executor_priority:
