@@ -39,9 +39,16 @@ fs::path new_folder() {
 
 ChainExplanation::ChainExplanation(const FlightRecorder& recorder, const std::string& chain)
     : folder_(new_folder()) {
-  recorder.write(folder_ / "trace");
-  id_ = program::start_program(
-      {"sh", "-c", kScript, program::own_program(), folder_.string(), chain}, [] { setpgid(0, 0); }, environ);
+  try {
+    recorder.write(folder_ / "trace");
+    id_ = program::start_program(
+        {"sh", "-c", kScript, program::own_program(), folder_.string(), chain}, [] { setpgid(0, 0); },
+        environ);
+  } catch (...) {  // no destructor will run
+    std::error_code ignored;
+    fs::remove_all(folder_, ignored);
+    throw;
+  }
 }
 
 ChainExplanation::~ChainExplanation() {

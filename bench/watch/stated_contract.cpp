@@ -88,7 +88,9 @@ class StatedContract {
     if (const auto distance = longest_distance(task))
       write(out, Clause::maximum_distance, to_ms(*distance), Origin::derived);
     write_publications(out, task);
-    if (response(task)) write(out, Clause::response, to_ms(*response(task)), Origin::derived);
+    // A job without work has a bound of 0 in a graph without costs; no live job keeps it.
+    if (const auto bound = response(task); bound && *bound > Duration::zero())
+      write(out, Clause::response, to_ms(*bound), Origin::derived);
     out << YAML::EndMap;
   }
 
