@@ -10,6 +10,10 @@ namespace {
 /// 11 days. A timer of a longer period is never due, or its event is damaged.
 constexpr Duration kLongestPeriod = std::chrono::milliseconds(999'999'999);
 
+Endpoint::Kind kind_of(EventKind rmw) {
+  return rmw == EventKind::rmw_publisher_init ? Endpoint::Kind::publisher : Endpoint::Kind::subscription;
+}
+
 }  // namespace
 
 void Assembler::describe(const Event& e) {
@@ -22,10 +26,8 @@ void Assembler::describe(const Event& e) {
     case K::node_init:
       return add_node(e);
     case K::rmw_publisher_init:
-      endpoint(e, Endpoint::Kind::publisher, e.number[0]).id = {e.number[1], e.number[2]};
-      return;
     case K::rmw_subscription_init:
-      endpoint(e, Endpoint::Kind::subscription, e.number[0]).id = {e.number[1], e.number[2]};
+      endpoint(e, kind_of(e.kind), e.number[0]).id = {e.number[1], e.number[2]};
       return;
     case K::service_init:
       endpoint(e, Endpoint::Kind::service, 0);
@@ -41,8 +43,7 @@ void Assembler::describe(const Event& e) {
       return add_rclcpp_subscription(second, find(subscriptions_, first, kNone));
     case K::subscription_callback_added:
       rclcpp_callbacks_[first] = e.number[1];
-      if (const std::uint32_t s = find(rclcpp_subscriptions_, first, kNone); s != kNone)
-        set_handle(second, s);
+      if (const auto s = find(rclcpp_subscriptions_, first, kNone); s != kNone) set_handle(second, s);
       return;
     case K::timer_init:
       timers_[first] = {Duration(static_cast<std::int64_t>(e.number[1])), e.at, kNone};
