@@ -32,7 +32,7 @@ class ViewLines {
  public:
   /// A second has passed.
   void remember(const ObservationReport& report);
-  /// What the user selected, and what is said about it.
+  /// The selected chain and its explanation.
   struct Selection {
     std::string chain = {};  ///< Empty: none.
     std::vector<std::string> explanation = {};
