@@ -174,13 +174,17 @@ Rule Account::rule(const Waiting& w, const JobRecord& first) const {
   }
   if (traits.family == Family::callback_groups) return Rule::group_order;
   if (!w.executor.order) return Rule::fifo;
-  const std::int64_t theirs = w.executor.order->key(first.job, 0).priority;
-  const std::int64_t its = w.executor.order->key(w.job.job, 0).priority;
+  // Activations are counted in the order of the releases.
+  const auto key_of = [&](const Job& job) {
+    return w.executor.order->key(job, static_cast<std::uint64_t>(to_ns(job.release)));
+  };
+  const PriorityKey theirs = key_of(first.job), its = key_of(w.job.job);
   const bool waited = w.executor.service_wait > Duration{} && system_.task(first.job.task).guaranteed &&
-                      first.start - first.job.timestamp >= w.executor.service_wait;
-  if (waited && theirs >= its) return Rule::service_wait;
-  if (theirs == its) return Rule::tie;
-  if (theirs > its) return Rule::before_release;  // chosen before, and still being dispatched
+                      first.start - first.job.release >= w.executor.service_wait;
+  if (waited && theirs > its) return Rule::service_wait;
+  if (theirs.priority == its.priority) return Rule::tie;
+  if (theirs.priority > its.priority)
+    return Rule::before_release;  // chosen before, and still being dispatched
   return levels_of(traits.policy.value_or(Policy::fifo)) == Levels::deadline ? Rule::deadline
                                                                              : Rule::priority;
 }

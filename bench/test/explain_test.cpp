@@ -291,6 +291,49 @@ TEST(Explain, AnEventWaitsForEarlierOnesAndARateForHigherOnes) {
   EXPECT_THAT(parts, ElementsAre("running 1", "executor 2 behind b: earlier deadline", "running 3"));
 }
 
+/// A service that runs ahead of its priority after 10 ms: the rules by which it goes before timer `b`.
+std::vector<std::string> behind_a_service(Duration period_of_caller, Duration phase_of_b, bool costs) {
+  Node service = follower("s", {"a"}, 3ms);
+  service.callbacks = callbacks_of(service);
+  service.callbacks[0].service = true;
+  service.type = NodeType::callbacks;
+  service.groups = {service.group};
+  Graph graph = graph_of({timer("a", 1ms, period_of_caller), timer("c", 9ms, 25ms, 1ms), service,
+                          timer("b", 4ms, 100ms, phase_of_b)},
+                         {"a"}, "s");
+  if (costs) {
+    graph.platform.delivery_delay = 2ms;
+    graph.platform.set_dispatch_costs(1ms);
+  } else {
+    graph.nodes[1].execution_time = graph.nodes[1].best_case_execution_time = 15ms;
+  }
+  SchedulerOptions scheduling;
+  scheduling.guaranteed_wait = 10ms;
+  const Simulated run(graph, setup::parse_executor("rm-ro", scheduling), Phases::given, 45ms);
+  std::vector<std::string> behind;
+  for (const Explanation& e : run.task(3)) {
+    for (const std::string& text : texts(run, e)) {
+      if (text.find("behind s") != std::string::npos) behind.push_back(text);
+    }
+  }
+  return behind;
+}
+
+TEST(Explain, AServiceGoesFirstByItsWaitOnlyIfItHasALowerPlace) {
+  EXPECT_THAT(behind_a_service(200ms, 2ms, false),
+              ElementsAre("executor 3 behind s/a: waited for the service wait"));
+  EXPECT_THAT(behind_a_service(100ms, 2ms, false),
+              ElementsAre("executor 3 behind s/a: same priority, ahead by the tie rule"));
+  EXPECT_THAT(behind_a_service(50ms, 2ms, false), ElementsAre("executor 3 behind s/a: higher priority"));
+}
+
+TEST(Explain, AServiceWaitsFromTheArrivalOfItsSample) {
+  // The service starts 11 ms after the publication and 9 ms after the arrival: it was chosen before b's
+  // release.
+  EXPECT_THAT(behind_a_service(200ms, 12500us, true),
+              ElementsAre("executor 3 behind s/a: chosen before this job's release"));
+}
+
 TEST(Explain, AFusionWaitsForItsOtherInput) {
   const Graph graph = graph_of(
       {timer("late", 1ms, 100ms, 10ms), timer("early", 9ms, 100ms, 0ms), follower("slow", {"early"}, 20ms),
