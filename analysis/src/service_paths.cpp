@@ -37,7 +37,7 @@ ServicePaths::ServicePaths(const GraphTopology& topology, const PathBounds& othe
   const auto job = with_releases(longest);
   if (!job) return;
   step_ = add(wait, std::max(*job, overheads.wake_up));
-  delay_ = find_delay();
+  finishes_ = find_finishes();
 }
 
 std::int64_t ServicePaths::job_work(TaskId id) const {
@@ -61,24 +61,27 @@ std::optional<std::int64_t> ServicePaths::with_releases(std::int64_t work) const
 }
 
 /// From a timestamp of `root` until all jobs that it leads to have published for `to`, if services wait for
-/// `delay` at most.
-std::optional<std::int64_t> ServicePaths::published(TaskId root, TaskId to, std::int64_t delay) const {
+/// `known.delay` at most.
+std::optional<std::int64_t> ServicePaths::published(TaskId root, TaskId to, Finishes& known) const {
   std::int64_t latest = 0;
   for (const TaskId p : topology_.publishers(to)) {
     if (!std::ranges::binary_search(topology_.roots(p), root)) continue;
-    const auto end = finish(root, p, delay);
+    const auto end = finish(root, p, known);
     if (!end) return std::nullopt;
     latest = std::max(latest, *end);
   }
   return latest;
 }
 
-std::optional<std::int64_t> ServicePaths::finish(TaskId root, TaskId id, std::int64_t delay) const {
-  const auto other = others_.until_finish(root, id);
-  if (!guaranteed(id)) return other;
-  const auto request = published(root, id, delay);
-  if (!request) return other;
-  return smaller(other, sum(add(*request, delay), with_releases(job_work(id))));
+std::optional<std::int64_t> ServicePaths::finish(TaskId root, TaskId id, Finishes& known) const {
+  if (!guaranteed(id)) return others_.until_finish(root, id);
+  if (const auto seen = known.of.find({root, id}); seen != known.of.end()) return seen->second;
+  auto finish = others_.until_finish(root, id);
+  if (const auto request = published(root, id, known)) {
+    finish = smaller(finish, sum(add(*request, known.delay), with_releases(job_work(id))));
+  }
+  known.of[{root, id}] = finish;
+  return finish;
 }
 
 /// By task: the most jobs that one job of `root` leads to.
@@ -92,7 +95,7 @@ std::vector<std::int64_t> ServicePaths::jobs_of(TaskId root) const {
 }
 
 /// All samples for services; std::nullopt if some may be published arbitrarily late.
-std::optional<std::vector<ServicePaths::Stream>> ServicePaths::streams(std::int64_t delay) const {
+std::optional<std::vector<ServicePaths::Stream>> ServicePaths::streams(Finishes& known) const {
   std::vector<Stream> all;
   for (const TaskId root : topology_.timers()) {
     const std::vector<std::int64_t> jobs = jobs_of(root);
@@ -100,7 +103,7 @@ std::optional<std::vector<ServicePaths::Stream>> ServicePaths::streams(std::int6
       if (!guaranteed(id)) continue;
       for (const TaskId p : topology_.publishers(id)) {
         if (jobs[p] == 0) continue;
-        const auto latest = finish(root, p, delay);
+        const auto latest = finish(root, p, known);
         if (!latest) return std::nullopt;
         const std::int64_t earliest =
             add(topology_.least_until_start(root, p), topology_.set()[p].bcet.count());
@@ -154,28 +157,28 @@ std::optional<std::int64_t> ServicePaths::delay_of(const std::vector<Stream>& al
 }
 
 /// Services may call each other: the publications of one are as late as its own delay. Least fixed point.
-std::optional<std::int64_t> ServicePaths::find_delay() const {
-  std::int64_t delay = 0;
+std::optional<ServicePaths::Finishes> ServicePaths::find_finishes() const {
+  Finishes known{0, {}};
   for (int round = 0; round < kMostDelays; ++round) {
-    const auto all = streams(delay);
+    const auto all = streams(known);
     const auto next = all ? delay_of(*all) : std::nullopt;
     if (!next || *next > kLongestDelay) return std::nullopt;
-    if (*next <= delay) return delay;
-    delay = *next;
+    if (*next <= known.delay) return known;
+    known = {*next, {}};
   }
   return std::nullopt;
 }
 
 std::optional<std::int64_t> ServicePaths::until_start(TaskId root, TaskId to) const {
   const auto other = others_.until_start(root, to);
-  if (!guaranteed(to) || !delay_) return other;
-  const auto request = published(root, to, *delay_);
+  if (!guaranteed(to) || !finishes_) return other;
+  const auto request = published(root, to, *finishes_);
   if (!request) return other;
-  return smaller(other, sum(add(*request, *delay_), with_releases(overheads_.job)));
+  return smaller(other, sum(add(*request, finishes_->delay), with_releases(overheads_.job)));
 }
 
 std::optional<std::int64_t> ServicePaths::until_finish(TaskId root, TaskId to) const {
-  return delay_ ? finish(root, to, *delay_) : others_.until_finish(root, to);
+  return finishes_ ? finish(root, to, *finishes_) : others_.until_finish(root, to);
 }
 
 // A job starts no earlier than at its timestamp.
@@ -192,8 +195,8 @@ std::optional<std::int64_t> ServicePaths::start_to_finish(TaskId root, TaskId to
 
 std::optional<std::int64_t> ServicePaths::response(TaskId subscription) const {
   const auto other = others_.response(subscription);
-  if (!guaranteed(subscription) || !delay_) return other;
-  return smaller(other, sum(*delay_, with_releases(job_work(subscription))));
+  if (!guaranteed(subscription) || !finishes_) return other;
+  return smaller(other, sum(finishes_->delay, with_releases(job_work(subscription))));
 }
 
 }  // namespace hotpath

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "hotpath/analysis/callback_graph.hpp"
@@ -40,22 +42,27 @@ class ServicePaths final : public PathBounds {
   struct Stream {
     std::int64_t period, jitter, samples;
   };
+  /// Ends of services' jobs after timestamps of roots, each computed once: several paths may lead to a job.
+  struct Finishes {
+    std::int64_t delay;  ///< From a publication to the decision for the service's job.
+    std::map<std::pair<TaskId, TaskId>, std::optional<std::int64_t>> of;  ///< By root and service.
+  };
 
   [[nodiscard]] bool guaranteed(TaskId id) const { return topology_.set()[id].guaranteed; }
   [[nodiscard]] std::int64_t job_work(TaskId id) const;
   [[nodiscard]] std::optional<std::int64_t> with_releases(std::int64_t work) const;
-  [[nodiscard]] std::optional<std::int64_t> published(TaskId root, TaskId to, std::int64_t delay) const;
-  [[nodiscard]] std::optional<std::int64_t> finish(TaskId root, TaskId id, std::int64_t delay) const;
+  [[nodiscard]] std::optional<std::int64_t> published(TaskId root, TaskId to, Finishes& known) const;
+  [[nodiscard]] std::optional<std::int64_t> finish(TaskId root, TaskId id, Finishes& known) const;
   [[nodiscard]] std::vector<std::int64_t> jobs_of(TaskId root) const;
-  [[nodiscard]] std::optional<std::vector<Stream>> streams(std::int64_t delay) const;
+  [[nodiscard]] std::optional<std::vector<Stream>> streams(Finishes& known) const;
   [[nodiscard]] std::optional<std::int64_t> delay_of(const std::vector<Stream>& all) const;
-  [[nodiscard]] std::optional<std::int64_t> find_delay() const;
+  [[nodiscard]] std::optional<Finishes> find_finishes() const;
 
   const GraphTopology& topology_;
   const PathBounds& others_;
   const GraphOverheads overheads_;
-  std::int64_t step_ = 0;              ///< Longest time from one service that runs ahead to the next.
-  std::optional<std::int64_t> delay_;  ///< From a publication to the decision for the service's job.
+  std::int64_t step_ = 0;  ///< Longest time from one service that runs ahead to the next.
+  mutable std::optional<Finishes> finishes_;
 };
 
 }  // namespace hotpath
