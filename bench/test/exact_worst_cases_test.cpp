@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chains whose data goes round in a circle, and the exact method's limit: publications before the end of
-// jobs.
+// Chains whose data goes round in a circle, and the exact method's limits: publications before the end of
+// jobs, and jitter under a timer thread that jobs wake up.
 #include "bounds/exact_worst_cases.hpp"
 
 #include <gmock/gmock.h>
@@ -16,13 +16,14 @@ namespace {
 
 using testing::HasSubstr;
 
-GraphBounds bounds_of(const std::string& nodes, const std::string& chains = "") {
+GraphBounds bounds_of(const std::string& nodes, const std::string& more = "",
+                      const char* executor = "events-ro", const SchedulerOptions& options = {}) {
   std::string file = std::filesystem::temp_directory_path() / "hotpath-XXXXXX.yaml";
   if (mkstemps(file.data(), 5) < 0) throw std::runtime_error("no file");
-  std::ofstream(file) << "name: g\nnodes:\n" << nodes << chains;
+  std::ofstream(file) << "name: g\nnodes:\n" << nodes << more;
   const Graph graph = load_graph(file);
   std::filesystem::remove(file);
-  return bounds::exact_worst_cases(graph, make_tasks(graph), *find_executor("events-ro"), {});
+  return bounds::exact_worst_cases(graph, make_tasks(graph), *find_executor(executor), options);
 }
 
 /// The messages of A's timer return to it by way of B; D uses those of B and of S. E's data goes round.
@@ -61,6 +62,29 @@ TEST(ExactWorstCases, BothThreadsWakeUpForAJitteryRelease) {
   const GraphBounds bounds = bounds_of(timer, platform);
   ASSERT_EQ(bounds.refusal, "");
   EXPECT_EQ(bounds.tasks[0], 2'200'000);
+}
+
+/// The end of each timer's job wakes up the timer thread of `cbg`, which may then be late.
+TEST(ExactWorstCases, JitterUnderATimerThreadThatJobsWakeUpNeedsItToBeReadyAtOnce) {
+  SchedulerOptions one_thread;
+  one_thread.workers = 1;
+  const auto refusal = [&](const std::string& jitter, const std::string& platform) {
+    const std::string node =
+        "  - {name: S, type: sensor, period_ms: 10, execution_time_ms: 1" + jitter + "}\n";
+    const GraphBounds bounds =
+        bounds_of(node, "platform: {dispatch_cost_us: 0, " + platform + "}\n", "cbg", one_thread);
+    EXPECT_EQ(bounds.refusal.empty(), bounds.tasks.size() == 1 && bounds.tasks[0].has_value());
+    return bounds.refusal;
+  };
+  const std::string jitter = ", release_jitter_ms: 1", late = "cores: 2, wake_up_us: 100";
+  const std::string prefix =
+      "it does not cover the release jitter of S under a timer thread that each timer's job wakes up and "
+      "that ";
+  EXPECT_EQ(refusal(jitter, late), prefix + "has a wake-up latency");
+  EXPECT_EQ(refusal(jitter, "timer_thread: raised, wake_up_us: 100"), prefix + "has a wake-up latency");
+  EXPECT_EQ(refusal(jitter, "cores: 1, wake_up_us: 0"), prefix + "shares the core");
+  EXPECT_EQ(refusal(jitter, "cores: 2, wake_up_us: 0"), "");
+  EXPECT_EQ(refusal("", late), "");
 }
 
 TEST(ExactWorstCases, EarlyPublicationsAreNotCovered) {
