@@ -4,81 +4,14 @@ reported."""
 
 import csv
 import json
-import signal
-import subprocess
 from pathlib import Path
-from typing import Any
 
-from hotpath_command import HOTPATH, CommandTest
-
-SENSOR = "{{name: {0}, type: sensor, period_ms: {1}, execution_time_ms: {2}}}"
-TRANSFORM = "{{name: {0}, type: transform, input: {1}, execution_time_ms: {2}}}"
-RANGE = "{{name: {0}, type: callbacks, callbacks: " "[{{timer: t, period_ms: {1}, execution_time_ms: {2}}}]}}"
-FUSION = "{{name: {0}, type: fusion, inputs: [{1}, {2}], execution_time_ms: {3}}}"
+from analyze_case import FUSION, SENSOR, TRANSFORM, AnalyzeCase
 
 
-class AnalyzeTest(CommandTest):
+class AnalyzeTest(AnalyzeCase):
     """Each case is a graph and a simulation whose observations exceeded a bound of an earlier
     version."""
-
-    def graph(self, *nodes: str, chain: str = "", more: str = "") -> Path:
-        """Writes a graph file of these nodes. `chain`: its sources, then its sink."""
-        path = self.folder / "graph.yaml"
-        names = ", ".join(node.split("name: ")[1].split(",")[0] for node in nodes)
-        lines = ["name: graph", more, "nodes:", *(f"  - {node}" for node in nodes)]
-        if chain:
-            *sources, sink = chain.split()
-            lines += [
-                "chains:",
-                f"  - {{name: chain, nodes: [{names}], sources: [{', '.join(sources)}], sink: {sink}}}",
-            ]
-        path.write_text("\n".join(lines) + "\n")
-        return path
-
-    def simulated(
-        self,
-        graph: Any,
-        executor: str,
-        *options: object,
-        seconds: int = 10,
-        repetitions: int = 40,
-        phases: str = "random",
-    ) -> Path:
-        output = self.folder / f"run{len(list(self.folder.iterdir()))}"
-        self.accepted(
-            *("simulate", "--graph", graph, "--executors", executor, "--phases", phases),
-            *("--repetitions", repetitions, "--duration", seconds, "--output", output, *options),
-        )
-        return output
-
-    def rows(self, graph: Any, executor: str, *options: object) -> dict:
-        """The tightest bound and the observed value of each task and chain from `analyze`, in ms; the
-        name of a hot path follows `hot_path: `."""
-        table = self.folder / "bounds.csv"
-        self.accepted("analyze", graph, "--executors", executor, "--csv", table, *options)
-        rows: dict = {}
-        with table.open(encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                if not row["bound_ns"] or row["kind"] == "hot_path":
-                    continue
-                bound = int(row["bound_ns"]) / 1e6
-                observed = int(row["observed_ns"]) / 1e6 if row["observed_ns"] else 0.0
-                name = "hot_path: " * (row["kind"] == "hot_path") + row["name"]
-                known = rows.get(name, (bound, observed))
-                rows[name] = (min(bound, known[0]), observed)
-        return rows
-
-    def check(
-        self, graph: Any, executor: str, name: str, at_least: float, *options: object, **more: Any
-    ) -> None:
-        """Checks that the observed value of `name` exceeds `at_least`, an earlier version's bound,
-        but not today's."""
-        rows = self.rows(graph, executor, "--trace", self.simulated(graph, executor, *options, **more))
-        bound, observed = rows[name]
-        self.assertGreater(observed, at_least)
-        self.assertLessEqual(observed, bound)
-        for hot_path in (row for row in rows if row.startswith("hot_path: ")):
-            self.assertLessEqual(rows[hot_path][1], rows[hot_path][0])
 
     def test_at_equal_priority_subscriptions_run_before_timers(self) -> None:
         self.check("sequences_high_utilisation", "rm-ro", "localization", 158.1)
@@ -174,12 +107,6 @@ class AnalyzeTest(CommandTest):
         )
         self.assertRegex(shifted, r"Guenzel 2023, Davis 2007 \(exact\) +[0-9.]+")
 
-    def test_an_overload_is_never_schedulable(self) -> None:
-        graph = self.graph(SENSOR.format("A", 10, 6), SENSOR.format("B", 20, 12))
-        out = self.accepted("analyze", graph, "--executors", "rm-ro", "--exact", "--phases", "synchronous")
-        self.assertNotIn("Schedulable", out)
-        self.assertIn("the timers alone overload the thread", out)
-
     def test_a_chain_without_a_bound_says_why(self) -> None:
         nodes = [SENSOR.format("S", 100, 5), TRANSFORM.format("T", "S", 100)]
         out = self.accepted("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")
@@ -262,45 +189,6 @@ class AnalyzeTest(CommandTest):
             with self.subTest(executor=executor):
                 self.check(self.graph(*nodes), executor, "F/b", 8.9)
 
-    def test_the_exact_worst_case_of_known_phases(self) -> None:
-        own = [
-            *(
-                "{name: %s, type: sensor, period_ms: 20, priority: %d, execution_time_ms: 1}" % pair
-                for pair in (("A", 1), ("B", 2))
-            ),
-            "{name: X, type: transform, input: {topic: A, priority: 9}, execution_time_ms: 3}",
-            "{name: Y, type: transform, input: {topic: B, priority: 9}, execution_time_ms: 5}",
-        ]
-        sparse = [
-            "{name: A, type: callbacks, callbacks: "
-            "[{timer: a, period_ms: 10, priority: 1, execution_time_ms: 1, publishes: {topic: t, every: 2}}]}",
-            "{name: T, type: transform, input: t, execution_time_ms: 4}",
-        ]
-        for nodes, why in (
-            (own, r"\nB +2\.000 "),
-            (sparse, r"\nA/a +1\.000 "),
-        ):
-            exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
-            out = self.accepted("analyze", self.graph(*nodes), *exact)
-            self.assertRegex(out.partition("exploration: exact")[2], why)
-
-    def test_exact_ages_leave_out_data_that_went_round(self) -> None:
-        """A reads S at 50 ms, and its output ends with B at 55 ms. B's data returns to A."""
-        nodes = (
-            SENSOR.format("S", 100, 1),
-            "{name: A, type: cyclic, period_ms: 50, inputs: [S, B], execution_time_ms: 2}",
-            "{name: B, type: transform, input: A, execution_time_ms: 3}",
-            "{name: C, type: transform, input: S, execution_time_ms: 1}",
-        )
-        names = "nodes: [S, A, B, C], sources: [S]"
-        chains = f"chains: [{{name: round, {names}, sink: B}}, {{name: straight, {names}, sink: C}}]"
-        graph = self.graph(*nodes, more=chains)
-        out = self.accepted("analyze", graph, "--executors", "rm-ro", "--phases", "synchronous", "--exact")
-        exact = out.partition("exploration: exact")[2]
-        self.assertRegex(exact, r"\nround +55\.000")
-        self.assertRegex(exact, r"\nstraight +[0-9]")
-        self.assertRegex(exact, r"\nB/A +3\.000")
-
     def test_deployments_of_pinned_fifo_threads_have_bounds(self) -> None:
         graph = self.graph(
             SENSOR.format("A", 20, 4),
@@ -337,120 +225,6 @@ class AnalyzeTest(CommandTest):
         code, _, err = self.command("analyze", graph, "--deployments", mine)
         self.assertEqual(code, 2)
         self.assertIn("mine.yaml:4: executor second: the simulated machine has no processor 1", err)
-
-    def test_a_witness_reaches_the_exact_worst_case(self) -> None:
-        nodes = [SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 3), FUSION.format("F", "A", "B", 5)]
-        nodes.append(
-            "{name: C, type: callbacks, callbacks: [{timer: t, period_ms: 60, release_jitter_ms: 3, "
-            "execution_time_ms: {min: 1, max: 9}}, {subscription: F, execution_time_ms: 1}]}"
-        )
-        graph, folder, table = self.graph(*nodes, chain="A B F"), self.folder / "w", self.folder / "w.csv"
-        exact = ("analyze", graph, "--executors", "rm-ro:fifo", "--exact", "--csv", table, "--witness")
-        self.accepted(*exact, folder, "--phases", "synchronous")
-        with table.open(encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if "exact" in row["method"] and row["bound_ns"]]
-        names = {"task": "response", "chain": "age", "hot_path": "hot_path"}
-        self.assertEqual({row["kind"] for row in rows}, set(names))
-        for row in rows:
-            run = folder / "rm-ro:fifo" / f"{names[row['kind']]}_{row['name'].replace('/', '_')}"
-            worst = int(row["bound_ns"])
-            jobs, chains = self.jobs_and_chains(run)
-            responses = [
-                int(j["finish_ns"]) - int(j["timestamp_ns"]) for j in jobs if j["task"] == row["name"]
-            ]
-            latency = {"chain": "end_to_end_latency_ns", "hot_path": "hot_path_latency_ns"}.get(row["kind"])
-            reached = [int(c[latency]) for c in chains] if latency else responses
-            self.assertEqual(max(reached), worst, row)
-            again = self.folder / f"again_{run.name}"
-            self.accepted(*json.loads((run / "run.json").read_text())["command"], "--output", again)
-            for stored in ("jobs.csv", "chains.csv"):
-                self.assertEqual((again / stored).read_bytes(), (run / stored).read_bytes())
-            self.assertIn("a valid schedule", self.accepted("check", run))
-        self.accepted("timeline", folder / "rm-ro:fifo" / "age_chain")
-        code, _, err = self.command(*exact, self.folder / "w2")
-        self.assertEqual(code, 2)
-        self.assertIn("give --phases or --phases-of", err)
-
-    def test_jittery_runs_stay_within_exact_values_and_repeat(self) -> None:
-        nodes = [SENSOR.format("A", "20, release_jitter_ms: 5", 2), SENSOR.format("B", 30, 3)]
-        graph = self.graph(*nodes, FUSION.format("F", "A", "B", 5), chain="A B F")
-        system = "--executors default,events-ro --phases synchronous --warm-up 0"
-        options = ("--graph", graph, *system.split())
-        first, second = self.folder / "first", self.folder / "second"
-        for run, seed in ((first, 1), (second, 2)):
-            self.accepted("simulate", *options, "--seed", seed, "--duration", 3, "--output", run)
-        self.assertNotEqual((first / "jobs.csv").read_bytes(), (second / "jobs.csv").read_bytes())
-        again = self.folder / "again"
-        self.accepted("simulate", *options, "--seed", 1, "--duration", 3, "--output", again)
-        self.assertEqual((first / "jobs.csv").read_bytes(), (again / "jobs.csv").read_bytes())
-        out = self.accepted("analyze", graph, "--trace", first, "--phases", "synchronous")
-        self.assertIn("exploration: exact for these phases", out)
-        self.assertIn("busy windows in any order", out)
-        self.assertIn("a valid schedule", self.accepted("check", first))
-        self.accepted("validate", first)
-        self.accepted("explain", first, "--executor", "default")
-
-    def test_bounds_near_phases_exceed_the_exact_values_and_refuse_deadlines(self) -> None:
-        graph = self.graph(
-            RANGE.format("A", 20, "{min: 1, max: 8}"), RANGE.format("B", 30, "{min: 1, max: 9}")
-        )
-        table = self.folder / "near.csv"
-        known = ("analyze", graph, "--executors", "rm-ro,edf-ro", "--phases", "synchronous", "--csv", table)
-
-        def explored(*options: str | int) -> dict[str, int]:
-            self.accepted(*known, *options)
-            with table.open(encoding="utf-8") as file:
-                rows = [row for row in csv.DictReader(file) if row["method"].startswith("exploration")]
-            return {row["name"]: int(row["bound_ns"]) for row in rows if row["executor"] == "rm-ro"}
-
-        # All is 0.5 ms later, since no phase precedes the beginning: A, released at 1 ms, may wait for B,
-        # released 1 ns earlier, and B for A.
-        self.assertEqual(explored(), {"A/t": 8_000_000, "B/t": 17_000_000})
-        self.assertEqual(explored("--phase-uncertainty-us", 500), {"A/t": 17_999_999, "B/t": 18_000_000})
-        out = self.accepted(*known, "--phase-uncertainty-us", 500)
-        self.assertIn("exploration: bound near these phases", out)
-        self.assertIn("it does not cover uncertain phases under an order by deadlines", out)
-        out = self.accepted(*known, "--phase-uncertainty-us", 20_000)
-        self.assertIn("timer A/t may be off by its period", out)
-
-    def test_exact_values_have_a_limit_of_states(self) -> None:
-        few = self.graph(RANGE.format("A", 20, "{min: 1, max: 8}"), RANGE.format("B", 30, "{min: 1, max: 9}"))
-        known = ("--executors", "default", "--phases", "synchronous")
-        self.assertIn("exploration: exact for these phases", self.accepted("analyze", few, *known))
-        self.assertNotIn("xact", self.accepted("analyze", few, *known[:2]))
-        unknown = self.accepted("analyze", few, *known[:2], "--exact")
-        self.assertIn("No exact values: worst cases are exact for known phases only", unknown)
-        for periods, why in (
-            ((10.000019, 7.919), "there are more than 50000 states; --exact allows more"),
-            ((9.999991, 9.999973, 8.999993), "no common multiple of their periods below 36 years"),
-        ):
-            nodes = [RANGE.format(f"N{p}".replace(".", "_"), p, "{min: 0.1, max: 2}") for p in periods]
-            out = self.accepted("analyze", self.graph(*nodes), *known)
-            self.assertIn("processing windows", out)
-            self.assertRegex(out, "No exact values: .*" + why)
-
-    def test_an_interrupt_leaves_the_bounds(self) -> None:
-        nodes = [RANGE.format("A", 10.000019, "{min: 0.1, max: 2}"), RANGE.format("B", 7.919, 1)]
-        command = (HOTPATH, "analyze", self.graph(*nodes), "--executors", "default,rm-ro")
-        process = subprocess.Popen(
-            (*command, "--phases", "synchronous", "--exact"), stdout=subprocess.PIPE, text=True
-        )
-        stat = Path(f"/proc/{process.pid}/stat")
-        self.wait_for(lambda: int(stat.read_text().rpartition(")")[2].split()[11]) > 50, "it does not work")
-        process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 128 + signal.SIGINT)
-        self.assertEqual(out.count("No exact values: it was interrupted"), 2)
-        self.assertIn("processing windows", out)
-
-    @staticmethod
-    def jobs_and_chains(run: Path) -> list[list[dict[str, str]]]:
-        """The rows of jobs that ran, and of chains."""
-        rows = []
-        for name in ("jobs.csv", "chains.csv"):
-            with (run / name).open(encoding="utf-8") as file:
-                rows.append([row for row in csv.DictReader(file) if row.get("outcome", "ran") == "ran"])
-        return rows
 
     def test_a_listed_execution_time_is_checked(self) -> None:
         graph, times = self.graph(SENSOR.format("A", 20, 2)), self.folder / "times.csv"

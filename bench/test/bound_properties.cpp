@@ -2,8 +2,6 @@
 #include "bound_properties.hpp"
 
 #include <algorithm>
-#include <map>
-#include <mutex>
 #include <numeric>
 
 #include "bounds/bounds.hpp"
@@ -11,9 +9,10 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
-#include "hotpath/reference_system/phases.hpp"
 #include "program/text.hpp"
 #include "random_graphs.hpp"
+#include "random_systems.hpp"
+#include "search_statistics.hpp"
 #include "setup/deployed_system.hpp"
 #include "simulated/simulated_system.hpp"
 
@@ -24,165 +23,6 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr int kRuns = 4;  // of each graph
-
-/// Counts of refused graphs and ratios of bounds to observations, over all threads.
-class Statistics {
- public:
-  void asked(const std::string& executor, bool refused) {
-    const std::lock_guard lock(mutex_);
-    auto& [asked, none] = pairs_[executor];
-    ++asked;
-    none += refused;
-  }
-  void pessimism(const std::string& method, double ratio) {
-    const std::lock_guard lock(mutex_);
-    std::vector<float>& all = ratios_[method];
-    if (all.size() < 1'000'000) all.push_back(static_cast<float>(ratio));
-  }
-  std::string report() {
-    const std::lock_guard lock(mutex_);
-    std::string out = "refused, of all graphs:\n";
-    for (const auto& [executor, counts] : pairs_) {
-      out += program::text("  %-18s %5.1f %% of %zu\n", executor.c_str(),
-                           100.0 * static_cast<double>(counts.second) / static_cast<double>(counts.first),
-                           counts.first);
-    }
-    out += "bound / largest observed, median:\n";
-    for (auto& [method, all] : ratios_) {
-      std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-      out += program::text("  %-45s %.2f of %zu\n", method.c_str(), all[all.size() / 2], all.size());
-    }
-    return out;
-  }
-
- private:
-  std::mutex mutex_;
-  std::map<std::string, std::pair<std::size_t, std::size_t>> pairs_;
-  std::map<std::string, std::vector<float>> ratios_;
-};
-
-Statistics& statistics() {
-  static Statistics all;
-  return all;
-}
-
-void draw_phases(Random& random, const Graph& graph, GraphTasks& tasks) {
-  const Phases kinds[] = {Phases::random, Phases::random, Phases::synchronous, Phases::creation};
-  PhaseOptions options;
-  options.seed = random();
-  const std::vector<Duration> first =
-      make_phases(graph, tasks, kinds[static_cast<std::size_t>(draw(random, 0, 3))], options);
-  for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
-}
-
-/// A random order for each topic of several subscribers.
-void draw_deliveries(Random& random, Graph& graph) {
-  std::map<std::string, std::vector<std::string>> subscribers;
-  for (const Node& node : graph.nodes) {
-    for (const Input& input : node.inputs) subscribers[input.topic].push_back(node.name);
-  }
-  for (auto& [topic, nodes] : subscribers) {
-    if (nodes.size() < 2) continue;
-    std::ranges::shuffle(nodes, random);
-    graph.delivery[topic] = {nodes};
-  }
-}
-
-/// Some timers become ready up to a third of their periods late.
-void draw_jitter(Random& random, Graph& graph) {
-  for (Node& node : graph.nodes) {
-    if (node.period > Duration{} && chance(random, 60)) {
-      node.release_jitter = Duration(draw(random, 0, node.period.count() / (chance(random, 50) ? 3 : 50)));
-    }
-  }
-}
-
-/// The node with its callbacks in full, some of which are services.
-Node with_services(Random& random, const Node& node) {
-  Node full;
-  full.name = node.name;
-  full.type = NodeType::callbacks;
-  full.inputs = node.inputs;
-  full.outputs = node.outputs;
-  full.groups = node.type == NodeType::callbacks ? node.groups : std::vector<CallbackGroup>{node.group};
-  full.group_names = node.group_names;
-  full.callbacks = callbacks_of(node);
-  for (Input& input : full.inputs) input.priority.reset();  // the callbacks have them
-  for (Callback& callback : full.callbacks) callback.service = callback.input && chance(random, 60);
-  return full;
-}
-
-/// Some callbacks are services, often long ones, which run ahead of their priorities after 1 to 150 ms. In
-/// half of the graphs the work does not fit into the time.
-void draw_services(Random& random, Graph& graph) {
-  for (Node& node : graph.nodes) {
-    if (node.inputs.empty() || !chance(random, 50)) continue;
-    node = with_services(random, node);
-    for (Callback& callback : node.callbacks) {
-      const std::int64_t longer = callback.service ? draw(random, 1, 4) : 1;
-      callback.worst *= longer, callback.best *= longer;
-    }
-  }
-  graph.service_wait = Duration(draw(random, 1'000'000, chance(random, 60) ? 30'000'000 : 150'000'000));
-  scale_to_load(graph, static_cast<double>(draw(random, 40, 160)));
-}
-
-/// A random graph; samples reach subscribers in the order of creation, in a given one, or, if
-/// `any_delivery`, in an unknown one.
-Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
-  Graph graph = random_graph(random);
-  Random own(seed);  // the graphs of the other seeds stay the same
-  if (seed % 3 == 1 || any_delivery) draw_deliveries(own, graph);
-  if (any_delivery) {
-    for (auto& [topic, order] : graph.delivery) order.nodes.clear();
-  }
-  if (seed % 7 == 2) draw_jitter(own, graph);
-  if (seed % 6 == 5) draw_services(own, graph);
-  return graph;
-}
-
-/// A few executors, to which nodes or tasks belong at random, each with a priority and a processor, or of the
-/// ordinary scheduling class. Priorities may be equal; the machine has those costs that the method covers.
-setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks) {
-  GraphPlatform& platform = graph.platform;
-  platform.release_cost = platform.pass_cost = platform.delivery_delay = {};
-  if (chance(random, 50)) platform.wake_up = {};
-  platform.timer_thread = TimerThread::by_executor;
-  platform.cores = static_cast<unsigned>(draw(random, 1, 3));
-  if (chance(random, 50)) platform.timer_thread = TimerThread::raised;
-  const std::int64_t more_work = draw(random, 1, platform.cores);
-  for (Task& task : tasks.set.tasks) task.wcet *= more_work, task.bcet *= more_work;
-  Deployment plan;
-  plan.name = "deployment";
-  const std::vector<std::string> executors =
-      platform.timer_thread == TimerThread::raised
-          ? std::vector<std::string>{"default", "static", "fp-ro", "rm-ro", "events-ro", "fp-ro:fifo"}
-          : std::vector<std::string>{"default", "static", "fp-ro", "rm-ro:first", "edf-ro", "dm-ro"};
-  const std::int64_t last = chance(random, 30) ? static_cast<std::int64_t>(tasks.set.size()) - 1 : 4;
-  for (std::int64_t e = 0; e <= last; ++e) {
-    DeployedExecutor& executor = plan.executors.emplace_back();
-    executor.name = "executor" + std::to_string(e);
-    executor.executor = executors[static_cast<std::size_t>(draw(random, 0, 5))];
-    const bool few = chance(random, 50);
-    if (!chance(random, 10)) {
-      executor.policy = {
-          ThreadPolicy::Class::fifo, static_cast<int>(draw(random, 1, few ? 4 : 95)), {}, {}, {}};
-    }
-    if (executor.policy.priority > 0 || chance(random, 50)) {
-      executor.processors = {static_cast<int>(draw(random, 0, platform.cores - 1))};
-    }
-  }
-  const bool by_task = chance(random, 30);
-  std::vector<std::uint32_t> of_node;
-  for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
-    of_node.push_back(static_cast<std::uint32_t>(draw(random, 0, last)));
-  }
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    plan.executor_of.push_back(by_task ? static_cast<std::uint32_t>(draw(random, 0, last))
-                                       : of_node[tasks.origin[id].node]);
-  }
-  return setup::deploy(std::move(plan), {});
-}
 
 SchedulerOptions scheduling(const Graph& graph) {
   SchedulerOptions options;
@@ -244,7 +84,7 @@ class BoundCase {
     if (phases_known_ && !executor_.deployment && seed_ % 3 == 0) draw_uncertainty();
     bounds_ = bounds();
     const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return b.refusal.empty(); });
-    statistics().asked(executor_.label, !any);
+    search_statistics().asked(executor_.label, !any);
     if (!any) return {};
     const TaskSet given = tasks_.set;
     for (int run = 0; run < (uncertainty_ > Duration{} ? 2 * kRuns : kRuns) && result_.wrong.empty(); ++run) {
@@ -302,7 +142,7 @@ class BoundCase {
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
     if (has_service_wait(*executor_.entry, scheduling, tasks_.set)) {
       const bool refused = std::ranges::none_of(all, [](const GraphBounds& b) { return b.refusal.empty(); });
-      statistics().asked(executor_.label + ", services", refused);
+      search_statistics().asked(executor_.label + ", services", refused);
     }
     if (!phases_known_) return all;
     constexpr std::size_t kMostStates = 20'000;
@@ -312,7 +152,7 @@ class BoundCase {
                                             with_witnesses ? &reached_ : nullptr));
     const bool refused = !all.back().refusal.empty();
     if (!refused && !near) exact_ = all.size() - 1;
-    statistics().asked(executor_.label + (near ? ", near phases" : ", exact"), refused);
+    search_statistics().asked(executor_.label + (near ? ", near phases" : ", exact"), refused);
     return all;
   }
 
@@ -406,7 +246,8 @@ class BoundCase {
   }
 
   void compare(const std::string& method, const std::string& name, std::int64_t seen, std::int64_t bound) {
-    if (seen > 0) statistics().pessimism(method, static_cast<double>(bound) / static_cast<double>(seen));
+    if (seen > 0)
+      search_statistics().pessimism(method, static_cast<double>(bound) / static_cast<double>(seen));
     if (seen > bound) wrong(method, name, seen, bound);
   }
 
@@ -490,8 +331,8 @@ CaseResult check_timer_chain(std::uint64_t seed, const std::string& name, std::u
     const std::int64_t seen = reaction_time(*trace, chain);
     for (const TimerChainBound& b : bounds) {
       if (!b.latency || seen == 0) continue;
-      statistics().pessimism(b.method + ", timers",
-                             static_cast<double>(*b.latency) / static_cast<double>(seen));
+      search_statistics().pessimism(b.method + ", timers",
+                                    static_cast<double>(*b.latency) / static_cast<double>(seen));
       if (seen <= *b.latency) continue;
       result.wrong = program::concat(name, ", ", b.method, ": the chain ", program::joined(names),
                                      " was observed with ", seen, " ns, against ", *b.latency, " ns, seed ",
@@ -507,7 +348,7 @@ CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::ui
   return BoundCase(seed, executor, also_covers).check();
 }
 
-std::string findings() { return statistics().report(); }
+std::string findings() { return search_statistics().report(); }
 
 std::vector<Property> properties() {
   std::vector<Property> all;

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "random_systems.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hotpath/reference_system/phases.hpp"
+#include "setup/deployed_system.hpp"
+
+namespace hotpath::test {
+
+namespace {
+
+/// Some timers become ready up to a third of their periods late.
+void draw_jitter(Random& random, Graph& graph) {
+  for (Node& node : graph.nodes) {
+    if (node.period > Duration{} && chance(random, 60)) {
+      node.release_jitter = Duration(draw(random, 0, node.period.count() / (chance(random, 50) ? 3 : 50)));
+    }
+  }
+}
+
+/// The node with its callbacks in full, some of which are services.
+Node with_services(Random& random, const Node& node) {
+  Node full;
+  full.name = node.name;
+  full.type = NodeType::callbacks;
+  full.inputs = node.inputs;
+  full.outputs = node.outputs;
+  full.groups = node.type == NodeType::callbacks ? node.groups : std::vector<CallbackGroup>{node.group};
+  full.group_names = node.group_names;
+  full.callbacks = callbacks_of(node);
+  for (Input& input : full.inputs) input.priority.reset();  // the callbacks have them
+  for (Callback& callback : full.callbacks) callback.service = callback.input && chance(random, 60);
+  return full;
+}
+
+/// Some callbacks are services, often long ones, which run ahead of their priorities after 1 to 150 ms. In
+/// half of the graphs the work does not fit into the time.
+void draw_services(Random& random, Graph& graph) {
+  for (Node& node : graph.nodes) {
+    if (node.inputs.empty() || !chance(random, 50)) continue;
+    node = with_services(random, node);
+    for (Callback& callback : node.callbacks) {
+      const std::int64_t longer = callback.service ? draw(random, 1, 4) : 1;
+      callback.worst *= longer, callback.best *= longer;
+    }
+  }
+  graph.service_wait = Duration(draw(random, 1'000'000, chance(random, 60) ? 30'000'000 : 150'000'000));
+  scale_to_load(graph, static_cast<double>(draw(random, 40, 160)));
+}
+
+}  // namespace
+
+void draw_phases(Random& random, const Graph& graph, GraphTasks& tasks) {
+  const Phases kinds[] = {Phases::random, Phases::random, Phases::synchronous, Phases::creation};
+  PhaseOptions options;
+  options.seed = random();
+  const std::vector<Duration> first =
+      make_phases(graph, tasks, kinds[static_cast<std::size_t>(draw(random, 0, 3))], options);
+  for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
+}
+
+void draw_deliveries(Random& random, Graph& graph) {
+  std::map<std::string, std::vector<std::string>> subscribers;
+  for (const Node& node : graph.nodes) {
+    for (const Input& input : node.inputs) subscribers[input.topic].push_back(node.name);
+  }
+  for (auto& [topic, nodes] : subscribers) {
+    if (nodes.size() < 2) continue;
+    std::ranges::shuffle(nodes, random);
+    graph.delivery[topic] = {nodes};
+  }
+}
+
+Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
+  Graph graph = random_graph(random);
+  Random own(seed);  // the graphs of the other seeds stay the same
+  if (seed % 3 == 1 || any_delivery) draw_deliveries(own, graph);
+  if (any_delivery) {
+    for (auto& [topic, order] : graph.delivery) order.nodes.clear();
+  }
+  if (seed % 7 == 2) draw_jitter(own, graph);
+  if (seed % 6 == 5) draw_services(own, graph);
+  return graph;
+}
+
+setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks) {
+  GraphPlatform& platform = graph.platform;
+  platform.release_cost = platform.pass_cost = platform.delivery_delay = {};
+  if (chance(random, 50)) platform.wake_up = {};
+  platform.timer_thread = TimerThread::by_executor;
+  platform.cores = static_cast<unsigned>(draw(random, 1, 3));
+  if (chance(random, 50)) platform.timer_thread = TimerThread::raised;
+  const std::int64_t more_work = draw(random, 1, platform.cores);
+  for (Task& task : tasks.set.tasks) task.wcet *= more_work, task.bcet *= more_work;
+  Deployment plan;
+  plan.name = "deployment";
+  const std::vector<std::string> executors =
+      platform.timer_thread == TimerThread::raised
+          ? std::vector<std::string>{"default", "static", "fp-ro", "rm-ro", "events-ro", "fp-ro:fifo"}
+          : std::vector<std::string>{"default", "static", "fp-ro", "rm-ro:first", "edf-ro", "dm-ro"};
+  const std::int64_t last = chance(random, 30) ? static_cast<std::int64_t>(tasks.set.size()) - 1 : 4;
+  for (std::int64_t e = 0; e <= last; ++e) {
+    DeployedExecutor& executor = plan.executors.emplace_back();
+    executor.name = "executor" + std::to_string(e);
+    executor.executor = executors[static_cast<std::size_t>(draw(random, 0, 5))];
+    const bool few = chance(random, 50);
+    if (!chance(random, 10)) {
+      executor.policy = {
+          ThreadPolicy::Class::fifo, static_cast<int>(draw(random, 1, few ? 4 : 95)), {}, {}, {}};
+    }
+    if (executor.policy.priority > 0 || chance(random, 50)) {
+      executor.processors = {static_cast<int>(draw(random, 0, platform.cores - 1))};
+    }
+  }
+  const bool by_task = chance(random, 30);
+  std::vector<std::uint32_t> of_node;
+  for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+    of_node.push_back(static_cast<std::uint32_t>(draw(random, 0, last)));
+  }
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    plan.executor_of.push_back(by_task ? static_cast<std::uint32_t>(draw(random, 0, last))
+                                       : of_node[tasks.origin[id].node]);
+  }
+  return setup::deploy(std::move(plan), {});
+}
+
+}  // namespace hotpath::test

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "random_graphs.hpp"
+#include "setup/executor_spec.hpp"
+
+namespace hotpath::test {
+
+/// First timestamps of the timers: random, all at once, or by creation.
+void draw_phases(Random& random, const Graph& graph, GraphTasks& tasks);
+
+/// A random order for each topic of several subscribers.
+void draw_deliveries(Random& random, Graph& graph);
+
+/// A random graph, some with release jitter or services; samples reach subscribers in the order of creation,
+/// in a given one, or, if `any_delivery`, in an unknown one.
+Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery);
+
+/// A few executors, to which nodes or tasks belong at random, each with a priority and a processor, or of the
+/// ordinary scheduling class. Priorities may be equal; the machine has those costs that the method covers.
+setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks);
+
+}  // namespace hotpath::test
