@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "hotpath/live/thread_setup.hpp"
+#include "machine/proc_files.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::watch {
@@ -85,23 +86,6 @@ bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited) {
   return true;
 }
 
-std::map<int, Duration> parse_stolen(const std::string& text) {
-  constexpr int kSteal = 8;  // user, nice, system, idle, iowait, irq, softirq, steal
-  static const long ticks = sysconf(_SC_CLK_TCK);
-  std::map<int, Duration> stolen;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream fields(line);
-    std::string word;
-    fields >> word;
-    if (!word.starts_with("cpu") || word.size() == 3) continue;
-    std::int64_t value = 0;
-    for (int f = 0; f < kSteal; ++f) fields >> value;
-    if (fields) stolen[std::atoi(word.c_str() + 3)] = std::chrono::seconds(1) * value / ticks;
-  }
-  return stolen;
-}
-
 std::optional<ThreadFacts> ThreadReader::read(std::uint32_t process, std::uint32_t thread) const {
   const std::string folder = program::concat("/proc/", process, "/task/", thread);
   ThreadFacts facts{process, thread};
@@ -136,7 +120,7 @@ void ThreadReader::search(const tracing::System& system) {
 
 std::vector<ThreadFacts> ThreadReader::read(const tracing::System& system) {
   if (readings_++ % kSearch == 0) search(system);
-  stolen_ = parse_stolen(content_of("/proc/stat", 0));
+  stolen_ = machine::stolen_times(content_of("/proc/stat", 0));
   std::vector<ThreadFacts> all;
   for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs == 0) continue;
