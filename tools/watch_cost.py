@@ -18,6 +18,7 @@ import json
 import os
 import random
 import resource
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -78,17 +79,11 @@ def measure(hotpath: str, command: list[str], watched: bool, jobs: bool) -> Cost
     return Cost(program, children_s() - before - total, length, report["events"])
 
 
-def median(values: list[float]) -> float:
-    """Of at least one value."""
-    ordered = sorted(values)
-    return (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
-
-
 def interval(values: list[float]) -> tuple[float, float, float]:
     """Median, and its 95 % interval over pairs (bootstrap, percentiles)."""
     draw = random.Random(1)
-    medians = sorted(median(draw.choices(values, k=len(values))) for _ in range(DRAWS))
-    return median(values), medians[int(DRAWS * 0.025)], medians[int(DRAWS * 0.975)]
+    medians = sorted(statistics.median(draw.choices(values, k=len(values))) for _ in range(DRAWS))
+    return statistics.median(values), medians[int(DRAWS * 0.025)], medians[int(DRAWS * 0.975)]
 
 
 def main() -> None:

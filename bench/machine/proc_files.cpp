@@ -3,8 +3,8 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
@@ -63,19 +63,31 @@ struct ProcessorTicks {
   long long stolen() const { return ticks.back(); }
 };
 
+/// By CPU; -1: of all.
+std::map<int, Duration> all_stolen_times(const std::string& proc_stat) {
+  std::istringstream stat(proc_stat);
+  std::map<int, Duration> stolen;
+  for (std::string line; std::getline(stat, line) && line.starts_with("cpu");) {
+    const ProcessorTicks processor(line);
+    const int number = processor.name == "cpu" ? -1 : std::atoi(processor.name.c_str() + 3);
+    stolen[number] = Duration(std::chrono::seconds(1)) * processor.stolen() / sysconf(_SC_CLK_TCK);
+  }
+  return stolen;
+}
+
 }  // namespace
 
+std::map<int, Duration> stolen_times(const std::string& proc_stat) {
+  std::map<int, Duration> stolen = all_stolen_times(proc_stat);
+  stolen.erase(-1);
+  return stolen;
+}
+
 Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus) {
-  std::istringstream stat(proc_stat);
-  std::string line;
-  long long ticks = 0;
-  while (std::getline(stat, line) && line.starts_with("cpu")) {
-    const ProcessorTicks processor(line);
-    const bool selected = std::ranges::any_of(
-        cpus, [&](int number) { return processor.name == "cpu" + std::to_string(number); });
-    if (cpus.empty() ? processor.name == "cpu" : selected) ticks += processor.stolen();
-  }
-  return Duration(std::chrono::seconds(1)) * ticks / sysconf(_SC_CLK_TCK);
+  std::map<int, Duration> stolen = all_stolen_times(proc_stat);
+  if (cpus.empty()) return stolen[-1];
+  return std::accumulate(cpus.begin(), cpus.end(), Duration::zero(),
+                         [&](Duration sum, int cpu) { return sum + stolen[cpu]; });
 }
 
 Duration stolen_time(const std::vector<int>& cpus) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,8 @@ std::vector<std::string> processes();
 Duration stolen_time(const std::vector<int>& cpus);
 /// The same from the text of /proc/stat.
 Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus);
+/// The same of each CPU.
+std::map<int, Duration> stolen_times(const std::string& proc_stat);
 
 /// Share of all CPU time since boot that the hypervisor took.
 double stolen_percent();

@@ -120,6 +120,8 @@ TEST(Machine, CountsStolenTimeOfTheProcessorsAskedForInClockTicks) {
   EXPECT_EQ(machine::stolen_time(stat, {1}), 97 * tick);
   EXPECT_EQ(machine::stolen_time(stat, {0, 10}), 36 * tick);
   EXPECT_EQ(machine::stolen_time("", {0}), Duration::zero());
+  EXPECT_EQ(machine::stolen_times(stat).size(), 3U);
+  EXPECT_EQ(machine::stolen_times(stat).at(1), 97 * tick);
 }
 
 TEST(Machine, WarnsOfOtherRealTimeThreadsAndStolenTime) {

@@ -81,9 +81,9 @@ class ContractReader {
   }
 
   static void read_terms(const YamlMap& map, std::vector<Term>& terms) {
-    for (const auto& [clause, key] : enum_texts(Clause{})) {
-      if (clause == Clause::publishes) continue;
-      if (const auto value = map.find(std::string(key))) terms.push_back(read_term(*value, clause));
+    for (const ClauseTraits& clause : kClauses) {
+      if (clause.unit == Unit::stated) continue;
+      if (const auto value = map.find(clause.text)) terms.push_back(read_term(*value, clause.value));
     }
   }
 
@@ -97,38 +97,22 @@ class ContractReader {
   }
 
   static void read_limit(const YamlValue& limit, Term& term) {
-    switch (term.clause) {
-      case Clause::depth:
-        term.limit = limit.integer(1, kMostCount);
-        return;
-      case Clause::lost:
-        term.limit = limit.integer(0, kMostCount);
-        return;
-      case Clause::policy:
-        try {
-          term.policy = parse_thread_policy(limit.text());
-        } catch (const std::invalid_argument& error) {
-          limit.fail("the policy `" + limit.text() + "` is invalid", error.what());
-        }
-        return;
-      case Clause::processors:
-        for (const YamlValue& processor : limit.list("a processor"))
-          term.limit |= static_cast<std::int64_t>(std::uint64_t{1} << processor.integer(0, kMaxProcessor));
-        return;
-      case Clause::minimum_distance:
-        return read_distances(limit, term);
-      default:
-        // A bound is 0 for a callback that only stores its sample and always goes first.
-        term.limit =
-            limit.milliseconds(term.clause == Clause::wait || role_of(term.clause) == Role::bound).count();
+    const ClauseTraits& traits = traits_of(term.clause);
+    if (term.clause == Clause::minimum_distance && limit.is_list()) return read_distances(limit, term);
+    if (traits.unit == Unit::ms) term.limit = limit.milliseconds(traits.zero).count();
+    if (traits.unit == Unit::count) term.limit = limit.integer(traits.zero ? 0 : 1, kMostCount);
+    if (traits.unit == Unit::processors)
+      for (const YamlValue& processor : limit.list("a processor"))
+        term.limit |= static_cast<std::int64_t>(std::uint64_t{1} << processor.integer(0, kMaxProcessor));
+    if (traits.unit != Unit::policy) return;
+    try {
+      term.policy = parse_thread_policy(limit.text());
+    } catch (const std::invalid_argument& error) {
+      limit.fail("the policy `" + limit.text() + "` is invalid", error.what());
     }
   }
 
   static void read_distances(const YamlValue& limit, Term& term) {
-    if (!limit.is_list()) {
-      term.limit = limit.milliseconds(true).count();
-      return;
-    }
     for (const YamlValue& distance : limit.list("a distance"))
       term.further.push_back(distance.milliseconds(true).count());
     if (term.further.size() > kMostDistances)
@@ -187,20 +171,6 @@ class ContractReader {
 };
 
 }  // namespace
-
-Role role_of(Clause clause) {
-  switch (clause) {
-    case Clause::response:
-    case Clause::lost:
-    case Clause::hot_path:
-    case Clause::age:
-      return Role::bound;
-    case Clause::requirement:
-      return Role::requirement;
-    default:
-      return Role::assumption;
-  }
-}
 
 std::string CallbackContract::name() const {
   if (!topic.empty()) return node + "/" + topic;

@@ -41,33 +41,61 @@ enum class Clause : std::uint8_t {
   // Of topics.
   publishers,  ///< No others publish the topic.
 };
-constexpr auto enum_texts(Clause) {
-  return std::to_array<EnumText<Clause>>({{Clause::budget, "budget_ms"},
-                                          {Clause::period, "period_ms"},
-                                          {Clause::minimum_distance, "minimum_distance_ms"},
-                                          {Clause::maximum_distance, "maximum_distance_ms"},
-                                          {Clause::depth, "depth"},
-                                          {Clause::publishes, "publishes"},
-                                          {Clause::response, "response_ms"},
-                                          {Clause::lost, "lost"},
-                                          {Clause::hot_path, "hot_path_ms"},
-                                          {Clause::age, "age_ms"},
-                                          {Clause::requirement, "requirement_ms"},
-                                          {Clause::policy, "policy"},
-                                          {Clause::processors, "processors"},
-                                          {Clause::wait, "wait_ms"},
-                                          {Clause::serves, "serves"},
-                                          {Clause::publishers, "publishers"}});
-}
 
 /// What it means if a term is broken.
 enum class Role : std::uint8_t { assumption, bound, requirement };
-[[nodiscard]] Role role_of(Clause clause);
+
+/// Of a limit: ns, a count, a bit for each processor, a scheduling policy, or what the contract lists.
+enum class Unit : std::uint8_t { ms, count, processors, policy, stated };
+
+/// How an observed value has to compare with the limit.
+enum class Comparison : std::uint8_t { at_most, at_least, equal };
+
+/// How a clause is written, compared and told.
+struct ClauseTraits {
+  Clause value;
+  const char* text;  ///< Key in files and in JSON.
+  Unit unit;
+  bool zero = false;  ///< Whether the limit may be 0.
+  Role role = Role::assumption;
+  Comparison comparison = Comparison::at_most;
+  const char* deed = " ";  ///< In sentences, between the subject and the observed value.
+};
+
+/// By clause. A bound is 0 for a callback that only stores its sample and always goes first.
+inline constexpr auto kClauses = [] {
+  using C = Clause;
+  constexpr auto kAssumption = Role::assumption, kBound = Role::bound;
+  constexpr auto kMost = Comparison::at_most, kLeast = Comparison::at_least, kEqual = Comparison::equal;
+  return std::to_array<ClauseTraits>({
+      {C::budget, "budget_ms", Unit::ms, false, kAssumption, kMost, " ran "},
+      {C::period, "period_ms", Unit::ms, false, kAssumption, kEqual, " has a period of "},
+      {C::minimum_distance, "minimum_distance_ms", Unit::ms, true, kAssumption, kLeast,
+       " got samples at a distance of "},
+      {C::maximum_distance, "maximum_distance_ms", Unit::ms, false, kAssumption, kMost, " got nothing for "},
+      {C::depth, "depth", Unit::count, false, kAssumption, kEqual, " has a queue depth of "},
+      {C::publishes, "publishes", Unit::stated},
+      {C::response, "response_ms", Unit::ms, true, kBound, kMost, " responded after "},
+      {C::lost, "lost", Unit::count, true, kBound, kMost, " lost samples: "},
+      {C::hot_path, "hot_path_ms", Unit::ms, true, kBound, kMost, " took "},
+      {C::age, "age_ms", Unit::ms, true, kBound, kMost, " took "},
+      {C::requirement, "requirement_ms", Unit::ms, false, Role::requirement, kMost, " took "},
+      {C::policy, "policy", Unit::policy},
+      {C::processors, "processors", Unit::processors},
+      {C::wait, "wait_ms", Unit::ms, true, kAssumption, kMost, " waited for a processor for "},
+      {C::serves, "serves", Unit::stated},
+      {C::publishers, "publishers", Unit::stated},
+  });
+}();
+constexpr auto enum_texts(Clause) { return kClauses; }
+[[nodiscard]] constexpr const ClauseTraits& traits_of(Clause clause) {
+  return kClauses[static_cast<std::size_t>(clause)];
+}
+[[nodiscard]] constexpr Role role_of(Clause clause) { return traits_of(clause).role; }
 
 struct Term {
   Clause clause;
-  /// ns; depth, lost, publishes: a count; processors: a bit for each.
-  std::int64_t limit = 0;
+  std::int64_t limit = 0;  ///< In its unit.
   Origin origin = Origin::given;
   /// minimum_distance: the limits from one publication to the second, third ... after it, in ns.
   std::vector<std::int64_t> further = {};

@@ -2,6 +2,7 @@
 #include "watch/flight_recorder.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "hotpath/tracing/ctf_writer.hpp"
 #include "program/whole_file.hpp"
@@ -12,22 +13,8 @@ using tracing::Event;
 using K = tracing::EventKind;
 
 bool describes(K kind) {
-  switch (kind) {
-    case K::callback_start:
-    case K::callback_end:
-    case K::rcl_publish:
-    case K::rmw_publish:
-    case K::intra_publish:
-    case K::rmw_take:
-    case K::ring_buffer_enqueue:
-    case K::ring_buffer_dequeue:
-    case K::wait_for_work:
-    case K::executor_job:
-    case K::incident:
-      return false;
-    default:
-      return true;
-  }
+  constexpr std::array kLater = {K::buffer_to_ipb, K::ipb_to_subscription, K::executor_init};
+  return kind < K::callback_start || std::ranges::find(kLater, kind) != kLater.end();
 }
 
 void FlightRecorder::keep(const Event& event) {

@@ -2,7 +2,6 @@
 #include "watch/judged_term.hpp"
 
 #include <algorithm>
-#include <string_view>
 
 #include "program/text.hpp"
 #include "watch/thread_facts.hpp"
@@ -12,47 +11,16 @@ namespace hotpath::watch {
 namespace {
 
 /// What was observed, before its value.
-const char* deed(Clause clause) {
-  switch (clause) {
-    case Clause::budget:
-      return " ran ";
-    case Clause::period:
-      return " has a period of ";
-    case Clause::minimum_distance:
-      return " got samples at a distance of ";
-    case Clause::maximum_distance:
-      return " got nothing for ";
-    case Clause::depth:
-      return " has a queue depth of ";
-    case Clause::response:
-      return " responded after ";
-    case Clause::lost:
-      return " lost samples: ";
-    case Clause::hot_path:
-    case Clause::age:
-    case Clause::requirement:
-      return " took ";
-    case Clause::wait:
-      return " waited for a processor for ";
-    default:
-      return " ";
-  }
-}
+const char* deed(Clause clause) { return traits_of(clause).deed; }
 
-enum class Comparison { at_most, at_least, equal };
-
-Comparison comparison_of(Clause clause) {
-  if (clause == Clause::minimum_distance) return Comparison::at_least;
-  const bool equal = clause == Clause::period || clause == Clause::depth;
-  return equal ? Comparison::equal : Comparison::at_most;
-}
+Comparison comparison_of(Clause clause) { return traits_of(clause).comparison; }
 
 bool holds(Comparison comparison, std::int64_t observed, std::int64_t limit) {
   if (comparison == Comparison::equal) return observed == limit;
   return comparison == Comparison::at_most ? observed <= limit : observed >= limit;
 }
 
-bool is_duration(Clause clause) { return std::string_view(to_string(clause)).ends_with("_ms"); }
+bool is_duration(Clause clause) { return traits_of(clause).unit == Unit::ms; }
 
 }  // namespace
 
@@ -63,16 +31,9 @@ std::string JudgedTerm::shown(std::int64_t value) const {
 }
 
 std::string JudgedTerm::limit_text() const {
-  switch (term_.clause) {
-    case Clause::policy:
-      return to_string(term_.policy);
-    case Clause::publishes:
-    case Clause::publishers:
-    case Clause::serves:
-      return "as stated";
-    default:
-      return shown(term_.limit);
-  }
+  const Unit unit = traits_of(term_.clause).unit;
+  if (unit == Unit::policy) return to_string(term_.policy);
+  return unit == Unit::stated ? "as stated" : shown(term_.limit);
 }
 
 std::string JudgedTerm::title() const {

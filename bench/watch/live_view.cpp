@@ -97,8 +97,8 @@ class Screen : public LiveView {
   }
 
   void select_next() {
-    const std::vector<ObservationReport::ChainRow>& chains = report_.chains();
-    const auto at = std::ranges::find(chains, selection_.chain, &ObservationReport::ChainRow::name);
+    const std::vector<ObservationReport::Row>& chains = report_.chains().rows;
+    const auto at = std::ranges::find(chains, selection_.chain, &ObservationReport::Row::name);
     const auto next = at == chains.end() ? chains.begin() : std::next(at);
     selection_ = {next == chains.end() ? "" : next->name, {}};
   }

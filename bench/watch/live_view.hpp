@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "watch/observation_report.hpp"
@@ -43,9 +44,9 @@ class ViewLines {
 
  private:
   static constexpr std::size_t kSeconds = 60;
-  [[nodiscard]] std::string history_of(const std::string& name) const;
 
-  std::map<std::string, std::deque<double>> history_;  // by row: worst ms of each second; -1: none
+  /// By section and row: worst ms of each second; -1: none.
+  std::map<std::pair<std::string, std::string>, std::deque<double>> history_;
 };
 
 /// Values as bars, the largest one full; a blank for values below 0.

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,34 +14,32 @@
 
 namespace hotpath::watch {
 
-/// `/node (timer 100 ms)`, `/node /topic` or `/node (service)`.
-[[nodiscard]] std::string shown_name(const tracing::System& system, std::uint32_t callback);
-
 /// The state of a watched system at one instant, for people and for programs.
 class ObservationReport {
  public:
-  struct ThreadRow {
-    std::string executor;  ///< Of the contract; empty: unknown.
-    ThreadFacts facts;
-    std::optional<ThreadPolicy> original;      ///< The first policy, if it has changed.
-    double ran = 0, waited = 0, withheld = 0;  ///< Since the previous update, ms in a second.
-  };
-  struct ChainRow {
-    std::string name;
-    std::uint64_t outputs = 0;
-    Duration hot_path_p99{}, hot_path_max{}, age_p99{}, age_max{};  ///< -1 ns: none.
-    Duration latest{-1};  ///< Largest age since the previous update.
-    double nearness = -1;
-  };
+  /// A callback, a chain of the contract, or a thread.
   struct Row {
     std::string name;
-    nlohmann::json fields;
-    bool housekeeping = false;  ///< Every node has it; not in the table.
-    double rate = 0;            ///< Jobs a second since the previous update.
-    std::uint64_t jobs = 0, lost = 0;
-    double nearness = -1;  ///< Largest share of a limit that was reached; -1: unknown.
-    Duration latest{-1};   ///< Longest execution since the previous update; -1 ns: none.
-    Duration execution_p99{}, execution_max{}, response_p99{}, response_max{};  ///< -1 ns: none.
+    nlohmann::json fields;  ///< In a line of JSON.
+    /// Largest share of a limit that was reached; -1: unknown. Threads: 2 if the policy has changed.
+    double nearness = -1;
+    Duration latest{-1};        ///< Longest execution or age since the previous update; -1 ns: none.
+    bool housekeeping = false;  ///< Every node has it: only in JSON.
+  };
+  /// What tables and screens show of a row.
+  struct Column {
+    const char* path;    ///< JSON pointer to one of its fields; "": its name.
+    const char* header;  ///< In the table.
+    const char* title;   ///< On a screen; "": not there.
+    int decimals = 3;
+  };
+  /// Rows of one kind.
+  struct Section {
+    const char* key;      ///< In a line of JSON.
+    const char* heading;  ///< On a screen.
+    const char* history;  ///< The same, of the last minute of `latest`; "": there is none.
+    std::vector<Column> columns;
+    std::vector<Row> rows = {};
   };
 
   /// `whole`: rates are those since the beginning, of threads since they were first seen.
@@ -58,45 +55,72 @@ class ObservationReport {
   void update(const Observer& observer, const Session& session, const Reading& reading,
               ContractCheck* contract, Duration now);
 
-  /// One row for each callback that ran or lost samples, for each chain of the contract, and for
-  /// each thread that runs callbacks.
+  /// The sections that are not empty; callbacks always.
   [[nodiscard]] std::vector<program::TextTable> tables() const;
   [[nodiscard]] nlohmann::json json() const;
   /// One line about all.
   [[nodiscard]] std::string title() const;
-  [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
-  [[nodiscard]] const std::vector<ChainRow>& chains() const { return chains_; }
-  [[nodiscard]] const std::vector<ThreadRow>& executor_threads() const { return executor_threads_; }
+  /// The callbacks that ran or lost samples.
+  [[nodiscard]] const Section& callbacks() const { return callbacks_; }
+  [[nodiscard]] const Section& chains() const { return chains_; }
+  /// The threads that run callbacks.
+  [[nodiscard]] const Section& threads() const { return threads_; }
+  /// As tables and screens show it; "-": there is none.
+  [[nodiscard]] static std::string shown(const Row& row, const Column& column);
 
  private:
   /// A thread's earlier facts, and its rates since then.
   struct Before {
     ThreadFacts facts;
+    ThreadPolicy first_policy;
     Duration at{};
-    double ran = 0, waited = 0, withheld = 0;
+    double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
   };
+  void update_callbacks(const Observer& observer, ContractCheck* contract, Duration now);
   void update_chains(const ContractCheck& contract);
   void update_threads(const Reading& reading, const ContractCheck* contract);
-  [[nodiscard]] program::TextTable callback_table() const;
-  [[nodiscard]] program::TextTable chain_table() const;
-  [[nodiscard]] program::TextTable thread_table() const;
-  [[nodiscard]] nlohmann::json chains_json() const;
-  [[nodiscard]] nlohmann::json threads_json() const;
+  Before& rates_of(const ThreadFacts& facts, Duration at);
 
   bool whole_;
-  std::vector<Row> rows_;
-  std::vector<ChainRow> chains_;
-  std::vector<ThreadRow> executor_threads_;
-  std::map<std::uint32_t, Before> before_;                // by id of the thread
-  std::map<std::uint32_t, ThreadPolicy> first_policies_;  // the same
+  Section callbacks_{"callbacks",
+                     "CALLBACK",
+                     "run, last minute",
+                     {{"", "callback", ""},
+                      {"/rate", "jobs/s", "jobs/s", 1},
+                      {"/jobs", "jobs", ""},
+                      {"/lost", "lost", "lost"},
+                      {"/execution_ms/p99", "execution\np99 ms", "run p99"},
+                      {"/execution_ms/max", "execution\nmax ms", "run max"},
+                      {"/response_ms/p99", "response\np99 ms", ""},
+                      {"/response_ms/max", "response\nmax ms", "resp. max"}}};
+  Section chains_{"chains",
+                  "CHAIN",
+                  "age, last minute",
+                  {{"", "chain", ""},
+                   {"/outputs", "outputs", "outputs"},
+                   {"/hot_path_ms/p99", "hot path\np99 ms", "path p99"},
+                   {"/hot_path_ms/max", "hot path\nmax ms", "path max"},
+                   {"/age_ms/p99", "age\np99 ms", "age p99"},
+                   {"/age_ms/max", "age\nmax ms", "age max"}}};
+  Section threads_{"executor_threads",
+                   "THREAD",
+                   "",
+                   {{"/process", "process", "process"},
+                    {"/thread", "thread", "thread"},
+                    {"/name", "name", ""},
+                    {"/executor", "executor", ""},
+                    {"/policy", "policy", "policy"},
+                    {"/policy_before", "before", ""},
+                    {"/processors", "processors", "processors"},
+                    {"/cpu_ms_per_s", "CPU\nms/s", "CPU ms/s", 1},
+                    {"/waited_ms_per_s", "waited\nms/s", "wait ms/s", 1},
+                    {"/withheld_ms_per_s", "withheld\nms/s", "", 1}}};
+  std::map<std::uint32_t, Before> before_;  // by id of the thread
   std::vector<std::uint64_t> jobs_before_;
   std::map<std::uint32_t, double> rates_;  // by callback
   Duration now_{}, rated_at_{};
-  std::uint64_t events_ = 0, threads_ = 0, processes_ = 0, ignored_ = 0;
+  std::uint64_t events_ = 0, traced_threads_ = 0, processes_ = 0, ignored_ = 0;
   Losses losses_;
 };
-
-/// As tables show it, without a unit: "-" if negative.
-[[nodiscard]] std::string shown_ms(Duration duration);
 
 }  // namespace hotpath::watch

@@ -24,7 +24,7 @@ namespace {
 /// Minimum distances are stated to the next, second and third next publication.
 constexpr std::int64_t kDistances = 3;
 /// Bounds assume that threads never wait; an idle machine lets them wait less than this in a second.
-constexpr double kWait_ms = 1;
+constexpr int kWait_ms = 1;
 /// Of a job among the work of timer threads.
 constexpr Duration kLongest = std::chrono::seconds(100);
 
@@ -37,15 +37,12 @@ class StatedContract {
         bounds_(setup::guarantees(graph, tasks, executor)),
         names_(names()) {}
 
-  std::string text() {
-    YAML::Emitter out;
-    out << YAML::BeginMap << YAML::Key << "callbacks" << YAML::Value << YAML::BeginSeq;
-    for (TaskId task = 0; task < tasks_.set.size(); ++task) write_callback(out, task);
-    out << YAML::EndSeq;
-    if (!graph_.chains.empty()) write_chains(out);
-    write_threads(out);
-    out << YAML::EndMap;
-    return std::string(out.c_str()) + "\n";
+  std::string text() const {
+    YAML::Node contract;
+    for (TaskId task = 0; task < tasks_.set.size(); ++task) contract["callbacks"].push_back(callback(task));
+    if (!graph_.chains.empty()) contract["chains"] = chains();
+    contract["threads"] = threads();
+    return YAML::Dump(contract) + "\n";
   }
 
  private:
@@ -64,11 +61,12 @@ class StatedContract {
     return all;
   }
 
-  void write_callback(YAML::Emitter& out, TaskId task) const {
+  YAML::Node callback(TaskId task) const {
     const CallbackContract& name = names_[task];
-    out << YAML::BeginMap << YAML::Key << "node" << YAML::Value << name.node;
-    if (!name.topic.empty()) out << YAML::Key << "topic" << YAML::Value << name.topic;
-    if (name.timer > 1) out << YAML::Key << "timer" << YAML::Value << name.timer;
+    YAML::Node stated;
+    stated["node"] = name.node;
+    if (!name.topic.empty()) stated["topic"] = name.topic;
+    if (name.timer > 1) stated["timer"] = name.timer;
     const Task& of = tasks_.set[task];
     const Callback& callback = tasks_.callbacks[task];
     const bool measured = callback.measured != nullptr || !callback.quantiles.empty();
@@ -76,96 +74,92 @@ class StatedContract {
       const Origin origin = *longest > of.wcet ? Origin::derived
                             : measured         ? Origin::measured
                                                : Origin::given;
-      write(out, Clause::budget, to_ms(*longest), origin);
+      state(stated, Clause::budget, shown(*longest), origin);
     }
     if (of.kind == TaskKind::timer) {
-      write(out, Clause::period, to_ms(of.period), Origin::given);
+      state(stated, Clause::period, shown(of.period), Origin::given);
     } else {
-      write(out, Clause::depth, of.depth, Origin::given);
-      write_distances(out, task);
-      if (loses_nothing(task)) write(out, Clause::lost, 0, Origin::derived);
+      state(stated, Clause::depth, of.depth, Origin::given);
+      state_distances(stated, task);
+      if (loses_nothing(task)) state(stated, Clause::lost, 0, Origin::derived);
     }
     if (const auto distance = longest_distance(task))
-      write(out, Clause::maximum_distance, to_ms(*distance), Origin::derived);
-    write_publications(out, task);
+      state(stated, Clause::maximum_distance, shown(*distance), Origin::derived);
+    stated["publishes"] = publications(task);
     // A job without work has a bound of 0 in a graph without costs; no live job keeps it.
     if (const auto bound = response(task); bound && *bound > Duration::zero())
-      write(out, Clause::response, to_ms(*bound), Origin::derived);
-    out << YAML::EndMap;
+      state(stated, Clause::response, shown(*bound), Origin::derived);
+    return stated;
   }
 
   template <class Value>
-  static void write(YAML::Emitter& out, Clause clause, const Value& value, Origin origin) {
-    out << YAML::Key << std::string(to_string(clause)) << YAML::Value << YAML::Flow << YAML::BeginMap
-        << YAML::Key << "value" << YAML::Value << shown(value) << YAML::Key << "from" << YAML::Value
-        << std::string(to_string(origin)) << YAML::EndMap;
+  static void state(YAML::Node& subject, Clause clause, const Value& value, Origin origin) {
+    YAML::Node term;
+    term["value"] = value;
+    term["from"] = to_string(origin);
+    term.SetStyle(YAML::EmitterStyle::Flow);
+    subject[to_string(clause)] = term;
   }
 
-  template <class Value>
-  static const Value& shown(const Value& value) {
-    return value;
-  }
   /// Milliseconds to the nanosecond, never as 1e-06.
-  static std::string shown(double ms) {
-    std::string text = program::fixed(ms, 6);
+  static std::string shown(Duration duration) {
+    std::string text = program::fixed(to_ms(duration), 6);
     text.erase(text.find_last_not_of('0') + 1);
     if (text.ends_with('.')) text.pop_back();
     return text;
   }
-  static std::vector<std::string> shown(const std::vector<double>& all_ms) {
-    std::vector<std::string> texts;
-    texts.reserve(all_ms.size());
-    for (const double ms : all_ms) texts.push_back(shown(ms));
-    return texts;
-  }
 
-  void write_distances(YAML::Emitter& out, TaskId subscription) const {
-    std::vector<double> distances;
+  void state_distances(YAML::Node& subject, TaskId subscription) const {
+    std::vector<std::string> distances;
     for (std::int64_t k = 1; k <= kDistances; ++k)
-      distances.push_back(to_ms(shortest_distance(subscription, k)));
-    if (distances.back() > 0) write(out, Clause::minimum_distance, distances, Origin::derived);
+      distances.push_back(shown(shortest_distance(subscription, k)));
+    if (distances.back() != "0") state(subject, Clause::minimum_distance, distances, Origin::derived);
   }
 
-  void write_publications(YAML::Emitter& out, TaskId task) const {
-    out << YAML::Key << "publishes" << YAML::Value << YAML::Flow << YAML::BeginSeq;
+  YAML::Node publications(TaskId task) const {
+    YAML::Node all = flow_list();
     for (const Publication& p : tasks_.callbacks[task].publishes) {
-      out << YAML::Flow << YAML::BeginMap << YAML::Key << "topic" << YAML::Value << p.topic;
-      if (!p.of.empty()) {
-        out << YAML::Key << "with" << YAML::Value << YAML::BeginSeq;
-        for (const std::uint32_t input : p.of)
-          out << graph_.nodes[tasks_.origin[task].node].inputs[input].topic;
-        out << YAML::EndSeq;
-      }
-      out << YAML::EndMap;
+      YAML::Node publication;
+      publication["topic"] = p.topic;
+      for (const std::uint32_t input : p.of)
+        publication["with"].push_back(graph_.nodes[tasks_.origin[task].node].inputs[input].topic);
+      all.push_back(publication);
     }
-    out << YAML::EndSeq;
+    return all;
   }
 
-  void write_chains(YAML::Emitter& out) const {
+  static YAML::Node flow_list() {
+    YAML::Node list(YAML::NodeType::Sequence);
+    list.SetStyle(YAML::EmitterStyle::Flow);
+    return list;
+  }
+
+  YAML::Node chains() const {
+    YAML::Node all;
     const std::vector<ChainIndex> indices = index_chains(graph_, tasks_);
-    out << YAML::Key << "chains" << YAML::Value << YAML::BeginSeq;
     for (std::size_t c = 0; c < indices.size(); ++c) {
-      const Chain& chain = graph_.chains[c];
-      out << YAML::BeginMap << YAML::Key << "name" << YAML::Value << chain.name;
-      write_names(out, "sources", indices[c].sources);
-      write_names(out, "sinks", indices[c].sink_tasks);
-      const bounds::ChainGuarantee* const bound = bounds_ ? bounds_->chain(chain.name) : nullptr;
+      const std::string& name = graph_.chains[c].name;
+      YAML::Node stated;
+      stated["name"] = name;
+      stated["sources"] = names_of(indices[c].sources);
+      stated["sinks"] = names_of(indices[c].sink_tasks);
+      const bounds::ChainGuarantee* const bound = bounds_ ? bounds_->chain(name) : nullptr;
       if (bound && bound->hot_path)
-        write(out, Clause::hot_path, to_ms(Duration(bound->hot_path->ns)), Origin::derived);
-      if (bound && bound->age) write(out, Clause::age, to_ms(Duration(bound->age->ns)), Origin::derived);
-      out << YAML::EndMap;
+        state(stated, Clause::hot_path, shown(Duration(bound->hot_path->ns)), Origin::derived);
+      if (bound && bound->age) state(stated, Clause::age, shown(Duration(bound->age->ns)), Origin::derived);
+      all.push_back(stated);
     }
-    out << YAML::EndSeq;
+    return all;
   }
 
-  void write_names(YAML::Emitter& out, const char* key, const std::vector<TaskId>& tasks) const {
-    out << YAML::Key << key << YAML::Value << YAML::Flow << YAML::BeginSeq;
-    for (const TaskId task : tasks) out << names_[task].name();
-    out << YAML::EndSeq;
+  YAML::Node names_of(const std::vector<TaskId>& tasks) const {
+    YAML::Node names = flow_list();
+    for (const TaskId task : tasks) names.push_back(names_[task].name());
+    return names;
   }
 
-  void write_threads(YAML::Emitter& out) const {
-    out << YAML::Key << "threads" << YAML::Value << YAML::BeginSeq;
+  YAML::Node threads() const {
+    YAML::Node all(YAML::NodeType::Sequence);
     const std::size_t executors = setup::parts(executor_).size();
     for (std::size_t e = 0; e < executors; ++e) {
       std::vector<TaskId> served;
@@ -173,18 +167,18 @@ class StatedContract {
         if (!executor_.deployment || executor_.deployment->plan.executor_of[task] == e)
           served.push_back(task);
       if (served.empty()) continue;
-      out << YAML::BeginMap << YAML::Key << "name" << YAML::Value
-          << (executor_.deployment ? executor_.deployment->plan.executors[e].name : executor_.label);
-      write_names(out, "callbacks", served);
-      if (executor_.deployment) {
-        const DeployedExecutor& plan = executor_.deployment->plan.executors[e];
-        write(out, Clause::policy, to_string(plan.policy), Origin::given);
-        if (!plan.processors.empty()) write(out, Clause::processors, plan.processors, Origin::given);
-      }
-      write(out, Clause::wait, kWait_ms, Origin::given);
-      out << YAML::EndMap;
+      const DeployedExecutor* const plan =
+          executor_.deployment ? &executor_.deployment->plan.executors[e] : nullptr;
+      YAML::Node stated;
+      stated["name"] = plan ? plan->name : executor_.label;
+      stated["callbacks"] = names_of(served);
+      if (plan) state(stated, Clause::policy, to_string(plan->policy), Origin::given);
+      if (plan && !plan->processors.empty())
+        state(stated, Clause::processors, plan->processors, Origin::given);
+      state(stated, Clause::wait, kWait_ms, Origin::given);
+      all.push_back(stated);
     }
-    out << YAML::EndSeq;
+    return all;
   }
 
   /// Most time from start to end of a job. Where threads of the ordinary class share a processor, jobs

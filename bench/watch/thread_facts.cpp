@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <sched.h>
 #include <sys/stat.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <array>
@@ -14,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "hotpath/live/thread_setup.hpp"
+#include "machine/proc_files.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::watch {
@@ -34,38 +35,6 @@ std::string content_of(const std::string& path, uid_t user) {
 
 /// The names that hotpath's executors give to their timer threads, on rclcpp and of their own.
 bool is_timer_thread(const std::string& name) { return name == "hotpath_timers\n" || name == "timer_mgmt\n"; }
-
-/// The layout of Linux's struct sched_attr (version 0), which the C library lacks.
-struct SchedulingAttributes {
-  std::uint32_t size = sizeof(SchedulingAttributes), policy = 0;
-  std::uint64_t flags = 0;
-  std::int32_t nice = 0;
-  std::uint32_t priority = 0;
-  std::uint64_t runtime = 0, deadline = 0, period = 0;
-};
-
-std::optional<ThreadPolicy> policy_of(pid_t thread) {
-  SchedulingAttributes attributes;
-  if (syscall(SYS_sched_getattr, thread, &attributes, sizeof attributes, 0) != 0) return std::nullopt;
-  using Class = ThreadPolicy::Class;
-  const auto ns = [](std::uint64_t value) { return Duration(static_cast<std::int64_t>(value)); };
-  const auto priority = static_cast<int>(attributes.priority);
-  switch (attributes.policy) {
-    case SCHED_FIFO:
-      return ThreadPolicy{Class::fifo, priority};
-    case SCHED_RR:
-      return ThreadPolicy{Class::rr, priority};
-    case SCHED_BATCH:
-      return ThreadPolicy{Class::batch, attributes.nice};
-    case SCHED_IDLE:
-      return ThreadPolicy{Class::idle, attributes.nice};
-    case 6:  // SCHED_DEADLINE
-      return ThreadPolicy{Class::deadline, 0, ns(attributes.runtime), ns(attributes.deadline),
-                          ns(attributes.period)};
-    default:
-      return ThreadPolicy{Class::other, attributes.nice};
-  }
-}
 
 std::optional<std::uint64_t> processors_of(pid_t thread) {
   cpu_set_t set;
@@ -117,28 +86,11 @@ bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited) {
   return true;
 }
 
-std::map<int, Duration> parse_stolen(const std::string& text) {
-  constexpr int kSteal = 8;  // user, nice, system, idle, iowait, irq, softirq, steal
-  static const long ticks = sysconf(_SC_CLK_TCK);
-  std::map<int, Duration> stolen;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream fields(line);
-    std::string word;
-    fields >> word;
-    if (!word.starts_with("cpu") || word.size() == 3) continue;
-    std::int64_t value = 0;
-    for (int f = 0; f < kSteal; ++f) fields >> value;
-    if (fields) stolen[std::atoi(word.c_str() + 3)] = std::chrono::seconds(1) * value / ticks;
-  }
-  return stolen;
-}
-
 std::optional<ThreadFacts> ThreadReader::read(std::uint32_t process, std::uint32_t thread) const {
   const std::string folder = program::concat("/proc/", process, "/task/", thread);
   ThreadFacts facts{process, thread};
   const auto id = static_cast<pid_t>(thread);
-  const auto policy = policy_of(id);
+  const auto policy = thread_policy(id);
   const auto processors = processors_of(id);
   if (!policy || !processors ||
       !parse_stat(content_of(folder + "/stat", geteuid()), facts.name, facts.processor) ||
@@ -168,7 +120,7 @@ void ThreadReader::search(const tracing::System& system) {
 
 std::vector<ThreadFacts> ThreadReader::read(const tracing::System& system) {
   if (readings_++ % kSearch == 0) search(system);
-  stolen_ = parse_stolen(content_of("/proc/stat", 0));
+  stolen_ = machine::stolen_times(content_of("/proc/stat", 0));
   std::vector<ThreadFacts> all;
   for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs == 0) continue;

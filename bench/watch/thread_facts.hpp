@@ -52,9 +52,8 @@ class ThreadReader {
 /// `0,2`.
 [[nodiscard]] std::string shown_processors(std::uint64_t processors);
 
-/// Facts from the content of /proc/PID/task/TID/stat and schedstat and of /proc/stat; false: invalid.
+/// Facts from the content of /proc/PID/task/TID/stat and schedstat; false: invalid.
 [[nodiscard]] bool parse_stat(const std::string& text, std::string& name, int& processor);
 [[nodiscard]] bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited);
-[[nodiscard]] std::map<int, Duration> parse_stolen(const std::string& text);
 
 }  // namespace hotpath::watch

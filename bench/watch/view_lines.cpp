@@ -10,11 +10,9 @@ namespace hotpath::watch {
 
 namespace {
 
-constexpr std::size_t kNameWidth = 40;
+using Row = ObservationReport::Row;
 
-std::string shown_nearness(double nearness) {
-  return nearness < 0 ? "-" : program::fixed(100 * nearness, 0) + " %";
-}
+constexpr std::size_t kNameWidth = 40;
 
 /// A name that takes kNameWidth bytes or less on the screen.
 std::string padded(const std::string& name) {
@@ -23,26 +21,30 @@ std::string padded(const std::string& name) {
   return text;
 }
 
-std::string columns(const std::vector<std::string>& values) {
-  std::string text;
-  for (const std::string& value : values) text += program::text("%11s", value.c_str());
-  return text + "  ";
+std::string column(const std::string& value) { return program::text("%11s", value.c_str()); }
+
+/// A field in ms or a rate; -1: there is none.
+double number(const Row* row, const char* path) {
+  const nlohmann::json::json_pointer field(path);
+  return row->fields.contains(field) ? row->fields.at(field).get<double>() : -1;
 }
 
-/// The rows in the order of the key.
-std::vector<const ObservationReport::Row*> sorted(const std::vector<ObservationReport::Row>& rows,
-                                                  SortKey key) {
-  std::vector<const ObservationReport::Row*> order;
-  for (const ObservationReport::Row& row : rows)
+/// The rows in the order of the key. Chains have an order of their own, unless one is near to breaking.
+std::vector<const Row*> sorted(const ObservationReport& report, const ObservationReport::Section& section,
+                               SortKey key) {
+  std::vector<const Row*> order;
+  for (const Row& row : section.rows)
     if (!row.housekeeping) order.push_back(&row);
-  std::ranges::stable_sort(order, [&](const auto* a, const auto* b) {
+  const bool callbacks = &section == &report.callbacks();
+  if (!callbacks && (key != SortKey::nearness || &section == &report.threads())) return order;
+  std::ranges::stable_sort(order, [&](const Row* a, const Row* b) {
     switch (key) {
       case SortKey::nearness:
         return a->nearness > b->nearness;
       case SortKey::execution:
-        return a->execution_max > b->execution_max;
+        return number(a, "/execution_ms/max") > number(b, "/execution_ms/max");
       case SortKey::rate:
-        return a->rate > b->rate;
+        return number(a, "/rate") > number(b, "/rate");
       case SortKey::name:
         break;
     }
@@ -66,18 +68,13 @@ std::string sparkline(const std::deque<double>& values) {
 }
 
 void ViewLines::remember(const ObservationReport& report) {
-  const auto add = [&](const std::string& name, Duration worst) {
-    std::deque<double>& values = history_[name];
-    values.push_back(worst < Duration::zero() ? -1 : to_ms(worst));
-    if (values.size() > kSeconds) values.pop_front();
-  };
-  for (const ObservationReport::Row& row : report.rows()) add(row.name, row.latest);
-  for (const ObservationReport::ChainRow& row : report.chains()) add("chain " + row.name, row.latest);
-}
-
-std::string ViewLines::history_of(const std::string& name) const {
-  const auto at = history_.find(name);
-  return at == history_.end() ? "" : sparkline(at->second);
+  for (const auto* section : {&report.callbacks(), &report.chains()}) {
+    for (const Row& row : section->rows) {
+      std::deque<double>& values = history_[{section->key, row.name}];
+      values.push_back(row.latest < Duration::zero() ? -1 : to_ms(row.latest));
+      if (values.size() > kSeconds) values.pop_front();
+    }
+  }
 }
 
 std::vector<ViewLine> ViewLines::lines(const ObservationReport& report, SortKey key,
@@ -86,47 +83,22 @@ std::vector<ViewLine> ViewLines::lines(const ObservationReport& report, SortKey 
   if (!incident.empty()) lines.push_back({"Incident: " + printable(incident, 1000), true, false});
   for (const std::string& line : selection.explanation)
     lines.push_back({printable(line, 1000), false, false});
-  if (!report.chains().empty()) {
-    lines.push_back({padded("CHAIN") +
-                         columns({"of limit", "outputs", "path p99", "path max", "age p99", "age max"}) +
-                         "age, last minute",
-                     false, true});
-    std::vector<const ObservationReport::ChainRow*> order;
-    for (const ObservationReport::ChainRow& row : report.chains()) order.push_back(&row);
-    if (key == SortKey::nearness)
-      std::ranges::stable_sort(order, std::greater(), [](const auto* row) { return row->nearness; });
-    for (const auto* row : order) {
-      lines.push_back({padded((row->name == selection.chain ? "> " : "") + row->name) +
-                           columns({shown_nearness(row->nearness), program::concat(row->outputs),
-                                    shown_ms(row->hot_path_p99), shown_ms(row->hot_path_max),
-                                    shown_ms(row->age_p99), shown_ms(row->age_max)}) +
-                           history_of("chain " + row->name),
+  for (const auto* section : {&report.chains(), &report.callbacks(), &report.threads()}) {
+    const bool chains = section == &report.chains(), has_history = *section->history != '\0';
+    if (chains && section->rows.empty()) continue;
+    std::string heading = padded(section->heading) + (has_history ? column("of limit") : "");
+    for (const auto& shown : section->columns) heading += *shown.title == '\0' ? "" : column(shown.title);
+    lines.push_back({heading + "  " + section->history, false, true});
+    for (const Row* row : sorted(report, *section, key)) {
+      std::string text = padded((chains && row->name == selection.chain ? "> " : "") + row->name);
+      if (has_history)
+        text += column(row->nearness < 0 ? "-" : program::fixed(100 * row->nearness, 0) + " %");
+      for (const auto& shown : section->columns)
+        if (*shown.title != '\0') text += column(ObservationReport::shown(*row, shown));
+      const auto history = history_.find({section->key, row->name});
+      lines.push_back({text + "  " + (history == history_.end() ? "" : sparkline(history->second)),
                        row->nearness > 1, false});
     }
-  }
-  lines.push_back({padded("CALLBACK") +
-                       columns({"of limit", "jobs/s", "lost", "run p99", "run max", "resp. max"}) +
-                       "run, last minute",
-                   false, true});
-  for (const ObservationReport::Row* row : sorted(report.rows(), key)) {
-    lines.push_back({padded(row->name) +
-                         columns({shown_nearness(row->nearness), program::fixed(row->rate, 1),
-                                  program::concat(row->lost), shown_ms(row->execution_p99),
-                                  shown_ms(row->execution_max), shown_ms(row->response_max)}) +
-                         history_of(row->name),
-                     row->nearness > 1, false});
-  }
-  lines.push_back(
-      {padded("THREAD") + columns({"process", "thread", "policy", "processors", "CPU ms/s", "wait ms/s"}),
-       false, true});
-  for (const ObservationReport::ThreadRow& row : report.executor_threads()) {
-    const std::string name =
-        row.executor.empty() ? row.facts.name : row.executor + " (" + row.facts.name + ")";
-    lines.push_back(
-        {padded(name) + columns({program::concat(row.facts.process), program::concat(row.facts.thread),
-                                 to_string(row.facts.policy), shown_processors(row.facts.processors),
-                                 program::fixed(row.ran, 1), program::fixed(row.waited, 1)}),
-         row.original.has_value(), false});
   }
   return lines;
 }

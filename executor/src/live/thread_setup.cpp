@@ -99,23 +99,25 @@ void set_thread_policy(int thread, const ThreadPolicy& policy) {
   if (!set_policy(thread, policy) && errno != ESRCH) refuse(policy, errno);
 }
 
-ThreadPolicy own_thread_policy() {
+std::optional<ThreadPolicy> thread_policy(int thread) {
   SchedulingAttributes attributes{};
-  ThreadPolicy own;
-  if (syscall(SYS_sched_getattr, 0, &attributes, sizeof attributes, 0) != 0) return own;
+  ThreadPolicy policy;
+  if (syscall(SYS_sched_getattr, thread, &attributes, sizeof attributes, 0) != 0) return std::nullopt;
   for (const auto& c : enum_texts(ThreadPolicy::Class{})) {
-    if (native_class(c.value) == static_cast<int>(attributes.policy)) own.scheduling_class = c.value;
+    if (native_class(c.value) == static_cast<int>(attributes.policy)) policy.scheduling_class = c.value;
   }
-  if (own.scheduling_class == ThreadPolicy::Class::deadline) {
+  if (policy.scheduling_class == ThreadPolicy::Class::deadline) {
     const auto duration = [](std::uint64_t ns) { return Duration(static_cast<std::int64_t>(ns)); };
-    own.runtime = duration(attributes.runtime);
-    own.deadline = duration(attributes.deadline);
-    own.period = duration(attributes.period);
+    policy.runtime = duration(attributes.runtime);
+    policy.deadline = duration(attributes.deadline);
+    policy.period = duration(attributes.period);
   } else {
-    own.priority = own.ordinary() ? attributes.nice : static_cast<int>(attributes.priority);
+    policy.priority = policy.ordinary() ? attributes.nice : static_cast<int>(attributes.priority);
   }
-  return own;
+  return policy;
 }
+
+ThreadPolicy own_thread_policy() { return thread_policy(0).value_or(ThreadPolicy{}); }
 
 std::string refusal(const ThreadPolicyRequest& request) {
   std::string reason;

@@ -31,36 +31,26 @@ int weight(Level level) { return level == Level::stale ? 0 : 1 + static_cast<int
 
 /// Takes over a worse level with its message.
 void raise(WatchStatus& status, Level level, const std::string& message) {
-  if (weight(level) > weight(status.level)) status.message = message;
-  if (weight(level) > weight(status.level)) status.level = level;
+  if (weight(level) <= weight(status.level)) return;
+  status.message = message;
+  status.level = level;
 }
 
-/// Counts of earlier lines, and those of this line.
-class Growth {
- public:
-  explicit Growth(const std::map<std::string, std::uint64_t>& before) : before_(before) {}
+using Counts = std::map<std::string, std::uint64_t>;
 
-  /// By how much a count has grown since the previous line.
-  std::uint64_t of(const std::string& name, std::uint64_t count) {
-    now_[name] = count;
-    const auto found = before_.find(name);
-    const std::uint64_t before = found == before_.end() ? 0 : found->second;
-    return count > before ? count - before : 0;
-  }
-  std::map<std::string, std::uint64_t> take() { return std::move(now_); }
+/// By how much a count has grown since the previous line.
+std::uint64_t growth(Counts& counts, const std::string& name, std::uint64_t count) {
+  const std::uint64_t before = std::exchange(counts[name], count);
+  return count > before ? count - before : 0;
+}
 
- private:
-  const std::map<std::string, std::uint64_t>& before_;
-  std::map<std::string, std::uint64_t> now_;
-};
-
-WatchStatus watcher_status(const json& report, Growth& growth) {
+WatchStatus watcher_status(const json& report, Counts& counts) {
   WatchStatus status{Level::ok, "hotpath watch", "watching", {}};
   for (const char* const key : {"time_s", "processes", "threads", "events"}) add(status, key, report.at(key));
   for (const char* const key : kLosses) {
     add(status, key, report.at(key));
     const auto count = report.at(key).get<std::uint64_t>();
-    if (growth.of(key, count) > 0) raise(status, Level::warn, std::string("events were lost: ") + key);
+    if (growth(counts, key, count) > 0) raise(status, Level::warn, std::string("events were lost: ") + key);
   }
   if (report.at("threads") == 0) {
     raise(status, Level::warn, "no tracepoint was recorded");
@@ -111,14 +101,14 @@ std::pair<Level, std::string> judge(const json& term, bool broken_now) {
   return {lost ? Level::warn : Level::stale, name + " not observable: " + reason};
 }
 
-void add_contract(std::vector<WatchStatus>& statuses, const json& contract, Growth& growth) {
+void add_contract(std::vector<WatchStatus>& statuses, const json& contract, Counts& counts) {
   std::map<std::string, std::size_t> places;
   for (const json& term : contract.at("terms")) {
     const std::string subject = subject_of(term), name = text_of(term.at("term"));
     const auto [place, is_new] = places.emplace(subject, statuses.size());
     if (is_new) statuses.push_back({Level::stale, "hotpath contract: " + subject, "", {}});
     WatchStatus& status = statuses[place->second];
-    const auto broken = growth.of(std::string(subject).append("\n").append(name), term.at("broken"));
+    const auto broken = growth(counts, std::string(subject).append("\n").append(name), term.at("broken"));
     const auto [level, message] = judge(term, broken > 0);
     if (status.message.empty()) status.message = message;
     raise(status, level, message);
@@ -140,7 +130,6 @@ void make_unique(std::vector<WatchStatus>& statuses) {
 }  // namespace
 
 std::vector<WatchStatus> WatchStatuses::of(const std::string& line) {
-  Growth growth(counts_);
   std::vector<WatchStatus> statuses;
   try {
     const json report = json::parse(line);
@@ -151,17 +140,16 @@ std::vector<WatchStatus> WatchStatuses::of(const std::string& line) {
       incident_->level = Level::warn;
       return {now};
     }
-    statuses.push_back(watcher_status(report, growth));
+    statuses.push_back(watcher_status(report, counts_));
     for (const json& callback : report.at("callbacks")) statuses.push_back(callback_status(callback));
     if (const auto contract = report.find("contract"); contract != report.end()) {
-      add_contract(statuses, *contract, growth);
+      add_contract(statuses, *contract, counts_);
     }
     if (incident_) statuses.push_back(*incident_);
   } catch (const json::exception& error) {
     throw NoReport(error.what());
   }
   make_unique(statuses);
-  counts_ = growth.take();
   latest_ = statuses;
   return statuses;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ struct ThreadSetupError : std::runtime_error {
 /// Throws ThreadSetupError if the policy is refused.
 void set_thread_policy(int thread, const ThreadPolicy& policy);
 
+/// The policy of a thread of any process, by its kernel id; std::nullopt: it has ended.
+[[nodiscard]] std::optional<ThreadPolicy> thread_policy(int thread);
 /// The policy of the calling thread.
 [[nodiscard]] ThreadPolicy own_thread_policy();
 
