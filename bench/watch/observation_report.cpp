@@ -129,15 +129,14 @@ void ObservationReport::update_chains(const ContractCheck& contract) {
 
 void ObservationReport::update_threads(const Reading& reading, const ContractCheck* contract) {
   const std::vector<ThreadFacts>& facts = reading.facts;
-  if (facts.empty()) return;  // the program has ended: the last facts stay
   executor_threads_.clear();
   for (const ThreadFacts& of : facts) {
     ThreadRow& row = executor_threads_.emplace_back();
     row.facts = of;
-    if (contract != nullptr) row.executor = contract->executor_of(of.thread);
-    const auto [first, is_new] = first_policies_.try_emplace(of.thread, of.policy);
+    if (contract != nullptr) row.executor = contract->executor_of(of.key());
+    const auto [first, is_new] = first_policies_.try_emplace(of.identity(), of.policy);
     if (!(first->second == of.policy)) row.original = first->second;
-    Before& before = before_.try_emplace(of.thread, Before{of, reading.at}).first->second;
+    Before& before = before_.try_emplace(of.identity(), Before{of, reading.at}).first->second;
     if (reading.at - before.at >= kShortest) {
       const double seconds = to_ms(reading.at - before.at) / 1000;
       before.ran = to_ms(of.ran - before.facts.ran) / seconds;
@@ -154,7 +153,7 @@ void ObservationReport::update_threads(const Reading& reading, const ContractChe
     row.withheld = before.withheld;
   }
   std::erase_if(before_, [&](const auto& before) {
-    return std::ranges::find(facts, before.first, &ThreadFacts::thread) == facts.end();
+    return std::ranges::find(facts, before.first, &ThreadFacts::identity) == facts.end();
   });
   std::erase_if(first_policies_, [&](const auto& first) { return !before_.contains(first.first); });
 }

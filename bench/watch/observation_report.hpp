@@ -87,8 +87,8 @@ class ObservationReport {
   std::vector<Row> rows_;
   std::vector<ChainRow> chains_;
   std::vector<ThreadRow> executor_threads_;
-  std::map<std::uint32_t, Before> before_;                // by id of the thread
-  std::map<std::uint32_t, ThreadPolicy> first_policies_;  // the same
+  std::map<std::pair<ThreadKey, std::uint64_t>, Before> before_;                // by identity of the thread
+  std::map<std::pair<ThreadKey, std::uint64_t>, ThreadPolicy> first_policies_;  // the same
   std::vector<std::uint64_t> jobs_before_;
   std::map<std::uint32_t, double> rates_;  // by callback
   Duration now_{}, rated_at_{};
