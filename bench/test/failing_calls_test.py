@@ -23,7 +23,8 @@ from pathlib import Path
 from typing import Any
 
 from evidence import publish_on_request
-from hotpath_command import HOTPATH, left_behind, shared_memory_files, processes_of
+from hotpath_command import HOTPATH, processes_of
+from shared_memory import expect_nothing_left_behind
 
 LIBRARY = os.environ.get("FAILING_CALLS", "")
 PLACES = int(os.environ.get("HOTPATH_FAULTS", "1"))
@@ -159,8 +160,7 @@ def some(places: Any) -> Any:
 
 class FailingCalls(unittest.TestCase):
     def setUp(self) -> None:
-        before = shared_memory_files()
-        self.addCleanup(lambda: self.assertEqual(left_behind(before), set(), "in /dev/shm"))
+        expect_nothing_left_behind(self)
 
     def run_with(self, arguments: Any, fault: Any = None) -> tuple[Any, Any]:
         with tempfile.TemporaryDirectory(prefix="hotpath_faults_") as folder:

@@ -13,8 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from shared_memory import expect_nothing_left_behind
+
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
-SHARED_MEMORY = Path("/dev/shm")
 TIME_LIMIT_S = 60
 
 JOB_COLUMNS = (
@@ -22,31 +23,6 @@ JOB_COLUMNS = (
     "deadline_ns,worker,cpu,process,parent_task,parent_sequence"
 ).split(",")
 CHAIN_COLUMNS = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns".split(",")
-
-
-def shared_memory_files() -> set[Any]:
-    return {f.name for f in SHARED_MEMORY.iterdir()}
-
-
-def in_use(name: str) -> bool:
-    """Whether a living process has mapped or opened this file of /dev/shm."""
-    path = str(SHARED_MEMORY / name)
-    for process in Path("/proc").iterdir():
-        if not process.name.isdigit():
-            continue
-        try:
-            if path in (process / "maps").read_text():
-                return True
-            if any(os.readlink(fd) == path for fd in (process / "fd").iterdir()):
-                return True
-        except OSError:  # the process has ended
-            pass
-    return False
-
-
-def left_behind(before: Any) -> set[Any]:
-    """New files of /dev/shm since `before` that no process uses (other programs may use DDS, too)."""
-    return {name for name in shared_memory_files() - before if not in_use(name)}
 
 
 class Job:
@@ -130,11 +106,7 @@ class CommandTest(unittest.TestCase):
         self.folder.chmod(0o777)  # some tests run as another user
         # Figures cost a second each.
         self.environment = dict(os.environ, HOTPATH_FIGURES="none")
-        before = shared_memory_files()
-        self.addCleanup(lambda: self.assert_nothing_left_behind(before))
-
-    def assert_nothing_left_behind(self, before: Any) -> None:
-        self.assertEqual(left_behind(before), set(), "in /dev/shm")
+        expect_nothing_left_behind(self)
 
     def start(self, *arguments: object, **options: Any) -> Any:
         somebody = {name: options[name] for name in ("user", "group") if name in options}

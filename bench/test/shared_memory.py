@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that a test leaves behind in /dev/shm."""
+
+import ctypes
+import functools
+import os
+import unittest
+from pathlib import Path
+
+FOLDER = Path("/dev/shm")
+# Of <sched.h> and <sys/mount.h>.
+CLONE_NEWNS, MS_REC, MS_SLAVE = 0x20000, 0x4000, 0x80000
+
+
+@functools.cache
+def make_private() -> bool:
+    """Gives this process, and all that it starts from now on, a /dev/shm of its own, in which no unrelated
+    program leaves files. False where that is not permitted: then /dev/shm stays the machine's."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.unshare(CLONE_NEWNS) != 0 or libc.mount(b"none", b"/", None, MS_REC | MS_SLAVE, None) != 0:
+        return False
+    return bool(libc.mount(b"tmpfs", os.fsencode(FOLDER), b"tmpfs", 0, b"mode=1777") == 0)
+
+
+def files() -> set[str]:
+    """Names of the files of /dev/shm."""
+    return {file.name for file in FOLDER.iterdir()}
+
+
+def in_use(name: str) -> bool:
+    """Whether a living process has mapped or opened this file of /dev/shm."""
+    path = FOLDER / name
+    try:
+        known = path.stat()
+    except FileNotFoundError:
+        return False
+    device = f"{os.major(known.st_dev):02x}:{os.minor(known.st_dev):02x}"
+    for process in Path("/proc").iterdir():
+        if not process.name.isdigit():
+            continue
+        try:
+            mapped = (line.split(maxsplit=5)[3:5] for line in (process / "maps").read_text().splitlines())
+            if [device, str(known.st_ino)] in mapped:
+                return True
+            opened = [descriptor for descriptor in (process / "fd").iterdir() if descriptor.exists()]
+            if any(os.path.samestat(descriptor.stat(), known) for descriptor in opened):
+                return True
+        except OSError:  # the process has ended
+            pass
+    return False
+
+
+def left_behind(before: set[str]) -> set[str]:
+    """New files of /dev/shm since `before` that no process uses. Where /dev/shm is not private, some may
+    belong to unrelated programs."""
+    return {name for name in files() - before if not in_use(name) and (FOLDER / name).exists()}
+
+
+def expect_nothing_left_behind(test: unittest.TestCase) -> None:
+    """The test fails at its end if it, or a program that it started, left a file behind."""
+    make_private()
+    before = files()
+    test.addCleanup(lambda: test.assertEqual(left_behind(before), set(), "in /dev/shm"))
