@@ -23,12 +23,17 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
-CONTRACT = Path(__file__).resolve().parent.parent / "ros2/hotpath_rclcpp/test/faulty.contract.yaml"
+ROOT = Path(__file__).resolve().parent.parent
+CONTRACT = ROOT / "ros2/hotpath_rclcpp/test/faulty.contract.yaml"
+CLOCK = ROOT / "build/bench/test/libstepping_clock.so"
 AT_SAMPLES = range(100, 150)  # two to three seconds after the first, at any time between two lines of JSON
 PATIENCE_S = 5.0
 WITHHELD_S = 0.2
+STEP_AFTER_S = 2  # before the first sample of AT_SAMPLES
+RESTART_SAMPLES = 200  # for which the second watcher starts later than the first
+DAY_S = 86400
 
 
 class Fault(NamedTuple):
@@ -54,26 +59,41 @@ FAULTS = {
     "affinity changed": Fault("affinity", r"executor thread \S+ may run on processors"),
     "processor withheld": Fault("none", r"executor thread \S+ waited"),
     "process killed": Fault("killed", r".*ended by a signal \(Killed\)"),
+    "watcher killed and restarted": Fault("overrun", r"perception\.filter/points ran 8\.8"),
+    "clock stepped": Fault("overrun", r"perception\.filter/points ran 8\.8"),
 }
 WITHHELD = "processor withheld"
+RESTARTED = "watcher killed and restarted"
+STEPPED = "clock stepped"
 
 
 class Run:
     """A watched program, and what it and its watcher say."""
 
-    def __init__(self, options: argparse.Namespace, fault: str, sample: int) -> None:
+    def __init__(
+        self, options: argparse.Namespace, fault: str, sample: int, variables: dict[str, str] | None = None
+    ) -> None:
         command = [*options.prefix.split(), options.program, options.executor, fault, str(sample)]
-        words = [options.hotpath, "watch", "--json", "--contract", str(options.contract), "--", *command]
-        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.start(options, ["--", *command], variables or {})
+
+    def start(self, options: argparse.Namespace, words: list[str], variables: dict[str, str]) -> None:
+        """Starts the watcher."""
+        self.process = subprocess.Popen(
+            [options.hotpath, "watch", "--json", "--contract", str(options.contract), *words],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, **variables},
+        )
         self.fault_at: float | None = None
         self.errors: list[str] = []
-        self.reader = threading.Thread(target=self.read_errors)
+        assert self.process.stderr is not None
+        self.reader = threading.Thread(target=self.read_output, args=[self.process.stderr])
         self.reader.start()
 
-    def read_errors(self) -> None:
-        """Standard error of the watcher, and the output of the program."""
-        assert self.process.stderr is not None
-        for line in self.process.stderr:
+    def read_output(self, output: IO[str]) -> None:
+        """Of the program; standard error of the watcher."""
+        for line in output:
             if match := re.match(r"fault (\d+)", line):
                 self.fault_at = int(match[1]) / 1e9
             else:
@@ -95,13 +115,63 @@ class Run:
         self.reader.join()
 
 
-def incident_of(report: Any) -> str:
-    """The first one of the run, without the instant at its beginning; empty: none so far."""
+class RestartedRun(Run):
+    """A program that runs on its own, whose first watcher was killed."""
+
+    def __init__(self, options: argparse.Namespace, fault: str, sample: int) -> None:
+        lines = subprocess.check_output([options.hotpath, "watch", "--print-environment"], text=True)
+        variables = dict(line.split("=", 1) for line in lines.splitlines())
+        self.program = subprocess.Popen(
+            [*options.prefix.split(), options.program, options.executor, fault, str(sample)],
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, **variables},
+        )
+        self.start(options, [], {})
+        for _, report in self.reports():
+            if "event" not in report and any(callback["jobs"] for callback in report["callbacks"]):
+                break
+        self.process.kill()
+        self.process.wait()
+        self.reader.join()
+        self.start(options, [], {})
+        assert self.program.stdout is not None
+        self.program_reader = threading.Thread(target=self.read_output, args=[self.program.stdout])
+        self.program_reader.start()
+
+    def end(self) -> None:
+        """Ends watcher and program."""
+        super().end()
+        if self.program.poll() is not None:
+            sys.exit("watch_faults.py: the program did not outlive its watcher")
+        self.program.send_signal(signal.SIGINT)
+        self.program.wait()
+        self.program_reader.join()
+
+
+def incident_of(report: Any) -> tuple[str, str]:
+    """The instant and the sentence of the first one of the run; empty: none so far."""
     if "event" in report:
         sentence = report["incident"] if report["number"] == 1 else ""
     else:
         sentence = report["contract"]["incident"]
-    return re.sub(r"^[\d:.]+ ", "", sentence)
+    match = re.match(r"([\d:.]+) (.*)", sentence)
+    return (match[1], match[2]) if match else ("", "")
+
+
+def wrong_times(run: Run, instant: str, step_s: int) -> str:
+    """What is wrong after the clock was stepped: the time of day of the fault, or a response time."""
+    assert run.fault_at is not None
+    hours, minutes, seconds = instant.split(":")
+    shown = int(hours) * 3600 + int(minutes) * 60 + float(seconds)
+    now = time.time() + step_s
+    local = time.localtime(now)
+    expected = (local.tm_hour * 60 + local.tm_min) * 60 + local.tm_sec + now % 1
+    expected -= time.monotonic() - run.fault_at
+    off = abs((shown - expected + DAY_S / 2) % DAY_S - DAY_S / 2)
+    report = next(report for _, report in run.reports() if "event" not in report)
+    slowest = max(c["response_ms"]["max"] for c in report["callbacks"] if c["response_ms"])
+    return f"off by {off:.3f} s, slowest response {slowest} ms" if off > 0.1 or slowest > 1000 else ""
 
 
 def withhold(watcher: int) -> float:
@@ -116,20 +186,39 @@ def withhold(watcher: int) -> float:
     return began
 
 
+def stepped_clock(options: argparse.Namespace, step_s: int) -> dict[str, str]:
+    """Variables with which the real-time clock of the watcher and its program is stepped."""
+    if not options.clock.exists():
+        sys.exit(f"watch_faults.py: {options.clock} does not exist; build its target stepping_clock")
+    return {
+        "LD_PRELOAD": str(options.clock),
+        "HOTPATH_CLOCK_STEP": str(step_s),
+        "HOTPATH_CLOCK_STEP_FROM": str(int(time.monotonic())),
+        "HOTPATH_CLOCK_STEP_AFTER": str(STEP_AFTER_S),
+    }
+
+
 def inject(options: argparse.Namespace, name: str) -> tuple[bool, float | None, str]:
     """One run: whether the fault was named, the delay in seconds, and what was said."""
     fault = FAULTS[name]
-    run = Run(options, fault.program, random.choice(AT_SAMPLES))
+    sample = random.choice(AT_SAMPLES)
+    step_s = random.choice((-3600, -5, 5, 3600))
+    if name == RESTARTED:
+        run: Run = RestartedRun(options, fault.program, sample + RESTART_SAMPLES)
+    else:
+        run = Run(options, fault.program, sample, stepped_clock(options, step_s) if name == STEPPED else {})
     said, delay = "nothing", None
     limit = None
     for at, report in run.reports():
-        incident = incident_of(report)
+        instant, incident = incident_of(report)
         if name == WITHHELD and run.fault_at is None and report["time_s"] > 3 and not incident:
             run.fault_at = withhold(run.process.pid)
         if incident and incident != said:  # a later line may name an earlier cause
             said = incident
             delay = at - run.fault_at if run.fault_at is not None else None
         if re.match(fault.incident, said):
+            if name == STEPPED:
+                said = wrong_times(run, instant, step_s) or said
             break
         if run.fault_at is not None:
             limit = limit or run.fault_at + PATIENCE_S
@@ -188,6 +277,7 @@ def main() -> None:
     parser.add_argument("--calm", type=float, help="seconds without a fault")
     parser.add_argument("--executor", default="rm-ro", help="of the program (default: rm-ro)")
     parser.add_argument("--contract", type=Path, default=CONTRACT, help="default: that of faulty_program")
+    parser.add_argument("--clock", type=Path, default=CLOCK, help="libstepping_clock.so (default: in build)")
     parser.add_argument("--prefix", default="", help="before the program, such as `chrt -f 50`")
     parser.add_argument("program", help="path of faulty_program")
     options = parser.parse_args()

@@ -46,6 +46,8 @@ threads:
 
 class Watching : public testing::Test {
  protected:
+  explicit Watching(const std::string& contract = kContract)
+      : check(parse_contract("a contract", contract), WallClock(Duration{})) {}
   static void SetUpTestSuite() {
     setenv("TZ", "UTC", 1);
     tzset();
@@ -75,7 +77,7 @@ class Watching : public testing::Test {
   }
 
   WatchedSystem system;
-  ContractCheck check{parse_contract("a contract", kContract), WallClock(Duration{})};
+  ContractCheck check;
   Observer observer{&check, nullptr};
   std::size_t observed = 0;
   Losses losses;
@@ -160,34 +162,99 @@ TEST_F(Watching, NamesAWithheldProcessor) {
   EXPECT_EQ(verdict("main", "wait_ms"), "broken");
 }
 
-/// A job of the source that takes a millisecond too long, and what the hypervisor withheld meanwhile.
+/// The source exceeds a limit by 1 ms or more; what happened to its thread meanwhile is read later.
 class Withheld : public Watching {
  protected:
-  std::string cause(Duration withheld, Duration ran) {
+  Withheld() : Watching(tolerant()) {}
+  /// The same contract without bounds of chains; threads may wait 60 ms in a second.
+  static std::string tolerant() {
+    std::string contract = kContract;
+    contract.erase(contract.find("chains:"), contract.find("threads:") - contract.find("chains:"));
+    return contract.replace(contract.find("wait_ms: {value: 1,"), 19, "wait_ms: {value: 60,");
+  }
+  /// A job takes 1 ms too long, as do `further` ones after it.
+  void overrun(int further = 0) {
     system.run(10, 1);
-    system.run(20, 3);
-    until(30);
-    check.threads({facts()}, at_ms(1));
-    ThreadFacts later = facts();
-    later.stolen = withheld;
-    later.ran = ran;
-    check.threads({later}, at_ms(201));
+    for (int i = 0; i <= further; ++i) system.run(20 + 10 * i, 3);
+    system.run(30 + 10 * further, 1);
+  }
+  std::string cause(Duration waited, Duration withheld = {}, Duration ran = from_ms(50),
+                    std::uint32_t thread = 7) {
+    until(observed_until);
+    ThreadFacts f = facts();
+    f.thread = thread;
+    check.threads({f}, at_ms(1));
+    f.waited = waited;
+    f.stolen = withheld;
+    f.ran = ran;
+    check.threads({f}, at_ms(201));
     return incident();
   }
+  double observed_until = 75;
 };
 
 TEST_F(Withheld, TimeIsNotBlamedOnTheCallback) {
-  EXPECT_THAT(cause(from_ms(10), from_ms(50)),
+  overrun();
+  EXPECT_THAT(cause(from_ms(1)),
+              HasSubstr("00:00:00.001 main thread spin waited 1.000 ms of 200.000 ms for a "
+                        "processor, limit 60.000 ms in a second"));
+}
+
+TEST_F(Withheld, TimeOfTheHypervisorIsNotBlamedOnTheCallback) {
+  overrun();
+  EXPECT_THAT(cause({}, from_ms(10)),
               HasSubstr("00:00:00.001 main thread spin waited 10.000 ms of 200.000 ms for a processor (the "
                         "hypervisor withheld it 10.000 ms)"));
 }
 
 TEST_F(Withheld, TimeThatIsTooShortExplainsNothing) {
-  EXPECT_THAT(cause(from_ms(0.5), from_ms(50)), HasSubstr("source (timer) ran 3.000 ms"));
+  overrun();
+  EXPECT_THAT(cause(from_ms(0.5), from_ms(0.4)), HasSubstr("source (timer) ran 3.000 ms"));
 }
 
 TEST_F(Withheld, TimeInWhichTheThreadRanExplainsNothing) {
-  EXPECT_THAT(cause(from_ms(1000), from_ms(199.5)), HasSubstr("source (timer) ran 3.000 ms"));
+  overrun();
+  EXPECT_THAT(cause({}, from_ms(1000), from_ms(199.5)), HasSubstr("source (timer) ran 3.000 ms"));
+}
+
+TEST_F(Withheld, TimeOfAnotherThreadExplainsNoBudget) {
+  overrun();
+  system.add(K::callback_start, 35, {11});
+  system.events.back().thread = 8;
+  EXPECT_THAT(cause(from_ms(1), {}, from_ms(50), 8), HasSubstr("source (timer) ran 3.000 ms"));
+}
+
+TEST_F(Withheld, TimeExplainsNoCallbackThatOverrunsAgain) {
+  overrun(1);
+  EXPECT_THAT(cause(from_ms(1)), HasSubstr("source (timer) ran 3.000 ms"));
+}
+
+TEST_F(Withheld, TimeExplainsSilence) {
+  system.run(10, 1);
+  until(45);
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.023 source (timer) got nothing for 35.000 ms"));
+  system.run(60, 1);
+  until(65);
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.023 source (timer) got nothing for 50.000 ms"));
+  system.run(70, 1);
+  EXPECT_THAT(cause(from_ms(37)), HasSubstr("00:00:00.001 main thread spin waited 37.000 ms of 200.000 ms"));
+  EXPECT_EQ(check.incidents().kept().back().breaches(), 2U);
+}
+
+TEST_F(Withheld, TimeThatIsShorterThanTheSilenceExplainsNothing) {
+  for (const double ms : {10.0, 60.0, 70.0}) system.run(ms, 1);
+  EXPECT_THAT(cause(from_ms(36)), HasSubstr("source (timer) got nothing for 50.000 ms"));
+}
+
+TEST_F(Withheld, TimeExplainsNoTimerThatStops) {
+  system.run(10, 1);
+  until(45);
+  EXPECT_THAT(cause(from_ms(37)), HasSubstr("source (timer) got nothing for 35.000 ms"));
+}
+
+TEST_F(Withheld, TimeExplainsNoOtherPeriod) {
+  for (int i = 1; i <= 5; ++i) system.run(15.0 * i, 1);
+  EXPECT_THAT(cause(from_ms(2)), HasSubstr("source (timer) got nothing for 15.000 ms"));
 }
 
 TEST_F(Watching, TakesNoAlarmFromTheHypervisorsCounterAlone) {
@@ -317,12 +384,10 @@ TEST_F(Watching, NamesChangesOfThreads) {
   changed.policy = parse_thread_policy("other");
   check.threads({changed}, at_ms(1001));
   EXPECT_THAT(incident(), HasSubstr("main thread spin has the policy other instead of fifo:80"));
+  EXPECT_EQ(verdict("main", "processors"), "held");
   changed.processors = 2;
   check.threads({changed}, at_ms(2001));
-  EXPECT_EQ(verdict("main", "processors"), "held") << "fewer processors of those stated";
-  changed.processors = 3;
-  check.threads({changed}, at_ms(3001));
-  EXPECT_EQ(verdict("main", "processors"), "broken");
+  EXPECT_THAT(check.json({}).dump(), HasSubstr("main thread spin may run on processors 1, contract 1,2"));
 }
 
 TEST_F(Watching, NamesACallbackThatTheContractLacks) {
@@ -440,15 +505,15 @@ TEST_F(Watching, KeepsItsContractForManyJobs) {
 }
 
 TEST(ThreadFactsOfProc, AreRead) {
-  std::string name;
-  int processor = -1;
   std::string text = "12 (a (b) c) S";
-  for (int f = 4; f <= 38; ++f) text += " 0";
-  EXPECT_TRUE(parse_stat(text + " 3 0", name, processor));
-  EXPECT_EQ(name, "a (b) c");
-  EXPECT_EQ(processor, 3);
-  EXPECT_FALSE(parse_stat("12 (a) S 1", name, processor));
-  EXPECT_FALSE(parse_stat("", name, processor));
+  for (int f = 4; f <= 38; ++f) text += f == 22 ? " 9" : " 0";
+  ThreadFacts facts;
+  EXPECT_TRUE(parse_stat(text + " 3 0", facts));
+  EXPECT_EQ(facts.name, "a (b) c");
+  EXPECT_EQ(facts.started, 9U);
+  EXPECT_EQ(facts.processor, 3);
+  EXPECT_FALSE(parse_stat("12 (a) S 1", facts));
+  EXPECT_FALSE(parse_stat("", facts));
   Duration ran{}, waited{};
   EXPECT_TRUE(parse_schedstat("100 7 3\n", ran, waited));
   EXPECT_EQ(ran, Duration(100));

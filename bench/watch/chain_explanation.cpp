@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/chain_explanation.hpp"
 
-#include <sys/wait.h>
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <sstream>
 #include <system_error>
+#include <utility>
 
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
@@ -21,12 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// $0: hotpath, $1: the folder, $2: the chain.
-constexpr const char* kScript =
-    R"(export HOTPATH_FIGURES=none
-exec >"$1/said" 2>&1 </dev/null
-"$0" import ctf "$1/trace" --output "$1/imported" --chain "$2" && exec "$0" explain "$1/imported/run" >"$1/text")";
-
 fs::path new_folder() {
   std::string name = (fs::temp_directory_path() / "hotpath_watch_XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr)
@@ -35,38 +30,42 @@ fs::path new_folder() {
   return name;
 }
 
+/// Runs a command of hotpath, whose output goes to the file.
+void run(const fs::path& output, std::vector<std::string> words) {
+  const int file = open(output.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+  dup2(file, STDOUT_FILENO);
+  words.insert(words.begin(), program::own_program());
+  const program::ProgramEnd end = program::run_program(std::move(words));
+  if (!program::exited_with(end.status, 0)) throw program::RunError(end.errors);
+}
+
 }  // namespace
 
-ChainExplanation::ChainExplanation(const FlightRecorder& recorder, const std::string& chain)
-    : folder_(new_folder()) {
-  try {
-    recorder.write(folder_ / "trace");
-    id_ = program::start_program(
-        {"sh", "-c", kScript, program::own_program(), folder_.string(), chain}, [] { setpgid(0, 0); },
-        environ);
-  } catch (...) {  // no destructor will run
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-    throw;
-  }
+ChainExplanation::Folder::Folder() : path(new_folder()) {}
+
+ChainExplanation::Folder::~Folder() {
+  std::error_code ignored;
+  fs::remove_all(path, ignored);
 }
 
-ChainExplanation::~ChainExplanation() {
-  if (id_ > 0) {
-    kill(-id_, SIGKILL);  // with the program that the shell runs
-    program::await_process(id_, nullptr);
-  }
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
-}
+ChainExplanation::ChainExplanation(const FlightRecorder& recorder, const std::string& chain)
+    : task_([&] {
+        const fs::path &folder = folder_.path, trace = folder / "trace", imported = folder / "imported";
+        setenv("HOTPATH_FIGURES", "none", 1);
+        dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
+        recorder.write(trace);
+        run(folder / "said", {"import", "ctf", trace, "--output", imported, "--chain", chain});
+        run(folder / "text", {"explain", imported / "run"});
+      }) {}
 
 std::optional<std::vector<std::string>> ChainExplanation::lines() {
-  int status = 0;
-  if (program::await_process(id_, &status, WNOHANG) != id_) return std::nullopt;
-  id_ = -1;
-  std::ifstream file(folder_ / (program::exited_with(status, 0) ? "text" : "said"));
+  const std::optional<std::string>& error = task_.result();
+  if (!error) return std::nullopt;
+  std::ifstream file(folder_.path / "text");
+  std::istringstream failure(*error);
   std::vector<std::string> lines;
-  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  for (std::string line; std::getline(error->empty() ? static_cast<std::istream&>(file) : failure, line);)
+    lines.push_back(line);
   return lines;
 }
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "program/forked_task.hpp"
 #include "watch/flight_recorder.hpp"
 
 namespace hotpath::watch {
@@ -18,17 +17,19 @@ class ChainExplanation {
  public:
   /// `chain`: as for `hotpath import ctf --chain`. Throws RunError.
   ChainExplanation(const FlightRecorder& recorder, const std::string& chain);
-  ChainExplanation(const ChainExplanation&) = delete;
-  ChainExplanation& operator=(const ChainExplanation&) = delete;
-  /// Ends the process.
-  ~ChainExplanation();
-
   /// The lines of `hotpath explain`, or of what failed, once it has ended.
   [[nodiscard]] std::optional<std::vector<std::string>> lines();
 
  private:
-  std::filesystem::path folder_;
-  pid_t id_ = -1;
+  struct Folder {
+    Folder();
+    ~Folder();
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    const std::filesystem::path path;
+  };
+  Folder folder_;
+  program::ForkedTask task_;
 };
 
 }  // namespace hotpath::watch

@@ -79,8 +79,13 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
 /// A timer's job started, or a sample was published.
 void ContractCheck::arrived(std::uint32_t entry, Time at) {
   CallbackState& state = states_[entry];
-  if (state.last && !state.silent && lossless_)
-    subjects_[entry].compare(Clause::maximum_distance, (at - *state.last).count(), at, incidents_);
+  if (JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance); distance && state.last) {
+    if (state.silent) {
+      distance->judge_ended(*state.last, at - *state.last, incidents_);
+    } else if (lossless_) {
+      distance->compare((at - *state.last).count(), at, incidents_);
+    }
+  }
   state.last = at;
   state.silent = false;
 }
@@ -127,12 +132,19 @@ void ContractCheck::ended(const tracing::System& system, const tracing::Job& job
   const auto begun = std::ranges::find_if(open, [&](const Open& o) {
     return o.ref.callback == job.ref.callback && o.ref.number == job.ref.number;
   });
-  const bool overdue = begun != open.end() && begun->overdue;
+  const std::optional<Time> overdue = begun != open.end() ? begun->overdue : std::nullopt;
   if (begun != open.end()) open.erase(begun);
   const std::vector<ChainOutput>& outputs = chain_check_.ended(job);
   if (!job.ended) return;
-  if (!overdue)
-    subject.compare(Clause::budget, (job.finish - job.start - displaced).count(), job.finish, incidents_);
+  if (JudgedTerm* const budget = subject.find(Clause::budget)) {
+    const Duration ran = job.finish - job.start - displaced;
+    const ThreadKey thread = key_of(system.threads[job.thread]);
+    if (overdue) {
+      budget->judge_ended(*overdue, ran, incidents_, thread);
+    } else {
+      budget->compare(ran.count(), job.finish, incidents_, 0, thread);
+    }
+  }
   if (JudgedTerm* const publishes = subject.find(Clause::publishes); publishes && job.published.empty())
     publishes->hold();
   if (timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
@@ -181,8 +193,8 @@ void ContractCheck::judge_running(std::uint32_t entry, Time until) {
     if (open.overdue) continue;
     const std::optional<Time> start = running_.undisplaced_start(open.ref);
     if (!start || (until - *start).count() <= budget->term().limit) continue;
-    open.overdue = true;
-    budget->judge_running(*start, until, incidents_);
+    open.overdue = start;
+    budget->judge_lasting(*start, until, incidents_);
   }
 }
 
@@ -194,8 +206,7 @@ void ContractCheck::judge_silence(std::uint32_t entry, Time until) {
   const Duration silence = until - *state.last;
   if (silence.count() <= 2 * distance->term().limit) return;
   state.silent = true;
-  distance->compare(silence.count(), *state.last + Duration(distance->term().limit), incidents_, 0,
-                    state.last);
+  distance->judge_lasting(*state.last, until, incidents_);
 }
 
 bool ContractCheck::settled(const Incident& incident) const {

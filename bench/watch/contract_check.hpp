@@ -52,7 +52,8 @@ class ContractCheck {
   [[nodiscard]] std::string text(const Incident& incident, const Losses& losses) const;
   /// The same of the first incident; empty: there is none.
   [[nodiscard]] std::string incident(const Losses& losses) const;
-  [[nodiscard]] nlohmann::json json(const Incident& incident, const Losses& losses) const;
+  /// `text`: of the incident.
+  [[nodiscard]] nlohmann::json json(const Incident& incident, const std::string& text) const;
   /// Lost events make terms that are not broken unobservable.
   [[nodiscard]] program::TextTable table(const Losses& losses) const;
   [[nodiscard]] nlohmann::json json(const Losses& losses) const;
@@ -60,8 +61,10 @@ class ContractCheck {
   [[nodiscard]] const Contract& contract() const { return contract_; }
   /// By chain of the contract.
   [[nodiscard]] const std::vector<ObservedChain>& chains() const { return chain_check_.chains(); }
-  /// The name of the executor that a thread belongs to, by its id; empty: unknown.
-  [[nodiscard]] std::string executor_of(std::uint32_t thread) const { return thread_check_.name_of(thread); }
+  /// The name of the executor that a thread belongs to; empty: unknown.
+  [[nodiscard]] std::string executor_of(const ThreadKey& thread) const {
+    return thread_check_.name_of(thread);
+  }
   /// A chain as option of `hotpath import ctf --chain`.
   [[nodiscard]] std::string imported_chain(const std::string& name) const;
   /// Index of the contract's entry for a callback of the system; kNone: none.
@@ -75,7 +78,7 @@ class ContractCheck {
   struct Open {
     tracing::JobRef ref;
     Time start{};
-    bool overdue = false;
+    std::optional<Time> overdue = {};  ///< Since when, without the jobs that displaced it.
   };
   struct CallbackState {
     std::vector<Open> open;

@@ -41,6 +41,14 @@ void Incident::add(Role role, const Breach& breach) {
   ++changes_;
 }
 
+bool Incident::correct(Role role, const Breach& breach) {
+  std::optional<Breach>& first = first_[static_cast<std::size_t>(role)];
+  if (!first || !first->continues(breach)) return false;
+  first = breach;
+  ++changes_;
+  return true;
+}
+
 const Breach& Incident::begin() const {
   const auto at = [](const auto& first) { return first ? first->at : Time::max(); };
   return **std::ranges::min_element(first_, {}, at);
@@ -73,6 +81,10 @@ void Incidents::add(Role role, const Breach& breach) {
     if (kept_.size() > kMost) kept_.erase(kept_.begin() + 1);
   }
   kept_.back().add(role, breach);
+}
+
+void Incidents::correct(Role role, const Breach& breach) {
+  (void)std::ranges::any_of(kept_, [&](Incident& incident) { return incident.correct(role, breach); });
 }
 
 }  // namespace hotpath::watch

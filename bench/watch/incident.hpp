@@ -36,12 +36,23 @@ class WallClock {
   std::deque<std::pair<Time, Duration>> offsets_;  // by the instant of their beginning
 };
 
+class JudgedTerm;
+/// A thread by the ids of its process and of itself.
+using ThreadKey = std::pair<std::uint32_t, std::uint32_t>;
+
 /// A broken term at the instant of the breach.
 struct Breach {
   Time at{};
-  std::string sentence;  ///< `Filter ran 6.1 ms, budget 5.0 ms (measured)`.
-  Duration excess{};     ///< By which a duration exceeded its limit; 0: it is no duration.
-  Time since{};          ///< When that duration began.
+  std::string sentence;                  ///< `Filter ran 6.1 ms, budget 5.0 ms (measured)`.
+  const JudgedTerm* term = nullptr;      ///< That is broken; its lifetime is that of the contract.
+  Duration excess = {};                  ///< By which a duration exceeded its limit; 0: it is no duration.
+  Time since = {}, until = {};           ///< When that duration began, and when it ended or was judged.
+  std::optional<ThreadKey> thread = {};  ///< The only thread whose waits can explain the breach.
+
+  /// Whether both are of one duration, of which one was judged before its end.
+  [[nodiscard]] bool continues(const Breach& other) const {
+    return term == other.term && at == other.at && since == other.since && excess > Duration::zero();
+  }
 };
 
 /// Breaches that followed one another: the first broken assumption, exceeded bound and missed
@@ -51,6 +62,8 @@ class Incident {
   explicit Incident(std::uint64_t number) : number_(number) {}
 
   void add(Role role, const Breach& breach);
+  /// Corrects the first breach of the role, if it is this one; false: it is not.
+  bool correct(Role role, const Breach& breach);
 
   /// Counts the incidents of a system from 1.
   [[nodiscard]] std::uint64_t number() const { return number_; }
@@ -83,6 +96,8 @@ class Incidents {
   static constexpr std::size_t kMost = 100;
 
   void add(Role role, const Breach& breach);
+  /// A duration that was judged before its end has ended.
+  void correct(Role role, const Breach& breach);
 
   /// The first one and the latest kMost - 1, in the order of time.
   [[nodiscard]] const std::deque<Incident>& kept() const { return kept_; }

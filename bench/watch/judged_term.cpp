@@ -2,6 +2,7 @@
 #include "watch/judged_term.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "program/text.hpp"
 #include "watch/thread_facts.hpp"
@@ -9,9 +10,6 @@
 namespace hotpath::watch {
 
 namespace {
-
-/// What was observed, before its value.
-const char* deed(Clause clause) { return traits_of(clause).deed; }
 
 Comparison comparison_of(Clause clause) { return traits_of(clause).comparison; }
 
@@ -43,8 +41,17 @@ std::string JudgedTerm::title() const {
   return text;
 }
 
+std::string JudgedTerm::sentence(std::int64_t observed, std::size_t further) const {
+  const std::int64_t limit = further == 0 ? term_.limit : term_.further[further - 1];
+  const std::string deed_text =
+      further == 0 ? traits_of(term_.clause).deed + shown(observed)
+                   : program::concat(" got ", further + 2, " samples within ", shown(observed));
+  return subject_ + deed_text + ", " + (role_of(term_.clause) == Role::bound ? "bound" : title()) + " " +
+         shown(limit) + " (" + std::string(to_string(term_.origin)) + ")";
+}
+
 void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further,
-                         std::optional<Time> since) {
+                         std::optional<ThreadKey> thread) {
   const Comparison comparison = comparison_of(term_.clause);
   const std::int64_t limit = further == 0 ? term_.limit : term_.further[further - 1];
   const bool nearer = !extreme_ || (comparison == Comparison::at_least ? observed < *extreme_
@@ -54,43 +61,67 @@ void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents, s
   const bool continues = comparison == Comparison::equal && state_ == observed;
   state_ = observed;
   if (holds(comparison, observed, limit)) return count(true, {}, false, incidents);
-  const bool bound = role_of(term_.clause) == Role::bound;
-  const std::string observed_text =
-      further == 0 ? deed(term_.clause) + shown(observed)
-                   : program::concat(" got ", further + 2, " samples within ", shown(observed));
-  Breach breach{at, subject_ + observed_text + ", " + (bound ? "bound" : title()) + " " + shown(limit) +
-                        " (" + std::string(to_string(term_.origin)) + ")"};
+  Breach breach{at, sentence(observed, further), this};
   if (is_duration(term_.clause)) {
     breach.excess = std::chrono::abs(Duration(observed - limit));
-    breach.since = since.value_or(at - Duration(std::max(observed, limit)));
+    breach.since = at - Duration(std::max(observed, limit));
+    breach.until = at;
+    breach.thread = thread;
   }
   count(false, std::move(breach), continues, incidents);
+}
+
+void JudgedTerm::judge_lasting(Time since, Time until, Incidents& incidents,
+                               std::optional<ThreadKey> thread) {
+  const Duration limit(term_.limit), length = until - since;
+  observe(length.count());
+  std::string said = sentence(length.count());
+  if (clause() == Clause::budget)
+    said = program::concat(subject_, " has run for ", shown(length.count()), " without an end, budget ",
+                           limit_text());
+  count(false, {since + limit, std::move(said), this, length - limit, since, until, thread}, false,
+        incidents);
+  latest_->excess -= length - limit;  // its end tells
+  lasting_ = length;
+}
+
+void JudgedTerm::judge_ended(Time since, Duration length, Incidents& incidents,
+                             std::optional<ThreadKey> thread) {
+  const Duration limit(term_.limit);
+  length = std::max(length, lasting_);  // a sample was published before, and taken afterwards
+  observe(length.count());
+  const Breach breach{since + limit, sentence(length.count()), this,  length - limit,
+                      since,         since + length,           thread};
+  if (first_->continues(breach)) first_ = breach;
+  latest_->excess += breach.excess;
+  latest_->until = breach.until;
+  incidents.correct(role_of(clause()), breach);
 }
 
 void JudgedTerm::judge(bool holds, const std::string& observed, Time at, Incidents& incidents,
                        bool continues) {
   constexpr std::size_t kMostSaid = 1000;
-  Breach breach{at, subject_ + " " + observed};
+  Breach breach{at, subject_ + " " + observed, this};
   const bool exists = clause() == Clause::serves || clause() == Clause::publishers;
   if (!holds && exists) continues = said_.size() >= kMostSaid || !said_.insert(breach.sentence).second;
   count(holds, std::move(breach), continues, incidents);
 }
 
-void JudgedTerm::judge_running(Time since, Time at, Incidents& incidents) {
-  const Duration limit(term_.limit), passed = at - since;
-  count(false,
-        {since + limit,
-         program::concat(subject_, " has run for ", shown(passed.count()), " without an end, budget ",
-                         limit_text()),
-         passed - limit, since},
-        false, incidents);
+void JudgedTerm::restate(const std::string& observed, Time at, Incidents& incidents) const {
+  incidents.add(role_of(clause()), {at, subject_ + " " + observed, this});
 }
 
 void JudgedTerm::count(bool holds, Breach breach, bool continues, Incidents& incidents) {
+  if (holds) return hold();
   ++checked_;
-  if (holds) return;
   ++broken_;
   if (!continues) incidents.add(role_of(term_.clause), breach);
+  if (!latest_ || std::exchange(over_, false)) {
+    latest_ = breach;
+  } else {
+    latest_->excess += breach.excess;
+    latest_->until = breach.until;
+  }
   if (!first_ || breach.at < first_->at) first_ = std::move(breach);
 }
 

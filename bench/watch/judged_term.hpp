@@ -20,24 +20,35 @@ class JudgedTerm {
   JudgedTerm(Term term, std::string subject) : term_(std::move(term)), subject_(std::move(subject)) {}
 
   /// Compares an observed value in the unit of the limit. `further`: of the limits for a
-  /// minimum_distance, 0: the first one. `since`: the beginning of a duration that did not end at `at`.
+  /// minimum_distance, 0: the first one. `thread`: that alone can explain a breach by its waits.
   void compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further = 0,
-               std::optional<Time> since = {});
+               std::optional<ThreadKey> thread = {});
+  /// A duration from `since` that has not ended by `until`, and exceeds its limit.
+  void judge_lasting(Time since, Time until, Incidents& incidents, std::optional<ThreadKey> thread = {});
+  /// It has ended.
+  void judge_ended(Time since, Duration length, Incidents& incidents, std::optional<ThreadKey> thread = {});
   /// Shows the value, without a comparison.
   void observe(std::int64_t value) { extreme_ = std::max(extreme_.value_or(value), value); }
   /// Counts a comparison that holds.
-  void hold() { ++checked_; }
+  void hold() {
+    ++checked_;
+    over_ = true;
+  }
   /// Compares by other means; `observed` completes the sentence. `continues`: a state that was broken
   /// before, which begins no incident.
   void judge(bool holds, const std::string& observed, Time at, Incidents& incidents, bool continues = false);
-  /// The same for a duration from `since` to `at`, in the unit of the limit.
-  void judge_running(Time since, Time at, Incidents& incidents);
+  /// An earlier instant of a breach that was counted.
+  void restate(const std::string& observed, Time at, Incidents& incidents) const;
 
   [[nodiscard]] Clause clause() const { return term_.clause; }
   [[nodiscard]] const Term& term() const { return term_; }
+  [[nodiscard]] const std::string& subject() const { return subject_; }
   [[nodiscard]] std::uint64_t checked() const { return checked_; }
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
   [[nodiscard]] const std::optional<Breach>& first() const { return first_; }
+  /// The latest breaches without a check between them that held, as one breach whose excess is their sum.
+  /// nullptr: no check that held has followed them.
+  [[nodiscard]] const Breach* ended_breaches() const { return over_ && latest_ ? &*latest_ : nullptr; }
   /// The observed value that came nearest to breaking the term, or broke it most; std::nullopt: it is
   /// no number.
   [[nodiscard]] std::optional<std::int64_t> extreme() const { return extreme_; }
@@ -56,6 +67,9 @@ class JudgedTerm {
 
  private:
   void count(bool holds, Breach breach, bool continues, Incidents& incidents);
+  [[nodiscard]] std::string sentence(std::int64_t observed, std::size_t further = 0) const;
+  [[nodiscard]] Breach lasting(Time since, Duration length, std::string sentence,
+                               std::optional<ThreadKey> thread) const;
 
   Term term_;
   std::string subject_;
@@ -63,7 +77,9 @@ class JudgedTerm {
   std::optional<std::int64_t> extreme_;
   std::optional<std::int64_t> state_;  // the latest value, where all values have to be equal
   std::set<std::string> said_;         // of terms about what exists
-  std::optional<Breach> first_;
+  std::optional<Breach> first_, latest_;
+  bool over_ = false;   // a check has held since `latest_`
+  Duration lasting_{};  // of the latest duration that was judged before its end
 };
 
 /// A callback, chain, executor's threads or topic of a contract.

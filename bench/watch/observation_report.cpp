@@ -100,12 +100,11 @@ void ObservationReport::update_chains(const ContractCheck& contract) {
 
 void ObservationReport::update_threads(const Reading& reading, const ContractCheck* contract) {
   const std::vector<ThreadFacts>& facts = reading.facts;
-  if (facts.empty()) return;  // the program has ended: the last facts stay
   threads_.rows.clear();
   for (const ThreadFacts& of : facts) {
     const Before& rates = rates_of(of, reading.at);
     const bool changed = !(rates.first_policy == of.policy);
-    const std::string executor = contract != nullptr ? contract->executor_of(of.thread) : "";
+    const std::string executor = contract != nullptr ? contract->executor_of(of.key()) : "";
     threads_.rows.push_back(
         {executor.empty() ? of.name : executor + " (" + of.name + ")",
          {{"process", of.process},
@@ -121,12 +120,12 @@ void ObservationReport::update_threads(const Reading& reading, const ContractChe
          changed ? 2.0 : -1.0});
   }
   std::erase_if(before_, [&](const auto& before) {
-    return std::ranges::find(facts, before.first, &ThreadFacts::thread) == facts.end();
+    return std::ranges::find(facts, before.first, &ThreadFacts::identity) == facts.end();
   });
 }
 
 ObservationReport::Before& ObservationReport::rates_of(const ThreadFacts& facts, Duration at) {
-  Before& before = before_.try_emplace(facts.thread, Before{facts, facts.policy, at}).first->second;
+  Before& before = before_.try_emplace(facts.identity(), Before{facts, facts.policy, at}).first->second;
   if (at - before.at < kShortest) return before;
   const double seconds = to_ms(at - before.at) / 1000;
   before.ran = to_ms(facts.ran - before.facts.ran) / seconds;

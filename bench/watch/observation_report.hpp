@@ -115,7 +115,7 @@ class ObservationReport {
                     {"/cpu_ms_per_s", "CPU\nms/s", "CPU ms/s", 1},
                     {"/waited_ms_per_s", "waited\nms/s", "wait ms/s", 1},
                     {"/withheld_ms_per_s", "withheld\nms/s", "", 1}}};
-  std::map<std::uint32_t, Before> before_;  // by id of the thread
+  std::map<std::pair<ThreadKey, std::uint64_t>, Before> before_;  // by identity of the thread
   std::vector<std::uint64_t> jobs_before_;
   std::map<std::uint32_t, double> rates_;  // by callback
   Duration now_{}, rated_at_{};

@@ -42,6 +42,9 @@ class Observer : public tracing::Sink {
   /// All events before this instant were passed, except those that were lost so far.
   void observed_until(Time until, const Losses& losses);
 
+  /// A thread that has ended.
+  void forget(const ThreadKey& thread) { assembler_.forget_thread(thread.first, thread.second); }
+
   /// Forgets the values `latest`.
   void next_interval();
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <utility>
 
 #include "import/recorded_graph.hpp"
@@ -37,29 +38,30 @@ ThreadCheck::ThreadCheck(const Contract& contract) : of_entry_(contract.callback
   for (std::uint32_t t = 0; t < contract.threads.size(); ++t) {
     const ThreadContract& thread = contract.threads[t];
     subjects_.emplace_back("thread", thread.name, thread.terms, "no thread ran its callbacks");
-    for (const std::uint32_t callback : thread.callbacks) of_entry_[callback] = t;
+    for (const std::uint32_t callback : thread.callbacks) {
+      of_entry_[callback] = t;
+      if (contract.callbacks[callback].topic.empty()) of_timer_[contract.callbacks[callback].name()] = t;
+    }
   }
 }
 
-std::string ThreadCheck::name_of(std::uint32_t thread) const {
-  const auto known = of_thread_.find(thread);
-  return known == of_thread_.end() || known->second == kNone ? "" : subjects_[known->second].name;
+std::string ThreadCheck::name_of(const ThreadKey& thread) const {
+  const auto known = states_.find(thread);
+  return known == states_.end() || known->second.owner == kNone ? "" : subjects_[known->second.owner].name;
 }
 
 void ThreadCheck::started(const tracing::System& system, const tracing::Job& job, std::uint32_t entry,
                           Incidents& incidents) {
   if (subjects_.empty()) return;
-  const auto& [process, thread] =
-      std::pair(system.threads[job.thread].process, system.threads[job.thread].id);
-  const auto [owner, is_new] = of_thread_.try_emplace(thread, kNone);
-  if (entry != kNone && owner->second == kNone && of_entry_[entry] != kNone) {
-    owner->second = of_entry_[entry];
-    states_[thread] = {job.start};
-    const auto [of_process, first] = of_process_.try_emplace(process, owner->second);
-    if (of_process->second != owner->second) of_process->second = kNone;
+  const ThreadKey thread = key_of(system.threads[job.thread]);
+  State& state = states_.try_emplace(thread, State{job.start}).first->second;
+  if (entry != kNone && state.owner == kNone && of_entry_[entry] != kNone) {
+    state = {job.start, of_entry_[entry]};
+    const auto [of_process, first] = of_process_.try_emplace(thread.first, state.owner);
+    if (of_process->second != state.owner) of_process->second = kNone;
   }
-  if (owner->second == kNone) return;
-  Subject& subject = subjects_[owner->second];
+  if (state.owner == kNone) return;
+  Subject& subject = subjects_[state.owner];
   subject.seen = true;
   JudgedTerm* const serves = subject.find(Clause::serves);
   if (serves == nullptr) return;
@@ -72,25 +74,38 @@ void ThreadCheck::facts(const std::vector<ThreadFacts>& facts, Time at, Incident
   previous_ = at_;
   at_ = at;
   for (const ThreadFacts& now : facts) {
-    if (const auto executor = of_process_.find(now.process); now.timers && executor != of_process_.end()) {
-      of_thread_[now.thread] = executor->second;
-      if (executor->second != kNone) states_.try_emplace(now.thread, State{at});
+    if (const auto executor = of_process_.find(now.process); now.timers && executor != of_process_.end())
+      states_.try_emplace(now.key(), State{at}).first->second.owner = executor->second;
+    const auto known = states_.find(now.key());
+    if (known == states_.end()) continue;
+    State& state = known->second;
+    if (state.before && state.before->started != now.started) state = {at};  // another thread of the same id
+    Subject* const subject = state.owner == kNone ? nullptr : &subjects_[state.owner];
+    if (subject != nullptr) {
+      judge(*subject, now, state, incidents);
+      note_wait(now, state);
     }
-    const auto state = states_.find(now.thread);
-    if (state == states_.end()) continue;
-    const std::uint32_t owner = of_thread_.at(now.thread);
-    if (owner == kNone) continue;  // a timer thread of several executors
-    Subject& subject = subjects_[owner];
-    judge(subject, now, state->second, incidents);
-    note_wait(now, state->second);
-    if (JudgedTerm* const wait = subject.find(Clause::wait)) {
-      explain(*wait, now.name, state->second, incidents);
-      judge_wait(*wait, now.name, state->second, incidents);
-    }
-    state->second.before = now;
+    state.before = now;
+    JudgedTerm* const wait = subject == nullptr ? nullptr : subject->find(Clause::wait);
+    if (wait == nullptr) continue;
+    explain(*wait, state, incidents);
+    judge_wait(*wait, state, incidents);
   }
-  std::erase_if(states_, [&](const auto& state) {  // threads that have ended
-    return state.second.before && std::ranges::find(facts, state.first, &ThreadFacts::thread) == facts.end();
+  forget(facts);
+}
+
+/// Threads and processes that have ended, unless all have.
+void ThreadCheck::forget(const std::vector<ThreadFacts>& facts) {
+  if (facts.empty()) return;
+  std::set<ThreadKey> living;
+  for (const ThreadFacts& now : facts) living.insert(now.key());
+  std::erase_if(states_, [&](const auto& state) {
+    const bool is_old = state.second.before || state.second.first_start + kForgotten < *at_;
+    return is_old && !living.contains(state.first);
+  });
+  std::erase_if(of_process_, [&](const auto& process) {
+    const auto thread = states_.lower_bound({process.first, 0});
+    return thread == states_.end() || thread->first.first != process.first;
   });
 }
 
@@ -113,7 +128,7 @@ void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& s
   if (JudgedTerm* const processors = subject.find(Clause::processors)) {
     const auto allowed = static_cast<std::uint64_t>(processors->term().limit);
     const bool changed = before != nullptr && now.processors != before->processors;
-    const bool holds = now.timers ? !changed : (now.processors & ~allowed) == 0 && now.processors != 0;
+    const bool holds = now.timers ? !changed : now.processors == allowed;
     processors->judge(
         holds,
         program::concat(name, "may run on processors ",
@@ -140,11 +155,21 @@ void ThreadCheck::note_wait(const ThreadFacts& now, State& state) const {
   state.exact = true;
 }
 
+std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, const Waited& from,
+                                  const Waited& to) {
+  const Duration stolen = to.stolen - from.stolen, waited = to.waited - from.waited + stolen;
+  return program::concat(
+      "thread ", state.before->name, " waited ", with_unit(waited), " of ",
+      with_unit(std::max(to.at - from.at, waited)), " for a processor",
+      stolen > Duration::zero() ? " (the hypervisor withheld it " + with_unit(stolen) + ")" : std::string(),
+      ", limit ", wait.limit_text(), " in a second");
+}
+
 /// A wait that is too long within a second breaks the term.
-void ThreadCheck::judge_wait(JudgedTerm& wait, const std::string& name, State& state,
-                             Incidents& incidents) const {
-  std::deque<Waited>& waited = state.waited;
+void ThreadCheck::judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const {
+  const std::deque<Waited>& waited = state.waited;
   auto from = waited.begin() + (state.exact ? 0 : 1);  // it may have waited before its first job
+  while (std::next(from) != waited.end() && from->at < state.judged) ++from;
   if (std::next(from) == waited.end()) return;
   while (from->at < *at_ - kSecond && std::next(from, 2) != waited.end()) ++from;
   Duration in_a_second = waited.back().waited - from->waited;
@@ -156,42 +181,46 @@ void ThreadCheck::judge_wait(JudgedTerm& wait, const std::string& name, State& s
   auto longest = from;
   for (auto w = from; std::next(w) != waited.end(); ++w)
     if (std::next(w)->waited - w->waited > std::next(longest)->waited - longest->waited) longest = w;
-  judge_wait(wait, name, *longest, waited.back(), incidents);
-  waited.erase(waited.begin(), std::prev(waited.end()));  // each wait counts once
-  state.exact = true;
+  // Linux counts a wait when it ends: it may have begun before the facts that precede its end.
+  const auto end = std::next(longest);
+  const Time begin = std::min(longest->at, end->at - (end->waited - longest->waited));
+  wait.judge(false, sentence(wait, state, *longest, waited.back()), begin, incidents);
+  state.judged = *at_;  // each wait counts once
 }
 
-/// A wait that explains an exceeded bound breaks the term as well. Time that the hypervisor withheld
-/// also explains a broken assumption: a callback or a publisher is not to blame for it.
-void ThreadCheck::explain(JudgedTerm& wait, const std::string& name, const State& state,
-                          Incidents& incidents) const {
+/// Whether a wait of the thread can delay what broke the term: for budgets it is the thread that ran the
+/// job, for the distance between two jobs of a timer one of its executor.
+bool ThreadCheck::may_explain(const Breach& breach, const State& state) const {
+  if (breach.thread) return *breach.thread == state.before->key();
+  const auto timer = of_timer_.find(breach.term->subject());
+  return breach.term->clause() != Clause::maximum_distance || timer == of_timer_.end() ||
+         timer->second == state.owner;
+}
+
+/// A wait that explains what began an incident breaks the term as well, and is its cause. It explains an
+/// exceeded bound at once, but broken assumptions only if they held as soon as the wait was over: a timer
+/// of another period breaks them again.
+void ThreadCheck::explain(JudgedTerm& wait, State& state, Incidents& incidents) const {
   if (incidents.kept().empty()) return;
-  const Incident& incident = incidents.kept().back();
-  const Breach& breach = incident.begin();
-  const auto& cause = incident.first(Role::assumption);
-  const auto after = std::ranges::find_if(state.waited, [&](const Waited& w) { return w.at >= breach.at; });
-  if (breach.excess <= Duration::zero() || after == state.waited.end() || after == state.waited.begin())
+  const Breach& begin = incidents.kept().back().begin();
+  const bool assumption = role_of(begin.term->clause()) == Role::assumption;
+  const Breach* const breach = assumption ? begin.term->ended_breaches() : &begin;
+  if (begin.excess <= Duration::zero() || breach == nullptr || breach->at != begin.at ||
+      breach->excess <= Duration::zero() || !may_explain(begin, state))
     return;
+  const auto after =
+      std::ranges::find_if(state.waited, [&](const Waited& w) { return w.at >= breach->until; });
+  if (after == state.waited.end() || after == state.waited.begin()) return;
   auto before = after;
   do --before;
-  while (before != state.waited.begin() && before->at > breach.since);
-  const Duration stolen = after->stolen - before->stolen, waited = after->waited - before->waited;
-  const bool assumption = cause && cause->at <= breach.at;
-  if ((assumption ? stolen : waited + stolen) >= breach.excess)
-    judge_wait(wait, name, *before, *after, incidents);
-}
-
-void ThreadCheck::judge_wait(JudgedTerm& wait, const std::string& name, const Waited& from, const Waited& to,
-                             Incidents& incidents) {
-  const Duration stolen = to.stolen - from.stolen;
-  wait.judge(
-      false,
-      program::concat("thread ", name, " waited ", with_unit(to.waited - from.waited + stolen), " of ",
-                      with_unit(to.at - from.at), " for a processor",
-                      stolen > Duration::zero() ? " (the hypervisor withheld it " + with_unit(stolen) + ")"
-                                                : std::string(),
-                      ", limit ", wait.limit_text(), " in a second"),
-      from.at, incidents);
+  while (before != state.waited.begin() && before->at > breach->since);
+  if (before->at > begin.at ||
+      after->waited - before->waited + after->stolen - before->stolen < breach->excess)
+    return;
+  const std::string said = sentence(wait, state, *before, *after);
+  if (before->at < state.judged) return wait.restate(said, before->at, incidents);
+  state.judged = after->at;
+  wait.judge(false, said, before->at, incidents);
 }
 
 }  // namespace hotpath::watch

@@ -28,8 +28,8 @@ class ThreadCheck {
   /// Of the latest facts.
   [[nodiscard]] std::optional<Time> at() const { return at_; }
   [[nodiscard]] const std::vector<Subject>& subjects() const { return subjects_; }
-  /// The executor of a thread, by its id.
-  [[nodiscard]] std::string name_of(std::uint32_t thread) const;
+  /// The name of the thread's executor; empty: unknown.
+  [[nodiscard]] std::string name_of(const ThreadKey& thread) const;
 
  private:
   /// What a thread waited until an instant.
@@ -37,27 +37,34 @@ class ThreadCheck {
     Time at{};
     Duration waited{}, stolen{};
   };
-  /// A thread of an executor.
+  /// A thread that ran a job.
   struct State {
-    Time first_start{};                      ///< Of a job of the executor.
+    Time first_start{};                      ///< Of a job of its executor, if it has one.
+    std::uint32_t owner = tracing::kNone;    ///< Its executor; kNone: none, or several.
     std::optional<ThreadFacts> before = {};  ///< The previous facts.
     bool exact = false;                      ///< The counts did not begin before `waited`.
     std::deque<Waited> waited = {};          ///< At the latest facts.
+    Time judged = {};                        ///< Before this instant, waits were counted as too long.
   };
-  static constexpr std::size_t kMostWaited = 64;
+  /// At the shortest distance of facts, five seconds.
+  static constexpr std::size_t kMostWaited = 256;
+  /// A thread without facts for as long as this has ended before any were read.
+  static constexpr Duration kForgotten = std::chrono::seconds(10);
 
   void judge(Subject& subject, const ThreadFacts& now, const State& state, Incidents& incidents) const;
   void note_wait(const ThreadFacts& now, State& state) const;
-  void judge_wait(JudgedTerm& wait, const std::string& name, State& state, Incidents& incidents) const;
-  void explain(JudgedTerm& wait, const std::string& name, const State& state, Incidents& incidents) const;
-  static void judge_wait(JudgedTerm& wait, const std::string& name, const Waited& from, const Waited& to,
-                         Incidents& incidents);
+  void judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const;
+  [[nodiscard]] static std::string sentence(const JudgedTerm& wait, const State& state, const Waited& from,
+                                            const Waited& to);
+  void explain(JudgedTerm& wait, State& state, Incidents& incidents) const;
+  [[nodiscard]] bool may_explain(const Breach& breach, const State& state) const;
+  void forget(const std::vector<ThreadFacts>& facts);
 
   std::vector<Subject> subjects_;                      // as in the contract
   std::vector<std::uint32_t> of_entry_;                // by callback of the contract: its threads
-  std::map<std::uint32_t, std::uint32_t> of_thread_;   // by id of a thread
+  std::map<std::string, std::uint32_t> of_timer_;      // the same, by the timer's name
   std::map<std::uint32_t, std::uint32_t> of_process_;  // kNone: of several executors
-  std::map<std::uint32_t, State> states_;              // by id of a thread
+  std::map<ThreadKey, State> states_;
   std::optional<Time> previous_, at_;
 };
 

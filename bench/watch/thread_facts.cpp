@@ -36,6 +36,10 @@ std::string content_of(const std::string& path, uid_t user) {
 /// The names that hotpath's executors give to their timer threads, on rclcpp and of their own.
 bool is_timer_thread(const std::string& name) { return name == "hotpath_timers\n" || name == "timer_mgmt\n"; }
 
+std::string folder_of(const ThreadKey& thread) {
+  return program::concat("/proc/", thread.first, "/task/", thread.second);
+}
+
 std::optional<std::uint64_t> processors_of(pid_t thread) {
   cpu_set_t set;
   if (sched_getaffinity(thread, sizeof set, &set) != 0) return std::nullopt;
@@ -66,15 +70,17 @@ std::string shown_processors(std::uint64_t processors) {
   return text;
 }
 
-bool parse_stat(const std::string& text, std::string& name, int& processor) {
+bool parse_stat(const std::string& text, ThreadFacts& facts) {
   const std::size_t open = text.find('('), close = text.rfind(')');  // a name may contain both
   if (open == std::string::npos || close == std::string::npos || close < open) return false;
-  name = text.substr(open + 1, close - open - 1);
+  facts.name = text.substr(open + 1, close - open - 1);
   std::istringstream rest(text.substr(close + 1));
   std::string field;
-  constexpr int kProcessor = 39, kAfterName = 3;  // proc(5) counts fields from 1
-  for (int f = kAfterName; f < kProcessor; ++f) rest >> field;
-  return static_cast<bool>(rest >> processor);
+  constexpr int kAfterName = 3, kStart = 22, kProcessor = 39;  // proc(5) counts fields from 1
+  for (int f = kAfterName; f < kStart; ++f) rest >> field;
+  rest >> facts.started;
+  for (int f = kStart + 1; f < kProcessor; ++f) rest >> field;
+  return static_cast<bool>(rest >> facts.processor);
 }
 
 bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited) {
@@ -86,14 +92,13 @@ bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited) {
   return true;
 }
 
-std::optional<ThreadFacts> ThreadReader::read(std::uint32_t process, std::uint32_t thread) const {
-  const std::string folder = program::concat("/proc/", process, "/task/", thread);
-  ThreadFacts facts{process, thread};
-  const auto id = static_cast<pid_t>(thread);
+std::optional<ThreadFacts> ThreadReader::read(const ThreadKey& key) const {
+  const std::string folder = folder_of(key);
+  ThreadFacts facts{key.first, key.second};
+  const auto id = static_cast<pid_t>(key.second);
   const auto policy = thread_policy(id);
   const auto processors = processors_of(id);
-  if (!policy || !processors ||
-      !parse_stat(content_of(folder + "/stat", geteuid()), facts.name, facts.processor) ||
+  if (!policy || !processors || !parse_stat(content_of(folder + "/stat", geteuid()), facts) ||
       !parse_schedstat(content_of(folder + "/schedstat", geteuid()), facts.ran, facts.waited))
     return std::nullopt;
   facts.policy = *policy;
@@ -106,29 +111,36 @@ std::optional<ThreadFacts> ThreadReader::read(std::uint32_t process, std::uint32
 void ThreadReader::search(const tracing::System& system) {
   timer_threads_.clear();
   std::set<std::uint32_t> processes;
-  for (const tracing::Thread& thread : system.threads)
+  for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs > 0) processes.insert(thread.process);
+    if (thread.id != 0 && access(folder_of(key_of(thread)).c_str(), F_OK) != 0)
+      ended_.push_back(key_of(thread));
+  }
   for (const std::uint32_t process : processes) {
     std::error_code error;
     std::filesystem::directory_iterator at(program::concat("/proc/", process, "/task"), error);
     for (const std::filesystem::directory_iterator end; !error && at != end; at.increment(error)) {
       if (is_timer_thread(content_of(at->path() / "comm", geteuid())))
-        timer_threads_[static_cast<std::uint32_t>(std::atol(at->path().filename().c_str()))] = process;
+        timer_threads_.emplace(process, std::atol(at->path().filename().c_str()));
     }
   }
 }
 
-std::vector<ThreadFacts> ThreadReader::read(const tracing::System& system) {
-  if (readings_++ % kSearch == 0) search(system);
+std::vector<ThreadFacts> ThreadReader::read(const tracing::System& system, Time at) {
+  ended_.clear();
+  if (at >= searched_ + kSearch) {
+    searched_ = at;
+    search(system);
+  }
   stolen_ = machine::stolen_times(content_of("/proc/stat", 0));
   std::vector<ThreadFacts> all;
   for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs == 0) continue;
-    if (const auto facts = read(thread.process, thread.id)) all.push_back(*facts);
-    timer_threads_.erase(thread.id);  // release-and-execute: it runs callbacks itself
+    if (const auto facts = read(key_of(thread))) all.push_back(*facts);
+    timer_threads_.erase(key_of(thread));  // release-and-execute: it runs callbacks itself
   }
-  for (const auto& [thread, process] : timer_threads_) {
-    auto facts = read(process, thread);
+  for (const ThreadKey& thread : timer_threads_) {
+    auto facts = read(thread);
     if (!facts) continue;
     facts->timers = true;
     all.push_back(std::move(*facts));

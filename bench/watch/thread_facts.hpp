@@ -4,13 +4,18 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "hotpath/core/thread_policy.hpp"
 #include "hotpath/tracing/system.hpp"
+#include "watch/incident.hpp"
 
 namespace hotpath::watch {
+
+/// By the ids of its process and of itself.
+[[nodiscard]] inline ThreadKey key_of(const tracing::Thread& thread) { return {thread.process, thread.id}; }
 
 /// What the operating system says of a thread at one instant.
 struct ThreadFacts {
@@ -23,6 +28,11 @@ struct ThreadFacts {
   Duration waited{};             ///< Ready to run, without a processor.
   int processor = -1;            ///< On which it ran last.
   Duration stolen{};             ///< Withheld by the hypervisor from that processor.
+  std::uint64_t started = 0;     ///< Clock ticks since the boot.
+
+  [[nodiscard]] ThreadKey key() const { return {process, thread}; }
+  /// Ids are used again.
+  [[nodiscard]] std::pair<ThreadKey, std::uint64_t> identity() const { return {key(), started}; }
 };
 
 /// Reads the threads that run callbacks, and the timer threads of hotpath's executors beside them, from
@@ -31,17 +41,20 @@ class ThreadReader {
  public:
   /// Without threads that have ended, or are of another pid namespace or user. Some microseconds for
   /// each thread.
-  [[nodiscard]] std::vector<ThreadFacts> read(const tracing::System& system);
+  [[nodiscard]] std::vector<ThreadFacts> read(const tracing::System& system, Time at);
+  /// Threads of the system that have ended, as far as the last reading searched for them.
+  [[nodiscard]] const std::vector<ThreadKey>& ended() const { return ended_; }
 
  private:
-  /// Processes are searched for timer threads at every n-th reading.
-  static constexpr std::uint64_t kSearch = 5;
-  [[nodiscard]] std::optional<ThreadFacts> read(std::uint32_t process, std::uint32_t thread) const;
+  /// Between two searches for timer threads and threads that have ended.
+  static constexpr Duration kSearch = std::chrono::seconds(1);
+  [[nodiscard]] std::optional<ThreadFacts> read(const ThreadKey& key) const;
   void search(const tracing::System& system);
 
-  std::uint64_t readings_ = 0;
-  std::map<int, Duration> stolen_;                        // by processor
-  std::map<std::uint32_t, std::uint32_t> timer_threads_;  // their processes, by thread
+  Time searched_{};
+  std::map<int, Duration> stolen_;  // by processor
+  std::set<ThreadKey> timer_threads_;
+  std::vector<ThreadKey> ended_;
 };
 
 /// The name of a process (comm); empty: it has ended.
@@ -53,7 +66,7 @@ class ThreadReader {
 [[nodiscard]] std::string shown_processors(std::uint64_t processors);
 
 /// Facts from the content of /proc/PID/task/TID/stat and schedstat; false: invalid.
-[[nodiscard]] bool parse_stat(const std::string& text, std::string& name, int& processor);
+[[nodiscard]] bool parse_stat(const std::string& text, ThreadFacts& facts);
 [[nodiscard]] bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited);
 
 }  // namespace hotpath::watch

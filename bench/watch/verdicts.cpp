@@ -32,16 +32,16 @@ std::string ContractCheck::text(const Incident& incident, const Losses& losses) 
   return incident.text(clock_, unseen(losses));
 }
 
-std::string ContractCheck::incident(const Losses& losses) const {
-  return broken() ? text(incidents_.kept().front(), losses) : "";
-}
-
-nlohmann::json ContractCheck::json(const Incident& incident, const Losses& losses) const {
+nlohmann::json ContractCheck::json(const Incident& incident, const std::string& text) const {
   return {{"number", incident.number()},
           {"at", clock_.text(incident.begin().at)},
           {"last", clock_.text(incident.last())},
           {"breaches", incident.breaches()},
-          {"incident", text(incident, losses)}};
+          {"incident", text}};
+}
+
+std::string ContractCheck::incident(const Losses& losses) const {
+  return broken() ? text(incidents_.kept().front(), losses) : "";
 }
 
 program::TextTable ContractCheck::table(const Losses& losses) const {
@@ -68,7 +68,9 @@ nlohmann::json ContractCheck::json(const Losses& losses) const {
     }
   }
   nlohmann::json incidents = nlohmann::json::array();
-  for (const Incident& incident : incidents_.kept()) incidents.push_back(json(incident, losses));
+  const std::string unobserved = unseen(losses);
+  for (const Incident& incident : incidents_.kept())
+    incidents.push_back(json(incident, incident.text(clock_, unobserved)));
   return {{"terms", terms}, {"incident", incident(losses)}, {"incidents", incidents}};
 }
 

@@ -17,6 +17,7 @@
 
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
+#include "program/forked_task.hpp"
 #include "program/interrupt.hpp"
 #include "program/output_target.hpp"
 #include "program/shown_text.hpp"
@@ -40,8 +41,9 @@ using std::chrono::seconds;
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr seconds kReport{1};
-/// Between two readings of the threads' policies, processors and waits.
-constexpr auto kFacts = std::chrono::milliseconds(200);
+/// Between two readings of policies, processors and waits: long for many threads. Few are read often,
+/// because a wait explains only what happened between two readings.
+constexpr auto kFacts = std::chrono::milliseconds(200), kFactsOfEach = std::chrono::milliseconds(2);
 /// Further ones are not written, so that they do not fill the disk.
 constexpr std::size_t kMostIncidentSnapshots = 20;
 /// That are printed at the end.
@@ -57,13 +59,22 @@ std::unique_ptr<ContractCheck> contract_of(const WatchOptions& options) {
   return std::make_unique<ContractCheck>(read_contract(options.contract), WallClock::now());
 }
 
-/// `always`: the screen explains chains from the last events.
-std::optional<FlightRecorder> recorder_of(const WatchOptions& options, bool always) {
-  const FlightRecorder recorder(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
-  if (options.record.empty()) return always ? std::optional(recorder) : std::nullopt;
+/// `explains`: the screen explains chains from the last events.
+std::optional<FlightRecorder> recorder_of(const WatchOptions& options, bool explains) {
+  if (options.record.empty() && !explains) return std::nullopt;
+  return FlightRecorder(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
+}
+
+/// Whether snapshots are written.
+bool prepare_record(const WatchOptions& options) {
+  if (options.record.empty()) return false;
   program::check_output_folder(options.record, "", "--record");
   program::create_folder(options.record, "--record");
-  return recorder;
+  return true;
+}
+
+std::unique_ptr<WatchedProgram> program_of(const WatchOptions& options, const std::string& session) {
+  return options.command.empty() ? nullptr : std::make_unique<WatchedProgram>(options.command, session);
 }
 
 volatile std::sig_atomic_t snapshot_requested = 0;
@@ -74,14 +85,15 @@ class Watch {
       : options_(options),
         contract_(contract_of(options)),
         session_(is_attached() ? Meeting::attachable : Meeting::own),
-        recorder_(recorder_of(options, is_refreshed() && contract_)),
+        records_(prepare_record(options)),
+        program_(program_of(options, session_.name())),
+        view_(is_refreshed() ? open_live_view() : nullptr),
+        recorder_(recorder_of(options, view_ && contract_)),
         observer_(contract_.get(), recorder_ ? &*recorder_ : nullptr,
                   is_attached() ? std::optional(begin_) : std::nullopt) {
-    if (!is_attached()) program_ = std::make_unique<WatchedProgram>(options.command, session_.name());
-    if (is_refreshed()) view_ = open_live_view();
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
     observer_.set_realtime(WallClock::now().offset());
-    if (records()) std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
+    if (records_) std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
   }
 
   void run() {
@@ -91,9 +103,11 @@ class Watch {
       observe(session_.poll(polled));
       name_programs();
       if (view_) handle(view_->poll_keys());
+      if (snapshot_ && snapshot_->result()) end_snapshot();
       if (asked_to_end_ == 0) observer_.observed_until(polled - Session::kSettled, session_.losses());
       judge_threads(polled - Session::kSettled);
-      if (elapsed() >= read_ + kFacts) read_threads();
+      if (elapsed() >= read_ + std::min<Duration>(kFacts, kFactsOfEach * static_cast<int>(facts_.size())))
+        read_threads();
       state_incidents(false);
       if (elapsed() >= reported_ + kReport) report();
       if (program_) end_program_if_due();
@@ -104,6 +118,7 @@ class Watch {
     state_incidents(true);
     report();
     if (options_.json && options_.once) print_json();
+    if (snapshot_) end_snapshot();
     const bool had_view = view_ != nullptr;
     view_.reset();
     if (had_view) print_tables();
@@ -118,7 +133,6 @@ class Watch {
 
  private:
   bool is_attached() const { return options_.command.empty(); }
-  bool records() const { return !options_.record.empty(); }
   bool is_time_over() const {
     if (quit_) return true;
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
@@ -137,7 +151,7 @@ class Watch {
       }
     }
     if (action != ViewAction::snapshot) return;
-    if (records()) {
+    if (records_) {
       write_snapshot("requested by a key");
     } else {
       view_->say("a snapshot needs --record");
@@ -173,25 +187,29 @@ class Watch {
 
   void observe(const std::vector<tracing::Event>& events) {
     for (const tracing::Event& event : events) observer_.event(event);
-    if (records() && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
+    if (records_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
   }
 
   void read_threads() {
-    judge_threads(Time::max());
-    read_ = elapsed();
-    facts_ = threads_.read(observer_.system());
-    facts_at_ = now();
-    facts_read_ = *facts_at_ - begin_;
+    const Time at = now();
+    read_ = at - begin_;
+    unjudged_.push_back({at, threads_.read(observer_.system(), at), threads_.ended()});
+    if (!unjudged_.back().facts.empty()) {  // or else the program has ended: the last facts stay
+      facts_ = unjudged_.back().facts;
+      facts_read_ = read_;
+    }
     const WallClock clock = WallClock::now();
     observer_.set_realtime(clock.offset());
-    if (contract_) contract_->follow(clock, *facts_at_);
+    if (contract_) contract_->follow(clock, at);
   }
 
   /// The facts of threads follow the events that happened before them.
   void judge_threads(Time until) {
-    if (!facts_at_ || *facts_at_ > until) return;
-    if (contract_) contract_->threads(facts_, *facts_at_);
-    facts_at_.reset();
+    for (; !unjudged_.empty() && unjudged_.front().at <= until; unjudged_.pop_front()) {
+      const Unjudged& reading = unjudged_.front();
+      if (contract_) contract_->threads(reading.facts, reading.at);
+      for (const ThreadKey& thread : reading.ended) observer_.forget(thread);
+    }
   }
 
   /// States new incidents, and those that are known better, as soon as their causes are known.
@@ -201,11 +219,11 @@ class Watch {
       const std::pair state(incident.number(), incident.changes());
       if (state <= stated_ || (!at_end && !contract_->settled(incident))) continue;
       const bool is_new = incident.number() > std::exchange(stated_, state).first;
-      nlohmann::json line = contract_->json(incident, session_.losses());
-      if (is_new && records() && incident.number() <= kMostIncidentSnapshots) {
-        recorder_->mark(incident.begin().at, line["incident"]);
-        if (const std::string folder = write_snapshot(line["incident"]); !folder.empty())
-          line["snapshot"] = folder;
+      const std::string text = contract_->text(incident, session_.losses());
+      nlohmann::json line = contract_->json(incident, text);
+      if (is_new && records_ && incident.number() <= kMostIncidentSnapshots) {
+        recorder_->mark(incident.begin().at, text);
+        if (write_snapshot(text)) line["snapshot"] = snapshot_folder_.string();
       }
       line["event"] = "incident";
       line["time_s"] = to_ms(elapsed()) / 1000;
@@ -213,17 +231,27 @@ class Watch {
     }
   }
 
-  /// A disk that is full does not end the watch: it returns an empty name.
-  std::string write_snapshot(const std::string& reason) {
-    const fs::path folder = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
+  /// In a process of its own, because rings hold events for less than a second. False: it cannot begin.
+  bool write_snapshot(const std::string& reason) {
+    if (snapshot_) {
+      say("no snapshot, because " + snapshot_folder_.string() + " is still being written: " + reason);
+      return false;
+    }
+    snapshot_folder_ = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
+    snapshot_reason_ = reason;
     try {
-      recorder_->write(folder);
-      say(folder.string() + ": " + reason);
-      return folder.string();
+      snapshot_.emplace([&] { recorder_->write(snapshot_folder_); });
     } catch (const std::exception& error) {
       say(error.what());
     }
-    return "";
+    return snapshot_.has_value();
+  }
+
+  /// A disk that is full does not end the watch.
+  void end_snapshot() {
+    const std::string error = snapshot_->wait();
+    snapshot_.reset();
+    say(error.empty() ? snapshot_folder_.string() + ": " + snapshot_reason_ : error);
   }
 
   void say(const std::string& sentence) {
@@ -294,25 +322,36 @@ class Watch {
     *due_ = elapsed() + kPatience;
   }
 
+  /// Facts of threads, which follow the events that happened before them.
+  struct Unjudged {
+    Time at{};
+    std::vector<ThreadFacts> facts;
+    std::vector<ThreadKey> ended;
+  };
+
   const WatchOptions& options_;
   const Time begin_ = now();
   const std::unique_ptr<ContractCheck> contract_;
   Session session_;  // keeps the texts of the recorder's events
+  const bool records_;
+  const std::unique_ptr<WatchedProgram> program_;  // nullptr: attached
+  std::unique_ptr<LiveView> view_;                 // nullptr: none
   std::optional<FlightRecorder> recorder_;
-  std::unique_ptr<WatchedProgram> program_;  // nullptr: attached
   Observer observer_;
   ThreadReader threads_;
   std::vector<ThreadFacts> facts_;
-  std::optional<Time> facts_at_;  // not judged yet
+  std::deque<Unjudged> unjudged_;
   ObservationReport report_{options_.once};
   Duration reported_{}, read_{}, facts_read_{};
   std::optional<Duration> due_;  // the next request to end
   std::size_t asked_to_end_ = 0;
   std::size_t snapshots_ = 0;
+  std::optional<program::ForkedTask> snapshot_;  // that is being written
+  fs::path snapshot_folder_;
+  std::string snapshot_reason_;
   std::pair<std::uint64_t, std::uint64_t> stated_;  // the latest incident, and its changes
   std::set<std::uint32_t> named_;                   // processes
   bool waits_ = false, quit_ = false;
-  std::unique_ptr<LiveView> view_;                 // nullptr: none
   std::unique_ptr<ChainExplanation> explanation_;  // that was asked for
   std::string explained_;                          // its chain
 };

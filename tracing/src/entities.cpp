@@ -168,13 +168,29 @@ std::uint32_t Assembler::topic_named(const std::string& name, bool of_service) {
 }
 
 Assembler::ThreadState& Assembler::thread_of(const Event& e) {
-  const auto index = static_cast<std::uint32_t>(threads_.size());
-  const auto [at, is_new] = thread_indices_.try_emplace(Handle{e.process, e.thread}, index);
+  const auto [at, is_new] = thread_indices_.try_emplace(Handle{e.process, e.thread}, kNone);
   if (is_new) {
-    threads_.emplace_back().index = index;
-    system_.threads.push_back({e.process, e.thread, 0, 0, {}});
+    if (free_threads_.empty()) {
+      free_threads_.push_back(static_cast<std::uint32_t>(threads_.size()));
+      threads_.emplace_back();
+      system_.threads.emplace_back();
+    }
+    at->second = free_threads_.back();
+    free_threads_.pop_back();
+    threads_[at->second].index = at->second;
+    system_.threads[at->second] = {e.process, e.thread, 0, 0, {}};
   }
   return threads_[at->second];
+}
+
+void Assembler::forget_thread(std::uint32_t process, std::uint32_t thread) {
+  const auto at = thread_indices_.find(Handle{process, thread});
+  if (at == thread_indices_.end() || !threads_[at->second].open.empty()) return;
+  if (system_.threads[at->second].waits > 0) --waiting_threads_[process];
+  threads_[at->second] = {};
+  system_.threads[at->second] = {};
+  free_threads_.push_back(at->second);
+  thread_indices_.erase(at);
 }
 
 }  // namespace hotpath::tracing

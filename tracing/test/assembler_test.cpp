@@ -209,6 +209,24 @@ void make_service(Recording& recording) {
   recording.tell(K::client_init, 12, {40, 2}, {"/map", ""});
 }
 
+TEST(Assembler, ThreadsThatHaveEndedMakeRoomForOthers) {
+  Recording recording;
+  recording.make_nodes();
+  const System& system = recording.assembler.system();
+  for (std::uint32_t thread = 2; thread < 1000; ++thread) {
+    recording.tell(K::callback_start, 1000 * thread, {11}, {"", ""}, thread);
+    recording.assembler.forget_thread(7, thread);  // its job is open
+    recording.tell(K::callback_end, 1000 * thread + 1, {11}, {"", ""}, thread);
+    const std::uint32_t index = recording.jobs.back().thread;
+    EXPECT_EQ(system.threads[index].id, thread);
+    EXPECT_EQ(system.threads[index].jobs, 1U);
+    recording.assembler.forget_thread(7, thread);
+    EXPECT_EQ(system.threads[index].id, 0U);
+  }
+  EXPECT_EQ(recording.jobs.size(), 998U);
+  EXPECT_LE(system.threads.size(), 2U);
+}
+
 TEST(Assembler, AServiceIsNoTopicOfThatName) {
   Recording recording;
   make_service(recording);

@@ -37,6 +37,9 @@ class Assembler {
 
   /// The next event in the order of time. A job that it ends is passed to the sink.
   void event(const Event& e);
+  /// Forgets a thread that has ended, unless a job of it is open. Its place in the system is free for
+  /// another thread, and has the id 0 until then.
+  void forget_thread(std::uint32_t process, std::uint32_t thread);
   /// At the end of the trace: passes open jobs and unread samples to the sink.
   void finish();
 
@@ -181,6 +184,7 @@ class Assembler {
   std::map<std::pair<bool, std::string>, std::uint32_t> topics_;                       // of services: true
   ByHandle<std::uint32_t> thread_indices_;                                             // by process and id
   std::vector<ThreadState> threads_;            // parallel to those of the system
+  std::vector<std::uint32_t> free_threads_;     // indices
   std::vector<CallbackState> callback_states_;  // parallel to its callbacks
   std::uint64_t publications_ = 0, events_ = 0;
 };
