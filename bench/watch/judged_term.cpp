@@ -2,7 +2,6 @@
 #include "watch/judged_term.hpp"
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
 
 #include "program/text.hpp"
@@ -11,9 +10,6 @@
 namespace hotpath::watch {
 
 namespace {
-
-/// What was observed, before its value.
-const char* deed(Clause clause) { return traits_of(clause).deed; }
 
 Comparison comparison_of(Clause clause) { return traits_of(clause).comparison; }
 
@@ -48,7 +44,7 @@ std::string JudgedTerm::title() const {
 std::string JudgedTerm::sentence(std::int64_t observed, std::size_t further) const {
   const std::int64_t limit = further == 0 ? term_.limit : term_.further[further - 1];
   const std::string deed_text =
-      further == 0 ? deed(term_.clause) + shown(observed)
+      further == 0 ? traits_of(term_.clause).deed + shown(observed)
                    : program::concat(" got ", further + 2, " samples within ", shown(observed));
   return subject_ + deed_text + ", " + (role_of(term_.clause) == Role::bound ? "bound" : title()) + " " +
          shown(limit) + " (" + std::string(to_string(term_.origin)) + ")";

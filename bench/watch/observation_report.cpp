@@ -100,7 +100,6 @@ void ObservationReport::update_chains(const ContractCheck& contract) {
 
 void ObservationReport::update_threads(const Reading& reading, const ContractCheck* contract) {
   const std::vector<ThreadFacts>& facts = reading.facts;
-  if (facts.empty()) return;  // the program has ended: the last facts stay
   threads_.rows.clear();
   for (const ThreadFacts& of : facts) {
     const Before& rates = rates_of(of, reading.at);
