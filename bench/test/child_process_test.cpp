@@ -10,6 +10,7 @@
 #include <string>
 
 #include "program/errors.hpp"
+#include "program/forked_task.hpp"
 
 namespace hotpath {
 namespace {
@@ -52,6 +53,36 @@ TEST(RunProgram, KillsTheProgramWithThisProcess) {
   program::await_process(parent, &status);
   program::await_process(std::stoi(number), &status);
   EXPECT_EQ(program::how_it_ended(status), "was ended by a signal (Killed)");
+}
+
+TEST(ForkedTask, WorksOnACopyOfTheMemory) {
+  int value = 1;
+  program::ForkedTask task([&] { value = 2; });
+  EXPECT_EQ(task.wait(), "");
+  EXPECT_EQ(value, 1);
+  ASSERT_TRUE(task.result().has_value());
+}
+
+TEST(ForkedTask, TellsWhyItFailed) {
+  program::ForkedTask failing([] { throw program::RunError("no room"); });
+  EXPECT_EQ(failing.wait(), "no room");
+  program::ForkedTask killed([] { std::raise(SIGKILL); });
+  EXPECT_EQ(killed.wait(), "the process was ended by a signal (Killed)");
+}
+
+TEST(ForkedTask, EndsWithItsProgramsWhenItIsForgotten) {
+  int channel[2];
+  ASSERT_EQ(pipe(channel), 0);
+  {
+    const program::ForkedTask task([&] {
+      close(channel[0]);
+      (void)program::run_program(shell("echo; sleep 1000"));
+    });
+  }
+  close(channel[1]);
+  char byte = 0;
+  EXPECT_EQ(read(channel[0], &byte, 1), 0) << "no process holds the other end";
+  close(channel[0]);
 }
 
 TEST(RunProgram, RefusesAProgramThatIsNotThere) {

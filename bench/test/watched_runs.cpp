@@ -211,6 +211,10 @@ CaseResult check_watched(const std::string& executor, std::uint64_t seed, bool p
   Random random(seed);
   Graph graph = random_graph(random);
   graph.platform.delivery_delay = {};  // a sample on its way counts as unread from its publication on
+  // The exported job takes its sample when it starts, not when it is chosen: another thread may publish
+  // between them.
+  const setup::ExecutorSpec parsed = setup::parse_executor(executor, {});
+  if (worker_count(*parsed.entry, parsed.scheduler) > 1) graph.platform.set_dispatch_costs({});
   return check_watched(graph, executor, random(), planted);
 }
 
@@ -218,10 +222,9 @@ std::string findings() { return ""; }
 
 std::vector<Property> properties() {
   std::vector<Property> all;
-  // With one thread that runs jobs: what two threads do at one instant of virtual time has no order. Under
-  // cbg no event tells when the timer thread found a timer due.
-  for (const char* name :
-       {"default", "static", "events-ro", "rm-ro", "dm-ro", "fp-ro", "edf-ro", "rm-ro:first"}) {
+  // Not those whose timer thread runs jobs.
+  for (const char* name : {"default", "static", "events-ro", "rm-ro", "dm-ro", "fp-ro", "edf-ro",
+                           "rm-ro:first", "multi:2", "cbg:1"}) {
     for (const bool planted : {false, true}) {
       all.push_back({std::string(planted ? "planted/" : "calm/") + name, 3,
                      [name = std::string(name), planted](std::uint64_t seed) {
