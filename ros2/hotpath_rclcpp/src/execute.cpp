@@ -16,14 +16,14 @@ namespace {
 /// The job that the calling thread runs. Nested, since callbacks may spin another executor.
 struct Running {
   const ExecutorDriver* driver = nullptr;
-  Job job;
+  const Job* job = nullptr;  ///< Lives until its callback has ended.
 };
 thread_local Running running;
 
 class RunningScope {
  public:
   RunningScope(const ExecutorDriver* driver, const Job& job)
-      : outer_(std::exchange(running, {driver, job})) {}
+      : outer_(std::exchange(running, {driver, &job})) {}
   ~RunningScope() { running = outer_; }
   RunningScope(const RunningScope&) = delete;
   RunningScope& operator=(const RunningScope&) = delete;
@@ -55,7 +55,7 @@ const rclcpp::Logger& logger() {
 
 std::optional<RunningCallback> ExecutorDriver::running_callback() {
   if (running.driver == nullptr) return std::nullopt;
-  const Job& job = running.job;
+  const Job& job = *running.job;
   return RunningCallback{job.timestamp.time_since_epoch(), job.release.time_since_epoch(), job.sequence,
                          job.skipped};
 }
@@ -101,9 +101,9 @@ void ExecutorDriver::arrived(const std::shared_ptr<Entry>& entry, std::size_t co
     SampleInfo info{now, kNever, {}};
     // A sample delivered during the publishing call comes from the job that this thread runs.
     if (running.driver == this) {
-      info.deadline = running.job.deadline;
-      info.parent = running.job.ref();
-      if (schedule_.learn(running.job.task, entry)) notices_.order_changed(now, longest_period_, true);
+      info.deadline = running.job->deadline;
+      info.parent = running.job->ref();
+      if (schedule_.learn(running.job->task, entry)) notices_.order_changed(now, longest_period_, true);
     } else if (!entry->topic.empty()) {
       notices_.came_from_outside(entry, now, longest_period_);
     }

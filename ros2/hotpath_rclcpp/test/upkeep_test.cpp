@@ -131,6 +131,13 @@ class Mute : public rclcpp::Waitable {
   void execute(std::shared_ptr<void>&) override {}
 #endif
   std::shared_ptr<void> take_data() override { return nullptr; }
+#if RCLCPP_VERSION_GTE(29, 0, 0)  // which has no defaults; this is what they did
+  std::shared_ptr<void> take_data_by_entity_id(std::size_t) override { return nullptr; }
+  void set_on_ready_callback(std::function<void(std::size_t, int)>) override {
+    throw std::runtime_error("not overridden");
+  }
+  void clear_on_ready_callback() override {}
+#endif
 };
 
 TEST_P(EveryExecutor, ANodeThatItCannotServeIsNotAdded) {
