@@ -22,5 +22,5 @@ launch_scripts/colcon_build.sh --bench-target hotpath \
 echo "== commands of the debug build"
 HOTPATH=$PWD/build_colcon/hotpath_bench/hotpath /usr/bin/python3 -B -m pytest bench/test/commands_test.py
 echo "== tests"
-# Real-time tests run alone (RUN_SERIAL).
+# Tests that measure in real time run alone (RUN_SERIAL).
 ctest --test-dir build --output-on-failure --parallel 2

@@ -3,6 +3,7 @@
 compared with summary.json, jobs.csv, chains.csv and `hotpath explain --json`."""
 
 import csv
+import functools
 import json
 import re
 import shutil
@@ -63,6 +64,12 @@ const t = hotpathPage.timeline;
 const panel = (p) => ({label: p.series.label, rows: p.rows.map((r) => r.name), shown: p.shown});
 return {view: t.view, panels: t.panels.map(panel)};
 """
+
+
+@functools.lru_cache(maxsize=1)
+def jobs_of(folder: str) -> Any:
+    """The jobs of a run, whose files do not change; reading them takes longer than most checks."""
+    return RunFolder(folder).jobs()
 
 
 class Page(CommandTest):
@@ -142,7 +149,7 @@ class Page(CommandTest):
         per_pixel = (view["to"] - view["from"]) / view["width"]
         jobs = {
             f"{j.task} {j.sequence}": j
-            for j in run.jobs()[executor, one["repetition"]]
+            for j in jobs_of(str(run.path))[executor, one["repetition"]]
             if j.start is not None
         }
         path = [item for item in shown["panels"][0]["shown"] if item["what"] == "path"]
@@ -195,7 +202,22 @@ class Page(CommandTest):
         self.check_two_executors(browser)
         self.check_sentences(browser)
         self.check_bounds(browser)
+        self.check_without_javascript()
         self.assertEqual(browser.violations(), [])
+
+    def check_without_javascript(self) -> None:
+        page = (self.folder / "page" / "report.html").read_text(encoding="utf-8")
+        browser = Browser()
+        self.addCleanup(browser.close)
+        without = re.sub(r"(?s)<script.*?</script>", "", page)
+        (self.folder / "page" / "without.html").write_text(without, encoding="utf-8")
+        browser.open(self.folder / "page" / "without.html", started=False)
+        read = "return [document.querySelectorAll('figure svg').length, document.querySelectorAll('table').length]"
+        figures, tables = browser.run(read)
+        self.assertGreater(figures, 10)
+        self.assertGreater(tables, 5)
+        self.assertFalse(browser.run("return document.getElementById('explore').checkVisibility()"))
+        self.assertEqual(browser.messages(), [])
 
     def check_sentences(self, browser: Browser) -> None:
         """Below the curves are the sentences of `hotpath explain`, against the first executor."""
@@ -393,22 +415,6 @@ class Page(CommandTest):
             browser.run(CHOOSE, "target", name)
         self.assertEqual(browser.run("return [typeof hotpathEvil, document.images.length, document.scripts.length]"),
                          ["undefined", 0, 2])  # fmt: skip
-
-    def test_without_javascript(self) -> None:
-        self.accepted("simulate", *SIMULATED, "--output", "run")
-        self.accepted("report", "run", "--output", "page")
-        page = (self.folder / "page" / "report.html").read_text(encoding="utf-8")
-        browser = Browser()
-        self.addCleanup(browser.close)
-        without = re.sub(r"(?s)<script.*?</script>", "", page)
-        (self.folder / "page" / "without.html").write_text(without, encoding="utf-8")
-        browser.open(self.folder / "page" / "without.html", started=False)
-        read = "return [document.querySelectorAll('figure svg').length, document.querySelectorAll('table').length]"
-        figures, tables = browser.run(read)
-        self.assertGreater(figures, 10)
-        self.assertGreater(tables, 5)
-        self.assertFalse(browser.run("return document.getElementById('explore').checkVisibility()"))
-        self.assertEqual(browser.messages(), [])
 
     def test_a_run_without_jobs(self) -> None:
         self.accepted("simulate", "--duration", 2, "--no-trace", "--output", "run")
