@@ -4,7 +4,8 @@
 
 Phases differ between launches of a system; each prediction has those of the trace that it is compared
 with. Outputs of the first second are left out: `PriorityExecutor` learns the graph there. Execution
-times are replayed from another place in each draw.
+times are replayed from another place in each draw. If the two traces were served in different orders of
+nodes and callbacks, which the creation decides, a second prediction also has the order of the other trace.
 """
 
 import subprocess
@@ -75,6 +76,47 @@ def with_priorities(graph: Path, priorities: tuple[tuple[str, int], ...]) -> Pat
     return copy
 
 
+def parts(lines: list[str], start: str) -> tuple[list[str], dict[str, list[str]]]:
+    """The lines before the first one that starts so, and from each such line on, by this line up to a comma."""
+    head: list[str] = []
+    found: dict[str, list[str]] = {}
+    part = head
+    for line in lines:
+        if line.startswith(start):
+            part = found.setdefault(line.split(",")[0].rstrip("}"), [])
+        part.append(line)
+    return head, found
+
+
+def in_order_of(graph: Path, other: Path) -> Path | None:
+    """A copy of an imported graph with nodes and callbacks in the order of another one of the same system;
+    None if it is in this order."""
+
+    def split(file: Path) -> tuple[str, str, str]:
+        head, nodes, rest = file.read_text(encoding="utf-8").partition("\nnodes:\n")
+        body, chains, tail = rest.partition("\nchains:\n")
+        return head + nodes, body, chains + tail
+
+    (head, body, tail), (_, model, _) = split(graph), split(other)
+    own, wanted = (parts(text.split("\n"), "  - name: ")[1] for text in (body, model))
+    if set(own) != set(wanted):
+        raise ValueError(f"{graph} and {other} have different nodes")
+    lines: list[str] = []
+    same = list(own) == list(wanted)
+    for name, node in wanted.items():
+        before, callbacks = parts(own[name], "      - {")
+        order = parts(node, "      - {")[1]
+        if set(callbacks) != set(order):
+            raise ValueError(f"{graph} and {other}: node {name} has different callbacks")
+        same = same and list(callbacks) == list(order)
+        lines += before + [line for callback in order for line in callbacks[callback]]
+    if same:
+        return None
+    copy = graph.with_name("graph_in_order.yaml")
+    copy.write_text(head + "\n".join(lines) + tail, encoding="utf-8")
+    return copy
+
+
 def latencies(run: Path, without: int) -> list[float]:
     """Hot-path latencies of a run without its first outputs."""
     return list(Run(run).latencies()["hot_path_ms"][without:])
@@ -105,14 +147,20 @@ def predicted(case: Case, graph: Path, folder: Path, work: Path) -> dict[str, An
     trace = unpacked(folder, case.trace, work)
     hotpath("import", "ctf", trace, "--executor", case.executor, "--chain", CHAIN, "--output", recorded)
     own = with_priorities(graph, case.priorities) if case.priorities else graph
-    draws = simulated(own, case.executor, recorded)
     true = quantiles(latencies(recorded / "run", round(WARM_UP_S / PERIOD_S)))
+    facts = {"from": case.source, "executor": case.executor, "recorded_ms": true}
+    facts |= compared(simulated(own, case.executor, recorded), true)
+    ordered = in_order_of(own, recorded / "graph.yaml")
+    if ordered:
+        facts["in_order"] = compared(simulated(ordered, case.executor, recorded), true)
+    return facts
+
+
+def compared(draws: list[list[float]], true: dict[str, float]) -> dict[str, Any]:
+    """The outputs of all draws together, and how far they are off."""
     made = quantiles([latency for draw in draws for latency in draw])
     of_draws = [quantiles(draw) for draw in draws]
     return {
-        "from": case.source,
-        "executor": case.executor,
-        "recorded_ms": true,
         "predicted_ms": made,
         "draws_ms": {q: [min(d[q] for d in of_draws), max(d[q] for d in of_draws)] for q in ("p50", "p99")},
         "error_percent": {q: 100 * (made[q] / true[q] - 1) for q in ("p50", "p99")},

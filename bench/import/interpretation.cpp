@@ -13,6 +13,7 @@
 #include "import/distinguishing_load.hpp"
 #include "import/recognition_text.hpp"
 #include "import/service_calls.hpp"
+#include "import/time_slices.hpp"
 #include "import/unmodelled.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -103,35 +104,42 @@ class Interpreter {
     if (recording_.executors.executors.size() > 1 || (timers_apart && recording_.cores == 1)) {
       for (std::size_t i = 0; i < result_.records.size(); ++i)
         if (result_.records[i].outcome == Outcome::ran) result_.records[i].cpu_time = displacement_.own[i];
-      result_.sharing = displacement_.sharing;
+      result_.slices = displacement_.slices;
     }
   }
 
   void measure_costs() {
     const std::vector<RecordedExecutor>& executors = recording_.executors.executors;
-    for (std::size_t e = 0; e < executors.size(); ++e)
-      result_.costs.push_back(
-          recorded_costs(recording_.graph, window(), executors[e], entry_of(result_.labels[e])));
-    const auto mean = [&](const auto& cost_of) {
+    const auto measure = [&](const MeasuredCost& elsewhere) {
+      result_.costs.clear();
+      for (std::size_t e = 0; e < executors.size(); ++e)
+        result_.costs.push_back(
+            recorded_costs(recording_.graph, window(), executors[e], entry_of(result_.labels[e]), elsewhere));
+    };
+    const auto mean_cost = [&](const auto& cost_of) {
       double sum = 0, jobs = 0;
       for (std::size_t e = 0; e < executors.size(); ++e) {
-        double weight = 0;
-        for (const std::uint32_t t : executors[e].threads)
-          weight += static_cast<double>(recording_.system.threads[t].jobs);
-        sum += weight * static_cast<double>(cost_of(result_.costs[e]).median.count());
-        jobs += weight;
+        const MeasuredCost cost = cost_of(result_.costs[e]);
+        for (const std::uint32_t t : executors[e].threads) {
+          const double weight = cost.n == 0 ? 0 : static_cast<double>(recording_.system.threads[t].jobs);
+          sum += weight * static_cast<double>(cost.median.count());
+          jobs += weight;
+        }
       }
       return Duration(static_cast<std::int64_t>(jobs > 0 ? sum / jobs : 0));
     };
+    measure({});
+    if (std::ranges::any_of(result_.costs, [](const RecordedCosts& c) { return c.dispatch.n == 0; }))
+      measure({0, mean_cost([](const RecordedCosts& c) { return c.dispatch; }), {}});
     GraphPlatform& platform = result_.graph.platform;
     platform.cores = recording_.cores;
     platform.execution_times = ExecutionTimeModel::measured;
     platform.timer_dispatch_cost =
-        mean([](const RecordedCosts& c) { return c.dispatch_of(TaskKind::timer); });
+        mean_cost([](const RecordedCosts& c) { return c.dispatch_of(TaskKind::timer); });
     platform.subscription_dispatch_cost =
-        mean([](const RecordedCosts& c) { return c.dispatch_of(TaskKind::subscription); });
-    platform.wait_cost = mean([](const RecordedCosts& c) { return c.wait; });
-    platform.wake_up = mean([](const RecordedCosts& c) { return c.wake_up; });
+        mean_cost([](const RecordedCosts& c) { return c.dispatch_of(TaskKind::subscription); });
+    platform.wait_cost = mean_cost([](const RecordedCosts& c) { return c.wait; });
+    platform.wake_up = mean_cost([](const RecordedCosts& c) { return c.wake_up; });
   }
 
   void make_trace() {
@@ -227,7 +235,7 @@ class Interpreter {
     std::set<std::int32_t> processors;
     int level = 0;
     for (const std::uint32_t t : recorded.threads) {
-      for (const std::int32_t p : usual_processors(recording_.system.threads[t])) processors.insert(p);
+      processors.insert(displacement_.processors[t].begin(), displacement_.processors[t].end());
       level = std::max(level, displacement_.level[t]);
     }
     if (result_.priorities == ThreadPriorities::equal_fifo) level = std::max(level, 1);
@@ -290,13 +298,6 @@ Interpretations best_interpretation(const Recording& recording, const std::vecto
   Interpretations all = best_of(few, labels);
   all.best = Interpreter(recording, labels, all.best.priorities).interpret();
   return all;
-}
-
-unsigned cores_of(const tracing::System& system) {
-  std::set<std::int32_t> processors;
-  for (const tracing::Thread& t : system.threads)
-    for (const std::int32_t processor : usual_processors(t)) processors.insert(processor);
-  return static_cast<unsigned>(std::clamp<std::size_t>(processors.size(), 1, kMaxWorkers));
 }
 
 void set_phases(Recording& recording) {
@@ -485,11 +486,7 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
     all.best.check.light = std::max(all.best.check.light, Light::yellow);
     all.best.check.reasons.push_back(sentence(recognition, recording.first_graph));
   }
-  if (all.best.sharing > 0)
-    missing.push_back(program::text(
-        "%zu threads share processors in time slices, whose ends a trace does not show: the "
-        "execution times of their jobs are those that slices of %.0f ms give the recorded starts and ends.",
-        all.best.sharing, to_ms(Platform{}.time_slice)));
+  if (all.best.slices.threads > 0) missing.push_back(sentence(all.best.slices, recording.graph.epoch));
   // They explain a deviation; of a green reproduction they are remarks.
   std::vector<std::string>& told =
       all.best.check.light == Light::green ? recording.graph.notes : all.best.check.reasons;

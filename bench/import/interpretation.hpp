@@ -54,7 +54,7 @@ struct Interpretation {
   Trace trace;  ///< Relative to its epoch.
   std::optional<setup::ExecutorSpec> executor;
   SelfCheck check;
-  std::size_t sharing = 0;  ///< Threads that share processors in time slices.
+  TimeSlices slices;
 };
 
 /// The interpretation under the recognised or given executors. Where these do not decide how fast

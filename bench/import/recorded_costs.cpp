@@ -57,19 +57,23 @@ MeasuredCost cost_of(const Gaps& gaps, std::optional<TaskKind> kind = {}) {
   return cost_of(std::move(samples));
 }
 
-/// Leaves out the dispatch of each job.
-Gaps without_dispatch(Gaps gaps, const RecordedCosts& costs) {
-  for (auto& [kind, gap] : gaps) gap = std::max(Duration::zero(), gap - costs.dispatch_of(kind).median);
+/// Leaves out the dispatch of each job, which may be known from other executors only.
+Gaps without_dispatch(Gaps gaps, const RecordedCosts& costs, const MeasuredCost& elsewhere) {
+  for (auto& [kind, gap] : gaps) {
+    const MeasuredCost& own = costs.dispatch_of(kind);
+    gap = std::max(Duration::zero(), gap - (own.n == 0 ? elsewhere : own).median);
+  }
   return gaps;
 }
 
-RecordedCosts costs_of(const Gaps& dispatch, Gaps wait, Gaps wake_up, bool two_wake_ups) {
+RecordedCosts costs_of(const Gaps& dispatch, Gaps wait, Gaps wake_up, bool two_wake_ups,
+                       const MeasuredCost& elsewhere) {
   RecordedCosts costs;
   costs.dispatch = cost_of(dispatch);
   costs.timer_dispatch = cost_of(dispatch, TaskKind::timer);
   costs.subscription_dispatch = cost_of(dispatch, TaskKind::subscription);
-  costs.wait = cost_of(without_dispatch(std::move(wait), costs));
-  wake_up = without_dispatch(std::move(wake_up), costs);
+  costs.wait = cost_of(without_dispatch(std::move(wait), costs, elsewhere));
+  wake_up = without_dispatch(std::move(wake_up), costs, elsewhere);
   for (auto& [kind, late] : wake_up)
     if (kind == TaskKind::timer && two_wake_ups) late /= 2;
   costs.wake_up = cost_of(wake_up);
@@ -82,7 +86,9 @@ RecordedCosts costs_of(const Gaps& dispatch, Gaps wait, Gaps wake_up, bool two_w
 
 Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window) {
   const std::size_t threads = system.threads.size();
-  Displacement displacement{std::vector<Duration>(window.jobs.size()), std::vector<int>(threads, 0)};
+  Displacement displacement{std::vector<Duration>(window.jobs.size()), std::vector<int>(threads, 0), {}, {}};
+  for (const tracing::Thread& thread : system.threads)
+    displacement.processors.push_back(usual_processors(thread));
   std::vector<std::vector<Meetings>> met(threads, std::vector<Meetings>(threads));
   std::map<std::int32_t, std::vector<std::size_t>> open;                // by processor
   std::map<std::int32_t, std::map<std::uint32_t, std::size_t>> latest;  // by processor and thread
@@ -127,7 +133,7 @@ Displacement recorded_displacement(const tracing::System& system, const Recorded
       }
     }
   }
-  displacement.sharing = follow_time_slices(system, window, displacement.level, displacement.own);
+  follow_time_slices(system, window, displacement);
   return displacement;
 }
 
@@ -137,7 +143,8 @@ MeasuredCost RecordedCosts::dispatch_of(TaskKind kind) const {
 }
 
 RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
-                             const RecordedExecutor& executor, const ExecutorEntry& entry) {
+                             const RecordedExecutor& executor, const ExecutorEntry& entry,
+                             const MeasuredCost& elsewhere) {
   std::vector<std::size_t> place(graph.tasks.set.size());
   for (TaskId id = 0; id < place.size(); ++id)
     place[id] = entry.traits.runs_first == graph.tasks.set[id].kind ? id : id + place.size();
@@ -188,7 +195,7 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
       wake_up.emplace_back(kind, job.start - timestamp);
     }
   }
-  return costs_of(dispatch, std::move(wait), std::move(wake_up), two_wake_ups);
+  return costs_of(dispatch, std::move(wait), std::move(wake_up), two_wake_ups, elsewhere);
 }
 
 }  // namespace hotpath::imports

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <set>
 
+#include "hotpath/core/worker.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::imports {
@@ -99,6 +100,13 @@ std::vector<std::int32_t> usual_processors(const tracing::Thread& thread) {
   for (const auto& [processor, jobs] : thread.processors)
     if (100 * jobs >= thread.jobs) usual.push_back(processor);
   return usual;
+}
+
+unsigned cores_of(const tracing::System& system) {
+  std::set<std::int32_t> processors;
+  for (const tracing::Thread& t : system.threads)
+    for (const std::int32_t processor : usual_processors(t)) processors.insert(processor);
+  return static_cast<unsigned>(std::clamp<std::size_t>(processors.size(), 1, kMaxWorkers));
 }
 
 }  // namespace hotpath::imports

@@ -26,4 +26,7 @@ struct RecordedExecutors {
 /// The processors on which at least one in a hundred of a thread's jobs ended.
 [[nodiscard]] std::vector<std::int32_t> usual_processors(const tracing::Thread& thread);
 
+/// The number of processors that the threads usually ran on, in [1, kMaxWorkers].
+[[nodiscard]] unsigned cores_of(const tracing::System& system);
+
 }  // namespace hotpath::imports

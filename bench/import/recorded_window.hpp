@@ -35,18 +35,30 @@ struct RecordedCosts {
   [[nodiscard]] MeasuredCost dispatch_of(TaskKind kind) const;
 };
 
+/// How threads of the ordinary policy took turns on processors.
+struct TimeSlices {
+  std::size_t threads = 0;    ///< That share processors.
+  std::size_t jobs = 0;       ///< Of these threads.
+  std::size_t displaced = 0;  ///< How often a job lost its processor.
+  std::size_t early = 0;      ///< Starts and ends for which the thread had to wait for a longer time slice.
+  Time first_early{};
+};
+
 /// Preemption between threads. A job that lies within a job of another thread on the same processor
 /// preempted it; a job that became ready during that job and began after it waited for it. A job that became
 /// ready during that job and began later during it got a time slice.
 struct Displacement {
   std::vector<Duration> own;  ///< By job: its length without the jobs that preempted it.
   std::vector<int> level;     ///< By thread: relative priority; 0: it may have the ordinary policy.
-  std::size_t sharing = 0;    ///< Threads that share processors in time slices.
+  std::vector<std::vector<std::int32_t>> processors;  ///< By thread: on which it may run.
+  TimeSlices slices;
 };
 [[nodiscard]] Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window);
 
+/// `elsewhere`: the dispatch of other executors, for one that never had two jobs ready.
 [[nodiscard]] RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& window,
-                                           const RecordedExecutor& executor, const ExecutorEntry& entry);
+                                           const RecordedExecutor& executor, const ExecutorEntry& entry,
+                                           const MeasuredCost& elsewhere = {});
 
 /// The observations of the chains' sinks. Histories of jobs follow the recorded messages, and the
 /// inferred rules within nodes. `graph.graph` has the chains.

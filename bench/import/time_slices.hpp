@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
+#include <string>
 
 #include "import/recorded_window.hpp"
 
 namespace hotpath::imports {
 
-/// By job: its time on a processor, where threads share processors in time slices. A trace has no events of
-/// the kernel's scheduler. So the recorded starts and ends are followed with the simulator's rule: the thread
-/// that starts a job has a processor, the one that had its processor longest lost it, and a thread keeps its
-/// processor for a time slice while others wait. `own`: by job; kept for threads that never share so, or of
-/// which one has a level (see Displacement). Returns how many threads share processors.
-std::size_t follow_time_slices(const tracing::System& system, const RecordedWindow& window,
-                               const std::vector<int>& level, std::vector<Duration>& own);
+/// Sets the time on a processor of each job, where threads of the ordinary policy share processors in time
+/// slices. A trace has no events of the kernel's scheduler. So the simulator's rule is replayed with the
+/// recorded instants: threads wait in the order in which they become ready, and one that has had its
+/// processor for a time slice goes to the end while others wait. Where a waiting thread starts or ends a job,
+/// it gets the processor of the thread whose time slice ends first. If that is rare, time slices explain the
+/// recording better than priorities do, and each thread may run on all of the shared processors. Otherwise
+/// threads of which one has a level, or that share several processors, keep their times.
+void follow_time_slices(const tracing::System& system, const RecordedWindow& window,
+                        Displacement& displacement);
+
+/// What was found, with instants from `epoch` on.
+[[nodiscard]] std::string sentence(const TimeSlices& slices, Time epoch);
 
 }  // namespace hotpath::imports

@@ -17,6 +17,7 @@ namespace hotpath {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::Each;
 using testing::ElementsAre;
 using Of = imports::Agreement::Of;
 
@@ -105,7 +106,27 @@ TEST(RecordedDisplacement, ThreadsThatOverlapShareTheProcessorInTimeSlices) {
   r.job(1, 1, 1ms, 3ms, 9ms, true);
   const imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
   EXPECT_THAT(displacement.own, ElementsAre(5ms, 4ms));
-  EXPECT_EQ(displacement.sharing, 2U);
+  EXPECT_EQ(displacement.slices.threads, 2U);
+}
+
+/// On two processors, the time slices of the first two threads end at 3 ms, when the third one waits: the
+/// first thread goes to the end and, since the slice of the second one is over as well, continues at once.
+TEST(RecordedDisplacement, SeveralProcessorsGoRoundAmongThreads) {
+  Recorded r;
+  r.system.threads.assign(3, {0, 1, 2, 0, {{0, 1}, {1, 1}}});
+  for (int i = 0; i < 3; ++i) r.task(TaskKind::timer, 100ms);
+  r.job(0, 0, 0ms, 0ms, 8ms);
+  r.job(1, 1, 0ms, 0ms, 10ms);
+  r.job(2, 2, 1ms, 3ms, 5ms, true);
+  imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
+  EXPECT_THAT(displacement.own, ElementsAre(8ms, 8ms, 2ms));
+  EXPECT_THAT(displacement.processors, Each(ElementsAre(0, 1)));
+  EXPECT_EQ(displacement.slices.displaced, 1U);
+  EXPECT_EQ(displacement.slices.early, 0U);
+  r.jobs[2].start = Time{} + 2ms;  // before a slice of 3 ms ends: such slices explain nothing
+  displacement = imports::recorded_displacement(r.system, r.window());
+  EXPECT_EQ(displacement.slices.threads, 0U);
+  EXPECT_THAT(displacement.own, ElementsAre(5ms, 10ms, 3ms)) << "the third job within the first one";
 }
 
 /// Short jobs of the second thread lie within long ones of the first: it preempts if they begin at once.

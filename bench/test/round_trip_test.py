@@ -13,10 +13,6 @@ CHAIN = "FrontLidarDriver,RearLidarDriver:ObjectCollisionEstimator"
 MANY_THREADS = ("multi", "cbg")
 # Executors of a deployment's threads, where they are not the default one.
 EXECUTORS = {"picas": "fp-ro"}
-# Many threads of the ordinary policy share each processor. A trace does not show their time slices,
-# so the import estimates how long jobs ran that overlap on a processor: it finds what ran, and
-# reproduces it roughly.
-TIME_SLICED = ("isolated", "cie")
 # A job takes a sample between two publications of one instant. The trace has no order of the events of
 # several processors within an instant, so the import counts the first sample as overwritten.
 ONE_INSTANT = ("picas",)
@@ -49,7 +45,7 @@ class RoundTrip(CommandTest):
         self.accepted("import", "ctf", trace, "--output", output, "--chain", CHAIN)
         return json.loads((output / "import.json").read_text()), RunFolder(run), RunFolder(output / "run")
 
-    def check(self, facts: Any, run: RunFolder, found: RunFolder, lights: tuple[str, ...]) -> None:
+    def check(self, facts: Any, run: RunFolder, found: RunFolder) -> None:
         if run.run["executors"] != list(ONE_INSTANT):
             self.assertEqual(self.connections(found), self.connections(run))
             self.assertEqual(self.losses(found), self.losses(run))
@@ -65,7 +61,7 @@ class RoundTrip(CommandTest):
         self.assertEqual(len(latencies), len(outputs))
         for one, other in zip(latencies, outputs):
             self.assertLessEqual(abs(one - other), APART_NS)
-        self.assertIn(facts["self_check"]["light"], lights, facts["self_check"]["reasons"])
+        self.assertEqual(facts["self_check"]["light"], "green", facts["self_check"]["reasons"])
 
     def check_costs(self, facts: Any, run: RunFolder, imported: RunFolder) -> None:
         """The import finds the costs of each kind of which there were enough dispatches."""
@@ -119,7 +115,7 @@ class RoundTrip(CommandTest):
                 plan = ("--executors", executor, *COSTS, "--load", 80)
                 facts, run, found = self.imported(name, *plan)
                 self.check_costs(facts, run, found)
-                self.check(facts, run, found, ("green",))
+                self.check(facts, run, found)
                 (recognised,) = [e["recognition"] for e in facts["executors"]]
                 self.assertIn(recognised["verdict"], ("recognised", "tie"), recognised)
                 self.assertIn(executor, recognised["executors"])
@@ -130,8 +126,7 @@ class RoundTrip(CommandTest):
             with self.subTest(name):
                 plan = ("--deployments", name, "--dispatch-cost-us", 5, "--load", 80)
                 facts, run, found = self.imported(name, *plan)
-                lights = ("green", "yellow") if name in TIME_SLICED else ("green",)
-                self.check(facts, run, found, lights)
+                self.check(facts, run, found)
                 for executor in facts["executors"]:
                     recognised = executor["recognition"]
                     self.assertNotEqual(recognised["verdict"], "none fits", recognised)
