@@ -78,11 +78,13 @@ class Slices {
     return (found_.early + late_) * kExplains <= found_.displaced && !one_thread_contradicts;
   }
 
-  /// Whether at least two threads of the ordinary policy took turns.
+  /// Whether at least two threads of the ordinary policy took turns. Where most changes of hands came early,
+  /// there were other reasons.
   [[nodiscard]] bool ordinary_threads_share() const {
-    return std::ranges::count_if(threads_, [&](const auto& of) {
-             return level_[of.first] == 0 && of.second.displaced * kMatters > of.second.jobs;
-           }) > 1;
+    return 2 * found_.early <= found_.displaced && std::ranges::count_if(threads_, [&](const auto& of) {
+                                                     return level_[of.first] == 0 &&
+                                                            of.second.displaced * kMatters > of.second.jobs;
+                                                   }) > 1;
   }
 
   [[nodiscard]] const TimeSlices& found() const { return found_; }
