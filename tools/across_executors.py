@@ -4,8 +4,9 @@
 
 Phases differ between launches of a system; each prediction has those of the trace that it is compared
 with. Outputs of the first second are left out: `PriorityExecutor` learns the graph there. Execution
-times are replayed from another place in each draw. If the two traces were served in different orders of
-nodes and callbacks, which the creation decides, a second prediction also has the order of the other trace.
+times are replayed from another place in each draw. A second calculation also has the order in which the
+executor of the predicted trace served nodes and callbacks, which may differ from that of their creation.
+Since it comes from that trace, this is no blind prediction.
 """
 
 import subprocess

@@ -483,9 +483,9 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
                        .sentence();
   for (const Recognition& recognition : recording.recognitions) {
     if (!recording.given.empty() || recognition.verdict != Verdict::none_fits) continue;
-    all.best.check.light = std::max(all.best.check.light, Light::yellow);
-    all.best.check.reasons.push_back(sentence(recognition, recording.first_graph));
+    all.best.check.doubt(sentence(recognition, recording.first_graph));
   }
+  if (all.best.slices.unexplained > 0) all.best.check.doubt(unexplained_sentence(all.best.slices));
   if (all.best.slices.threads > 0) missing.push_back(sentence(all.best.slices, recording.graph.epoch));
   // They explain a deviation; of a green reproduction they are remarks.
   std::vector<std::string>& told =

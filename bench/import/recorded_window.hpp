@@ -42,6 +42,7 @@ struct TimeSlices {
   std::size_t displaced = 0;  ///< How often a job lost its processor.
   std::size_t early = 0;      ///< Starts and ends for which the thread had to wait for a longer time slice.
   Time first_early{};
+  std::size_t unexplained = 0;  ///< Threads that share processors in another way.
 };
 
 /// Preemption between threads. A job that lies within a job of another thread on the same processor

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "setup/executor_spec.hpp"
@@ -37,6 +39,12 @@ struct SelfCheck {
   std::vector<std::string> reasons;  ///< Sentences that explain why the light is not green.
   Trace simulated;
   std::string failure;  ///< Why there is no simulation; empty: there is one.
+
+  /// The reproduction is not green, for a reason that the simulation does not show.
+  void doubt(std::string reason) {
+    light = std::max(light, Light::yellow);
+    reasons.push_back(std::move(reason));
+  }
 };
 
 /// Limits of green: the bar for a good prediction.

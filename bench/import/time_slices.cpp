@@ -2,6 +2,7 @@
 #include "import/time_slices.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <map>
 #include <set>
 #include <span>
@@ -17,8 +18,14 @@ namespace {
 /// Time slices explain a recording if at most one in so many changes of hands came too early.
 constexpr std::size_t kExplains = 20;
 
+/// A thread that has a processor starts its next job sooner.
+constexpr Duration kLate = std::chrono::milliseconds(1);
+
+/// A thread takes turns if more than one in so many jobs lost its processor. Fewer do not change its median.
+constexpr std::size_t kMatters = 10;
+
 /// The export separates simultaneous events of several processors by a few nanoseconds.
-constexpr Duration kInstant{100};
+constexpr Duration kOneInstant{100};
 /// A job that ends so soon did not lose its processor before.
 constexpr Duration kPrompt = std::chrono::microseconds(100);
 
@@ -29,21 +36,24 @@ struct Pool {
   std::vector<std::size_t> jobs;  // in the order of starts
 };
 
-/// Replays how the simulated operating system gives processors to threads of the ordinary policy, from the
-/// recorded instants at which they became ready, started and ended jobs.
+/// Replays how the simulated operating system gives processors to threads, from the recorded instants at
+/// which they became ready, started and ended jobs. `level`: by thread; 0: the ordinary policy.
 class Slices {
  public:
-  Slices(const RecordedWindow& window, const Pool& pool)
-      : window_(window), processors_(pool.processors.size()) {
+  Slices(const RecordedWindow& window, const Pool& pool, const std::vector<int>& level)
+      : window_(window), processors_(pool.processors.size()), level_(level) {
     find_changes(pool);
   }
 
   /// Adds the time on a processor of each job to `own`.
   void follow(std::vector<Duration>& own) {
     for (auto next = changes_.begin(); next != changes_.end();) {
-      const auto end = std::find_if(
-          next, changes_.end(), [at = next->at](const Change& change) { return change.at - at > kInstant; });
-      std::stable_sort(next, end, [](const Change& x, const Change& y) { return x.kind < y.kind; });
+      const auto end = std::find_if(next, changes_.end(), [at = next->at](const Change& change) {
+        return change.at - at > kOneInstant;
+      });
+      std::stable_sort(next, end, [](const Change& x, const Change& y) {
+        return std::min(x.kind, Kind::start) < std::min(y.kind, Kind::start);
+      });
       rotate(next->at);
       for (; next != end && next->kind <= Kind::ready; ++next)
         next->kind == Kind::finish ? finish(*next) : make_ready(next->thread);
@@ -55,10 +65,33 @@ class Slices {
     for (const auto& [j, used] : used_) own[j] = used;
   }
 
+  /// Whether at most one change of hands in kExplains came too early or too late, and so few jobs of each
+  /// thread that appears to have a level, or not to use all of the processors.
+  [[nodiscard]] bool explain(const tracing::System& system, const Displacement& apparent) const {
+    const bool one_thread_contradicts = std::ranges::any_of(threads_, [&](const auto& of) {
+      const auto& [id, t] = of;
+      const bool fewer = usual_processors(system.threads[id]).size() < processors_;
+      const std::size_t contradictions =
+          (apparent.level[id] > level_[id] ? t.early : 0) + (fewer ? t.late : 0);
+      return contradictions * kExplains > t.jobs;
+    });
+    return (found_.early + late_) * kExplains <= found_.displaced && !one_thread_contradicts;
+  }
+
+  /// Whether at least two threads of the ordinary policy took turns. Where most changes of hands came early,
+  /// there were other reasons.
+  [[nodiscard]] bool ordinary_threads_share() const {
+    return 2 * found_.early <= found_.displaced && std::ranges::count_if(threads_, [&](const auto& of) {
+                                                     return level_[of.first] == 0 &&
+                                                            of.second.displaced * kMatters > of.second.jobs;
+                                                   }) > 1;
+  }
+
   [[nodiscard]] const TimeSlices& found() const { return found_; }
 
  private:
-  enum class Kind : std::uint8_t { finish, ready, start, finish_at_once };  // the order at one instant
+  /// The order at one instant, except that the last two keep theirs.
+  enum class Kind : std::uint8_t { finish, ready, start, finish_at_once };
 
   struct Change {
     Time at;
@@ -72,7 +105,7 @@ class Slices {
   struct Thread {
     bool queues = false, on_processor = false, works = false;
     bool leaves = false;  // sleeps as soon as it has a processor
-    std::size_t job = 0;
+    std::size_t job = 0, jobs = 0, displaced = 0, early = 0, late = 0;
     Time since;  // when it got or lost its processor, or started its job
     Time slice_end;
     Duration slice_left{};
@@ -90,7 +123,8 @@ class Slices {
       if (sleeps) changes_.push_back({ready, Kind::ready, job.start, j, job.thread});
       changes_.push_back({job.start, Kind::start, job.start, j, job.thread});
       last->second = changes_.size();
-      const Kind end = job.finish > job.start ? Kind::finish : Kind::finish_at_once;
+      const bool at_once = job.finish - job.start <= kOneInstant;
+      const Kind end = at_once ? Kind::finish_at_once : Kind::finish;
       changes_.push_back({job.finish, end, job.start, j, job.thread, true});
     }
     std::ranges::stable_sort(changes_, {}, [](const Change& c) { return std::pair(c.at, c.start); });
@@ -98,7 +132,7 @@ class Slices {
 
   /// Gives processors to waiting threads where time slices end before `until`.
   void rotate(Time until) {
-    while (queue_.size() > processors_) {
+    while (one_waits_in_turn()) {
       const auto of = [&](std::uint32_t t) { return displaced_at(t); };
       const auto on = std::span(queue_).first(processors_);
       const Time at = of(*std::ranges::min_element(on, {}, of));
@@ -110,15 +144,19 @@ class Slices {
     now_ = until;
   }
 
+  /// Whether a thread waits that only others of the ordinary policy keep waiting.
+  bool one_waits_in_turn() const { return queue_.size() > processors_ && level_[queue_[processors_]] == 0; }
+
   /// When the thread on a processor loses it to one that waits. One that ends its job promptly keeps it.
   Time displaced_at(std::uint32_t thread) const {
     const Thread& t = threads_.at(thread);
+    if (level_[thread] > 0) return kNever;
     const Time at = std::max(t.slice_end, now_);
     return t.works && window_.jobs[t.job].finish - at <= kPrompt ? kNever : at;
   }
 
   void rotate_expired() {
-    for (std::size_t i = 0; i < processors_ && queue_.size() > processors_;) {
+    for (std::size_t i = 0; i < processors_ && one_waits_in_turn();) {
       const std::uint32_t t = queue_[i];
       if (displaced_at(t) > now_) {
         ++i;
@@ -155,7 +193,9 @@ class Slices {
       const Time since = std::exchange(t.since, now_);
       if (gets) {
         t.slice_end = now_ + t.slice_left;
-        found_.displaced += t.works && now_ > since;
+        const bool displaced = t.works && now_ > since;
+        found_.displaced += displaced;
+        t.displaced += displaced;
         continue;
       }
       t.slice_left = std::max(Duration::zero(), t.slice_end - now_);
@@ -166,31 +206,46 @@ class Slices {
   void make_ready(std::uint32_t thread) {
     Thread& t = threads_[thread];
     t.leaves = false;
+    if (t.on_processor) t.since = now_;
     if (std::exchange(t.queues, true)) return;
-    queue_.push_back(thread);
+    insert(thread, 0);
     t.slice_left = Platform{}.time_slice;
     assign();
   }
 
-  /// The recording contradicts the replay: the thread has a processor. The thread whose time slice ends first
-  /// loses it.
+  /// Inserts behind the threads of its level, at `first` or later.
+  void insert(std::uint32_t thread, std::size_t first) {
+    const auto below = [&](std::uint32_t other) { return level_[other] < level_[thread]; };
+    queue_.insert(std::find_if(queue_.begin() + static_cast<std::ptrdiff_t>(first), queue_.end(), below),
+                  thread);
+  }
+
+  /// The recording contradicts the replay: the thread has a processor. The thread of the lowest level whose
+  /// time slice ends first loses it.
   void give(std::uint32_t thread) {
+    assert(threads_[thread].queues && queue_.size() > processors_ && "a thread without a processor waits");
     ++found_.early;
+    ++threads_[thread].early;
     if (found_.first_early == Time{}) found_.first_early = now_;
     std::erase(queue_, thread);
     const auto on = std::span(queue_).first(processors_);
-    std::uint32_t& loses =
-        *std::ranges::min_element(on, {}, [&](std::uint32_t t) { return threads_[t].slice_end; });
+    std::uint32_t& loses = *std::ranges::min_element(
+        on, {}, [&](std::uint32_t t) { return std::pair(level_[t], threads_[t].slice_end); });
     const std::uint32_t displaced = std::exchange(loses, thread);
-    queue_.push_back(displaced);
+    insert(displaced, processors_);
     assign();
     threads_[displaced].slice_left = Platform{}.time_slice;
   }
 
   void start(const Change& change) {
     Thread& t = threads_[change.thread];
+    if (!t.queues || t.leaves) make_ready(change.thread);  // It ended a job within this instant.
+    const bool late = t.on_processor && now_ - t.since > kLate;
+    t.late += late;
+    late_ += late;
     if (!t.on_processor) give(change.thread);
     t.works = true;
+    ++t.jobs;
     t.job = change.job;
     t.since = now_;
     used_[t.job] = {};
@@ -198,20 +253,25 @@ class Slices {
 
   void finish(const Change& change) {
     Thread& t = threads_[change.thread];
+    assert(t.works && t.job == change.job && "jobs of a thread end in the order in which they start");
     if (!t.on_processor) give(change.thread);
-    used_[t.job] += now_ - t.since;
+    const bool at_once = change.kind == Kind::finish_at_once;
+    used_[t.job] += at_once ? change.at - change.start : now_ - t.since;
     t.works = false;
+    t.since = now_;
     t.leaves = change.sleeps;
   }
 
   const RecordedWindow& window_;
   const std::size_t processors_;
+  const std::vector<int>& level_;
   std::vector<Change> changes_;
   Time now_ = Time::min();
-  std::map<std::uint32_t, Thread> threads_;
   std::vector<std::uint32_t> queue_;      // threads; the first ones have the processors
   std::map<std::size_t, Duration> used_;  // by job
   TimeSlices found_;
+  std::map<std::uint32_t, Thread> threads_;
+  std::size_t late_ = 0;  // starts
 };
 
 std::vector<Pool> pools_of(const tracing::System& system, const RecordedWindow& window) {
@@ -250,20 +310,40 @@ void follow_time_slices(const tracing::System& system, const RecordedWindow& win
                         Displacement& displacement) {
   for (const Pool& pool : pools_of(system, window)) {
     if (pool.processors.empty() || pool.threads.size() <= pool.processors.size()) continue;
+    const bool has_levels =
+        std::ranges::any_of(pool.threads, [&](std::uint32_t t) { return displacement.level[t] > 0; });
+    std::vector<int> level(system.threads.size(), 0);
     std::vector<Duration> times = displacement.own;
-    Slices slices(window, pool);
-    slices.follow(times);
-    const TimeSlices& found = slices.found();
-    const bool explains = found.early * kExplains <= found.displaced;
-    const bool ordinary =
-        std::ranges::all_of(pool.threads, [&](std::uint32_t t) { return displacement.level[t] == 0; });
-    if (found.displaced == 0 || (!explains && (!ordinary || pool.processors.size() > 1))) continue;
-    displacement.own = std::move(times);
-    for (const std::uint32_t t : pool.threads) {
-      displacement.level[t] = 0;
-      displacement.processors[t].assign(pool.processors.begin(), pool.processors.end());
+    Slices without_levels(window, pool, level);
+    without_levels.follow(times);
+    TimeSlices found = without_levels.found();
+    bool follows = without_levels.explain(system, displacement);
+    bool share = without_levels.ordinary_threads_share();
+    if (has_levels && (!follows || found.displaced == 0)) {
+      std::vector<Duration> other_times = displacement.own;
+      Slices with_levels(window, pool, displacement.level);
+      with_levels.follow(other_times);
+      const bool levels_explain = with_levels.explain(system, displacement);
+      if (levels_explain || !follows) {
+        level = displacement.level;
+        times = std::move(other_times);
+        found = with_levels.found();
+        share = with_levels.ordinary_threads_share();
+        follows = share && levels_explain;
+      }
+    } else {
+      follows = found.displaced > 0 && (follows || pool.processors.size() == 1);
     }
     TimeSlices& all = displacement.slices;
+    if (!follows) {
+      if (share) all.unexplained += pool.threads.size();
+      continue;
+    }
+    displacement.own = std::move(times);
+    for (const std::uint32_t t : pool.threads) {
+      displacement.level[t] = level[t];
+      displacement.processors[t].assign(pool.processors.begin(), pool.processors.end());
+    }
     all.threads += pool.threads.size();
     all.jobs += pool.jobs.size();
     all.displaced += found.displaced;
@@ -275,13 +355,21 @@ void follow_time_slices(const tracing::System& system, const RecordedWindow& win
 std::string sentence(const TimeSlices& slices, Time epoch) {
   std::string text = program::text(
       "%zu threads share processors in time slices, whose ends a trace does not show: the execution times of "
-      "their jobs are those that slices of %.0f ms give the recorded starts and ends. In %zu jobs a "
-      "processor "
-      "changed hands %zu times",
+      "their jobs are those that slices of %.0f ms give the recorded starts and ends. During %zu jobs, "
+      "processors changed hands %zu times",
       slices.threads, to_ms(Platform{}.time_slice), slices.jobs, slices.displaced);
   if (slices.early == 0) return text + ".";
   return text + program::text("; %zu times sooner than after such a slice, first at %.3f ms.", slices.early,
                               to_ms(slices.first_early - epoch));
+}
+
+std::string unexplained_sentence(const TimeSlices& slices) {
+  return program::text(
+      "%zu threads share processors, but time slices of %.0f ms on processors that all of them use do not "
+      "explain how: their jobs keep the times from start to end, less those of jobs within them, which may "
+      "be too long, and SCHED_FIFO may be a wrong guess. Correct the deployment and pass it with "
+      "--deployment.",
+      slices.unexplained, to_ms(Platform{}.time_slice));
 }
 
 }  // namespace hotpath::imports

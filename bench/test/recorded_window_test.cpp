@@ -126,7 +126,61 @@ TEST(RecordedDisplacement, SeveralProcessorsGoRoundAmongThreads) {
   r.jobs[2].start = Time{} + 2ms;  // before a slice of 3 ms ends: such slices explain nothing
   displacement = imports::recorded_displacement(r.system, r.window());
   EXPECT_EQ(displacement.slices.threads, 0U);
+  EXPECT_EQ(displacement.slices.unexplained, 3U);
   EXPECT_THAT(displacement.own, ElementsAre(5ms, 10ms, 3ms)) << "the third job within the first one";
+}
+
+/// Of threads that take turns on two processors, the last one is always on the second one, and starts 4 ms
+/// after it got the first one.
+TEST(RecordedDisplacement, ThreadsOfDifferentProcessorsKeepThem) {
+  for (const Duration late : {Duration{}, Duration(4ms)}) {
+    Recorded r;
+    r.system.threads.assign(4, {0, 1, 20, 0, {{0, 10}, {1, 10}}});
+    r.system.threads[3].processors = {{1, 20}};
+    for (int i = 0; i < 4; ++i) r.task(TaskKind::timer, 50ms);
+    for (int i = 0; i < 20; ++i) {
+      const Duration begin = i * 50ms;
+      r.job(0, 0, begin, begin, begin + 8ms);
+      r.job(1, 1, begin, begin, begin + 10ms);
+      r.job(2, 2, begin + 1ms, begin + 3ms, begin + 5ms);
+      r.job(3, 3, begin + 20ms, begin + 20ms + late, begin + 29ms);
+    }
+    const imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
+    EXPECT_EQ(displacement.slices.threads, late == Duration{} ? 4U : 0U);
+    EXPECT_EQ(displacement.processors[3].size(), late == Duration{} ? 2U : 1U);
+  }
+}
+
+/// Within 100 ns, the third thread runs two jobs and the first one gets its processor back.
+TEST(RecordedDisplacement, AJobOfAnInstantEndsAfterItsStart) {
+  Recorded r;
+  r.system.threads.assign(3, {0, 1, 1, 0, {{0, 1}}});
+  for (int i = 0; i < 3; ++i) r.task(TaskKind::timer, 100ms);
+  r.job(0, 0, 0ms, 0ms, 4ms, true);
+  r.job(2, 2, 1ms, 3ms, 3ms + 50ns, true);
+  r.job(2, 2, 3ms + 60ns, 3ms + 70ns, 3ms + 90ns, true);
+  EXPECT_THAT(imports::recorded_displacement(r.system, r.window()).own, ElementsAre(4ms - 60ns, 50ns, 20ns));
+}
+
+/// Two threads take turns, while a thread of SCHED_FIFO runs for 1 ms in every 50 ms.
+TEST(RecordedDisplacement, AThreadOfSchedFifoKeepsItAmongThreadsThatTakeTurns) {
+  Recorded r;
+  r.system.threads.assign(3, {0, 1, 20, 0, {{0, 20}}});
+  for (int i = 0; i < 3; ++i) r.task(TaskKind::timer, 50ms);
+  for (int i = 0; i < 20; ++i) {
+    const Duration begin = i * 50ms;
+    r.job(0, 0, begin, begin, begin + 20ms, true);
+    r.job(1, 1, begin, begin + 3ms, begin + 21ms, true);
+    r.job(2, 2, begin + 4ms, begin + 4ms, begin + 5ms, true);
+  }
+  const imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
+  EXPECT_THAT(displacement.level, ElementsAre(0, 0, 1));
+  EXPECT_EQ(displacement.slices.early, 0U);
+  EXPECT_EQ(displacement.slices.threads, 3U);
+  for (std::size_t i = 0; i < displacement.own.size(); i += 3) {
+    EXPECT_EQ(displacement.own[i] + displacement.own[i + 1], 20ms);
+    EXPECT_EQ(displacement.own[i + 2], 1ms);
+  }
 }
 
 /// Short jobs of the second thread lie within long ones of the first: it preempts if they begin at once.
