@@ -186,14 +186,13 @@ class EventWriter {
     add(created, K::timer_link_node, where, {address(timer, id), address(node, origin.node)});
   }
 
-  /// Adds jobs in the order of starts: at one instant the events of an earlier job come first.
+  /// Adds jobs in the order of starts. At one instant they have the order of the trace: a job of another
+  /// thread that ends at once may publish what this one did not find yet.
   void add_jobs() {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)
       if (started(r)) jobs.push_back(&r);
-    std::ranges::stable_sort(jobs, {}, [](const JobRecord* r) {
-      return std::pair(r->start, r->outcome == Outcome::ran ? r->finish : Time::max());
-    });
+    std::ranges::stable_sort(jobs, {}, &JobRecord::start);
     std::map<std::pair<std::uint16_t, std::uint16_t>, const JobRecord*> previous;  // by process and worker
     Processors processors(run_);
     for (const JobRecord* r : jobs) {

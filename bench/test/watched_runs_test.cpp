@@ -5,9 +5,64 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 
 namespace hotpath::test {
 namespace {
+
+using namespace std::chrono_literals;
+
+Node node(NodeType type, const std::string& name, Duration execution_time, const std::string& output) {
+  Node node;
+  node.type = type;
+  node.name = name;
+  node.execution_time = node.best_case_execution_time = execution_time;
+  node.outputs = {output};
+  return node;
+}
+
+Node sensor(const std::string& name, Duration period, Duration execution_time, const std::string& output) {
+  Node sensor = node(NodeType::sensor, name, execution_time, output);
+  sensor.period = sensor.deadline = period;
+  return sensor;
+}
+
+Node transform(const std::string& input, Duration execution_time) {
+  Node transform = node(NodeType::transform, "filter", execution_time, "filtered");
+  transform.inputs.resize(1);
+  transform.inputs.front().topic = input;
+  transform.inputs.front().depth = 1;
+  return transform;
+}
+
+void expect_calm(const Graph& graph, const std::string& executor) {
+  std::uint64_t jobs = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    const CaseResult result = check_watched(graph, executor, seed, false);
+    ASSERT_EQ(result.wrong, "") << executor;
+    jobs += result.jobs;
+  }
+  EXPECT_GT(jobs, 0U);
+}
+
+// While 40 ms of work last 100 ms, the timer thread pays for ten releases: as many as in the time of its own
+// jobs, not in that of the work alone.
+TEST(ReleaseAndExecute, BudgetsCountTheReleasesDuringTheJobsOfTheTimerThread) {
+  Graph graph;
+  graph.platform.release_cost = 1ms;
+  graph.nodes = {sensor("slow", 200ms, 0ms, "slow"), sensor("fast", 10ms, 5ms, "fast"),
+                 transform("slow", 40ms)};
+  for (const char* executor : {"rm-re", "edf-re", "fp-re"}) expect_calm(graph, executor);
+}
+
+// Both timers publish at one instant, at which the other thread takes the first sample between them.
+TEST(ReleaseAndExecute, KeepsTheOrderOfThreadsAtOneInstant) {
+  Graph graph;
+  graph.platform.cores = 2;
+  graph.nodes = {sensor("one", 10ms, 0ms, "points"), sensor("two", 10ms, 0ms, "points"),
+                 transform("points", 1ms)};
+  for (const char* executor : {"events-re", "rm-re"}) expect_calm(graph, executor);
+}
 
 class Watched : public testing::TestWithParam<Property> {};
 

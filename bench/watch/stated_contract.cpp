@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "hotpath/core/platform.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -181,28 +182,83 @@ class StatedContract {
     return all;
   }
 
-  /// Most time from start to end of a job. Where threads of the ordinary class share a processor, jobs
-  /// displace one another at any time: it is that of the response, if that is bounded.
+  /// Most time from start to end of a job, without the jobs of other threads that displace it. Where
+  /// threads of the ordinary class share a processor, jobs displace one another at any time: it is that
+  /// of the response, if that is bounded.
   std::optional<Duration> longest_run(TaskId task) const {
     const Duration wcet = tasks_.set[task].wcet;
     if (wcet == Duration::zero()) return std::nullopt;
     const auto [threads, timer_threads] = ordinary_threads();
     if (threads > graph_.platform.cores) return response(task);
-    Duration release = graph_.platform.release_cost + graph_.platform.pass_cost;
-    for (const setup::ExecutorSpec& part : setup::parts(executor_))  // before its jobs displace another one
-      if (part.entry->traits.timers == TimerHandling::release_and_execute)
-        release = std::max(release, graph_.platform.release_cost + graph_.platform.pass_cost +
-                                        graph_.platform.timer_dispatch_cost);
-    if (threads + timer_threads <= graph_.platform.cores || release == Duration::zero()) return wcet;
-    Duration longest = wcet;  // with the work of timer threads
-    for (;;) {
-      Duration next = wcet;
-      for (const Task& timer : tasks_.set.tasks)
-        if (timer.kind == TaskKind::timer) next += (longest / timer.period + 1) * release;
-      if (next == longest) return longest;
-      if (next > kLongest) return response(task);
-      longest = next;
+    const bool displaced = threads + timer_threads > graph_.platform.cores;
+    return displaced ? longest_run_below_timer_threads(task) : wcet;
+  }
+
+  /// The same where timer threads displace the job: they release timers, and may run them.
+  std::optional<Duration> longest_run_below_timer_threads(TaskId task) const {
+    const Duration wcet = tasks_.set[task].wcet, late = release_lateness();
+    std::vector<TaskId> timers;
+    bool any_cost = false;
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+      if (tasks_.set[id].kind != TaskKind::timer) continue;
+      timers.push_back(id);
+      any_cost |= release_cost(id) > Duration::zero();
     }
+    const bool first = setup::parts(executor_).size() == 1 && timer_thread_runs(task);
+    if (first || !any_cost) return wcet;
+    if (has_real_time_threads()) return response(task);  // how long their jobs displace it is unknown
+    for (Duration window = wcet;;) {                     // to its end, with the jobs of timer threads
+      Duration run = wcet, jobs{};
+      for (const TaskId timer : timers) {
+        const Task& of = tasks_.set[timer];
+        const std::int64_t releases = (window + late + of.release_jitter) / of.period + 1;
+        run += releases * release_cost(timer);
+        if (timer_thread_runs(timer)) jobs += releases * of.wcet;
+      }
+      if (run + jobs == window) return run;
+      if (run + jobs > kLongest) return response(task);
+      window = run + jobs;
+    }
+  }
+
+  const ExecutorTraits& executor_traits(TaskId task) const {
+    const std::size_t part = executor_.deployment ? executor_.deployment->plan.executor_of[task] : 0;
+    return setup::parts(executor_)[part].entry->traits;
+  }
+
+  bool timer_thread_runs(TaskId task) const {
+    return tasks_.set[task].kind == TaskKind::timer &&
+           executor_traits(task).timers == TimerHandling::release_and_execute;
+  }
+
+  /// Work of the timer thread before a timer's job, or its release.
+  Duration release_cost(TaskId timer) const {
+    const GraphPlatform& p = graph_.platform;
+    return p.release_cost + p.pass_cost + (timer_thread_runs(timer) ? p.timer_dispatch_cost : Duration{});
+  }
+
+  bool has_real_time_threads() const {
+    return executor_.deployment && setup::parts(executor_).size() > 1 &&
+           std::ranges::any_of(executor_.deployment->plan.executors,
+                               [](const DeployedExecutor& e) { return !e.policy.ordinary(); });
+  }
+
+  /// Most time from a timer's timestamp until its timer thread, idle before, has the processor: one that is
+  /// not raised waits for the end of a time slice.
+  Duration release_lateness() const {
+    Duration all{};
+    for (TaskId id = 0; id < tasks_.set.size(); ++id)
+      if (tasks_.set[id].kind == TaskKind::timer) all += release_cost(id);
+    const Duration slice = Platform{}.time_slice;
+    const bool raised = std::ranges::all_of(setup::parts(executor_), [&](const setup::ExecutorSpec& part) {
+      return raises_timer_thread(part.entry->traits);
+    });
+    return graph_.platform.wake_up + (raised ? Duration{} : all + slice * (1 + all / slice));
+  }
+
+  bool raises_timer_thread(const ExecutorTraits& traits) const {
+    const TimerThread rank = graph_.platform.timer_thread;
+    return rank == TimerThread::raised || (rank == TimerThread::by_executor && traits.raises_timer_thread);
   }
 
   /// Of the ordinary class: threads that run jobs, and timer threads that run none or go first.
@@ -212,11 +268,8 @@ class StatedContract {
     for (std::size_t e = 0; e < all.size(); ++e) {
       if (executor_.deployment && !executor_.deployment->plan.executors[e].policy.ordinary()) continue;
       const ExecutorTraits& traits = all[e].entry->traits;
-      const TimerThread rank = graph_.platform.timer_thread;
-      const bool raised =
-          rank == TimerThread::raised || (rank == TimerThread::by_executor && traits.raises_timer_thread);
       const bool apart = traits.timers != TimerHandling::polled &&
-                         (traits.timers != TimerHandling::release_and_execute || raised);
+                         (traits.timers != TimerHandling::release_and_execute || raises_timer_thread(traits));
       threads += worker_count(*all[e].entry, all[e].scheduler) - (apart ? 1 : 0);
       timer_threads += apart ? 1 : 0;
     }
