@@ -229,6 +229,7 @@ class Builder {
       Callback added;
       const auto input = input_of.find(c);
       if (input != input_of.end()) added.input = input->second;
+      added.service = callback(c).kind == tracing::CallbackKind::service;
       added.task = program::concat(
           node.name, "/",
           added.input ? node.inputs[*added.input].topic : unused_name(timer_name(c, own), used));

@@ -310,6 +310,74 @@ TEST(AThreadThatTheContractLacks, IsNotJudged) {
   EXPECT_FALSE(check.broken()) << check.incident({});
 }
 
+/// The service /plan of node /planner, and a subscription of another node.
+class WatchingAService : public Watching {
+ protected:
+  WatchingAService()
+      : Watching(R"(
+callbacks:
+- node: planner
+  service: plan
+  budget_ms: {value: 5, from: given}
+  response_ms: {value: 6, from: derived}
+  minimum_distance_ms: {value: 7, from: given}
+  depth: {value: 3, from: given}
+  lost: {value: 0, from: derived}
+  publishes: []
+threads:
+- name: main
+  callbacks: [planner/plan (service)]
+)") {
+    system.add(K::node_init, 0, {3, 5}, {"planner", "/"});
+    system.add(K::service_init, 0, {30, 3}, {"/plan", ""});
+    system.add(K::service_callback_added, 0, {30, 31});
+    system.add(K::service_init, 0, {40, 3}, {"/planner/set_parameters", ""});
+    system.add(K::service_callback_added, 0, {40, 41});
+    system.add(K::executor_init, 0, {50}, {"rm-ro", ""});
+  }
+  void serve(double start_ms, double length_ms, std::uint64_t callback = 31) {
+    system.add(K::callback_start, start_ms, {callback});
+    system.add(K::callback_end, start_ms + length_ms, {callback});
+  }
+};
+
+TEST_F(WatchingAService, HoldsWhatEventsTell) {
+  for (int i = 1; i <= 3; ++i) serve(10 * i, 5);
+  serve(40, 9, 41);  // parameters: not in the contract, and no extra callback either
+  until(60);
+  EXPECT_FALSE(check.broken()) << incident();
+  for (const char* term : {"budget_ms", "publishes"})
+    EXPECT_EQ(verdict("planner/plan (service)", term), "held") << term;
+  EXPECT_EQ(verdict("main", "serves"), "held");
+  for (const char* term : {"response_ms", "minimum_distance_ms", "depth", "lost"})
+    EXPECT_EQ(verdict("planner/plan (service)", term), "not observable") << term;
+  EXPECT_LT(observer.callbacks().at(2).response.max(), Duration::zero()) << "none";
+}
+
+TEST_F(WatchingAService, NamesAnOverrun) {
+  serve(10, 6.1);
+  until(30);
+  EXPECT_EQ(incident(), "00:00:00.016 planner/plan (service) ran 6.100 ms, budget 5.000 ms (given)");
+}
+
+TEST_F(WatchingAService, ComparesItsResponseWithAnArrivalThatTheExecutorStates) {
+  system.add(K::executor_job, 9, {50, 1, 8'000'000, 0});
+  serve(10, 4.5);
+  until(30);
+  EXPECT_THAT(incident(), HasSubstr("planner/plan (service) responded after 6.500 ms, bound 6.000 ms"));
+}
+
+TEST_F(WatchingAService, IsNotTheSubscriptionToATopicOfThatName) {
+  system.add(K::subscription_init, 0, {60, 3, 63, 2}, {"/plan", ""});
+  system.add(K::rclcpp_subscription_init, 0, {60, 62});
+  system.add(K::subscription_callback_added, 0, {62, 61});
+  serve(10, 1);
+  serve(20, 9, 61);
+  until(40);
+  EXPECT_EQ(verdict("planner/plan (service)", "budget_ms"), "held");
+  EXPECT_THAT(incident(), HasSubstr("main ran /planner /plan, which the contract lacks"));
+}
+
 TEST_F(Watching, NamesChangesOfATimerThread) {
   system.run(10, 1);
   until(20);

@@ -3,11 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <map>
 
 #include "hotpath/core/input_error.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
+#include "setup/executor_spec.hpp"
 #include "watch/contract_check.hpp"
 #include "watch/observer.hpp"
+#include "watch/stated_contract.hpp"
 #include "watched_system.hpp"
 
 namespace hotpath::watch {
@@ -116,6 +120,26 @@ TEST_F(Checking, CannotTellWhatHeldWithLostEvents) {
   EXPECT_EQ(verdict("source (timer)", "budget_ms", {.dropped = 1}), "broken");
 }
 
+TEST(StatedContract, HasAnEntryForAService) {
+  const std::string file = testing::TempDir() + "graph_with_a_service.yaml";
+  std::ofstream(file) << "name: robot\n"
+                         "nodes:\n"
+                         "- {name: caller, type: sensor, period_ms: 100, output: plan}\n"
+                         "- name: planner\n"
+                         "  type: callbacks\n"
+                         "  callbacks: [{subscription: plan, service: true, execution_time_ms: 5}]\n";
+  const Graph graph = load_graph(file);
+  const Contract contract = parse_contract(
+      "a contract", stated_contract(graph, make_tasks(graph), setup::parse_executor("rm-ro", {})));
+  ASSERT_EQ(contract.callbacks.size(), 2U);
+  const CallbackContract& service = contract.callbacks[1];
+  EXPECT_EQ(service.name(), "planner/plan (service)");
+  EXPECT_TRUE(service.service);
+  EXPECT_EQ(service.terms.at(1).clause, Clause::budget);
+  EXPECT_EQ(service.terms.at(1).limit, from_ms(5).count());
+  EXPECT_EQ(contract.threads.at(0).callbacks, (std::vector<std::uint32_t>{0, 1}));
+}
+
 TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
   const std::map<std::string, std::string> wrong = {
       {"callbacks: []", "callback"},
@@ -127,6 +151,8 @@ TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
       {"callbacks: [{node: a, budget_ms: {value: 5, from: hearsay}}]", "measured"},
       {"callbacks: [{node: a, depth: {value: 5, from: given}}]", "depth"},
       {"callbacks: [{node: a, topic: b, period_ms: {value: 5, from: given}}]", "period_ms"},
+      {"callbacks: [{node: a, service: b, period_ms: {value: 5, from: given}}]", "period_ms"},
+      {"callbacks: [{node: a, topic: b, service: b, publishes: []}]", "a topic and a service"},
       {"callbacks: [{node: a, unknown: 1}]", "unknown"},
       {"callbacks: [{node: a, publishes: [{topic: b, rule: always}]}]", "rule"},
       {"callbacks: [{node: a, topic: b, minimum_distance_ms: {value: [5, 4], from: given}}]", "ascend"},

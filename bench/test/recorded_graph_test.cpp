@@ -73,7 +73,7 @@ Node outside_of(const std::vector<Duration>& requests, Duration length = 0ms) {
   }
   if (length > 0ms) r.job(0, 0, length - 1ms, length);
   const imports::RecordedGraph graph = r.graph();
-  EXPECT_NE(graph.task_of.at(1), kNoTask);
+  EXPECT_TRUE(graph.tasks.set[graph.task_of.at(1)].guaranteed) << "a service";
   EXPECT_EQ(graph.graph.nodes.at(1).name, imports::kOutside);
   return graph.graph.nodes.at(1);
 }

@@ -115,14 +115,17 @@ TEST_F(RingReading, CountsDamageAndGoesOn) {
 /// Of a chain from a timer to a subscription.
 Contract small_contract() {
   Contract contract;
-  contract.callbacks.resize(2);
+  contract.callbacks.resize(3);
   contract.callbacks[0].node = "n";
   contract.callbacks[0].publishes = {{"n", {}}};
   contract.callbacks[0].terms = {{Clause::budget, 1}, {Clause::publishes, 1}, {Clause::maximum_distance, 1}};
   contract.callbacks[1].node = contract.callbacks[1].topic = "n";
   contract.callbacks[1].terms = {{Clause::minimum_distance, 5, Origin::given, {7}}, {Clause::lost}};
+  contract.callbacks[2] = contract.callbacks[1];
+  contract.callbacks[2].service = true;
+  contract.callbacks[2].terms.push_back({Clause::budget, 1});
   contract.chains = {{"chain", {0}, {1}, {{Clause::age, 5}, {Clause::hot_path, 5}}}};
-  contract.threads = {{"threads", {0, 1}, {{Clause::serves}, {Clause::wait}}}};
+  contract.threads = {{"threads", {0, 1, 2}, {{Clause::serves}, {Clause::wait}}}};
   return contract;
 }
 
@@ -161,7 +164,7 @@ TEST_F(RingReading, SurvivesAnyBytes) {
   EXPECT_GT(reader.damaged(), 0U);
   EXPECT_FALSE(observer.callbacks().empty());
   observer.observed_until(kNow, {.dropped = 1});
-  EXPECT_EQ(check.json({})["terms"].size(), 10U) << check.incident({});
+  EXPECT_EQ(check.json({})["terms"].size(), 13U) << check.incident({});
 }
 
 TEST(RingKinds, HaveTheNamesOfTheirTracepoints) {
@@ -188,7 +191,8 @@ TEST(RingKinds, HaveTheNamesOfTheirTracepoints) {
                                                        "ros2:rclcpp_ring_buffer_dequeue",
                                                        "ros2:rclcpp_executor_wait_for_work",
                                                        "hotpath:executor_init",
-                                                       "hotpath:executor_job"};
+                                                       "hotpath:executor_job",
+                                                       "ros2:rcl_service_init"};
   for (std::uint16_t id = 1; id < sensor::kIds; ++id) {
     const auto kind = static_cast<std::size_t>(kind_of(static_cast<Id>(id)));
     EXPECT_STREQ(tracing::formats()[kind].name, names[id]);

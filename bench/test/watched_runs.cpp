@@ -222,6 +222,10 @@ CaseResult check_watched(const Graph& graph, const std::string& executor, std::u
 CaseResult check_watched(const std::string& executor, std::uint64_t seed, bool planted) {
   Random random(seed);
   Graph graph = random_graph(random);
+  Random services(seed);  // in the contract; subscriptions stand for them in the run
+  for (Node& node : graph.nodes)
+    for (Callback& callback : node.callbacks)
+      callback.service = callback.input.has_value() && draw(services, 0, 3) == 0;
   graph.platform.delivery_delay = {};  // a sample on its way counts as unread from its publication on
   // The exported job takes its sample when it starts, not when it is chosen: another thread may publish
   // between them.

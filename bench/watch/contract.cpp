@@ -51,14 +51,16 @@ class ContractReader {
     CallbackContract callback;
     callback.node = map.require("node", "NAME").long_name();
     map.set_what("the callback of node " + callback.node);
-    const bool subscription = map.find("topic").has_value();
+    const auto topic = map.find("topic"), service = map.find("service");
+    if (topic && service) map.fail("it has a topic and a service", "give each an entry of its own");
+    callback.service = service.has_value();
     std::vector<std::string> keys = {"node", "budget_ms", "maximum_distance_ms", "publishes", "response_ms"},
                              others = {"timer", "period_ms"};
-    std::vector<std::string> of_subscriptions = {"topic", "minimum_distance_ms", "depth", "lost"};
-    if (subscription) std::swap(others, of_subscriptions);
+    std::vector<std::string> of_subscriptions = {"topic", "service", "minimum_distance_ms", "depth", "lost"};
+    if (topic || service) std::swap(others, of_subscriptions);
     keys.insert(keys.end(), others.begin(), others.end());
     map.check_keys(keys, of_subscriptions);
-    if (subscription) callback.topic = map.find("topic")->topic();
+    if (topic || service) callback.topic = (topic ? topic : service)->topic();
     if (const auto timer = map.find("timer"))
       callback.timer = static_cast<std::uint32_t>(timer->integer(1, kMostTimers));
     if (const auto publishes = map.find("publishes")) {
@@ -173,7 +175,7 @@ class ContractReader {
 }  // namespace
 
 std::string CallbackContract::name() const {
-  if (!topic.empty()) return node + "/" + topic;
+  if (!topic.empty()) return node + "/" + topic + (service ? " (service)" : "");
   return timer == 1 ? node + " (timer)" : program::concat(node, " (timer ", timer, ")");
 }
 

@@ -112,12 +112,13 @@ struct StatedPublication {
 /// A callback by the names that a graph gives to nodes and topics.
 struct CallbackContract {
   std::string node;
-  std::string topic;        ///< Empty: a timer.
+  std::string topic;        ///< Or the name of a service; empty: a timer.
   std::uint32_t timer = 1;  ///< Number among the node's timers, from 1.
   std::vector<Term> terms;
   std::vector<StatedPublication> publishes = {};
+  bool service = false;
 
-  /// `Node/topic`, `Node (timer)` or `Node (timer 2)`.
+  /// `Node/topic`, `Node/name (service)`, `Node (timer)` or `Node (timer 2)`.
   [[nodiscard]] std::string name() const;
 };
 

@@ -40,16 +40,30 @@ std::uint32_t ContractCheck::entry_of(const tracing::System& system, std::uint32
 
 std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint32_t callback) const {
   const tracing::Callback& of = system.callbacks[callback];
-  const bool timer = of.kind == CallbackKind::timer;
-  if (of.node >= system.nodes.size() || (!timer && of.kind != CallbackKind::subscription)) return kNone;
+  const bool timer = of.kind == CallbackKind::timer, service = of.kind == CallbackKind::service,
+             subscription = of.kind == CallbackKind::subscription;
+  if (of.node >= system.nodes.size() || (!timer && !service && !subscription)) return kNone;
+  if (!timer && of.topic >= system.topics.size()) return kNone;
   const std::string node = names_.node(system, of.node);
   const std::string topic = timer ? "" : names_.topic(system, of.topic);
   std::uint32_t number = 0;
   for (std::uint32_t c = 0; c <= callback; ++c)
     number += system.callbacks[c].kind == CallbackKind::timer && system.callbacks[c].node == of.node ? 1 : 0;
-  const auto entry = std::ranges::find_if(contract_.callbacks, [&](const CallbackContract& stated) {
-    return stated.node == node && stated.topic == topic && (!timer || stated.timer == number);
-  });
+  const auto entry_for = [&](bool a_service) {
+    return std::ranges::find_if(contract_.callbacks, [&](const CallbackContract& stated) {
+      return stated.node == node && stated.topic == topic && stated.service == a_service &&
+             (!timer || stated.timer == number);
+    });
+  };
+  const auto is_service = [&](const tracing::Callback& c) {
+    return c.kind == CallbackKind::service && c.node == of.node && c.topic < system.topics.size() &&
+           system.topics[c.topic].name == system.topics[of.topic].name;
+  };
+  auto entry = entry_for(service);
+  // Without ROS 2, subscriptions stand for the services of a graph.
+  if (entry == contract_.callbacks.end() && subscription &&
+      std::ranges::none_of(system.callbacks, is_service))
+    entry = entry_for(true);
   return entry == contract_.callbacks.end() ? kNone
                                             : static_cast<std::uint32_t>(entry - contract_.callbacks.begin());
 }
@@ -66,7 +80,8 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
   subject.seen = true;
   states_[entry].open.push_back({job.ref, job.start});
   const tracing::Callback& callback = system.callbacks[job.ref.callback];
-  if (callback.depth > 0)  // 0: keeps all, or unknown
+  if (callback.kind == CallbackKind::service) return;  // no event tells of requests
+  if (callback.depth > 0)                              // 0: keeps all, or unknown
     subject.compare(Clause::depth, callback.depth, job.start, incidents_);
   if (callback.kind == CallbackKind::timer) {
     subject.compare(Clause::period, callback.period.count(), job.start, incidents_);
@@ -149,7 +164,9 @@ void ContractCheck::ended(const tracing::System& system, const tracing::Job& job
     publishes->hold();
   if (timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
     subject.compare(Clause::response, (job.finish - *timestamp).count(), job.finish, incidents_);
-  if (lossless_ && states_[entry].lost == 0) subject.compare(Clause::lost, 0, job.finish, incidents_);
+  const bool counts_samples = system.callbacks[job.ref.callback].kind != CallbackKind::service;
+  if (lossless_ && counts_samples && states_[entry].lost == 0)
+    subject.compare(Clause::lost, 0, job.finish, incidents_);
   if (!lossless_) return;
   for (const ChainOutput& output : outputs) judge(output);
 }

@@ -21,7 +21,7 @@ nlohmann::json stored_ms(const program::LatencyHistogram& observed) {
   return {{"p99", to_ms(observed.quantile(0.99))}, {"max", to_ms(observed.max())}};
 }
 
-/// `/node (timer 100 ms)`, `/node /topic` or `(service)`.
+/// `/node (timer 100 ms)`, `/node /topic` or `/node /name (service)`.
 ObservationReport::Row row_of(const tracing::System& system, const tracing::Callback& callback) {
   const bool known = callback.node < system.nodes.size();
   const std::string node = known ? system.nodes[callback.node] : "(unknown node)";
@@ -37,8 +37,10 @@ ObservationReport::Row row_of(const tracing::System& system, const tracing::Call
     row.fields["topic"] = topic;
     row.housekeeping = imports::is_housekeeping(topic);
   } else if (callback.kind == CallbackKind::service) {
-    row.name = "(service)";
+    const bool named = callback.topic < system.topics.size();
+    row.name = node + (named ? " " + system.topics[callback.topic].name : "") + " (service)";
     row.fields["kind"] = "service";
+    if (named) row.fields["service"] = system.topics[callback.topic].name;
   }
   return row;
 }

@@ -41,9 +41,11 @@ CallbackObservation& Observer::of(std::uint32_t callback) {
 
 std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
                                            CallbackObservation& observed) const {
-  if (job.has_sample) return job.sample.published;
-  if (callback.kind != tracing::CallbackKind::timer) return std::nullopt;
+  const bool service = callback.kind == tracing::CallbackKind::service;
+  if (job.has_sample && !service) return job.sample.published;
+  if (!service && callback.kind != tracing::CallbackKind::timer) return std::nullopt;
   if (job.timestamp > Time{} && job.timestamp <= job.start) return job.timestamp;  // hotpath's executors
+  if (service) return std::nullopt;
   std::optional<Timer>& timer = observed.timer;
   if (!timer) {
     Time first = callback.created + callback.period;

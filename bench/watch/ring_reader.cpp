@@ -38,7 +38,8 @@ constexpr std::array<K, sensor::kIds> kKinds = {K::rcl_init,
                                                 K::ring_buffer_dequeue,
                                                 K::wait_for_work,
                                                 K::executor_init,
-                                                K::executor_job};
+                                                K::executor_job,
+                                                K::service_init};
 
 constexpr std::int16_t kMostProcessors = 8192;  // CONFIG_NR_CPUS of Linux is at most this
 

@@ -57,6 +57,7 @@ class StatedContract {
       CallbackContract& callback = all.emplace_back();
       callback.node = node.name;
       if (origin.input) callback.topic = node.inputs[*origin.input].topic;
+      callback.service = tasks_.callbacks[task].service;
       if (!origin.input) callback.timer = ++timers[origin.node];
     }
     return all;
@@ -66,7 +67,7 @@ class StatedContract {
     const CallbackContract& name = names_[task];
     YAML::Node stated;
     stated["node"] = name.node;
-    if (!name.topic.empty()) stated["topic"] = name.topic;
+    if (!name.topic.empty()) stated[name.service ? "service" : "topic"] = name.topic;
     if (name.timer > 1) stated["timer"] = name.timer;
     const Task& of = tasks_.set[task];
     const Callback& callback = tasks_.callbacks[task];

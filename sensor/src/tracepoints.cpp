@@ -107,6 +107,8 @@ HOTPATH_TRACEPOINT(rclcpp_subscription_callback_added, (Handle rclcpp, Handle ca
 HOTPATH_TRACEPOINT(rmw_take, (Handle subscription, Handle message, std::int64_t timestamp, bool taken),
                    (subscription, message, timestamp, taken),
                    {number(subscription), number(message), number(timestamp), taken})
+HOTPATH_TRACEPOINT(rcl_service_init, (Handle service, Handle node, Handle rmw, Text name),
+                   (service, node, rmw, name), {number(service), number(node)}, {name})
 HOTPATH_TRACEPOINT(rclcpp_service_callback_added, (Handle service, Handle callback), (service, callback),
                    {number(service), number(callback)})
 HOTPATH_TRACEPOINT(rcl_timer_init, (Handle timer, std::int64_t period), (timer, period),

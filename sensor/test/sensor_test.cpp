@@ -167,7 +167,7 @@ TEST(Sensor, RecordsCallsOfHumble) {
   std::map<Id, const Record*> records;
   for (std::size_t i = 0; i < ring.head; ++i)
     if (ring.records[i].id != Id::text) records[ring.records[i].id] = &ring.records[i];
-  EXPECT_EQ(records.size(), 16U);
+  EXPECT_EQ(records.size(), 17U);
   ASSERT_TRUE(records.contains(Id::rmw_publish) && records.contains(Id::rmw_take));
   const auto& publish = records[Id::rmw_publish]->number;
   EXPECT_EQ((std::array{publish[0], publish[1], publish[2]}), (std::array<std::uint64_t, 3>{0, 9, 0}))

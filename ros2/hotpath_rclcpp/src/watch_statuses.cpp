@@ -62,6 +62,8 @@ WatchStatus callback_status(const json& callback) {
   const std::string node = callback.at("node"), kind = callback.at("kind");
   std::string name = "hotpath watch: " + node + " (" + kind + ")";
   if (kind == "subscription") name = "hotpath watch: " + node + " " + callback.at("topic").get<std::string>();
+  if (callback.contains("service"))
+    name = "hotpath watch: " + node + " " + callback.at("service").get<std::string>() + " (service)";
   if (kind == "timer")
     name = "hotpath watch: " + node + " (timer " + callback.at("period_ms").dump() + " ms)";
   WatchStatus status{Level::ok, name, "", {}};

@@ -61,13 +61,14 @@ enum class Id : std::uint16_t {
   rclcpp_executor_wait_for_work,
   executor_init,
   executor_job,
+  rcl_service_init,
 };
-inline constexpr std::uint16_t kIds = static_cast<std::uint16_t>(Id::executor_job) + 1;
+inline constexpr std::uint16_t kIds = static_cast<std::uint16_t>(Id::rcl_service_init) + 1;
 
 /// Whether the tracepoint describes a node, publisher or callback, instead of a job.
 constexpr bool describes(Id id) {
   return id <= Id::rclcpp_service_callback_added || id == Id::rclcpp_buffer_to_ipb ||
-         id == Id::rclcpp_ipb_to_subscription || id == Id::executor_init;
+         id == Id::rclcpp_ipb_to_subscription || id == Id::executor_init || id == Id::rcl_service_init;
 }
 
 inline constexpr std::size_t kTextBytes = 48;   ///< Of a record.
