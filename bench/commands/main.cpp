@@ -117,6 +117,7 @@ int main(int argc, char** argv) {
   // A closed pipe or an exceeded file-size limit must fail the write, not kill the process.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGCHLD, SIG_DFL);  // else the ends of child processes are lost
   program::restrict_new_files();
 
   const hotpath::program::PrintableStreams printable_streams;

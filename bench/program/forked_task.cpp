@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -51,10 +52,14 @@ ForkedTask::~ForkedTask() {
 
 const std::optional<std::string>& ForkedTask::end(bool wait) {
   int status = 0;
-  if (result_ || await_process(id_, &status, wait ? 0 : WNOHANG) != id_) return result_;
+  if (result_) return result_;
+  const pid_t ended = await_process(id_, &status, wait ? 0 : WNOHANG);
+  if (ended == 0) return result_;
   std::array<char, 4096> text;
   const ssize_t length = pread(error_, text.data(), text.size(), 0);
   result_.emplace(text.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0)));
+  if (result_->empty() && ended < 0)  // SIGCHLD is ignored
+    result_ = "the process has ended, but how is unknown";
   if (result_->empty() && !exited_with(status, 0)) result_ = "the process " + how_it_ended(status);
   return result_;
 }

@@ -434,14 +434,47 @@ TEST(AWallClock, ShowsInstantsByTheClockOfTheirTime) {
   EXPECT_EQ(clock.text(at_ms(61'000)), "09:01:01.000");
 }
 
-TEST_F(Watching, NamesAWaitBeforeTheFirstFacts) {
+TEST_F(Watching, BlamesNoWaitThatMayBeOlderThanTheThreadsJobs) {
   system.run(10, 1);
   system.run(22.5, 1);
   until(30);
   ThreadFacts waited = facts();
-  waited.waited = from_ms(3);
+  waited.waited = std::chrono::seconds(60);  // since the thread was created
   check.threads({waited}, at_ms(500));
-  EXPECT_THAT(incident(), HasSubstr("00:00:00.010 main thread spin waited 3.000 ms of 490.000 ms"));
+  check.threads({waited}, at_ms(520));
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.024 path took 4.500 ms, bound 4.000 ms (derived)"));
+  EXPECT_EQ(verdict("main", "wait_ms"), "held");
+}
+
+TEST(DistancesOfSeveralSamples, HoldTogether) {
+  JudgedTerm distance({.clause = Clause::minimum_distance, .limit = 7'000'000, .further = {8'000'000}},
+                      "sink/a");
+  Incidents incidents;
+  for (int i = 1; i <= 3; ++i) {  // a faster publisher: only the distance to the second sample before holds
+    distance.compare_distances({from_ms(5), from_ms(10)}, at_ms(5.0 * i), incidents);
+    EXPECT_EQ(distance.ended_breaches(), nullptr) << i;
+  }
+  distance.compare_distances({from_ms(10), from_ms(15)}, at_ms(25), incidents);
+  ASSERT_NE(distance.ended_breaches(), nullptr);
+  EXPECT_EQ(distance.ended_breaches()->at, at_ms(5));
+  EXPECT_EQ(distance.ended_breaches()->excess, from_ms(6));
+  EXPECT_EQ(distance.broken(), 3U);
+  EXPECT_EQ(distance.checked(), 4U);
+}
+
+TEST(DistancesOfSeveralSamples, CountALateSampleOnce) {
+  JudgedTerm distance({.clause = Clause::minimum_distance, .limit = 7'000'000, .further = {17'000'000}},
+                      "sink/a");
+  Incidents incidents;
+  // Published at 0, 15 (5 ms late), 20, 30 and 40 ms.
+  distance.compare_distances({from_ms(15)}, at_ms(15), incidents);
+  distance.compare_distances({from_ms(5), from_ms(20)}, at_ms(20), incidents);
+  distance.compare_distances({from_ms(10), from_ms(15)}, at_ms(30), incidents);
+  EXPECT_EQ(distance.ended_breaches(), nullptr);
+  distance.compare_distances({from_ms(10), from_ms(20)}, at_ms(40), incidents);
+  ASSERT_NE(distance.ended_breaches(), nullptr);
+  EXPECT_EQ(distance.ended_breaches()->excess, from_ms(2));
+  EXPECT_EQ(incidents.kept().front().begin().at, at_ms(20));
 }
 
 TEST_F(Watching, NamesChangesOfThreads) {
@@ -535,6 +568,33 @@ TEST_F(Watching, SeesACallbackThatDoesNotEnd) {
   EXPECT_EQ(stored["terms"][1]["broken"], 1) << "once for each job";
 }
 
+TEST_F(Watching, TakesABoundAtTheEndOfALongJobForItsConsequence) {
+  system.add(K::callback_start, 10, {11});
+  until(100);
+  system.add(K::callback_end, 5010, {11});
+  system.add(K::callback_start, 5010, {21});
+  system.add(K::callback_end, 5013, {21});
+  until(5100);
+  EXPECT_EQ(check.incidents().count(), 1U) << check.json({})["incidents"];
+  EXPECT_EQ(check.incidents().kept().front().breaches(), 3U) << "the budgets of both, and silence";
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.012 source (timer) ran 5000.000 ms"));
+}
+
+TEST_F(Watching, KeepsTheLengthsOfJobsThatAreOverdueTogetherApart) {
+  const auto of_thread_8 = [&](K kind, double ms) {
+    system.add(kind, ms, {11});
+    system.events.back().thread = 8;
+  };
+  system.add(K::callback_start, 10, {11});
+  until(110);
+  of_thread_8(K::callback_start, 120);
+  until(1110);
+  of_thread_8(K::callback_end, 1111);  // it has displaced the other one for 991 ms
+  system.add(K::callback_end, 1115, {11});
+  until(1220);
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.012 source (timer) ran 114.000 ms"));
+}
+
 TEST_F(Watching, CountsNoTimeInWhichAnotherJobHadTheProcessor) {
   system.add(K::callback_start, 10, {11});
   for (const auto& [kind, ms] : {std::pair(K::callback_start, 11.0), std::pair(K::callback_end, 11.9)}) {
@@ -559,6 +619,16 @@ TEST_F(Watching, ConcludesNothingFromLostEvents) {
   EXPECT_FALSE(check.broken()) << incident();
   until(15'000);
   EXPECT_THAT(incident(), HasSubstr("got nothing for")) << "it goes on after some seconds";
+}
+
+TEST_F(Watching, ExtendsNoSilenceThatEndedWhileEventsWereLost) {
+  system.run(10, 1);
+  until(45);
+  losses.dropped = 1;
+  until(1000);
+  system.run(1010, 1);
+  until(1200);
+  EXPECT_THAT(incident(), HasSubstr("source (timer) got nothing for 35.000 ms"));
 }
 
 TEST_F(Watching, KeepsItsContractForManyJobs) {

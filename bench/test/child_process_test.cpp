@@ -70,17 +70,27 @@ TEST(ForkedTask, TellsWhyItFailed) {
   EXPECT_EQ(killed.wait(), "the process was ended by a signal (Killed)");
 }
 
+TEST(ForkedTask, ReportsAnEndThatTheSystemForgot) {
+  std::signal(SIGCHLD, SIG_IGN);
+  program::ForkedTask ended([] {}), failing([] { throw program::RunError("no room"); });
+  EXPECT_EQ(ended.wait(), "the process has ended, but how is unknown");
+  EXPECT_EQ(failing.wait(), "no room");
+  std::signal(SIGCHLD, SIG_DFL);
+}
+
 TEST(ForkedTask, EndsWithItsProgramsWhenItIsForgotten) {
   int channel[2];
   ASSERT_EQ(pipe(channel), 0);
+  char byte = 0;
   {
     const program::ForkedTask task([&] {
       close(channel[0]);
-      (void)program::run_program(shell("echo; sleep 1000"));
+      dup2(channel[1], STDOUT_FILENO);
+      (void)program::run_program(shell("echo; sleep 1000; true"));
     });
+    close(channel[1]);
+    ASSERT_EQ(read(channel[0], &byte, 1), 1) << "its program runs";
   }
-  close(channel[1]);
-  char byte = 0;
   EXPECT_EQ(read(channel[0], &byte, 1), 0) << "no process holds the other end";
   close(channel[0]);
 }

@@ -8,6 +8,8 @@ import unittest
 from pathlib import Path
 
 FOLDER = Path("/dev/shm")
+# LTTng's library, which ROS 2's tracetools loads, makes these for all programs of a machine or user.
+LTTNG = "lttng-ust-wait-"
 # Of <sched.h> and <sys/mount.h>.
 CLONE_NEWNS, MS_REC, MS_SLAVE = 0x20000, 0x4000, 0x80000
 
@@ -23,8 +25,8 @@ def make_private() -> bool:
 
 
 def files() -> set[str]:
-    """Names of the files of /dev/shm."""
-    return {file.name for file in FOLDER.iterdir()}
+    """Names of the files of /dev/shm, without LTTng's."""
+    return {file.name for file in FOLDER.iterdir() if not file.name.startswith(LTTNG)}
 
 
 def in_use(name: str) -> bool:

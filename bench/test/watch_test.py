@@ -306,6 +306,25 @@ class WatchTest(CommandTest):
         out = self.accepted("import", "ctf", "record/snapshot_1", "--output", "imported")
         self.assertIn("2 nodes, 2 tasks", out)
 
+    def test_a_snapshot_follows_one_that_is_being_written(self) -> None:
+        """The program stops the watcher, which then meets a request and an incident at once."""
+        script = f"kill -STOP $PPID; {TRACED_SYSTEM} 30 1 10 5; kill -USR1 $PPID; kill -CONT $PPID"
+        record = ("--record", "record", "--contract", self.contract(4))
+        code, lines, err = self.watched(*record, "--", "sh", "-c", script)
+        self.assertEqual(code, 0)
+        [event, *_] = [line for line in lines if "event" in line]
+        self.assertEqual(event["snapshot"], "record/snapshot_2")
+        self.assertIn("record/snapshot_1: requested by SIGUSR1", err)
+        self.assertRegex(err, r"record/snapshot_2: .*budget 4\.000 ms")
+        snapshots = sorted(folder.name for folder in (self.folder / "record").iterdir())
+        self.assertEqual(snapshots, ["snapshot_1", "snapshot_2"])
+
+    def test_sees_the_end_of_a_program_although_ends_of_children_were_ignored(self) -> None:
+        words = ["env", "--ignore-signal=CHLD", HOTPATH, "watch", "--once", "--", "sh", "-c", "exit 3"]
+        ended = subprocess.run(words, capture_output=True, text=True, timeout=60)
+        self.assertEqual(ended.returncode, 1)
+        self.assertIn("`sh` ended with exit code 3", ended.stderr)
+
     def test_shows_a_screen_on_a_terminal(self) -> None:
         terminal, slave = pty.openpty()
         self.addCleanup(os.close, terminal)

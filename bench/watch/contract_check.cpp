@@ -95,14 +95,14 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
 void ContractCheck::arrived(std::uint32_t entry, Time at) {
   CallbackState& state = states_[entry];
   if (JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance); distance && state.last) {
-    if (state.silent) {
-      distance->judge_ended(*state.last, at - *state.last, incidents_);
+    if (state.silent && lossless_) {  // a sample was published before it was judged, and taken afterwards
+      distance->judge_ended(*state.last, std::max(at, *state.silent) - *state.last, incidents_);
     } else if (lossless_) {
       distance->compare((at - *state.last).count(), at, incidents_);
     }
   }
   state.last = at;
-  state.silent = false;
+  state.silent.reset();
 }
 
 /// A sample was taken or overwritten.
@@ -119,10 +119,10 @@ void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, 
   if (distance == nullptr) return;
   if (!state.samples.empty() && (state.samples.back().sequence + 1 != sample.sequence || !lossless_))
     state.samples.clear();  // another subscription, or unknown ones between them
-  for (std::size_t k = 0; k < state.samples.size(); ++k) {
-    const Time before = state.samples[state.samples.size() - 1 - k].published;
-    distance->compare((sample.published - before).count(), sample.published, incidents_, k);
-  }
+  std::vector<Duration> distances;
+  for (auto before = state.samples.rbegin(); before != state.samples.rend(); ++before)
+    distances.push_back(sample.published - before->published);
+  distance->compare_distances(distances, sample.published, incidents_);
   state.samples.push_back(sample);
   if (state.samples.size() > distance->term().further.size() + 1) state.samples.pop_front();
 }
@@ -147,17 +147,17 @@ void ContractCheck::ended(const tracing::System& system, const tracing::Job& job
   const auto begun = std::ranges::find_if(open, [&](const Open& o) {
     return o.ref.callback == job.ref.callback && o.ref.number == job.ref.number;
   });
-  const std::optional<Time> overdue = begun != open.end() ? begun->overdue : std::nullopt;
+  const Open known = begun != open.end() ? *begun : Open{job.ref, job.start};
   if (begun != open.end()) open.erase(begun);
   const std::vector<ChainOutput>& outputs = chain_check_.ended(job);
   if (!job.ended) return;
   if (JudgedTerm* const budget = subject.find(Clause::budget)) {
     const Duration ran = job.finish - job.start - displaced;
     const ThreadKey thread = key_of(system.threads[job.thread]);
-    if (overdue) {
-      budget->judge_ended(*overdue, ran, incidents_, thread);
+    if (known.overdue) {
+      budget->judge_ended(*known.overdue, std::max(ran, known.judged), incidents_, thread);
     } else {
-      budget->compare(ran.count(), job.finish, incidents_, 0, thread);
+      budget->compare(ran.count(), job.finish, incidents_, thread);
     }
   }
   if (JudgedTerm* const publishes = subject.find(Clause::publishes); publishes && job.published.empty())
@@ -211,6 +211,7 @@ void ContractCheck::judge_running(std::uint32_t entry, Time until) {
     const std::optional<Time> start = running_.undisplaced_start(open.ref);
     if (!start || (until - *start).count() <= budget->term().limit) continue;
     open.overdue = start;
+    open.judged = until - *start;
     budget->judge_lasting(*start, until, incidents_);
   }
 }
@@ -222,7 +223,7 @@ void ContractCheck::judge_silence(std::uint32_t entry, Time until) {
   // A sample may have been published and still wait: only what nothing can explain is silence.
   const Duration silence = until - *state.last;
   if (silence.count() <= 2 * distance->term().limit) return;
-  state.silent = true;
+  state.silent = until;
   distance->judge_lasting(*state.last, until, incidents_);
 }
 

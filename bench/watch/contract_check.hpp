@@ -79,11 +79,12 @@ class ContractCheck {
     tracing::JobRef ref;
     Time start{};
     std::optional<Time> overdue = {};  ///< Since when, without the jobs that displaced it.
+    Duration judged = {};              ///< Its length when it was found to be overdue.
   };
   struct CallbackState {
     std::vector<Open> open;
     std::optional<Time> last;             ///< Timers: start; subscriptions: publication of a sample.
-    bool silent = false;                  ///< It was reported that nothing follows `last`.
+    std::optional<Time> silent;           ///< Until when it was reported that nothing follows `last`.
     std::deque<tracing::Sample> samples;  ///< The latest ones.
     bool watched = false;                 ///< A sample came from a watched job.
     std::uint64_t lost = 0;

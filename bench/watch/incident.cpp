@@ -41,12 +41,13 @@ void Incident::add(Role role, const Breach& breach) {
   ++changes_;
 }
 
-bool Incident::correct(Role role, const Breach& breach) {
+void Incident::correct(Role role, const Breach& breach) {
+  if (breach.at < begin().at || breach.at > last_) return;  // of another incident
+  last_ = std::max(last_, breach.until);
   std::optional<Breach>& first = first_[static_cast<std::size_t>(role)];
-  if (!first || !first->continues(breach)) return false;
+  if (!first || !first->continues(breach)) return;
   first = breach;
   ++changes_;
-  return true;
 }
 
 const Breach& Incident::begin() const {
@@ -84,7 +85,7 @@ void Incidents::add(Role role, const Breach& breach) {
 }
 
 void Incidents::correct(Role role, const Breach& breach) {
-  (void)std::ranges::any_of(kept_, [&](Incident& incident) { return incident.correct(role, breach); });
+  for (Incident& incident : kept_) incident.correct(role, breach);
 }
 
 }  // namespace hotpath::watch

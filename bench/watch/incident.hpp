@@ -62,8 +62,9 @@ class Incident {
   explicit Incident(std::uint64_t number) : number_(number) {}
 
   void add(Role role, const Breach& breach);
-  /// Corrects the first breach of the role, if it is this one; false: it is not.
-  bool correct(Role role, const Breach& breach);
+  /// A duration that was judged before its end has ended: the incident goes on until then, and its first
+  /// breach of the role is corrected, if it is this one.
+  void correct(Role role, const Breach& breach);
 
   /// Counts the incidents of a system from 1.
   [[nodiscard]] std::uint64_t number() const { return number_; }

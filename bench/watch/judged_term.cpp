@@ -41,54 +41,80 @@ std::string JudgedTerm::title() const {
   return text;
 }
 
+std::int64_t JudgedTerm::limit(std::size_t further) const {
+  return further == 0 ? term_.limit : term_.further[further - 1];
+}
+
 std::string JudgedTerm::sentence(std::int64_t observed, std::size_t further) const {
-  const std::int64_t limit = further == 0 ? term_.limit : term_.further[further - 1];
   const std::string deed_text =
       further == 0 ? traits_of(term_.clause).deed + shown(observed)
                    : program::concat(" got ", further + 2, " samples within ", shown(observed));
   return subject_ + deed_text + ", " + (role_of(term_.clause) == Role::bound ? "bound" : title()) + " " +
-         shown(limit) + " (" + std::string(to_string(term_.origin)) + ")";
+         shown(limit(further)) + " (" + std::string(to_string(term_.origin)) + ")";
 }
 
-void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further,
+void JudgedTerm::note(std::int64_t observed) {
+  const Comparison comparison = comparison_of(term_.clause);
+  const bool nearer = !extreme_ || (comparison == Comparison::at_least ? observed < *extreme_
+                                    : comparison == Comparison::equal  ? *extreme_ == term_.limit
+                                                                       : observed > *extreme_);
+  if (nearer) extreme_ = observed;
+}
+
+Breach JudgedTerm::breach(std::int64_t observed, Time at, std::size_t further,
+                          std::optional<ThreadKey> thread) const {
+  Breach breach{at, sentence(observed, further), this};
+  if (!is_duration(term_.clause)) return breach;
+  breach.excess = std::chrono::abs(Duration(observed - limit(further)));
+  breach.since = at - Duration(std::max(observed, limit(further)));
+  breach.until = at;
+  breach.thread = thread;
+  return breach;
+}
+
+void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents,
                          std::optional<ThreadKey> thread) {
   const Comparison comparison = comparison_of(term_.clause);
-  const std::int64_t limit = further == 0 ? term_.limit : term_.further[further - 1];
-  const bool nearer = !extreme_ || (comparison == Comparison::at_least ? observed < *extreme_
-                                    : comparison == Comparison::equal  ? *extreme_ == limit
-                                                                       : observed > *extreme_);
-  if (nearer && further == 0) extreme_ = observed;
+  note(observed);
   const bool continues = comparison == Comparison::equal && state_ == observed;
   state_ = observed;
-  if (holds(comparison, observed, limit)) return count(true, {}, false, incidents);
-  Breach breach{at, sentence(observed, further), this};
-  if (is_duration(term_.clause)) {
-    breach.excess = std::chrono::abs(Duration(observed - limit));
-    breach.since = at - Duration(std::max(observed, limit));
-    breach.until = at;
-    breach.thread = thread;
-  }
-  count(false, std::move(breach), continues, incidents);
+  if (holds(comparison, observed, term_.limit)) return hold();
+  count(false, breach(observed, at, 0, thread), continues, incidents);
 }
 
-void JudgedTerm::judge_lasting(Time since, Time until, Incidents& incidents,
-                               std::optional<ThreadKey> thread) {
+/// A late sample shortens the distance to the next one, and by as much the longer distances that begin
+/// with it. So the excesses of consecutive samples add up, but those of longer distances do not.
+void JudgedTerm::compare_distances(const std::vector<Duration>& distances, Time at, Incidents& incidents) {
+  if (distances.empty()) return;
+  note(distances.front().count());
+  std::optional<Breach> first;
+  Duration excess = latest_ && !over_ ? latest_->excess : Duration::zero();
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    const std::int64_t observed = distances[k].count();
+    if (holds(Comparison::at_least, observed, limit(k))) continue;
+    Breach found = breach(observed, at, k, {});
+    excess = k == 0 ? excess + found.excess : std::max(excess, found.excess);
+    if (!first) first = std::move(found);
+  }
+  if (!first) return hold();
+  count(false, *std::move(first), false, incidents);
+  latest_->excess = excess;
+}
+
+void JudgedTerm::judge_lasting(Time since, Time until, Incidents& incidents) {
   const Duration limit(term_.limit), length = until - since;
   observe(length.count());
   std::string said = sentence(length.count());
   if (clause() == Clause::budget)
     said = program::concat(subject_, " has run for ", shown(length.count()), " without an end, budget ",
                            limit_text());
-  count(false, {since + limit, std::move(said), this, length - limit, since, until, thread}, false,
-        incidents);
+  count(false, {since + limit, std::move(said), this, length - limit, since, until}, false, incidents);
   latest_->excess -= length - limit;  // its end tells
-  lasting_ = length;
 }
 
 void JudgedTerm::judge_ended(Time since, Duration length, Incidents& incidents,
                              std::optional<ThreadKey> thread) {
   const Duration limit(term_.limit);
-  length = std::max(length, lasting_);  // a sample was published before, and taken afterwards
   observe(length.count());
   const Breach breach{since + limit, sentence(length.count()), this,  length - limit,
                       since,         since + length,           thread};

@@ -19,13 +19,15 @@ class JudgedTerm {
   /// `subject`: of sentences, `Filter/points`.
   JudgedTerm(Term term, std::string subject) : term_(std::move(term)), subject_(std::move(subject)) {}
 
-  /// Compares an observed value in the unit of the limit. `further`: of the limits for a
-  /// minimum_distance, 0: the first one. `thread`: that alone can explain a breach by its waits.
-  void compare(std::int64_t observed, Time at, Incidents& incidents, std::size_t further = 0,
-               std::optional<ThreadKey> thread = {});
+  /// Compares an observed value in the unit of the limit. `thread`: that alone can explain a breach by
+  /// its waits.
+  void compare(std::int64_t observed, Time at, Incidents& incidents, std::optional<ThreadKey> thread = {});
+  /// Compares the distances between a sample and those before it, the nearest one first, with the limits
+  /// of a minimum_distance. Together they are one comparison.
+  void compare_distances(const std::vector<Duration>& distances, Time at, Incidents& incidents);
   /// A duration from `since` that has not ended by `until`, and exceeds its limit.
-  void judge_lasting(Time since, Time until, Incidents& incidents, std::optional<ThreadKey> thread = {});
-  /// It has ended.
+  void judge_lasting(Time since, Time until, Incidents& incidents);
+  /// It has ended, not earlier than when it was judged.
   void judge_ended(Time since, Duration length, Incidents& incidents, std::optional<ThreadKey> thread = {});
   /// Shows the value, without a comparison.
   void observe(std::int64_t value) { extreme_ = std::max(extreme_.value_or(value), value); }
@@ -67,9 +69,13 @@ class JudgedTerm {
 
  private:
   void count(bool holds, Breach breach, bool continues, Incidents& incidents);
+  /// Keeps the extreme of the first limit.
+  void note(std::int64_t observed);
+  /// `further`: of the limits for a minimum_distance, 0: the first one.
+  [[nodiscard]] std::int64_t limit(std::size_t further) const;
   [[nodiscard]] std::string sentence(std::int64_t observed, std::size_t further = 0) const;
-  [[nodiscard]] Breach lasting(Time since, Duration length, std::string sentence,
-                               std::optional<ThreadKey> thread) const;
+  [[nodiscard]] Breach breach(std::int64_t observed, Time at, std::size_t further,
+                              std::optional<ThreadKey> thread) const;
 
   Term term_;
   std::string subject_;
@@ -78,8 +84,7 @@ class JudgedTerm {
   std::optional<std::int64_t> state_;  // the latest value, where all values have to be equal
   std::set<std::string> said_;         // of terms about what exists
   std::optional<Breach> first_, latest_;
-  bool over_ = false;   // a check has held since `latest_`
-  Duration lasting_{};  // of the latest duration that was judged before its end
+  bool over_ = false;  // a check has held since `latest_`
 };
 
 /// A callback, chain, executor's threads or topic of a contract.

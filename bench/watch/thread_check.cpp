@@ -165,10 +165,16 @@ std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, co
       ", limit ", wait.limit_text(), " in a second");
 }
 
+/// The first count from which on waits are known: the next one of a thread that was not read before
+/// holds all its waits since it was created.
+std::deque<ThreadCheck::Waited>::const_iterator ThreadCheck::first_exact(const State& state) {
+  return state.waited.begin() + (state.exact ? 0 : 1);
+}
+
 /// A wait that is too long within a second breaks the term.
 void ThreadCheck::judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const {
   const std::deque<Waited>& waited = state.waited;
-  auto from = waited.begin() + (state.exact ? 0 : 1);  // it may have waited before its first job
+  auto from = first_exact(state);
   while (std::next(from) != waited.end() && from->at < state.judged) ++from;
   if (std::next(from) == waited.end()) return;
   while (from->at < *at_ - kSecond && std::next(from, 2) != waited.end()) ++from;
@@ -208,12 +214,13 @@ void ThreadCheck::explain(JudgedTerm& wait, State& state, Incidents& incidents) 
   if (begin.excess <= Duration::zero() || breach == nullptr || breach->at != begin.at ||
       breach->excess <= Duration::zero() || !may_explain(begin, state))
     return;
+  const auto first = first_exact(state);
   const auto after =
-      std::ranges::find_if(state.waited, [&](const Waited& w) { return w.at >= breach->until; });
-  if (after == state.waited.end() || after == state.waited.begin()) return;
+      std::find_if(first, state.waited.cend(), [&](const Waited& w) { return w.at >= breach->until; });
+  if (after == state.waited.cend() || after == first) return;
   auto before = after;
   do --before;
-  while (before != state.waited.begin() && before->at > breach->since);
+  while (before != first && before->at > breach->since);
   if (before->at > begin.at ||
       after->waited - before->waited + after->stolen - before->stolen < breach->excess)
     return;

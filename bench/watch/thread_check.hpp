@@ -53,6 +53,7 @@ class ThreadCheck {
 
   void judge(Subject& subject, const ThreadFacts& now, const State& state, Incidents& incidents) const;
   void note_wait(const ThreadFacts& now, State& state) const;
+  [[nodiscard]] static std::deque<Waited>::const_iterator first_exact(const State& state);
   void judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const;
   [[nodiscard]] static std::string sentence(const JudgedTerm& wait, const State& state, const Waited& from,
                                             const Waited& to);

@@ -6,7 +6,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <sstream>
@@ -21,16 +23,21 @@ namespace hotpath::watch {
 
 namespace {
 
-/// The first 16 KiB of a file of this user; empty: there is none.
+/// A file of this user in /proc; empty: there is none.
 std::string content_of(const std::string& path, uid_t user) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return "";
   struct stat status {};
   std::array<char, 16384> bytes;
   const bool own = fstat(file, &status) == 0 && status.st_uid == user;
-  const ssize_t length = own ? ::read(file, bytes.data(), bytes.size()) : 0;
+  std::string content;
+  auto length = static_cast<ssize_t>(own ? bytes.size() : 0);
+  while (length == static_cast<ssize_t>(bytes.size())) {  // less: its end
+    length = ::read(file, bytes.data(), bytes.size());
+    content.append(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0)));
+  }
   close(file);
-  return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0))};
+  return content;
 }
 
 /// The names that hotpath's executors give to their timer threads, on rclcpp and of their own.
@@ -126,13 +133,23 @@ void ThreadReader::search(const tracing::System& system) {
   }
 }
 
+/// Where a hypervisor withholds time, each reading needs the counters, since it has to explain what
+/// happened since the one before.
+void ThreadReader::read_stolen(Time at) {
+  const bool withholds =
+      std::ranges::any_of(stolen_, [](const auto& s) { return s.second > Duration::zero(); });
+  if (!withholds && at < stolen_read_ + kStolen) return;
+  stolen_read_ = at;
+  stolen_ = machine::stolen_times(content_of("/proc/stat", 0));
+}
+
 std::vector<ThreadFacts> ThreadReader::read(const tracing::System& system, Time at) {
   ended_.clear();
   if (at >= searched_ + kSearch) {
     searched_ = at;
     search(system);
   }
-  stolen_ = machine::stolen_times(content_of("/proc/stat", 0));
+  read_stolen(at);
   std::vector<ThreadFacts> all;
   for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs == 0) continue;

@@ -50,8 +50,11 @@ class ThreadReader {
   static constexpr Duration kSearch = std::chrono::seconds(1);
   [[nodiscard]] std::optional<ThreadFacts> read(const ThreadKey& key) const;
   void search(const tracing::System& system);
+  /// Between two readings of what the hypervisor withheld, as long as that is nothing.
+  static constexpr Duration kStolen = std::chrono::milliseconds(100);
+  void read_stolen(Time at);
 
-  Time searched_{};
+  Time searched_{}, stolen_read_{};
   std::map<int, Duration> stolen_;  // by processor
   std::set<ThreadKey> timer_threads_;
   std::vector<ThreadKey> ended_;

@@ -10,6 +10,7 @@
 #include <deque>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <set>
 #include <thread>
@@ -44,6 +45,8 @@ constexpr seconds kReport{1};
 /// Between two readings of policies, processors and waits: long for many threads. Few are read often,
 /// because a wait explains only what happened between two readings.
 constexpr auto kFacts = std::chrono::milliseconds(200), kFactsOfEach = std::chrono::milliseconds(2);
+/// For which the threads of a process may end one after another.
+constexpr seconds kEnding{1};
 /// Further ones are not written, so that they do not fill the disk.
 constexpr std::size_t kMostIncidentSnapshots = 20;
 /// That are printed at the end.
@@ -106,8 +109,7 @@ class Watch {
       if (snapshot_ && snapshot_->result()) end_snapshot();
       if (asked_to_end_ == 0) observer_.observed_until(polled - Session::kSettled, session_.losses());
       judge_threads(polled - Session::kSettled);
-      if (elapsed() >= read_ + std::min<Duration>(kFacts, kFactsOfEach * static_cast<int>(facts_.size())))
-        read_threads();
+      if (elapsed() >= read_ + until_next_facts()) read_threads();
       state_incidents(false);
       if (elapsed() >= reported_ + kReport) report();
       if (program_) end_program_if_due();
@@ -118,9 +120,9 @@ class Watch {
     state_incidents(true);
     report();
     if (options_.json && options_.once) print_json();
-    if (snapshot_) end_snapshot();
     const bool had_view = view_ != nullptr;
     view_.reset();
+    while (snapshot_) end_snapshot();
     if (had_view) print_tables();
     print_result();
     const int status = program_ ? *program_->ended() : 0;
@@ -190,17 +192,30 @@ class Watch {
     if (records_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
   }
 
+  Duration until_next_facts() const {
+    if (!contract_) return kFacts;  // no wait is to be explained
+    return std::min<Duration>(kFacts, kFactsOfEach * static_cast<int>(facts_.size()));
+  }
+
   void read_threads() {
     const Time at = now();
     read_ = at - begin_;
     unjudged_.push_back({at, threads_.read(observer_.system(), at), threads_.ended()});
     if (!unjudged_.back().facts.empty()) {  // or else the program has ended: the last facts stay
-      facts_ = unjudged_.back().facts;
+      keep_facts(unjudged_.back().facts);
       facts_read_ = read_;
     }
     const WallClock clock = WallClock::now();
     observer_.set_realtime(clock.offset());
     if (contract_) contract_->follow(clock, at);
+  }
+
+  /// For reports. Those of threads that have just ended stay, because their process may be about to end.
+  void keep_facts(const std::vector<ThreadFacts>& facts) {
+    for (const ThreadFacts& of : facts) latest_facts_.insert_or_assign(of.identity(), std::pair(of, read_));
+    std::erase_if(latest_facts_, [&](const auto& of) { return of.second.second + kEnding < read_; });
+    facts_.clear();
+    for (const auto& [identity, of] : latest_facts_) facts_.push_back(of.first);
   }
 
   /// The facts of threads follow the events that happened before them.
@@ -216,31 +231,43 @@ class Watch {
   void state_incidents(bool at_end) {
     if (!contract_) return;
     for (const Incident& incident : contract_->incidents().kept()) {
-      const std::pair state(incident.number(), incident.changes());
-      if (state <= stated_ || (!at_end && !contract_->settled(incident))) continue;
-      const bool is_new = incident.number() > std::exchange(stated_, state).first;
+      const auto stated = stated_.find(incident.number());
+      const bool is_new = stated == stated_.end();
+      if (!is_new && stated->second == incident.changes()) continue;
+      if (!at_end && !contract_->settled(incident)) continue;
+      stated_[incident.number()] = incident.changes();
       const std::string text = contract_->text(incident, session_.losses());
       nlohmann::json line = contract_->json(incident, text);
       if (is_new && records_ && incident.number() <= kMostIncidentSnapshots) {
         recorder_->mark(incident.begin().at, text);
-        if (write_snapshot(text)) line["snapshot"] = snapshot_folder_.string();
+        if (const fs::path folder = write_snapshot(text); !folder.empty()) line["snapshot"] = folder.string();
       }
       line["event"] = "incident";
       line["time_s"] = to_ms(elapsed()) / 1000;
       if (options_.json && !options_.once) print_line(line);
     }
+    std::erase_if(stated_, [&](const auto& stated) {  // which are no longer kept
+      return stated.first > 1 && stated.first + Incidents::kMost <= contract_->incidents().count();
+    });
   }
 
-  /// In a process of its own, because rings hold events for less than a second. False: it cannot begin.
-  bool write_snapshot(const std::string& reason) {
-    if (snapshot_) {
-      say("no snapshot, because " + snapshot_folder_.string() + " is still being written: " + reason);
-      return false;
+  /// Writes it now, or as soon as the one that is being written is complete: requests until then share
+  /// it. Returns its folder; empty: it cannot begin.
+  fs::path write_snapshot(const std::string& reason) {
+    if (requested_) {
+      requested_->reason += "; " + reason;
+      return requested_->folder;
     }
-    snapshot_folder_ = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
-    snapshot_reason_ = reason;
+    requested_ = {fs::path(options_.record) / program::concat("snapshot_", ++snapshots_), reason};
+    fs::path folder = requested_->folder;
+    return snapshot_ || begin_snapshot() ? folder : fs::path();
+  }
+
+  /// In a process of its own, because rings hold events for less than a second.
+  bool begin_snapshot() {
+    written_ = *std::exchange(requested_, std::nullopt);
     try {
-      snapshot_.emplace([&] { recorder_->write(snapshot_folder_); });
+      snapshot_.emplace([&] { recorder_->write(written_.folder); });
     } catch (const std::exception& error) {
       say(error.what());
     }
@@ -251,7 +278,8 @@ class Watch {
   void end_snapshot() {
     const std::string error = snapshot_->wait();
     snapshot_.reset();
-    say(error.empty() ? snapshot_folder_.string() + ": " + snapshot_reason_ : error);
+    say(error.empty() ? written_.folder.string() + ": " + written_.reason : error);
+    if (requested_) begin_snapshot();
   }
 
   void say(const std::string& sentence) {
@@ -329,6 +357,11 @@ class Watch {
     std::vector<ThreadKey> ended;
   };
 
+  struct Snapshot {
+    fs::path folder;
+    std::string reason;
+  };
+
   const WatchOptions& options_;
   const Time begin_ = now();
   const std::unique_ptr<ContractCheck> contract_;
@@ -339,18 +372,20 @@ class Watch {
   std::optional<FlightRecorder> recorder_;
   Observer observer_;
   ThreadReader threads_;
-  std::vector<ThreadFacts> facts_;
+  /// By identity of the thread, with the time of the reading.
+  std::map<std::pair<ThreadKey, std::uint64_t>, std::pair<ThreadFacts, Duration>> latest_facts_;
+  std::vector<ThreadFacts> facts_;  // the same
   std::deque<Unjudged> unjudged_;
   ObservationReport report_{options_.once};
   Duration reported_{}, read_{}, facts_read_{};
   std::optional<Duration> due_;  // the next request to end
   std::size_t asked_to_end_ = 0;
   std::size_t snapshots_ = 0;
-  std::optional<program::ForkedTask> snapshot_;  // that is being written
-  fs::path snapshot_folder_;
-  std::string snapshot_reason_;
-  std::pair<std::uint64_t, std::uint64_t> stated_;  // the latest incident, and its changes
-  std::set<std::uint32_t> named_;                   // processes
+  std::optional<program::ForkedTask> snapshot_;    // that is being written
+  Snapshot written_;                               // the same
+  std::optional<Snapshot> requested_;              // meanwhile
+  std::map<std::uint64_t, std::uint64_t> stated_;  // incidents, and their changes until then
+  std::set<std::uint32_t> named_;                  // processes
   bool waits_ = false, quit_ = false;
   std::unique_ptr<ChainExplanation> explanation_;  // that was asked for
   std::string explained_;                          // its chain
