@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kExplains = 20;
 
 /// A thread that has a processor starts its next job sooner.
-constexpr Duration kLate = std::chrono::milliseconds(1);
+constexpr Duration kIdlesFor = std::chrono::milliseconds(1);
 
 /// A thread takes turns if more than one in so many jobs lost its processor. Fewer do not change its median.
 constexpr std::size_t kMatters = 10;
@@ -240,7 +240,7 @@ class Slices {
   void start(const Change& change) {
     Thread& t = threads_[change.thread];
     if (!t.queues || t.leaves) make_ready(change.thread);  // It ended a job within this instant.
-    const bool late = t.on_processor && now_ - t.since > kLate;
+    const bool late = t.on_processor && now_ - t.since > kIdlesFor;
     t.late += late;
     late_ += late;
     if (!t.on_processor) give(change.thread);

@@ -131,3 +131,28 @@ class RoundTrip(CommandTest):
                     recognised = executor["recognition"]
                     self.assertNotEqual(recognised["verdict"], "none fits", recognised)
                     self.assertIn(EXECUTORS.get(name, "default"), recognised["executors"])
+
+    def test_pinned_threads_that_take_turns_are_not_green(self) -> None:
+        """Of four threads without priority on two processors, three are pinned: no time slices on all
+        processors explain the turns."""
+        timers = {"A": (70, 12), "A2": (110, 12), "B": (30, 8), "C": (50, 20)}
+        nodes = [
+            {"name": name, "type": "sensor", "period_ms": period, "execution_time_ms": work}
+            for name, (period, work) in timers.items()
+        ]
+        executors = [
+            {"name": name, "executor": "default", "processors": [processor], "owns": [name]}
+            for name, processor in (("A", 0), ("A2", 0), ("C", 1))
+        ] + [{"name": "B", "executor": "default", "owns": "rest"}]
+        graph, deployment, run, trace, output = (
+            self.folder / name for name in ("graph.yaml", "pinned.yaml", "run", "trace", "import")
+        )
+        graph.write_text(json.dumps({"name": "pinned", "nodes": nodes}))
+        deployment.write_text(json.dumps({"name": "pinned", "executors": executors}))
+        options = ("--graph", graph, "--deployments", deployment, "--duration", 5, "--cores", 2)
+        self.accepted("simulate", *options, "--output", run)
+        self.accepted("export", "ctf", run, "--output", trace)
+        self.accepted("import", "ctf", trace, "--output", output)
+        check = json.loads((output / "import.json").read_text())["self_check"]
+        self.assertEqual(check["light"], "yellow")
+        self.assertIn("4 threads share processors", " ".join(check["reasons"]))
