@@ -5,13 +5,9 @@
 
 #include <gmock/gmock.h>
 
-#include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "import/fitted_levels.hpp"
-#include "import/hypothesis.hpp"
-#include "import/recognition.hpp"
-#include "import/recorded_steps.hpp"
 #include "import/recorded_trace.hpp"
+#include "recorded.hpp"
 
 namespace hotpath {
 namespace {
@@ -19,73 +15,6 @@ namespace {
 using namespace std::chrono_literals;
 using testing::Each;
 using testing::ElementsAre;
-using Of = imports::Agreement::Of;
-
-/// A recording, callback by callback: callback c is task c.
-struct Recorded {
-  tracing::System system;
-  imports::RecordedGraph graph;
-  std::vector<tracing::Job> jobs;
-  std::vector<JobRecord> records;
-
-  Recorded() {
-    graph.tasks.set.groups.clear();
-    system.nodes = {"/n"};
-  }
-
-  /// A task in a callback group of its own, or in that of the task before it.
-  Task& task(TaskKind kind, Duration period = {}, bool same_group = false) {
-    TaskSet& set = graph.tasks.set;
-    Task& task = set.tasks.emplace_back();
-    task.kind = kind;
-    task.period = task.deadline = period;
-    if (!same_group) set.groups.push_back(CallbackGroup::mutually_exclusive);
-    task.group = static_cast<std::uint32_t>(set.groups.size() - 1);
-    tracing::Callback& callback = system.callbacks.emplace_back();
-    callback.kind =
-        kind == TaskKind::timer ? tracing::CallbackKind::timer : tracing::CallbackKind::subscription;
-    callback.period = period;
-    callback.node = 0;
-    graph.task_of.push_back(set.size() - 1);
-    graph.callback_of.push_back(set.size() - 1);
-    return task;
-  }
-  /// A timer that is first due at `phase`.
-  void timer(Duration period, Duration phase) { task(TaskKind::timer, period).phase = phase; }
-
-  /// Each thread has a processor of its own, unless they share processor 0.
-  tracing::Job& job(TaskId task, std::uint32_t thread, Duration ready, Duration start, Duration finish,
-                    bool shared = false) {
-    tracing::Job& job = jobs.emplace_back();
-    job.ref = {task, 0};
-    job.thread = thread;
-    job.processor = shared ? 0 : static_cast<std::int32_t>(thread);
-    job.start = Time{} + start;
-    job.finish = Time{} + finish;
-    job.started = 2 * jobs.size();
-    job.finished = 1000 + job.started;
-    JobRecord& record = records.emplace_back();
-    record.job.task = task;
-    record.job.timestamp = Time{} + ready;
-    return job;
-  }
-
-  imports::RecordedWindow window() const { return {jobs, records}; }
-  imports::RecordedSteps steps() const {
-    return imports::recorded_steps(graph, window(), {}, {"e", 0, {0}}, jobs.size());
-  }
-  /// All tasks in the order of their creation.
-  imports::Hypothesis hypothesis(const char* executor) const {
-    imports::Hypothesis h;
-    h.label = executor;
-    h.entry = find_executor(executor);
-    for (TaskId id = 0; id < graph.tasks.set.size(); ++id) h.order.push_back(id);
-    return h;
-  }
-  imports::Agreement follow(const char* executor) const {
-    return imports::follow(graph.tasks.set, steps(), hypothesis(executor), 0, jobs.size());
-  }
-};
 
 TEST(RecordedDisplacement, OnlyTheInnermostJobHadTheProcessor) {
   Recorded r;
@@ -335,111 +264,6 @@ TEST(EarlyPublications, AreLongBeforeTheEndByShareAndByTime) {
   EXPECT_EQ(early(500us, {420us}), 0U) << "80 us before the end";
 }
 
-TEST(FollowedSchedule, AJobThatWasReadyBeforeTheThreadWasFreeContradicts) {
-  Recorded r;
-  r.timer(10ms, 2ms);
-  r.timer(20ms, 1ms);
-  r.timer(40ms, 0ms);
-  r.job(2, 0, 0ms, 0ms, 5ms);
-  r.job(1, 0, 1ms, 5050us, 6ms);
-  r.job(0, 0, 2ms, 6050us, 7ms);
-  EXPECT_THAT(r.follow("rm-ro").decisions, ElementsAre(Of::yes, Of::no, Of::yes));
-}
-
-TEST(FollowedSchedule, AJobThatRanBeforeItsReleaseDoesNotRunAgain) {
-  Recorded r;
-  r.timer(10ms, 10ms);
-  r.timer(20ms, 11ms);
-  r.job(0, 0, 9900us, 9900us, 10500us);
-  r.job(1, 0, 11ms, 12ms, 13ms);
-  EXPECT_THAT(r.follow("rm-ro").decisions, ElementsAre(Of::no, Of::yes));
-}
-
-/// A releaser without a priority displaces the job at 5 ms, whose time slice is over, and at 8 ms, when the
-/// next one is: the sample of 7.5 ms is queued before the timer of 7 ms.
-TEST(FollowedSchedule, ADisplacedThreadGetsANewTimeSlice) {
-  Recorded r;
-  for (const Duration phase : {0ms, 5ms, 7ms}) r.timer(100ms, phase);
-  r.task(TaskKind::subscription);
-  r.job(0, 0, 0ms, 0ms, 10ms);
-  r.job(1, 0, 5ms, 10010us, 11ms);
-  tracing::Job& job = r.job(3, 0, 7500us, 11010us, 12ms);
-  job.has_sample = true;
-  job.sample.published = Time{} + 7500us;
-  r.job(2, 0, 7ms, 12010us, 13ms);
-  imports::Hypothesis h = r.hypothesis("events-ro");
-  h.release_delay = Platform{}.time_slice;
-  EXPECT_EQ(imports::follow(r.graph.tasks.set, r.steps(), h, 0, r.jobs.size()).contradictions, 0U);
-}
-
-/// At 11 ms the first thread waits without the group that the second thread keeps busy until 13 ms:
-/// the rebuilt wait set has task 2, of that group, behind the others.
-TEST(FollowedSchedule, AThreadThatFinishedAskedInVain) {
-  Recorded r;
-  r.timer(100ms, 10ms);
-  r.timer(100ms, 10ms);
-  r.task(TaskKind::timer, 100ms, true).phase = 10ms;
-  r.timer(100ms, 12ms);
-  r.job(0, 0, 10ms, 10ms, 11ms);
-  r.job(1, 1, 10ms, 10001us, 13ms);
-  r.job(3, 0, 12ms, 13020us, 14ms);
-  r.job(2, 1, 10ms, 13050us, 15ms);
-  imports::Hypothesis h = r.hypothesis("multi-jazzy");
-  h.asks_in_vain = true;
-  const auto steps = imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0, 1}}, r.jobs.size());
-  EXPECT_EQ(imports::follow(r.graph.tasks.set, steps, h, 0, r.jobs.size()).contradictions, 0U);
-}
-
-TEST(FittedLevels, FollowThePeriodsIfNoDecisionContradicts) {
-  Recorded r;
-  r.timer(20ms, 0ms);
-  r.timer(10ms, 5ms);
-  r.job(0, 0, 0ms, 0ms, 1ms);
-  r.job(1, 0, 5ms, 5ms, 6ms);
-  imports::Hypothesis h = r.hypothesis("fp-ro");
-  imports::fit_levels(r.graph.tasks.set, r.steps(), h, r.jobs.size());
-  EXPECT_THAT(h.levels, ElementsAre(4, 2));
-}
-
-/// In each cycle of 20 ms, a timer keeps the thread busy for 5 ms, and two others become ready
-/// `waited` before it ends. The one with the longer period is ready first and runs first.
-std::size_t leading(Duration waited) {
-  Recorded r;
-  r.timer(10ms, 5ms - waited + 1us);
-  r.timer(20ms, 5ms - waited);
-  r.timer(20ms, 0ms);
-  for (int i = 0; i < 100; ++i) {
-    const Duration at = i * 20ms, busy = at + 5ms;
-    r.job(2, 0, at, at, busy);
-    r.job(1, 0, busy - waited, busy + 1us, busy + 1ms);
-    r.job(0, 0, busy - waited + 1us, busy + 1001us, busy + 2ms);
-    r.job(0, 0, busy - waited + 1us + 10ms, busy + 10ms, busy + 11ms);
-  }
-  const imports::Recognition found =
-      imports::recognise(r.system, r.graph, r.steps(), {r.hypothesis("events-ro"), r.hypothesis("rm-ro")});
-  EXPECT_EQ(found.names().front(), "events-ro");
-  return found.leading;
-}
-
-TEST(Recognition, DecisionsOfOneKindExcludeAnExecutorOnlyIfTimingCannotExplainThem) {
-  EXPECT_EQ(leading(900us), 2U);
-  EXPECT_EQ(leading(4ms), 1U);
-}
-
-TEST(Recognition, AFittedOrderRemovesAtLeastThreeContradictions) {
-  for (const int cycles : {2, 3}) {
-    Recorded r;
-    for (int i = 0; i < 2; ++i) r.timer(10ms, 0ms);
-    for (int i = 0; i < 2 * cycles; ++i) {  // the order is fitted to the first half
-      r.job(1, 0, i * 10ms, i * 10ms, i * 10ms + 1ms);
-      r.job(0, 0, i * 10ms, i * 10ms + 1ms, i * 10ms + 2ms);
-    }
-    const imports::Recognition found =
-        imports::recognise(r.system, r.graph, r.steps(), {r.hypothesis("default")});
-    EXPECT_EQ(found.ranking.at(0).evidence.size(), cycles == 3 ? 1U : 0U) << cycles << " swapped pairs";
-  }
-}
-
 /// Two timers, a node that joins their samples, and two sinks of the result; one chain from the
 /// first timer to each sink. Tasks 0 and 1 are the timers, 2 and 3 the inputs, 4 and 5 the sinks.
 class RecordedChains : public testing::Test {
@@ -537,34 +361,6 @@ TEST(RecordedTimers, AnExecutorThatStatesInstantsGivesTheGrid) {
     r.job(0, 0, {}, 35ms, 36ms).timestamp = Time{} + stated;
     const imports::RecordedTimers timers = imports::recorded_timers(r.system, r.graph, r.jobs, Time{} + 1s);
     EXPECT_EQ(timers.first[0], Time{} + (stated > 0ms ? 13ms : 10ms));
-  }
-}
-
-/// While timer 0 runs, timer 1 becomes due. Its job begins after the subscription to what timer 0
-/// publishes at its end: the thread that releases it had to wait until the other one slept.
-TEST(FollowedSchedule, TimersOfEqualPrioritiesAreReleasedWhenTheExecutorSleeps) {
-  Recorded r;
-  r.task(TaskKind::timer, 100ms);
-  r.task(TaskKind::timer, 100ms, true);
-  r.task(TaskKind::subscription, {}, true);
-  r.graph.tasks.set.tasks[0].feeds = {2};
-  r.graph.tasks.set.tasks[1].phase = 1ms;
-  for (std::uint64_t i = 0; i < 10; ++i) {
-    const Duration at = i * 100ms;
-    r.job(0, 0, at, at, at + 4ms).ref.number = i;
-    tracing::Job& reader = r.job(2, 0, at + 4ms, at + 4ms, at + 8ms);
-    reader.ref.number = i;
-    reader.has_sample = true;
-    reader.sample = {i, Time{} + at + 4ms, {0, i}};
-    r.job(1, 0, at + 1ms, at + 8ms, at + 9ms).ref.number = i;
-  }
-  const imports::RecordedSteps steps =
-      imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0}}, r.jobs.size());
-  for (const Duration delay : {Duration{}, imports::kUntilIdle}) {
-    imports::Hypothesis hypothesis{"events-ro", find_executor("events-ro"), {}, {0, 1, 2}, {}};
-    hypothesis.release_delay = delay;
-    const auto agreement = imports::follow(r.graph.tasks.set, steps, hypothesis, 0, steps.starts);
-    EXPECT_EQ(agreement.contradictions, delay > Duration{} ? 0U : 10U);
   }
 }
 

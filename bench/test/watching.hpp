@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "watch/contract_check.hpp"
+#include "watch/observer.hpp"
+#include "watched_system.hpp"
+
+namespace hotpath::watch {
+
+/// A chain from the timer to the subscription, and the thread that runs both.
+inline constexpr const char* kContract = R"(
+callbacks:
+- node: source
+  budget_ms: {value: 2, from: measured}
+  period_ms: {value: 10, from: given}
+  maximum_distance_ms: {value: 13, from: derived}
+  publishes: [{topic: a}]
+- node: space.sink
+  topic: a
+  budget_ms: {value: 1, from: measured}
+  minimum_distance_ms: {value: [7, 17], from: derived}
+  lost: {value: 0, from: derived}
+  publishes: []
+chains:
+- name: path
+  sources: [source (timer)]
+  sinks: [space.sink/a]
+  hot_path_ms: {value: 2.5, from: derived}
+  age_ms: {value: 4, from: derived}
+  requirement_ms: {value: 3.5, from: given}
+threads:
+- name: main
+  callbacks: [source (timer), space.sink/a]
+  policy: {value: "fifo:80", from: given}
+  processors: {value: [1, 2], from: given}
+  wait_ms: {value: 1, from: given}
+)";
+
+/// Events of a watched system, checked against a contract.
+class Watching : public testing::Test {
+ protected:
+  explicit Watching(const std::string& contract = kContract)
+      : check(parse_contract("a contract", contract), WallClock(Duration{})) {}
+  static void SetUpTestSuite() {
+    setenv("TZ", "UTC", 1);
+    tzset();
+  }
+  void observe() {
+    for (; observed < system.events.size(); ++observed) observer.event(system.events[observed]);
+  }
+  void until(double ms) {
+    observe();
+    observer.observed_until(at_ms(ms), losses);
+  }
+  std::string verdict(const std::string& of, const std::string& term) {
+    const nlohmann::json stored = check.json({});
+    for (const nlohmann::json& t : stored["terms"])
+      for (const char* kind : {"callback", "chain", "thread", "topic"})
+        if (t.value(kind, "") == of && t["term"] == term) return t["verdict"];
+    return "no such term";
+  }
+  std::string incident() const { return check.incident({}); }
+  ThreadFacts facts() const {
+    ThreadFacts f;
+    f.process = f.thread = 7;
+    f.name = "spin";
+    f.policy = parse_thread_policy("fifo:80");
+    f.processors = 6;
+    return f;
+  }
+
+  WatchedSystem system;
+  ContractCheck check;
+  Observer observer{&check, nullptr};
+  std::size_t observed = 0;
+  Losses losses;
+};
+
+}  // namespace hotpath::watch
