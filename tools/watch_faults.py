@@ -31,6 +31,7 @@ CLOCK = ROOT / "build/bench/test/libstepping_clock.so"
 AT_SAMPLES = range(100, 150)  # two to three seconds after the first, at any time between two lines of JSON
 PATIENCE_S = 5.0
 WITHHELD_S = 0.2
+CGROUPS = Path("/sys/fs/cgroup/cpu")  # version 1, which limits real-time threads as well
 STEP_AFTER_S = 2  # before the first sample of AT_SAMPLES
 RESTART_SAMPLES = 200  # for which the second watcher starts later than the first
 DAY_S = 86400
@@ -58,11 +59,13 @@ FAULTS = {
     "policy changed": Fault("policy", r"executor thread \S+ has the policy"),
     "affinity changed": Fault("affinity", r"executor thread \S+ may run on processors"),
     "processor withheld": Fault("none", r"executor thread \S+ waited"),
+    "processor withheld by a cgroup": Fault("none", r"executor thread \S+ waited"),
     "process killed": Fault("killed", r".*ended by a signal \(Killed\)"),
     "watcher killed and restarted": Fault("overrun", r"perception\.filter/points ran 8\.8"),
     "clock stepped": Fault("overrun", r"perception\.filter/points ran 8\.8"),
 }
 WITHHELD = "processor withheld"
+THROTTLED = "processor withheld by a cgroup"
 RESTARTED = "watcher killed and restarted"
 STEPPED = "clock stepped"
 
@@ -186,6 +189,25 @@ def withhold(watcher: int) -> float:
     return began
 
 
+def throttle(watcher: int) -> float:
+    """Limits the watched program to 1 ms of processor time in a cgroup; returns when it began."""
+    program = Path(f"/proc/{watcher}/task/{watcher}/children").read_text().split()[0]
+    group = CGROUPS / f"watch_faults_{watcher}"
+    if not (CGROUPS / "cpu.rt_runtime_us").exists():
+        sys.exit(f"watch_faults.py: no cgroup in {CGROUPS} limits real-time threads; leave out `{THROTTLED}`")
+    group.mkdir()
+    try:
+        (group / "cpu.rt_period_us").write_text("1000000")
+        (group / "cpu.rt_runtime_us").write_text("1000")
+        began = time.monotonic()
+        (group / "cgroup.procs").write_text(program)
+        time.sleep(WITHHELD_S)
+        (CGROUPS / "cgroup.procs").write_text(program)
+    finally:
+        group.rmdir()
+    return began
+
+
 def stepped_clock(options: argparse.Namespace, step_s: int) -> dict[str, str]:
     """Variables with which the real-time clock of the watcher and its program is stepped."""
     if not options.clock.exists():
@@ -196,6 +218,9 @@ def stepped_clock(options: argparse.Namespace, step_s: int) -> dict[str, str]:
         "HOTPATH_CLOCK_STEP_FROM": str(int(time.monotonic())),
         "HOTPATH_CLOCK_STEP_AFTER": str(STEP_AFTER_S),
     }
+
+
+OCCUPATIONS = {WITHHELD: withhold, THROTTLED: throttle}
 
 
 def inject(options: argparse.Namespace, name: str) -> tuple[bool, float | None, str]:
@@ -211,8 +236,8 @@ def inject(options: argparse.Namespace, name: str) -> tuple[bool, float | None, 
     limit = None
     for at, report in run.reports():
         instant, incident = incident_of(report)
-        if name == WITHHELD and run.fault_at is None and report["time_s"] > 3 and not incident:
-            run.fault_at = withhold(run.process.pid)
+        if name in OCCUPATIONS and run.fault_at is None and report["time_s"] > 3 and not incident:
+            run.fault_at = OCCUPATIONS[name](run.process.pid)
         if incident and incident != said:  # a later line may name an earlier cause
             said = incident
             delay = at - run.fault_at if run.fault_at is not None else None

@@ -23,8 +23,9 @@ HOTPATH = os.environ.get("HOTPATH_COMMAND") or shutil.which("hotpath") or ""
 PROGRAM = sys.argv.pop(1)  # watched_program
 GRAPH = Path(__file__).parent / "watched.yaml"
 SAMPLES = 100  # the depth of watched.yaml
+TIMER = ("/source", "timer")
 CALLBACKS = {
-    ("/source", "timer"): SAMPLES,
+    TIMER: SAMPLES,
     ("/perception/filter", "/points"): SAMPLES,
     ("/perception/sink", "/perception/objects"): SAMPLES,
 }
@@ -126,7 +127,11 @@ class WatchTest(unittest.TestCase):
         for middleware, executor, word in cases:
             with self.subTest(middleware=middleware, executor=executor, word=word):
                 with self.watch(middleware, executor, str(SAMPLES), word) as watched:
-                    self.assertEqual(watched.jobs(), CALLBACKS)
+                    jobs = watched.jobs()
+                    if executor == "events":  # runs expiries that it queued before the cancellation
+                        self.assertGreaterEqual(jobs[TIMER], SAMPLES)
+                        jobs[TIMER] = SAMPLES
+                    self.assertEqual(jobs, CALLBACKS)
                     report = watched.reports[-1]
                     self.assertEqual((report["processes"], report["dropped"]), (1, 0))
                     self.assertEqual((report["damaged"], report["ignored_entities"]), (0, 0))
