@@ -112,6 +112,7 @@ struct System {
 struct JobRef {
   std::uint32_t callback = kNone;
   std::uint64_t number = 0;
+  friend bool operator==(const JobRef&, const JobRef&) = default;
 };
 
 /// A message on its way to one subscription.
