@@ -29,6 +29,7 @@ namespace {
 struct Place {
   Ring* ring = nullptr;
   std::uint64_t tail_seen = 0;
+  bool tried = false;  ///< Never try twice to create it: the attempt costs system calls.
 };
 
 struct ThreadState {
@@ -36,9 +37,7 @@ struct ThreadState {
   Place descriptions;        ///< Attachable programs: a ring of its own.
   std::uint64_t random = 0;  ///< Of the name of the ring of events.
   bool attachable = false;   ///< The session is kAttachable.
-  bool tried = false;        ///< Never try twice: the attempt costs system calls.
-  bool tried_descriptions = false;
-  bool writing = false;  ///< A signal handler may interrupt a write and call a tracepoint.
+  bool writing = false;      ///< A signal handler may interrupt a write and call a tracepoint.
 };
 thread_local constinit ThreadState this_thread;
 
@@ -65,12 +64,6 @@ bool locked(const char* marker) {
   const bool is_locked = flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   close(file);
   return is_locked;
-}
-
-bool watched(const char* session) {
-  Name marker;
-  std::snprintf(marker, sizeof marker, "%s%s", kNamePrefix, session);
-  return locked(marker);
 }
 
 /// Whether a watcher is attached, which removes the names of rings itself.
@@ -150,8 +143,11 @@ void* reserve(const char* name) {
 }
 
 bool is_watched_session(const char* session) {
-  return std::strspn(session, "0123456789abcdef") == kSessionDigits && session[kSessionDigits] == '\0' &&
-         watched(session);
+  if (std::strspn(session, "0123456789abcdef") != kSessionDigits || session[kSessionDigits] != '\0')
+    return false;
+  Name marker;
+  std::snprintf(marker, sizeof marker, "%s%s", kNamePrefix, session);
+  return locked(marker);
 }
 
 Ring* create_ring(const char* session, std::uint64_t magic) {
@@ -184,7 +180,7 @@ Ring* undisturbed(Create create) {
 }
 
 void try_once() {
-  this_thread.tried = true;
+  this_thread.events.tried = true;
   const char* const session = std::getenv(kSessionVariable);
   if (session == nullptr) return;
   this_thread.attachable = std::strcmp(session, kAttachable) == 0;
@@ -200,8 +196,8 @@ void try_once() {
 Place& place_of(Id id) {
   ThreadState& thread = this_thread;
   if (!thread.attachable || !describes(id)) return thread.events;
-  if (!thread.tried_descriptions) {
-    thread.tried_descriptions = true;
+  if (!thread.descriptions.tried) {
+    thread.descriptions.tried = true;
     thread.descriptions.ring = undisturbed([] { return create_ring(kAttachable, kDescriptionsMagic); });
   }
   return thread.descriptions;
@@ -270,7 +266,7 @@ void write(Place& place, Id id, std::initializer_list<std::uint64_t> numbers,
 }  // namespace
 
 bool active() {
-  if (!this_thread.tried) try_once();
+  if (!this_thread.events.tried) try_once();
   return this_thread.events.ring != nullptr;
 }
 
