@@ -14,7 +14,7 @@ TEST_F(Watching, MeasuresChains) {
   for (int i = 1; i <= 5; ++i) system.run(10 * i, i == 3 ? 1.5 : 1);
   until(60);
   ASSERT_EQ(check.chains().size(), 1U);
-  EXPECT_EQ(check.chains()[0].outputs, 5U);
+  EXPECT_EQ(check.chains()[0].hot_path.count(), 5U);
   EXPECT_EQ(check.chains()[0].hot_path.max(), from_ms(1.5));
   EXPECT_EQ(check.chains()[0].age.max(), from_ms(2.5));
   check.threads({facts()}, at_ms(1));
@@ -45,7 +45,7 @@ TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
   system.add(K::publisher_init, 5, {45, 40, 46, 1}, {"/a", ""});  // another topic
   system.run(10, 1);
   until(20);
-  EXPECT_EQ(check.chains()[0].outputs, 1U);
+  EXPECT_EQ(check.chains()[0].hot_path.count(), 1U);
   EXPECT_FALSE(check.broken()) << incident();
 }
 
@@ -360,7 +360,7 @@ TEST_F(Watching, KeepsItsContractForManyJobs) {
     observed = 0;
   }
   EXPECT_FALSE(check.broken()) << incident();
-  EXPECT_EQ(check.chains()[0].outputs, 20'000U);
+  EXPECT_EQ(check.chains()[0].hot_path.count(), 20'000U);
 }
 
 }  // namespace

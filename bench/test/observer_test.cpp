@@ -27,12 +27,12 @@ TEST_F(Observing, KeepsTimesAndLossesOfCallbacks) {
   for (int i = 3; i <= 6; ++i) system.run(10 * i, 1, i == 6);  // the last of four; depth 2
   observe();
   const CallbackObservation& timer = observer.callbacks()[0];
-  EXPECT_EQ(timer.jobs, 6U);
+  EXPECT_EQ(timer.execution.count(), 6U);
   EXPECT_EQ(timer.lost, 0U);
   EXPECT_EQ(timer.execution.max(), 4 * kMs);
   EXPECT_EQ(timer.response.max(), 7 * kMs);
   const CallbackObservation& subscription = observer.callbacks()[1];
-  EXPECT_EQ(subscription.jobs, 3U);
+  EXPECT_EQ(subscription.execution.count(), 3U);
   EXPECT_EQ(subscription.lost, 2U);
   EXPECT_EQ(subscription.execution.max(), 1 * kMs);
   EXPECT_EQ(subscription.response.max(), 1 * kMs);
@@ -52,6 +52,18 @@ TEST_F(Observing, MatchesSamplesOfHumble) {
   observe();
   EXPECT_EQ(observer.callbacks()[1].response.max(), 2 * kMs);
   EXPECT_EQ(observer.system().callbacks[1].strangers, 0U);
+}
+
+TEST_F(Observing, TellsTheLongestJobOfAnInterval) {
+  system.run(10, 4);
+  system.run(20, 2);
+  observe();
+  program::LatencyHistogram& execution = observer.callbacks()[0].execution;
+  EXPECT_EQ(execution.take_latest_max(), 4 * kMs);
+  EXPECT_LT(execution.take_latest_max(), Duration::zero()) << "no job since then";
+  execution.add(kMs);
+  EXPECT_EQ(execution.take_latest_max(), kMs);
+  EXPECT_EQ(execution.max(), 4 * kMs);
 }
 
 TEST(Sparkline, ShowsValuesRelativeToTheLargest) {
@@ -97,7 +109,7 @@ TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
   EXPECT_EQ(events.front().at, at_ms(180)) << "moved by whole periods";
   Observer again(nullptr, nullptr);
   for (const tracing::Event& event : events) again.event(event);
-  EXPECT_EQ(again.callbacks()[0].jobs, 2U);
+  EXPECT_EQ(again.callbacks()[0].execution.count(), 2U);
   EXPECT_EQ(again.callbacks()[0].response.max(), 2 * kMs);
 }
 

@@ -171,7 +171,7 @@ class WatchedCase {
   }
 
   /// Latencies of chains, as the simulated messages have them.
-  std::string differences(const watch::ContractCheck& contract) const {
+  std::string differences(watch::ContractCheck& contract) const {
     std::vector<std::uint64_t> outputs(graph_.chains.size());
     std::vector<Duration> age(outputs.size(), Duration(-1)), hot_path = age;
     for (const ChainRecord& c : join_chains(graph_, tasks_, trace_, observations_)) {
@@ -184,11 +184,13 @@ class WatchedCase {
     for (std::size_t c = 0; c < outputs.size(); ++c) {
       const watch::ObservedChain& seen = contract.chains()[c];
       if (is_unseen(chains[c])) continue;
-      if (seen.outputs == outputs[c] && seen.age.max() == age[c] && seen.hot_path.max() == hot_path[c])
+      if (seen.hot_path.count() == outputs[c] && seen.age.max() == age[c] &&
+          seen.hot_path.max() == hot_path[c])
         continue;
-      return program::concat("chain ", graph_.chains[c].name, " has ", seen.outputs, " outputs, age ",
-                             seen.age.max().count(), ", hot path ", seen.hot_path.max().count(), " ns, not ",
-                             outputs[c], ", ", age[c].count(), ", ", hot_path[c].count());
+      return program::concat("chain ", graph_.chains[c].name, " has ", seen.hot_path.count(),
+                             " outputs, age ", seen.age.max().count(), ", hot path ",
+                             seen.hot_path.max().count(), " ns, not ", outputs[c], ", ", age[c].count(), ", ",
+                             hot_path[c].count());
     }
     return "";
   }

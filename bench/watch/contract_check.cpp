@@ -7,15 +7,8 @@
 
 namespace hotpath::watch {
 
-namespace {
-
 using tracing::CallbackKind;
 using tracing::kNone;
-
-/// Not yet looked for in the contract.
-constexpr std::uint32_t kUnknown = kNone - 1;
-
-}  // namespace
 
 ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
     : contract_(std::move(contract)),
@@ -32,10 +25,10 @@ ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
 }
 
 std::uint32_t ContractCheck::entry_of(const tracing::System& system, std::uint32_t callback) {
-  if (callback >= entries_.size()) entries_.resize(callback + 1, kUnknown);
+  if (callback >= entries_.size()) entries_.resize(callback + 1);
   if (!names_.resolve(system)) return kNone;
-  if (entries_[callback] == kUnknown) entries_[callback] = find_entry(system, callback);
-  return entries_[callback];
+  if (!entries_[callback]) entries_[callback] = find_entry(system, callback);
+  return *entries_[callback];
 }
 
 std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint32_t callback) const {
@@ -71,14 +64,12 @@ std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint
 void ContractCheck::started(const tracing::System& system, const tracing::Job& job,
                             std::optional<Time> timestamp) {
   const std::uint32_t entry = entry_of(system, job.ref.callback);
-  running_.start(job);
   thread_check_.started(system, job, entry, incidents_);
   if (entry == kNone) return;
   const bool traced = job.has_sample && job.sample.parent.callback != kNone;
   chain_check_.started(entry, job, traced ? entry_of(system, job.sample.parent.callback) : kNone, timestamp);
   Subject& subject = subjects_[entry];
   subject.seen = true;
-  states_[entry].open.push_back({job.ref, job.start});
   const tracing::Callback& callback = system.callbacks[job.ref.callback];
   if (callback.kind == CallbackKind::service) return;  // no event tells of requests
   if (callback.depth > 0)                              // 0: keeps all, or unknown
@@ -137,37 +128,28 @@ void ContractCheck::published(const tracing::System& system, const tracing::Job&
   if (entry != kNone) chain_check_.published(job, topic);
 }
 
-void ContractCheck::ended(const tracing::System& system, const tracing::Job& job,
-                          std::optional<Time> timestamp) {
-  const Duration displaced = running_.end(job);
+void ContractCheck::ended(const tracing::System& system, const tracing::Job& job, const RunningJob& ran) {
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   if (entry == kNone) return;
   Subject& subject = subjects_[entry];
-  std::vector<Open>& open = states_[entry].open;
-  const auto begun = std::ranges::find_if(open, [&](const Open& o) {
-    return o.ref.callback == job.ref.callback && o.ref.number == job.ref.number;
-  });
-  const Open known = begun != open.end() ? *begun : Open{job.ref, job.start};
-  if (begun != open.end()) open.erase(begun);
   const std::vector<ChainOutput>& outputs = chain_check_.ended(job);
   if (!job.ended) return;
   if (JudgedTerm* const budget = subject.find(Clause::budget)) {
-    const Duration ran = job.finish - job.start - displaced;
+    const Duration length = job.finish - job.start - ran.displaced;
     const ThreadKey thread = key_of(system.threads[job.thread]);
-    if (known.overdue) {
-      budget->judge_ended(*known.overdue, std::max(ran, known.judged), incidents_, thread);
+    if (ran.overdue) {
+      budget->judge_ended(*ran.overdue, std::max(length, ran.judged), incidents_, thread);
     } else {
-      budget->compare(ran.count(), job.finish, incidents_, thread);
+      budget->compare(length.count(), job.finish, incidents_, thread);
     }
   }
   if (JudgedTerm* const publishes = subject.find(Clause::publishes); publishes && job.published.empty())
     publishes->hold();
-  if (timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
-    subject.compare(Clause::response, (job.finish - *timestamp).count(), job.finish, incidents_);
-  const bool counts_samples = system.callbacks[job.ref.callback].kind != CallbackKind::service;
-  if (lossless_ && counts_samples && states_[entry].lost == 0)
-    subject.compare(Clause::lost, 0, job.finish, incidents_);
+  if (ran.timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
+    subject.compare(Clause::response, (job.finish - *ran.timestamp).count(), job.finish, incidents_);
   if (!lossless_) return;
+  if (system.callbacks[job.ref.callback].kind != CallbackKind::service && states_[entry].lost == 0)
+    subject.compare(Clause::lost, 0, job.finish, incidents_);
   for (const ChainOutput& output : outputs) judge(output);
 }
 
@@ -182,13 +164,14 @@ void ContractCheck::judge(const ChainOutput& output) {
 
 void ContractCheck::lost(const tracing::System& system, const tracing::LostSample& sample) {
   const std::uint32_t entry = entry_of(system, sample.subscription);
-  if (entry == kNone || sample.queued) return;
+  if (entry == kNone) return;
   arrived(system, entry, sample.subscription, sample.sample);
   subjects_[entry].compare(Clause::lost, static_cast<std::int64_t>(++states_[entry].lost),
                            sample.sample.published, incidents_);
 }
 
-void ContractCheck::observed_until(const tracing::System& system, Time until, std::uint64_t losses) {
+void ContractCheck::observed_until(const tracing::System& system, RunningJobs& running, Time until,
+                                   std::uint64_t losses) {
   constexpr auto kPause = std::chrono::milliseconds(100);
   constexpr auto kDoubt = std::chrono::seconds(5);
   if (losses != losses_) lost_at_ = until;
@@ -197,21 +180,19 @@ void ContractCheck::observed_until(const tracing::System& system, Time until, st
   if (observed_until_ && until < *observed_until_ + kPause) return;
   observed_until_ = until;
   publisher_check_.created(system, names_, until, incidents_);
-  for (std::uint32_t entry = 0; entry < states_.size(); ++entry) {
-    judge_running(entry, until);
-    if (lossless_) judge_silence(entry, until);
-  }
+  judge_running(system, running, until);
+  for (std::uint32_t entry = 0; lossless_ && entry < states_.size(); ++entry) judge_silence(entry, until);
 }
 
-void ContractCheck::judge_running(std::uint32_t entry, Time until) {
-  JudgedTerm* const budget = subjects_[entry].find(Clause::budget);
-  if (budget == nullptr) return;
-  for (Open& open : states_[entry].open) {
-    if (open.overdue) continue;
-    const std::optional<Time> start = running_.undisplaced_start(open.ref);
+void ContractCheck::judge_running(const tracing::System& system, RunningJobs& running, Time until) {
+  for (RunningJob& job : running.all()) {
+    const std::uint32_t entry = entry_of(system, job.ref.callback);
+    JudgedTerm* const budget = entry == kNone ? nullptr : subjects_[entry].find(Clause::budget);
+    if (budget == nullptr || job.overdue) continue;
+    const std::optional<Time> start = running.undisplaced_start(job);
     if (!start || (until - *start).count() <= budget->term().limit) continue;
-    open.overdue = start;
-    open.judged = until - *start;
+    job.overdue = start;
+    job.judged = until - *start;
     budget->judge_lasting(*start, until, incidents_);
   }
 }
@@ -237,14 +218,6 @@ std::string ContractCheck::imported_chain(const std::string& name) const {
   for (const std::uint32_t source : chain->sources)
     sources += (sources.empty() ? "" : ",") + names_.imported(contract_.callbacks[source].node);
   return sources + ":" + names_.imported(contract_.callbacks[chain->sinks.front()].node);
-}
-
-std::vector<const Subject*> ContractCheck::all_subjects() const {
-  std::vector<const Subject*> all;
-  for (const std::vector<Subject>* some :
-       {&subjects_, &thread_check_.subjects(), &publisher_check_.subjects()})
-    for (const Subject& subject : *some) all.push_back(&subject);
-  return all;
 }
 
 }  // namespace hotpath::watch

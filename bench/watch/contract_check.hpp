@@ -26,22 +26,21 @@ class ContractCheck {
   ContractCheck(const ContractCheck&) = delete;
   ContractCheck& operator=(const ContractCheck&) = delete;
 
-  // In the order of time; `timestamp`: of the job, where it is known.
+  // In the order of time; `timestamp`: of the job, where it is known; `ran`: what is known of its run.
   void started(const tracing::System& system, const tracing::Job& job, std::optional<Time> timestamp);
   void published(const tracing::System& system, const tracing::Job& job, const tracing::Publication& p);
   /// Also of a job whose end was lost.
-  void ended(const tracing::System& system, const tracing::Job& job, std::optional<Time> timestamp);
+  void ended(const tracing::System& system, const tracing::Job& job, const RunningJob& ran);
   /// An unread sample was overwritten.
   void lost(const tracing::System& system, const tracing::LostSample& sample);
-  /// All events before this instant were passed: judges what has not happened. `losses`: events that
-  /// were lost so far. For some seconds after a loss, the absence of events shows nothing.
-  void observed_until(const tracing::System& system, Time until, std::uint64_t losses);
+  /// All events before this instant were passed: judges what has not happened. `running`: the jobs that have
+  /// not ended; `losses`: events that were lost so far. For some seconds after a loss, the absence of events
+  /// shows nothing.
+  void observed_until(const tracing::System& system, RunningJobs& running, Time until, std::uint64_t losses);
   /// Facts of the system's threads, some times a second.
   void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at, incidents_); }
   /// From `from` on, instants are shown by this clock.
   void follow(const WallClock& clock, Time from) { clock_.follow(clock, from); }
-
-  void next_interval() { chain_check_.next_interval(); }
 
   /// Whether any term is broken.
   [[nodiscard]] bool broken() const { return incidents_.count() > 0; }
@@ -60,7 +59,7 @@ class ContractCheck {
 
   [[nodiscard]] const Contract& contract() const { return contract_; }
   /// By chain of the contract.
-  [[nodiscard]] const std::vector<ObservedChain>& chains() const { return chain_check_.chains(); }
+  [[nodiscard]] std::vector<ObservedChain>& chains() { return chain_check_.chains(); }
   /// The name of the executor that a thread belongs to; empty: unknown.
   [[nodiscard]] std::string executor_of(const ThreadKey& thread) const {
     return thread_check_.name_of(thread);
@@ -71,18 +70,13 @@ class ContractCheck {
   std::uint32_t entry_of(const tracing::System& system, std::uint32_t callback);
   /// The largest share of a limit that a callback or chain of the contract has reached; above 1 if it
   /// is broken, -1: unknown.
-  [[nodiscard]] double nearness_of_callback(std::uint32_t entry) const;
-  [[nodiscard]] double nearness_of_chain(std::uint32_t chain) const;
+  [[nodiscard]] double nearness_of_callback(std::uint32_t entry) const { return subjects_[entry].nearness(); }
+  [[nodiscard]] double nearness_of_chain(std::uint32_t chain) const {
+    return subjects_[contract_.callbacks.size() + chain].nearness();
+  }
 
  private:
-  struct Open {
-    tracing::JobRef ref;
-    Time start{};
-    std::optional<Time> overdue = {};  ///< Since when, without the jobs that displaced it.
-    Duration judged = {};              ///< Its length when it was found to be overdue.
-  };
   struct CallbackState {
-    std::vector<Open> open;
     std::optional<Time> last;             ///< Timers: start; subscriptions: publication of a sample.
     std::optional<Time> silent;           ///< Until when it was reported that nothing follows `last`.
     std::deque<tracing::Sample> samples;  ///< The latest ones.
@@ -90,6 +84,8 @@ class ContractCheck {
     std::uint64_t lost = 0;
   };
   struct Verdict {
+    const Subject& subject;
+    const JudgedTerm& term;
     const char* word;  ///< held, broken, not observable
     std::string reason;
   };
@@ -99,11 +95,10 @@ class ContractCheck {
   void arrived(const tracing::System& system, std::uint32_t entry, std::uint32_t callback,
                const tracing::Sample& sample);
   void judge(const ChainOutput& output);
-  void judge_running(std::uint32_t entry, Time until);
+  void judge_running(const tracing::System& system, RunningJobs& running, Time until);
   void judge_silence(std::uint32_t entry, Time until);
-  [[nodiscard]] std::vector<const Subject*> all_subjects() const;
-  [[nodiscard]] static double nearness(const Subject& subject);
   [[nodiscard]] Verdict verdict(const Subject& subject, const JudgedTerm& term, const Losses& losses) const;
+  [[nodiscard]] std::vector<Verdict> verdicts(const Losses& losses) const;
   /// An assumption that is neither held nor broken; empty: none.
   [[nodiscard]] std::string unseen(const Losses& losses) const;
 
@@ -112,8 +107,7 @@ class ContractCheck {
   Incidents incidents_;
   std::vector<Subject> subjects_;  // callbacks, then chains, as in the contract
   std::vector<CallbackState> states_;
-  RunningJobs running_;
-  std::vector<std::uint32_t> entries_;  // by callback of the system
+  std::vector<std::optional<std::uint32_t>> entries_;  // by callback of the system
   StatedNames names_;
   ChainCheck chain_check_;
   ThreadCheck thread_check_;

@@ -2,7 +2,6 @@
 #include "watch/flight_recorder.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "hotpath/tracing/ctf_writer.hpp"
 #include "program/whole_file.hpp"
@@ -13,8 +12,8 @@ using tracing::Event;
 using K = tracing::EventKind;
 
 bool describes(K kind) {
-  constexpr std::array kLater = {K::buffer_to_ipb, K::ipb_to_subscription, K::executor_init};
-  return kind < K::callback_start || std::ranges::find(kLater, kind) != kLater.end();
+  return kind < K::callback_start || kind == K::buffer_to_ipb || kind == K::ipb_to_subscription ||
+         kind == K::executor_init;
 }
 
 void FlightRecorder::keep(const Event& event) {

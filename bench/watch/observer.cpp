@@ -26,10 +26,7 @@ void Observer::event(tracing::Event e) {
   if (e.kind == tracing::EventKind::rmw_publish && e.number[2] == 0) unstamped_.insert(e.process);
   if (e.kind == tracing::EventKind::rmw_take && unstamped_.contains(e.process))
     e.number[2] -= static_cast<std::uint64_t>(realtime_.count());  // the clock of publications
-  if (describes(e.kind) && ++entities_ > kMostEntities) {
-    ++ignored_;
-    return;
-  }
+  if (describes(e.kind) && ++entities_ > kMostEntities) return;
   if (recorder_ != nullptr) recorder_->keep(e);
   assembler_.event(e);
 }
@@ -60,19 +57,13 @@ std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracin
 }
 
 void Observer::observed_until(Time until, const Losses& losses) {
-  if (contract_ != nullptr)
-    contract_->observed_until(system(), until, losses.dropped + losses.damaged + losses.late);
-}
-
-void Observer::next_interval() {
-  for (CallbackObservation& callback : callbacks_) callback.latest = Duration(-1);
-  if (contract_ != nullptr) contract_->next_interval();
+  if (contract_ != nullptr) contract_->observed_until(system(), running_, until, losses.total());
 }
 
 void Observer::started(const tracing::Job& job) {
   const std::optional<Time> timestamp =
       timestamp_of(job, system().callbacks[job.ref.callback], of(job.ref.callback));
-  open_.push_back({job.ref, timestamp});
+  running_.start(job, timestamp);
   if (contract_ != nullptr) contract_->started(system(), job, timestamp);
 }
 
@@ -81,22 +72,13 @@ void Observer::published(const tracing::Job& job, const tracing::Publication& pu
 }
 
 void Observer::ended(tracing::Job&& job) {
-  std::optional<Time> timestamp;
-  const auto open = std::ranges::find_if(open_, [&](const Open& o) {
-    return o.ref.callback == job.ref.callback && o.ref.number == job.ref.number;
-  });
-  if (open != open_.end()) {
-    timestamp = open->timestamp;
-    open_.erase(open);
-  }
+  const RunningJob ran = running_.end(job);
   if (job.ended) {
     CallbackObservation& observed = of(job.ref.callback);
-    ++observed.jobs;
     observed.execution.add(job.finish - job.start);
-    observed.latest = std::max(observed.latest, job.finish - job.start);
-    if (timestamp) observed.response.add(job.finish - *timestamp);
+    if (ran.timestamp) observed.response.add(job.finish - *ran.timestamp);
   }
-  if (contract_ != nullptr) contract_->ended(system(), job, timestamp);
+  if (contract_ != nullptr) contract_->ended(system(), job, ran);
 }
 
 void Observer::lost(const tracing::LostSample& sample) {

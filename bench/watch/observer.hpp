@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -11,17 +12,16 @@
 #include "program/latency_histogram.hpp"
 #include "watch/contract_check.hpp"
 #include "watch/flight_recorder.hpp"
+#include "watch/running_jobs.hpp"
 
 namespace hotpath::watch {
 
 /// What was observed of one callback since the beginning.
 struct CallbackObservation {
-  std::uint64_t jobs = 0;
   std::uint64_t lost = 0;               ///< Samples that were overwritten unread.
-  program::LatencyHistogram execution;  ///< Start to end, including preemption.
+  program::LatencyHistogram execution;  ///< Of each job, start to end, including preemption.
   program::LatencyHistogram response;   ///< Timestamp to end, where the timestamp is known.
   std::optional<Timer> timer = {};      ///< Timers: their nominal instants.
-  Duration latest{-1};                  ///< Longest execution since next_interval(); -1 ns: none.
 };
 
 /// Assembles the events of running programs, and keeps statistics of each callback. Memory is bounded
@@ -45,24 +45,16 @@ class Observer : public tracing::Sink {
   /// A thread that has ended.
   void forget(const ThreadKey& thread) { assembler_.forget_thread(thread.first, thread.second); }
 
-  /// Forgets the values `latest`.
-  void next_interval();
-
   [[nodiscard]] const tracing::System& system() const { return assembler_.system(); }
   /// By callback of the system.
-  [[nodiscard]] const std::vector<CallbackObservation>& callbacks() const { return callbacks_; }
+  [[nodiscard]] std::vector<CallbackObservation>& callbacks() { return callbacks_; }
   [[nodiscard]] std::uint64_t events() const { return events_; }
   /// Entities that were not added, because a system has less than kMostEntities.
-  [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
+  [[nodiscard]] std::uint64_t ignored() const { return std::max(entities_, kMostEntities) - kMostEntities; }
 
   static constexpr std::uint64_t kMostEntities = 200'000;
 
  private:
-  /// The timestamp of a job that has not ended.
-  struct Open {
-    tracing::JobRef ref;
-    std::optional<Time> timestamp;
-  };
   void started(const tracing::Job& job) override;
   void published(const tracing::Job& job, const tracing::Publication& publication) override;
   void ended(tracing::Job&& job) override;
@@ -77,8 +69,8 @@ class Observer : public tracing::Sink {
   const std::optional<Time> attached_;
   tracing::Assembler assembler_{*this};
   std::vector<CallbackObservation> callbacks_;
-  std::vector<Open> open_;
-  std::uint64_t events_ = 0, entities_ = 0, ignored_ = 0;
+  RunningJobs running_;
+  std::uint64_t events_ = 0, entities_ = 0;
   Duration realtime_{};
   std::set<std::uint32_t> unstamped_;  // processes whose publications have no source timestamps
 };

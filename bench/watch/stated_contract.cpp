@@ -12,8 +12,9 @@
 
 #include "hotpath/core/platform.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
-#include "program/text.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
 #include "watch/contract.hpp"
@@ -76,21 +77,21 @@ class StatedContract {
       const Origin origin = *longest > of.wcet ? Origin::derived
                             : measured         ? Origin::measured
                                                : Origin::given;
-      state(stated, Clause::budget, shown(*longest), origin);
+      state(stated, Clause::budget, format_ms(*longest), origin);
     }
     if (of.kind == TaskKind::timer) {
-      state(stated, Clause::period, shown(of.period), Origin::given);
+      state(stated, Clause::period, format_ms(of.period), Origin::given);
     } else {
       state(stated, Clause::depth, of.depth, Origin::given);
       state_distances(stated, task);
       if (loses_nothing(task)) state(stated, Clause::lost, 0, Origin::derived);
     }
     if (const auto distance = longest_distance(task))
-      state(stated, Clause::maximum_distance, shown(*distance), Origin::derived);
+      state(stated, Clause::maximum_distance, format_ms(*distance), Origin::derived);
     stated["publishes"] = publications(task);
     // A job without work has a bound of 0 in a graph without costs; no live job keeps it.
     if (const auto bound = response(task); bound && *bound > Duration::zero())
-      state(stated, Clause::response, shown(*bound), Origin::derived);
+      state(stated, Clause::response, format_ms(*bound), Origin::derived);
     return stated;
   }
 
@@ -103,18 +104,10 @@ class StatedContract {
     subject[to_string(clause)] = term;
   }
 
-  /// Milliseconds to the nanosecond, never as 1e-06.
-  static std::string shown(Duration duration) {
-    std::string text = program::fixed(to_ms(duration), 6);
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.ends_with('.')) text.pop_back();
-    return text;
-  }
-
   void state_distances(YAML::Node& subject, TaskId subscription) const {
     std::vector<std::string> distances;
     for (std::int64_t k = 1; k <= kDistances; ++k)
-      distances.push_back(shown(shortest_distance(subscription, k)));
+      distances.push_back(format_ms(shortest_distance(subscription, k)));
     if (distances.back() != "0") state(subject, Clause::minimum_distance, distances, Origin::derived);
   }
 
@@ -147,8 +140,9 @@ class StatedContract {
       stated["sinks"] = names_of(indices[c].sink_tasks);
       const bounds::ChainGuarantee* const bound = bounds_ ? bounds_->chain(name) : nullptr;
       if (bound && bound->hot_path)
-        state(stated, Clause::hot_path, shown(Duration(bound->hot_path->ns)), Origin::derived);
-      if (bound && bound->age) state(stated, Clause::age, shown(Duration(bound->age->ns)), Origin::derived);
+        state(stated, Clause::hot_path, format_ms(Duration(bound->hot_path->ns)), Origin::derived);
+      if (bound && bound->age)
+        state(stated, Clause::age, format_ms(Duration(bound->age->ns)), Origin::derived);
       all.push_back(stated);
     }
     return all;
@@ -166,8 +160,7 @@ class StatedContract {
     for (std::size_t e = 0; e < executors; ++e) {
       std::vector<TaskId> served;
       for (TaskId task = 0; task < tasks_.set.size(); ++task)
-        if (!executor_.deployment || executor_.deployment->plan.executor_of[task] == e)
-          served.push_back(task);
+        if (part_of(task) == e) served.push_back(task);
       if (served.empty()) continue;
       const DeployedExecutor* const plan =
           executor_.deployment ? &executor_.deployment->plan.executors[e] : nullptr;
@@ -198,20 +191,14 @@ class StatedContract {
   /// The same where timer threads displace the job: they release timers, and may run them.
   std::optional<Duration> longest_run_below_timer_threads(TaskId task) const {
     const Duration wcet = tasks_.set[task].wcet, late = release_lateness();
-    std::vector<TaskId> timers;
-    bool any_cost = false;
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      if (tasks_.set[id].kind != TaskKind::timer) continue;
-      timers.push_back(id);
-      any_cost |= release_cost(id) > Duration::zero();
-    }
     const bool first = setup::parts(executor_).size() == 1 && timer_thread_runs(task);
-    if (first || !any_cost) return wcet;
+    if (first || release_costs() == Duration::zero()) return wcet;
     if (has_real_time_threads()) return response(task);  // how long their jobs displace it is unknown
     for (Duration window = wcet;;) {                     // to its end, with the jobs of timer threads
       Duration run = wcet, jobs{};
-      for (const TaskId timer : timers) {
+      for (TaskId timer = 0; timer < tasks_.set.size(); ++timer) {
         const Task& of = tasks_.set[timer];
+        if (of.kind != TaskKind::timer) continue;
         const std::int64_t releases = (window + late + of.release_jitter) / of.period + 1;
         run += releases * release_cost(timer);
         if (timer_thread_runs(timer)) jobs += releases * of.wcet;
@@ -222,20 +209,28 @@ class StatedContract {
     }
   }
 
-  const ExecutorTraits& executor_traits(TaskId task) const {
-    const std::size_t part = executor_.deployment ? executor_.deployment->plan.executor_of[task] : 0;
-    return setup::parts(executor_)[part].entry->traits;
+  /// The executor that serves the task, by its number in the deployment.
+  std::size_t part_of(TaskId task) const {
+    return executor_.deployment ? executor_.deployment->plan.executor_of[task] : 0;
   }
 
   bool timer_thread_runs(TaskId task) const {
     return tasks_.set[task].kind == TaskKind::timer &&
-           executor_traits(task).timers == TimerHandling::release_and_execute;
+           setup::parts(executor_)[part_of(task)].entry->traits.timers == TimerHandling::release_and_execute;
   }
 
   /// Work of the timer thread before a timer's job, or its release.
   Duration release_cost(TaskId timer) const {
     const GraphPlatform& p = graph_.platform;
     return p.release_cost + p.pass_cost + (timer_thread_runs(timer) ? p.timer_dispatch_cost : Duration{});
+  }
+
+  /// Of all timers.
+  Duration release_costs() const {
+    Duration all{};
+    for (TaskId id = 0; id < tasks_.set.size(); ++id)
+      if (tasks_.set[id].kind == TaskKind::timer) all += release_cost(id);
+    return all;
   }
 
   bool has_real_time_threads() const {
@@ -247,19 +242,15 @@ class StatedContract {
   /// Most time from a timer's timestamp until its timer thread, idle before, has the processor: one that is
   /// not raised waits for the end of a time slice.
   Duration release_lateness() const {
-    Duration all{};
-    for (TaskId id = 0; id < tasks_.set.size(); ++id)
-      if (tasks_.set[id].kind == TaskKind::timer) all += release_cost(id);
-    const Duration slice = Platform{}.time_slice;
+    const Duration all = release_costs(), slice = Platform{}.time_slice;
     const bool raised = std::ranges::all_of(setup::parts(executor_), [&](const setup::ExecutorSpec& part) {
-      return raises_timer_thread(part.entry->traits);
+      return raises_timer_thread(*part.entry);
     });
     return graph_.platform.wake_up + (raised ? Duration{} : all + slice * (1 + all / slice));
   }
 
-  bool raises_timer_thread(const ExecutorTraits& traits) const {
-    const TimerThread rank = graph_.platform.timer_thread;
-    return rank == TimerThread::raised || (rank == TimerThread::by_executor && traits.raises_timer_thread);
+  bool raises_timer_thread(const ExecutorEntry& executor) const {
+    return make_platform(graph_, executor).raised_releaser;
   }
 
   /// Of the ordinary class: threads that run jobs, and timer threads that run none or go first.
@@ -269,8 +260,9 @@ class StatedContract {
     for (std::size_t e = 0; e < all.size(); ++e) {
       if (executor_.deployment && !executor_.deployment->plan.executors[e].policy.ordinary()) continue;
       const ExecutorTraits& traits = all[e].entry->traits;
-      const bool apart = traits.timers != TimerHandling::polled &&
-                         (traits.timers != TimerHandling::release_and_execute || raises_timer_thread(traits));
+      const bool apart =
+          traits.timers != TimerHandling::polled &&
+          (traits.timers != TimerHandling::release_and_execute || raises_timer_thread(*all[e].entry));
       threads += worker_count(*all[e].entry, all[e].scheduler) - (apart ? 1 : 0);
       timer_threads += apart ? 1 : 0;
     }
@@ -321,10 +313,7 @@ class StatedContract {
     const std::vector<Publication>& publishes = tasks_.callbacks[*publisher].publishes;
     const auto always = std::ranges::find(publishes, names_[task].topic, &Publication::topic);
     if (always == publishes.end() || always->rule != PublishRule::always) return std::nullopt;
-    const Task& by = tasks_.set[*publisher];
-    if (by.kind == TaskKind::timer)
-      return *response(*publisher) <= by.period ? std::optional(by.period + *response(*publisher))
-                                                : std::nullopt;
+    if (tasks_.set[*publisher].kind == TaskKind::timer) return longest_distance(*publisher);
     const auto before = loses_nothing(*publisher) ? longest_distance(*publisher) : std::nullopt;
     return before ? std::optional(*before + *response(*publisher)) : std::nullopt;
   }

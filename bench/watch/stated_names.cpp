@@ -13,7 +13,8 @@ StatedNames::StatedNames(const Contract& contract) {
   for (const CallbackContract& callback : contract.callbacks) {
     nodes_.insert(callback.node);
     for (const StatedPublication& p : callback.publishes)
-      numbers_.try_emplace(p.topic, static_cast<std::uint32_t>(numbers_.size()));
+      if (numbers_.try_emplace(p.topic, static_cast<std::uint32_t>(topics_.size())).second)
+        topics_.push_back(p.topic);
   }
 }
 

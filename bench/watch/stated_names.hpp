@@ -30,15 +30,16 @@ class StatedNames {
   /// The name that an imported graph gives to a node of the contract.
   [[nodiscard]] std::string imported(const std::string& node) const;
 
-  // Topics that callbacks of the contract publish, numbered from 0.
-  [[nodiscard]] std::size_t topics() const { return numbers_.size(); }
-  /// kNone: no callback of the contract publishes it.
+  /// Topics that callbacks of the contract publish.
+  [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
+  /// Its index in topics(); kNone: no callback of the contract publishes it.
   [[nodiscard]] std::uint32_t number_of(const std::string& topic) const;
   /// The same for a topic of the running system; kNone also before resolve().
   [[nodiscard]] std::uint32_t number_of(const tracing::System& system, std::uint32_t topic);
 
  private:
   std::set<std::string> nodes_;
+  std::vector<std::string> topics_;
   std::map<std::string, std::uint32_t> numbers_;
   std::optional<std::string> space_;      // `/robot1`; empty: none
   std::vector<std::uint32_t> of_system_;  // by topic of the system
