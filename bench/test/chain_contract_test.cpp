@@ -258,6 +258,15 @@ TEST_F(Watching, SeesLostSamples) {
   EXPECT_THAT(incident(), HasSubstr("space.sink/a lost samples: 1, bound 0 (derived)"));
 }
 
+TEST_F(Watching, TakesTheEndOfProgramsForNoLossOfSamples) {
+  system.run(10, 1);
+  observe();
+  check.end();
+  for (int i = 2; i <= 5; ++i) system.run(10 * i, 1, false);  // depth 2
+  until(60);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST_F(Watching, LimitsTheSamplesOfSeveralActivations) {
   for (const double start : {10.0, 17.5, 25.5}) system.run(start, 1);
   until(30);

@@ -182,7 +182,7 @@ void ContractCheck::judge(const ChainOutput& output) {
 
 void ContractCheck::lost(const tracing::System& system, const tracing::LostSample& sample) {
   const std::uint32_t entry = entry_of(system, sample.subscription);
-  if (entry == kNone || sample.queued) return;
+  if (entry == kNone || sample.queued || !lossless_) return;  // its take may be among the lost events
   arrived(system, entry, sample.subscription, sample.sample);
   subjects_[entry].compare(Clause::lost, static_cast<std::int64_t>(++states_[entry].lost),
                            sample.sample.published, incidents_);
@@ -193,7 +193,7 @@ void ContractCheck::observed_until(const tracing::System& system, Time until, st
   constexpr auto kDoubt = std::chrono::seconds(5);
   if (losses != losses_) lost_at_ = until;
   losses_ = losses;
-  lossless_ = !lost_at_ || until > *lost_at_ + kDoubt;
+  lossless_ = !ending_ && (!lost_at_ || until > *lost_at_ + kDoubt);
   if (observed_until_ && until < *observed_until_ + kPause) return;
   observed_until_ = until;
   publisher_check_.created(system, names_, until, incidents_);

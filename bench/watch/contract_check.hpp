@@ -36,6 +36,11 @@ class ContractCheck {
   /// All events before this instant were passed: judges what has not happened. `losses`: events that
   /// were lost so far. For some seconds after a loss, the absence of events shows nothing.
   void observed_until(const tracing::System& system, Time until, std::uint64_t losses);
+  /// Programs begin to end: from now on the absence of events shows nothing.
+  void end() {
+    ending_ = true;
+    lossless_ = false;
+  }
   /// Facts of the system's threads, some times a second.
   void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at, incidents_); }
   /// From `from` on, instants are shown by this clock.
@@ -122,6 +127,7 @@ class ContractCheck {
   std::uint64_t losses_ = 0;
   std::optional<Time> lost_at_;  // the latest loss
   bool lossless_ = true;         // lately
+  bool ending_ = false;
 };
 
 }  // namespace hotpath::watch

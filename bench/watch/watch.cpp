@@ -107,7 +107,7 @@ class Watch {
       name_programs();
       if (view_) handle(view_->poll_keys());
       if (snapshot_ && snapshot_->result()) end_snapshot();
-      if (asked_to_end_ == 0) observer_.observed_until(polled - Session::kSettled, session_.losses());
+      if (!is_ending()) observer_.observed_until(polled - Session::kSettled, session_.losses());
       judge_threads(polled - Session::kSettled);
       if (elapsed() >= read_ + until_next_facts()) read_threads();
       state_incidents(false);
@@ -126,7 +126,7 @@ class Watch {
     if (had_view) print_tables();
     print_result();
     const int status = program_ ? *program_->ended() : 0;
-    if (asked_to_end_ == 0 && status != 0)
+    if (!is_ending() && status != 0)
       throw program::RunError("`" + options_.command.front() + "` " + program::how_it_ended(status));
     if (options_.fail_on && contract_->broken())
       throw ContractBroken("the contract " + options_.contract +
@@ -142,6 +142,9 @@ class Watch {
   bool over() {
     return program_ ? program_->ended().has_value() : is_time_over() || program::interrupted() != 0;
   }
+
+  /// Whether the program was asked to end. A terminal sends an interrupt to the program as well.
+  bool is_ending() const { return due_ || program::interrupted() != 0; }
 
   void handle(ViewAction action) {
     if (action == ViewAction::quit) quit_ = true;
@@ -188,6 +191,7 @@ class Watch {
   bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
 
   void observe(const std::vector<tracing::Event>& events) {
+    if (contract_ && program_ && is_ending()) contract_->end();
     for (const tracing::Event& event : events) observer_.event(event);
     if (records_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
   }
