@@ -351,6 +351,17 @@ TEST_F(Watching, ConcludesNothingFromLostEvents) {
   EXPECT_THAT(incident(), HasSubstr("got nothing for")) << "it goes on after some seconds";
 }
 
+TEST_F(Watching, ConcludesNothingFromEventsThatCameWithTheLoss) {
+  system.run(10, 1);
+  until(20);
+  check.note_losses(1, at_ms(60));
+  for (int i = 4; i <= 7; ++i) system.run(10 * i, 1, false);  // the takes were lost, and a job at 20 ms
+  observe();
+  losses.dropped = 1;
+  until(80);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST_F(Watching, ExtendsNoSilenceThatEndedWhileEventsWereLost) {
   system.run(10, 1);
   until(45);

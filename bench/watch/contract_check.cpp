@@ -188,11 +188,17 @@ void ContractCheck::lost(const tracing::System& system, const tracing::LostSampl
                            sample.sample.published, incidents_);
 }
 
+void ContractCheck::note_losses(std::uint64_t losses, Time until) {
+  if (losses == losses_) return;
+  losses_ = losses;
+  lost_at_ = until;
+  lossless_ = false;
+}
+
 void ContractCheck::observed_until(const tracing::System& system, Time until, std::uint64_t losses) {
   constexpr auto kPause = std::chrono::milliseconds(100);
   constexpr auto kDoubt = std::chrono::seconds(5);
-  if (losses != losses_) lost_at_ = until;
-  losses_ = losses;
+  note_losses(losses, until);
   lossless_ = !ending_ && (!lost_at_ || until > *lost_at_ + kDoubt);
   if (observed_until_ && until < *observed_until_ + kPause) return;
   observed_until_ = until;

@@ -33,8 +33,10 @@ class ContractCheck {
   void ended(const tracing::System& system, const tracing::Job& job, std::optional<Time> timestamp);
   /// An unread sample was overwritten.
   void lost(const tracing::System& system, const tracing::LostSample& sample);
-  /// All events before this instant were passed: judges what has not happened. `losses`: events that
-  /// were lost so far. For some seconds after a loss, the absence of events shows nothing.
+  /// Events that were lost so far, until this instant, before those that follow are passed. For some
+  /// seconds after a loss, the absence of events shows nothing.
+  void note_losses(std::uint64_t losses, Time until);
+  /// All events before this instant were passed: judges what has not happened. `losses`: the same.
   void observed_until(const tracing::System& system, Time until, std::uint64_t losses);
   /// Programs begin to end: from now on the absence of events shows nothing.
   void end() {

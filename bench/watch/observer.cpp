@@ -60,8 +60,7 @@ std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracin
 }
 
 void Observer::observed_until(Time until, const Losses& losses) {
-  if (contract_ != nullptr)
-    contract_->observed_until(system(), until, losses.dropped + losses.damaged + losses.late);
+  if (contract_ != nullptr) contract_->observed_until(system(), until, losses.total());
 }
 
 void Observer::next_interval() {

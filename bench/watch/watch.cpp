@@ -191,6 +191,7 @@ class Watch {
   bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
 
   void observe(const std::vector<tracing::Event>& events) {
+    if (contract_) contract_->note_losses(session_.losses().total(), now());
     if (contract_ && program_ && is_ending()) contract_->end();
     for (const tracing::Event& event : events) observer_.event(event);
     if (records_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
