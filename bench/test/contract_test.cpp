@@ -120,6 +120,21 @@ TEST_F(Checking, CannotTellWhatHeldWithLostEvents) {
   EXPECT_EQ(verdict("source (timer)", "budget_ms", {.dropped = 1}), "broken");
 }
 
+TEST_F(Checking, JudgesNoJobWhoseEndMayBeLost) {
+  constexpr Losses kLost = {.dropped = 1};
+  system.add(tracing::EventKind::callback_start, 10, {11});
+  observe();
+  observer.observed_until(at_ms(20), kLost);
+  observer.observed_until(at_ms(7000), kLost);
+  system.add(tracing::EventKind::callback_end, 7001, {11});  // of a later job, whose start was lost
+  observe();
+  EXPECT_FALSE(check.broken()) << incident();
+  system.add(tracing::EventKind::callback_start, 7010, {11});
+  observe();
+  observer.observed_until(at_ms(8000), kLost);
+  EXPECT_THAT(incident(), HasSubstr("00:00:07.012 source (timer) has run for 990.000 ms"));
+}
+
 TEST(StatedContract, HasAnEntryForAService) {
   const std::string file = testing::TempDir() + "graph_with_a_service.yaml";
   std::ofstream(file) << "name: robot\n"

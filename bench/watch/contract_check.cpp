@@ -150,7 +150,7 @@ void ContractCheck::ended(const tracing::System& system, const tracing::Job& job
   const Open known = begun != open.end() ? *begun : Open{job.ref, job.start};
   if (begun != open.end()) open.erase(begun);
   const std::vector<ChainOutput>& outputs = chain_check_.ended(job);
-  if (!job.ended) return;
+  if (!job.ended || is_doubtful(job.start)) return;
   if (JudgedTerm* const budget = subject.find(Clause::budget)) {
     const Duration ran = job.finish - job.start - displaced;
     const ThreadKey thread = key_of(system.threads[job.thread]);
@@ -213,7 +213,7 @@ void ContractCheck::judge_running(std::uint32_t entry, Time until) {
   JudgedTerm* const budget = subjects_[entry].find(Clause::budget);
   if (budget == nullptr) return;
   for (Open& open : states_[entry].open) {
-    if (open.overdue) continue;
+    if (open.overdue || is_doubtful(open.start)) continue;
     const std::optional<Time> start = running_.undisplaced_start(open.ref);
     if (!start || (until - *start).count() <= budget->term().limit) continue;
     open.overdue = start;

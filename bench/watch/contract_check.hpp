@@ -105,6 +105,8 @@ class ContractCheck {
   void arrived(std::uint32_t entry, Time at);
   void arrived(const tracing::System& system, std::uint32_t entry, std::uint32_t callback,
                const tracing::Sample& sample);
+  /// Whether the end of a job that started then may be among lost events.
+  [[nodiscard]] bool is_doubtful(Time start) const { return lost_at_ && start <= *lost_at_; }
   void judge(const ChainOutput& output);
   void judge_running(std::uint32_t entry, Time until);
   void judge_silence(std::uint32_t entry, Time until);
