@@ -286,6 +286,63 @@ TEST_F(Watching, SeesSilence) {
   EXPECT_EQ(verdict("source (timer)", "maximum_distance_ms"), "broken");
 }
 
+/// The sink's queue is long; its samples are at most 13 ms apart.
+class WatchingASlowSink : public Watching {
+ protected:
+  WatchingASlowSink() : Watching(slow()) { system.events[6].number[3] = 100; }
+  static std::string slow() {
+    std::string contract = kContract;
+    return contract.insert(contract.find("  lost:"), "  maximum_distance_ms: {value: 13, from: derived}\n");
+  }
+  void take(double ms, std::uint64_t stamp) {
+    system.add(K::rmw_take, ms, {23, 98, stamp, 1});
+    system.add(K::callback_start, ms, {21});
+    system.add(K::callback_end, ms + 0.1, {21});
+  }
+  nlohmann::json distance() const {
+    nlohmann::json found;
+    const nlohmann::json stored = check.json({});
+    for (const nlohmann::json& term : stored["terms"])
+      if (term.value("callback", "") == "space.sink/a" && term["term"] == "maximum_distance_ms") found = term;
+    return found;
+  }
+};
+
+TEST_F(WatchingASlowSink, TakesUnreadSamplesForNoSilence) {
+  system.run(10, 1);
+  for (int i = 2; i <= 30; ++i) {
+    system.run(10 * i, 1, false);
+    until(10 * i + 2);
+  }
+  for (std::uint64_t i = 2; i <= 30; ++i) take(302 + static_cast<double>(i) / 5, i);
+  until(310);
+  EXPECT_EQ(distance()["verdict"], "held") << distance();
+  EXPECT_EQ(distance()["checked"], 29);
+}
+
+TEST_F(WatchingASlowSink, SeesSilenceAfterUnreadSamples) {
+  for (int i = 1; i <= 3; ++i) system.run(10 * i, 1, i == 1);
+  system.add(K::callback_start, 40, {11});  // publishes late
+  until(150);
+  EXPECT_EQ(distance()["broken"], 1);
+  take(160, 2);
+  take(161, 3);
+  system.add(K::rcl_publish, 170, {13, 99});
+  system.add(K::rmw_publish, 170, {14, 99, 4});
+  take(171, 4);
+  until(180);
+  EXPECT_EQ(distance()["broken"], 1);
+  EXPECT_EQ(distance()["observed"], 139.0);
+}
+
+TEST_F(WatchingASlowSink, MeasuresNoDistanceFromAnOldSample) {
+  for (int i = 1; i <= 5; ++i) system.run(10 * i, 1);
+  take(52.5, 777);  // published 777 ns after the beginning
+  system.run(60, 1);
+  until(65);
+  EXPECT_EQ(distance()["verdict"], "held") << distance();
+}
+
 TEST_F(Watching, SeesACallbackThatDoesNotEnd) {
   system.add(K::callback_start, 10, {11});
   until(2010);

@@ -85,6 +85,7 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
     subject.compare(Clause::depth, callback.depth, job.start, incidents_);
   if (callback.kind == CallbackKind::timer) {
     subject.compare(Clause::period, callback.period.count(), job.start, incidents_);
+    states_[entry].callback = job.ref.callback;
     arrived(entry, job.start);
   } else if (job.has_sample) {
     arrived(system, entry, job.ref.callback, job.sample);
@@ -94,15 +95,19 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
 /// A timer's job started, or a sample was published.
 void ContractCheck::arrived(std::uint32_t entry, Time at) {
   CallbackState& state = states_[entry];
-  if (JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance); distance && state.last) {
-    if (state.silent && lossless_) {  // a sample was published before it was judged, and taken afterwards
-      distance->judge_ended(*state.last, std::max(at, *state.silent) - *state.last, incidents_);
-    } else if (lossless_) {
+  if (state.last && at < *state.last) return;  // published before samples that were taken earlier
+  const bool ends_silence = state.silent && at > state.silent_since;
+  JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance);
+  if (distance && state.last && lossless_) {
+    if (ends_silence) {  // it may have been published before the silence was judged
+      const Duration length = std::max(at, *state.silent) - state.silent_since;
+      distance->judge_ended(state.silent_since, length, incidents_);
+    } else {
       distance->compare((at - *state.last).count(), at, incidents_);
     }
   }
   state.last = at;
-  state.silent.reset();
+  if (ends_silence) state.silent.reset();
 }
 
 /// A sample was taken or overwritten.
@@ -111,6 +116,7 @@ void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, 
   CallbackState& state = states_[entry];
   const std::uint32_t topic = names_.number_of(system, system.callbacks[callback].topic);
   const bool watched = sample.parent.callback != kNone;
+  state.callback = callback;
   if (!watched && state.watched && topic != kNone && lossless_)
     publisher_check_.from_stranger(topic, sample.published, incidents_);
   state.watched = state.watched || watched;
@@ -205,7 +211,7 @@ void ContractCheck::observed_until(const tracing::System& system, Time until, st
   publisher_check_.created(system, names_, until, incidents_);
   for (std::uint32_t entry = 0; entry < states_.size(); ++entry) {
     judge_running(entry, until);
-    if (lossless_) judge_silence(entry, until);
+    if (lossless_) judge_silence(system, entry, until);
   }
 }
 
@@ -222,15 +228,17 @@ void ContractCheck::judge_running(std::uint32_t entry, Time until) {
   }
 }
 
-void ContractCheck::judge_silence(std::uint32_t entry, Time until) {
+void ContractCheck::judge_silence(const tracing::System& system, std::uint32_t entry, Time until) {
   CallbackState& state = states_[entry];
   JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance);
   if (distance == nullptr || !state.last || state.silent) return;
-  // A sample may have been published and still wait: only what nothing can explain is silence.
-  const Duration silence = until - *state.last;
-  if (silence.count() <= 2 * distance->term().limit) return;
+  // Samples wait unread while another callback runs, and those of unwatched publishers are known only when
+  // they are taken: only what nothing can explain is silence.
+  const Time since = std::max(*state.last, system.callbacks[state.callback].published_for_it);
+  if ((until - since).count() <= 2 * distance->term().limit) return;
   state.silent = until;
-  distance->judge_lasting(*state.last, until, incidents_);
+  state.silent_since = since;
+  distance->judge_lasting(since, until, incidents_);
 }
 
 bool ContractCheck::settled(const Incident& incident) const {

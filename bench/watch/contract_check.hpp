@@ -90,8 +90,10 @@ class ContractCheck {
   };
   struct CallbackState {
     std::vector<Open> open;
-    std::optional<Time> last;             ///< Timers: start; subscriptions: publication of a sample.
-    std::optional<Time> silent;           ///< Until when it was reported that nothing follows `last`.
+    std::uint32_t callback = 0;  ///< Of the system, the one that was seen last.
+    std::optional<Time> last;    ///< Timers: start; subscriptions: publication of a sample.
+    std::optional<Time> silent;  ///< Until when it was reported that nothing follows `silent_since`.
+    Time silent_since{};
     std::deque<tracing::Sample> samples;  ///< The latest ones.
     bool watched = false;                 ///< A sample came from a watched job.
     std::uint64_t lost = 0;
@@ -109,7 +111,7 @@ class ContractCheck {
   [[nodiscard]] bool is_doubtful(Time start) const { return lost_at_ && start <= *lost_at_; }
   void judge(const ChainOutput& output);
   void judge_running(std::uint32_t entry, Time until);
-  void judge_silence(std::uint32_t entry, Time until);
+  void judge_silence(const tracing::System& system, std::uint32_t entry, Time until);
   [[nodiscard]] std::vector<const Subject*> all_subjects() const;
   [[nodiscard]] static double nearness(const Subject& subject);
   [[nodiscard]] Verdict verdict(const Subject& subject, const JudgedTerm& term, const Losses& losses) const;

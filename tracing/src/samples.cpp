@@ -41,6 +41,7 @@ void Assembler::deliver(const Event& e, std::uint32_t subscription, const Thread
   state.unread.push_back({{state.samples++, e.at, parent}, thread.publication, 0, slot});
   Callback& callback = system_.callbacks[subscription];
   ++callback.samples;
+  callback.published_for_it = e.at;
   if (state.unread.size() <= (callback.depth > 0 ? callback.depth : kKeepAll)) return;
   sink_.lost({subscription, state.unread.front().sample, false});
   state.unread.pop_front();

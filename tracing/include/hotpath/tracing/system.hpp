@@ -32,6 +32,7 @@ struct Callback {
   std::map<std::uint32_t, std::uint64_t> threads;    ///< Jobs by thread.
   std::map<std::uint32_t, std::uint64_t> published;  ///< Messages that its jobs published, by topic.
   std::uint64_t samples = 0;                         ///< Subscriptions: published for it.
+  Time published_for_it{};                           ///< The same: the latest traced publication.
   std::uint64_t strangers = 0;  ///< Subscriptions: samples taken without a traced publication.
   std::string symbol = {};      ///< The function, as the linker names it; empty: unknown.
 };
