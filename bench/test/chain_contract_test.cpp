@@ -243,6 +243,26 @@ TEST_F(Watching, NamesASampleOfAnUnwatchedPublisher) {
   EXPECT_THAT(incident(), HasSubstr("published by a node that is not watched"));
 }
 
+TEST_F(Watching, TakesASampleOfBeforeForNoStrangerAfterARestart) {
+  system.run(10, 1);
+  system.run(20, 1);
+  system.add(K::node_init, 22, {50, 4}, {"sink", "/space"});
+  system.add(K::subscription_init, 22, {60, 50, 63, 2}, {"/a", ""});
+  system.add(K::rclcpp_subscription_init, 22, {60, 62});
+  system.add(K::subscription_callback_added, 22, {62, 61});
+  system.add(K::rmw_take, 23, {63, 98, 2, 1});  // latched
+  system.add(K::callback_start, 23, {61});
+  system.add(K::callback_end, 23.5, {61});
+  for (int i = 3; i <= 6; ++i) {
+    system.run(10 * i, 1, false);
+    system.add(K::rmw_take, 10 * i + 1, {63, 98, system.stamp, 1});
+    system.add(K::callback_start, 10 * i + 1, {61});
+    system.add(K::callback_end, 10 * i + 2, {61});
+  }
+  until(70);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST_F(Watching, SeesABurst) {
   system.run(10, 1);
   system.run(12.5, 1);

@@ -2,6 +2,7 @@
 #include "watch/contract_check.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "program/text.hpp"
 
@@ -116,7 +117,10 @@ void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, 
   CallbackState& state = states_[entry];
   const std::uint32_t topic = names_.number_of(system, system.callbacks[callback].topic);
   const bool watched = sample.parent.callback != kNone;
-  state.callback = callback;
+  if (std::exchange(state.callback, callback) != callback) {  // its node was started again
+    state.samples.clear();
+    state.watched = false;
+  }
   if (!watched && state.watched && topic != kNone && lossless_)
     publisher_check_.from_stranger(topic, sample.published, incidents_);
   state.watched = state.watched || watched;
@@ -189,6 +193,7 @@ void ContractCheck::judge(const ChainOutput& output) {
 void ContractCheck::lost(const tracing::System& system, const tracing::LostSample& sample) {
   const std::uint32_t entry = entry_of(system, sample.subscription);
   if (entry == kNone || sample.queued || !lossless_) return;  // its take may be among the lost events
+  if (sample.subscription < states_[entry].callback) return;  // no event tells that this one has ended
   arrived(system, entry, sample.subscription, sample.sample);
   subjects_[entry].compare(Clause::lost, static_cast<std::int64_t>(++states_[entry].lost),
                            sample.sample.published, incidents_);
