@@ -118,6 +118,16 @@ TEST_F(WatchingAService, HoldsWhatEventsTell) {
   EXPECT_LT(observer.callbacks().at(2).response.max(), Duration::zero()) << "none";
 }
 
+TEST_F(WatchingAService, NamesAServiceThatTheContractLacks) {
+  serve(10, 5);
+  system.add(K::service_init, 15, {60, 3}, {"/container/load_node", ""});
+  system.add(K::service_callback_added, 15, {60, 61});
+  serve(20, 500, 61);
+  until(530);
+  EXPECT_EQ(incident(),
+            "00:00:00.020 main ran /planner /container/load_node (service), which the contract lacks");
+}
+
 TEST_F(WatchingAService, NamesAnOverrun) {
   serve(10, 6.1);
   until(30);

@@ -17,14 +17,23 @@ using tracing::kNone;
 
 namespace {
 
-/// The callback in sentences, if it needs to be in the contract: services of parameters and the like
-/// belong to every node.
+/// Every node has these services: those of its parameters, and of the types of its interfaces.
+bool is_of_every_node(const std::string& service) {
+  static const std::set<std::string> kNames = {
+      "get_parameters",      "get_parameter_types", "set_parameters",      "set_parameters_atomically",
+      "describe_parameters", "list_parameters",     "get_type_description"};
+  return kNames.contains(service.substr(service.rfind('/') + 1));
+}
+
+/// The callback in sentences, if it needs to be in the contract.
 std::string uncovered(const tracing::System& system, const tracing::Callback& callback) {
   const std::string node = callback.node < system.nodes.size() ? system.nodes[callback.node] : "a node";
   if (callback.kind == CallbackKind::timer)
     return program::concat(node, " (timer ", to_ms(callback.period), " ms)");
-  if (callback.kind != CallbackKind::subscription) return "";
+  const bool service = callback.kind == CallbackKind::service;
+  if ((!service && callback.kind != CallbackKind::subscription) || callback.topic == kNone) return "";
   const std::string& topic = system.topics[callback.topic].name;
+  if (service) return is_of_every_node(topic) ? "" : program::concat(node, " ", topic, " (service)");
   return imports::is_housekeeping(topic) ? "" : node + " " + topic;
 }
 
