@@ -49,6 +49,21 @@ TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
   EXPECT_FALSE(check.broken()) << incident();
 }
 
+TEST_F(Watching, PrefersTheNamespaceInWhichMoreNodesRun) {
+  const std::vector<tracing::Event> later = std::exchange(system.events, {});
+  system.add(K::node_init, 0, {70, 71}, {"source", "/sim"});
+  system.add(K::publisher_init, 0, {75, 70, 76, 1}, {"/sim/a", ""});
+  system.add(K::callback_start, 0, {73});  // not of a node
+  system.add(K::callback_end, 0, {73});
+  system.events.insert(system.events.end(), later.begin(), later.end());
+  observe();
+  until(1);
+  system.run(10, 1);
+  until(20);
+  EXPECT_EQ(check.chains()[0].outputs, 1U);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST_F(Watching, NamesTheCauseOfALateChain) {
   system.run(10, 1);
   system.run(20, 3);

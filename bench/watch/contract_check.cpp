@@ -35,7 +35,9 @@ ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
 std::uint32_t ContractCheck::entry_of(const tracing::System& system, std::uint32_t callback) {
   if (callback >= entries_.size()) entries_.resize(callback + 1, kUnknown);
   if (!names_.resolve(system)) return kNone;
+  if (std::exchange(changes_, names_.changes()) != names_.changes()) std::ranges::fill(entries_, kUnknown);
   if (entries_[callback] == kUnknown) entries_[callback] = find_entry(system, callback);
+  if (entries_[callback] != kNone) names_.keep();
   return entries_[callback];
 }
 

@@ -126,6 +126,7 @@ class ContractCheck {
   RunningJobs running_;
   std::vector<std::uint32_t> entries_;  // by callback of the system
   StatedNames names_;
+  std::uint64_t changes_ = 0;  // of the namespace, that the entries are for
   ChainCheck chain_check_;
   ThreadCheck thread_check_;
   PublisherCheck publisher_check_;

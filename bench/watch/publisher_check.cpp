@@ -59,7 +59,7 @@ void PublisherCheck::from_stranger(std::uint32_t topic, Time at, Incidents& inci
 
 void PublisherCheck::created(const tracing::System& system, StatedNames& names, Time at,
                              Incidents& incidents) {
-  if (!names.resolve(system)) return;
+  if (!names.kept()) return;
   judged_.resize(system.endpoints.size());
   for (std::size_t e = 0; e < system.endpoints.size(); ++e) {
     const tracing::Endpoint& endpoint = system.endpoints[e];

@@ -19,9 +19,13 @@ class StatedNames {
  public:
   explicit StatedNames(const Contract& contract);
 
-  /// Whether any node of the contract runs. The namespace in which most of them run is used from then
-  /// on.
+  /// Whether any node of the contract runs. The namespace in which most of them run is used.
   bool resolve(const tracing::System& system);
+  /// A callback of the contract has run: the namespace stays.
+  void keep() { kept_ = true; }
+  [[nodiscard]] bool kept() const { return kept_; }
+  /// Counts the changes of the namespace.
+  [[nodiscard]] std::uint64_t changes() const { return changes_; }
   /// The graph's name of a node, without the namespace; with a leading slash if it is in another one.
   [[nodiscard]] std::string node(const tracing::System& system, std::uint32_t node) const;
   /// The same for a topic.
@@ -40,7 +44,10 @@ class StatedNames {
  private:
   std::set<std::string> nodes_;
   std::map<std::string, std::uint32_t> numbers_;
-  std::optional<std::string> space_;      // `/robot1`; empty: none
+  std::optional<std::string> space_;  // `/robot1`; empty: none
+  std::size_t resolved_ = 0;          // nodes of the system
+  std::uint64_t changes_ = 0;
+  bool kept_ = false;
   std::vector<std::uint32_t> of_system_;  // by topic of the system
 };
 
