@@ -135,6 +135,38 @@ TEST_F(Checking, JudgesNoJobWhoseEndMayBeLost) {
   EXPECT_THAT(incident(), HasSubstr("00:00:07.012 source (timer) has run for 990.000 ms"));
 }
 
+/// A second timer of the source, with the same period.
+class CheckingASecondTimer : public Checking {
+ protected:
+  void create(double ms) {
+    using K = tracing::EventKind;
+    system.add(K::timer_init, ms, {80, 10'000'000});
+    system.add(K::timer_callback_added, ms, {80, 81});
+    system.add(K::timer_link_node, ms, {80, 1});
+  }
+  void run_second(double ms, double length_ms) {
+    system.add(tracing::EventKind::callback_start, ms, {81});
+    system.add(tracing::EventKind::callback_end, ms + length_ms, {81});
+  }
+};
+
+TEST_F(CheckingASecondTimer, TakesTheEntryOfOneThatItReplaces) {
+  system.run(10, 1);
+  create(15);
+  run_second(25, 3);
+  observe();
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.028 source (timer) ran 3.000 ms, budget 2.000 ms"));
+}
+
+TEST_F(CheckingASecondTimer, HasNoEntryBesideOneThatGoesOn) {
+  system.run(10, 1);
+  create(15);
+  system.run(20, 1);
+  run_second(25, 3);
+  observe();
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST(StatedContract, HasAnEntryForAService) {
   const std::string file = testing::TempDir() + "graph_with_a_service.yaml";
   std::ofstream(file) << "name: robot\n"

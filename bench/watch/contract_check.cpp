@@ -67,8 +67,24 @@ std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint
   if (entry == contract_.callbacks.end() && subscription &&
       std::ranges::none_of(system.callbacks, is_service))
     entry = entry_for(true);
+  if (entry == contract_.callbacks.end() && timer) return replaced_timer(node, number, of);
   return entry == contract_.callbacks.end() ? kNone
                                             : static_cast<std::uint32_t>(entry - contract_.callbacks.begin());
+}
+
+std::uint32_t ContractCheck::replaced_timer(const std::string& node, std::uint32_t number,
+                                            const tracing::Callback& by) const {
+  std::uint32_t replaced = kNone;
+  for (std::uint32_t c = 0; c < contract_.callbacks.size(); ++c) {
+    const CallbackContract& stated = contract_.callbacks[c];
+    if (stated.node != node || !stated.topic.empty()) continue;
+    if (stated.timer >= number) return kNone;  // the contract states timers beyond this one
+    const auto period = std::ranges::find(stated.terms, Clause::period, &Term::clause);
+    const std::optional<Time>& last = states_[c].last;
+    if (period == stated.terms.end() || period->limit != by.period.count()) continue;
+    if (last && *last < by.created && (replaced == kNone || *last < *states_[replaced].last)) replaced = c;
+  }
+  return replaced;
 }
 
 void ContractCheck::started(const tracing::System& system, const tracing::Job& job,

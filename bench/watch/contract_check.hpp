@@ -104,6 +104,10 @@ class ContractCheck {
   };
 
   [[nodiscard]] std::uint32_t find_entry(const tracing::System& system, std::uint32_t callback) const;
+  /// The entry of a timer that a new one of its node replaces: of those with the same period that ran
+  /// before the creation, and not since, the one that has been silent longest. kNone: there is none.
+  [[nodiscard]] std::uint32_t replaced_timer(const std::string& node, std::uint32_t number,
+                                             const tracing::Callback& by) const;
   void arrived(std::uint32_t entry, Time at);
   void arrived(const tracing::System& system, std::uint32_t entry, std::uint32_t callback,
                const tracing::Sample& sample);
