@@ -67,11 +67,13 @@ TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {
   for (const tracing::Event& event : system.events) attached.event(event);
   EXPECT_EQ(attached.callbacks()[0].response.max(), 5 * kMs);
   observe();
-  EXPECT_EQ(observer.callbacks()[0].response.max(), 1005 * kMs) << "otherwise the executor is late";
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 1 * kMs) << "otherwise the first timestamp is unknown";
 }
 
 TEST_F(Observing, SkipsTimestampsLikeRcl) {
   system.run(10, 1);
+  system.add(tracing::EventKind::callback_start, 15, {21});
+  system.add(tracing::EventKind::callback_end, 45, {21});
   system.run(45, 1);  // due at 20; 30 and 40 are skipped
   system.run(50, 2);
   observe();
@@ -85,6 +87,60 @@ TEST_F(Observing, CountsFromTheFirstJobAfterATimerWasReset) {
   system.run(27, 1);  // 2 ms after 25
   observe();
   EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+}
+
+/// An executor that waits before each job of a thread.
+class ObservingWaits : public Observing {
+ protected:
+  void wait(double ms) { system.add(tracing::EventKind::wait_for_work, ms, {}); }
+  std::uint64_t responses() {
+    observe();
+    return observer.callbacks()[0].response.count();
+  }
+};
+
+TEST_F(ObservingWaits, KnowNoTimestampIfTheTimerWasResetOrACallbackWithoutEventsRan) {
+  wait(0);
+  system.run(10, 1);
+  wait(12);
+  wait(30'000);
+  system.run(30'010, 2);
+  wait(30'013);
+  system.run(30'022, 1);  // 2 ms late
+  EXPECT_EQ(responses(), 2U);
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+}
+
+TEST_F(ObservingWaits, CountFromTheJobIfTheThreadRanOthersMeanwhile) {
+  for (int i = 0; i < 100; ++i) {
+    wait(7 * i);
+    system.add(tracing::EventKind::callback_start, 7 * i + 1, {21});
+    system.add(tracing::EventKind::callback_end, 7 * i + 6, {21});
+  }
+  wait(700);
+  system.run(701, 2);
+  EXPECT_EQ(responses(), 1U);
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 2 * kMs);
+}
+
+TEST_F(ObservingWaits, CountALongJobBeforeATimer) {
+  wait(0);
+  system.add(tracing::EventKind::callback_start, 1, {21});
+  system.add(tracing::EventKind::callback_end, 500, {21});
+  wait(500);
+  system.run(500.1, 1);
+  EXPECT_EQ(responses(), 1U);
+  EXPECT_EQ(observer.callbacks()[0].response.max(), std::chrono::microseconds(491'100));
+}
+
+TEST_F(ObservingWaits, KnowNoTimestampIfAnotherThreadMayHaveBlockedTheTimer) {
+  wait(0);
+  system.events.back().thread = 8;
+  wait(0);
+  wait(100);
+  wait(200);
+  system.run(210, 1);
+  EXPECT_EQ(responses(), 0U);
 }
 
 TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {

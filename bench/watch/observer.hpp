@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <vector>
@@ -43,7 +44,10 @@ class Observer : public tracing::Sink {
   void observed_until(Time until, const Losses& losses);
 
   /// A thread that has ended.
-  void forget(const ThreadKey& thread) { assembler_.forget_thread(thread.first, thread.second); }
+  void forget(const ThreadKey& thread) {
+    assembler_.forget_thread(thread.first, thread.second);
+    rounds_.erase(thread);
+  }
 
   /// Forgets the values `latest`.
   void next_interval();
@@ -63,6 +67,15 @@ class Observer : public tracing::Sink {
     tracing::JobRef ref;
     std::optional<Time> timestamp;
   };
+  /// What a thread did since its last two waits for work, or, if it writes no events of waits, since its
+  /// last two pauses between jobs. Time{}: unknown.
+  struct Rounds {
+    bool waits = false;
+    std::uint32_t open = 0;                             ///< Jobs that have not ended.
+    Time earlier{}, earlier_job{}, last{}, last_job{};  ///< Begin and first job of each.
+    Time finish{};                                      ///< Of the latest job.
+    void next(Time begin) { *this = {waits, open, last, last_job, begin, {}, finish}; }
+  };
   void started(const tracing::Job& job) override;
   void published(const tracing::Job& job, const tracing::Publication& publication) override;
   void ended(tracing::Job&& job) override;
@@ -71,6 +84,9 @@ class Observer : public tracing::Sink {
   /// Timestamp of the job; std::nullopt: unknown.
   std::optional<Time> timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
                                    CallbackObservation& observed) const;
+  /// Whether a timer was due at `due` although its job starts more than a period later, and not reset
+  /// since then; std::nullopt: unknown.
+  std::optional<bool> is_late(const tracing::Job& job, Time due, Duration period) const;
 
   ContractCheck* const contract_;
   FlightRecorder* const recorder_;
@@ -78,6 +94,7 @@ class Observer : public tracing::Sink {
   tracing::Assembler assembler_{*this};
   std::vector<CallbackObservation> callbacks_;
   std::vector<Open> open_;
+  std::map<ThreadKey, Rounds> rounds_;
   std::uint64_t events_ = 0, entities_ = 0, ignored_ = 0;
   Duration realtime_{};
   std::set<std::uint32_t> unstamped_;  // processes whose publications have no source timestamps
