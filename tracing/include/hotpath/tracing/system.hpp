@@ -93,6 +93,7 @@ struct StatedExecutor {
 struct System {
   std::string rcl_version;            ///< Empty: unknown.
   std::set<std::uint32_t> processes;  ///< Ids.
+  std::uint64_t ended_processes = 0;  ///< That were forgotten.
   /// Names with namespaces, `/perception/filter`, by node; two nodes of one name are two entries.
   std::vector<std::string> nodes;
   std::vector<Callback> callbacks;
@@ -103,6 +104,7 @@ struct System {
   std::vector<ServiceClient> clients;
   std::uint64_t reused_handles = 0;  ///< Callbacks at the address of an earlier callback.
   std::uint64_t ends_without_start = 0;
+  std::uint64_t ignored = 0;  ///< Descriptions, and starts of unknown callbacks, for which there is no room.
   /// Possible callbacks of clients and waitables in processes where several threads wait: a trace does
   /// not tell them from waiting for another thread.
   std::uint64_t unclear_callbacks = 0;
