@@ -258,6 +258,24 @@ TEST_F(Watching, SeesLostSamples) {
   EXPECT_THAT(incident(), HasSubstr("space.sink/a lost samples: 1, bound 0 (derived)"));
 }
 
+TEST_F(Watching, LosesNothingOfAProcessThatHasEnded) {
+  constexpr std::uint32_t kOther = 8;
+  system.run(10, 1);
+  const std::size_t first = system.events.size();
+  system.add(K::node_init, 12, {2, 4}, {"sink", "/space"});
+  system.add(K::subscription_init, 12, {20, 2, 23, 2}, {"/a", ""});
+  system.run(20, 1);
+  system.add(K::rmw_take, 22, {23, 98, system.stamp, 1});
+  for (std::size_t e = first; e < system.events.size(); ++e)
+    if (system.events[e].at == at_ms(12) || system.events[e].at == at_ms(22))
+      system.events[e].process = kOther;
+  observe();
+  observer.forget({kOther, 0});
+  for (int i = 3; i < 10; ++i) system.run(10 * i, 1);
+  until(100);
+  EXPECT_EQ(verdict("space.sink/a", "lost"), "held") << incident();
+}
+
 TEST_F(Watching, LimitsTheSamplesOfSeveralActivations) {
   for (const double start : {10.0, 17.5, 25.5}) system.run(start, 1);
   until(30);

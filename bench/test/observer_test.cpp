@@ -87,6 +87,24 @@ TEST_F(Observing, CountsFromTheFirstJobAfterATimerWasReset) {
   EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
 }
 
+TEST_F(Observing, CountsFromTheCreationOfATimerThatFollowsAnother) {
+  system.run(10, 1);
+  system.create_timer(15);
+  system.run(27, 1);  // due at 25
+  observe();
+  EXPECT_EQ(observer.callbacks()[0].jobs, 2U);
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+}
+
+TEST_F(Observing, RecordsTheLastDescriptionOfEachTimer) {
+  for (int i = 1; i <= 100; ++i) system.create_timer(i);
+  observe();
+  const std::vector<tracing::Event> events = recorder.events();
+  ASSERT_EQ(events.size(), 9U);
+  EXPECT_EQ(events.back().kind, tracing::EventKind::timer_link_node);
+  EXPECT_EQ(events.back().at, at_ms(100));
+}
+
 TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
   for (int i = 1; i <= 20; ++i) system.run(10 * i, 2);
   observe();

@@ -2,6 +2,8 @@
 // What contracts say of threads: policies, processors, waits, and what they serve.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "watching.hpp"
 
@@ -214,6 +216,19 @@ TEST_F(Watching, NamesChangesOfThreads) {
   changed.processors = 2;
   check.threads({changed}, at_ms(2001));
   EXPECT_THAT(check.json({}).dump(), HasSubstr("main thread spin may run on processors 1, contract 1,2"));
+}
+
+TEST(ThreadReader, SeesThatThreadsAndProcessesHaveEnded) {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+  const auto ended = static_cast<std::uint32_t>(child), own = static_cast<std::uint32_t>(getpid());
+  tracing::System system;
+  system.processes = {own, ended};  // the thread that created the nodes may run nothing
+  system.threads = {{own, own, 0, 0, {}}, {own, ended, 0, 0, {}}};
+  ThreadReader reader;
+  static_cast<void>(reader.read(system, std::chrono::steady_clock::now()));
+  EXPECT_THAT(reader.ended(), testing::UnorderedElementsAre(ThreadKey(own, ended), ThreadKey(ended, 0)));
 }
 
 TEST(ThreadFactsOfProc, AreRead) {

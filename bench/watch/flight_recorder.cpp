@@ -19,7 +19,11 @@ bool describes(K kind) {
 
 void FlightRecorder::keep(const Event& event) {
   if (describes(event.kind)) {
-    descriptions_.push_back(event);
+    const Described what(event.process, event.kind, event.number[0], event.number[1]);
+    if (descriptions_.size() == kMostDescriptions && !described_.contains(what)) return;
+    const auto [at, is_new] = described_.try_emplace(what);
+    if (!is_new) descriptions_.erase(at->second);
+    at->second = descriptions_.insert(descriptions_.end(), event);
     return;
   }
   recent_.push_back(event);
@@ -28,7 +32,7 @@ void FlightRecorder::keep(const Event& event) {
 }
 
 std::vector<Event> FlightRecorder::events() const {
-  std::vector<Event> events = descriptions_;
+  std::vector<Event> events(descriptions_.begin(), descriptions_.end());
   // Readers merge the streams of processors by time alone.
   const tracing::Time before = recent_.empty() ? tracing::Time{} : recent_.front().at - tracing::Duration(1);
   for (Event& event : events) {

@@ -56,7 +56,7 @@ void ObservationReport::update(const Observer& observer, const Session& session,
   events_ = observer.events();
   ignored_ = observer.ignored();
   traced_threads_ = session.threads();
-  processes_ = observer.system().processes.size();
+  processes_ = observer.system().processes.size() + observer.system().ended_processes;
   losses_ = session.losses();
 }
 

@@ -26,10 +26,6 @@ void Observer::event(tracing::Event e) {
   if (e.kind == tracing::EventKind::rmw_publish && e.number[2] == 0) unstamped_.insert(e.process);
   if (e.kind == tracing::EventKind::rmw_take && unstamped_.contains(e.process))
     e.number[2] -= static_cast<std::uint64_t>(realtime_.count());  // the clock of publications
-  if (describes(e.kind) && ++entities_ > kMostEntities) {
-    ++ignored_;
-    return;
-  }
   if (recorder_ != nullptr) recorder_->keep(e);
   assembler_.event(e);
 }
@@ -47,7 +43,8 @@ std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracin
   if (job.timestamp > Time{} && job.timestamp <= job.start) return job.timestamp;  // hotpath's executors
   if (service) return std::nullopt;
   std::optional<Timer>& timer = observed.timer;
-  if (!timer) {
+  if (!timer || observed.created != callback.created) {
+    observed.created = callback.created;
     Time first = callback.created + callback.period;
     if (attached_ && callback.created < *attached_ && first < job.start)
       first += (job.start - first) / callback.period * callback.period;

@@ -21,6 +21,7 @@ struct CallbackObservation {
   program::LatencyHistogram execution;  ///< Start to end, including preemption.
   program::LatencyHistogram response;   ///< Timestamp to end, where the timestamp is known.
   std::optional<Timer> timer = {};      ///< Timers: their nominal instants.
+  Time created{};                       ///< Of that timer.
   Duration latest{-1};                  ///< Longest execution since next_interval(); -1 ns: none.
 };
 
@@ -42,8 +43,11 @@ class Observer : public tracing::Sink {
   /// All events before this instant were passed, except those that were lost so far.
   void observed_until(Time until, const Losses& losses);
 
-  /// A thread that has ended.
-  void forget(const ThreadKey& thread) { assembler_.forget_thread(thread.first, thread.second); }
+  /// A thread that has ended; id 0: a process with all of its threads.
+  void forget(const ThreadKey& thread) {
+    if (thread.second == 0) return assembler_.forget_process(thread.first);
+    assembler_.forget_thread(thread.first, thread.second);
+  }
 
   /// Forgets the values `latest`.
   void next_interval();
@@ -52,8 +56,8 @@ class Observer : public tracing::Sink {
   /// By callback of the system.
   [[nodiscard]] const std::vector<CallbackObservation>& callbacks() const { return callbacks_; }
   [[nodiscard]] std::uint64_t events() const { return events_; }
-  /// Entities that were not added, because a system has less than kMostEntities.
-  [[nodiscard]] std::uint64_t ignored() const { return ignored_; }
+  /// Descriptions of entities that were not added, because a system has less than kMostEntities.
+  [[nodiscard]] std::uint64_t ignored() const { return system().ignored; }
 
   static constexpr std::uint64_t kMostEntities = 200'000;
 
@@ -75,10 +79,10 @@ class Observer : public tracing::Sink {
   ContractCheck* const contract_;
   FlightRecorder* const recorder_;
   const std::optional<Time> attached_;
-  tracing::Assembler assembler_{*this};
+  tracing::Assembler assembler_{*this, kMostEntities};
   std::vector<CallbackObservation> callbacks_;
   std::vector<Open> open_;
-  std::uint64_t events_ = 0, entities_ = 0, ignored_ = 0;
+  std::uint64_t events_ = 0;
   Duration realtime_{};
   std::set<std::uint32_t> unstamped_;  // processes whose publications have no source timestamps
 };

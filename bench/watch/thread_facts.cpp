@@ -117,12 +117,15 @@ std::optional<ThreadFacts> ThreadReader::read(const ThreadKey& key) const {
 
 void ThreadReader::search(const tracing::System& system) {
   timer_threads_.clear();
-  std::set<std::uint32_t> processes;
+  std::set<std::uint32_t> processes, known = system.processes;
   for (const tracing::Thread& thread : system.threads) {
+    if (thread.id != 0) known.insert(thread.process);
     if (thread.jobs > 0) processes.insert(thread.process);
     if (thread.id != 0 && access(folder_of(key_of(thread)).c_str(), F_OK) != 0)
       ended_.push_back(key_of(thread));
   }
+  for (const std::uint32_t process : known)
+    if (access(folder_of({process, process}).c_str(), F_OK) != 0) ended_.emplace_back(process, 0);
   for (const std::uint32_t process : processes) {
     std::error_code error;
     std::filesystem::directory_iterator at(program::concat("/proc/", process, "/task"), error);

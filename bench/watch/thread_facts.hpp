@@ -42,7 +42,8 @@ class ThreadReader {
   /// Without threads that have ended, or are of another pid namespace or user. Some microseconds for
   /// each thread.
   [[nodiscard]] std::vector<ThreadFacts> read(const tracing::System& system, Time at);
-  /// Threads of the system that have ended, as far as the last reading searched for them.
+  /// Threads of the system that have ended, as far as the last reading searched for them. Id 0: their
+  /// process has.
   [[nodiscard]] const std::vector<ThreadKey>& ended() const { return ended_; }
 
  private:
