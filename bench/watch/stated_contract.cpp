@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
@@ -35,6 +33,8 @@ class StatedContract {
       : graph_(graph),
         tasks_(tasks),
         executor_(executor),
+        plan_(executor.deployment ? &executor.deployment->plan : nullptr),
+        threads_(setup::threads_of(graph, setup::parts(executor), plan_)),
         bounds_(setup::guarantees(graph, tasks, executor)),
         names_(names()) {}
 
@@ -85,12 +85,13 @@ class StatedContract {
       state_distances(stated, task);
       if (loses_nothing(task)) state(stated, Clause::lost, 0, Origin::derived);
     }
-    if (const auto distance = longest_distance(task))
+    const auto distance = longest_distance(task), bound = response(task);
+    // Silence is judged after twice the distance: by then the next sample must have been taken.
+    if (distance && bound && *bound <= *distance)
       state(stated, Clause::maximum_distance, shown(*distance), Origin::derived);
     stated["publishes"] = publications(task);
     // A job without work has a bound of 0 in a graph without costs; no live job keeps it.
-    if (const auto bound = response(task); bound && *bound > Duration::zero())
-      state(stated, Clause::response, shown(*bound), Origin::derived);
+    if (bound && *bound > Duration::zero()) state(stated, Clause::response, shown(*bound), Origin::derived);
     return stated;
   }
 
@@ -162,37 +163,32 @@ class StatedContract {
 
   YAML::Node threads() const {
     YAML::Node all(YAML::NodeType::Sequence);
-    const std::size_t executors = setup::parts(executor_).size();
-    for (std::size_t e = 0; e < executors; ++e) {
+    for (std::size_t e = 0; e < threads_.size(); ++e) {
       std::vector<TaskId> served;
       for (TaskId task = 0; task < tasks_.set.size(); ++task)
-        if (!executor_.deployment || executor_.deployment->plan.executor_of[task] == e)
-          served.push_back(task);
+        if (executor_of(task) == e) served.push_back(task);
       if (served.empty()) continue;
-      const DeployedExecutor* const plan =
-          executor_.deployment ? &executor_.deployment->plan.executors[e] : nullptr;
+      const DeployedExecutor* const plan = plan_ ? &plan_->executors[e] : nullptr;
       YAML::Node stated;
       stated["name"] = plan ? plan->name : executor_.label;
       stated["callbacks"] = names_of(served);
       if (plan) state(stated, Clause::policy, to_string(plan->policy), Origin::given);
       if (plan && !plan->processors.empty())
         state(stated, Clause::processors, plan->processors, Origin::given);
-      state(stated, Clause::wait, kWait_ms, Origin::given);
+      // Others of the contract may let them wait for any time.
+      if (rivals_of(e, false) == Rivals::none) state(stated, Clause::wait, kWait_ms, Origin::given);
       all.push_back(stated);
     }
     return all;
   }
 
-  /// Most time from start to end of a job, without the jobs of other threads that displace it. Where
-  /// threads of the ordinary class share a processor, jobs displace one another at any time: it is that
-  /// of the response, if that is bounded.
+  /// Most time from start to end of a job, without the jobs of other threads that displace it. Where events
+  /// do not tell all that displaces it, it is that of the response, if that is bounded.
   std::optional<Duration> longest_run(TaskId task) const {
     const Duration wcet = tasks_.set[task].wcet;
     if (wcet == Duration::zero()) return std::nullopt;
-    const auto [threads, timer_threads] = ordinary_threads();
-    if (threads > graph_.platform.cores) return response(task);
-    const bool displaced = threads + timer_threads > graph_.platform.cores;
-    return displaced ? longest_run_below_timer_threads(task) : wcet;
+    if (rivals_of(executor_of(task), timer_thread_runs(task)) == Rivals::untold) return response(task);
+    return have_room(true) ? wcet : longest_run_below_timer_threads(task);
   }
 
   /// The same where timer threads displace the job: they release timers, and may run them.
@@ -205,7 +201,7 @@ class StatedContract {
       timers.push_back(id);
       any_cost |= release_cost(id) > Duration::zero();
     }
-    const bool first = setup::parts(executor_).size() == 1 && timer_thread_runs(task);
+    const bool first = threads_.size() == 1 && timer_thread_runs(task);
     if (first || !any_cost) return wcet;
     if (has_real_time_threads()) return response(task);  // how long their jobs displace it is unknown
     for (Duration window = wcet;;) {                     // to its end, with the jobs of timer threads
@@ -222,14 +218,20 @@ class StatedContract {
     }
   }
 
-  const ExecutorTraits& executor_traits(TaskId task) const {
-    const std::size_t part = executor_.deployment ? executor_.deployment->plan.executor_of[task] : 0;
-    return setup::parts(executor_)[part].entry->traits;
-  }
+  std::size_t executor_of(TaskId task) const { return plan_ ? plan_->executor_of[task] : 0; }
 
   bool timer_thread_runs(TaskId task) const {
-    return tasks_.set[task].kind == TaskKind::timer &&
-           executor_traits(task).timers == TimerHandling::release_and_execute;
+    return tasks_.set[task].kind == TaskKind::timer && runs_timers(threads_[executor_of(task)]);
+  }
+
+  static bool runs_timers(const DeployedThread& t) {
+    return t.executor->traits.timers == TimerHandling::release_and_execute;
+  }
+
+  /// Threads of an executor besides its timer thread.
+  static std::uint32_t threads_without_timers(const DeployedThread& t) {
+    return worker_count(*t.executor, t.scheduling) -
+           (t.executor->traits.timers == TimerHandling::polled ? 0 : 1);
   }
 
   /// Work of the timer thread before a timer's job, or its release.
@@ -239,9 +241,8 @@ class StatedContract {
   }
 
   bool has_real_time_threads() const {
-    return executor_.deployment && setup::parts(executor_).size() > 1 &&
-           std::ranges::any_of(executor_.deployment->plan.executors,
-                               [](const DeployedExecutor& e) { return !e.policy.ordinary(); });
+    return threads_.size() > 1 &&
+           std::ranges::any_of(threads_, [](const DeployedThread& t) { return t.priority > 0; });
   }
 
   /// Most time from a timer's timestamp until its timer thread, idle before, has the processor: one that is
@@ -251,30 +252,44 @@ class StatedContract {
     for (TaskId id = 0; id < tasks_.set.size(); ++id)
       if (tasks_.set[id].kind == TaskKind::timer) all += release_cost(id);
     const Duration slice = Platform{}.time_slice;
-    const bool raised = std::ranges::all_of(setup::parts(executor_), [&](const setup::ExecutorSpec& part) {
-      return raises_timer_thread(part.entry->traits);
-    });
+    const bool raised =
+        std::ranges::all_of(threads_, [](const DeployedThread& t) { return t.timers_priority > t.priority; });
     return graph_.platform.wake_up + (raised ? Duration{} : all + slice * (1 + all / slice));
   }
 
-  bool raises_timer_thread(const ExecutorTraits& traits) const {
-    const TimerThread rank = graph_.platform.timer_thread;
-    return rank == TimerThread::raised || (rank == TimerThread::by_executor && traits.raises_timer_thread);
+  /// Whether each thread that runs jobs, or each thread at all, has a processor whenever it can run.
+  bool have_room(bool at_all) const {
+    std::uint32_t count = 0;
+    for (const DeployedThread& t : threads_) {
+      if (t.processors.size() < graph_.platform.cores) return false;
+      const std::uint32_t jobs = threads_without_timers(t) + (runs_timers(t) ? 1 : 0);
+      count += at_all ? worker_count(*t.executor, t.scheduling) : jobs;
+    }
+    return count <= graph_.platform.cores;
   }
 
-  /// Of the ordinary class: threads that run jobs, and timer threads that run none or go first.
-  std::pair<std::uint32_t, std::uint32_t> ordinary_threads() const {
-    const std::span<const setup::ExecutorSpec> all = setup::parts(executor_);
-    std::uint32_t threads = 0, timer_threads = 0;
-    for (std::size_t e = 0; e < all.size(); ++e) {
-      if (executor_.deployment && !executor_.deployment->plan.executors[e].policy.ordinary()) continue;
-      const ExecutorTraits& traits = all[e].entry->traits;
-      const bool apart = traits.timers != TimerHandling::polled &&
-                         (traits.timers != TimerHandling::release_and_execute || raises_timer_thread(traits));
-      threads += worker_count(*all[e].entry, all[e].scheduler) - (apart ? 1 : 0);
-      timer_threads += apart ? 1 : 0;
+  /// What keeps a processor from threads that run jobs. Equal real-time threads: only jobs that started
+  /// before. Told by events: only jobs that start on the only processor of both.
+  enum class Rivals : std::uint8_t { none, equal, told, untold };
+  Rivals rivals_of(std::size_t executor, bool timers) const {
+    const GraphPlatform& p = graph_.platform;
+    const Duration costs =
+        p.timer_dispatch_cost + p.subscription_dispatch_cost + p.wait_cost + p.wait_cost_per_entity;
+    const DeployedThread& mine = threads_[executor];
+    const int priority = timers ? mine.timers_priority : mine.priority;
+    Rivals all = Rivals::none;
+    const auto add = [&](std::uint32_t count, int other, bool told) {
+      if (count > 0 && other == priority) all = std::max(all, other > 0 ? Rivals::equal : Rivals::untold);
+      if (count > 0 && other > priority) all = std::max(all, told ? Rivals::told : Rivals::untold);
+    };
+    for (std::size_t e = 0; e < threads_.size() && !have_room(false); ++e) {
+      const DeployedThread& t = threads_[e];
+      if (std::ranges::find_first_of(t.processors, mine.processors) == t.processors.end()) continue;
+      const bool one = t.processors.size() == 1 && mine.processors.size() == 1, own = e == executor;
+      add(threads_without_timers(t) - (own && !timers ? 1 : 0), t.priority, one && costs == Duration::zero());
+      add(runs_timers(t) && !(own && timers) ? 1 : 0, t.timers_priority, one);
     }
-    return {threads, timer_threads};
+    return all;
   }
 
   std::optional<Duration> response(TaskId task) const {
@@ -332,6 +347,8 @@ class StatedContract {
   const Graph& graph_;
   const GraphTasks& tasks_;
   const setup::ExecutorSpec& executor_;
+  const Deployment* const plan_;               // nullptr: one executor
+  const std::vector<DeployedThread> threads_;  // by executor
   const std::optional<bounds::Guarantees> bounds_;
   const std::vector<CallbackContract> names_;  // by task
 };
