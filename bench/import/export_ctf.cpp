@@ -53,7 +53,7 @@ void export_ctf(const std::string& folder, const std::string& output) {
   run.load(system.tasks.set);
   for (const Trace& trace : run.traces()) {
     const GraphTasks tasks = system.tasks_of(run, trace.executor, trace.repetition);
-    ExportedRun exported{system.graph, tasks, trace, {}, {}, false, false, run.record().cores()};
+    ExportedRun exported{system.graph, tasks, trace, {}, {}, {}, false, run.record().cores()};
     run.check([&] { set_threads(system.executor(trace.executor), system.simulated, exported); });
     const bool one = run.traces().size() == 1;
     const fs::path to =

@@ -18,9 +18,6 @@ namespace {
 
 using K = tracing::EventKind;
 
-/// Epoch of exported traces, 2001-09-09; the epoch of a run is zero.
-constexpr Time kEpoch = from_ns(1'000'000'000'000'000'000);
-
 /// Addresses by type of entity and index.
 enum Entity : std::uint64_t {
   node = 1,
@@ -39,13 +36,29 @@ constexpr std::uint64_t kMessage = std::uint64_t{9} << 32, kExecutor = std::uint
 
 /// A simulation does not say on which processor a job ran. This gives each job one on which its
 /// thread may run: the last one of its thread or another one without a running job, otherwise one
-/// whose running job ends later, so that this one preempts it.
+/// whose running job ends later, so that this one preempts it. A job whose thread is bound to its
+/// processor is not preempted by one whose thread may run elsewhere, if that preempts another one.
 class Processors {
  public:
-  explicit Processors(const ExportedRun& run) : run_(run), running_(run.cores) {}
+  /// `jobs`: in the order of starts. Those that are bound to a processor come first at one instant.
+  Processors(const ExportedRun& run, const std::vector<const JobRecord*>& jobs)
+      : run_(run), running_(run.cores), of_job_(jobs.size()) {
+    std::vector<std::size_t> order(jobs.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {},
+                             [&](std::size_t j) { return std::pair(jobs[j]->start, may_move(*jobs[j])); });
+    for (const std::size_t j : order) of_job_[j] = jobs[j]->cpu >= 0 ? jobs[j]->cpu : choose(*jobs[j]);
+  }
 
-  /// In the order of starts.
-  std::int32_t of(const JobRecord& r) {
+  /// Of a job by its place in the order of starts.
+  std::int32_t of(std::size_t job) const { return of_job_[job]; }
+
+ private:
+  bool may_move(const JobRecord& r) const {
+    return r.worker >= run_.processors.size() || run_.processors[r.worker].size() != 1;
+  }
+
+  std::int32_t choose(const JobRecord& r) {
     const auto [last, is_new] =
         last_.try_emplace({r.process, r.worker}, static_cast<int>(r.worker % run_.cores));
     std::vector<int> allowed(run_.cores);
@@ -59,23 +72,26 @@ class Processors {
     for (const int p : allowed)
       std::erase_if(running_[static_cast<std::size_t>(p)],
                     [&](const JobRecord* other) { return end_of(*other) <= r.start; });
+    const auto innermost = [&](int p) { return running_[static_cast<std::size_t>(p)].back(); };
     const auto runs_nothing = [&](int p) { return running_[static_cast<std::size_t>(p)].empty(); };
-    const auto ends_later = [&](int p) {
-      return end_of(*running_[static_cast<std::size_t>(p)].back()) >= end_of(r);
-    };
+    const auto ends_later = [&](int p) { return end_of(*innermost(p)) >= end_of(r); };
+    const auto gives_way = [&](int p) { return may_move(*innermost(p)); };
     auto at = std::ranges::find_if(allowed, runs_nothing);
+    if (at == allowed.end())
+      at = std::ranges::find_if(allowed, [&](int p) { return gives_way(p) && ends_later(p); });
+    if (at == allowed.end()) at = std::ranges::find_if(allowed, gives_way);
     if (at == allowed.end()) at = std::ranges::find_if(allowed, ends_later);
     last->second = at == allowed.end() ? allowed.front() : *at;
     running_[static_cast<std::size_t>(last->second)].push_back(&r);
     return last->second;
   }
 
- private:
   static Time end_of(const JobRecord& r) { return r.outcome == Outcome::ran ? r.finish : Time::max(); }
 
   const ExportedRun& run_;
   std::vector<std::vector<const JobRecord*>> running_;           // by processor, the innermost last
   std::map<std::pair<std::uint16_t, std::uint16_t>, int> last_;  // by process and worker
+  std::vector<std::int32_t> of_job_;
 };
 
 class EventWriter {
@@ -139,13 +155,14 @@ class EventWriter {
     }
     Duration earliest{};
     for (const Task& task : run_.tasks.set.tasks) earliest = std::min(earliest, task.phase - task.period);
-    const Time begin = kEpoch + earliest - std::chrono::milliseconds(1);
+    const Time begin = kExportedEpoch + earliest - std::chrono::milliseconds(1);
     std::uint64_t publishers = 0;
     for (std::uint32_t n = 0; n < run_.graph.nodes.size(); ++n) {
       const tracing::Event where = on_main_thread(process_of[n]);
       if (processes.insert(process_of[n]).second) {
         add(begin, K::rcl_init, where, {1}, {run_.jazzy ? "9.2.0" : "8.0.0", ""});
-        if (run_.states_jobs) add(begin, K::executor_init, where, {kExecutor}, {"hotpath", ""});
+        if (std::ranges::count(run_.states_jobs, true) > 0)
+          add(begin, K::executor_init, where, {kExecutor}, {"hotpath", ""});
       }
       const Node& of = run_.graph.nodes[n];
       add(begin, K::node_init, where, {address(node, n), address(node, n) + 8}, {of.name.c_str(), "/"});
@@ -179,7 +196,7 @@ class EventWriter {
       add(begin, K::callback_register, where, {address(callback, id)}, name);
       return;
     }
-    const Time created = kEpoch + task.phase - task.period;
+    const Time created = kExportedEpoch + task.phase - task.period;
     add(created, K::timer_init, where, {address(timer, id), static_cast<std::uint64_t>(task.period.count())});
     add(created, K::timer_callback_added, where, {address(timer, id), address(callback, id)});
     add(created, K::callback_register, where, {address(callback, id)}, name);
@@ -194,11 +211,12 @@ class EventWriter {
       if (started(r)) jobs.push_back(&r);
     std::ranges::stable_sort(jobs, {}, &JobRecord::start);
     std::map<std::pair<std::uint16_t, std::uint16_t>, const JobRecord*> previous;  // by process and worker
-    Processors processors(run_);
-    for (const JobRecord* r : jobs) {
+    const Processors processors(run_, jobs);
+    for (std::size_t j = 0; j < jobs.size(); ++j) {
+      const JobRecord* const r = jobs[j];
       tracing::Event where = on_main_thread(r->process);
       where.thread += r->worker;
-      where.processor = r->cpu >= 0 ? r->cpu : processors.of(*r);
+      where.processor = processors.of(j);
       const JobRecord*& before = previous[{r->process, r->worker}];
       if (r->worker < run_.polled.size() && run_.polled[r->worker]) add_executor_events(*r, before, where);
       before = r;
@@ -206,7 +224,7 @@ class EventWriter {
     }
   }
 
-  Time traced(Time t) const { return kEpoch + (t - run_.trace.epoch); }
+  Time traced(Time t) const { return kExportedEpoch + (t - run_.trace.epoch); }
 
   /// A job that became ready after the start of the previous one needed another wait.
   void add_executor_events(const JobRecord& r, const JobRecord* before, const tracing::Event& where) {
@@ -228,7 +246,7 @@ class EventWriter {
       add(start, K::rcl_take, where, {kMessage});
       add(start, K::rclcpp_take, where, {kMessage});
     }
-    if (run_.states_jobs)
+    if (r.worker < run_.states_jobs.size() && run_.states_jobs[r.worker])
       add(start, K::executor_job, where,
           {kExecutor, id, stamp_of(traced(r.job.timestamp)), stamp_of(traced(r.job.release))});
     add(start, K::callback_start, where, {address(callback, id)});

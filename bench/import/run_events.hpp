@@ -10,6 +10,9 @@
 
 namespace hotpath::imports {
 
+/// Epoch of exported traces, 2001-09-09; the epoch of a run is zero.
+inline constexpr Time kExportedEpoch = from_ns(1'000'000'000'000'000'000);
+
 /// A run to export as events of ros2_tracing.
 struct ExportedRun {
   const Graph& graph;
@@ -17,8 +20,8 @@ struct ExportedRun {
   Trace trace;
   std::vector<bool> polled;                  ///< By worker: its executor emits events of its waits.
   std::vector<std::vector<int>> processors;  ///< By worker: where it may run; empty or missing: everywhere.
-  bool states_jobs = false;                  ///< The executor states its jobs, as PriorityExecutor does.
-  bool jazzy = false;                        ///< As rclcpp 28 (rcl 9), else as rclcpp 26 (rcl 8).
+  std::vector<bool> states_jobs = {};  ///< By worker: its executor states its jobs, as PriorityExecutor.
+  bool jazzy = false;                  ///< As rclcpp 28 (rcl 9), else as rclcpp 26 (rcl 8).
   unsigned cores = 1;
 };
 

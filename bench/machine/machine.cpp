@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
 #include <sstream>
 #include <thread>
 
@@ -42,20 +41,18 @@ std::string turbo() {
 /// SCHED_FIFO and SCHED_RR threads of other processes, except kernel threads, which have no command
 /// line.
 std::vector<std::string> other_real_time_threads() {
-  namespace fs = std::filesystem;
   std::vector<std::string> threads;
-  std::error_code gone;  // a process may end meanwhile
   for (const std::string& pid : processes()) {
     const std::string process = "/proc/" + pid;
     if (pid == std::to_string(getpid()) || first_line(process + "/cmdline").empty()) continue;
-    for (const fs::directory_entry& thread : fs::directory_iterator(process + "/task", gone)) {
-      const pid_t tid = std::stoi(thread.path().filename());
+    for (const std::string& thread : names_in(process + "/task")) {
+      const pid_t tid = std::stoi(thread);
       const int policy = sched_getscheduler(tid);
       if (policy != SCHED_FIFO && policy != SCHED_RR) continue;
       sched_param parameters{};
       sched_getparam(tid, &parameters);
       const auto kind = policy == SCHED_FIFO ? ThreadPolicy::Class::fifo : ThreadPolicy::Class::rr;
-      threads.push_back(first_line(thread.path() / "comm") + " (" +
+      threads.push_back(first_line(process + "/task/" + thread + "/comm") + " (" +
                         to_string(ThreadPolicy{kind, parameters.sched_priority}) + ")");
     }
   }

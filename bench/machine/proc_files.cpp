@@ -39,13 +39,19 @@ long number_in(const std::string& path, long otherwise) {
   return in ? value : otherwise;
 }
 
+std::vector<std::string> names_in(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  std::filesystem::directory_iterator at(folder, error);
+  for (const std::filesystem::directory_iterator end; !error && at != end; at.increment(error))
+    names.push_back(at->path().filename());
+  return names;
+}
+
 std::vector<std::string> processes() {
-  std::vector<std::string> ids;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator("/proc", ignored)) {
-    const std::string name = entry.path().filename();
-    if (name.find_first_not_of("0123456789") == std::string::npos) ids.push_back(name);
-  }
+  std::vector<std::string> ids = names_in("/proc");
+  std::erase_if(
+      ids, [](const std::string& name) { return name.find_first_not_of("0123456789") != std::string::npos; });
   return ids;
 }
 

@@ -18,6 +18,9 @@ std::string value_of(const std::string& path, const std::string& key, char separ
 
 long number_in(const std::string& path, long otherwise);
 
+/// The names of the files in a folder, of which any may be gone meanwhile.
+std::vector<std::string> names_in(const std::string& folder);
+
 /// The ids of all processes, as in /proc. Any process may have ended meanwhile.
 std::vector<std::string> processes();
 

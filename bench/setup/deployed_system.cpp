@@ -20,29 +20,37 @@ void check_processors(const DeployedExecutor& executor, const std::string& file,
   }
 }
 
-DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callbacks,
-                               const Deployed& deployment) {
-  DeployedSystem system{callbacks, {}, deployment.plan.executor_of, {}};
-  for (std::size_t e = 0; e < deployment.executors.size(); ++e) {
-    const ExecutorSpec& spec = deployment.executors[e];
-    const DeployedExecutor& plan = deployment.plan.executors[e];
-    check_processors(plan, deployment.plan.file, graph.platform.cores);
-    DeployedThread& thread = system.threads.emplace_back();
+std::vector<DeployedThread> threads_of(const Graph& graph, std::span<const ExecutorSpec> executors,
+                                       const Deployment* deployment) {
+  std::vector<DeployedThread> threads;
+  for (std::size_t e = 0; e < executors.size(); ++e) {
+    const ExecutorSpec& spec = executors[e];
+    const DeployedExecutor plan = deployment ? deployment->executors[e] : DeployedExecutor{};
+    if (deployment) check_processors(plan, deployment->file, graph.platform.cores);
+    DeployedThread& thread = threads.emplace_back();
     thread.name = plan.name;
     thread.executor = spec.entry;
     thread.scheduling = spec.scheduler;
     const bool fifo = plan.policy.scheduling_class == ThreadPolicy::Class::fifo;
     if (fifo) thread.priority = thread.timers_priority = plan.policy.priority;
     if (!fifo && !plan.policy.ordinary()) thread.other_policy = to_string(plan.policy);
-    const Platform platform = make_platform(graph, *spec.entry);
-    if (platform.raised_releaser) thread.timers_priority = raised_above(plan.policy).priority;
+    if (make_platform(graph, *spec.entry).raised_releaser)
+      thread.timers_priority = raised_above(plan.policy).priority;
     thread.processors.assign(plan.processors.begin(), plan.processors.end());
     if (thread.processors.empty()) {
       thread.processors.resize(graph.platform.cores);
       std::iota(thread.processors.begin(), thread.processors.end(), 0U);
     }
-    system.platform = platform;
   }
+  return threads;
+}
+
+DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callbacks,
+                               const Deployed& deployment) {
+  DeployedSystem system{
+      callbacks, threads_of(graph, deployment.executors, &deployment.plan), deployment.plan.executor_of, {}};
+  if (!deployment.executors.empty())
+    system.platform = make_platform(graph, *deployment.executors.back().entry);
   return system;
 }
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "bounds/guarantees.hpp"
 #include "hotpath/analysis/deployment_bounds.hpp"
@@ -12,6 +14,12 @@ namespace hotpath::setup {
 
 /// Throws InputError with the executor's line if the simulated machine lacks one of its processors.
 void check_processors(const DeployedExecutor& executor, const std::string& file, unsigned cores);
+
+/// By executor: its threads on the machine of the graph's platform. nullptr: threads of the ordinary class
+/// on all processors. Throws InputError for a processor that the machine lacks.
+[[nodiscard]] std::vector<DeployedThread> threads_of(const Graph& graph,
+                                                     std::span<const ExecutorSpec> executors,
+                                                     const Deployment* deployment);
 
 /// The graph under a deployment on the machine of its platform, with the threads of a simulation. `callbacks`
 /// must outlive it. Throws InputError for a processor that the machine lacks.

@@ -30,19 +30,6 @@ SchedulerOptions scheduling(const Graph& graph) {
   return options;
 }
 
-/// Where the tasks run, for the report of a counter-example.
-std::string deployment_text(const setup::ExecutorSpec& executor, const TaskSet& set) {
-  std::string all;
-  for (TaskId id = 0; executor.deployment && id < set.size(); ++id) {
-    const Deployment& plan = executor.deployment->plan;
-    const DeployedExecutor& e = plan.executors[plan.executor_of[id]];
-    all +=
-        program::concat("\n", set[id].name, " of ", set[id].wcet.count(), " ns: ", e.name, " ", e.executor,
-                        " ", to_string(e.policy), " on ", e.processors.empty() ? -1 : e.processors.front());
-  }
-  return all;
-}
-
 /// std::nullopt if the machine is overloaded; such a run is not compared with its bounds.
 std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
                                const setup::ExecutorSpec& executor, const ExecutionTimes& times,

@@ -14,7 +14,7 @@ TEST_F(Watching, MeasuresChains) {
   for (int i = 1; i <= 5; ++i) system.run(10 * i, i == 3 ? 1.5 : 1);
   until(60);
   ASSERT_EQ(check.chains().size(), 1U);
-  EXPECT_EQ(check.chains()[0].outputs, 5U);
+  EXPECT_EQ(check.chains()[0].hot_path.count(), 5U);
   EXPECT_EQ(check.chains()[0].hot_path.max(), from_ms(1.5));
   EXPECT_EQ(check.chains()[0].age.max(), from_ms(2.5));
   check.threads({facts()}, at_ms(1));
@@ -43,6 +43,21 @@ TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
   system.events[6].text[0] = "/robot1/a";
   system.add(K::node_init, 5, {40, 41}, {"other", "/"});
   system.add(K::publisher_init, 5, {45, 40, 46, 1}, {"/a", ""});  // another topic
+  system.run(10, 1);
+  until(20);
+  EXPECT_EQ(check.chains()[0].hot_path.count(), 1U);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
+TEST_F(Watching, PrefersTheNamespaceInWhichMoreNodesRun) {
+  const std::vector<tracing::Event> later = std::exchange(system.events, {});
+  system.add(K::node_init, 0, {70, 71}, {"source", "/sim"});
+  system.add(K::publisher_init, 0, {75, 70, 76, 1}, {"/sim/a", ""});
+  system.add(K::callback_start, 0, {73});  // not of a node
+  system.add(K::callback_end, 0, {73});
+  system.events.insert(system.events.end(), later.begin(), later.end());
+  observe();
+  until(1);
   system.run(10, 1);
   until(20);
   EXPECT_EQ(check.chains()[0].outputs, 1U);
@@ -116,6 +131,16 @@ TEST_F(WatchingAService, HoldsWhatEventsTell) {
   for (const char* term : {"response_ms", "minimum_distance_ms", "depth", "lost"})
     EXPECT_EQ(verdict("planner/plan (service)", term), "not observable") << term;
   EXPECT_LT(observer.callbacks().at(2).response.max(), Duration::zero()) << "none";
+}
+
+TEST_F(WatchingAService, NamesAServiceThatTheContractLacks) {
+  serve(10, 5);
+  system.add(K::service_init, 15, {60, 3}, {"/container/load_node", ""});
+  system.add(K::service_callback_added, 15, {60, 61});
+  serve(20, 500, 61);
+  until(530);
+  EXPECT_EQ(incident(),
+            "00:00:00.020 main ran /planner /container/load_node (service), which the contract lacks");
 }
 
 TEST_F(WatchingAService, NamesAnOverrun) {
@@ -243,6 +268,26 @@ TEST_F(Watching, NamesASampleOfAnUnwatchedPublisher) {
   EXPECT_THAT(incident(), HasSubstr("published by a node that is not watched"));
 }
 
+TEST_F(Watching, TakesASampleOfBeforeForNoStrangerAfterARestart) {
+  system.run(10, 1);
+  system.run(20, 1);
+  system.add(K::node_init, 22, {50, 4}, {"sink", "/space"});
+  system.add(K::subscription_init, 22, {60, 50, 63, 2}, {"/a", ""});
+  system.add(K::rclcpp_subscription_init, 22, {60, 62});
+  system.add(K::subscription_callback_added, 22, {62, 61});
+  system.add(K::rmw_take, 23, {63, 98, 2, 1});  // latched
+  system.add(K::callback_start, 23, {61});
+  system.add(K::callback_end, 23.5, {61});
+  for (int i = 3; i <= 6; ++i) {
+    system.run(10 * i, 1, false);
+    system.add(K::rmw_take, 10 * i + 1, {63, 98, system.stamp, 1});
+    system.add(K::callback_start, 10 * i + 1, {61});
+    system.add(K::callback_end, 10 * i + 2, {61});
+  }
+  until(70);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST_F(Watching, SeesABurst) {
   system.run(10, 1);
   system.run(12.5, 1);
@@ -256,6 +301,15 @@ TEST_F(Watching, SeesLostSamples) {
   until(50);
   EXPECT_EQ(verdict("space.sink/a", "lost"), "broken");
   EXPECT_THAT(incident(), HasSubstr("space.sink/a lost samples: 1, bound 0 (derived)"));
+}
+
+TEST_F(Watching, TakesTheEndOfProgramsForNoLossOfSamples) {
+  system.run(10, 1);
+  observe();
+  check.end();
+  for (int i = 2; i <= 5; ++i) system.run(10 * i, 1, false);  // depth 2
+  until(60);
+  EXPECT_FALSE(check.broken()) << incident();
 }
 
 TEST_F(Watching, LimitsTheSamplesOfSeveralActivations) {
@@ -275,6 +329,63 @@ TEST_F(Watching, SeesSilence) {
   system.run(1010, 1);
   until(1020);
   EXPECT_EQ(verdict("source (timer)", "maximum_distance_ms"), "broken");
+}
+
+/// The sink's queue is long; its samples are at most 13 ms apart.
+class WatchingASlowSink : public Watching {
+ protected:
+  WatchingASlowSink() : Watching(slow()) { system.events[6].number[3] = 100; }
+  static std::string slow() {
+    std::string contract = kContract;
+    return contract.insert(contract.find("  lost:"), "  maximum_distance_ms: {value: 13, from: derived}\n");
+  }
+  void take(double ms, std::uint64_t stamp) {
+    system.add(K::rmw_take, ms, {23, 98, stamp, 1});
+    system.add(K::callback_start, ms, {21});
+    system.add(K::callback_end, ms + 0.1, {21});
+  }
+  nlohmann::json distance() const {
+    nlohmann::json found;
+    const nlohmann::json stored = check.json({});
+    for (const nlohmann::json& term : stored["terms"])
+      if (term.value("callback", "") == "space.sink/a" && term["term"] == "maximum_distance_ms") found = term;
+    return found;
+  }
+};
+
+TEST_F(WatchingASlowSink, TakesUnreadSamplesForNoSilence) {
+  system.run(10, 1);
+  for (int i = 2; i <= 30; ++i) {
+    system.run(10 * i, 1, false);
+    until(10 * i + 2);
+  }
+  for (std::uint64_t i = 2; i <= 30; ++i) take(302 + static_cast<double>(i) / 5, i);
+  until(310);
+  EXPECT_EQ(distance()["verdict"], "held") << distance();
+  EXPECT_EQ(distance()["checked"], 29);
+}
+
+TEST_F(WatchingASlowSink, SeesSilenceAfterUnreadSamples) {
+  for (int i = 1; i <= 3; ++i) system.run(10 * i, 1, i == 1);
+  system.add(K::callback_start, 40, {11});  // publishes late
+  until(150);
+  EXPECT_EQ(distance()["broken"], 1);
+  take(160, 2);
+  take(161, 3);
+  system.add(K::rcl_publish, 170, {13, 99});
+  system.add(K::rmw_publish, 170, {14, 99, 4});
+  take(171, 4);
+  until(180);
+  EXPECT_EQ(distance()["broken"], 1);
+  EXPECT_EQ(distance()["observed"], 139.0);
+}
+
+TEST_F(WatchingASlowSink, MeasuresNoDistanceFromAnOldSample) {
+  for (int i = 1; i <= 5; ++i) system.run(10 * i, 1);
+  take(52.5, 777);  // published 777 ns after the beginning
+  system.run(60, 1);
+  until(65);
+  EXPECT_EQ(distance()["verdict"], "held") << distance();
 }
 
 TEST_F(Watching, SeesACallbackThatDoesNotEnd) {
@@ -342,6 +453,17 @@ TEST_F(Watching, ConcludesNothingFromLostEvents) {
   EXPECT_THAT(incident(), HasSubstr("got nothing for")) << "it goes on after some seconds";
 }
 
+TEST_F(Watching, ConcludesNothingFromEventsThatCameWithTheLoss) {
+  system.run(10, 1);
+  until(20);
+  check.note_losses(1, at_ms(60));
+  for (int i = 4; i <= 7; ++i) system.run(10 * i, 1, false);  // the takes were lost, and a job at 20 ms
+  observe();
+  losses.dropped = 1;
+  until(80);
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST_F(Watching, ExtendsNoSilenceThatEndedWhileEventsWereLost) {
   system.run(10, 1);
   until(45);
@@ -360,7 +482,7 @@ TEST_F(Watching, KeepsItsContractForManyJobs) {
     observed = 0;
   }
   EXPECT_FALSE(check.broken()) << incident();
-  EXPECT_EQ(check.chains()[0].outputs, 20'000U);
+  EXPECT_EQ(check.chains()[0].hot_path.count(), 20'000U);
 }
 
 }  // namespace

@@ -2,12 +2,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "program/text.hpp"
 #include "setup/executor_spec.hpp"
 #include "watch/contract_check.hpp"
 #include "watch/observer.hpp"
@@ -120,6 +124,53 @@ TEST_F(Checking, CannotTellWhatHeldWithLostEvents) {
   EXPECT_EQ(verdict("source (timer)", "budget_ms", {.dropped = 1}), "broken");
 }
 
+TEST_F(Checking, JudgesNoJobWhoseEndMayBeLost) {
+  constexpr Losses kLost = {.dropped = 1};
+  system.add(tracing::EventKind::callback_start, 10, {11});
+  observe();
+  observer.observed_until(at_ms(20), kLost);
+  observer.observed_until(at_ms(7000), kLost);
+  system.add(tracing::EventKind::callback_end, 7001, {11});  // of a later job, whose start was lost
+  observe();
+  EXPECT_FALSE(check.broken()) << incident();
+  system.add(tracing::EventKind::callback_start, 7010, {11});
+  observe();
+  observer.observed_until(at_ms(8000), kLost);
+  EXPECT_THAT(incident(), HasSubstr("00:00:07.012 source (timer) has run for 990.000 ms"));
+}
+
+/// A second timer of the source, with the same period.
+class CheckingASecondTimer : public Checking {
+ protected:
+  void create(double ms) {
+    using K = tracing::EventKind;
+    system.add(K::timer_init, ms, {80, 10'000'000});
+    system.add(K::timer_callback_added, ms, {80, 81});
+    system.add(K::timer_link_node, ms, {80, 1});
+  }
+  void run_second(double ms, double length_ms) {
+    system.add(tracing::EventKind::callback_start, ms, {81});
+    system.add(tracing::EventKind::callback_end, ms + length_ms, {81});
+  }
+};
+
+TEST_F(CheckingASecondTimer, TakesTheEntryOfOneThatItReplaces) {
+  system.run(10, 1);
+  create(15);
+  run_second(25, 3);
+  observe();
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.028 source (timer) ran 3.000 ms, budget 2.000 ms"));
+}
+
+TEST_F(CheckingASecondTimer, HasNoEntryBesideOneThatGoesOn) {
+  system.run(10, 1);
+  create(15);
+  system.run(20, 1);
+  run_second(25, 3);
+  observe();
+  EXPECT_FALSE(check.broken()) << incident();
+}
+
 TEST(StatedContract, HasAnEntryForAService) {
   const std::string file = testing::TempDir() + "graph_with_a_service.yaml";
   std::ofstream(file) << "name: robot\n"
@@ -138,6 +189,57 @@ TEST(StatedContract, HasAnEntryForAService) {
   EXPECT_EQ(service.terms.at(1).clause, Clause::budget);
   EXPECT_EQ(service.terms.at(1).limit, from_ms(5).count());
   EXPECT_EQ(contract.threads.at(0).callbacks, (std::vector<std::uint32_t>{0, 1}));
+}
+
+/// `budget_ms` of the timer of each thread, in ms; 0: none. Behind it `wait` if its waits have a limit.
+std::vector<std::string> budgets_and_waits(const std::string& threads, const std::string& platform) {
+  const std::string folder = testing::TempDir();
+  std::ofstream graph_file(folder + "timers.yaml");
+  graph_file << "name: timers\nplatform: {cores: 2" << platform << "}\nnodes:\n";
+  for (const char name : {'a', 'b', 'c'})
+    graph_file << "- {name: " << name << ", type: sensor, period_ms: 100, output: " << name
+               << "_out, execution_time_ms: 5}\n";
+  graph_file.close();
+  std::ofstream(folder + "threads.yaml") << "name: threads\nexecutors:\n" << threads;
+  const Graph graph = load_graph(folder + "timers.yaml");
+  const GraphTasks tasks = make_tasks(graph);
+  const Contract contract = parse_contract(
+      "a contract", stated_contract(graph, tasks, setup::deploy(folder + "threads.yaml", graph, tasks, {})));
+  std::vector<std::string> all;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto limit = [&](const std::vector<Term>& terms, Clause clause) {
+      const auto term = std::ranges::find(terms, clause, &Term::clause);
+      return term == terms.end() ? std::int64_t{0} : term->limit;
+    };
+    all.push_back(program::fixed(to_ms(Duration(limit(contract.callbacks.at(c).terms, Clause::budget))), 1));
+    if (limit(contract.threads.at(c).terms, Clause::wait) > 0) all.back() += " wait";
+  }
+  return all;
+}
+
+TEST(StatedContract, LimitsWhatEventsTellOfThreads) {
+  using testing::ElementsAre;
+  const std::string real_time =
+      "- {name: high, executor: default, policy: 'fifo:20', processors: [0], owns: [a]}\n"
+      "- {name: low, executor: default, policy: 'fifo:10', processors: [0], owns: [b]}\n";
+  const std::string last = "- {name: last, executor: default, owns: [c]", bound = ", processors: [0]}\n";
+  EXPECT_THAT(budgets_and_waits(real_time + last + bound, ""), ElementsAre("5.0 wait", "5.0", "5.0"));
+  EXPECT_THAT(budgets_and_waits(real_time + last + "}\n", ""), ElementsAre("5.0 wait", "5.0", "0.0"))
+      << "events do not tell on which processor the last thread waits";
+  EXPECT_THAT(budgets_and_waits(real_time + last + bound, ", dispatch_cost_us: 100"),
+              ElementsAre("5.0 wait", "10.2", "0.0"))
+      << "nor how long dispatching in the high thread displaces the others";
+  const std::string equal =
+      "- {name: one, executor: default, policy: 'fifo:20', processors: [0], owns: [a]}\n"
+      "- {name: other, executor: default, policy: 'fifo:20', processors: [0], owns: [b]}\n";
+  EXPECT_THAT(budgets_and_waits(equal + last + ", processors: [1]}\n", ""),
+              ElementsAre("5.0", "5.0", "5.0 wait"));
+  const std::string ordinary =
+      "- {name: one, executor: default, owns: [a]}\n"
+      "- {name: other, executor: default, owns: [b]}\n";
+  EXPECT_THAT(budgets_and_waits(ordinary + last + "}\n", ""), ElementsAre("0.0", "0.0", "0.0"));
+  EXPECT_THAT(budgets_and_waits(ordinary + last + ", policy: 'fifo:1', processors: [1]}\n", ""),
+              ElementsAre("0.0", "0.0", "5.0 wait"));
 }
 
 TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {

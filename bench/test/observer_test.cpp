@@ -27,12 +27,12 @@ TEST_F(Observing, KeepsTimesAndLossesOfCallbacks) {
   for (int i = 3; i <= 6; ++i) system.run(10 * i, 1, i == 6);  // the last of four; depth 2
   observe();
   const CallbackObservation& timer = observer.callbacks()[0];
-  EXPECT_EQ(timer.jobs, 6U);
+  EXPECT_EQ(timer.execution.count(), 6U);
   EXPECT_EQ(timer.lost, 0U);
   EXPECT_EQ(timer.execution.max(), 4 * kMs);
   EXPECT_EQ(timer.response.max(), 7 * kMs);
   const CallbackObservation& subscription = observer.callbacks()[1];
-  EXPECT_EQ(subscription.jobs, 3U);
+  EXPECT_EQ(subscription.execution.count(), 3U);
   EXPECT_EQ(subscription.lost, 2U);
   EXPECT_EQ(subscription.execution.max(), 1 * kMs);
   EXPECT_EQ(subscription.response.max(), 1 * kMs);
@@ -54,6 +54,18 @@ TEST_F(Observing, MatchesSamplesOfHumble) {
   EXPECT_EQ(observer.system().callbacks[1].strangers, 0U);
 }
 
+TEST_F(Observing, TellsTheLongestJobOfAnInterval) {
+  system.run(10, 4);
+  system.run(20, 2);
+  observe();
+  program::LatencyHistogram& execution = observer.callbacks()[0].execution;
+  EXPECT_EQ(execution.take_latest_max(), 4 * kMs);
+  EXPECT_LT(execution.take_latest_max(), Duration::zero()) << "no job since then";
+  execution.add(kMs);
+  EXPECT_EQ(execution.take_latest_max(), kMs);
+  EXPECT_EQ(execution.max(), 4 * kMs);
+}
+
 TEST(Sparkline, ShowsValuesRelativeToTheLargest) {
   EXPECT_EQ(sparkline({0, 1, -1, 2}), "▁▅ █");
   EXPECT_EQ(sparkline({0}), "▁");
@@ -67,11 +79,13 @@ TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {
   for (const tracing::Event& event : system.events) attached.event(event);
   EXPECT_EQ(attached.callbacks()[0].response.max(), 5 * kMs);
   observe();
-  EXPECT_EQ(observer.callbacks()[0].response.max(), 1005 * kMs) << "otherwise the executor is late";
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 1 * kMs) << "otherwise the first timestamp is unknown";
 }
 
 TEST_F(Observing, SkipsTimestampsLikeRcl) {
   system.run(10, 1);
+  system.add(tracing::EventKind::callback_start, 15, {21});
+  system.add(tracing::EventKind::callback_end, 45, {21});
   system.run(45, 1);  // due at 20; 30 and 40 are skipped
   system.run(50, 2);
   observe();
@@ -87,6 +101,78 @@ TEST_F(Observing, CountsFromTheFirstJobAfterATimerWasReset) {
   EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
 }
 
+/// An executor that waits before each job of a thread.
+class ObservingWaits : public Observing {
+ protected:
+  void wait(double ms) { system.add(tracing::EventKind::wait_for_work, ms, {}); }
+  std::uint64_t responses() {
+    observe();
+    return observer.callbacks()[0].response.count();
+  }
+};
+
+TEST_F(ObservingWaits, KnowNoTimestampIfTheTimerWasResetOrACallbackWithoutEventsRan) {
+  wait(0);
+  system.run(10, 1);
+  wait(12);
+  wait(30'000);
+  system.run(30'010, 2);
+  wait(30'013);
+  system.run(30'022, 1);  // 2 ms late
+  EXPECT_EQ(responses(), 2U);
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+}
+
+TEST_F(ObservingWaits, CountFromTheJobIfTheThreadRanOthersMeanwhile) {
+  for (int i = 0; i < 100; ++i) {
+    wait(7 * i);
+    system.add(tracing::EventKind::callback_start, 7 * i + 1, {21});
+    system.add(tracing::EventKind::callback_end, 7 * i + 6, {21});
+  }
+  wait(700);
+  system.run(701, 2);
+  EXPECT_EQ(responses(), 1U);
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 2 * kMs);
+}
+
+TEST_F(ObservingWaits, CountALongJobBeforeATimer) {
+  wait(0);
+  system.add(tracing::EventKind::callback_start, 1, {21});
+  system.add(tracing::EventKind::callback_end, 500, {21});
+  wait(500);
+  system.run(500.1, 1);
+  EXPECT_EQ(responses(), 1U);
+  EXPECT_EQ(observer.callbacks()[0].response.max(), std::chrono::microseconds(491'100));
+}
+
+TEST_F(ObservingWaits, KnowNoTimestampIfAnotherThreadMayHaveBlockedTheTimer) {
+  wait(0);
+  system.events.back().thread = 8;
+  wait(0);
+  wait(100);
+  wait(200);
+  system.run(210, 1);
+  EXPECT_EQ(responses(), 0U);
+}
+
+TEST_F(Observing, CountsFromTheCreationOfATimerThatFollowsAnother) {
+  system.run(10, 1);
+  system.create_timer(15);
+  system.run(27, 1);  // due at 25
+  observe();
+  EXPECT_EQ(observer.callbacks()[0].jobs, 2U);
+  EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+}
+
+TEST_F(Observing, RecordsTheLastDescriptionOfEachTimer) {
+  for (int i = 1; i <= 100; ++i) system.create_timer(i);
+  observe();
+  const std::vector<tracing::Event> events = recorder.events();
+  ASSERT_EQ(events.size(), 9U);
+  EXPECT_EQ(events.back().kind, tracing::EventKind::timer_link_node);
+  EXPECT_EQ(events.back().at, at_ms(100));
+}
+
 TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
   for (int i = 1; i <= 20; ++i) system.run(10 * i, 2);
   observe();
@@ -97,7 +183,7 @@ TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
   EXPECT_EQ(events.front().at, at_ms(180)) << "moved by whole periods";
   Observer again(nullptr, nullptr);
   for (const tracing::Event& event : events) again.event(event);
-  EXPECT_EQ(again.callbacks()[0].jobs, 2U);
+  EXPECT_EQ(again.callbacks()[0].execution.count(), 2U);
   EXPECT_EQ(again.callbacks()[0].response.max(), 2 * kMs);
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hotpath/reference_system/phases.hpp"
-#include "setup/deployed_system.hpp"
+#include "program/text.hpp"
 
 namespace hotpath::test {
 
@@ -126,6 +126,18 @@ setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& 
                                        : of_node[tasks.origin[id].node]);
   }
   return setup::deploy(std::move(plan), {});
+}
+
+std::string deployment_text(const setup::ExecutorSpec& executor, const TaskSet& set) {
+  std::string all;
+  for (TaskId id = 0; executor.deployment && id < set.size(); ++id) {
+    const Deployment& plan = executor.deployment->plan;
+    const DeployedExecutor& e = plan.executors[plan.executor_of[id]];
+    all +=
+        program::concat("\n", set[id].name, " of ", set[id].wcet.count(), " ns: ", e.name, " ", e.executor,
+                        " ", to_string(e.policy), " on ", e.processors.empty() ? -1 : e.processors.front());
+  }
+  return all;
 }
 
 }  // namespace hotpath::test

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "random_graphs.hpp"
 #include "setup/executor_spec.hpp"
@@ -21,5 +22,8 @@ Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery);
 /// A few executors, to which nodes or tasks belong at random, each with a priority and a processor, or of the
 /// ordinary scheduling class. Priorities may be equal; the machine has those costs that the method covers.
 setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks);
+
+/// Where the tasks run, for the report of a counter-example.
+std::string deployment_text(const setup::ExecutorSpec& executor, const TaskSet& set);
 
 }  // namespace hotpath::test

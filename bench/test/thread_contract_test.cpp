@@ -2,6 +2,8 @@
 // What contracts say of threads: policies, processors, waits, and what they serve.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "watching.hpp"
 
@@ -216,6 +218,19 @@ TEST_F(Watching, NamesChangesOfThreads) {
   EXPECT_THAT(check.json({}).dump(), HasSubstr("main thread spin may run on processors 1, contract 1,2"));
 }
 
+TEST(ThreadReader, SeesThatThreadsAndProcessesHaveEnded) {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+  const auto ended = static_cast<std::uint32_t>(child), own = static_cast<std::uint32_t>(getpid());
+  tracing::System system;
+  system.processes = {own, ended};  // the thread that created the nodes may run nothing
+  system.threads = {{own, own, 0, 0, {}}, {own, ended, 0, 0, {}}};
+  ThreadReader reader;
+  static_cast<void>(reader.read(system, std::chrono::steady_clock::now()));
+  EXPECT_THAT(reader.ended(), testing::UnorderedElementsAre(ThreadKey(own, ended), ThreadKey(ended, 0)));
+}
+
 TEST(ThreadFactsOfProc, AreRead) {
   std::string text = "12 (a (b) c) S";
   for (int f = 4; f <= 38; ++f) text += f == 22 ? " 9" : " 0";
@@ -231,6 +246,24 @@ TEST(ThreadFactsOfProc, AreRead) {
   EXPECT_EQ(ran, Duration(100));
   EXPECT_EQ(waited, Duration(7));
   EXPECT_FALSE(parse_schedstat("100", ran, waited));
+}
+
+TEST_F(Watching, LosesNothingOfAProcessThatHasEnded) {
+  constexpr std::uint32_t kOther = 8;
+  system.run(10, 1);
+  const std::size_t first = system.events.size();
+  system.add(tracing::EventKind::node_init, 12, {2, 4}, {"sink", "/space"});
+  system.add(tracing::EventKind::subscription_init, 12, {20, 2, 23, 2}, {"/a", ""});
+  system.run(20, 1);
+  system.add(tracing::EventKind::rmw_take, 22, {23, 98, system.stamp, 1});
+  for (std::size_t e = first; e < system.events.size(); ++e)
+    if (system.events[e].at == at_ms(12) || system.events[e].at == at_ms(22))
+      system.events[e].process = kOther;
+  observe();
+  observer.forget({kOther, 0});
+  for (int i = 3; i < 10; ++i) system.run(10 * i, 1);
+  until(100);
+  EXPECT_EQ(verdict("space.sink/a", "lost"), "held") << incident();
 }
 
 }  // namespace

@@ -94,6 +94,21 @@ class WatchTest(CommandTest):
         process.send_signal(signal.SIGTERM)
         self.assertEqual(self.finish(process)[0], 128 + signal.SIGTERM)
 
+    def test_an_interrupt_of_a_terminal_is_neither_a_failure_nor_silence(self) -> None:
+        """It reaches the program as well. What remains of the program ends a second later."""
+        path = self.folder / "contract.yaml"
+        path.write_text("callbacks: [{node: source, maximum_distance_ms: {value: 300, from: given}}]\n")
+        node = f"{TRACED_SYSTEM} 1000000 1 10"
+        launch = f"trap : INT; {node}; trap - INT; exec tail -f /dev/null"
+        for script in (launch, f"exec {node}"):
+            process = self.start("watch", "--json", "--contract", path, "--", "sh", "-c", script)
+            self.assertTrue(process.stdout.readline())
+            os.killpg(process.pid, signal.SIGINT)
+            code, out, err = self.finish(process)
+            self.assertEqual((code, err), (128 + signal.SIGINT, ""))
+            [term] = json.loads(out.splitlines()[-1])["contract"]["terms"]
+            self.assertEqual(term["verdict"], "held", script)
+
     def test_the_program_outlives_a_killed_watcher(self) -> None:
         process = self.start("watch", "--json", "--", TRACED_SYSTEM, 1500, 1, 1)
         self.assertTrue(process.stdout.readline())

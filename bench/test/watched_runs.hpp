@@ -15,7 +15,8 @@ namespace hotpath::test {
 /// differ from those of the simulation.
 CaseResult check_watched(const Graph& graph, const std::string& executor, std::uint64_t seed, bool planted);
 
-/// The same for a random graph.
+/// The same for a random graph. No executor: a random deployment of it, whose threads the watcher sees as
+/// well.
 CaseResult check_watched(const std::string& executor, std::uint64_t seed, bool planted);
 
 }  // namespace hotpath::test

@@ -30,13 +30,18 @@ struct WatchedSystem {
   WatchedSystem() {
     add(K::node_init, 0, {1, 3}, {"source", "/"});
     add(K::publisher_init, 0, {13, 1, 14, 1}, {"/a", ""});
-    add(K::timer_init, 0, {10, 10'000'000});
-    add(K::timer_callback_added, 0, {10, 11});
-    add(K::timer_link_node, 0, {10, 1});
+    create_timer(0);
     add(K::node_init, 0, {2, 4}, {"sink", "/space"});
     add(K::subscription_init, 0, {20, 2, 23, 2}, {"/a", ""});
     add(K::rclcpp_subscription_init, 0, {20, 22});
     add(K::subscription_callback_added, 0, {22, 21});
+  }
+
+  /// Also again, after the timer has ended.
+  void create_timer(double ms) {
+    add(K::timer_init, ms, {10, 10'000'000});
+    add(K::timer_callback_added, ms, {10, 11});
+    add(K::timer_link_node, ms, {10, 1});
   }
 
   /// A job of the timer, which publishes at its end, and of the subscription directly after it.

@@ -2,6 +2,7 @@
 #include "watch/chain_check.hpp"
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 
 namespace hotpath::watch {
@@ -32,25 +33,18 @@ std::vector<imports::HeldInputs> held_inputs(const Contract& contract, const Sta
 
 /// By callback: the callbacks whose messages have the data of its messages: the subscriptions that take
 /// them, and callbacks of their nodes that publish `with` them.
-std::vector<std::vector<TaskId>> next_of(const Contract& contract) {
-  const auto takes_from = [&](const CallbackContract& reader, const CallbackContract& by) {
-    return !reader.topic.empty() &&
-           std::ranges::count(by.publishes, reader.topic, &StatedPublication::topic) > 0;
-  };
-  const auto publishes_with = [](const CallbackContract& callback, const CallbackContract& input) {
-    return callback.node == input.node && std::ranges::any_of(callback.publishes, [&](const auto& p) {
-             return std::ranges::count(p.with, input.topic) > 0;
-           });
-  };
+std::vector<std::vector<TaskId>> next_of(const Contract& contract,
+                                         const std::vector<imports::HeldInputs>& held) {
   std::vector<std::vector<TaskId>> next(contract.callbacks.size());
-  for (TaskId from = 0; from < next.size(); ++from) {
-    for (TaskId reader = 0; reader < next.size(); ++reader) {
-      if (!takes_from(contract.callbacks[reader], contract.callbacks[from])) continue;
-      next[from].push_back(reader);
-      for (TaskId to = 0; to < next.size(); ++to)
-        if (to != reader && publishes_with(contract.callbacks[to], contract.callbacks[reader]))
-          next[from].push_back(to);
-    }
+  for (TaskId reader = 0; reader < next.size(); ++reader) {
+    const std::string& topic = contract.callbacks[reader].topic;
+    std::set<TaskId> with = {reader};
+    for (const imports::HeldInputs& inputs : held)
+      if (std::ranges::count(inputs.of, reader) > 0)
+        with.insert(inputs.publishers.begin(), inputs.publishers.end());
+    for (TaskId from = 0; from < next.size(); ++from)
+      if (std::ranges::count(contract.callbacks[from].publishes, topic, &StatedPublication::topic) > 0)
+        next[from].insert(next[from].end(), with.begin(), with.end());
   }
   return next;
 }
@@ -64,8 +58,7 @@ std::size_t depth_of(const CallbackContract& subscription) {
 }  // namespace
 
 ChainCheck::ChainCheck(const Contract& contract, const StatedNames& names)
-    : taken_(contract.callbacks.size(), tracing::kNone),
-      jobs_(contract.callbacks.size()),
+    : jobs_(contract.callbacks.size()),
       observed_(contract.chains.size()),
       follower_(follower(contract, names)) {}
 
@@ -78,16 +71,16 @@ imports::ChainFollower ChainCheck::follower(const Contract& contract, const Stat
     sources_.push_back(index.sources);
     for (const std::uint32_t source : chain.sources) source_jobs_[source];
   }
-  std::vector<std::size_t> unread(names.topics());
+  std::vector<std::size_t> unread(names.topics().size());
   std::vector<bool> publishing;
-  for (std::uint32_t c = 0; c < contract.callbacks.size(); ++c) {
-    const CallbackContract& callback = contract.callbacks[c];
+  for (const CallbackContract& callback : contract.callbacks) {
     publishing.push_back(!callback.publishes.empty());
-    if (!callback.topic.empty()) taken_[c] = names.number_of(callback.topic);
-    if (taken_[c] != tracing::kNone) unread[taken_[c]] = std::max(unread[taken_[c]], depth_of(callback));
+    const std::uint32_t topic = taken_.emplace_back(names.number_of(callback.topic));
+    if (topic != tracing::kNone) unread[topic] = std::max(unread[topic], depth_of(callback));
   }
-  ChainLanes lanes(chains, next_of(contract));
-  return {std::move(chains), held_inputs(contract, names),
+  std::vector<imports::HeldInputs> held = held_inputs(contract, names);
+  ChainLanes lanes(chains, next_of(contract, held));
+  return {std::move(chains), std::move(held),
           std::move(unread), std::move(publishing),
           std::move(lanes),  [this](const ChainObservation& o) { pending_.push_back(o); }};
 }
@@ -96,12 +89,8 @@ void ChainCheck::started(std::uint32_t entry, const tracing::Job& job, std::uint
                          std::optional<Time> timestamp) {
   const std::uint64_t number = jobs_[entry]++;
   if (const auto source = source_jobs_.find(entry); source != source_jobs_.end()) {
-    auto& [first, timestamps] = source->second;
-    timestamps.push_back(timestamp);
-    if (timestamps.size() > kRemembered) {
-      timestamps.pop_front();
-      ++first;
-    }
+    source->second.push_back(timestamp);
+    if (source->second.size() > kRemembered) source->second.pop_front();
   }
   std::optional<imports::ChainFollower::Taken> taken;
   if (publisher != tracing::kNone && taken_[entry] != tracing::kNone)
@@ -122,11 +111,9 @@ const std::vector<ChainOutput>& ChainCheck::ended(const tracing::Job& job) {
     output.hot_path = o.sink_start - o.latest_source_start;
     if (const std::optional<Time> oldest = oldest_source(o)) output.age = job.finish - *oldest;
     ObservedChain& observed = observed_[o.chain];
-    ++observed.outputs;
     observed.hot_path.add(output.hot_path);
     if (!output.age) return true;
     observed.age.add(*output.age);
-    observed.latest = std::max(observed.latest, *output.age);
     return true;
   });
   return outputs_;
@@ -137,11 +124,10 @@ std::optional<Time> ChainCheck::oldest_source(const ChainObservation& observatio
   const std::vector<TaskId>& sources = sources_[observation.chain];
   for (std::size_t s = 0; s < sources.size(); ++s) {
     if (((observation.sources_seen >> s) & 1U) == 0) continue;
-    const auto& [first, timestamps] = source_jobs_.at(sources[s]);
-    const std::uint64_t number = observation.source_sequence[s];
-    if (number < first || number - first >= timestamps.size() || !timestamps[number - first])
-      return std::nullopt;
-    oldest = oldest ? std::min(*oldest, *timestamps[number - first]) : timestamps[number - first];
+    const std::deque<std::optional<Time>>& latest = source_jobs_.at(sources[s]);
+    const std::uint64_t first = jobs_[sources[s]] - latest.size(), number = observation.source_sequence[s];
+    if (number < first || number - first >= latest.size() || !latest[number - first]) return std::nullopt;
+    oldest = std::min(oldest.value_or(Time::max()), *latest[number - first]);
   }
   return oldest;
 }

@@ -15,10 +15,10 @@ namespace hotpath::watch {
 
 /// What was observed of a chain since the beginning.
 struct ObservedChain {
-  std::uint64_t outputs = 0;           ///< Jobs of its sinks that ended with data of its sources.
-  program::LatencyHistogram hot_path;  ///< Start of the latest source's job to the start of the sink's.
-  program::LatencyHistogram age;       ///< Timestamp of the oldest source's job to the end of the sink's.
-  Duration latest{-1};                 ///< Largest age since next_interval(); -1 ns: none.
+  /// Of each output, a job of a sink that ended with data of the sources: start of the latest source's job
+  /// to the start of the sink's.
+  program::LatencyHistogram hot_path;
+  program::LatencyHistogram age;  ///< Timestamp of the oldest source's job to the end of the sink's.
 };
 
 /// One output of a chain.
@@ -45,29 +45,22 @@ class ChainCheck {
   /// The outputs of the job; valid until the next call.
   const std::vector<ChainOutput>& ended(const tracing::Job& job);
 
-  void next_interval() {
-    for (ObservedChain& chain : observed_) chain.latest = Duration(-1);
-  }
-
   /// By chain of the contract.
-  [[nodiscard]] const std::vector<ObservedChain>& chains() const { return observed_; }
+  [[nodiscard]] std::vector<ObservedChain>& chains() { return observed_; }
 
  private:
-  /// The jobs of a source that data may still come from.
-  struct Source {
-    std::uint64_t first = 0;  ///< Number of the first remembered job.
-    std::deque<std::optional<Time>> timestamps;
-  };
+  /// Jobs of a source that data may still come from.
   static constexpr std::size_t kRemembered = 4096;
 
   imports::ChainFollower follower(const Contract& contract, const StatedNames& names);
   [[nodiscard]] std::optional<Time> oldest_source(const ChainObservation& observation) const;
 
-  std::vector<std::vector<TaskId>> sources_;     // by chain
-  std::vector<std::uint32_t> taken_;             // by entry: the stated topic that it takes; kNone: none
-  std::vector<std::uint64_t> jobs_;              // by entry: number of the next job
-  std::map<std::uint32_t, Source> source_jobs_;  // by entry
-  std::vector<ChainObservation> pending_;        // of jobs that have not ended
+  std::vector<std::vector<TaskId>> sources_;  // by chain
+  std::vector<std::uint32_t> taken_;          // by entry: the stated topic that it takes; kNone: none
+  std::vector<std::uint64_t> jobs_;           // by entry: number of the next job
+  /// By entry: timestamps of the latest jobs of a source.
+  std::map<std::uint32_t, std::deque<std::optional<Time>>> source_jobs_;
+  std::vector<ChainObservation> pending_;  // of jobs that have not ended
   std::vector<ChainOutput> outputs_;
   std::vector<ObservedChain> observed_;
   imports::ChainFollower follower_;

@@ -2,20 +2,14 @@
 #include "watch/contract_check.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "program/text.hpp"
 
 namespace hotpath::watch {
 
-namespace {
-
 using tracing::CallbackKind;
 using tracing::kNone;
-
-/// Not yet looked for in the contract.
-constexpr std::uint32_t kUnknown = kNone - 1;
-
-}  // namespace
 
 ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
     : contract_(std::move(contract)),
@@ -32,10 +26,13 @@ ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
 }
 
 std::uint32_t ContractCheck::entry_of(const tracing::System& system, std::uint32_t callback) {
-  if (callback >= entries_.size()) entries_.resize(callback + 1, kUnknown);
+  if (callback >= entries_.size()) entries_.resize(callback + 1);
   if (!names_.resolve(system)) return kNone;
-  if (entries_[callback] == kUnknown) entries_[callback] = find_entry(system, callback);
-  return entries_[callback];
+  if (std::exchange(changes_, names_.changes()) != names_.changes())
+    std::ranges::fill(entries_, std::nullopt);
+  if (!entries_[callback]) entries_[callback] = find_entry(system, callback);
+  if (*entries_[callback] != kNone) names_.keep();
+  return *entries_[callback];
 }
 
 std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint32_t callback) const {
@@ -64,27 +61,42 @@ std::uint32_t ContractCheck::find_entry(const tracing::System& system, std::uint
   if (entry == contract_.callbacks.end() && subscription &&
       std::ranges::none_of(system.callbacks, is_service))
     entry = entry_for(true);
+  if (entry == contract_.callbacks.end() && timer) return replaced_timer(node, number, of);
   return entry == contract_.callbacks.end() ? kNone
                                             : static_cast<std::uint32_t>(entry - contract_.callbacks.begin());
+}
+
+std::uint32_t ContractCheck::replaced_timer(const std::string& node, std::uint32_t number,
+                                            const tracing::Callback& by) const {
+  std::uint32_t replaced = kNone;
+  for (std::uint32_t c = 0; c < contract_.callbacks.size(); ++c) {
+    const CallbackContract& stated = contract_.callbacks[c];
+    if (stated.node != node || !stated.topic.empty()) continue;
+    if (stated.timer >= number) return kNone;  // the contract states timers beyond this one
+    const auto period = std::ranges::find(stated.terms, Clause::period, &Term::clause);
+    const std::optional<Time>& last = states_[c].last;
+    if (period == stated.terms.end() || period->limit != by.period.count()) continue;
+    if (last && *last < by.created && (replaced == kNone || *last < *states_[replaced].last)) replaced = c;
+  }
+  return replaced;
 }
 
 void ContractCheck::started(const tracing::System& system, const tracing::Job& job,
                             std::optional<Time> timestamp) {
   const std::uint32_t entry = entry_of(system, job.ref.callback);
-  running_.start(job);
   thread_check_.started(system, job, entry, incidents_);
   if (entry == kNone) return;
   const bool traced = job.has_sample && job.sample.parent.callback != kNone;
   chain_check_.started(entry, job, traced ? entry_of(system, job.sample.parent.callback) : kNone, timestamp);
   Subject& subject = subjects_[entry];
   subject.seen = true;
-  states_[entry].open.push_back({job.ref, job.start});
   const tracing::Callback& callback = system.callbacks[job.ref.callback];
   if (callback.kind == CallbackKind::service) return;  // no event tells of requests
   if (callback.depth > 0)                              // 0: keeps all, or unknown
     subject.compare(Clause::depth, callback.depth, job.start, incidents_);
   if (callback.kind == CallbackKind::timer) {
     subject.compare(Clause::period, callback.period.count(), job.start, incidents_);
+    states_[entry].callback = job.ref.callback;
     arrived(entry, job.start);
   } else if (job.has_sample) {
     arrived(system, entry, job.ref.callback, job.sample);
@@ -94,15 +106,19 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
 /// A timer's job started, or a sample was published.
 void ContractCheck::arrived(std::uint32_t entry, Time at) {
   CallbackState& state = states_[entry];
-  if (JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance); distance && state.last) {
-    if (state.silent && lossless_) {  // a sample was published before it was judged, and taken afterwards
-      distance->judge_ended(*state.last, std::max(at, *state.silent) - *state.last, incidents_);
-    } else if (lossless_) {
+  if (state.last && at < *state.last) return;  // published before samples that were taken earlier
+  const bool ends_silence = state.silent && at > state.silent_since;
+  JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance);
+  if (distance && state.last && lossless_) {
+    if (ends_silence) {  // it may have been published before the silence was judged
+      const Duration length = std::max(at, *state.silent) - state.silent_since;
+      distance->judge_ended(state.silent_since, length, incidents_);
+    } else {
       distance->compare((at - *state.last).count(), at, incidents_);
     }
   }
   state.last = at;
-  state.silent.reset();
+  if (ends_silence) state.silent.reset();
 }
 
 /// A sample was taken or overwritten.
@@ -111,6 +127,10 @@ void ContractCheck::arrived(const tracing::System& system, std::uint32_t entry, 
   CallbackState& state = states_[entry];
   const std::uint32_t topic = names_.number_of(system, system.callbacks[callback].topic);
   const bool watched = sample.parent.callback != kNone;
+  if (std::exchange(state.callback, callback) != callback) {  // its node was started again
+    state.samples.clear();
+    state.watched = false;
+  }
   if (!watched && state.watched && topic != kNone && lossless_)
     publisher_check_.from_stranger(topic, sample.published, incidents_);
   state.watched = state.watched || watched;
@@ -137,37 +157,28 @@ void ContractCheck::published(const tracing::System& system, const tracing::Job&
   if (entry != kNone) chain_check_.published(job, topic);
 }
 
-void ContractCheck::ended(const tracing::System& system, const tracing::Job& job,
-                          std::optional<Time> timestamp) {
-  const Duration displaced = running_.end(job);
+void ContractCheck::ended(const tracing::System& system, const tracing::Job& job, const RunningJob& ran) {
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   if (entry == kNone) return;
   Subject& subject = subjects_[entry];
-  std::vector<Open>& open = states_[entry].open;
-  const auto begun = std::ranges::find_if(open, [&](const Open& o) {
-    return o.ref.callback == job.ref.callback && o.ref.number == job.ref.number;
-  });
-  const Open known = begun != open.end() ? *begun : Open{job.ref, job.start};
-  if (begun != open.end()) open.erase(begun);
   const std::vector<ChainOutput>& outputs = chain_check_.ended(job);
-  if (!job.ended) return;
+  if (!job.ended || is_doubtful(job.start)) return;
   if (JudgedTerm* const budget = subject.find(Clause::budget)) {
-    const Duration ran = job.finish - job.start - displaced;
+    const Duration length = job.finish - job.start - ran.displaced;
     const ThreadKey thread = key_of(system.threads[job.thread]);
-    if (known.overdue) {
-      budget->judge_ended(*known.overdue, std::max(ran, known.judged), incidents_, thread);
+    if (ran.overdue) {
+      budget->judge_ended(*ran.overdue, std::max(length, ran.judged), incidents_, thread);
     } else {
-      budget->compare(ran.count(), job.finish, incidents_, thread);
+      budget->compare(length.count(), job.finish, incidents_, thread);
     }
   }
   if (JudgedTerm* const publishes = subject.find(Clause::publishes); publishes && job.published.empty())
     publishes->hold();
-  if (timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
-    subject.compare(Clause::response, (job.finish - *timestamp).count(), job.finish, incidents_);
-  const bool counts_samples = system.callbacks[job.ref.callback].kind != CallbackKind::service;
-  if (lossless_ && counts_samples && states_[entry].lost == 0)
-    subject.compare(Clause::lost, 0, job.finish, incidents_);
+  if (ran.timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
+    subject.compare(Clause::response, (job.finish - *ran.timestamp).count(), job.finish, incidents_);
   if (!lossless_) return;
+  if (system.callbacks[job.ref.callback].kind != CallbackKind::service && states_[entry].lost == 0)
+    subject.compare(Clause::lost, 0, job.finish, incidents_);
   for (const ChainOutput& output : outputs) judge(output);
 }
 
@@ -182,49 +193,58 @@ void ContractCheck::judge(const ChainOutput& output) {
 
 void ContractCheck::lost(const tracing::System& system, const tracing::LostSample& sample) {
   const std::uint32_t entry = entry_of(system, sample.subscription);
-  if (entry == kNone || sample.queued) return;
+  if (entry == kNone || !lossless_) return;                   // its take may be among the lost events
+  if (sample.subscription < states_[entry].callback) return;  // no event tells that this one has ended
   arrived(system, entry, sample.subscription, sample.sample);
   subjects_[entry].compare(Clause::lost, static_cast<std::int64_t>(++states_[entry].lost),
                            sample.sample.published, incidents_);
 }
 
-void ContractCheck::observed_until(const tracing::System& system, Time until, std::uint64_t losses) {
+void ContractCheck::note_losses(std::uint64_t losses, Time until) {
+  if (losses == losses_) return;
+  losses_ = losses;
+  lost_at_ = until;
+  lossless_ = false;
+}
+
+void ContractCheck::observed_until(const tracing::System& system, RunningJobs& running, Time until,
+                                   std::uint64_t losses) {
   constexpr auto kPause = std::chrono::milliseconds(100);
   constexpr auto kDoubt = std::chrono::seconds(5);
-  if (losses != losses_) lost_at_ = until;
-  losses_ = losses;
-  lossless_ = !lost_at_ || until > *lost_at_ + kDoubt;
+  note_losses(losses, until);
+  lossless_ = !ending_ && (!lost_at_ || until > *lost_at_ + kDoubt);
   if (observed_until_ && until < *observed_until_ + kPause) return;
   observed_until_ = until;
   publisher_check_.created(system, names_, until, incidents_);
-  for (std::uint32_t entry = 0; entry < states_.size(); ++entry) {
-    judge_running(entry, until);
-    if (lossless_) judge_silence(entry, until);
-  }
+  judge_running(system, running, until);
+  for (std::uint32_t entry = 0; lossless_ && entry < states_.size(); ++entry)
+    judge_silence(system, entry, until);
 }
 
-void ContractCheck::judge_running(std::uint32_t entry, Time until) {
-  JudgedTerm* const budget = subjects_[entry].find(Clause::budget);
-  if (budget == nullptr) return;
-  for (Open& open : states_[entry].open) {
-    if (open.overdue) continue;
-    const std::optional<Time> start = running_.undisplaced_start(open.ref);
+void ContractCheck::judge_running(const tracing::System& system, RunningJobs& running, Time until) {
+  for (RunningJob& job : running.all()) {
+    const std::uint32_t entry = entry_of(system, job.ref.callback);
+    JudgedTerm* const budget = entry == kNone ? nullptr : subjects_[entry].find(Clause::budget);
+    if (budget == nullptr || job.overdue || is_doubtful(job.start)) continue;
+    const std::optional<Time> start = running.undisplaced_start(job);
     if (!start || (until - *start).count() <= budget->term().limit) continue;
-    open.overdue = start;
-    open.judged = until - *start;
+    job.overdue = start;
+    job.judged = until - *start;
     budget->judge_lasting(*start, until, incidents_);
   }
 }
 
-void ContractCheck::judge_silence(std::uint32_t entry, Time until) {
+void ContractCheck::judge_silence(const tracing::System& system, std::uint32_t entry, Time until) {
   CallbackState& state = states_[entry];
   JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance);
   if (distance == nullptr || !state.last || state.silent) return;
-  // A sample may have been published and still wait: only what nothing can explain is silence.
-  const Duration silence = until - *state.last;
-  if (silence.count() <= 2 * distance->term().limit) return;
+  // Samples wait unread while another callback runs, and those of unwatched publishers are known only when
+  // they are taken: only what nothing can explain is silence.
+  const Time since = std::max(*state.last, system.callbacks[state.callback].published_for_it);
+  if ((until - since).count() <= 2 * distance->term().limit) return;
   state.silent = until;
-  distance->judge_lasting(*state.last, until, incidents_);
+  state.silent_since = since;
+  distance->judge_lasting(since, until, incidents_);
 }
 
 bool ContractCheck::settled(const Incident& incident) const {
@@ -237,14 +257,6 @@ std::string ContractCheck::imported_chain(const std::string& name) const {
   for (const std::uint32_t source : chain->sources)
     sources += (sources.empty() ? "" : ",") + names_.imported(contract_.callbacks[source].node);
   return sources + ":" + names_.imported(contract_.callbacks[chain->sinks.front()].node);
-}
-
-std::vector<const Subject*> ContractCheck::all_subjects() const {
-  std::vector<const Subject*> all;
-  for (const std::vector<Subject>* some :
-       {&subjects_, &thread_check_.subjects(), &publisher_check_.subjects()})
-    for (const Subject& subject : *some) all.push_back(&subject);
-  return all;
 }
 
 }  // namespace hotpath::watch

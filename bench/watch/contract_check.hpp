@@ -26,22 +26,28 @@ class ContractCheck {
   ContractCheck(const ContractCheck&) = delete;
   ContractCheck& operator=(const ContractCheck&) = delete;
 
-  // In the order of time; `timestamp`: of the job, where it is known.
+  // In the order of time; `timestamp`: of the job, where it is known; `ran`: what is known of its run.
   void started(const tracing::System& system, const tracing::Job& job, std::optional<Time> timestamp);
   void published(const tracing::System& system, const tracing::Job& job, const tracing::Publication& p);
   /// Also of a job whose end was lost.
-  void ended(const tracing::System& system, const tracing::Job& job, std::optional<Time> timestamp);
+  void ended(const tracing::System& system, const tracing::Job& job, const RunningJob& ran);
   /// An unread sample was overwritten.
   void lost(const tracing::System& system, const tracing::LostSample& sample);
-  /// All events before this instant were passed: judges what has not happened. `losses`: events that
-  /// were lost so far. For some seconds after a loss, the absence of events shows nothing.
-  void observed_until(const tracing::System& system, Time until, std::uint64_t losses);
+  /// Events that were lost so far, until this instant, before those that follow are passed. For some
+  /// seconds after a loss, the absence of events shows nothing.
+  void note_losses(std::uint64_t losses, Time until);
+  /// All events before this instant were passed: judges what has not happened. `running`: the jobs that have
+  /// not ended; `losses`: as for note_losses().
+  void observed_until(const tracing::System& system, RunningJobs& running, Time until, std::uint64_t losses);
+  /// Programs begin to end: from now on the absence of events shows nothing.
+  void end() {
+    ending_ = true;
+    lossless_ = false;
+  }
   /// Facts of the system's threads, some times a second.
   void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at, incidents_); }
   /// From `from` on, instants are shown by this clock.
   void follow(const WallClock& clock, Time from) { clock_.follow(clock, from); }
-
-  void next_interval() { chain_check_.next_interval(); }
 
   /// Whether any term is broken.
   [[nodiscard]] bool broken() const { return incidents_.count() > 0; }
@@ -60,7 +66,7 @@ class ContractCheck {
 
   [[nodiscard]] const Contract& contract() const { return contract_; }
   /// By chain of the contract.
-  [[nodiscard]] const std::vector<ObservedChain>& chains() const { return chain_check_.chains(); }
+  [[nodiscard]] std::vector<ObservedChain>& chains() { return chain_check_.chains(); }
   /// The name of the executor that a thread belongs to; empty: unknown.
   [[nodiscard]] std::string executor_of(const ThreadKey& thread) const {
     return thread_check_.name_of(thread);
@@ -71,39 +77,43 @@ class ContractCheck {
   std::uint32_t entry_of(const tracing::System& system, std::uint32_t callback);
   /// The largest share of a limit that a callback or chain of the contract has reached; above 1 if it
   /// is broken, -1: unknown.
-  [[nodiscard]] double nearness_of_callback(std::uint32_t entry) const;
-  [[nodiscard]] double nearness_of_chain(std::uint32_t chain) const;
+  [[nodiscard]] double nearness_of_callback(std::uint32_t entry) const { return subjects_[entry].nearness(); }
+  [[nodiscard]] double nearness_of_chain(std::uint32_t chain) const {
+    return subjects_[contract_.callbacks.size() + chain].nearness();
+  }
 
  private:
-  struct Open {
-    tracing::JobRef ref;
-    Time start{};
-    std::optional<Time> overdue = {};  ///< Since when, without the jobs that displaced it.
-    Duration judged = {};              ///< Its length when it was found to be overdue.
-  };
   struct CallbackState {
-    std::vector<Open> open;
-    std::optional<Time> last;             ///< Timers: start; subscriptions: publication of a sample.
-    std::optional<Time> silent;           ///< Until when it was reported that nothing follows `last`.
+    std::uint32_t callback = 0;  ///< Of the system, the one that was seen last.
+    std::optional<Time> last;    ///< Timers: start; subscriptions: publication of a sample.
+    std::optional<Time> silent;  ///< Until when it was reported that nothing follows `silent_since`.
+    Time silent_since{};
     std::deque<tracing::Sample> samples;  ///< The latest ones.
     bool watched = false;                 ///< A sample came from a watched job.
     std::uint64_t lost = 0;
   };
   struct Verdict {
+    const Subject& subject;
+    const JudgedTerm& term;
     const char* word;  ///< held, broken, not observable
     std::string reason;
   };
 
   [[nodiscard]] std::uint32_t find_entry(const tracing::System& system, std::uint32_t callback) const;
+  /// The entry of a timer that a new one of its node replaces: of those with the same period that ran
+  /// before the creation, and not since, the one that has been silent longest. kNone: there is none.
+  [[nodiscard]] std::uint32_t replaced_timer(const std::string& node, std::uint32_t number,
+                                             const tracing::Callback& by) const;
   void arrived(std::uint32_t entry, Time at);
   void arrived(const tracing::System& system, std::uint32_t entry, std::uint32_t callback,
                const tracing::Sample& sample);
+  /// Whether the end of a job that started then may be among lost events.
+  [[nodiscard]] bool is_doubtful(Time start) const { return lost_at_ && start <= *lost_at_; }
   void judge(const ChainOutput& output);
-  void judge_running(std::uint32_t entry, Time until);
-  void judge_silence(std::uint32_t entry, Time until);
-  [[nodiscard]] std::vector<const Subject*> all_subjects() const;
-  [[nodiscard]] static double nearness(const Subject& subject);
+  void judge_running(const tracing::System& system, RunningJobs& running, Time until);
+  void judge_silence(const tracing::System& system, std::uint32_t entry, Time until);
   [[nodiscard]] Verdict verdict(const Subject& subject, const JudgedTerm& term, const Losses& losses) const;
+  [[nodiscard]] std::vector<Verdict> verdicts(const Losses& losses) const;
   /// An assumption that is neither held nor broken; empty: none.
   [[nodiscard]] std::string unseen(const Losses& losses) const;
 
@@ -112,9 +122,9 @@ class ContractCheck {
   Incidents incidents_;
   std::vector<Subject> subjects_;  // callbacks, then chains, as in the contract
   std::vector<CallbackState> states_;
-  RunningJobs running_;
-  std::vector<std::uint32_t> entries_;  // by callback of the system
+  std::vector<std::optional<std::uint32_t>> entries_;  // by callback of the system
   StatedNames names_;
+  std::uint64_t changes_ = 0;  // of the namespace, that the entries are for
   ChainCheck chain_check_;
   ThreadCheck thread_check_;
   PublisherCheck publisher_check_;
@@ -122,6 +132,7 @@ class ContractCheck {
   std::uint64_t losses_ = 0;
   std::optional<Time> lost_at_;  // the latest loss
   bool lossless_ = true;         // lately
+  bool ending_ = false;
 };
 
 }  // namespace hotpath::watch

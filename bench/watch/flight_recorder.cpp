@@ -2,7 +2,6 @@
 #include "watch/flight_recorder.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "hotpath/tracing/ctf_writer.hpp"
 #include "program/whole_file.hpp"
@@ -13,13 +12,17 @@ using tracing::Event;
 using K = tracing::EventKind;
 
 bool describes(K kind) {
-  constexpr std::array kLater = {K::buffer_to_ipb, K::ipb_to_subscription, K::executor_init};
-  return kind < K::callback_start || std::ranges::find(kLater, kind) != kLater.end();
+  return kind < K::callback_start || kind == K::buffer_to_ipb || kind == K::ipb_to_subscription ||
+         kind == K::executor_init;
 }
 
 void FlightRecorder::keep(const Event& event) {
   if (describes(event.kind)) {
-    descriptions_.push_back(event);
+    const Described what(event.process, event.kind, event.number[0], event.number[1]);
+    if (descriptions_.size() == kMostDescriptions && !described_.contains(what)) return;
+    const auto [at, is_new] = described_.try_emplace(what);
+    if (!is_new) descriptions_.erase(at->second);
+    at->second = descriptions_.insert(descriptions_.end(), event);
     return;
   }
   recent_.push_back(event);
@@ -28,7 +31,7 @@ void FlightRecorder::keep(const Event& event) {
 }
 
 std::vector<Event> FlightRecorder::events() const {
-  std::vector<Event> events = descriptions_;
+  std::vector<Event> events(descriptions_.begin(), descriptions_.end());
   // Readers merge the streams of processors by time alone.
   const tracing::Time before = recent_.empty() ? tracing::Time{} : recent_.front().at - tracing::Duration(1);
   for (Event& event : events) {

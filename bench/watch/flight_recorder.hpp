@@ -3,7 +3,10 @@
 
 #include <deque>
 #include <filesystem>
+#include <list>
+#include <map>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -14,8 +17,9 @@ namespace hotpath::watch {
 /// Whether the event describes a node, publisher or callback, instead of a job.
 [[nodiscard]] bool describes(tracing::EventKind kind);
 
-/// Keeps the last events of a running system, and all events that describe its nodes, publishers and
-/// callbacks, for a trace that can be imported. The texts of events must outlive it.
+/// Keeps the last events of a running system, and the events that describe its nodes, publishers and
+/// callbacks, for a trace that can be imported: of an address that is used again, the last ones. The
+/// texts of events must outlive it.
 class FlightRecorder {
  public:
   explicit FlightRecorder(tracing::Duration length) : length_(length) {}
@@ -35,9 +39,13 @@ class FlightRecorder {
  private:
   /// 250 MB.
   static constexpr std::size_t kMost = 3'000'000;
+  static constexpr std::size_t kMostDescriptions = 200'000;
+  /// Process, kind and addresses.
+  using Described = std::tuple<std::uint32_t, tracing::EventKind, std::uint64_t, std::uint64_t>;
 
   const tracing::Duration length_;
-  std::vector<tracing::Event> descriptions_;
+  std::list<tracing::Event> descriptions_;
+  std::map<Described, std::list<tracing::Event>::iterator> described_;
   std::deque<tracing::Event> recent_;
   std::deque<std::pair<tracing::Time, std::string>> incidents_;
 };

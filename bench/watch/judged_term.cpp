@@ -53,12 +53,12 @@ std::string JudgedTerm::sentence(std::int64_t observed, std::size_t further) con
          shown(limit(further)) + " (" + std::string(to_string(term_.origin)) + ")";
 }
 
-void JudgedTerm::note(std::int64_t observed) {
+void JudgedTerm::observe(std::int64_t value) {
   const Comparison comparison = comparison_of(term_.clause);
-  const bool nearer = !extreme_ || (comparison == Comparison::at_least ? observed < *extreme_
+  const bool nearer = !extreme_ || (comparison == Comparison::at_least ? value < *extreme_
                                     : comparison == Comparison::equal  ? *extreme_ == term_.limit
-                                                                       : observed > *extreme_);
-  if (nearer) extreme_ = observed;
+                                                                       : value > *extreme_);
+  if (nearer) extreme_ = value;
 }
 
 Breach JudgedTerm::breach(std::int64_t observed, Time at, std::size_t further,
@@ -75,18 +75,18 @@ Breach JudgedTerm::breach(std::int64_t observed, Time at, std::size_t further,
 void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents,
                          std::optional<ThreadKey> thread) {
   const Comparison comparison = comparison_of(term_.clause);
-  note(observed);
+  observe(observed);
   const bool continues = comparison == Comparison::equal && state_ == observed;
   state_ = observed;
   if (holds(comparison, observed, term_.limit)) return hold();
-  count(false, breach(observed, at, 0, thread), continues, incidents);
+  count(breach(observed, at, 0, thread), continues, incidents);
 }
 
 /// A late sample shortens the distance to the next one, and by as much the longer distances that begin
 /// with it. So the excesses of consecutive samples add up, but those of longer distances do not.
 void JudgedTerm::compare_distances(const std::vector<Duration>& distances, Time at, Incidents& incidents) {
   if (distances.empty()) return;
-  note(distances.front().count());
+  observe(distances.front().count());
   std::optional<Breach> first;
   Duration excess = latest_ && !over_ ? latest_->excess : Duration::zero();
   for (std::size_t k = 0; k < distances.size(); ++k) {
@@ -97,7 +97,7 @@ void JudgedTerm::compare_distances(const std::vector<Duration>& distances, Time 
     if (!first) first = std::move(found);
   }
   if (!first) return hold();
-  count(false, *std::move(first), false, incidents);
+  count(*std::move(first), false, incidents);
   latest_->excess = excess;
 }
 
@@ -108,7 +108,7 @@ void JudgedTerm::judge_lasting(Time since, Time until, Incidents& incidents) {
   if (clause() == Clause::budget)
     said = program::concat(subject_, " has run for ", shown(length.count()), " without an end, budget ",
                            limit_text());
-  count(false, {since + limit, std::move(said), this, length - limit, since, until}, false, incidents);
+  count({since + limit, std::move(said), this, length - limit, since, until}, false, incidents);
   latest_->excess -= length - limit;  // its end tells
 }
 
@@ -127,18 +127,18 @@ void JudgedTerm::judge_ended(Time since, Duration length, Incidents& incidents,
 void JudgedTerm::judge(bool holds, const std::string& observed, Time at, Incidents& incidents,
                        bool continues) {
   constexpr std::size_t kMostSaid = 1000;
+  if (holds) return hold();
   Breach breach{at, subject_ + " " + observed, this};
-  const bool exists = clause() == Clause::serves || clause() == Clause::publishers;
-  if (!holds && exists) continues = said_.size() >= kMostSaid || !said_.insert(breach.sentence).second;
-  count(holds, std::move(breach), continues, incidents);
+  if (clause() == Clause::serves || clause() == Clause::publishers)
+    continues = said_.size() >= kMostSaid || !said_.insert(breach.sentence).second;
+  count(std::move(breach), continues, incidents);
 }
 
 void JudgedTerm::restate(const std::string& observed, Time at, Incidents& incidents) const {
   incidents.add(role_of(clause()), {at, subject_ + " " + observed, this});
 }
 
-void JudgedTerm::count(bool holds, Breach breach, bool continues, Incidents& incidents) {
-  if (holds) return hold();
+void JudgedTerm::count(Breach breach, bool continues, Incidents& incidents) {
   ++checked_;
   ++broken_;
   if (!continues) incidents.add(role_of(term_.clause), breach);
@@ -152,19 +152,12 @@ void JudgedTerm::count(bool holds, Breach breach, bool continues, Incidents& inc
 }
 
 double JudgedTerm::nearness() const {
-  const bool extreme_holds = extreme_ && holds(comparison_of(term_.clause), *extreme_, term_.limit);
-  if (broken_ > 0 && (!extreme_ || extreme_holds)) return 2;  // by a job that still runs, for example
-  if (!extreme_ || !is_duration(term_.clause)) return broken_ > 0 ? 2 : -1;
+  const Comparison comparison = comparison_of(term_.clause);
+  if (!extreme_ || !is_duration(term_.clause) || comparison == Comparison::equal) return broken_ > 0 ? 2 : -1;
+  if (broken_ > 0 && holds(comparison, *extreme_, term_.limit)) return 2;  // by a shorter wait, for example
   const auto limit = static_cast<double>(term_.limit), value = static_cast<double>(*extreme_);
-  switch (comparison_of(term_.clause)) {
-    case Comparison::equal:
-      return broken_ > 0 ? 2 : -1;
-    case Comparison::at_least:
-      return value > 0 ? limit / value : 2;
-    case Comparison::at_most:
-      return limit > 0 ? value / limit : value > 0 ? 2 : 0;
-  }
-  return -1;
+  if (comparison == Comparison::at_least) return value > 0 ? limit / value : 2;
+  return limit > 0 ? value / limit : value > 0 ? 2 : 0;
 }
 
 nlohmann::json JudgedTerm::json() const {
@@ -195,6 +188,12 @@ Subject::Subject(std::string of_kind, std::string named, const std::vector<Term>
 JudgedTerm* Subject::find(Clause clause) {
   const auto at = std::ranges::find(terms, clause, &JudgedTerm::clause);
   return at == terms.end() ? nullptr : &*at;
+}
+
+double Subject::nearness() const {
+  double nearest = -1;
+  for (const JudgedTerm& term : terms) nearest = std::max(nearest, term.nearness());
+  return nearest;
 }
 
 void Subject::compare(Clause clause, std::int64_t observed, Time at, Incidents& incidents) {

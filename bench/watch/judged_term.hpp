@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -30,7 +29,7 @@ class JudgedTerm {
   /// It has ended, not earlier than when it was judged.
   void judge_ended(Time since, Duration length, Incidents& incidents, std::optional<ThreadKey> thread = {});
   /// Shows the value, without a comparison.
-  void observe(std::int64_t value) { extreme_ = std::max(extreme_.value_or(value), value); }
+  void observe(std::int64_t value);
   /// Counts a comparison that holds.
   void hold() {
     ++checked_;
@@ -68,9 +67,7 @@ class JudgedTerm {
   [[nodiscard]] std::string shown(std::int64_t value) const;
 
  private:
-  void count(bool holds, Breach breach, bool continues, Incidents& incidents);
-  /// Keeps the extreme of the first limit.
-  void note(std::int64_t observed);
+  void count(Breach breach, bool continues, Incidents& incidents);
   /// `further`: of the limits for a minimum_distance, 0: the first one.
   [[nodiscard]] std::int64_t limit(std::size_t further) const;
   [[nodiscard]] std::string sentence(std::int64_t observed, std::size_t further = 0) const;
@@ -100,6 +97,8 @@ struct Subject {
   [[nodiscard]] JudgedTerm* find(Clause clause);
   /// Compares with the term, if there is one.
   void compare(Clause clause, std::int64_t observed, Time at, Incidents& incidents);
+  /// The largest of its terms.
+  [[nodiscard]] double nearness() const;
 };
 
 }  // namespace hotpath::watch

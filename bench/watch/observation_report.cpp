@@ -15,6 +15,8 @@ using tracing::CallbackKind;
 
 /// Time over which a rate is shown.
 constexpr Duration kShortest = std::chrono::milliseconds(500);
+/// For which the threads of a process may end one after another.
+constexpr Duration kEnding = std::chrono::seconds(1);
 
 nlohmann::json stored_ms(const program::LatencyHistogram& observed) {
   if (observed.max() < Duration::zero()) return nullptr;
@@ -25,87 +27,96 @@ nlohmann::json stored_ms(const program::LatencyHistogram& observed) {
 ObservationReport::Row row_of(const tracing::System& system, const tracing::Callback& callback) {
   const bool known = callback.node < system.nodes.size();
   const std::string node = known ? system.nodes[callback.node] : "(unknown node)";
+  const bool service = callback.kind == CallbackKind::service;
   ObservationReport::Row row{"(unknown callback)", {{"node", node}, {"kind", "unknown"}}};
   if (callback.kind == CallbackKind::timer) {
     row.name = program::concat(node, " (timer ", to_ms(callback.period), " ms)");
     row.fields["kind"] = "timer";
     row.fields["period_ms"] = to_ms(callback.period);
-  } else if (callback.kind == CallbackKind::subscription) {
-    const std::string& topic = system.topics[callback.topic].name;
-    row.name = node + " " + topic;
-    row.fields["kind"] = "subscription";
-    row.fields["topic"] = topic;
-    row.housekeeping = imports::is_housekeeping(topic);
-  } else if (callback.kind == CallbackKind::service) {
+  } else if (service || callback.kind == CallbackKind::subscription) {
     const bool named = callback.topic < system.topics.size();
-    row.name = node + (named ? " " + system.topics[callback.topic].name : "") + " (service)";
-    row.fields["kind"] = "service";
-    if (named) row.fields["service"] = system.topics[callback.topic].name;
+    const std::string topic = named ? system.topics[callback.topic].name : "";
+    row.name = node + (named ? " " + topic : "") + (service ? " (service)" : "");
+    row.fields["kind"] = service ? "service" : "subscription";
+    if (named) row.fields[service ? "service" : "topic"] = topic;
+    row.housekeeping = !service && imports::is_housekeeping(topic);
   }
   return row;
 }
 
 }  // namespace
 
-void ObservationReport::update(const Observer& observer, const Session& session, const Reading& reading,
-                               ContractCheck* contract, Duration now) {
+void ObservationReport::follow(const ThreadReading& reading) {
+  if (reading.facts.empty()) return;
+  read_ = reading.at;
+  for (const ThreadFacts& facts : reading.facts) {
+    FollowedThread& thread = followed_[facts.identity()];
+    thread.facts = facts;
+    thread.at = read_;
+  }
+  std::erase_if(followed_, [&](const auto& thread) { return thread.second.at + kEnding < read_; });
+}
+
+void ObservationReport::update(Observer& observer, const Session& session, ContractCheck* contract,
+                               Duration now) {
   update_callbacks(observer, contract, now);
   if (contract != nullptr) update_chains(*contract);
-  update_threads(reading, contract);
+  update_threads(contract);
   now_ = now;
   events_ = observer.events();
   ignored_ = observer.ignored();
   traced_threads_ = session.threads();
-  processes_ = observer.system().processes.size();
+  processes_ = observer.system().processes.size() + observer.system().ended_processes;
   losses_ = session.losses();
 }
 
-void ObservationReport::update_callbacks(const Observer& observer, ContractCheck* contract, Duration now) {
+void ObservationReport::update_callbacks(Observer& observer, ContractCheck* contract, Duration now) {
   const double seconds = to_ms(now - rated_at_) / 1000;
   const bool rates = seconds > 0 && (rated_at_ == Duration::zero() || now - rated_at_ >= kShortest);
   if (rates && !whole_) rated_at_ = now;
   callbacks_.rows.clear();
   jobs_before_.resize(observer.callbacks().size());
   for (std::uint32_t c = 0; c < observer.callbacks().size(); ++c) {
-    const CallbackObservation& observed = observer.callbacks()[c];
-    if (observed.jobs + observed.lost == 0) continue;
+    CallbackObservation& observed = observer.callbacks()[c];
+    const std::uint64_t jobs = observed.execution.count();
+    if (jobs + observed.lost == 0) continue;
     if (rates) {
-      rates_[c] = static_cast<double>(observed.jobs - jobs_before_[c]) / seconds;
-      if (!whole_) jobs_before_[c] = observed.jobs;
+      rates_[c] = static_cast<double>(jobs - jobs_before_[c]) / seconds;
+      if (!whole_) jobs_before_[c] = jobs;
     }
     Row& row = callbacks_.rows.emplace_back(row_of(observer.system(), observer.system().callbacks[c]));
     row.fields["rate"] = rates_[c];
-    row.fields["jobs"] = observed.jobs;
+    row.fields["jobs"] = jobs;
     row.fields["lost"] = observed.lost;
     row.fields["execution_ms"] = stored_ms(observed.execution);
     row.fields["response_ms"] = stored_ms(observed.response);
-    row.latest = observed.latest;
+    row.latest = observed.execution.take_latest_max();
     const std::uint32_t entry = contract ? contract->entry_of(observer.system(), c) : tracing::kNone;
     if (entry != tracing::kNone) row.nearness = contract->nearness_of_callback(entry);
   }
 }
 
-void ObservationReport::update_chains(const ContractCheck& contract) {
+void ObservationReport::update_chains(ContractCheck& contract) {
   chains_.rows.clear();
   for (std::uint32_t c = 0; c < contract.chains().size(); ++c) {
-    const ObservedChain& observed = contract.chains()[c];
+    ObservedChain& observed = contract.chains()[c];
     const std::string& name = contract.contract().chains[c].name;
     chains_.rows.push_back({name,
                             {{"chain", name},
-                             {"outputs", observed.outputs},
+                             {"outputs", observed.hot_path.count()},
                              {"hot_path_ms", stored_ms(observed.hot_path)},
                              {"age_ms", stored_ms(observed.age)}},
                             contract.nearness_of_chain(c),
-                            observed.latest});
+                            observed.age.take_latest_max()});
   }
 }
 
-void ObservationReport::update_threads(const Reading& reading, const ContractCheck* contract) {
-  const std::vector<ThreadFacts>& facts = reading.facts;
+void ObservationReport::update_threads(const ContractCheck* contract) {
   threads_.rows.clear();
-  for (const ThreadFacts& of : facts) {
-    const Before& rates = rates_of(of, reading.at);
-    const bool changed = !(rates.first_policy == of.policy);
+  for (auto& [identity, thread] : followed_) {
+    const ThreadFacts& of = thread.facts;
+    rate(thread);
+    const bool changed = thread.first_policy != of.policy;
     const std::string executor = contract != nullptr ? contract->executor_of(of.key()) : "";
     threads_.rows.push_back(
         {executor.empty() ? of.name : executor + " (" + of.name + ")",
@@ -114,30 +125,32 @@ void ObservationReport::update_threads(const Reading& reading, const ContractChe
           {"name", of.name},
           {"executor", executor},
           {"policy", to_string(of.policy)},
-          {"policy_before", changed ? nlohmann::json(to_string(rates.first_policy)) : nullptr},
+          {"policy_before", changed ? nlohmann::json(to_string(thread.first_policy)) : nullptr},
           {"processors", processor_list(of.processors)},
-          {"cpu_ms_per_s", rates.ran},
-          {"waited_ms_per_s", rates.waited},
-          {"withheld_ms_per_s", rates.withheld}},
+          {"cpu_ms_per_s", thread.ran},
+          {"waited_ms_per_s", thread.waited},
+          {"withheld_ms_per_s", thread.withheld}},
          changed ? 2.0 : -1.0});
   }
-  std::erase_if(before_, [&](const auto& before) {
-    return std::ranges::find(facts, before.first, &ThreadFacts::identity) == facts.end();
-  });
 }
 
-ObservationReport::Before& ObservationReport::rates_of(const ThreadFacts& facts, Duration at) {
-  Before& before = before_.try_emplace(facts.identity(), Before{facts, facts.policy, at}).first->second;
-  if (at - before.at < kShortest) return before;
-  const double seconds = to_ms(at - before.at) / 1000;
-  before.ran = to_ms(facts.ran - before.facts.ran) / seconds;
-  before.waited = to_ms(facts.waited - before.facts.waited) / seconds;
-  const bool stayed = facts.processor == before.facts.processor;  // each one has a counter of its own
-  before.withheld = stayed ? to_ms(facts.stolen - before.facts.stolen) / seconds : 0;
-  if (whole_) return before;
-  before.facts = facts;
-  before.at = at;
-  return before;
+void ObservationReport::rate(FollowedThread& thread) const {
+  const ThreadFacts& now = thread.facts;
+  ThreadFacts& before = thread.before;
+  if (thread.before_at == Time{}) {
+    before = now;
+    thread.before_at = read_;
+    thread.first_policy = now.policy;
+  }
+  if (read_ - thread.before_at < kShortest) return;
+  const double seconds = to_ms(read_ - thread.before_at) / 1000;
+  thread.ran = to_ms(now.ran - before.ran) / seconds;
+  thread.waited = to_ms(now.waited - before.waited) / seconds;
+  const bool stayed = now.processor == before.processor;  // each one has a counter of its own
+  thread.withheld = stayed ? to_ms(now.stolen - before.stolen) / seconds : 0;
+  if (whole_) return;
+  before = now;
+  thread.before_at = read_;
 }
 
 std::string ObservationReport::shown(const Row& row, const Column& column) {

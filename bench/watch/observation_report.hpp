@@ -46,15 +46,12 @@ class ObservationReport {
   /// `whole`: rates are those since the beginning, of threads since they were first seen.
   explicit ObservationReport(bool whole) : whole_(whole) {}
 
-  /// Facts of the system's threads, which are older than the report.
-  struct Reading {
-    const std::vector<ThreadFacts>& facts;
-    Duration at{};  ///< Since the beginning.
-  };
+  /// Facts for the next update. Those of threads that have just ended stay, because their process may be
+  /// about to end; when all have ended, the last ones stay.
+  void follow(const ThreadReading& reading);
   /// `contract`: nullptr: none; `now`: since the beginning. Rates of less than half a second since those
   /// before are not shown: the previous ones stay.
-  void update(const Observer& observer, const Session& session, const Reading& reading,
-              ContractCheck* contract, Duration now);
+  void update(Observer& observer, const Session& session, ContractCheck* contract, Duration now);
 
   /// The sections that are not empty; callbacks always.
   [[nodiscard]] std::vector<program::TextTable> tables() const;
@@ -70,17 +67,16 @@ class ObservationReport {
   [[nodiscard]] static std::string shown(const Row& row, const Column& column);
 
  private:
-  /// A thread's earlier facts, and its rates since then.
-  struct Before {
-    ThreadFacts facts;
+  struct FollowedThread {
+    ThreadFacts facts, before;  ///< The latest ones, and those from which its rates count.
+    Time at{}, before_at{};     ///< Of both; Time{}: no report had the thread.
     ThreadPolicy first_policy;
-    Duration at{};
     double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
   };
-  void update_callbacks(const Observer& observer, ContractCheck* contract, Duration now);
-  void update_chains(const ContractCheck& contract);
-  void update_threads(const Reading& reading, const ContractCheck* contract);
-  Before& rates_of(const ThreadFacts& facts, Duration at);
+  void update_callbacks(Observer& observer, ContractCheck* contract, Duration now);
+  void update_chains(ContractCheck& contract);
+  void update_threads(const ContractCheck* contract);
+  void rate(FollowedThread& thread) const;
 
   bool whole_;
   Section callbacks_{"callbacks",
@@ -116,7 +112,8 @@ class ObservationReport {
                     {"/cpu_ms_per_s", "CPU\nms/s", "CPU ms/s", 1},
                     {"/waited_ms_per_s", "waited\nms/s", "wait ms/s", 1},
                     {"/withheld_ms_per_s", "withheld\nms/s", "", 1}}};
-  std::map<std::pair<ThreadKey, std::uint64_t>, Before> before_;  // by identity of the thread
+  std::map<std::pair<ThreadKey, std::uint64_t>, FollowedThread> followed_;  // by identity
+  Time read_{};
   std::vector<std::uint64_t> jobs_before_;
   std::map<std::uint32_t, double> rates_;  // by callback
   Duration now_{}, rated_at_{};

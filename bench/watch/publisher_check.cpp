@@ -18,25 +18,20 @@ std::string node_named(const tracing::System& system, std::uint32_t node) {
 }  // namespace
 
 PublisherCheck::PublisherCheck(const Contract& contract, const StatedNames& names)
-    : nodes_(names.topics()), topics_of_entry_(contract.callbacks.size()) {
-  std::vector<std::string> titles(names.topics());
-  for (std::uint32_t c = 0; c < contract.callbacks.size(); ++c) {
-    for (const StatedPublication& p : contract.callbacks[c].publishes) {
-      const std::uint32_t topic = names.number_of(p.topic);
-      titles[topic] = p.topic;
-      nodes_[topic].insert(contract.callbacks[c].node);
-      topics_of_entry_[c].push_back(topic);
-    }
-  }
-  for (const std::string& name : titles)
+    : contract_(contract), nodes_(names.topics().size()) {
+  for (const CallbackContract& callback : contract.callbacks)
+    for (const StatedPublication& p : callback.publishes)
+      nodes_[names.number_of(p.topic)].insert(callback.node);
+  for (const std::string& name : names.topics())
     subjects_.emplace_back("topic", name, std::vector<Term>{{Clause::publishers}}, "it has no publisher");
 }
 
 void PublisherCheck::published(const tracing::System& system, const tracing::Job& job, std::uint32_t topic,
                                std::uint32_t entry, Subject* callback, Incidents& incidents) {
   const tracing::Publication& p = job.published.back();
-  const bool known =
-      entry != kNone && std::ranges::find(topics_of_entry_[entry], topic) != topics_of_entry_[entry].end();
+  const std::string& name = subjects_[topic].name;
+  const bool known = entry != kNone && std::ranges::count(contract_.callbacks[entry].publishes, name,
+                                                          &StatedPublication::topic) > 0;
   JudgedTerm* const publishes = entry == kNone ? nullptr : callback->find(Clause::publishes);
   if (publishes == nullptr) {
     if (known) return;
@@ -45,7 +40,6 @@ void PublisherCheck::published(const tracing::System& system, const tracing::Job
   }
   const auto messages = std::ranges::count(job.published, p.topic, &tracing::Publication::topic);
   if (known && messages == 1) return publishes->hold();
-  const std::string& name = subjects_[topic].name;
   publishes->judge(false,
                    known ? program::concat("published ", messages, " messages of ", name, " in one job")
                          : "published " + name + ", which the contract lacks",
@@ -59,7 +53,7 @@ void PublisherCheck::from_stranger(std::uint32_t topic, Time at, Incidents& inci
 
 void PublisherCheck::created(const tracing::System& system, StatedNames& names, Time at,
                              Incidents& incidents) {
-  if (!names.resolve(system)) return;
+  if (!names.kept()) return;
   judged_.resize(system.endpoints.size());
   for (std::size_t e = 0; e < system.endpoints.size(); ++e) {
     const tracing::Endpoint& endpoint = system.endpoints[e];

@@ -15,6 +15,7 @@ namespace hotpath::watch {
 /// Compares the publishers of topics with those of a contract.
 class PublisherCheck {
  public:
+  /// The contract must outlive it.
   PublisherCheck(const Contract& contract, const StatedNames& names);
 
   /// A message of a job on a stated topic. `entry`: its callback in the contract, with its verdicts;
@@ -30,10 +31,10 @@ class PublisherCheck {
   [[nodiscard]] const std::vector<Subject>& subjects() const { return subjects_; }
 
  private:
+  const Contract& contract_;
   std::vector<Subject> subjects_;
-  std::vector<std::set<std::string>> nodes_;                 // by topic: that publish it
-  std::vector<std::vector<std::uint32_t>> topics_of_entry_;  // that the callback publishes
-  std::vector<bool> judged_;                                 // by endpoint of the system
+  std::vector<std::set<std::string>> nodes_;  // by topic: that publish it
+  std::vector<bool> judged_;                  // by endpoint of the system
 };
 
 }  // namespace hotpath::watch

@@ -9,52 +9,59 @@
 
 namespace hotpath::watch {
 
+/// A job that has started.
+struct RunningJob {
+  tracing::JobRef ref;
+  std::uint32_t thread = 0;
+  std::int32_t processor = -1;
+  Time start{};
+  std::optional<Time> timestamp = {};  ///< std::nullopt: unknown.
+  Duration displaced{};                ///< By jobs of other threads that have ended.
+  std::optional<Time> overdue = {};    ///< Since when, without the jobs that displaced it.
+  Duration judged{};                   ///< Its length when it was found to be overdue.
+};
+
 /// The jobs that have started and not ended, of all threads. A job that starts on the processor of
 /// another thread's job displaces it.
 class RunningJobs {
  public:
-  void start(const tracing::Job& job) {
-    jobs_.push_back({job.ref, job.thread, job.processor, job.start, {}});
+  void start(const tracing::Job& job, std::optional<Time> timestamp) {
+    jobs_.push_back({job.ref, job.thread, job.processor, job.start, timestamp});
   }
 
-  /// Ends a job; returns how long jobs of other threads displaced it. Nothing is known if it changed its
-  /// processor.
-  Duration end(const tracing::Job& job) {
-    const auto at = std::ranges::find_if(jobs_, [&](const Running& r) { return is(r, job.ref); });
+  /// Ends a job; of one that is unknown, nothing is known. By what it was displaced is unknown, too, if it
+  /// changed its processor.
+  RunningJob end(const tracing::Job& job) {
+    const auto at = std::ranges::find(jobs_, job.ref, &RunningJob::ref);
     if (at == jobs_.end()) return {};
-    const Running ended = *at;
+    RunningJob ended = *at;
     jobs_.erase(at);
-    if (!job.ended || job.processor != ended.processor) return {};
-    for (Running& other : jobs_)
+    if (!job.ended || job.processor != ended.processor) {
+      ended.displaced = {};
+      return ended;
+    }
+    for (RunningJob& other : jobs_)
       if (displaces(ended, other)) other.displaced += job.finish - ended.start - ended.displaced;
-    return ended.displaced;
+    return ended;
   }
 
-  /// Since when a job would have run without other jobs; std::nullopt: one displaces it now.
-  [[nodiscard]] std::optional<Time> undisplaced_start(const tracing::JobRef& job) const {
-    const auto at = std::ranges::find_if(jobs_, [&](const Running& r) { return is(r, job); });
-    if (at == jobs_.end() || std::ranges::any_of(jobs_, [&](const Running& r) { return displaces(r, *at); }))
+  /// Since when a running job would have run without other jobs; std::nullopt: one displaces it now.
+  [[nodiscard]] std::optional<Time> undisplaced_start(const RunningJob& job) const {
+    if (std::ranges::any_of(jobs_, [&](const RunningJob& other) { return displaces(other, job); }))
       return std::nullopt;
-    return at->start + at->displaced;
+    return job.start + job.displaced;
   }
+
+  /// In the order of their starts.
+  [[nodiscard]] std::vector<RunningJob>& all() { return jobs_; }
 
  private:
-  struct Running {
-    tracing::JobRef ref;
-    std::uint32_t thread = 0;
-    std::int32_t processor = -1;
-    Time start{};
-    Duration displaced{};
-  };
-  static bool is(const Running& running, const tracing::JobRef& job) {
-    return running.ref.callback == job.callback && running.ref.number == job.number;
-  }
-  static bool displaces(const Running& job, const Running& other) {
+  static bool displaces(const RunningJob& job, const RunningJob& other) {
     return job.processor >= 0 && job.processor == other.processor && job.thread != other.thread &&
            job.start >= other.start;
   }
 
-  std::vector<Running> jobs_;
+  std::vector<RunningJob> jobs_;
 };
 
 }  // namespace hotpath::watch

@@ -13,9 +13,9 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 #include <thread>
 
+#include "machine/proc_files.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "watch/flight_recorder.hpp"
@@ -26,51 +26,40 @@ namespace hotpath::watch {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 std::string random_name() {
-  std::array<unsigned char, sensor::kSessionDigits / 2> bytes{};
-  if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
+  std::array<unsigned long long, sensor::kSessionDigits / 16> numbers{};
+  if (getrandom(numbers.data(), sizeof numbers, 0) != static_cast<ssize_t>(sizeof numbers))
     throw program::RunError(std::string("no random numbers: ") + std::strerror(errno));
-  std::string name;
-  for (const unsigned char byte : bytes) {
-    name += "0123456789abcdef"[byte >> 4];
-    name += "0123456789abcdef"[byte & 15];
-  }
-  return name;
+  return program::text("%016llx%016llx", numbers[0], numbers[1]);
 }
 
 std::string marker_of(const std::string& session) { return sensor::kNamePrefix + session; }
 
+/// What follows `prefix` in the names of shared memory objects.
+std::vector<std::string> names_after(const std::string& prefix) {
+  std::vector<std::string> names;
+  for (const std::string& file : machine::names_in("/dev/shm"))
+    if (const std::string name = "/" + file; name.starts_with(prefix))
+      names.push_back(name.substr(prefix.size()));
+  return names;
+}
+
 /// The names of the rings of a session.
 std::vector<std::string> rings_of(const std::string& session) {
   const std::string prefix = marker_of(session) + ".";
-  const bool attachable = session == sensor::kAttachable;
   std::vector<std::string> names;
-  std::error_code error;
-  fs::directory_iterator at("/dev/shm", error);
-  for (const fs::directory_iterator end; !error && at != end; at.increment(error)) {
-    std::string name = "/" + at->path().filename().string();
-    if (name.starts_with(prefix) && (attachable || name.size() == prefix.size() + sensor::kRandomDigits))
-      names.push_back(std::move(name));
-  }
+  for (const std::string& name : names_after(prefix))
+    if (session == sensor::kAttachable || name.size() == sensor::kRandomDigits)
+      names.push_back(prefix + name);
   return names;
 }
 
 /// Removes what killed watchers left behind.
 void remove_abandoned() {
-  const std::string prefix = std::string(sensor::kNamePrefix).substr(1);
-  std::vector<std::string> sessions;
-  std::error_code error;
-  fs::directory_iterator at("/dev/shm", error);
-  for (const fs::directory_iterator end; !error && at != end; at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    const bool is_session = name.starts_with(prefix) &&
-                            name.size() == prefix.size() + sensor::kSessionDigits &&
-                            name.find_first_not_of("0123456789abcdef", prefix.size()) == std::string::npos;
-    if (is_session) sessions.push_back(name.substr(prefix.size()));
-  }
-  for (const std::string& session : sessions) {
+  for (const std::string& session : names_after(sensor::kNamePrefix)) {
+    const bool is_session = session.size() == sensor::kSessionDigits &&
+                            session.find_first_not_of("0123456789abcdef") == std::string::npos;
+    if (!is_session) continue;
     const int marker = shm_open(marker_of(session).c_str(), O_RDWR, 0);
     if (marker < 0) continue;  // of another user
     if (flock(marker, LOCK_EX | LOCK_NB) == 0) {
@@ -107,36 +96,22 @@ struct Session::Source {
 
 Session::Session(Meeting meeting) : meeting_(meeting) {
   remove_abandoned();
-  if (meeting == Meeting::attachable) {
-    attach();
-  } else {
-    create_marker();
-  }
+  create_marker();
 }
 
 void Session::create_marker() {
+  const bool own = meeting_ == Meeting::own;
   struct stat status {};
-  do {  // a watcher that starts at the same time may take the marker for an abandoned one
+  do {  // a watcher that starts at the same time may take it for abandoned; one that ends removes its own
     if (marker_ >= 0) close(marker_);
-    name_ = random_name();
-    marker_name_ = marker_of(name_);
-    marker_ = shm_open(marker_name_.c_str(), O_RDWR | O_CREAT | O_EXCL, 0600);
-    if (marker_ < 0 || flock(marker_, LOCK_EX) != 0 || fstat(marker_, &status) != 0)
-      throw program::RunError(
-          program::concat("no shared memory for the sensor in /dev/shm: ", std::strerror(errno)));
-  } while (status.st_nlink == 0);
-}
-
-void Session::attach() {
-  name_ = sensor::kAttachable;
-  marker_name_ = program::concat(sensor::kAttachedPrefix, geteuid());
-  struct stat status {};
-  do {  // a watcher that ends at the same time removes its marker
-    if (marker_ >= 0) close(marker_);
-    marker_ = shm_open(marker_name_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW, 0600);
-    if (marker_ < 0 || fstat(marker_, &status) != 0)
-      throw program::RunError("cannot attach: /dev/shm" + marker_name_ + ": " + std::strerror(errno));
-    if (!lock(marker_)) {
+    name_ = own ? random_name() : sensor::kAttachable;
+    marker_name_ = own ? marker_of(name_) : program::concat(sensor::kAttachedPrefix, geteuid());
+    marker_ = shm_open(marker_name_.c_str(), O_RDWR | O_CREAT | (own ? O_EXCL : O_NOFOLLOW), 0600);
+    if (marker_ < 0 || (own && flock(marker_, LOCK_EX) != 0) || fstat(marker_, &status) != 0)
+      throw program::RunError((own ? "no shared memory for the sensor in /dev/shm: "
+                                   : "cannot attach: /dev/shm" + marker_name_ + ": ") +
+                              std::strerror(errno));
+    if (!own && !lock(marker_)) {
       close(marker_);
       throw program::RunError(
           "another `hotpath watch` is attached; end it first, or watch a program that you "

@@ -17,6 +17,7 @@ struct Losses {
   std::uint64_t dropped = 0;  ///< Events for which a ring had no room.
   std::uint64_t damaged = 0;  ///< Records that are none.
   std::uint64_t late = 0;     ///< Events that came after later ones had been passed on.
+  [[nodiscard]] std::uint64_t total() const { return dropped + damaged + late; }
 };
 
 /// The programs that a session reads.
@@ -57,7 +58,6 @@ class Session {
  private:
   struct Source;
   void create_marker();
-  void attach();
   void find_rings();
   [[nodiscard]] bool is_stale(const tracing::Event& event) const;
   void read(tracing::Time now);

@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
-#include "program/text.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
 #include "watch/contract.hpp"
@@ -35,6 +34,8 @@ class StatedContract {
       : graph_(graph),
         tasks_(tasks),
         executor_(executor),
+        plan_(executor.deployment ? &executor.deployment->plan : nullptr),
+        threads_(setup::threads_of(graph, setup::parts(executor), plan_)),
         bounds_(setup::guarantees(graph, tasks, executor)),
         names_(names()) {}
 
@@ -76,21 +77,23 @@ class StatedContract {
       const Origin origin = *longest > of.wcet ? Origin::derived
                             : measured         ? Origin::measured
                                                : Origin::given;
-      state(stated, Clause::budget, shown(*longest), origin);
+      state(stated, Clause::budget, format_ms(*longest), origin);
     }
     if (of.kind == TaskKind::timer) {
-      state(stated, Clause::period, shown(of.period), Origin::given);
+      state(stated, Clause::period, format_ms(of.period), Origin::given);
     } else {
       state(stated, Clause::depth, of.depth, Origin::given);
       state_distances(stated, task);
       if (loses_nothing(task)) state(stated, Clause::lost, 0, Origin::derived);
     }
-    if (const auto distance = longest_distance(task))
-      state(stated, Clause::maximum_distance, shown(*distance), Origin::derived);
+    const auto distance = longest_distance(task), bound = response(task);
+    // Silence is judged after twice the distance: by then the next sample must have been taken.
+    if (distance && bound && *bound <= *distance)
+      state(stated, Clause::maximum_distance, format_ms(*distance), Origin::derived);
     stated["publishes"] = publications(task);
     // A job without work has a bound of 0 in a graph without costs; no live job keeps it.
-    if (const auto bound = response(task); bound && *bound > Duration::zero())
-      state(stated, Clause::response, shown(*bound), Origin::derived);
+    if (bound && *bound > Duration::zero())
+      state(stated, Clause::response, format_ms(*bound), Origin::derived);
     return stated;
   }
 
@@ -103,18 +106,10 @@ class StatedContract {
     subject[to_string(clause)] = term;
   }
 
-  /// Milliseconds to the nanosecond, never as 1e-06.
-  static std::string shown(Duration duration) {
-    std::string text = program::fixed(to_ms(duration), 6);
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.ends_with('.')) text.pop_back();
-    return text;
-  }
-
   void state_distances(YAML::Node& subject, TaskId subscription) const {
     std::vector<std::string> distances;
     for (std::int64_t k = 1; k <= kDistances; ++k)
-      distances.push_back(shown(shortest_distance(subscription, k)));
+      distances.push_back(format_ms(shortest_distance(subscription, k)));
     if (distances.back() != "0") state(subject, Clause::minimum_distance, distances, Origin::derived);
   }
 
@@ -147,8 +142,9 @@ class StatedContract {
       stated["sinks"] = names_of(indices[c].sink_tasks);
       const bounds::ChainGuarantee* const bound = bounds_ ? bounds_->chain(name) : nullptr;
       if (bound && bound->hot_path)
-        state(stated, Clause::hot_path, shown(Duration(bound->hot_path->ns)), Origin::derived);
-      if (bound && bound->age) state(stated, Clause::age, shown(Duration(bound->age->ns)), Origin::derived);
+        state(stated, Clause::hot_path, format_ms(Duration(bound->hot_path->ns)), Origin::derived);
+      if (bound && bound->age)
+        state(stated, Clause::age, format_ms(Duration(bound->age->ns)), Origin::derived);
       all.push_back(stated);
     }
     return all;
@@ -162,56 +158,45 @@ class StatedContract {
 
   YAML::Node threads() const {
     YAML::Node all(YAML::NodeType::Sequence);
-    const std::size_t executors = setup::parts(executor_).size();
-    for (std::size_t e = 0; e < executors; ++e) {
+    for (std::size_t e = 0; e < threads_.size(); ++e) {
       std::vector<TaskId> served;
       for (TaskId task = 0; task < tasks_.set.size(); ++task)
-        if (!executor_.deployment || executor_.deployment->plan.executor_of[task] == e)
-          served.push_back(task);
+        if (executor_of(task) == e) served.push_back(task);
       if (served.empty()) continue;
-      const DeployedExecutor* const plan =
-          executor_.deployment ? &executor_.deployment->plan.executors[e] : nullptr;
+      const DeployedExecutor* const plan = plan_ ? &plan_->executors[e] : nullptr;
       YAML::Node stated;
       stated["name"] = plan ? plan->name : executor_.label;
       stated["callbacks"] = names_of(served);
       if (plan) state(stated, Clause::policy, to_string(plan->policy), Origin::given);
       if (plan && !plan->processors.empty())
         state(stated, Clause::processors, plan->processors, Origin::given);
-      state(stated, Clause::wait, kWait_ms, Origin::given);
+      // Others of the contract may let them wait for any time.
+      if (rivals_of(e, false) == Rivals::none) state(stated, Clause::wait, kWait_ms, Origin::given);
       all.push_back(stated);
     }
     return all;
   }
 
-  /// Most time from start to end of a job, without the jobs of other threads that displace it. Where
-  /// threads of the ordinary class share a processor, jobs displace one another at any time: it is that
-  /// of the response, if that is bounded.
+  /// Most time from start to end of a job, without the jobs of other threads that displace it. Where events
+  /// do not tell all that displaces it, it is that of the response, if that is bounded.
   std::optional<Duration> longest_run(TaskId task) const {
     const Duration wcet = tasks_.set[task].wcet;
     if (wcet == Duration::zero()) return std::nullopt;
-    const auto [threads, timer_threads] = ordinary_threads();
-    if (threads > graph_.platform.cores) return response(task);
-    const bool displaced = threads + timer_threads > graph_.platform.cores;
-    return displaced ? longest_run_below_timer_threads(task) : wcet;
+    if (rivals_of(executor_of(task), timer_thread_runs(task)) == Rivals::untold) return response(task);
+    return have_room(true) ? wcet : longest_run_below_timer_threads(task);
   }
 
   /// The same where timer threads displace the job: they release timers, and may run them.
   std::optional<Duration> longest_run_below_timer_threads(TaskId task) const {
     const Duration wcet = tasks_.set[task].wcet, late = release_lateness();
-    std::vector<TaskId> timers;
-    bool any_cost = false;
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      if (tasks_.set[id].kind != TaskKind::timer) continue;
-      timers.push_back(id);
-      any_cost |= release_cost(id) > Duration::zero();
-    }
-    const bool first = setup::parts(executor_).size() == 1 && timer_thread_runs(task);
-    if (first || !any_cost) return wcet;
+    const bool first = threads_.size() == 1 && timer_thread_runs(task);
+    if (first || release_costs() == Duration::zero()) return wcet;
     if (has_real_time_threads()) return response(task);  // how long their jobs displace it is unknown
     for (Duration window = wcet;;) {                     // to its end, with the jobs of timer threads
       Duration run = wcet, jobs{};
-      for (const TaskId timer : timers) {
+      for (TaskId timer = 0; timer < tasks_.set.size(); ++timer) {
         const Task& of = tasks_.set[timer];
+        if (of.kind != TaskKind::timer) continue;
         const std::int64_t releases = (window + late + of.release_jitter) / of.period + 1;
         run += releases * release_cost(timer);
         if (timer_thread_runs(timer)) jobs += releases * of.wcet;
@@ -222,14 +207,20 @@ class StatedContract {
     }
   }
 
-  const ExecutorTraits& executor_traits(TaskId task) const {
-    const std::size_t part = executor_.deployment ? executor_.deployment->plan.executor_of[task] : 0;
-    return setup::parts(executor_)[part].entry->traits;
-  }
+  std::size_t executor_of(TaskId task) const { return plan_ ? plan_->executor_of[task] : 0; }
 
   bool timer_thread_runs(TaskId task) const {
-    return tasks_.set[task].kind == TaskKind::timer &&
-           executor_traits(task).timers == TimerHandling::release_and_execute;
+    return tasks_.set[task].kind == TaskKind::timer && runs_timers(threads_[executor_of(task)]);
+  }
+
+  static bool runs_timers(const DeployedThread& t) {
+    return t.executor->traits.timers == TimerHandling::release_and_execute;
+  }
+
+  /// Threads of an executor besides its timer thread.
+  static std::uint32_t threads_without_timers(const DeployedThread& t) {
+    return worker_count(*t.executor, t.scheduling) -
+           (t.executor->traits.timers == TimerHandling::polled ? 0 : 1);
   }
 
   /// Work of the timer thread before a timer's job, or its release.
@@ -238,43 +229,61 @@ class StatedContract {
     return p.release_cost + p.pass_cost + (timer_thread_runs(timer) ? p.timer_dispatch_cost : Duration{});
   }
 
+  /// Of all timers.
+  Duration release_costs() const {
+    Duration all{};
+    for (TaskId id = 0; id < tasks_.set.size(); ++id)
+      if (tasks_.set[id].kind == TaskKind::timer) all += release_cost(id);
+    return all;
+  }
+
   bool has_real_time_threads() const {
-    return executor_.deployment && setup::parts(executor_).size() > 1 &&
-           std::ranges::any_of(executor_.deployment->plan.executors,
-                               [](const DeployedExecutor& e) { return !e.policy.ordinary(); });
+    return threads_.size() > 1 &&
+           std::ranges::any_of(threads_, [](const DeployedThread& t) { return t.priority > 0; });
   }
 
   /// Most time from a timer's timestamp until its timer thread, idle before, has the processor: one that is
   /// not raised waits for the end of a time slice.
   Duration release_lateness() const {
-    Duration all{};
-    for (TaskId id = 0; id < tasks_.set.size(); ++id)
-      if (tasks_.set[id].kind == TaskKind::timer) all += release_cost(id);
-    const Duration slice = Platform{}.time_slice;
-    const bool raised = std::ranges::all_of(setup::parts(executor_), [&](const setup::ExecutorSpec& part) {
-      return raises_timer_thread(part.entry->traits);
-    });
+    const Duration all = release_costs(), slice = Platform{}.time_slice;
+    const bool raised =
+        std::ranges::all_of(threads_, [](const DeployedThread& t) { return t.timers_priority > t.priority; });
     return graph_.platform.wake_up + (raised ? Duration{} : all + slice * (1 + all / slice));
   }
 
-  bool raises_timer_thread(const ExecutorTraits& traits) const {
-    const TimerThread rank = graph_.platform.timer_thread;
-    return rank == TimerThread::raised || (rank == TimerThread::by_executor && traits.raises_timer_thread);
+  /// Whether each thread that runs jobs, or each thread at all, has a processor whenever it can run.
+  bool have_room(bool at_all) const {
+    std::uint32_t count = 0;
+    for (const DeployedThread& t : threads_) {
+      if (t.processors.size() < graph_.platform.cores) return false;
+      const std::uint32_t jobs = threads_without_timers(t) + (runs_timers(t) ? 1 : 0);
+      count += at_all ? worker_count(*t.executor, t.scheduling) : jobs;
+    }
+    return count <= graph_.platform.cores;
   }
 
-  /// Of the ordinary class: threads that run jobs, and timer threads that run none or go first.
-  std::pair<std::uint32_t, std::uint32_t> ordinary_threads() const {
-    const std::span<const setup::ExecutorSpec> all = setup::parts(executor_);
-    std::uint32_t threads = 0, timer_threads = 0;
-    for (std::size_t e = 0; e < all.size(); ++e) {
-      if (executor_.deployment && !executor_.deployment->plan.executors[e].policy.ordinary()) continue;
-      const ExecutorTraits& traits = all[e].entry->traits;
-      const bool apart = traits.timers != TimerHandling::polled &&
-                         (traits.timers != TimerHandling::release_and_execute || raises_timer_thread(traits));
-      threads += worker_count(*all[e].entry, all[e].scheduler) - (apart ? 1 : 0);
-      timer_threads += apart ? 1 : 0;
+  /// What keeps a processor from threads that run jobs. Equal real-time threads: only jobs that started
+  /// before. Told by events: only jobs that start on the only processor of both.
+  enum class Rivals : std::uint8_t { none, equal, told, untold };
+  Rivals rivals_of(std::size_t executor, bool timers) const {
+    const GraphPlatform& p = graph_.platform;
+    const Duration costs =
+        p.timer_dispatch_cost + p.subscription_dispatch_cost + p.wait_cost + p.wait_cost_per_entity;
+    const DeployedThread& mine = threads_[executor];
+    const int priority = timers ? mine.timers_priority : mine.priority;
+    Rivals all = Rivals::none;
+    const auto add = [&](std::uint32_t count, int other, bool told) {
+      if (count > 0 && other == priority) all = std::max(all, other > 0 ? Rivals::equal : Rivals::untold);
+      if (count > 0 && other > priority) all = std::max(all, told ? Rivals::told : Rivals::untold);
+    };
+    for (std::size_t e = 0; e < threads_.size() && !have_room(false); ++e) {
+      const DeployedThread& t = threads_[e];
+      if (std::ranges::find_first_of(t.processors, mine.processors) == t.processors.end()) continue;
+      const bool one = t.processors.size() == 1 && mine.processors.size() == 1, own = e == executor;
+      add(threads_without_timers(t) - (own && !timers ? 1 : 0), t.priority, one && costs == Duration::zero());
+      add(runs_timers(t) && !(own && timers) ? 1 : 0, t.timers_priority, one);
     }
-    return {threads, timer_threads};
+    return all;
   }
 
   std::optional<Duration> response(TaskId task) const {
@@ -321,10 +330,7 @@ class StatedContract {
     const std::vector<Publication>& publishes = tasks_.callbacks[*publisher].publishes;
     const auto always = std::ranges::find(publishes, names_[task].topic, &Publication::topic);
     if (always == publishes.end() || always->rule != PublishRule::always) return std::nullopt;
-    const Task& by = tasks_.set[*publisher];
-    if (by.kind == TaskKind::timer)
-      return *response(*publisher) <= by.period ? std::optional(by.period + *response(*publisher))
-                                                : std::nullopt;
+    if (tasks_.set[*publisher].kind == TaskKind::timer) return longest_distance(*publisher);
     const auto before = loses_nothing(*publisher) ? longest_distance(*publisher) : std::nullopt;
     return before ? std::optional(*before + *response(*publisher)) : std::nullopt;
   }
@@ -332,6 +338,8 @@ class StatedContract {
   const Graph& graph_;
   const GraphTasks& tasks_;
   const setup::ExecutorSpec& executor_;
+  const Deployment* const plan_;               // nullptr: one executor
+  const std::vector<DeployedThread> threads_;  // by executor
   const std::optional<bounds::Guarantees> bounds_;
   const std::vector<CallbackContract> names_;  // by task
 };

@@ -2,6 +2,7 @@
 #include "watch/stated_names.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "hotpath/reference_system/ros_names.hpp"
 
@@ -13,20 +14,24 @@ StatedNames::StatedNames(const Contract& contract) {
   for (const CallbackContract& callback : contract.callbacks) {
     nodes_.insert(callback.node);
     for (const StatedPublication& p : callback.publishes)
-      numbers_.try_emplace(p.topic, static_cast<std::uint32_t>(numbers_.size()));
+      if (numbers_.try_emplace(p.topic, static_cast<std::uint32_t>(topics_.size())).second)
+        topics_.push_back(p.topic);
   }
 }
 
 bool StatedNames::resolve(const tracing::System& system) {
-  if (space_) return true;
+  if (kept_ || std::exchange(resolved_, system.nodes.size()) == system.nodes.size())
+    return space_.has_value();
   std::map<std::string, std::uint32_t> matches;  // by namespace
   for (const std::string& name : system.nodes) {
     for (std::size_t at = 0; at != std::string::npos && at < name.size(); at = name.find('/', at + 1))
       if (nodes_.contains(graph_node_name(name.substr(at)))) ++matches[name.substr(0, at)];
   }
   const auto most = std::ranges::max_element(matches, {}, [](const auto& m) { return m.second; });
-  if (most == matches.end()) return false;
+  if (most == matches.end() || space_ == most->first) return space_.has_value();
   space_ = most->first;
+  ++changes_;
+  of_system_.clear();
   return true;
 }
 

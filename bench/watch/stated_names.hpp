@@ -19,9 +19,13 @@ class StatedNames {
  public:
   explicit StatedNames(const Contract& contract);
 
-  /// Whether any node of the contract runs. The namespace in which most of them run is used from then
-  /// on.
+  /// Whether any node of the contract runs. The namespace in which most of them run is used.
   bool resolve(const tracing::System& system);
+  /// A callback of the contract has run: the namespace stays.
+  void keep() { kept_ = true; }
+  [[nodiscard]] bool kept() const { return kept_; }
+  /// Counts the changes of the namespace.
+  [[nodiscard]] std::uint64_t changes() const { return changes_; }
   /// The graph's name of a node, without the namespace; with a leading slash if it is in another one.
   [[nodiscard]] std::string node(const tracing::System& system, std::uint32_t node) const;
   /// The same for a topic.
@@ -30,17 +34,21 @@ class StatedNames {
   /// The name that an imported graph gives to a node of the contract.
   [[nodiscard]] std::string imported(const std::string& node) const;
 
-  // Topics that callbacks of the contract publish, numbered from 0.
-  [[nodiscard]] std::size_t topics() const { return numbers_.size(); }
-  /// kNone: no callback of the contract publishes it.
+  /// Topics that callbacks of the contract publish.
+  [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
+  /// Its index in topics(); kNone: no callback of the contract publishes it.
   [[nodiscard]] std::uint32_t number_of(const std::string& topic) const;
   /// The same for a topic of the running system; kNone also before resolve().
   [[nodiscard]] std::uint32_t number_of(const tracing::System& system, std::uint32_t topic);
 
  private:
   std::set<std::string> nodes_;
+  std::vector<std::string> topics_;
   std::map<std::string, std::uint32_t> numbers_;
-  std::optional<std::string> space_;      // `/robot1`; empty: none
+  std::optional<std::string> space_;  // `/robot1`; empty: none
+  std::size_t resolved_ = 0;          // nodes of the system
+  std::uint64_t changes_ = 0;
+  bool kept_ = false;
   std::vector<std::uint32_t> of_system_;  // by topic of the system
 };
 

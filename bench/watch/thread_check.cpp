@@ -17,14 +17,23 @@ using tracing::kNone;
 
 namespace {
 
-/// The callback in sentences, if it needs to be in the contract: services of parameters and the like
-/// belong to every node.
+/// Every node has these services: those of its parameters, and of the types of its interfaces.
+bool is_of_every_node(const std::string& service) {
+  static const std::set<std::string> kNames = {
+      "get_parameters",      "get_parameter_types", "set_parameters",      "set_parameters_atomically",
+      "describe_parameters", "list_parameters",     "get_type_description"};
+  return kNames.contains(service.substr(service.rfind('/') + 1));
+}
+
+/// The callback in sentences, if it needs to be in the contract.
 std::string uncovered(const tracing::System& system, const tracing::Callback& callback) {
   const std::string node = callback.node < system.nodes.size() ? system.nodes[callback.node] : "a node";
   if (callback.kind == CallbackKind::timer)
     return program::concat(node, " (timer ", to_ms(callback.period), " ms)");
-  if (callback.kind != CallbackKind::subscription) return "";
+  const bool service = callback.kind == CallbackKind::service;
+  if ((!service && callback.kind != CallbackKind::subscription) || callback.topic == kNone) return "";
   const std::string& topic = system.topics[callback.topic].name;
+  if (service) return is_of_every_node(topic) ? "" : program::concat(node, " ", topic, " (service)");
   return imports::is_housekeeping(topic) ? "" : node + " " + topic;
 }
 
@@ -112,29 +121,25 @@ void ThreadCheck::forget(const std::vector<ThreadFacts>& facts) {
 /// The policy and the processors of a timer thread are not stated: it only must not change.
 void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& state,
                         Incidents& incidents) const {
-  const std::string name = "thread " + now.name + " ";
   const ThreadFacts* const before = state.before ? &*state.before : nullptr;
   const Time since = before ? *previous_ : state.first_start;
   if (now.timers && before == nullptr) return;
+  const auto compare = [&](JudgedTerm& term, bool changed, bool as_stated, const std::string& observed) {
+    term.judge(now.timers ? !changed : as_stated,
+               "thread " + now.name + observed + (now.timers ? "" : ", contract " + term.limit_text()), since,
+               incidents, before != nullptr && !changed);
+  };
   if (JudgedTerm* const policy = subject.find(Clause::policy)) {
-    const bool changed = before != nullptr && !(now.policy == before->policy);
-    const bool holds = now.timers ? !changed : now.policy == policy->term().policy;
-    policy->judge(holds,
-                  program::concat(name, "has the policy ", to_string(now.policy),
-                                  changed ? " instead of " + to_string(before->policy) : std::string(),
-                                  now.timers ? "" : ", contract " + policy->limit_text()),
-                  since, incidents, before != nullptr && !changed);
+    const bool changed = before != nullptr && now.policy != before->policy;
+    compare(*policy, changed, now.policy == policy->term().policy,
+            " has the policy " + to_string(now.policy) +
+                (changed ? " instead of " + to_string(before->policy) : std::string()));
   }
   if (JudgedTerm* const processors = subject.find(Clause::processors)) {
     const auto allowed = static_cast<std::uint64_t>(processors->term().limit);
-    const bool changed = before != nullptr && now.processors != before->processors;
-    const bool holds = now.timers ? !changed : now.processors == allowed;
-    processors->judge(
-        holds,
-        program::concat(name, "may run on processors ",
-                        processors->shown(static_cast<std::int64_t>(now.processors)),
-                        now.timers ? ", before on others" : ", contract " + processors->limit_text()),
-        since, incidents, before != nullptr && !changed);
+    compare(*processors, before != nullptr && now.processors != before->processors, now.processors == allowed,
+            " may run on processors " + shown_processors(now.processors) +
+                (now.timers ? ", before on others" : ""));
   }
 }
 
@@ -142,17 +147,15 @@ void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& s
 /// passed: the thread cannot have run in time that was withheld.
 void ThreadCheck::note_wait(const ThreadFacts& now, State& state) const {
   std::deque<Waited>& waited = state.waited;
-  if (waited.empty()) waited.push_back({state.first_start});
-  Duration stolen = waited.back().stolen;
-  if (state.before && state.before->processor == now.processor) {  // each one has a counter of its own
+  Duration stolen = waited.empty() ? Duration::zero() : waited.back().stolen;
+  const bool stayed = state.before && state.before->processor == now.processor;
+  if (stayed && !waited.empty()) {  // each processor has a counter of its own
     const Duration idle = *at_ - waited.back().at - (now.ran - state.before->ran);
     stolen +=
         std::clamp(now.stolen - state.before->stolen, Duration::zero(), std::max(idle, Duration::zero()));
   }
   waited.push_back({*at_, now.waited, stolen});
-  if (waited.size() <= kMostWaited) return;
-  waited.pop_front();
-  state.exact = true;
+  if (waited.size() > kMostWaited) waited.pop_front();
 }
 
 std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, const Waited& from,
@@ -165,16 +168,10 @@ std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, co
       ", limit ", wait.limit_text(), " in a second");
 }
 
-/// The first count from which on waits are known: the next one of a thread that was not read before
-/// holds all its waits since it was created.
-std::deque<ThreadCheck::Waited>::const_iterator ThreadCheck::first_exact(const State& state) {
-  return state.waited.begin() + (state.exact ? 0 : 1);
-}
-
 /// A wait that is too long within a second breaks the term.
 void ThreadCheck::judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const {
   const std::deque<Waited>& waited = state.waited;
-  auto from = first_exact(state);
+  auto from = waited.begin();
   while (std::next(from) != waited.end() && from->at < state.judged) ++from;
   if (std::next(from) == waited.end()) return;
   while (from->at < *at_ - kSecond && std::next(from, 2) != waited.end()) ++from;
@@ -214,7 +211,7 @@ void ThreadCheck::explain(JudgedTerm& wait, State& state, Incidents& incidents) 
   if (begin.excess <= Duration::zero() || breach == nullptr || breach->at != begin.at ||
       breach->excess <= Duration::zero() || !may_explain(begin, state))
     return;
-  const auto first = first_exact(state);
+  const auto first = state.waited.cbegin();
   const auto after =
       std::find_if(first, state.waited.cend(), [&](const Waited& w) { return w.at >= breach->until; });
   if (after == state.waited.cend() || after == first) return;

@@ -42,7 +42,6 @@ class ThreadCheck {
     Time first_start{};                      ///< Of a job of its executor, if it has one.
     std::uint32_t owner = tracing::kNone;    ///< Its executor; kNone: none, or several.
     std::optional<ThreadFacts> before = {};  ///< The previous facts.
-    bool exact = false;                      ///< The counts did not begin before `waited`.
     std::deque<Waited> waited = {};          ///< At the latest facts.
     Time judged = {};                        ///< Before this instant, waits were counted as too long.
   };
@@ -53,7 +52,6 @@ class ThreadCheck {
 
   void judge(Subject& subject, const ThreadFacts& now, const State& state, Incidents& incidents) const;
   void note_wait(const ThreadFacts& now, State& state) const;
-  [[nodiscard]] static std::deque<Waited>::const_iterator first_exact(const State& state);
   void judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const;
   [[nodiscard]] static std::string sentence(const JudgedTerm& wait, const State& state, const Waited& from,
                                             const Waited& to);

@@ -9,10 +9,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <filesystem>
 #include <set>
 #include <sstream>
-#include <system_error>
 #include <utility>
 
 #include "hotpath/live/thread_setup.hpp"
@@ -72,9 +70,7 @@ std::vector<int> processor_list(std::uint64_t processors) {
 }
 
 std::string shown_processors(std::uint64_t processors) {
-  std::string text;
-  for (const int p : processor_list(processors)) text += program::concat(text.empty() ? "" : ",", p);
-  return text;
+  return program::joined(processor_list(processors), ",");
 }
 
 bool parse_stat(const std::string& text, ThreadFacts& facts) {
@@ -115,20 +111,21 @@ std::optional<ThreadFacts> ThreadReader::read(const ThreadKey& key) const {
   return facts;
 }
 
-void ThreadReader::search(const tracing::System& system) {
+void ThreadReader::search(const tracing::System& system, std::vector<ThreadKey>& ended) {
   timer_threads_.clear();
-  std::set<std::uint32_t> processes;
+  std::set<std::uint32_t> processes, known = system.processes;
   for (const tracing::Thread& thread : system.threads) {
+    if (thread.id != 0) known.insert(thread.process);
     if (thread.jobs > 0) processes.insert(thread.process);
     if (thread.id != 0 && access(folder_of(key_of(thread)).c_str(), F_OK) != 0)
-      ended_.push_back(key_of(thread));
+      ended.push_back(key_of(thread));
   }
+  for (const std::uint32_t process : known)
+    if (access(folder_of({process, process}).c_str(), F_OK) != 0) ended.emplace_back(process, 0);
   for (const std::uint32_t process : processes) {
-    std::error_code error;
-    std::filesystem::directory_iterator at(program::concat("/proc/", process, "/task"), error);
-    for (const std::filesystem::directory_iterator end; !error && at != end; at.increment(error)) {
-      if (is_timer_thread(content_of(at->path() / "comm", geteuid())))
-        timer_threads_.emplace(process, std::atol(at->path().filename().c_str()));
+    for (const std::string& id : machine::names_in(program::concat("/proc/", process, "/task"))) {
+      const ThreadKey thread(process, std::atol(id.c_str()));
+      if (is_timer_thread(content_of(folder_of(thread) + "/comm", geteuid()))) timer_threads_.insert(thread);
     }
   }
 }
@@ -143,26 +140,25 @@ void ThreadReader::read_stolen(Time at) {
   stolen_ = machine::stolen_times(content_of("/proc/stat", 0));
 }
 
-std::vector<ThreadFacts> ThreadReader::read(const tracing::System& system, Time at) {
-  ended_.clear();
+ThreadReading ThreadReader::read(const tracing::System& system, Time at) {
+  ThreadReading reading{at};
   if (at >= searched_ + kSearch) {
     searched_ = at;
-    search(system);
+    search(system, reading.ended);
   }
   read_stolen(at);
-  std::vector<ThreadFacts> all;
   for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs == 0) continue;
-    if (const auto facts = read(key_of(thread))) all.push_back(*facts);
+    if (const auto facts = read(key_of(thread))) reading.facts.push_back(*facts);
     timer_threads_.erase(key_of(thread));  // release-and-execute: it runs callbacks itself
   }
   for (const ThreadKey& thread : timer_threads_) {
     auto facts = read(thread);
     if (!facts) continue;
     facts->timers = true;
-    all.push_back(std::move(*facts));
+    reading.facts.push_back(std::move(*facts));
   }
-  return all;
+  return reading;
 }
 
 }  // namespace hotpath::watch

@@ -35,21 +35,27 @@ struct ThreadFacts {
   [[nodiscard]] std::pair<ThreadKey, std::uint64_t> identity() const { return {key(), started}; }
 };
 
+/// The threads of a system at one instant.
+struct ThreadReading {
+  Time at{};
+  /// Without threads that have ended, or are of another pid namespace or user.
+  std::vector<ThreadFacts> facts = {};
+  std::vector<ThreadKey> ended =
+      {};  ///< That have ended, as far as the reading searched for them. Id 0: their process has.
+};
+
 /// Reads the threads that run callbacks, and the timer threads of hotpath's executors beside them, from
 /// /proc.
 class ThreadReader {
  public:
-  /// Without threads that have ended, or are of another pid namespace or user. Some microseconds for
-  /// each thread.
-  [[nodiscard]] std::vector<ThreadFacts> read(const tracing::System& system, Time at);
-  /// Threads of the system that have ended, as far as the last reading searched for them.
-  [[nodiscard]] const std::vector<ThreadKey>& ended() const { return ended_; }
+  /// Some microseconds for each thread.
+  [[nodiscard]] ThreadReading read(const tracing::System& system, Time at);
 
  private:
   /// Between two searches for timer threads and threads that have ended.
   static constexpr Duration kSearch = std::chrono::seconds(1);
   [[nodiscard]] std::optional<ThreadFacts> read(const ThreadKey& key) const;
-  void search(const tracing::System& system);
+  void search(const tracing::System& system, std::vector<ThreadKey>& ended);
   /// Between two readings of what the hypervisor withheld, as long as that is nothing.
   static constexpr Duration kStolen = std::chrono::milliseconds(100);
   void read_stolen(Time at);
@@ -57,7 +63,6 @@ class ThreadReader {
   Time searched_{}, stolen_read_{};
   std::map<int, Duration> stolen_;  // by processor
   std::set<ThreadKey> timer_threads_;
-  std::vector<ThreadKey> ended_;
 };
 
 /// The name of a process (comm); empty: it has ended.

@@ -45,8 +45,6 @@ constexpr seconds kReport{1};
 /// Between two readings of policies, processors and waits: long for many threads. Few are read often,
 /// because a wait explains only what happened between two readings.
 constexpr auto kFacts = std::chrono::milliseconds(200), kFactsOfEach = std::chrono::milliseconds(2);
-/// For which the threads of a process may end one after another.
-constexpr seconds kEnding{1};
 /// Further ones are not written, so that they do not fill the disk.
 constexpr std::size_t kMostIncidentSnapshots = 20;
 /// That are printed at the end.
@@ -68,19 +66,20 @@ std::optional<FlightRecorder> recorder_of(const WatchOptions& options, bool expl
   return FlightRecorder(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
 }
 
+volatile std::sig_atomic_t snapshot_requested = 0;
+
 /// Whether snapshots are written.
 bool prepare_record(const WatchOptions& options) {
   if (options.record.empty()) return false;
   program::check_output_folder(options.record, "", "--record");
   program::create_folder(options.record, "--record");
+  std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
   return true;
 }
 
 std::unique_ptr<WatchedProgram> program_of(const WatchOptions& options, const std::string& session) {
   return options.command.empty() ? nullptr : std::make_unique<WatchedProgram>(options.command, session);
 }
-
-volatile std::sig_atomic_t snapshot_requested = 0;
 
 class Watch {
  public:
@@ -96,7 +95,6 @@ class Watch {
                   is_attached() ? std::optional(begin_) : std::nullopt) {
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
     observer_.set_realtime(WallClock::now().offset());
-    if (records_) std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
   }
 
   void run() {
@@ -106,10 +104,10 @@ class Watch {
       observe(session_.poll(polled));
       name_programs();
       if (view_) handle(view_->poll_keys());
-      if (snapshot_ && snapshot_->result()) end_snapshot();
-      if (asked_to_end_ == 0) observer_.observed_until(polled - Session::kSettled, session_.losses());
+      if (writer_ && writer_->result()) end_snapshot();
+      if (!is_ending()) observer_.observed_until(polled - Session::kSettled, session_.losses());
       judge_threads(polled - Session::kSettled);
-      if (elapsed() >= read_ + until_next_facts()) read_threads();
+      if (now() >= next_reading_) read_threads();
       state_incidents(false);
       if (elapsed() >= reported_ + kReport) report();
       if (program_) end_program_if_due();
@@ -122,11 +120,11 @@ class Watch {
     if (options_.json && options_.once) print_json();
     const bool had_view = view_ != nullptr;
     view_.reset();
-    while (snapshot_) end_snapshot();
+    while (writer_) end_snapshot();
     if (had_view) print_tables();
     print_result();
     const int status = program_ ? *program_->ended() : 0;
-    if (asked_to_end_ == 0 && status != 0)
+    if (!is_ending() && status != 0)
       throw program::RunError("`" + options_.command.front() + "` " + program::how_it_ended(status));
     if (options_.fail_on && contract_->broken())
       throw ContractBroken("the contract " + options_.contract +
@@ -143,14 +141,15 @@ class Watch {
     return program_ ? program_->ended().has_value() : is_time_over() || program::interrupted() != 0;
   }
 
+  /// Whether the program was asked to end. A terminal sends an interrupt to the program as well.
+  bool is_ending() const { return due_ || program::interrupted() != 0; }
+
   void handle(ViewAction action) {
     if (action == ViewAction::quit) quit_ = true;
     if (action == ViewAction::explain) start_explanation();
-    if (explanation_) {
-      if (auto lines = explanation_->lines()) {
-        view_->explain(explained_, *lines);
-        explanation_.reset();
-      }
+    if (const auto lines = explanation_ ? explanation_->lines() : std::nullopt) {
+      view_->explain(explained_, *lines);
+      explanation_.reset();
     }
     if (action != ViewAction::snapshot) return;
     if (records_) {
@@ -188,40 +187,28 @@ class Watch {
   bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
 
   void observe(const std::vector<tracing::Event>& events) {
+    if (contract_) contract_->note_losses(session_.losses().total(), now());
+    if (contract_ && program_ && is_ending()) contract_->end();
     for (const tracing::Event& event : events) observer_.event(event);
     if (records_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
   }
 
-  Duration until_next_facts() const {
-    if (!contract_) return kFacts;  // no wait is to be explained
-    return std::min<Duration>(kFacts, kFactsOfEach * static_cast<int>(facts_.size()));
-  }
-
   void read_threads() {
-    const Time at = now();
-    read_ = at - begin_;
-    unjudged_.push_back({at, threads_.read(observer_.system(), at), threads_.ended()});
-    if (!unjudged_.back().facts.empty()) {  // or else the program has ended: the last facts stay
-      keep_facts(unjudged_.back().facts);
-      facts_read_ = read_;
-    }
+    const ThreadReading& reading = unjudged_.emplace_back(threads_.read(observer_.system(), now()));
+    report_.follow(reading);
     const WallClock clock = WallClock::now();
     observer_.set_realtime(clock.offset());
-    if (contract_) contract_->follow(clock, at);
-  }
-
-  /// For reports. Those of threads that have just ended stay, because their process may be about to end.
-  void keep_facts(const std::vector<ThreadFacts>& facts) {
-    for (const ThreadFacts& of : facts) latest_facts_.insert_or_assign(of.identity(), std::pair(of, read_));
-    std::erase_if(latest_facts_, [&](const auto& of) { return of.second.second + kEnding < read_; });
-    facts_.clear();
-    for (const auto& [identity, of] : latest_facts_) facts_.push_back(of.first);
+    next_reading_ = reading.at + kFacts;
+    if (!contract_) return;  // no wait is to be explained
+    contract_->follow(clock, reading.at);
+    const auto of_each = kFactsOfEach * static_cast<int>(reading.facts.size());
+    next_reading_ = std::min(next_reading_, reading.at + of_each);
   }
 
   /// The facts of threads follow the events that happened before them.
   void judge_threads(Time until) {
     for (; !unjudged_.empty() && unjudged_.front().at <= until; unjudged_.pop_front()) {
-      const Unjudged& reading = unjudged_.front();
+      const ThreadReading& reading = unjudged_.front();
       if (contract_) contract_->threads(reading.facts, reading.at);
       for (const ThreadKey& thread : reading.ended) observer_.forget(thread);
     }
@@ -254,32 +241,34 @@ class Watch {
   /// Writes it now, or as soon as the one that is being written is complete: requests until then share
   /// it. Returns its folder; empty: it cannot begin.
   fs::path write_snapshot(const std::string& reason) {
-    if (requested_) {
-      requested_->reason += "; " + reason;
-      return requested_->folder;
+    if (snapshots_.size() > 1) {
+      snapshots_.back().reason += "; " + reason;
+      return snapshots_.back().folder;
     }
-    requested_ = {fs::path(options_.record) / program::concat("snapshot_", ++snapshots_), reason};
-    fs::path folder = requested_->folder;
-    return snapshot_ || begin_snapshot() ? folder : fs::path();
+    fs::path folder = fs::path(options_.record) / program::concat("snapshot_", ++last_snapshot_);
+    snapshots_.push_back({folder, reason});
+    return writer_ || begin_snapshot() ? folder : fs::path();
   }
 
   /// In a process of its own, because rings hold events for less than a second.
   bool begin_snapshot() {
-    written_ = *std::exchange(requested_, std::nullopt);
     try {
-      snapshot_.emplace([&] { recorder_->write(written_.folder); });
+      writer_.emplace([&] { recorder_->write(snapshots_.front().folder); });
     } catch (const std::exception& error) {
       say(error.what());
+      snapshots_.pop_front();
     }
-    return snapshot_.has_value();
+    return writer_.has_value();
   }
 
   /// A disk that is full does not end the watch.
   void end_snapshot() {
-    const std::string error = snapshot_->wait();
-    snapshot_.reset();
-    say(error.empty() ? written_.folder.string() + ": " + written_.reason : error);
-    if (requested_) begin_snapshot();
+    const auto& [folder, reason] = snapshots_.front();
+    const std::string error = writer_->wait();
+    say(error.empty() ? folder.string() + ": " + reason : error);
+    writer_.reset();
+    snapshots_.pop_front();
+    if (!snapshots_.empty()) begin_snapshot();
   }
 
   void say(const std::string& sentence) {
@@ -305,8 +294,7 @@ class Watch {
 
   void report() {
     reported_ = elapsed();
-    report_.update(observer_, session_, {facts_, facts_read_}, contract_.get(), reported_);
-    observer_.next_interval();
+    report_.update(observer_, session_, contract_.get(), reported_);
     if (view_) return view_->show(report_, latest_incident());
     if (options_.json && !options_.once) print_json();
     if (!is_refreshed()) return;
@@ -350,13 +338,6 @@ class Watch {
     *due_ = elapsed() + kPatience;
   }
 
-  /// Facts of threads, which follow the events that happened before them.
-  struct Unjudged {
-    Time at{};
-    std::vector<ThreadFacts> facts;
-    std::vector<ThreadKey> ended;
-  };
-
   struct Snapshot {
     fs::path folder;
     std::string reason;
@@ -372,18 +353,15 @@ class Watch {
   std::optional<FlightRecorder> recorder_;
   Observer observer_;
   ThreadReader threads_;
-  /// By identity of the thread, with the time of the reading.
-  std::map<std::pair<ThreadKey, std::uint64_t>, std::pair<ThreadFacts, Duration>> latest_facts_;
-  std::vector<ThreadFacts> facts_;  // the same
-  std::deque<Unjudged> unjudged_;
+  std::deque<ThreadReading> unjudged_;
   ObservationReport report_{options_.once};
-  Duration reported_{}, read_{}, facts_read_{};
+  Duration reported_{};
+  Time next_reading_{};
   std::optional<Duration> due_;  // the next request to end
   std::size_t asked_to_end_ = 0;
-  std::size_t snapshots_ = 0;
-  std::optional<program::ForkedTask> snapshot_;    // that is being written
-  Snapshot written_;                               // the same
-  std::optional<Snapshot> requested_;              // meanwhile
+  std::deque<Snapshot> snapshots_;  // the one that is being written, and the one that is asked for meanwhile
+  std::optional<program::ForkedTask> writer_;
+  std::size_t last_snapshot_ = 0;                  // its number
   std::map<std::uint64_t, std::uint64_t> stated_;  // incidents, and their changes until then
   std::set<std::uint32_t> named_;                  // processes
   bool waits_ = false, quit_ = false;

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "graph_text.hpp"
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/suggestion.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
 
 namespace hotpath {
 

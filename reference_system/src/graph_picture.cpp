@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "graph_text.hpp"
 #include "hotpath/core/utf8.hpp"
 #include "hotpath/reference_system/graph_edges.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
 
 namespace hotpath {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "graph_text.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
 
 #include <algorithm>
 #include <numeric>

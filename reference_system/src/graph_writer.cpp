@@ -11,9 +11,9 @@
 #include <sstream>
 
 #include "graph_source.hpp"
-#include "graph_text.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/core/utf8.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
 
 namespace hotpath {
 

@@ -2,11 +2,11 @@
 #include <filesystem>
 #include <fstream>
 
-#include "graph_text.hpp"
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
 #include "hotpath/reference_system/phases.hpp"
 
 namespace hotpath {

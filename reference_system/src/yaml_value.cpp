@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <charconv>
 
-#include "graph_text.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/core/utf8.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
 
 namespace hotpath {
 

@@ -29,6 +29,7 @@ namespace {
 struct Place {
   Ring* ring = nullptr;
   std::uint64_t tail_seen = 0;
+  bool tried = false;  ///< Never try twice to create it: the attempt costs system calls.
 };
 
 struct ThreadState {
@@ -36,11 +37,13 @@ struct ThreadState {
   Place descriptions;        ///< Attachable programs: a ring of its own.
   std::uint64_t random = 0;  ///< Of the name of the ring of events.
   bool attachable = false;   ///< The session is kAttachable.
-  bool tried = false;        ///< Never try twice: the attempt costs system calls.
-  bool tried_descriptions = false;
-  bool writing = false;  ///< A signal handler may interrupt a write and call a tracepoint.
+  bool lacks_ring = false;   ///< A watcher lives, but there was no room.
+  bool writing = false;      ///< A signal handler may interrupt a write and call a tracepoint.
 };
 thread_local constinit ThreadState this_thread;
+
+/// Calls of threads that lack a ring, until a thread that has one adds them to what it dropped.
+std::atomic<std::uint64_t> unrecorded{0};
 
 /// Room for `/hotpath_watch.SESSION.RANDOM`.
 using Name = char[96];
@@ -65,12 +68,6 @@ bool locked(const char* marker) {
   const bool is_locked = flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   close(file);
   return is_locked;
-}
-
-bool watched(const char* session) {
-  Name marker;
-  std::snprintf(marker, sizeof marker, "%s%s", kNamePrefix, session);
-  return locked(marker);
 }
 
 /// Whether a watcher is attached, which removes the names of rings itself.
@@ -105,6 +102,7 @@ void forget_ring() {
   if (this_thread.descriptions.ring != nullptr) munmap(this_thread.descriptions.ring, sizeof(Ring));
   this_thread = {};
   has_names = false;
+  unrecorded = 0;
 }
 
 /// Removes the names of attachable rings: those of this process, or those that killed processes left.
@@ -150,8 +148,11 @@ void* reserve(const char* name) {
 }
 
 bool is_watched_session(const char* session) {
-  return std::strspn(session, "0123456789abcdef") == kSessionDigits && session[kSessionDigits] == '\0' &&
-         watched(session);
+  if (std::strspn(session, "0123456789abcdef") != kSessionDigits || session[kSessionDigits] != '\0')
+    return false;
+  Name marker;
+  std::snprintf(marker, sizeof marker, "%s%s", kNamePrefix, session);
+  return locked(marker);
 }
 
 Ring* create_ring(const char* session, std::uint64_t magic) {
@@ -184,13 +185,14 @@ Ring* undisturbed(Create create) {
 }
 
 void try_once() {
-  this_thread.tried = true;
+  this_thread.events.tried = true;
   const char* const session = std::getenv(kSessionVariable);
   if (session == nullptr) return;
   this_thread.attachable = std::strcmp(session, kAttachable) == 0;
   this_thread.events.ring = undisturbed([&]() -> Ring* {
     const bool meets = this_thread.attachable || is_watched_session(session);
     Ring* const ring = meets ? create_ring(session, kMagic) : nullptr;
+    this_thread.lacks_ring = meets && ring == nullptr;
     if (ring != nullptr && this_thread.attachable && !has_names.exchange(true)) remove_names(false);
     return ring;
   });
@@ -200,8 +202,8 @@ void try_once() {
 Place& place_of(Id id) {
   ThreadState& thread = this_thread;
   if (!thread.attachable || !describes(id)) return thread.events;
-  if (!thread.tried_descriptions) {
-    thread.tried_descriptions = true;
+  if (!thread.descriptions.tried) {
+    thread.descriptions.tried = true;
     thread.descriptions.ring = undisturbed([] { return create_ring(kAttachable, kDescriptionsMagic); });
   }
   return thread.descriptions;
@@ -234,6 +236,11 @@ void write_text(Ring& ring, std::uint64_t head, std::uint16_t which, const char*
   }
 }
 
+/// The ring's thread alone writes the number.
+void drop(Ring& ring, std::uint64_t calls) {
+  ring.dropped.store(ring.dropped.load(std::memory_order_relaxed) + calls, std::memory_order_relaxed);
+}
+
 void write(Place& place, Id id, std::initializer_list<std::uint64_t> numbers,
            std::initializer_list<const char*> texts) {
   Ring& ring = *place.ring;
@@ -243,10 +250,9 @@ void write(Place& place, Id id, std::initializer_list<std::uint64_t> numbers,
   for (const char* const text : texts)
     following = static_cast<std::uint8_t>(following + (text != nullptr ? text_records(text) : 0));
   const std::uint64_t head = ring.head.load(std::memory_order_relaxed);
-  if (!has_room(place, head, 1U + following)) {
-    ring.dropped.store(ring.dropped.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
-    return;
-  }
+  if (unrecorded.load(std::memory_order_relaxed) != 0)
+    drop(ring, unrecorded.exchange(0, std::memory_order_relaxed));
+  if (!has_room(place, head, 1U + following)) return drop(ring, 1);
   Record& record = ring.records[head % kCapacity];
   record.at_ns = now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
   record.id = id;
@@ -270,7 +276,8 @@ void write(Place& place, Id id, std::initializer_list<std::uint64_t> numbers,
 }  // namespace
 
 bool active() {
-  if (!this_thread.tried) try_once();
+  if (!this_thread.events.tried) try_once();
+  if (this_thread.lacks_ring) unrecorded.fetch_add(1, std::memory_order_relaxed);
   return this_thread.events.ring != nullptr;
 }
 
@@ -278,7 +285,11 @@ void record(Id id, std::initializer_list<std::uint64_t> numbers, std::initialize
   if (this_thread.writing || !active()) return;
   this_thread.writing = true;
   std::atomic_signal_fence(std::memory_order_seq_cst);
-  if (Place& place = place_of(id); place.ring != nullptr) write(place, id, numbers, texts);
+  if (Place& place = place_of(id); place.ring != nullptr) {
+    write(place, id, numbers, texts);
+  } else {
+    unrecorded.fetch_add(1, std::memory_order_relaxed);
+  }
   std::atomic_signal_fence(std::memory_order_seq_cst);
   this_thread.writing = false;
 }

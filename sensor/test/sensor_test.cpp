@@ -136,6 +136,14 @@ TEST(Sensor, CountsWhatAFullRingDrops) {
   EXPECT_EQ(session.rings().front()->dropped, 7 + 3 * kJobs - kCapacity);
 }
 
+TEST(Sensor, CountsTheCallsOfThreadsThatGetNoRing) {
+  Session session('8');
+  EXPECT_GT(session.run("10 2 limit"), 0);
+  ASSERT_EQ(session.rings().size(), 1U);
+  EXPECT_EQ(session.rings().front()->head, 2U * (7U + 3U));
+  EXPECT_EQ(session.rings().front()->dropped, 2U * (2U + 3U * 10U));
+}
+
 TEST(Sensor, GivesAForkedProcessARingOfItsOwn) {
   Session session('d');
   EXPECT_EQ(session.run("0 0 fork"), 5);

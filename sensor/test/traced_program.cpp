@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// traced_program JOBS THREADS [fork]: each thread creates a node with a publisher and runs jobs.
+// traced_program JOBS THREADS [fork | limit]: each thread creates a node with a publisher and runs jobs.
 // Prints how many calls reached the stand-in, and exits with 1 if a call changed errno. With `fork`,
-// a child process runs one more job in the main thread.
+// a child process runs one more job in the main thread. With `limit`, the main thread runs a job before
+// and after the threads, which may write no files.
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -39,9 +41,16 @@ int main(int argc, char** argv) {
   std::vector<std::thread> threads;
   const auto count = static_cast<std::size_t>(std::atoi(argv[2]));
   threads.reserve(count);
+  const std::string option = argc > 3 ? argv[3] : "";
+  if (option == "limit") {
+    run_jobs(1, topic);
+    constexpr rlimit kSmall = {4096, 4096};
+    if (setrlimit(RLIMIT_FSIZE, &kSmall) != 0) return 1;
+  }
   for (std::size_t i = 0; i < count; ++i) threads.emplace_back(run_jobs, std::atol(argv[1]), topic);
   for (std::thread& thread : threads) thread.join();
-  if (argc > 3) {
+  if (option == "limit") run_jobs(1, topic);
+  if (option == "fork") {
     run_jobs(1, topic);
     const pid_t child = fork();
     if (child == 0) {

@@ -52,13 +52,21 @@ void Assembler::event(const Event& e) {
       return;
     }
     default:
-      return describe(e);
+      if (e.kind == K::executor_job || !full()) return describe(e);
+      ++system_.ignored;
   }
 }
 
 void Assembler::start(const Event& e) {
   const Handle handle{e.process, e.number[0]};
-  if (!callbacks_.contains(handle)) callbacks_[handle] = add_callback(CallbackKind::unknown);
+  if (!callbacks_.contains(handle)) {
+    if (bounded() && unknown_ == kMostUnknown) {
+      ++system_.ignored;
+      return;
+    }
+    ++unknown_;
+    callbacks_[handle] = add_callback(CallbackKind::unknown);
+  }
   const std::uint32_t callback = callbacks_[handle];
   CallbackState& state = callback_states_[callback];
   ThreadState& thread = thread_of(e);

@@ -46,14 +46,11 @@ void Assembler::describe(const Event& e) {
       if (const auto s = find(rclcpp_subscriptions_, first, kNone); s != kNone) set_handle(second, s);
       return;
     case K::timer_init:
-      timers_[first] = {Duration(static_cast<std::int64_t>(e.number[1])), e.at, kNone};
-      return;
+      return add_timer(e);
     case K::timer_callback_added:
       return add_timer_callback(e);
     case K::timer_link_node:
-      if (const std::uint32_t timer = find(timers_, first, {}).callback; timer != kNone)
-        system_.callbacks[timer].node = find(nodes_, second, kNone);
-      return;
+      return link_timer(e);
     case K::service_callback_added:
       return add_service_callback(e);
     case K::callback_register:
@@ -99,6 +96,8 @@ void Assembler::add_subscription(const Event& e) {
   callback.node = find(nodes_, {e.process, e.number[1]}, kNone);
   callback.topic = topic_named(e.text[0]);
   callback.depth = static_cast<std::uint32_t>(std::min<std::uint64_t>(e.number[3], kKeepAll));
+  callback_states_[index].process = e.process;
+  if (bounded()) replace_subscriptions(e, callback);
   system_.topics[callback.topic].subscriptions.push_back(index);
   Endpoint& reader = endpoint(e, Endpoint::Kind::subscription, e.number[2]);
   reader.topic = callback.topic;
@@ -106,6 +105,25 @@ void Assembler::add_subscription(const Event& e) {
   endpoints_.erase({e.process, e.number[2]});
   subscriptions_[{e.process, e.number[0]}] = index;
   rmw_subscriptions_[{e.process, e.number[2]}] = index;
+}
+
+void Assembler::replace_subscriptions(const Event& e, const Callback& by) {
+  for (const std::uint32_t older : {find(subscriptions_, {e.process, e.number[0]}, kNone),
+                                    find(rmw_subscriptions_, {e.process, e.number[2]}, kNone)})
+    if (older != kNone)
+      end_subscriptions(system_.topics[system_.callbacks[older].topic],
+                        [older](std::uint32_t subscription) { return subscription == older; });
+  for (const std::uint32_t older : system_.topics[by.topic].subscriptions)
+    if (by.node != kNone && system_.callbacks[older].node == by.node) callback_states_[older].doubtful = true;
+}
+
+template <class Ended>
+void Assembler::end_subscriptions(Topic& topic, const Ended& ended) {
+  std::erase_if(topic.subscriptions, [&](std::uint32_t subscription) {
+    if (!ended(subscription)) return false;
+    callback_states_[subscription].unread.clear();
+    return true;
+  });
 }
 
 /// rclcpp adds the callback of an intra-process subscription first, and then says whose it is.
@@ -127,13 +145,41 @@ Endpoint& Assembler::endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t
   return added;
 }
 
+void Assembler::add_timer(const Event& e) {
+  Timer& timer = timers_[{e.process, e.number[0]}];
+  if (bounded() && timer.callback != kNone)  // whose address is free again
+    ended_timers_[{system_.callbacks[timer.callback].node, timer.period}].push_back(timer.callback);
+  timer = {Duration(static_cast<std::int64_t>(e.number[1])), e.at, 0, kNone};
+}
+
 void Assembler::add_timer_callback(const Event& e) {
   Timer& timer = timers_[{e.process, e.number[0]}];
   if (timer.period <= Duration::zero() || timer.period > kLongestPeriod) return;
-  timer.callback = add_callback(CallbackKind::timer);
-  system_.callbacks[timer.callback].period = timer.period;
-  system_.callbacks[timer.callback].created = timer.created;
-  set_handle({e.process, e.number[1]}, timer.callback);
+  timer.address = e.number[1];
+  if (!bounded()) begin_timer({e.process, timer.address}, timer, add_callback(CallbackKind::timer));
+}
+
+void Assembler::begin_timer(Handle callback, Timer& timer, std::uint32_t index) {
+  timer.callback = index;
+  system_.callbacks[index].period = timer.period;
+  system_.callbacks[index].created = timer.created;
+  set_handle(callback, index);
+}
+
+/// A node may create timers for ever, as tf2's MessageFilter does for each message that waits. One
+/// that follows another of its node and period is the same callback, or else memory would grow.
+void Assembler::link_timer(const Event& e) {
+  const auto at = timers_.find({e.process, e.number[0]});
+  if (at == timers_.end()) return;
+  Timer& timer = at->second;
+  const std::uint32_t node = find(nodes_, {e.process, e.number[1]}, kNone);
+  if (bounded() && timer.callback == kNone && timer.address != 0) {
+    std::vector<std::uint32_t>& ended = ended_timers_[{node, timer.period}];
+    if (ended.empty()) ended.push_back(add_callback(CallbackKind::timer));
+    begin_timer({e.process, timer.address}, timer, ended.back());
+    ended.pop_back();
+  }
+  if (timer.callback != kNone) system_.callbacks[timer.callback].node = node;
 }
 
 void Assembler::add_service_callback(const Event& e) {
@@ -191,6 +237,33 @@ void Assembler::forget_thread(std::uint32_t process, std::uint32_t thread) {
   system_.threads[at->second] = {};
   free_threads_.push_back(at->second);
   thread_indices_.erase(at);
+}
+
+void Assembler::forget_process(std::uint32_t process) {
+  for (std::size_t t = 0; t < threads_.size(); ++t) {
+    if (system_.threads[t].process != process) continue;
+    give_up(threads_[t].open, 0);
+    forget_thread(process, system_.threads[t].id);
+  }
+  const auto of_process = [&](std::uint32_t s) { return callback_states_[s].process == process; };
+  for (Topic& topic : system_.topics) end_subscriptions(topic, of_process);
+  for (auto& [service, clients] : clients_of_)
+    std::erase_if(clients, [&](std::uint32_t client) { return system_.clients[client].process == process; });
+  const auto is_known = [&](const auto& known) { return known.first.process == process; };
+  std::apply([&](auto&... known) { (std::erase_if(known, is_known), ...); }, by_address());
+  waiting_threads_.erase(process);
+  responses_.erase(process);
+  system_.ended_processes += system_.processes.erase(process);
+}
+
+/// Whether there is no room for further entities.
+bool Assembler::full() {
+  if (!bounded()) return false;
+  const std::size_t addresses =
+      std::apply([](const auto&... known) { return (known.size() + ...); }, by_address());
+  return addresses >= kMostAddresses || system_.nodes.size() + system_.callbacks.size() +
+                                                system_.endpoints.size() + system_.stated_executors.size() >=
+                                            most_entities_;
 }
 
 }  // namespace hotpath::tracing

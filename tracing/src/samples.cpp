@@ -11,25 +11,27 @@ void Assembler::publish(const Event& e, bool intra_process) {
   const std::uint32_t topic = system_.endpoints[publisher].topic;
   ThreadState& thread = thread_of(e);
   // A call of publish() for both is one publication: first within the process, then between them.
-  const bool continued = !intra_process && thread.intra_published && thread.publisher == e.number[0];
+  const bool continued = !intra_process && thread.intra_published && thread.publisher == publisher;
   thread.intra_published = intra_process;
   thread.message = e.number[1];
   if (!continued) {
     // Between two questions for the next callback, only a callback publishes.
     if (thread.open.empty() && thread.asked) begin_unannounced(e, thread);
-    thread.publisher = e.number[0];
+    thread.publisher = publisher;
     thread.publication = ++publications_;
+    thread.reached.clear();
     ++system_.endpoints[publisher].publications;
     thread.topic = topic;
     if (!thread.open.empty()) {
       Job& job = thread.open.back();
+      if (bounded() && job.published.size() == kMostPublished) job.published.pop_back();
       job.published.push_back({topic, e.at, events_});
       sink_.published(job, job.published.back());
     }
   }
   if (intra_process) return;
   for (const std::uint32_t subscription : system_.topics[thread.topic].subscriptions)
-    deliver(e, subscription, thread, std::nullopt);
+    if (std::ranges::count(thread.reached, subscription) == 0) deliver(e, subscription, thread, std::nullopt);
 }
 
 void Assembler::deliver(const Event& e, std::uint32_t subscription, const ThreadState& thread,
@@ -38,12 +40,26 @@ void Assembler::deliver(const Event& e, std::uint32_t subscription, const Thread
   const bool delivered = !state.unread.empty() && state.unread.back().publication == thread.publication;
   if (delivered) return;
   const JobRef parent = thread.open.empty() ? JobRef{} : thread.open.back().ref;
-  state.unread.push_back({{state.samples++, e.at, parent}, thread.publication, 0, slot});
+  state.unread.push_back(
+      {{state.samples++, e.at, parent}, thread.publication, thread.publisher, 0, slot, false});
   Callback& callback = system_.callbacks[subscription];
   ++callback.samples;
-  if (state.unread.size() <= (callback.depth > 0 ? callback.depth : kKeepAll)) return;
-  sink_.lost({subscription, state.unread.front().sample, false});
-  state.unread.pop_front();
+  callback.published_for_it = e.at;
+  if (state.unread.size() > (callback.depth > 0 ? callback.depth : kKeepAll)) overflow(subscription);
+}
+
+/// Removes an unread sample: one that was passed, or else the oldest, which is lost. In a running
+/// system, it counts only if the subscription surely lives, and had been discovered by the publisher.
+void Assembler::overflow(std::uint32_t subscription) {
+  CallbackState& state = callback_states_[subscription];
+  auto sample = std::ranges::find(state.unread, true, &Unread::passed);
+  if (sample == state.unread.end()) {
+    sample = state.unread.begin();
+    const bool discovered = sample->slot || state.taken_from.contains(sample->publisher) ||
+                            system_.endpoints[sample->publisher].process == state.process;
+    if (!bounded() || (discovered && !state.doubtful)) sink_.lost({subscription, sample->sample, false});
+  }
+  state.unread.erase(sample);
 }
 
 /// Sets the source timestamp that readers will report of the thread's latest publication.
@@ -79,7 +95,15 @@ void Assembler::hold(ThreadState& thread, std::uint32_t subscription,
                      const std::deque<Unread>::iterator& sample) {
   thread.taken_by = subscription;
   thread.taken = sample->sample;
-  callback_states_[subscription].unread.erase(sample);
+  CallbackState& state = callback_states_[subscription];
+  state.doubtful = false;
+  if (bounded()) {
+    state.taken_from.insert(sample->publisher);
+    // They never arrived, unless another thread has taken them and its event follows.
+    for (auto older = state.unread.begin(); older != sample; ++older)
+      older->passed = older->passed || older->publisher == sample->publisher;
+  }
+  state.unread.erase(sample);
 }
 
 Sample Assembler::stranger(std::uint32_t subscription, Time published) {
@@ -90,9 +114,11 @@ Sample Assembler::stranger(std::uint32_t subscription, Time published) {
 
 void Assembler::enqueue(const Event& e) {
   const std::uint32_t subscription = subscription_behind({e.process, e.number[0]});
-  const ThreadState& thread = thread_of(e);
-  if (subscription != kNone && thread.topic == system_.callbacks[subscription].topic)
-    deliver(e, subscription, thread, e.number[1]);
+  ThreadState& thread = thread_of(e);
+  if (subscription == kNone || thread.topic != system_.callbacks[subscription].topic) return;
+  deliver(e, subscription, thread, e.number[1]);
+  // Another thread may take the sample before rcl publishes it.
+  if (std::ranges::count(thread.reached, subscription) == 0) thread.reached.push_back(subscription);
 }
 
 void Assembler::dequeue(const Event& e) {

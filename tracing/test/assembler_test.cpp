@@ -1,68 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/tracing/assembler.hpp"
-
 #include <gtest/gtest.h>
+
+#include "handmade_trace.hpp"
 
 namespace hotpath::tracing {
 namespace {
-
-using K = EventKind;
-
-Time at(std::int64_t ns) { return Time{} + Duration(ns); }
-
-/// Feeds a handmade trace of one process to the assembler and keeps the results.
-class Recording : public Sink {
- public:
-  void tell(K kind, std::int64_t at_ns, std::array<std::uint64_t, 4> numbers,
-            std::array<const char*, 2> texts = {"", ""}, std::uint32_t thread = 1) {
-    Event e;
-    e.kind = kind;
-    e.at = at(at_ns);
-    e.process = 7;
-    e.thread = thread;
-    e.processor = 0;
-    e.number = numbers;
-    e.text = texts;
-    assembler.event(e);
-  }
-
-  /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), and node 2 with a
-  /// subscription to it (callback 21, rmw handle 23).
-  void make_nodes(std::uint64_t depth = 1) {
-    tell(K::node_init, 0, {1, 3}, {"source", "/"});
-    tell(K::publisher_init, 1, {13, 1, 14}, {"/a", ""});
-    tell(K::timer_init, 2, {10, 1000});
-    tell(K::timer_callback_added, 3, {10, 11});
-    tell(K::timer_link_node, 4, {10, 1});
-    tell(K::node_init, 5, {2, 4}, {"sink", "/space"});
-    tell(K::subscription_init, 6, {20, 2, 23, depth}, {"/a", ""});
-    tell(K::rclcpp_subscription_init, 7, {20, 22});
-    tell(K::subscription_callback_added, 8, {22, 21});
-  }
-
-  /// A timer job that publishes with this source timestamp; 0: no timestamp, as in Humble.
-  void publish(std::int64_t at_ns, std::uint64_t source_ns) {
-    tell(K::callback_start, at_ns, {11});
-    tell(K::rcl_publish, at_ns + 1, {13, 99});
-    tell(K::rmw_publish, at_ns + 2, {14, 99, source_ns});
-    tell(K::callback_end, at_ns + 3, {11});
-  }
-
-  void receive(std::int64_t at_ns, std::uint64_t source_ns) {
-    tell(K::rmw_take, at_ns, {23, 98, source_ns, 1});
-    tell(K::callback_start, at_ns + 1, {21});
-    tell(K::callback_end, at_ns + 2, {21});
-  }
-
-  void ended(Job&& job) override { jobs.push_back(std::move(job)); }
-  void lost(const LostSample& lost) override {
-    (lost.queued ? unread : overwritten).push_back(lost.sample.sequence);
-  }
-
-  Assembler assembler{*this};
-  std::vector<Job> jobs;
-  std::vector<std::uint64_t> overwritten, unread;
-};
 
 TEST(Assembler, FindsEntitiesAndWhoCausedWhat) {
   Recording recording;
@@ -141,6 +83,22 @@ TEST(Assembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
   EXPECT_EQ(recording.assembler.system().callbacks[1].samples, 1U);
   EXPECT_EQ(recording.jobs[0].published.size(), 1U);
   EXPECT_EQ(recording.jobs[1].sample.parent.callback, 0U);
+  EXPECT_TRUE(recording.unread.empty());
+}
+
+TEST(Assembler, ASampleThatAnotherThreadTakesAtOnceIsNotDeliveredTwice) {
+  Recording recording;
+  recording.make_nodes();
+  recording.tell(K::buffer_to_ipb, 9, {31, 32});
+  recording.tell(K::ipb_to_subscription, 10, {32, 22});
+  recording.tell(K::callback_start, 2000, {11});
+  recording.tell(K::intra_publish, 2001, {13, 99});
+  recording.tell(K::ring_buffer_enqueue, 2002, {31, 4});
+  recording.tell(K::ring_buffer_dequeue, 2003, {31, 4}, {"", ""}, 2);
+  recording.tell(K::rcl_publish, 2004, {13, 98});
+  recording.tell(K::callback_end, 2005, {11});
+  recording.assembler.finish();
+  EXPECT_EQ(recording.assembler.system().callbacks[1].samples, 1U);
   EXPECT_TRUE(recording.unread.empty());
 }
 

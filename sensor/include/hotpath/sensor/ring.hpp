@@ -97,7 +97,8 @@ struct Ring {
   std::atomic<std::uint32_t> ended;  ///< 1: the thread writes no more.
   /// Records written since the beginning. A tracepoint and its texts appear together.
   alignas(64) std::atomic<std::uint64_t> head;
-  std::atomic<std::uint64_t> dropped;  ///< Tracepoints for which there was no room.
+  /// Tracepoints for which there was no room, also those of threads of the process that got no ring.
+  std::atomic<std::uint64_t> dropped;
   /// Records that the watcher has read.
   alignas(64) std::atomic<std::uint64_t> tail;
   Record records[kCapacity];

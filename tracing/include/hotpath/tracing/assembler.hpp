@@ -4,8 +4,10 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -33,13 +35,19 @@ class Sink {
 /// entities, open jobs with their publications, and unread samples.
 class Assembler {
  public:
-  explicit Assembler(Sink& sink) : sink_(sink) {}
+  /// `most_entities`: of a system that runs for days. Its further entities are ignored, its timers
+  /// that follow one another are one callback, and a sample that may never have reached its
+  /// subscription is not lost. 0: of a trace, which accounts for each timer and sample.
+  explicit Assembler(Sink& sink, std::size_t most_entities = 0)
+      : sink_(sink), most_entities_(most_entities) {}
 
   /// The next event in the order of time. A job that it ends is passed to the sink.
   void event(const Event& e);
   /// Forgets a thread that has ended, unless a job of it is open. Its place in the system is free for
   /// another thread, and has the id 0 until then.
   void forget_thread(std::uint32_t process, std::uint32_t thread);
+  /// Forgets a process that has ended: gives up its open jobs, and ends its subscriptions.
+  void forget_process(std::uint32_t process);
   /// At the end of the trace: passes open jobs and unread samples to the sink.
   void finish();
 
@@ -52,6 +60,10 @@ class Assembler {
   static constexpr Duration kLeastUnannounced = std::chrono::microseconds(20);
   /// Most unread samples of a subscription that keeps all.
   static constexpr std::size_t kKeepAll = 1000;
+  // Most of a system that runs for days:
+  static constexpr std::size_t kMostAddresses = 1'000'000;
+  static constexpr std::size_t kMostUnknown = 10'000;   ///< Callbacks that no event describes.
+  static constexpr std::size_t kMostPublished = 1'000;  ///< Messages of a job that are kept.
 
   /// An address, which is unique in its process.
   struct Handle {
@@ -69,6 +81,7 @@ class Assembler {
   struct Timer {
     Duration period{};
     Time created{};
+    std::uint64_t address = 0;  ///< Of its callback; 0: not yet known.
     std::uint32_t callback = kNone;
   };
   struct Service {
@@ -83,12 +96,18 @@ class Assembler {
   struct Unread {
     Sample sample;
     std::uint64_t publication = 0;
+    std::uint32_t publisher = kNone;    ///< Endpoint.
     std::uint64_t source_ns = 0;        ///< 0: the publication has no timestamp.
     std::optional<std::uint64_t> slot;  ///< Intra-process: place in the ring buffer.
+    bool passed = false;                ///< A later sample of its publisher was taken.
   };
   struct CallbackState {
     std::deque<Unread> unread;
-    std::uint64_t samples = 0, jobs = 0;  ///< Next numbers.
+    std::uint64_t samples = 0, jobs = 0;   ///< Next numbers.
+    std::uint32_t process = 0;             ///< Subscriptions.
+    std::set<std::uint32_t> taken_from{};  ///< Publishers.
+    /// It has taken nothing since its node subscribed to the topic again: it may have been destroyed.
+    bool doubtful = false;
   };
   struct ThreadState {
     std::uint32_t index = kNone;
@@ -102,9 +121,10 @@ class Assembler {
     bool waited = false;
     std::uint32_t taken_by = kNone;  ///< Subscription whose sample it holds.
     Sample taken;
-    std::uint64_t message = 0, publisher = 0, publication = 0;
-    std::uint32_t topic = kNone;
-    bool intra_published = false;  ///< The same call may also publish between processes.
+    std::uint64_t message = 0, publication = 0;
+    std::uint32_t publisher = kNone, topic = kNone;  ///< Of the latest publication.
+    std::vector<std::uint32_t> reached;              ///< Subscriptions that it reached within the process.
+    bool intra_published = false;                    ///< The same call may also publish between processes.
   };
 
   // entities.cpp: events that create nodes, topics and callbacks.
@@ -112,13 +132,22 @@ class Assembler {
   void add_node(const Event& e);
   void add_publisher(const Event& e);
   void add_subscription(const Event& e);
+  /// Subscriptions that the new one shows to have ended, surely or perhaps.
+  void replace_subscriptions(const Event& e, const Callback& by);
   void add_rclcpp_subscription(Handle rclcpp, std::uint32_t subscription);
   /// The endpoint behind the handle of the middleware (0: none), which is new or was created just before.
   Endpoint& endpoint(const Event& e, Endpoint::Kind kind, std::uint64_t rmw_handle);
+  void add_timer(const Event& e);
   void add_timer_callback(const Event& e);
+  void begin_timer(Handle callback, Timer& timer, std::uint32_t index);
+  void link_timer(const Event& e);
   void add_service_callback(const Event& e);
   std::uint32_t add_callback(CallbackKind kind);
   void set_handle(Handle callback, std::uint32_t index);
+  template <class Ended>
+  void end_subscriptions(Topic& topic, const Ended& ended);
+  [[nodiscard]] bool bounded() const { return most_entities_ > 0; }
+  [[nodiscard]] bool full();
   /// Services and topics may have one name.
   std::uint32_t topic_named(const std::string& name, bool of_service = false);
   ThreadState& thread_of(const Event& e);
@@ -150,6 +179,7 @@ class Assembler {
   void publish(const Event& e, bool intra_process);
   void deliver(const Event& e, std::uint32_t subscription, const ThreadState& thread,
                std::optional<std::uint64_t> slot);
+  void overflow(std::uint32_t subscription);
   void stamp(const ThreadState& thread, std::uint64_t source_ns);
   void take(const Event& e, std::uint32_t subscription, std::uint64_t source_ns);
   void enqueue(const Event& e);
@@ -159,6 +189,13 @@ class Assembler {
   Sample stranger(std::uint32_t subscription, Time published);
   std::uint32_t subscription_behind(Handle buffer) const;
 
+  /// All that is known by address.
+  auto by_address() {
+    return std::tie(nodes_, subscriptions_, rmw_subscriptions_, rclcpp_subscriptions_, callbacks_,
+                    rclcpp_callbacks_, ipb_of_buffer_, subscription_of_ipb_, publishers_, endpoints_, timers_,
+                    services_, service_callbacks_, clients_, executors_);
+  }
+
   template <class T>
   static T find(const ByHandle<T>& all, Handle handle, T otherwise) {
     const auto at = all.find(handle);
@@ -166,6 +203,7 @@ class Assembler {
   }
 
   Sink& sink_;
+  const std::size_t most_entities_;
   System system_;
   ByHandle<std::uint32_t> nodes_, subscriptions_, rmw_subscriptions_, rclcpp_subscriptions_, callbacks_;
   ByHandle<std::uint64_t> rclcpp_callbacks_, ipb_of_buffer_, subscription_of_ipb_;
@@ -186,6 +224,9 @@ class Assembler {
   std::vector<ThreadState> threads_;            // parallel to those of the system
   std::vector<std::uint32_t> free_threads_;     // indices
   std::vector<CallbackState> callback_states_;  // parallel to its callbacks
+  /// Callbacks of timers that have ended, by node and period.
+  std::map<std::pair<std::uint32_t, Duration>, std::vector<std::uint32_t>> ended_timers_;
+  std::size_t unknown_ = 0;  // callbacks
   std::uint64_t publications_ = 0, events_ = 0;
 };
 

@@ -32,6 +32,7 @@ struct Callback {
   std::map<std::uint32_t, std::uint64_t> threads;    ///< Jobs by thread.
   std::map<std::uint32_t, std::uint64_t> published;  ///< Messages that its jobs published, by topic.
   std::uint64_t samples = 0;                         ///< Subscriptions: published for it.
+  Time published_for_it{};                           ///< The same: the latest traced publication.
   std::uint64_t strangers = 0;  ///< Subscriptions: samples taken without a traced publication.
   std::string symbol = {};      ///< The function, as the linker names it; empty: unknown.
 };
@@ -93,6 +94,7 @@ struct StatedExecutor {
 struct System {
   std::string rcl_version;            ///< Empty: unknown.
   std::set<std::uint32_t> processes;  ///< Ids.
+  std::uint64_t ended_processes = 0;  ///< That were forgotten.
   /// Names with namespaces, `/perception/filter`, by node; two nodes of one name are two entries.
   std::vector<std::string> nodes;
   std::vector<Callback> callbacks;
@@ -103,6 +105,7 @@ struct System {
   std::vector<ServiceClient> clients;
   std::uint64_t reused_handles = 0;  ///< Callbacks at the address of an earlier callback.
   std::uint64_t ends_without_start = 0;
+  std::uint64_t ignored = 0;  ///< Descriptions, and starts of unknown callbacks, for which there is no room.
   /// Possible callbacks of clients and waitables in processes where several threads wait: a trace does
   /// not tell them from waiting for another thread.
   std::uint64_t unclear_callbacks = 0;
@@ -112,6 +115,7 @@ struct System {
 struct JobRef {
   std::uint32_t callback = kNone;
   std::uint64_t number = 0;
+  friend bool operator==(const JobRef&, const JobRef&) = default;
 };
 
 /// A message on its way to one subscription.
