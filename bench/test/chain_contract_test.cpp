@@ -60,7 +60,7 @@ TEST_F(Watching, PrefersTheNamespaceInWhichMoreNodesRun) {
   until(1);
   system.run(10, 1);
   until(20);
-  EXPECT_EQ(check.chains()[0].outputs, 1U);
+  EXPECT_EQ(check.chains()[0].hot_path.count(), 1U);
   EXPECT_FALSE(check.broken()) << incident();
 }
 

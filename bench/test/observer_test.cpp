@@ -160,7 +160,7 @@ TEST_F(Observing, CountsFromTheCreationOfATimerThatFollowsAnother) {
   system.create_timer(15);
   system.run(27, 1);  // due at 25
   observe();
-  EXPECT_EQ(observer.callbacks()[0].jobs, 2U);
+  EXPECT_EQ(observer.callbacks()[0].execution.count(), 2U);
   EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
 }
 

@@ -227,8 +227,8 @@ TEST(ThreadReader, SeesThatThreadsAndProcessesHaveEnded) {
   system.processes = {own, ended};  // the thread that created the nodes may run nothing
   system.threads = {{own, own, 0, 0, {}}, {own, ended, 0, 0, {}}};
   ThreadReader reader;
-  static_cast<void>(reader.read(system, std::chrono::steady_clock::now()));
-  EXPECT_THAT(reader.ended(), testing::UnorderedElementsAre(ThreadKey(own, ended), ThreadKey(ended, 0)));
+  EXPECT_THAT(reader.read(system, std::chrono::steady_clock::now()).ended,
+              testing::UnorderedElementsAre(ThreadKey(own, ended), ThreadKey(ended, 0)));
 }
 
 TEST(ThreadFactsOfProc, AreRead) {

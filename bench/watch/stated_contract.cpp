@@ -86,13 +86,11 @@ class StatedContract {
       state_distances(stated, task);
       if (loses_nothing(task)) state(stated, Clause::lost, 0, Origin::derived);
     }
-    const auto distance = longest_distance(task), bound = response(task);
-    // Silence is judged after twice the distance: by then the next sample must have been taken.
-    if (distance && bound && *bound <= *distance)
+    if (const auto distance = longest_distance(task))
       state(stated, Clause::maximum_distance, format_ms(*distance), Origin::derived);
     stated["publishes"] = publications(task);
     // A job without work has a bound of 0 in a graph without costs; no live job keeps it.
-    if (bound && *bound > Duration::zero())
+    if (const auto bound = response(task); bound && *bound > Duration::zero())
       state(stated, Clause::response, format_ms(*bound), Origin::derived);
     return stated;
   }
