@@ -56,7 +56,7 @@ FAULTS = {
         "lost", r"perception\.filter/points (got samples at|lost)|source \(timer\) published "
     ),
     "publisher stops": Fault("stop", r"source \(timer\) got nothing for"),
-    "second publisher": Fault("publisher", r"points is also published by"),
+    "second publisher": Fault("publisher", r"points (is also published by|has a publisher of /added)"),
     "node added": Fault("node", r"executor ran /added"),
     "policy changed": Fault("policy", r"executor thread \S+ has the policy"),
     "affinity changed": Fault("affinity", r"executor thread \S+ may run on processors"),
