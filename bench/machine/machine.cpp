@@ -52,7 +52,7 @@ std::vector<std::string> other_real_time_threads() {
       sched_param parameters{};
       sched_getparam(tid, &parameters);
       const auto kind = policy == SCHED_FIFO ? ThreadPolicy::Class::fifo : ThreadPolicy::Class::rr;
-      threads.push_back(first_line(process + "/task/" + thread + "/comm") + " (" +
+      threads.push_back(first_line(program::concat(process, "/task/", thread, "/comm")) + " (" +
                         to_string(ThreadPolicy{kind, parameters.sched_priority}) + ")");
     }
   }
