@@ -66,14 +66,19 @@ TEST(Assembler, SamplesOfWhatWasNotTracedHaveNoParent) {
   EXPECT_EQ(recording.assembler.system().callbacks[1].strangers, 1U);
 }
 
-TEST(Assembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
-  Recording recording;
+/// A job publishes a sample within the process, and has not ended.
+void publish_within_process(Recording& recording) {
   recording.make_nodes();
   recording.tell(K::buffer_to_ipb, 9, {31, 32});
   recording.tell(K::ipb_to_subscription, 10, {32, 22});
   recording.tell(K::callback_start, 2000, {11});
   recording.tell(K::intra_publish, 2001, {13, 99});
   recording.tell(K::ring_buffer_enqueue, 2002, {31, 4});
+}
+
+TEST(Assembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
+  Recording recording;
+  publish_within_process(recording);
   recording.tell(K::rcl_publish, 2003, {13, 98});  // the same publication, for other processes
   recording.tell(K::callback_end, 2004, {11});
   recording.tell(K::ring_buffer_dequeue, 3000, {31, 4});
@@ -88,12 +93,7 @@ TEST(Assembler, SamplesWithinAProcessGoThroughTheRingBuffer) {
 
 TEST(Assembler, ASampleThatAnotherThreadTakesAtOnceIsNotDeliveredTwice) {
   Recording recording;
-  recording.make_nodes();
-  recording.tell(K::buffer_to_ipb, 9, {31, 32});
-  recording.tell(K::ipb_to_subscription, 10, {32, 22});
-  recording.tell(K::callback_start, 2000, {11});
-  recording.tell(K::intra_publish, 2001, {13, 99});
-  recording.tell(K::ring_buffer_enqueue, 2002, {31, 4});
+  publish_within_process(recording);
   recording.tell(K::ring_buffer_dequeue, 2003, {31, 4}, {"", ""}, 2);
   recording.tell(K::rcl_publish, 2004, {13, 98});
   recording.tell(K::callback_end, 2005, {11});
