@@ -132,6 +132,34 @@ TEST_F(Watching, TakesNoAlarmFromTheHypervisorsCounterAlone) {
   EXPECT_EQ(verdict("main", "wait_ms"), "held");
 }
 
+/// The hypervisor's counter grows after 20 ms; at `late_ms` a job starts 2.5 ms late.
+class LateJob : public Watching {
+ protected:
+  std::string incident_at(int late_ms) {
+    ThreadFacts later = facts();
+    later.stolen = from_ms(10);
+    for (int ms = 10; ms < late_ms; ms += 10) system.run(ms, 1);
+    system.run(late_ms + 2.5, 1);
+    until(late_ms + 10);
+    check.threads({facts()}, at_ms(1));
+    check.threads({later}, at_ms(20));
+    check.threads({later}, at_ms(late_ms - 10));
+    check.threads({later}, at_ms(late_ms + 10));
+    return incident();
+  }
+};
+
+TEST_F(LateJob, IsNoDefectWhereTheHypervisorWithholdsTime) {
+  EXPECT_THAT(incident_at(60'000),
+              HasSubstr("path took 4.500 ms, bound 4.000 ms (derived), while no assumption "
+                        "was seen to be broken; not observable: less than 10 ms that the "
+                        "hypervisor withheld"));
+}
+
+TEST_F(LateJob, IsADefectWhereTheHypervisorWithheldTimeLongAgo) {
+  EXPECT_THAT(incident_at(60'100), HasSubstr("a defect of hotpath"));
+}
+
 TEST_F(Watching, AddsTheWaitsOfASecond) {
   system.run(10, 1);
   until(20);

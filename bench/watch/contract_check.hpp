@@ -114,8 +114,9 @@ class ContractCheck {
   void judge_silence(const tracing::System& system, std::uint32_t entry, Time until);
   [[nodiscard]] Verdict verdict(const Subject& subject, const JudgedTerm& term, const Losses& losses) const;
   [[nodiscard]] std::vector<Verdict> verdicts(const Losses& losses) const;
-  /// An assumption that is neither held nor broken; empty: none.
-  [[nodiscard]] std::string unseen(const Losses& losses) const;
+  /// An assumption that is neither held nor broken, or may have been broken unseen before the incident;
+  /// empty: none.
+  [[nodiscard]] std::string unseen(const Incident& incident, const Losses& losses) const;
 
   const Contract contract_;
   WallClock clock_;

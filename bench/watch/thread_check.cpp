@@ -145,14 +145,15 @@ void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& s
 
 /// Adds what the thread waited until now. The hypervisor's counter may grow late, or by more than
 /// passed: the thread cannot have run in time that was withheld.
-void ThreadCheck::note_wait(const ThreadFacts& now, State& state) const {
+void ThreadCheck::note_wait(const ThreadFacts& now, State& state) {
   std::deque<Waited>& waited = state.waited;
   Duration stolen = waited.empty() ? Duration::zero() : waited.back().stolen;
   const bool stayed = state.before && state.before->processor == now.processor;
   if (stayed && !waited.empty()) {  // each processor has a counter of its own
     const Duration idle = *at_ - waited.back().at - (now.ran - state.before->ran);
-    stolen +=
-        std::clamp(now.stolen - state.before->stolen, Duration::zero(), std::max(idle, Duration::zero()));
+    const Duration counted = std::max(now.stolen - state.before->stolen, Duration::zero());
+    if (counted > Duration::zero()) withheld_ = at_;
+    stolen += std::min(counted, std::max(idle, Duration::zero()));
   }
   waited.push_back({*at_, now.waited, stolen});
   if (waited.size() > kMostWaited) waited.pop_front();

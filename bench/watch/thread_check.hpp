@@ -28,6 +28,8 @@ class ThreadCheck {
   /// Of the latest facts.
   [[nodiscard]] std::optional<Time> at() const { return at_; }
   [[nodiscard]] const std::vector<Subject>& subjects() const { return subjects_; }
+  /// When the hypervisor's counter of withheld time of a thread's processor was last seen to grow.
+  [[nodiscard]] std::optional<Time> withheld() const { return withheld_; }
   /// The name of the thread's executor; empty: unknown.
   [[nodiscard]] std::string name_of(const ThreadKey& thread) const;
 
@@ -51,7 +53,7 @@ class ThreadCheck {
   static constexpr Duration kForgotten = std::chrono::seconds(10);
 
   void judge(Subject& subject, const ThreadFacts& now, const State& state, Incidents& incidents) const;
-  void note_wait(const ThreadFacts& now, State& state) const;
+  void note_wait(const ThreadFacts& now, State& state);
   void judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const;
   [[nodiscard]] static std::string sentence(const JudgedTerm& wait, const State& state, const Waited& from,
                                             const Waited& to);
@@ -64,7 +66,7 @@ class ThreadCheck {
   std::map<std::string, std::uint32_t> of_timer_;      // the same, by the timer's name
   std::map<std::uint32_t, std::uint32_t> of_process_;  // kNone: of several executors
   std::map<ThreadKey, State> states_;
-  std::optional<Time> previous_, at_;
+  std::optional<Time> previous_, at_, withheld_;
 };
 
 }  // namespace hotpath::watch
