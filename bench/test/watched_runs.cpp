@@ -66,26 +66,31 @@ class SimulatedFacts {
       }
     }
     for (const JobRecord& r : trace.jobs) {
-      if (r.outcome == Outcome::ran)
-        waits_.emplace(imports::kExportedEpoch + (r.finish - trace.epoch),
-                       std::pair(r.worker, std::max(Duration{}, r.finish - r.start - times.of(r.job))));
+      if (r.outcome != Outcome::ran) continue;
+      const Duration length = r.finish - r.start, ran = std::min(length, times.of(r.job));
+      runs_.emplace(imports::kExportedEpoch + (r.finish - trace.epoch), Run{r.worker, ran, length - ran});
     }
   }
 
   /// Ascending instants.
   const std::vector<watch::ThreadFacts>& at(Time instant) {
-    while (!waits_.empty() && waits_.begin()->first <= instant && !facts_.empty()) {
-      const auto [worker, waited] = waits_.begin()->second;
-      facts_[worker].waited += waited;
-      waits_.erase(waits_.begin());
+    while (!runs_.empty() && runs_.begin()->first <= instant && !facts_.empty()) {
+      const Run& run = runs_.begin()->second;
+      facts_[run.worker].ran += run.ran;
+      facts_[run.worker].waited += run.waited;
+      runs_.erase(runs_.begin());
     }
     return facts_;
   }
 
  private:
+  struct Run {
+    std::uint16_t worker;
+    Duration ran, waited;
+  };
   static constexpr std::uint32_t kProcess = 1000;  // of exported events
   std::vector<watch::ThreadFacts> facts_;          // by worker
-  std::multimap<Time, std::pair<std::uint16_t, Duration>> waits_;
+  std::multimap<Time, Run> runs_;                  // by their ends
 };
 
 class WatchedCase {

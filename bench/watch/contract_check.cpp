@@ -158,6 +158,7 @@ void ContractCheck::published(const tracing::System& system, const tracing::Job&
 }
 
 void ContractCheck::ended(const tracing::System& system, const tracing::Job& job, const RunningJob& ran) {
+  thread_check_.ended(system, job);
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   if (entry == kNone) return;
   Subject& subject = subjects_[entry];

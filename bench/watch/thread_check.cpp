@@ -38,6 +38,8 @@ std::string uncovered(const tracing::System& system, const tracing::Callback& ca
 }
 
 constexpr Duration kSecond = std::chrono::seconds(1);
+/// What an executor runs beside a job, if that is unknown.
+constexpr Duration kExecutor = std::chrono::microseconds(100);
 
 std::string with_unit(Duration duration) { return program::fixed(to_ms(duration), 3) + " ms"; }
 
@@ -69,6 +71,7 @@ void ThreadCheck::started(const tracing::System& system, const tracing::Job& job
     const auto [of_process, first] = of_process_.try_emplace(thread.first, state.owner);
     if (of_process->second != state.owner) of_process->second = kNone;
   }
+  if (state.work.open++ == 0) state.work.since = job.start;
   if (state.owner == kNone) return;
   Subject& subject = subjects_[state.owner];
   subject.seen = true;
@@ -77,6 +80,15 @@ void ThreadCheck::started(const tracing::System& system, const tracing::Job& job
   const std::string extra = entry != kNone ? "" : uncovered(system, system.callbacks[job.ref.callback]);
   if (extra.empty()) return serves->hold();
   serves->judge(false, "ran " + extra + ", which the contract lacks", job.start, incidents);
+}
+
+void ThreadCheck::ended(const tracing::System& system, const tracing::Job& job) {
+  const auto state = states_.find(key_of(system.threads[job.thread]));
+  if (state == states_.end() || state->second.work.open == 0) return;
+  Work& work = state->second.work;
+  if (--work.open > 0 || !job.ended) return;
+  work.ended.emplace_back(work.since, job.finish);
+  if (work.ended.size() > kMostJobs) work.ended.pop_front();  // there are no readings of this thread
 }
 
 void ThreadCheck::facts(const std::vector<ThreadFacts>& facts, Time at, Incidents& incidents) {
@@ -147,16 +159,58 @@ void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& s
 /// passed: the thread cannot have run in time that was withheld.
 void ThreadCheck::note_wait(const ThreadFacts& now, State& state) {
   std::deque<Waited>& waited = state.waited;
-  Duration stolen = waited.empty() ? Duration::zero() : waited.back().stolen;
-  const bool stayed = state.before && state.before->processor == now.processor;
-  if (stayed && !waited.empty()) {  // each processor has a counter of its own
-    const Duration idle = *at_ - waited.back().at - (now.ran - state.before->ran);
-    const Duration counted = std::max(now.stolen - state.before->stolen, Duration::zero());
-    if (counted > Duration::zero()) withheld_ = at_;
-    stolen += std::min(counted, std::max(idle, Duration::zero()));
+  Waited next{*at_, now.waited};
+  if (!waited.empty()) {
+    const Waited& last = waited.back();
+    const Duration ran = now.ran - state.before->ran, idle = *at_ - last.at - ran;
+    next.stolen = last.stolen;
+    next.ran_aside = last.ran_aside + ran;
+    next.jobs = last.jobs;
+    const bool stayed = state.before->processor == now.processor;  // each has a counter of its own
+    if (stayed && now.stolen > state.before->stolen) {
+      withheld_ = at_;
+      next.stolen += std::clamp(idle, Duration::zero(), now.stolen - state.before->stolen);
+    }
   }
-  waited.push_back({*at_, now.waited, stolen});
+  note_work(state.work, waited.empty() ? *at_ : waited.back().at, next);
+  waited.push_back(next);
   if (waited.size() > kMostWaited) waited.pop_front();
+}
+
+/// Takes the lengths of jobs from what the thread ran since an instant, until the reading.
+void ThreadCheck::note_work(Work& work, Time since, Waited& now) {
+  const auto take = [&](Time start, Time finish) {
+    now.ran_aside -= std::max(std::min(finish, now.at) - std::max(start, since), Duration::zero());
+    now.idle = now.idle && (start >= now.at || finish <= now.at);
+  };
+  for (const auto& [start, finish] : work.ended) {
+    take(start, finish);
+    now.jobs += finish <= now.at ? 1 : 0;
+  }
+  std::erase_if(work.ended, [&](const auto& job) { return job.second <= now.at; });
+  if (work.open > 0) take(work.since, Time::max());
+}
+
+/// What the jobs of the thread have lasted at most while it did not run, between two readings, extended
+/// to readings at which it was idle: beside its jobs, it runs the executor, for each job at most as long
+/// as it lately did. std::nullopt: a later reading may tell.
+std::optional<Duration> ThreadCheck::most_waited_in_jobs(const std::deque<Waited>& readings, Reading from,
+                                                         Reading to) {
+  while (from != readings.begin() && !from->idle) --from;
+  const Time end = to->at;
+  to = std::find_if(to, readings.end(), [](const Waited& w) { return w.idle; });
+  if (to == readings.end()) {
+    if (readings.back().at < end + kSecond) return std::nullopt;
+    --to;
+  }
+  Duration executor = kExecutor;
+  for (auto w = readings.begin(); std::next(w) != readings.end(); ++w) {
+    const auto next = std::next(w);
+    if (w->idle && next->idle && next->jobs > w->jobs)
+      executor = std::max(executor,
+                          (next->ran_aside - w->ran_aside) / static_cast<std::int64_t>(next->jobs - w->jobs));
+  }
+  return static_cast<std::int64_t>(to->jobs - from->jobs) * executor - (to->ran_aside - from->ran_aside);
 }
 
 std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, const Waited& from,
@@ -221,6 +275,9 @@ void ThreadCheck::explain(JudgedTerm& wait, State& state, Incidents& incidents) 
   while (before != first && before->at > breach->since);
   if (before->at > begin.at ||
       after->waited - before->waited + after->stolen - before->stolen < breach->excess)
+    return;
+  if (begin.thread &&
+      most_waited_in_jobs(state.waited, before, after).value_or(Duration::zero()) < breach->excess)
     return;
   const std::string said = sentence(wait, state, *before, *after);
   if (before->at < state.judged) return wait.restate(said, before->at, incidents);

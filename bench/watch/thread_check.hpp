@@ -22,6 +22,8 @@ class ThreadCheck {
   /// A job starts. `entry`: its callback in the contract; kNone: none.
   void started(const tracing::System& system, const tracing::Job& job, std::uint32_t entry,
                Incidents& incidents);
+  /// Follows each started(), also for a job whose end was lost.
+  void ended(const tracing::System& system, const tracing::Job& job);
   /// Facts of the system's threads. They cover the time since the previous ones.
   void facts(const std::vector<ThreadFacts>& facts, Time at, Incidents& incidents);
 
@@ -34,10 +36,20 @@ class ThreadCheck {
   [[nodiscard]] std::string name_of(const ThreadKey& thread) const;
 
  private:
-  /// What a thread waited until an instant.
+  /// What a thread waited, and what it ran beside its jobs, from its first reading until another one.
   struct Waited {
     Time at{};
     Duration waited{}, stolen{};
+    Duration ran_aside{};    ///< What it ran, without the lengths of its jobs: less by what these waited.
+    std::uint64_t jobs = 0;  ///< That ended.
+    bool idle = true;        ///< No job runs, so that Linux has counted all that the thread ran.
+  };
+  using Reading = std::deque<Waited>::const_iterator;
+  /// Jobs of a thread; those of executors that spin in a job are part of it.
+  struct Work {
+    std::uint32_t open = 0;                        ///< That have not ended.
+    Time since{};                                  ///< The start of the first of these.
+    std::deque<std::pair<Time, Time>> ended = {};  ///< After the latest reading.
   };
   /// A thread that ran a job.
   struct State {
@@ -45,10 +57,13 @@ class ThreadCheck {
     std::uint32_t owner = tracing::kNone;    ///< Its executor; kNone: none, or several.
     std::optional<ThreadFacts> before = {};  ///< The previous facts.
     std::deque<Waited> waited = {};          ///< At the latest facts.
-    Time judged = {};                        ///< Before this instant, waits were counted as too long.
+    Work work = {};
+    Time judged = {};  ///< Before this instant, waits were counted as too long.
   };
   /// At the shortest distance of facts, five seconds.
   static constexpr std::size_t kMostWaited = 256;
+  /// Between two readings.
+  static constexpr std::size_t kMostJobs = 10'000;
   /// A thread without facts for as long as this has ended before any were read.
   static constexpr Duration kForgotten = std::chrono::seconds(10);
 
@@ -57,6 +72,9 @@ class ThreadCheck {
   void judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const;
   [[nodiscard]] static std::string sentence(const JudgedTerm& wait, const State& state, const Waited& from,
                                             const Waited& to);
+  static void note_work(Work& work, Time since, Waited& now);
+  [[nodiscard]] static std::optional<Duration> most_waited_in_jobs(const std::deque<Waited>& readings,
+                                                                   Reading from, Reading to);
   void explain(JudgedTerm& wait, State& state, Incidents& incidents) const;
   [[nodiscard]] bool may_explain(const Breach& breach, const State& state) const;
   void forget(const std::vector<ThreadFacts>& facts);
