@@ -158,10 +158,10 @@ void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& s
 /// Adds what the thread waited until now. The hypervisor's counter may grow late, or by more than
 /// passed: the thread cannot have run in time that was withheld.
 void ThreadCheck::note_wait(const ThreadFacts& now, State& state) {
-  std::deque<Waited>& waited = state.waited;
-  Waited next{*at_, now.waited};
-  if (!waited.empty()) {
-    const Waited& last = waited.back();
+  Readings& readings = state.readings;
+  Reading next{*at_, now.waited};
+  if (!readings.empty()) {
+    const Reading& last = readings.back();
     const Duration ran = now.ran - state.before->ran, idle = *at_ - last.at - ran;
     next.stolen = last.stolen;
     next.ran_aside = last.ran_aside + ran;
@@ -172,13 +172,13 @@ void ThreadCheck::note_wait(const ThreadFacts& now, State& state) {
       next.stolen += std::clamp(idle, Duration::zero(), now.stolen - state.before->stolen);
     }
   }
-  note_work(state.work, waited.empty() ? *at_ : waited.back().at, next);
-  waited.push_back(next);
-  if (waited.size() > kMostWaited) waited.pop_front();
+  note_work(state.work, readings.empty() ? *at_ : readings.back().at, next);
+  readings.push_back(next);
+  if (readings.size() > kMostReadings) readings.pop_front();
 }
 
 /// Takes the lengths of jobs from what the thread ran since an instant, until the reading.
-void ThreadCheck::note_work(Work& work, Time since, Waited& now) {
+void ThreadCheck::note_work(Work& work, Time since, Reading& now) {
   const auto take = [&](Time start, Time finish) {
     now.ran_aside -= std::max(std::min(finish, now.at) - std::max(start, since), Duration::zero());
     now.idle = now.idle && (start >= now.at || finish <= now.at);
@@ -194,27 +194,28 @@ void ThreadCheck::note_work(Work& work, Time since, Waited& now) {
 /// What the jobs of the thread have lasted at most while it did not run, between two readings, extended
 /// to readings at which it was idle: beside its jobs, it runs the executor, for each job at most as long
 /// as it lately did. std::nullopt: a later reading may tell.
-std::optional<Duration> ThreadCheck::most_waited_in_jobs(const std::deque<Waited>& readings, Reading from,
-                                                         Reading to) {
+std::optional<Duration> ThreadCheck::most_waited_in_jobs(const Readings& readings,
+                                                         Readings::const_iterator from,
+                                                         Readings::const_iterator to) {
   while (from != readings.begin() && !from->idle) --from;
   const Time end = to->at;
-  to = std::find_if(to, readings.end(), [](const Waited& w) { return w.idle; });
+  to = std::find_if(to, readings.end(), [](const Reading& r) { return r.idle; });
   if (to == readings.end()) {
     if (readings.back().at < end + kSecond) return std::nullopt;
     --to;
   }
   Duration executor = kExecutor;
-  for (auto w = readings.begin(); std::next(w) != readings.end(); ++w) {
-    const auto next = std::next(w);
-    if (w->idle && next->idle && next->jobs > w->jobs)
+  for (auto r = readings.begin(); std::next(r) != readings.end(); ++r) {
+    const auto next = std::next(r);
+    if (r->idle && next->idle && next->jobs > r->jobs)
       executor = std::max(executor,
-                          (next->ran_aside - w->ran_aside) / static_cast<std::int64_t>(next->jobs - w->jobs));
+                          (next->ran_aside - r->ran_aside) / static_cast<std::int64_t>(next->jobs - r->jobs));
   }
   return static_cast<std::int64_t>(to->jobs - from->jobs) * executor - (to->ran_aside - from->ran_aside);
 }
 
-std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, const Waited& from,
-                                  const Waited& to) {
+std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, const Reading& from,
+                                  const Reading& to) {
   const Duration stolen = to.stolen - from.stolen, waited = to.waited - from.waited + stolen;
   return program::concat(
       "thread ", state.before->name, " waited ", with_unit(waited), " of ",
@@ -225,24 +226,24 @@ std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, co
 
 /// A wait that is too long within a second breaks the term.
 void ThreadCheck::judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const {
-  const std::deque<Waited>& waited = state.waited;
-  auto from = waited.begin();
-  while (std::next(from) != waited.end() && from->at < state.judged) ++from;
-  if (std::next(from) == waited.end()) return;
-  while (from->at < *at_ - kSecond && std::next(from, 2) != waited.end()) ++from;
-  Duration in_a_second = waited.back().waited - from->waited;
+  const Readings& readings = state.readings;
+  auto from = readings.begin();
+  while (std::next(from) != readings.end() && from->at < state.judged) ++from;
+  if (std::next(from) == readings.end()) return;
+  while (from->at < *at_ - kSecond && std::next(from, 2) != readings.end()) ++from;
+  Duration in_a_second = readings.back().waited - from->waited;
   if (const Duration covered = *at_ - from->at; covered > kSecond)  // the watcher got too little CPU time
     in_a_second =
         Duration(std::llround(static_cast<double>(in_a_second.count()) * (to_ms(kSecond) / to_ms(covered))));
   wait.observe(in_a_second.count());
   if (in_a_second.count() <= wait.term().limit) return wait.hold();
   auto longest = from;
-  for (auto w = from; std::next(w) != waited.end(); ++w)
-    if (std::next(w)->waited - w->waited > std::next(longest)->waited - longest->waited) longest = w;
+  for (auto r = from; std::next(r) != readings.end(); ++r)
+    if (std::next(r)->waited - r->waited > std::next(longest)->waited - longest->waited) longest = r;
   // Linux counts a wait when it ends: it may have begun before the facts that precede its end.
   const auto end = std::next(longest);
   const Time begin = std::min(longest->at, end->at - (end->waited - longest->waited));
-  wait.judge(false, sentence(wait, state, *longest, waited.back()), begin, incidents);
+  wait.judge(false, sentence(wait, state, *longest, readings.back()), begin, incidents);
   state.judged = *at_;  // each wait counts once
 }
 
@@ -266,10 +267,10 @@ void ThreadCheck::explain(JudgedTerm& wait, State& state, Incidents& incidents) 
   if (begin.excess <= Duration::zero() || breach == nullptr || breach->at != begin.at ||
       breach->excess <= Duration::zero() || !may_explain(begin, state))
     return;
-  const auto first = state.waited.cbegin();
+  const auto first = state.readings.cbegin();
   const auto after =
-      std::find_if(first, state.waited.cend(), [&](const Waited& w) { return w.at >= breach->until; });
-  if (after == state.waited.cend() || after == first) return;
+      std::find_if(first, state.readings.cend(), [&](const Reading& r) { return r.at >= breach->until; });
+  if (after == state.readings.cend() || after == first) return;
   auto before = after;
   do --before;
   while (before != first && before->at > breach->since);
@@ -277,7 +278,7 @@ void ThreadCheck::explain(JudgedTerm& wait, State& state, Incidents& incidents) 
       after->waited - before->waited + after->stolen - before->stolen < breach->excess)
     return;
   if (begin.thread &&
-      most_waited_in_jobs(state.waited, before, after).value_or(Duration::zero()) < breach->excess)
+      most_waited_in_jobs(state.readings, before, after).value_or(Duration::zero()) < breach->excess)
     return;
   const std::string said = sentence(wait, state, *before, *after);
   if (before->at < state.judged) return wait.restate(said, before->at, incidents);

@@ -37,14 +37,14 @@ class ThreadCheck {
 
  private:
   /// What a thread waited, and what it ran beside its jobs, from its first reading until another one.
-  struct Waited {
+  struct Reading {
     Time at{};
     Duration waited{}, stolen{};
     Duration ran_aside{};    ///< What it ran, without the lengths of its jobs: less by what these waited.
     std::uint64_t jobs = 0;  ///< That ended.
     bool idle = true;        ///< No job runs, so that Linux has counted all that the thread ran.
   };
-  using Reading = std::deque<Waited>::const_iterator;
+  using Readings = std::deque<Reading>;
   /// Jobs of a thread; those of executors that spin in a job are part of it.
   struct Work {
     std::uint32_t open = 0;                        ///< That have not ended.
@@ -56,12 +56,12 @@ class ThreadCheck {
     Time first_start{};                      ///< Of a job of its executor, if it has one.
     std::uint32_t owner = tracing::kNone;    ///< Its executor; kNone: none, or several.
     std::optional<ThreadFacts> before = {};  ///< The previous facts.
-    std::deque<Waited> waited = {};          ///< At the latest facts.
+    Readings readings = {};                  ///< The latest ones.
     Work work = {};
     Time judged = {};  ///< Before this instant, waits were counted as too long.
   };
   /// At the shortest distance of facts, five seconds.
-  static constexpr std::size_t kMostWaited = 256;
+  static constexpr std::size_t kMostReadings = 256;
   /// Between two readings.
   static constexpr std::size_t kMostJobs = 10'000;
   /// A thread without facts for as long as this has ended before any were read.
@@ -70,11 +70,12 @@ class ThreadCheck {
   void judge(Subject& subject, const ThreadFacts& now, const State& state, Incidents& incidents) const;
   void note_wait(const ThreadFacts& now, State& state);
   void judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const;
-  [[nodiscard]] static std::string sentence(const JudgedTerm& wait, const State& state, const Waited& from,
-                                            const Waited& to);
-  static void note_work(Work& work, Time since, Waited& now);
-  [[nodiscard]] static std::optional<Duration> most_waited_in_jobs(const std::deque<Waited>& readings,
-                                                                   Reading from, Reading to);
+  [[nodiscard]] static std::string sentence(const JudgedTerm& wait, const State& state, const Reading& from,
+                                            const Reading& to);
+  static void note_work(Work& work, Time since, Reading& now);
+  [[nodiscard]] static std::optional<Duration> most_waited_in_jobs(const Readings& readings,
+                                                                   Readings::const_iterator from,
+                                                                   Readings::const_iterator to);
   void explain(JudgedTerm& wait, State& state, Incidents& incidents) const;
   [[nodiscard]] bool may_explain(const Breach& breach, const State& state) const;
   void forget(const std::vector<ThreadFacts>& facts);
