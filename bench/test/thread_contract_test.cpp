@@ -105,6 +105,24 @@ TEST_F(Withheld, TimeIsKnownOnceTheThreadIsIdle) {
   EXPECT_THAT(read(24.5, 5, 1), HasSubstr("00:00:00.001 main thread spin waited 1.000 ms of 22.500 ms"));
 }
 
+/// A cgroup lets the thread run for a millisecond in between.
+TEST_F(Withheld, TimeIsOneCauseWhereItIsCountedInParts) {
+  system.run(10, 1);
+  system.run(20, 194);
+  for (int i = 0; i < 5; ++i) system.run(220 + 10 * i, 1);
+  std::size_t next = 0;
+  ThreadFacts f = facts();
+  for (int ms = 1; ms < 260; ms += 20) {
+    for (; next < system.events.size() && system.events[next].at <= at_ms(ms); ++next)
+      observer.event(system.events[next]);
+    observer.observed_until(at_ms(ms), losses);
+    f.waited = from_ms(ms > 213 ? 192.5 : ms > 62 ? 40 : 0);
+    f.ran = from_ms(ms > 213 ? 4.5 : ms > 62 ? 3 : ms > 12 ? 2 : 0);
+    check.threads({f}, at_ms(ms));
+  }
+  EXPECT_THAT(incident(), HasSubstr("main thread spin waited 192.500 ms"));
+}
+
 TEST_F(Withheld, TimeOfAnotherThreadExplainsNoBudget) {
   overrun();
   system.add(tracing::EventKind::callback_start, 35, {11});

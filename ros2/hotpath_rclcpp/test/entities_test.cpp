@@ -220,6 +220,7 @@ TEST_P(EveryExecutor, ServesGroupsThatAreAddedByHand) {
 
 TEST_P(EveryExecutor, KeepsAMutuallyExclusiveGroupApart) {
   if (GetParam().find("-re") != std::string::npos) GTEST_SKIP() << "its timer thread ignores callback groups";
+  if (GetParam() == "multi") GTEST_SKIP() << "it may forget the group for ever (rclcpp 3240)";
   std::atomic_int inside{0}, together{0}, ran{0};
   const auto callback = [&] {
     if (++inside > 1) ++together;
