@@ -38,7 +38,7 @@ std::string uncovered(const tracing::System& system, const tracing::Callback& ca
 }
 
 constexpr Duration kSecond = std::chrono::seconds(1);
-/// What an executor runs beside a job, if that is unknown.
+/// What an executor runs beside a job, at least.
 constexpr Duration kExecutor = std::chrono::microseconds(100);
 
 std::string with_unit(Duration duration) { return program::fixed(to_ms(duration), 3) + " ms"; }
@@ -192,8 +192,8 @@ void ThreadCheck::note_work(Work& work, Time since, Reading& now) {
 }
 
 /// What the jobs of the thread have lasted at most while it did not run, between two readings, extended
-/// to readings at which it was idle: beside its jobs, it runs the executor, for each job at most as long
-/// as it lately did. std::nullopt: a later reading may tell.
+/// to readings at which it was idle: beside its jobs, it runs the executor, for each job as long as it
+/// lately did. std::nullopt: a later reading may tell.
 std::optional<Duration> ThreadCheck::most_waited_in_jobs(const Readings& readings,
                                                          Readings::const_iterator from,
                                                          Readings::const_iterator to) {
@@ -204,14 +204,16 @@ std::optional<Duration> ThreadCheck::most_waited_in_jobs(const Readings& reading
     if (readings.back().at < end + kSecond) return std::nullopt;
     --to;
   }
-  Duration executor = kExecutor;
+  std::vector<Duration> executor = {kExecutor};
   for (auto r = readings.begin(); std::next(r) != readings.end(); ++r) {
     const auto next = std::next(r);
     if (r->idle && next->idle && next->jobs > r->jobs)
-      executor = std::max(executor,
-                          (next->ran_aside - r->ran_aside) / static_cast<std::int64_t>(next->jobs - r->jobs));
+      executor.push_back((next->ran_aside - r->ran_aside) / static_cast<std::int64_t>(next->jobs - r->jobs));
   }
-  return static_cast<std::int64_t>(to->jobs - from->jobs) * executor - (to->ran_aside - from->ran_aside);
+  const auto median = executor.begin() + static_cast<std::ptrdiff_t>(executor.size() / 2);
+  std::ranges::nth_element(executor, median);
+  return static_cast<std::int64_t>(to->jobs - from->jobs) * std::max(*median, kExecutor) -
+         (to->ran_aside - from->ran_aside);
 }
 
 std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, const Reading& from,
