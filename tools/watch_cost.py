@@ -10,7 +10,8 @@ the command and its children; the watcher's own CPU time is stated separately.
     tools/watch_cost.py --pairs 16 --jobs -- hotpath run --stack rclcpp --work fixed --load 45 --graph FILE
 
 With --jobs, the command is `hotpath run` with one executor, and only the CPU time of its callbacks
-and executor counts, per callback: not what hotpath itself needs to prepare the run and to draw.
+and executor counts, per callback: not what hotpath itself needs to prepare the run and to draw. The
+medians of its chains' latencies are compared as well.
 """
 
 import argparse
@@ -36,6 +37,7 @@ class Cost(NamedTuple):
     watcher: float
     length: float
     events: int
+    chains: dict[str, float]  # with --jobs: median of each hot-path latency, ms
 
 
 def children_s() -> float:
@@ -51,10 +53,11 @@ def run_child(folder: Path, command: list[str]) -> None:
     sys.exit(code)
 
 
-def per_callback_s(run: Path) -> float:
-    """CPU time of one callback, executor included, of a run with one executor."""
-    summary = json.loads((run / "summary.json").read_text())
-    return float(summary["executors"][0]["cpu_per_callback_us"]) / 1e6
+def summary_of(run: Path) -> tuple[float, dict[str, float]]:
+    """Of a run with one executor: CPU time of one callback, executor included, and medians of chains."""
+    executor = json.loads((run / "summary.json").read_text())["executors"][0]
+    chains = {c["chain"]: float(c["hot_path_latency_ms"]["p50"]) for c in executor["chains"]}
+    return float(executor["cpu_per_callback_us"]) / 1e6, chains
 
 
 def measure(hotpath: str, command: list[str], watched: bool, jobs: bool) -> Cost:
@@ -72,11 +75,11 @@ def measure(hotpath: str, command: list[str], watched: bool, jobs: bool) -> Cost
         if done.returncode != 0:
             sys.exit(f"watch_cost.py: `{' '.join(words)}` failed with code {done.returncode}")
         total = float((folder / "cpu_s").read_text())
-        program = per_callback_s(folder / "run") if jobs else total
+        program, chains = summary_of(folder / "run") if jobs else (total, {})
     report = json.loads(done.stdout.splitlines()[-1]) if watched else {"events": 0}
     if watched and report["dropped"] + report["damaged"] > 0:
         print(f"watch_cost.py: note: {report['dropped']} events were dropped", file=sys.stderr)
-    return Cost(program, children_s() - before - total, length, report["events"])
+    return Cost(program, children_s() - before - total, length, report["events"], chains)
 
 
 def interval(values: list[float]) -> tuple[float, float, float]:
@@ -116,6 +119,9 @@ def main() -> None:
     rows = [("CPU time with the sensor", shares, "%"), ("the watcher itself, of one core", own, "%")]
     if not options.jobs:
         rows.append(("CPU time with the sensor, per event", each_ns, "ns"))
+    for chain in pairs[0][0].chains:
+        changes = [100 * (with_it.chains[chain] / without.chains[chain] - 1) for with_it, without in pairs]
+        rows.append((f"median latency of {chain}", changes, "%"))
     for title, values, unit in rows:
         middle, low, high = interval(values)
         print(f"{title}: median {middle:+.2f} {unit} (95 % interval {low:+.2f} to {high:+.2f})")
