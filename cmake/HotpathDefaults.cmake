@@ -164,24 +164,45 @@ function(hotpath_export)
   install(FILES package.xml DESTINATION share/${PROJECT_NAME})
 endfunction()
 
-# hotpath_test(name LIBRARIES libs... [LABELS labels...]): test program <name> from test/<name>.cpp,
-# GoogleTest. Each program is one ctest test. gtest_discover_tests would start a process for each of
-# hundreds of millisecond cases, and would repeat costly fixtures for each case. `--gtest_filter`
-# selects cases.
+# hotpath_test(name [SOURCES names...] [SHARDS n] LIBRARIES libs...): test program <name> from
+# test/<source>.cpp of each source, by default <name>.cpp; GoogleTest. Each program is one ctest
+# test, or n that share its cases: gtest_discover_tests would start a process for each of hundreds of
+# millisecond cases, and would repeat costly fixtures. `--gtest_filter` selects cases.
 function(hotpath_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT" "LIBRARIES;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "" "SHARDS" "SOURCES;LIBRARIES" ${ARGN})
   find_package(GTest REQUIRED)
+  if(NOT arg_SOURCES)
+    set(arg_SOURCES ${name})
+  endif()
+  list(TRANSFORM arg_SOURCES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/test/\\1.cpp")
   set(target ${PROJECT_NAME}_${name})
-  add_executable(${target} ${PROJECT_SOURCE_DIR}/test/${name}.cpp)
+  add_executable(${target} ${arg_SOURCES})
   target_link_libraries(${target} PRIVATE ${arg_LIBRARIES} GTest::gmock GTest::gtest_main)
   # -O1 compiles faster and costs little: the libraries do the slow work of a test.
   target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
+  # Unnamed namespaces of two tests may have the same names.
+  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
   hotpath_warnings(${target})
-  if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 120)
+  if(NOT TARGET ${PROJECT_NAME}_test_headers)
+    file(CONFIGURE OUTPUT test_headers.cpp CONTENT "")
+    add_library(${PROJECT_NAME}_test_headers OBJECT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp)
+    target_link_libraries(${PROJECT_NAME}_test_headers PRIVATE GTest::gmock)
+    target_compile_options(${PROJECT_NAME}_test_headers PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
+    hotpath_warnings(${PROJECT_NAME}_test_headers)  # -Wpedantic changes a macro
+    hotpath_precompile(${PROJECT_NAME}_test_headers <gmock/gmock.h> <gtest/gtest.h>)
   endif()
-  add_test(NAME ${target} COMMAND ${target})
-  set_tests_properties(${target} PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+  hotpath_precompile(${target} REUSE_FROM ${PROJECT_NAME}_test_headers)
+  if(NOT arg_SHARDS)
+    add_test(NAME ${target} COMMAND ${target})
+    set_tests_properties(${target} PROPERTIES TIMEOUT 300)
+    return()
+  endif()
+  math(EXPR last "${arg_SHARDS} - 1")
+  foreach(shard RANGE ${last})
+    add_test(NAME ${target}_${shard} COMMAND ${target})
+    set_tests_properties(${target}_${shard} PROPERTIES TIMEOUT 300
+      ENVIRONMENT "GTEST_TOTAL_SHARDS=${arg_SHARDS};GTEST_SHARD_INDEX=${shard}")
+  endforeach()
 endfunction()
 
 # hotpath_fuzz_target(name source libraries...): libFuzzer program fuzz_<name>, one of the target

@@ -9,6 +9,7 @@ cd "$(dirname "$0")/.."
 
 # Debian's Python comes first: another Python in PATH lacks Debian's modules.
 export PATH="/usr/bin:$PATH"
+use_compiler_cache
 # A unity build halves the time of a full build. After a small change the preset `release` is
 # faster.
 cmake -S . -B build -G Ninja -DCMAKE_UNITY_BUILD=ON "$@" >build.log 2>&1 || { cat build.log; exit 1; }

@@ -13,6 +13,7 @@ case "$#:${1:-}" in
 esac
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
+use_compiler_cache
 
 unity=OFF
 # run PRESET TARGETS TESTS [EXCLUDED]: builds the targets and runs the tests that match TESTS but
@@ -24,8 +25,7 @@ run() {
   ctest --preset "$1" -R "$3" -E "${4:-^$}" --output-on-failure --no-tests=error
 }
 
-threads=(hotpath_executor_live_executor_test hotpath_executor_live_parts_test)
-run tsan "${threads[*]}" "$(IFS='|'; echo "^(${threads[*]})\$")"
+run tsan hotpath_executor_live_test '^hotpath_executor_live_test$'
 if [ "${1:-}" = --all ]; then
   # No mutated traces: Debian's libbabeltrace2 leaks 16 bytes when it rejects a trace, in a plugin
   # that is unloaded before a suppression could name it. It also divides by zero, which the import
@@ -34,6 +34,5 @@ if [ "${1:-}" = --all ]; then
   unity=ON  # a full build takes a third of the time
   run asan all . 'bench_(disk|failing_calls|((machine|process)_)?faults|second_host)_test'
 else
-  memory=(hotpath_executor_{trace,csv,simulator,wait_set,live_executor}_test)
-  run asan "${memory[*]}" "$(IFS='|'; echo "^(${memory[*]})\$")"
+  run asan 'hotpath_executor_core_test hotpath_executor_live_test' '^hotpath_executor_(core|live)_test$'
 fi

@@ -1,25 +1,27 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# tidy.sh [--minutes N] [FILE...]: checks all C++ sources, or only the given ones, with clang-tidy
-# and the checks in .clang-tidy. With --minutes, it checks the files that changed last first, starts
-# no file after N minutes, and prints how many it did not reach. Exit code 1 after a finding.
+# tidy.sh [--minutes N] [--commits N] [FILE...]: checks all C++ sources, or only the given ones, with
+# clang-tidy and the checks in .clang-tidy. With --commits, it checks those that the last N commits
+# changed. With --minutes, it checks the files that changed last first, starts no file after N
+# minutes, and prints how many it did not reach. Exit code 1 after a finding.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."
 export PATH="/usr/bin:$PATH"
 
-deadline=0
-if [ "${1:-}" = --minutes ]; then
-  [[ ${2:-} =~ ^[0-9]+$ ]] || wrong_use "--minutes takes a whole number, not '${2:-}'"
-  deadline=$((EPOCHSECONDS + 60 * $2))
+deadline=0 commits=()
+while [ "${1:-}" = --minutes ] || [ "${1:-}" = --commits ]; do
+  [[ ${2:-} =~ ^[0-9]+$ ]] || wrong_use "$1 takes a whole number, not '${2:-}'"
+  if [ "$1" = --minutes ]; then deadline=$((EPOCHSECONDS + 60 * $2)); else commits=("-$2"); fi
   shift 2
-fi
+done
 [[ ${1:-} != -* ]] || wrong_use "unknown argument $1"
 command -v clang-tidy >/dev/null || { echo "tidy.sh: install clang-tidy (launch_scripts/setup.sh test)" >&2; exit 2; }
 { cmake --preset ci && cmake --build --preset ci --target generated_code; } >build-ci.log 2>&1 || { tail -40 build-ci.log; exit 1; }
 
 changed_last() {
-  { git log --format= --name-only -- '*.cpp' && git ls-files '*.cpp'; } | awk '!seen[$0]++'
+  { git log "${commits[@]}" --format= --name-only -- '*.cpp' && { [ ${#commits[@]} -gt 0 ] || git ls-files '*.cpp'; }; } |
+    awk '!seen[$0]++'
 }
 compiled=$(sed -n 's|^ *"file": "'"$PWD"'/\(.*\.cpp\)",\{0,1\}$|\1|p' build-ci/compile_commands.json)
 [ $# -gt 0 ] || mapfile -t files < <(changed_last | grep -xF -f <(echo "$compiled"))

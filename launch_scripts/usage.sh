@@ -22,3 +22,19 @@ for argument in "$@"; do
     --help | -h) usage && exit 0 ;;
   esac
 done
+# use_compiler_cache: CMake compiles with ccache, if it is installed.
+use_compiler_cache() {
+  if command -v ccache >/dev/null; then
+    export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+    # What ccache needs to store compilations with precompiled headers.
+    export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+  fi
+}
+# step NAME COMMAND...: runs the command and prints how long it took.
+step() {
+  local begin=$SECONDS status=0
+  echo "== $1"
+  "${@:2}" || status=$?
+  echo "== $1: $((SECONDS - begin)) s"
+  return $status
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The examples of starvation_test.cpp with threads and the real clock, ten times faster.
 #include <gtest/gtest.h>
+#include <filesystem>
 
 #include <atomic>
 #include <cstdlib>
@@ -81,7 +82,7 @@ class LiveStarvation : public testing::TestWithParam<Example> {
 };
 
 TEST_P(LiveStarvation, TheSameTimersStarveAsWithTheRealExecutors) {
-  for (CsvReader row(std::string(HOTPATH_REFERENCE_DIR) + "/starvation.csv"); row.next();) {
+  for (CsvReader row(std::filesystem::path(HOTPATH_REFERENCE_DIR) / "starvation.csv"); row.next();) {
     if (row.number<int>("example") != GetParam().number) continue;
     const bool humble = row.text("ros2") == "humble";
     const std::vector<std::size_t> live = jobs(humble ? "multi" : "multi-jazzy");

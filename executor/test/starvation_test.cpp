@@ -3,6 +3,7 @@
 // Carefully, EMSOFT 2024), compared with the jobs under the real executors of Humble and Jazzy
 // (ros2_reference/starvation.csv).
 #include <gtest/gtest.h>
+#include <filesystem>
 
 #include "hotpath/core/csv.hpp"
 #include "schedule_checks.hpp"
@@ -34,7 +35,7 @@ std::vector<std::size_t> jobs(const Example& example, const std::string& executo
 class Starvation : public testing::TestWithParam<Example> {};
 
 TEST_P(Starvation, TheSameTimersStarveAsWithTheRealExecutors) {
-  for (CsvReader row(std::string(HOTPATH_REFERENCE_DIR) + "/starvation.csv"); row.next();) {
+  for (CsvReader row(std::filesystem::path(HOTPATH_REFERENCE_DIR) / "starvation.csv"); row.next();) {
     if (row.number<int>("example") != GetParam().number) continue;
     const bool humble = row.text("ros2") == "humble";
     const std::vector<std::size_t> simulated = jobs(GetParam(), humble ? "multi" : "multi-jazzy");
