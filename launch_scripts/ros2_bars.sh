@@ -21,7 +21,7 @@ cpu=$(($(nproc --all) - 1))
 compare() {
   build/bench/hotpath compare --stack rclcpp --cpus "$cpu" --warm-up 2 --output "$output/$1" "${@:2}"
 }
-compare autoware --load 80 --repeat-slow 2 --executors default,events-ro,rm-ro,edf-ro --repetitions 5 --duration 30
+compare autoware --load 80 --executors default,events-ro,rm-ro,edf-ro --repetitions 5 --duration 30
 compare no_work --load 0 --executors default,static,events-ro,rm-ro --repetitions 5 --duration 10
 compare timers --graph timers_only_90 --executors default,rm-ro,edf-ro --repetitions 3 --duration 30
 exec env PYTHONPATH=bench /usr/bin/python3 -B tools/ros2_bars.py "$output" "${@:2}"

@@ -60,7 +60,9 @@ void add_graph_options(CLI::App& command, setup::CommonOptions& o) {
   add_text(command, "--graph", o.graph, "GRAPH", kGraphHelp);
   add_scaling_options(command, o);
   add_choice(command, "--work", o.work,
-             "Work of a job: a fixed amount, a wall-clock time, or a CPU\ntime; by default as in the graph");
+             "A job works for an amount of its thread's CPU time, until an\n"
+             "instant of the clock, or a fixed amount; by default as in the\n"
+             "graph, whose own default is cpu_time");
   add_choice(command, "--phases", o.phases,
              "Timer phases: staggered by node creation as in rclcpp, all\n"
              "equal, given in the graph, or random");

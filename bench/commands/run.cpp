@@ -47,7 +47,8 @@ void add_where_options(CLI::App& command, live::Options& o) {
            "fifo:90 under the paper's executors if permitted");
   command.add_flag("--lock-memory", o.plan.lock_memory, "Lock all memory in RAM (mlockall)");
   command.add_flag("--cpu-time", o.plan.measure_cpu_time,
-                   "Record the CPU time of every job (costs 1 us per job)");
+                   "Record the CPU time of every job (costs 1 us per job); work\n"
+                   "in CPU time (--work) always does");
 }
 
 void add_live_options(CLI::App& command, live::Options& o) {
@@ -73,13 +74,6 @@ void add_run_options(CLI::App& command, live::Options& o) {
   command.add_flag("--quick", o.quick, "Short run: 1 repetition of 2 s after 0.5 s of warm-up")
       ->group(kDurationGroup);
   add_length_options(command, o, 86400);
-  add_number(command, "--repeat-slow", o.repeat_slow, {0, 100}, "N",
-             "Measure a repetition again, up to N times, if its CPU was slow\n"
-             "for a while (docs/results.md); the attempt that lost the least\n"
-             "time counts, the others are kept");
-  add_number(command, "--repeat-disturbed", o.repeat_slow, {0, 100}, "N", "Earlier name of --repeat-slow")
-      ->group("")
-      ->excludes("--repeat-slow");
   exclude(command, "--quick", {"--duration", "--warm-up", "--repetitions"});
   add_number(command, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
              "Lateness after which a process counts as hung and its\n"

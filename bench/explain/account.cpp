@@ -25,7 +25,7 @@ Account::Spent Account::spent(const JobRecord& job, Time from, Time to) const {
   // The time for which the thread had no processor, where the execution time is known.
   std::optional<Duration> off;
   if (whole && job.cpu_time >= Duration{}) off = std::max(Duration{}, to - from - job.cpu_time);
-  if (whole && facts_.times != nullptr) off = std::max(Duration{}, to - from - facts_.times->of(job.job));
+  if (whole && times_ != nullptr) off = std::max(Duration{}, to - from - times_->of(job.job));
   for (const Held& held : displaced(job, job.start, from, to)) {
     // Jobs that work until an instant of the clock are not prolonged by time without a processor.
     if (!off && system_.wall_clock_work()) break;
@@ -36,8 +36,8 @@ Account::Spent Account::spent(const JobRecord& job, Time from, Time to) const {
   }
   const bool simulated = system_.kind() == results::RunKind::simulated;
   if (off && simulated) spent.displaced.emplace_back(JobRef{}, *off);  // by releases of the timer thread
-  spent.withheld = simulated ? Duration{} : off.value_or(std::min(slowed(job, from, to), spent.on_core));
-  spent.on_core -= off.value_or(spent.withheld);
+  spent.withheld = simulated ? Duration{} : off.value_or(Duration{});
+  spent.on_core -= off.value_or(Duration{});
   return spent;
 }
 
@@ -47,17 +47,6 @@ void Account::run(const JobRecord& job, std::size_t step, Time from, Time to) {
   add(Cause::running, step, spent.on_core);
   for (const auto& [by, length] : spent.displaced) add(Cause::displaced, step, length, by);
   add(Cause::withheld, step, spent.withheld);
-}
-
-/// The time that a slow processor added.
-Duration Account::slowed(const JobRecord& job, Time from, Time to) const {
-  Duration sum{};
-  for (const results::SlowPeriod& slow : facts_.slow) {
-    const Duration overlap = std::min(to, Time{} + slow.end) - std::max(from, Time{} + slow.begin);
-    if (slow.cpu != job.cpu || overlap <= Duration{} || !(slow.factor > 1)) continue;
-    sum += Duration(static_cast<std::int64_t>(static_cast<double>(overlap.count()) * (1 - 1 / slow.factor)));
-  }
-  return sum;
 }
 
 bool Account::shares_core(const JobRecord& other, const JobRecord& job) const {

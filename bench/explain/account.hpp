@@ -8,21 +8,15 @@
 #include "explain/job_window.hpp"
 #include "explain/system.hpp"
 #include "hotpath/core/workload.hpp"
-#include "results/processor_speed.hpp"
 
 namespace hotpath::explain {
-
-/// What is known of one repetition besides its jobs.
-struct RepetitionFacts {
-  const ExecutionTimes* times = nullptr;       ///< Simulated: of every job that works; nullptr: not known.
-  std::vector<results::SlowPeriod> slow = {};  ///< Live: when a processor was slow.
-};
 
 /// Divides intervals of a latency among causes. Every call accounts for all of its interval.
 class Account {
  public:
-  Account(const System& system, const JobWindow& window, const RepetitionFacts& facts)
-      : system_(system), window_(window), facts_(facts) {}
+  /// `times`: of every job that works, in a simulation; nullptr: not known.
+  Account(const System& system, const JobWindow& window, const ExecutionTimes* times)
+      : system_(system), window_(window), times_(times) {}
 
   /// The job `step` of the path runs in [from, to).
   void run(const JobRecord& job, std::size_t step, Time from, Time to);
@@ -65,11 +59,10 @@ class Account {
   void gap(const Waiting& w, Time from, Time to);
   void gap_on_core(const Waiting& w, Time from, Time to);
   void idle(const Waiting& w, Time from, Time to);
-  [[nodiscard]] Duration slowed(const JobRecord& job, Time from, Time to) const;
 
   const System& system_;
   const JobWindow& window_;
-  const RepetitionFacts& facts_;
+  const ExecutionTimes* const times_;
   std::vector<Part> parts_;
 };
 

@@ -26,9 +26,9 @@ Explainer::Explainer(const System& system, Target target, std::vector<Output> ou
   for (const Output& output : outputs_) longest_ = std::max(longest_, output.latency);
 }
 
-void Explainer::begin(std::uint32_t repetition, RepetitionFacts facts) {
+void Explainer::begin(std::uint32_t repetition, const ExecutionTimes* times) {
   repetition_ = repetition;
-  facts_ = std::move(facts);
+  times_ = times;
   window_.clear();
   now_ = Time::min();
 }
@@ -77,7 +77,7 @@ void Explainer::explain_finished() {
 
 bool Explainer::explain_response(const Seen& job) {
   const JobRecord& r = job.record;
-  Account account(system_, window_, facts_);
+  Account account(system_, window_, times_);
   account.wait(job, 0, r.job.timestamp, r.start, nullptr);
   account.run(r, 0, std::max(r.start, r.job.timestamp), r.finish);
   use(account, {repetition_, r.finish - r.job.timestamp, {r}, true, {}});
@@ -97,7 +97,7 @@ bool Explainer::explain_output(const Seen& sink, Duration latency) {
 
 /// A cyclic node may read data that arrived after its job's start, where the latency ends.
 void Explainer::explain_path(const std::vector<const Seen*>& path, Duration latency, bool complete) {
-  Account account(system_, window_, facts_);
+  Account account(system_, window_, times_);
   Explanation explanation{repetition_, latency, {}, complete, {}};
   for (const Seen* job : path) explanation.path.push_back(job->record);
   const Time end = path.back()->record.start;

@@ -35,7 +35,7 @@ class Explainer {
   /// jobs' ends. `run` names the run in messages. `system` must outlive the object.
   Explainer(const System& system, Target target, std::vector<Output> outputs, std::string run, Use use);
 
-  void begin(std::uint32_t repetition, RepetitionFacts facts);
+  void begin(std::uint32_t repetition, const ExecutionTimes* times);
   /// Adds a job of this repetition; started jobs in order of start. Throws UsageError if jobs that
   /// overlap a latency do not fit into memory.
   void add(const JobRecord& record);
@@ -62,7 +62,7 @@ class Explainer {
   DataPath paths_;
   Duration longest_{};  // of the outputs
   std::uint32_t repetition_ = 0;
-  RepetitionFacts facts_;
+  const ExecutionTimes* times_ = nullptr;
   std::vector<Seen> unfinished_;  // jobs of outputs, explained when all jobs that overlap are known
   std::size_t explained_ = 0, added_ = 0;
   Time now_ = Time::min();

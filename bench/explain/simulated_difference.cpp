@@ -21,7 +21,7 @@ ComparedOutputs compared(const SimulatedRun& run, std::uint32_t chain) {
   ComparedOutputs explained;
   Explainer explainer(system, {chain, kNoTask}, std::move(outputs), run.name,
                       [&](const Explanation& explanation) { explained.add(explanation); });
-  explainer.begin(0, {&run.times, {}});
+  explainer.begin(0, &run.times);
   for (const JobRecord& record : run.trace.jobs) explainer.add(record);
   explainer.end();
   return explained;

@@ -3,16 +3,13 @@
 
 #include <algorithm>
 #include <deque>
-#include <filesystem>
 #include <fstream>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "program/errors.hpp"
-#include "program/json_fields.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "results/stored_summary.hpp"
@@ -95,8 +92,7 @@ void StoredOutputs::choose_target(const Options& options) {
 }
 
 bool StoredOutputs::selected(std::string_view executor, std::uint32_t repetition) const {
-  return executor == executor_ && (!repetition_ || repetition == *repetition_) &&
-         !run_.replaced(executor_, repetition);
+  return executor == executor_ && (!repetition_ || repetition == *repetition_);
 }
 
 void StoredOutputs::read_chains() {
@@ -126,40 +122,9 @@ void StoredOutputs::for_each_response(const std::function<void(TaskId, const Out
   });
 }
 
-std::vector<results::SlowPeriod> StoredOutputs::slow_periods(std::uint32_t repetition) const {
-  std::vector<results::SlowPeriod> slow;
-  if (!run_.record().tells_processor_speed() || !std::filesystem::exists(run_.folder() / "summary.json"))
-    return slow;
-  std::ifstream in = run_.open("summary.json");
-  const auto read = [&] {
-    const nlohmann::json summary = program::parse_shallow(in);
-    for (const nlohmann::json& executor : summary.at("executors")) {
-      if (executor.at("executor") != executor_ || !executor.contains("processor_speed")) continue;
-      for (const nlohmann::json& of : executor.at("processor_speed").at("slow")) {
-        if (of.at("repetition") != repetition) continue;
-        for (const nlohmann::json& p : of.at("periods")) {
-          const auto instant = [&](const char* key) {
-            return from_ms(program::number_up_to(to_ms(kLongest) / 1000, p, key) * 1000);
-          };
-          slow.push_back(
-              {p.at("cpu").get<int>(), instant("from_s"), instant("until_s"), p.at("factor").get<double>()});
-        }
-      }
-    }
-  };
-  run_.check(read, "summary.json");
-  return slow;
-}
-
-RepetitionFacts StoredOutputs::facts_of(std::uint32_t repetition,
-                                        std::unique_ptr<ExecutionTimes>& times) const {
-  RepetitionFacts facts;
-  if (system_.simulated && parse<ExecutionTimeModel>(system_.execution_times)) {
-    times = simulated::execution_times_of(system_.graph, system_.tasks, system_.options.seed + repetition);
-    facts.times = times.get();
-  }
-  facts.slow = slow_periods(repetition);
-  return facts;
+std::unique_ptr<ExecutionTimes> StoredOutputs::execution_times(std::uint32_t repetition) const {
+  if (!system_.simulated || !parse<ExecutionTimeModel>(system_.execution_times)) return nullptr;
+  return simulated::execution_times_of(system_.graph, system_.tasks, system_.options.seed + repetition);
 }
 
 void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {
@@ -201,8 +166,8 @@ void StoredOutputs::pass_jobs(std::deque<Explainer>& explainers) const {
     if (!selected(row.executor, row.repetition)) return;
     if (current != row.repetition) {
       if (current) std::ranges::for_each(explainers, &Explainer::end);
-      const RepetitionFacts facts = facts_of(row.repetition, times);
-      for (Explainer& explainer : explainers) explainer.begin(row.repetition, facts);
+      times = execution_times(row.repetition);
+      for (Explainer& explainer : explainers) explainer.begin(row.repetition, times.get());
       current = row.repetition;
     }
     if (started(row.record) && row.record.start < explainers.front().last_start()) {

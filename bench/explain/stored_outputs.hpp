@@ -47,9 +47,8 @@ class StoredOutputs {
   void for_each_response(const std::function<void(TaskId, const Output&)>& use) const;
   /// Passes the jobs to all of them.
   void pass_jobs(std::deque<Explainer>& explainers) const;
-  [[nodiscard]] RepetitionFacts facts_of(std::uint32_t repetition,
-                                         std::unique_ptr<ExecutionTimes>& times) const;
-  [[nodiscard]] std::vector<results::SlowPeriod> slow_periods(std::uint32_t repetition) const;
+  /// Of a simulation; nullptr: not known.
+  [[nodiscard]] std::unique_ptr<ExecutionTimes> execution_times(std::uint32_t repetition) const;
 
   const results::StoredRun& run_;
   const setup::StoredSystem system_;

@@ -15,6 +15,21 @@ from hotpath_report.tables import NS_PER_MS, read_json, read_table
 
 SOURCES = ("simulated", "live")
 TIMER_MANAGEMENT = 1  # worker number in events executors
+# How a live job spends its execution time, and why.
+WORK = {
+    "cpu_time": (
+        "work in CPU time",
+        "A job ends after an amount of its thread's CPU time, so that the load is the same on every processor.",
+    ),
+    "wall": (
+        "work until an instant of the clock",
+        "A job ends at an instant of the clock, as in the paper's task sets: a preemption shortens its work.",
+    ),
+    "fixed": (
+        "a fixed amount of work",
+        "A job does a fixed amount of work, as in ROS 2's reference system: a slow processor raises the load.",
+    ),
+}
 COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]  # per timer
 
 
@@ -39,6 +54,10 @@ class Run:
         self.executors: list[str] = self["executors"]
         if not self.executors:
             raise InputError(f"{self.path}: `executors` is empty, there is nothing to draw")
+        if any("replaced_by" in r for r in self.facts.get("runs", [])):
+            raise InputError(
+                f"{self.path}: repetitions were measured again because the processor was slow; measure it again"
+            )
         self.partial = self.facts.get("complete") is not True  # the run did not finish
         self.simulated = self.facts.get("kind") == "simulated"
         self.recorded = self.facts.get("kind") == "recorded"  # imported from a trace of another system
@@ -65,9 +84,15 @@ class Run:
         else:
             where = f"CPU {cpu_list(self['cpus'])}"
         length = f"{self['repetitions']} × {self['duration_s']:.3g} s"
-        slow = self.slow_repetitions()
-        length += f", {len(slow)} of them on a slow processor" if slow else ""
-        return f"phases: {self['phases']} · on {where} · {length}"
+        disturbed = len(self.disturbances())
+        planned = self["repetitions"] * len(self.executors)
+        length += f", {disturbed} of {planned} repetitions disturbed" if disturbed else ""
+        work = "".join(f"{words} · " for words in (self.work() or ())[:1])
+        return f"{work}phases: {self['phases']} · on {where} · {length}"
+
+    def work(self) -> tuple[str, str] | None:
+        """How the jobs of a live run spend their execution time, and why."""
+        return None if self.simulated or self.recorded else WORK[self["work"]]
 
     def what_ran(self) -> str:
         """Two lines: the experiment, and its machine."""
@@ -88,29 +113,18 @@ class Run:
         ]
         return " · ".join([*(charged or ["no costs"]), f"execution times: {self['execution_times']}"])
 
-    def slow_repetitions(self) -> list[tuple[str, int, list[dict[str, float]]]]:
-        """Executor, repetition and slow periods (`cpu`, `from_s`, `until_s`, `factor`) of each
-        repetition that ran on a slow processor for a while; empty without a summary."""
+    def disturbances(self) -> list[tuple[str, int, list[str]]]:
+        """Executor, repetition and marks of each disturbed repetition; empty without a summary."""
         path = self.folder / "summary.json"
         executors = self.summary() if not self.simulated and path.exists() else []
         return [
-            (e["executor"], r["repetition"], r["periods"])
-            for e in executors
-            for r in e.get("processor_speed", {}).get("slow", [])
+            (e["executor"], r["repetition"], r["marks"]) for e in executors for r in e.get("disturbed", [])
         ]
-
-    def counted(self, frame: pd.DataFrame) -> pd.DataFrame:
-        """The rows without repetitions that were measured again and replaced."""
-        for r in self.facts.get("runs", []):
-            if "replaced_by" in r:
-                mine = (frame["executor"] == r["executor"]) & (frame["repetition"] == r["repetition"])
-                frame = frame[~mine]
-        return frame.reset_index(drop=True)
 
     def latencies(self) -> pd.DataFrame:
         """Chain outputs after the warm-up: executor, repetition, chain, hot_path_ms."""
         columns = ["executor", "chain", "hot_path_latency_ns", "repetition"]
-        frame = self.counted(read_table(self.folder / "chains.csv", columns)[columns])
+        frame = read_table(self.folder / "chains.csv", columns)[columns]
         frame["hot_path_ms"] = frame.pop("hot_path_latency_ns") / NS_PER_MS
         return frame
 

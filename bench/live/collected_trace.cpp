@@ -10,7 +10,7 @@ namespace hotpath::live {
 namespace {
 
 /// The records of one worker. A job that ends after the run, or that another thread kept from its start
-/// until then, counts as running.
+/// until then, counts as running. Its CPU time includes time after the run, so it is left out.
 void add_jobs(const RecordLog<JobRecord>& log, const std::vector<std::uint16_t>& workers,
               std::uint16_t process, Trace& trace) {
   trace.lost_records += log.lost();
@@ -18,7 +18,10 @@ void add_jobs(const RecordLog<JobRecord>& log, const std::vector<std::uint16_t>&
     record.process = process;
     record.worker = workers[record.worker];
     const bool late = record.finish > trace.end || record.start >= trace.end;
-    if (record.outcome == Outcome::ran && late) record.outcome = Outcome::running;
+    if (record.outcome == Outcome::ran && late) {
+      record.outcome = Outcome::running;
+      record.cpu_time = Duration(-1);
+    }
     trace.jobs.push_back(record);
   }
 }

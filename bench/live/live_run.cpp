@@ -15,7 +15,6 @@
 #include "live/live_checks.hpp"
 #include "live/publishing_effect.hpp"
 #include "live/rclcpp_process.hpp"
-#include "live/repeated_attempts.hpp"
 #include "live/repetition_runner.hpp"
 #include "live/timer_grid.hpp"
 #include "machine/machine.hpp"
@@ -83,7 +82,7 @@ class LiveRun {
       say("--timer-policy changes nothing: none of these executors has a timer management thread");
     }
     for (const std::string& sentence : machine::warnings(machine_)) warn(sentence);
-    calibrate_work();
+    prepare_work();
     describe();
     folder.write("run.json", json(run_));
 
@@ -115,8 +114,7 @@ class LiveRun {
       const bool on_rclcpp = parse<setup::Stack>(text) == setup::Stack::rclcpp;
       if (on_rclcpp) {
         plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
-                        std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent,
-                        options_.work};
+                        std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent};
         check_rclcpp_options(options_, plan_);
       }
       std::vector<std::string> stacks = {on_rclcpp ? std::string(results::kRclcppStack) : ""};
@@ -194,7 +192,7 @@ class LiveRun {
       }
       buffers = std::max(buffers, own);
     }
-    setup::check_trace_memory(options_, tasks_, runs_planned() + (options_.repeat_slow > 0), buffers,
+    setup::check_trace_memory(options_, tasks_, runs_planned(), buffers,
                               "a shorter --duration or fewer --repetitions");
   }
 
@@ -206,21 +204,25 @@ class LiveRun {
     if (options_.live_alternate && options_.repetitions < 2) {
       throw program::UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
     }
-    if (options_.live_alternate && options_.repeat_slow > 0) {
-      throw program::UsageError(
-          "--repeat-slow: --live-alternate needs repetitions that follow each other; leave one out");
-    }
     if (publisher_cpus_.empty() && !plan_.cpus.empty()) {
       std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
     }
   }
 
-  void calibrate_work() {
-    Duration typical{};
-    for (const Task& task : make_tasks(graph_).set.tasks) typical = std::max(typical, task.wcet);
+  /// Calibrates a fixed amount of work. Work in CPU time reads the clock anyway, so that the CPU time
+  /// of each job costs little.
+  void prepare_work() {
+    Duration longest{};
+    for (const Task& task : tasks_.set.tasks) longest = std::max(longest, task.wcet);
+    if (longest == Duration{}) return;
+    if (graph_.work == WorkMode::cpu_time) {
+      plan_.measure_cpu_time |= std::ranges::any_of(
+          executors_, [](const setup::ExecutorSpec& e) { return e.stack == setup::Stack::native; });
+    }
+    if (graph_.work != WorkMode::fixed) return;
     const std::vector<int> before = allowed_cpus();
     if (!plan_.cpus.empty()) pin_to_cpus(plan_.cpus);
-    plan_.calibration = calibrate(typical);
+    calibration_ = plan_.calibration = calibrate(longest);
     if (!plan_.cpus.empty()) pin_to_cpus(before);
     if (plan_.calibration.disturbed) {
       warn(
@@ -229,15 +231,14 @@ class LiveRun {
     }
   }
 
-  /// `number`: of the attempt.
-  Plan plan(std::uint32_t repetition, const setup::ExecutorSpec& executor, std::uint32_t number) const {
+  Plan plan(std::uint32_t repetition, const setup::ExecutorSpec& executor) const {
     Plan p = plan_;
     setup::set_phases(p.tasks.set,
                       setup::phases_of_repetition(options_, graph_, tasks_, executor, repetition));
     p.executor = executor;
     if (executor.deployment)
       p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
-    p.repetition = number;
+    p.repetition = repetition;
     if (options_.live || (options_.live_alternate && published_by_turns(repetition))) {
       json facts = run_;
       facts.erase("runs");
@@ -248,35 +249,34 @@ class LiveRun {
 
   void measure(results::RunFolder& folder) {
     const auto order = setup::interleaved(options_.repetitions, executors_.size(), options_.seed);
-    program::Progress progress(order.size(), length() + kOverhead);
+    const Duration each = length() + kOverhead;
+    const auto total =
+        std::chrono::ceil<std::chrono::seconds>(each * static_cast<std::int64_t>(order.size()));
+    if (total >= std::chrono::seconds(10)) {
+      say(program::concat("measuring ", order.size(), " repetitions takes about ", total.count(), " s"));
+    }
+    program::Progress progress(order.size(), each);
     for (std::size_t i = 0; i < order.size() && !partial_; ++i) {
       const auto [repetition, e] = order[i];
       progress.begin(program::concat(executors_[e].label, ", repetition ", repetition));
-      std::optional<results::Repetition> measured =
-          measure_attempt(folder, progress, {e, repetition, repetition, repetition});
-      if (measured) runs_[e].repetitions.push_back(std::move(*measured));
+      measure_one(folder, progress, e, repetition);
     }
-    repeat(folder);
     for (results::ExecutorRuns& r : runs_) {
       std::ranges::sort(r.repetitions, {},
                         [](const results::Repetition& repetition) { return repetition.trace.repetition; });
     }
   }
 
-  /// None: the attempt failed or was interrupted.
-  std::optional<results::Repetition> measure_attempt(results::RunFolder& folder, program::Progress& progress,
-                                                     const Attempt& attempt) {
-    const setup::ExecutorSpec& executor = executors_[attempt.executor];
-    const Plan p = plan(attempt.repetition, executor, attempt.number);
+  void measure_one(results::RunFolder& folder, program::Progress& progress, std::size_t e,
+                   std::uint32_t repetition) {
+    const setup::ExecutorSpec& executor = executors_[e];
+    const Plan p = plan(repetition, executor);
     Result result = run_repetition(p, [&](Duration elapsed) { progress.update(elapsed, length()); });
     progress.clear();
     partial_ = result.interrupted;
     Trace& trace = result.repetition.trace;
     trace.chains = results::counted_chains(trace, setup::measured_chains(graph_, tasks_),
                                            trace.epoch + counting_.warm_up);
-    if (run_.tells_processor_speed()) {
-      result.repetition.speed = results::speed_windows(tasks_.set, trace, counting_.warm_up);
-    }
     // A failed repetition is recorded in run.json only. Rows are stored before the record that
     // names them, so that a killed run can be recovered.
     if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);
@@ -285,40 +285,9 @@ class LiveRun {
       const std::string sentence = left_grid(p.tasks.set, executor, result.repetition);
       if (!sentence.empty()) warn(sentence);
     }
-    record_attempt(run_.runs, executor.label, attempt);
     folder.write("run.json", json(run_));
     if (result.setup_failed) throw program::RunError(result.failure);
-    if (!result.measured || (attempt.number != attempt.counted && partial_)) return std::nullopt;
-    return std::move(result.repetition);
-  }
-
-  void repeat(results::RunFolder& folder) {
-    if (options_.repeat_slow == 0) return;
-    const auto [observed, slow] = count_slow(runs_);
-    if (observed == 0) {
-      warn(
-          "--repeat-slow has no effect: only jobs with a fixed amount of work of at least 0.1 ms show "
-          "that a processor is slow.");
-    }
-    if (slow == 0) return;
-    say(program::concat(slow, slow == 1 ? " repetition" : " repetitions",
-                        " ran on a slow processor: measuring again."));
-    program::Progress progress(slow, length() + kOverhead);
-    repeat_slow(
-        runs_, options_.repetitions, options_.repeat_slow,
-        [&](const Attempt& a) -> std::optional<results::Repetition> {
-          if (partial_) return std::nullopt;
-          progress.begin(
-              program::concat(executors_[a.executor].label, ", repetition ", a.repetition, " again"));
-          return measure_attempt(folder, progress, a);
-        },
-        [&](const Attempt& a, const std::vector<results::SlowPeriod>& wrong) {
-          const std::string& label = executors_[a.executor].label;
-          record_replacement(run_.runs, label, a);
-          warn(program::concat(label, ", repetition ", a.counted, ": ", hotpath::results::describe(wrong),
-                               "; repetition ", a.number, " was measured instead and counts."));
-          folder.write("run.json", json(run_));
-        });
+    if (result.measured) runs_[e].repetitions.push_back(std::move(result.repetition));
   }
 
   std::size_t runs_planned() const { return options_.repetitions * executors_.size(); }
@@ -395,7 +364,7 @@ class LiveRun {
                                     .cpu_time = plan_.measure_cpu_time,
                                     .cpus = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus,
                                     .live_cpus = publisher_cpus_,
-                                    .calibration = plan_.calibration,
+                                    .calibration = calibration_,
                                     .machine = machine_};
   }
 
@@ -445,6 +414,7 @@ class LiveRun {
   std::vector<results::ExecutorRuns> runs_;
   std::vector<int> publisher_cpus_;
   const machine::Machine machine_ = machine::read_machine();
+  std::optional<Calibration> calibration_;
   results::RunRecord run_;
   bool partial_ = false;
   bool told_no_real_time_ = false, told_throttling_ = false;

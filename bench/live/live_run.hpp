@@ -22,8 +22,6 @@ struct Options : setup::CommonOptions {
   bool live = false, live_alternate = false;
   std::string live_cpus;
 
-  std::uint32_t repeat_slow = 0;  ///< How often a repetition on a slow processor is measured again.
-
   bool quick = false;
 };
 

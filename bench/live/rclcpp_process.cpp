@@ -46,6 +46,7 @@ json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordin
       {"executor", executor_text(plan.executor)},
       {"threads", worker_count(*plan.executor.entry, plan.executor.scheduler) - (manages_timers ? 1 : 0)},
       {"phases_ns", phases},
+      {"work", to_string(plan.graph->work)},
       {"divisions_per_us", plan.calibration.divisions_per_us},
       {"namespace", "/hotpath_" + std::to_string(getppid())},
       {"cpus", plan.cpus},
@@ -60,7 +61,6 @@ json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordin
         {"chains", size.chains},
         {"executors", size.executors}}}};
   if (plan.rclcpp.load_percent) settings["load"] = *plan.rclcpp.load_percent;
-  if (plan.rclcpp.work) settings["work"] = to_string(*plan.rclcpp.work);
   if (plan.executor_policy) settings["executor_policy"] = to_string(*plan.executor_policy);
   if (plan.timer_policy) settings["timer_policy"] = to_string(*plan.timer_policy);
   return settings;

@@ -40,7 +40,6 @@ class Coordinator {
   }
 
   Result run() {
-    const Duration stolen_before = machine::stolen_time(plan_.cpus);
     for (std::uint32_t p = 0; p < plan_.processes; ++p) start(p);
     start_publisher();
     execute();
@@ -48,7 +47,6 @@ class Coordinator {
     if (publisher_) publisher_->stop(end_);
     collect();
     if (publisher_) publisher_->finish(result_.warnings);
-    result_.repetition.usage.stolen = machine::stolen_time(plan_.cpus) - stolen_before;
     result_.measured = began_ && result_.failure.empty();
     return std::move(result_);
   }
@@ -94,6 +92,7 @@ class Coordinator {
     epoch_ = now() + std::chrono::milliseconds(50 + 10 * plan_.processes);
     end_ = epoch_ + plan_.length;
     began_ = true;
+    before_ = machine::processor_times(plan_.cpus);
     tell_all(Kind::begin, {to_ns(epoch_), to_ns(end_)});
     if (publisher_) publisher_->begin(epoch_, end_);
     if (!await_all(Kind::begun, end_ + plan_.time_out)) return;
@@ -101,6 +100,19 @@ class Coordinator {
     end_ = end_of_run(stopped_, end_, memories_);
     tell_all(Kind::settle, {to_ns(end_)});
     await_all(Kind::done, now() + plan_.time_out);
+    note_disturbances();
+  }
+
+  /// Of the time since `before_`.
+  void note_disturbances() {
+    const machine::ProcessorTimes after = machine::processor_times(plan_.cpus);
+    results::ProcessUsage& usage = result_.repetition.usage;
+    // Some counters go back a little at times.
+    const auto since = [](Duration before, Duration now) { return std::max(Duration{}, now - before); };
+    usage.stolen = since(before_.stolen, after.stolen);
+    usage.throttled = since(before_.throttled, after.throttled);
+    const Duration others = since(before_.busy + usage.cpu_time, after.busy);
+    if (after.cpus > 0) usage.others = others / static_cast<std::int64_t>(after.cpus);
   }
 
   void note_shared_memory() {
@@ -264,6 +276,7 @@ class Coordinator {
   machine::SharedMemoryWatch shared_memory_;
   std::int64_t refused_ = 0;  // samples of other programs
   bool began_ = false;
+  machine::ProcessorTimes before_;  // at the beginning
   Time epoch_{}, end_{};
   Time stopped_{};  // the latest end of a process
   Result result_;

@@ -23,7 +23,6 @@ struct RclcppPlan {
   std::string runner;  ///< Path of the program.
   std::string graph_file;
   std::optional<double> load_percent;
-  std::optional<WorkMode> work;
 };
 
 /// All settings of one live repetition.

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -67,40 +68,64 @@ struct ProcessorTicks {
   std::string name;
   std::array<long long, 8> ticks{};  ///< user nice system idle iowait irq softirq steal
   long long stolen() const { return ticks.back(); }
+  long long busy() const { return ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6]; }
 };
 
-/// By CPU; -1: of all.
-std::map<int, Duration> all_stolen_times(const std::string& proc_stat) {
+Duration of_ticks(long long ticks) {
+  return Duration(std::chrono::seconds(1)) * ticks / sysconf(_SC_CLK_TCK);
+}
+
+std::map<int, ProcessorTicks> ticks_by_cpu(const std::string& proc_stat) {
   std::istringstream stat(proc_stat);
-  std::map<int, Duration> stolen;
+  std::map<int, ProcessorTicks> all;
   for (std::string line; std::getline(stat, line) && line.starts_with("cpu");) {
     const ProcessorTicks processor(line);
-    const int number = processor.name == "cpu" ? -1 : std::atoi(processor.name.c_str() + 3);
-    stolen[number] = Duration(std::chrono::seconds(1)) * processor.stolen() / sysconf(_SC_CLK_TCK);
+    if (processor.name != "cpu") all.emplace(std::atoi(processor.name.c_str() + 3), processor);
   }
-  return stolen;
+  return all;
+}
+
+Duration throttled_time(const std::vector<int>& cpus) {
+  Duration sum{};
+  // Version 2 of cgroups has one line of this process, `0::/PATH`.
+  if (const std::string group = value_of("/proc/self/cgroup", "0::", ':'); !group.empty()) {
+    const std::string file = "/sys/fs/cgroup" + group.substr(1) + "/cpu.stat";
+    sum = std::chrono::microseconds(std::atoll(value_of(file, "throttled_usec", ' ').c_str()));
+  }
+  for (const int cpu : cpus) {
+    sum += std::chrono::milliseconds(number_in(
+        "/sys/devices/system/cpu/cpu" + std::to_string(cpu) + "/thermal_throttle/core_throttle_total_time_ms",
+        0));
+  }
+  return sum;
 }
 
 }  // namespace
 
 std::map<int, Duration> stolen_times(const std::string& proc_stat) {
-  std::map<int, Duration> stolen = all_stolen_times(proc_stat);
-  stolen.erase(-1);
+  std::map<int, Duration> stolen;
+  for (const auto& [cpu, ticks] : ticks_by_cpu(proc_stat)) stolen[cpu] = of_ticks(ticks.stolen());
   return stolen;
 }
 
-Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus) {
-  std::map<int, Duration> stolen = all_stolen_times(proc_stat);
-  if (cpus.empty()) return stolen[-1];
-  return std::accumulate(cpus.begin(), cpus.end(), Duration::zero(),
-                         [&](Duration sum, int cpu) { return sum + stolen[cpu]; });
+ProcessorTimes processor_times(const std::string& proc_stat, const std::vector<int>& cpus) {
+  ProcessorTimes times;
+  for (const auto& [cpu, ticks] : ticks_by_cpu(proc_stat)) {
+    if (!cpus.empty() && std::ranges::find(cpus, cpu) == cpus.end()) continue;
+    ++times.cpus;
+    times.busy += of_ticks(ticks.busy());
+    times.stolen += of_ticks(ticks.stolen());
+  }
+  return times;
 }
 
-Duration stolen_time(const std::vector<int>& cpus) {
+ProcessorTimes processor_times(const std::vector<int>& cpus) {
   std::ifstream file("/proc/stat");
   std::ostringstream content;
   content << file.rdbuf();
-  return stolen_time(content.str(), cpus);
+  ProcessorTimes times = processor_times(content.str(), cpus);
+  times.throttled = throttled_time(cpus);
+  return times;
 }
 
 double stolen_percent() {

@@ -24,12 +24,21 @@ std::vector<std::string> names_in(const std::string& folder);
 /// The ids of all processes, as in /proc. Any process may have ended meanwhile.
 std::vector<std::string> processes();
 
-/// Time that the hypervisor has taken from these CPUs since boot, from all CPUs if the list is
-/// empty. The resolution is the kernel's clock tick (10 ms). Zero if the kernel does not count it.
-Duration stolen_time(const std::vector<int>& cpus);
-/// The same from the text of /proc/stat.
-Duration stolen_time(const std::string& proc_stat, const std::vector<int>& cpus);
-/// The same of each CPU.
+/// Counters of the kernel since boot, summed over CPUs. The resolution is its clock tick (10 ms);
+/// what it does not count is zero.
+struct ProcessorTimes {
+  std::size_t cpus = 0;
+  Duration busy{};       ///< Used by any process, and by interrupts.
+  Duration stolen{};     ///< Taken by the hypervisor.
+  Duration throttled{};  ///< Lost to the quota of this program's cgroup, and to overheating.
+};
+
+/// Of these CPUs, of all CPUs if the list is empty.
+ProcessorTimes processor_times(const std::vector<int>& cpus);
+/// The same from the text of /proc/stat, without `throttled`.
+ProcessorTimes processor_times(const std::string& proc_stat, const std::vector<int>& cpus);
+
+/// ProcessorTimes::stolen of each CPU.
 std::map<int, Duration> stolen_times(const std::string& proc_stat);
 
 /// Share of all CPU time since boot that the hypervisor took.

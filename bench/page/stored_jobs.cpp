@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "results/stored_summary.hpp"
 
@@ -35,16 +34,6 @@ json intervals_json(const std::vector<Interval>& intervals) {
   return all;
 }
 
-json speed_json(const std::vector<results::SpeedWindow>& windows) {
-  json all = json::array();
-  for (const results::SpeedWindow& w : windows) {
-    if (w.work <= Duration{}) continue;
-    const double pace = static_cast<double>(w.busy.count()) / static_cast<double>(w.work.count());
-    all.push_back({w.cpu, w.begin.count(), w.end.count(), pace});
-  }
-  return all;
-}
-
 }  // namespace
 
 std::size_t count_jobs(const results::StoredRun& run) {
@@ -57,35 +46,22 @@ std::size_t count_jobs(const results::StoredRun& run) {
 StoredJobs::StoredJobs(const results::StoredRun& run, std::size_t all, std::size_t most,
                        WantedIntervals wanted)
     : run_(run), most_(most) {
-  std::optional<results::SpeedWatch> watch;
-  const auto end = [&] {
-    if (watch) repetitions_.back().speed = std::move(*watch).finish();
-    watch.reset();
-  };
   results::for_each_record(run, [&](const JobRow& row) {
     if (repetitions_.empty() || repetitions_.back().repetition != row.repetition ||
         repetitions_.back().executor != row.executor) {
-      end();
       begin(std::string(row.executor), row.repetition, wanted);
-      if (run_.record().tells_processor_speed()) watch.emplace(run_.tasks(), Time{}, run_.warm_up());
     }
-    if (watch) watch->add(row.record);
     if (!hotpath::started(row.record)) return;
     ++started_;
     if (all > most_ && !keeps(repetitions_.back(), row.record)) return;
     ++kept_;
     repetitions_.back().jobs.add(row.record);
   });
-  end();
 }
 
 void StoredJobs::begin(const std::string& executor, std::uint32_t repetition, WantedIntervals& wanted) {
-  repetitions_.push_back({executor,
-                          repetition,
-                          JobColumns(run_.tasks().size()),
-                          merged(std::move(wanted[{executor, repetition}])),
-                          kNever,
-                          {}});
+  repetitions_.push_back({executor, repetition, JobColumns(run_.tasks().size()),
+                          merged(std::move(wanted[{executor, repetition}])), kNever});
 }
 
 bool StoredJobs::keeps(OfRepetition& of, const JobRecord& job) {
@@ -113,11 +89,9 @@ json StoredJobs::repetitions() const {
     const Duration length = run_.length_of(run_.run(of.executor, of.repetition).usage);
     all.push_back({{"executor", of.executor},
                    {"repetition", of.repetition},
-                   {"replaced", run_.replaced(of.executor, of.repetition)},
                    {"length_ns", length.count()},
                    {"kept_ns", intervals_json(kept_intervals(of, Time{} + length))},
-                   {"jobs", of.jobs.columns()},
-                   {"speed", speed_json(of.speed)}});
+                   {"jobs", of.jobs.columns()}});
   }
   return all;
 }

@@ -27,8 +27,7 @@ class StoredJobs {
 
   [[nodiscard]] std::size_t started() const { return started_; }
   [[nodiscard]] std::size_t kept() const { return kept_; }
-  /// {executor, repetition, length_ns, kept_ns: [[from, to]...], jobs, speed}, in the order of the
-  /// file.
+  /// {executor, repetition, length_ns, kept_ns: [[from, to]...], jobs}, in the order of the file.
   [[nodiscard]] nlohmann::json repetitions() const;
 
  private:
@@ -38,7 +37,6 @@ class StoredJobs {
     JobColumns jobs;
     std::vector<Interval> wanted;  ///< Disjoint, ascending.
     Time first_left_out = kNever;  ///< Of the jobs outside of these intervals.
-    std::vector<results::SpeedWindow> speed;
   };
 
   void begin(const std::string& executor, std::uint32_t repetition, WantedIntervals& wanted);

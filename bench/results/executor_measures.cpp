@@ -165,6 +165,8 @@ ExecutorSummary ExecutorMeasures::finish(std::vector<RepeatedSamples>& hot_paths
     summary_.after_warm_up += task.after_warm_up;
   }
   for (auto& [place, ended] : ended_) {
+    if (std::vector<std::string> marks = disturbances(ended.usage); !marks.empty())
+      summary_.disturbed.push_back({ended.losses.repetition, std::move(marks)});
     summary_.usage += ended.usage;
     summary_.lost_records += ended.lost_records;
     summary_.losses.push_back(ended.losses);

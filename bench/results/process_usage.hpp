@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "hotpath/core/time.hpp"
 #include "program/json_fields.hpp"
@@ -16,7 +18,9 @@ struct ProcessUsage {
   std::int64_t peak_memory_kib = 0;
   std::int64_t voluntary_switches = 0;
   std::int64_t involuntary_switches = 0;
-  Duration stolen{};  ///< Time withheld by the hypervisor, summed over the run's CPUs.
+  Duration stolen{};     ///< Time withheld by the hypervisor, summed over the run's CPUs.
+  Duration throttled{};  ///< Time lost to a quota of CPU time or to overheating, likewise.
+  Duration others{};     ///< CPU time of other processes, divided by the number of the run's CPUs.
   Duration wall{};
 
   /// Adds the usage of another run, except memory: the maximum counts.
@@ -26,10 +30,17 @@ struct ProcessUsage {
     voluntary_switches += other.voluntary_switches;
     involuntary_switches += other.involuntary_switches;
     stolen += other.stolen;
+    throttled += other.throttled;
+    others += other.others;
     wall += other.wall;
     return *this;
   }
 };
+
+/// What disturbed a repetition with this usage, by the counters of the kernel: a phrase for each of
+/// `stolen`, `throttled` and `others` that exceeds its limit. A disturbed repetition is marked and
+/// counts like any other.
+[[nodiscard]] std::vector<std::string> disturbances(const ProcessUsage& usage);
 
 /// Suffixes of the keys name the units. from_json() throws nlohmann's exceptions or
 /// std::out_of_range for invalid input.
@@ -40,7 +51,9 @@ inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
        {"peak_memory_kib", usage.peak_memory_kib},
        {"voluntary_context_switches", usage.voluntary_switches},
        {"involuntary_context_switches", usage.involuntary_switches},
-       {"stolen_ms", to_ms(usage.stolen)}};
+       {"stolen_ms", to_ms(usage.stolen)},
+       {"throttled_ms", to_ms(usage.throttled)},
+       {"others_ms", to_ms(usage.others)}};
   if (usage.wall > Duration()) {
     j["cpu_use_percent"] =
         100.0 * static_cast<double>(usage.cpu_time.count()) / static_cast<double>(usage.wall.count());
@@ -56,6 +69,9 @@ inline void from_json(const nlohmann::json& j, ProcessUsage& usage) {
            .involuntary_switches = program::number_up_to(kMost, j, "involuntary_context_switches"),
            .stolen = from_ms(program::number_up_to(kMostMs, j, "stolen_ms")),
            .wall = from_ms(program::number_up_to(kMostMs, j, "wall_ms"))};
+  if (!j.contains("others_ms")) return;  // of an older version
+  usage.throttled = from_ms(program::number_up_to(kMostMs, j, "throttled_ms"));
+  usage.others = from_ms(program::number_up_to(kMostMs, j, "others_ms"));
 }
 
 }  // namespace hotpath::results

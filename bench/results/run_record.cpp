@@ -113,8 +113,6 @@ void fields(auto& visit, program::MaybeConst<RepetitionRecord> auto& repetition)
   visit("failure", repetition.failure);
   visit.if_any("thread_policies", repetition.thread_policies);
   visit.if_any("live", repetition.published);
-  visit.if_any("attempt_of", repetition.attempt_of);
-  visit.if_any("replaced_by", repetition.replaced_by);
 }
 
 /// The keys of SimulationRecord and LiveRecord stand beside those of RunRecord.
@@ -139,7 +137,7 @@ void fields(auto& visit, program::MaybeConst<LiveRecord> auto& live) {
   visit.if_stored("cpu_time", live.cpu_time);
   visit("cpus", live.cpus);
   visit.if_stored("live_cpus", live.live_cpus);
-  visit("calibration", live.calibration);
+  visit.if_any("calibration", live.calibration);
   visit("machine", live.machine);
 }
 

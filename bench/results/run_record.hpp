@@ -79,9 +79,6 @@ struct RepetitionRecord {
   /// Live: the thread policy that each worker obtained, and whether the repetition was published.
   std::optional<std::vector<std::string>> thread_policies;
   std::optional<bool> published;
-  /// Of a repetition that was measured again (--repeat-slow): the planned repetition whose phases this
-  /// attempt has, and the attempt that counts in place of this one.
-  std::optional<std::uint32_t> attempt_of, replaced_by;
 
   /// Throws std::out_of_range for a task that it does not have.
   [[nodiscard]] std::uint64_t expected_of(const std::string& task) const;
@@ -109,8 +106,8 @@ struct LiveRecord {
   bool all_interfaces = false;
   std::string executor_policy, timer_policy;  ///< As given; empty: the defaults of the executors.
   bool lock_memory = false, cpu_time = false;
-  std::vector<int> cpus, live_cpus;  ///< Of the executors, and of the process that publishes.
-  Calibration calibration;
+  std::vector<int> cpus, live_cpus;        ///< Of the executors, and of the process that publishes.
+  std::optional<Calibration> calibration;  ///< For a fixed amount of work.
   machine::Machine machine;
 };
 
@@ -158,11 +155,6 @@ struct RunRecord {
   }
   /// `command` as a shell takes it.
   [[nodiscard]] std::string command_line() const;
-  /// Whether the durations of jobs tell how fast a processor was: live, and nodes that do a fixed amount of
-  /// work.
-  [[nodiscard]] bool tells_processor_speed() const {
-    return kind == RunKind::live && work == WorkMode::fixed;
-  }
 };
 
 /// The second throws nlohmann's exceptions or std::out_of_range for what is no run.json. What an older

@@ -34,7 +34,18 @@ auto find_trace(auto& traces, const std::string& executor, std::uint32_t repetit
 StoredRun::StoredRun(std::filesystem::path folder, std::string option)
     : folder_(std::move(folder)), option_(std::move(option)) {
   std::ifstream in = open("run.json");
-  check([&] { program::parse_shallow(in).get_to(record_); });
+  bool repeated = false;
+  check([&] {
+    const json stored = program::parse_shallow(in);
+    stored.get_to(record_);
+    repeated =
+        std::ranges::any_of(stored.at("runs"), [](const json& r) { return r.contains("replaced_by"); });
+  });
+  if (repeated) {
+    fail("it has repetitions that hotpath " + record_.version +
+         " measured again because the processor was slow, which this version does not support; measure it "
+         "again");
+  }
   if (record_.tasks.tasks.empty()) {
     fail("it was written by hotpath " + record_.version +
          ", which stored less than this version needs; run it again");

@@ -16,7 +16,7 @@ namespace hotpath::results {
 class StoredRun {
  public:
   /// Reads run.json. Messages name `option`. Throws UsageError for a folder without a complete run,
-  /// or with a run of a version that stored less.
+  /// or with a run of a version that stored less, or that measured repetitions again.
   StoredRun(std::filesystem::path folder, std::string option);
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -33,11 +33,6 @@ class StoredRun {
   /// The entry of a repetition in run.json. Throws UsageError if that executor or repetition did
   /// not run.
   [[nodiscard]] const RepetitionRecord& run(const std::string& executor, std::uint32_t repetition) const;
-
-  /// Whether another attempt replaced this repetition, which is kept but does not count.
-  [[nodiscard]] bool replaced(const std::string& executor, std::uint32_t repetition) const {
-    return run(executor, repetition).replaced_by.has_value();
-  }
 
   /// Opens a file of the folder. Throws UsageError if it is missing, InputError if it is not a
   /// regular file.

@@ -2,8 +2,6 @@
 #include "results/stored_summary.hpp"
 
 #include <algorithm>
-#include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -17,43 +15,31 @@ namespace {
 /// The executor's position in run.json, and the repetition.
 using RepetitionKey = std::pair<std::size_t, std::uint32_t>;
 
-/// Whether a repetition counts: a replaced repetition does not.
-enum class Counts : std::uint8_t { all, nothing };
-
 class StoredSummary {
  public:
   StoredSummary(const StoredRun& run, const SummaryOptions& options) : run_(run), options_(options) {
-    tells_speed_ = run.record().tells_processor_speed();
     for (const std::string& executor : run.executors()) {
-      speeds_.push_back({executor, {}});
       measures_.emplace_back(executor, run.tasks(), options_);
     }
   }
 
   void add(const JobRow& row) {
     if (!stored_ || row.repetition != current_.second || row.executor != executor().executor()) begin(row);
-    if (repetitions_.at(current_) == Counts::nothing) return;
     auto& count = accounts_[row.record.job.task].count;
     ++count[static_cast<std::size_t>(row.record.outcome)];
     count[static_cast<std::size_t>(Outcome::skipped)] += row.record.job.skipped;
     executor().add(row.record);
-    if (watch_) watch_->add(row.record);
   }
 
   void end_repetition() {
     if (!stored_) return;
     const RepetitionRecord& stored = *std::exchange(stored_, nullptr);
-    if (repetitions_.at(current_) == Counts::nothing) return;
     run_.check([&] {
       for (TaskAccount& a : accounts_) {
         a.expected = stored.expected_of(run_.tasks()[a.task].name);
       }
       executor().end(current_.second, current_.second, stored.usage, stored.lost_records, accounts_);
     });
-    Repetition& speed = speeds_[current_.first].repetitions.emplace_back();
-    speed.trace.repetition = current_.second;
-    if (watch_) speed.speed = std::move(*watch_).finish();
-    watch_.reset();
   }
 
   void read_chains() {
@@ -66,13 +52,11 @@ class StoredSummary {
                          "the files do not belong to one run");
       };
       const RepetitionKey key = {place_of(row.executor), row.repetition};
-      const auto repetition = repetitions_.find(key);
-      if (repetition == repetitions_.end()) {
+      if (!repetitions_.contains(key)) {
         refuse("jobs.csv has no such repetition of `" + row.executor + "`");
       }
       const auto chain = std::ranges::find(run_.chains(), row.chain);
       if (chain == run_.chains().end()) refuse("run.json names no chain `" + row.chain + "`");
-      if (repetition->second == Counts::nothing) return;
       ChainRecord record = row.record;
       record.chain = static_cast<std::uint32_t>(chain - run_.chains().begin());
       // run.json has only the sum of the drops; it is assigned to the first output.
@@ -88,11 +72,6 @@ class StoredSummary {
       summary.executors.push_back(std::move(m).finish(hot_paths.emplace_back()));
     }
     compare_with_baseline(summary, hot_paths);
-    for (ExecutorRuns& of : speeds_) {
-      std::ranges::sort(of.repetitions, {}, [](const Repetition& r) { return r.trace.repetition; });
-    }
-    std::vector<SpeedJudgement> judged = judge_speed(speeds_);
-    for (std::size_t e = 0; e < judged.size(); ++e) summary.executors[e].speed = std::move(judged[e]);
     return summary;
   }
 
@@ -110,14 +89,12 @@ class StoredSummary {
     const std::string name(row.executor);
     stored_ = &run_.run(name, row.repetition);
     if (current_.first == measures_.size()) run_.fail("its run.json does not name the executor " + name);
-    repetitions_.emplace(current_, run_.replaced(name, row.repetition) ? Counts::nothing : Counts::all);
-    if (repetitions_.at(current_) == Counts::nothing) return;
+    repetitions_.insert(current_);
     accounts_.assign(run_.tasks().size(), {});
     for (TaskId id = 0; id < accounts_.size(); ++id) accounts_[id].task = id;
     // jobs.csv lacks the end of the run. An interrupted live run was shorter than planned; a
     // simulation has no wall time.
     executor().begin(Time{}, Time{} + run_.length_of(stored_->usage));
-    if (tells_speed_) watch_.emplace(run_.tasks(), Time{}, run_.warm_up());
   }
 
   std::uint32_t drops(const ChainRow& row) const {
@@ -129,13 +106,10 @@ class StoredSummary {
   const StoredRun& run_;
   const SummaryOptions& options_;
   std::vector<ExecutorMeasures> measures_;
-  std::map<RepetitionKey, Counts> repetitions_;
+  std::set<RepetitionKey> repetitions_;
   RepetitionKey current_;
   const RepetitionRecord* stored_ = nullptr;  // the current repetition
   std::vector<TaskAccount> accounts_;
-  bool tells_speed_ = false;
-  std::optional<SpeedWatch> watch_;   // of the current repetition
-  std::vector<ExecutorRuns> speeds_;  // without traces
 };
 
 }  // namespace
@@ -178,8 +152,7 @@ ResponsesCsv::ResponsesCsv(std::ostream& out, const StoredRun& run) : out_(out),
     OfRepetition& of = repetitions_.emplace_back();
     of.executor = r.executor;
     of.repetition = r.repetition;
-    of.replaced = r.replaced_by.has_value();
-    of.seen = of.replaced || !r.failure.empty();  // no rows are written
+    of.seen = !r.failure.empty();  // no rows are written
   }
   std::ranges::sort(repetitions_, {}, [&](const OfRepetition& of) {
     return std::pair(std::ranges::find(run.executors(), of.executor), of.repetition);
@@ -202,7 +175,7 @@ void ResponsesCsv::add(const JobRow& row) {
   }
   OfRepetition& of = repetitions_[current_];
   of.seen = true;
-  if (of.replaced || !counts(row.record, Time{} + run_.warm_up())) return;
+  if (!counts(row.record, Time{} + run_.warm_up())) return;
   const Response response{row.record.job.task, response_time(row.record).count()};
   current_ == next_ ? write(of, response) : of.waiting.push_back(response);
 }

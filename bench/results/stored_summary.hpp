@@ -41,7 +41,6 @@ class ResponsesCsv {
   struct OfRepetition {
     std::string executor;
     std::uint32_t repetition = 0;
-    bool replaced = false;
     bool seen = false;  ///< It has had rows, or has no rows to write.
     std::deque<Response> waiting;
   };

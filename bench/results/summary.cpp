@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "results/summary.hpp"
 
-#include <optional>
-#include <span>
-#include <utility>
+#include <vector>
 
 #include "results/executor_measures.hpp"
 
@@ -27,25 +25,6 @@ ExecutorMeasures measures_of(const TaskSet& set, const ExecutorRuns& runs, const
 
 }  // namespace
 
-std::vector<SpeedJudgement> judge_speed(const std::vector<ExecutorRuns>& runs) {
-  std::vector<std::span<const SpeedWindow>> all;
-  for (const ExecutorRuns& of_executor : runs) {
-    for (const Repetition& r : of_executor.repetitions) all.emplace_back(r.speed);
-  }
-  const std::optional<double> usual = usual_pace(all);
-  std::vector<SpeedJudgement> judgements;
-  for (const ExecutorRuns& of_executor : runs) {
-    SpeedJudgement& judgement = judgements.emplace_back();
-    for (const Repetition& r : of_executor.repetitions) {
-      if (!usual || !usual_pace({r.speed})) continue;
-      ++judgement.observed;
-      std::vector<SlowPeriod> slow = slow_periods(r.speed, *usual);
-      if (!slow.empty()) judgement.slow.push_back({r.trace.repetition, std::move(slow)});
-    }
-  }
-  return judgements;
-}
-
 Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, const SummaryOptions& options) {
   Summary summary{options.warm_up, options.bootstrap, {}};
   std::vector<std::vector<RepeatedSamples>> hot_paths;  // by executor and chain
@@ -53,8 +32,6 @@ Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, con
     summary.executors.push_back(measures_of(set, of_executor, options).finish(hot_paths.emplace_back()));
   }
   compare_with_baseline(summary, hot_paths);
-  std::vector<SpeedJudgement> speeds = judge_speed(runs);
-  for (std::size_t e = 0; e < runs.size(); ++e) summary.executors[e].speed = std::move(speeds[e]);
   return summary;
 }
 

@@ -12,7 +12,6 @@
 #include "hotpath/core/trace.hpp"
 #include "results/measures.hpp"
 #include "results/process_usage.hpp"
-#include "results/processor_speed.hpp"
 
 namespace hotpath::results {
 
@@ -21,7 +20,6 @@ struct Repetition {
   Trace trace;
   ProcessUsage usage;
   std::vector<TaskAccount> accounts;  ///< account(set, trace).
-  std::vector<SpeedWindow> speed;     ///< speed_windows(); empty if the speed is unknown.
 };
 
 struct ExecutorRuns {
@@ -92,21 +90,16 @@ struct Imbalance {
   std::uint64_t expected = 0;
 };
 
-/// A repetition that ran on a slow CPU for a part of its time.
-struct SlowRepetition {
+/// A live repetition that something disturbed.
+struct DisturbedRepetition {
   std::uint32_t repetition = 0;
-  std::vector<SlowPeriod> periods;
+  std::vector<std::string> marks;  ///< disturbances().
 };
 
 /// Losses of one repetition, with its warm-up.
 struct RepetitionLosses {
   std::uint32_t repetition = 0;
   std::uint64_t skipped = 0, overwritten = 0;
-};
-
-struct SpeedJudgement {
-  std::size_t observed = 0;          ///< Repetitions whose jobs reveal the speed of their CPUs.
-  std::vector<SlowRepetition> slow;  ///< The slow repetitions among them, in the order of the input.
 };
 
 struct ExecutorSummary {
@@ -122,7 +115,7 @@ struct ExecutorSummary {
   ProcessUsage usage;  ///< Summed over repetitions; the memory is the maximum over repetitions.
   std::vector<ChainSummary> chains;
   std::vector<TaskSummary> tasks;
-  SpeedJudgement speed;
+  std::vector<DisturbedRepetition> disturbed;
   std::vector<Imbalance> unbalanced;  ///< Empty: the loss equations hold for every task of every repetition.
 };
 
@@ -131,10 +124,6 @@ struct Summary {
   BootstrapOptions bootstrap;
   std::vector<ExecutorSummary> executors;  ///< In the order of the input.
 };
-
-/// Judges the CPU speed of each executor's repetitions against the usual speed in all repetitions
-/// of all executors.
-[[nodiscard]] std::vector<SpeedJudgement> judge_speed(const std::vector<ExecutorRuns>& runs);
 
 /// A pure function of the records. All traces and accounts refer to `set`; the traces contain only
 /// counted chain records (`counted_chains`).

@@ -20,6 +20,7 @@ namespace hotpath::results {
 using nlohmann::json;
 
 static HOTPATH_JSON_FIELDS(RepetitionLosses, repetition, skipped, overwritten);
+static HOTPATH_JSON_FIELDS(DisturbedRepetition, repetition, marks);
 static HOTPATH_JSON_FIELDS(Imbalance, repetition, task, accounted, expected);
 
 static void to_json(json& j, const LatencySummary& latency) {
@@ -66,22 +67,6 @@ static void to_json(json& j, const TaskSummary& task) {
   if (task.period_deviation_ms) j["period_deviation_ms"] = task.period_deviation_ms;
 }
 
-/// Seconds since the epoch.
-static void to_json(json& j, const SlowPeriod& slow) {
-  j = {{"cpu", slow.cpu},
-       {"from_s", to_ms(slow.begin) / 1e3},
-       {"until_s", to_ms(slow.end) / 1e3},
-       {"factor", slow.factor}};
-}
-
-static void to_json(json& j, const SlowRepetition& slow) {
-  j = {{"repetition", slow.repetition},
-       {"slow_s", to_ms(slow_time(slow.periods)) / 1e3},
-       {"periods", slow.periods}};
-}
-
-static HOTPATH_JSON_FIELDS(SpeedJudgement, observed, slow);
-
 static void to_json(json& j, const ExecutorSummary& executor) {
   j = {{"executor", executor.executor},
        {"repetitions", executor.repetitions},
@@ -96,7 +81,7 @@ static void to_json(json& j, const ExecutorSummary& executor) {
        {"usage", executor.usage},
        {"chains", executor.chains},
        {"tasks", executor.tasks},
-       {"processor_speed", executor.speed},
+       {"disturbed", executor.disturbed},
        {"loss_equations", {{"hold", executor.unbalanced.empty()}, {"unbalanced", executor.unbalanced}}}};
 }
 

@@ -136,15 +136,16 @@ void write_notes(std::ostream& out, const Summary& summary) {
   }
 }
 
-/// A line for each repetition on a slow CPU, with time and factor.
-void write_slow(std::ostream& out, const ExecutorSummary& e) {
+/// A line for each disturbed repetition.
+void write_disturbed(std::ostream& out, const ExecutorSummary& e) {
   constexpr std::size_t kMostLines = 5;
-  for (const SlowRepetition& r : std::span(e.speed.slow).first(std::min(kMostLines, e.speed.slow.size()))) {
-    out << "Slow processor: " << e.executor << ", repetition " << r.repetition << ": " << describe(r.periods)
+  for (const DisturbedRepetition& r :
+       std::span(e.disturbed).first(std::min(kMostLines, e.disturbed.size()))) {
+    out << "Disturbed: " << e.executor << ", repetition " << r.repetition << ": " << program::joined(r.marks)
         << ".\n";
   }
-  if (e.speed.slow.size() > kMostLines) {
-    out << "Slow processor: " << e.executor << ", " << e.speed.slow.size() - kMostLines
+  if (e.disturbed.size() > kMostLines) {
+    out << "Disturbed: " << e.executor << ", " << e.disturbed.size() - kMostLines
         << " more repetitions, see summary.json.\n";
   }
 }
@@ -199,7 +200,7 @@ void write_table(std::ostream& out, const Summary& summary) {
     out << "* beyond noise: the confidence interval of this ratio to default (summary.json) excludes 1.\n";
   }
   for (const ExecutorSummary& e : summary.executors) write_starved(out, e);
-  for (const ExecutorSummary& e : summary.executors) write_slow(out, e);
+  for (const ExecutorSummary& e : summary.executors) write_disturbed(out, e);
   write_notes(out, summary);
 }
 

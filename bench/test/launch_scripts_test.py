@@ -52,3 +52,42 @@ def test_an_unknown_option_is_wrong_use(script: str, tmp_path: Path) -> None:
     assert ended.returncode == 2
     assert ended.stderr.startswith(f"{script}.sh: ")
     assert "--nonsense" in ended.stderr
+
+
+def test_the_hot_path_is_simulated_then_measured(tmp_path: Path) -> None:
+    """With stand-ins for set-up, build and hotpath: which commands run, in which order."""
+    scripts, program = tmp_path / "launch_scripts", tmp_path / "build" / "bench" / "hotpath"
+    scripts.mkdir()
+    program.parent.mkdir(parents=True)
+    for name in ("hot_path", "usage"):
+        (scripts / f"{name}.sh").write_bytes((SCRIPTS / f"{name}.sh").read_bytes())
+    for name in ("setup", "build"):
+        (scripts / f"{name}.sh").write_text("#!/bin/sh\n")
+        (scripts / f"{name}.sh").chmod(0o755)
+    program.write_text(
+        '#!/bin/sh\nif [ "$2" = --help ]; then echo "--executors --load --graph"; else echo "ran $*"; fi\n'
+    )
+    program.chmod(0o755)
+
+    def commands(*options: str) -> list[str]:
+        done = subprocess.run(
+            ["bash", scripts / "hot_path.sh", *options],
+            env={"PATH": "/usr/bin:/bin", "HOTPATH_OUTPUT": "out"},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return [line for line in done.stdout.splitlines() if line.startswith("ran ")]
+
+    executors = "--executors default,static,events-ro,rm-ro,edf-ro"
+    simulated, measured = commands()
+    assert simulated == f"ran simulate {executors} --duration 60 --no-trace --output out-simulated"
+    assert measured.startswith(
+        f"ran compare {executors} --repetitions 3 --duration 5.5 --warm-up 0.5 --cpus "
+    )
+    assert measured.endswith(" --output out")
+    simulated, measured = commands("--all", "--load", "50", "--cpus", "0", "--quick", "--stack=native")
+    assert (
+        simulated == "ran simulate --executors all --load 50 --duration 60 --no-trace --output out-simulated"
+    )
+    assert measured == "ran compare --executors all --output out --load 50 --cpus 0 --quick --stack=native"

@@ -111,15 +111,18 @@ TEST(Machine, CarriesItsNoiseIntoEveryResult) {
   }
 }
 
-TEST(Machine, CountsStolenTimeOfTheProcessorsAskedForInClockTicks) {
+TEST(Machine, CountsTimesOfTheProcessorsAskedForInClockTicks) {
   const std::string stat =
       "cpu  900 1 50 4000 7 2 3 133 0 0\ncpu0 400 1 20 2000 3 1 1 33 0 0\ncpu1 450 0 25 1500 2 1 1 97 0 0\n"
       "cpu10 50 0 5 500 2 0 1 3 0 0\nintr 1 2 3\n";
   const Duration tick = Duration(1s) / sysconf(_SC_CLK_TCK);
-  EXPECT_EQ(machine::stolen_time(stat, {}), 133 * tick);
-  EXPECT_EQ(machine::stolen_time(stat, {1}), 97 * tick);
-  EXPECT_EQ(machine::stolen_time(stat, {0, 10}), 36 * tick);
-  EXPECT_EQ(machine::stolen_time("", {0}), Duration::zero());
+  EXPECT_EQ(machine::processor_times(stat, {}).stolen, 133 * tick);
+  EXPECT_EQ(machine::processor_times(stat, {}).cpus, 3U);
+  EXPECT_EQ(machine::processor_times(stat, {}).busy, (423 + 477 + 56) * tick);
+  EXPECT_EQ(machine::processor_times(stat, {1}).stolen, 97 * tick);
+  EXPECT_EQ(machine::processor_times(stat, {1}).busy, 477 * tick) << "neither idle nor waiting for a disk";
+  EXPECT_EQ(machine::processor_times(stat, {0, 10}).stolen, 36 * tick);
+  EXPECT_EQ(machine::processor_times("", {0}).cpus, 0U);
   EXPECT_EQ(machine::stolen_times(stat).size(), 3U);
   EXPECT_EQ(machine::stolen_times(stat).at(1), 97 * tick);
 }

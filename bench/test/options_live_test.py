@@ -39,7 +39,6 @@ RUN = {
     "--warm-up": Changes({"--warm-up": 0.1}),
     "--repetitions": Changes({"--repetitions": 2}),
     "--seed": Changes({"--seed": 2}, {"--phases": "random"}),
-    "--repeat-slow": Elsewhere("it needs a slow CPU", "slow_processor_test.py"),
     "--time-out": Elsewhere("it needs a process that hangs", "process_faults_test.py"),
     "--stack": Elsewhere("it needs ROS 2", "faults_test.py"),
     "--ros2-runner": Refused({"--ros2-runner": "x"}, "--stack"),
@@ -54,7 +53,7 @@ RUN = {
     "--executor-policy": Changes({"--executor-policy": "other"}),
     "--timer-policy": Changes({"--timer-policy": "other"}),
     "--lock-memory": Changes({"--lock-memory": True}),
-    "--cpu-time": Changes({"--cpu-time": True}),
+    "--cpu-time": Changes({"--cpu-time": True}, {"--work": "wall"}),
     "--live": Changes({"--live": True}),
     "--live-alternate": Changes({"--live-alternate": True}, {"--repetitions": 2}),
     "--live-cpus": Changes({"--live-cpus": 0}, {"--live": True}),
@@ -95,8 +94,15 @@ class EveryLiveOptionCounts(OptionTest):
         again = self.outcome("run", {**BASE, "--seed": 1})
         self.assertEqual((again[0], again[1], again[2]), (code, results, facts), "the same options again")
         self.check_command("run", BASE, RUN)
-        timed = self.outcome("run", BASE | {"--phases": "synchronous", "--cpu-time": True})
-        self.assertTrue(timed[1]["out/jobs.csv"])
+        cases: tuple[tuple[dict[str, Any], bool], ...] = (
+            ({}, True),  # work in CPU time
+            ({"--load": 0}, False),
+            ({"--work": "fixed"}, False),
+            ({"--work": "fixed", "--cpu-time": True}, True),
+        )
+        for words, timed in cases:
+            _, files, _, _ = self.outcome("run", BASE | {"--phases": "synchronous"} | words)
+            self.assertEqual(files["out/jobs.csv"], timed, words)
 
     def test_compare_has_the_options_of_run_and_its_own(self) -> None:
         of_run, of_compare = ({o for o in options_of(self.help_of(c))} for c in ("run", "compare"))

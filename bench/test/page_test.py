@@ -368,7 +368,7 @@ class Page(CommandTest):
         nearer = browser.run(READ_TIMELINE)["view"]
         self.assertAlmostEqual(nearer["to"] - nearer["from"], (after["to"] - after["from"]) / 2, delta=1)
         # Over time: a click selects the nearest output.
-        browser.run("const t = hotpathPage.trend, u = t.plots[0], o = t.outputs[3];"
+        browser.run("const t = hotpathPage.trend, u = t.plot, o = t.outputs[3];"
                     "window.place = [u.valToPos(o.end / 1e9, 'x') / u.over.clientWidth,"
                     " u.valToPos(o.latency / 1e6, 'y') / u.over.clientHeight, o.sequence]")  # fmt: skip
         x, y, sequence = browser.run("return window.place")

@@ -6,15 +6,18 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include "hotpath/core/input_error.hpp"
+#include "program/errors.hpp"
 #include "results/run_folder.hpp"
 
 namespace hotpath {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 class StoredSummaryTest : public testing::Test {
@@ -66,7 +69,6 @@ class StoredSummaryTest : public testing::Test {
 TEST_F(StoredSummaryTest, ResponsesAreInTheOrderOfExecutorsAndRepetitions) {
   ran("rm-ro", 0, 4);
   ran("default", 1, 2);
-  ran("default", 2, 3).replaced_by = 3;
   ran("default", 0, 1);
   const results::StoredRun stored = run();
   std::ostringstream out;
@@ -76,8 +78,7 @@ TEST_F(StoredSummaryTest, ResponsesAreInTheOrderOfExecutorsAndRepetitions) {
   EXPECT_EQ(out.str(), "executor,repetition,task,response_ns\ndefault,0,A,1\ndefault,1,A,2\nrm-ro,0,A,4\n");
 }
 
-TEST_F(StoredSummaryTest, ReplacedRepetitionsDoNotCountAndDropsCountOnce) {
-  ran("default", 0, 1).replaced_by = 1;
+TEST_F(StoredSummaryTest, DropsCountOnce) {
   ran("default", 1, 2);
   const results::StoredRun stored = run();
   const results::Summary summary = results::summarize(stored, stored.summary_options());
@@ -99,33 +100,44 @@ TEST_F(StoredSummaryTest, RowsOfARepetitionMustStandTogether) {
   }
 }
 
-/// The work of 4 ms takes twice as long in all repetitions but one, which has as little work.
-TEST_F(StoredSummaryTest, SlowRepetitionsAreInOrder) {
-  set_.tasks[0].wcet = 4ms;
-  record_.tasks = set_;
-  record_.simulation.reset();
-  record_.live.emplace();
-  record_.kind = results::RunKind::live;
-  for (const std::uint32_t repetition : {2U, 0U, 1U}) {
-    results::RepetitionRecord& stored = ran("default", repetition, 1);
-    stored.expected["A"] = 100;
-    traces_.back().jobs.clear();
-    traces_.back().chains.clear();
-    for (int i = 0; i < 100; ++i) {
-      JobRecord& r = traces_.back().jobs.emplace_back();
-      r.job.task = 0;
-      r.job.sequence = static_cast<std::uint64_t>(i);
-      r.job.timestamp = r.job.release = r.start = Time{} + i * 10ms;
-      r.finish = r.start + (repetition == 1 ? 4ms : 8ms);
-      r.cpu = 1;
-    }
-  }
+TEST_F(StoredSummaryTest, MarksWhatTheKernelCountedInEachRepetition) {
+  const auto usage = [&](std::uint32_t repetition, Duration stolen, Duration throttled, Duration others) {
+    results::ProcessUsage& of = ran("default", repetition, 1).usage;
+    of.wall = 10s;
+    of.stolen = stolen;
+    of.throttled = throttled;
+    of.others = others;
+  };
+  usage(2, 60ms, 0ms, 600ms);
+  usage(1, 50ms, 50ms, 500ms);  // at each limit
+  usage(0, 0ms, 51ms, 0ms);
   const results::StoredRun stored = run();
   const results::Summary summary = results::summarize(stored, stored.summary_options());
-  const auto& slow = summary.executors.at(0).speed.slow;
-  ASSERT_EQ(slow.size(), 2U);
-  EXPECT_EQ(slow[0].repetition, 0U);
-  EXPECT_EQ(slow[1].repetition, 2U);
+  const auto& disturbed = summary.executors.at(0).disturbed;
+  ASSERT_EQ(disturbed.size(), 2U);
+  EXPECT_EQ(disturbed[0].repetition, 0U);
+  EXPECT_THAT(disturbed[0].marks, ElementsAre("0.5 % of the time throttled by a quota or by heat"));
+  EXPECT_EQ(disturbed[1].repetition, 2U);
+  EXPECT_THAT(disturbed[1].marks, ElementsAre("0.6 % of the time stolen by the hypervisor",
+                                              "6.0 % of the time used by other processes"));
+  EXPECT_EQ(summary.executors[0].executed, 3U) << "they count";
+}
+
+TEST_F(StoredSummaryTest, RefusesRepetitionsThatWereMeasuredAgain) {
+  ran("default", 0, 1);
+  record_.version = "0.9";
+  run();
+  nlohmann::json old;
+  std::ifstream(base_ + "/run/run.json") >> old;
+  old["runs"][0]["replaced_by"] = 3;
+  std::ofstream(base_ + "/run/run.json") << old;
+  try {
+    const results::StoredRun refused(base_ + "/run", "RUN");
+    FAIL();
+  } catch (const program::UsageError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("hotpath 0.9 measured again"));
+    EXPECT_THAT(error.what(), HasSubstr("measure it again"));
+  }
 }
 
 }  // namespace

@@ -346,30 +346,6 @@ TEST(SummaryJson, IsValidWithoutAnySample) {
   EXPECT_TRUE(executor.at("chains").at(0).at("hot_path_latency_ms").at("p999").is_null());
 }
 
-TEST(Speed, ARepetitionWithTooLittleWorkIsNotJudged) {
-  results::Repetition busy = repetition(0, {}, {}), slow = repetition(1, {}, {}),
-                      idle = repetition(2, {}, {});
-  const auto windows = [](double pace) {
-    std::vector<results::SpeedWindow> all;
-    for (int s = 0; s < 4; ++s) {
-      const Duration begin = std::chrono::seconds(s);
-      all.push_back({1, begin, begin + std::chrono::seconds(1), from_ms(500 * pace), from_ms(500)});
-    }
-    return all;
-  };
-  busy.speed = windows(1);
-  slow.speed = windows(2);
-  const results::Summary summary =
-      results::summarize(small_set(), {{"default", {busy, slow, idle}}}, options());
-  EXPECT_EQ(summary.executors[0].speed.observed, 2u);
-  ASSERT_EQ(summary.executors[0].speed.slow.size(), 1u);
-  const nlohmann::json stored = summary;
-  const auto& judged = stored.at("executors").at(0).at("processor_speed").at("slow").at(0);
-  EXPECT_EQ(judged.at("repetition"), 1);
-  EXPECT_EQ(judged.at("slow_s"), 4.0);
-  EXPECT_EQ(judged.at("periods").at(0).at("until_s"), 4.0);
-}
-
 TEST(SummaryJson, HasAnIntervalForEachQuantile) {
   results::Summary summary;
   results::ChainSummary& chain = summary.executors.emplace_back().chains.emplace_back();
@@ -387,10 +363,12 @@ TEST(SummaryJson, NamesUnitsInItsKeys) {
   r.accounts = account(small_set(), r.trace);
   r.usage.cpu_time = milliseconds(250);
   r.usage.wall = milliseconds(500);
+  r.usage.others = milliseconds(50);
   const nlohmann::json j = results::summarize(small_set(), {{"default", {r, r}}}, options(0));
   const auto& executor = j.at("executors").at(0);
   EXPECT_EQ(executor.at("usage").at("cpu_use_percent"), 50.0);
   EXPECT_EQ(executor.at("cpu_per_callback_us"), 250000.0);
+  EXPECT_EQ(executor.at("disturbed").at(0).at("marks").at(0), "10.0 % of the time used by other processes");
   const auto& chain = executor.at("chains").at(0);
   EXPECT_EQ(chain.at("hot_path_latency_ms").at("max"), 21.5);
   EXPECT_EQ(chain.at("hot_path_latency_ms").at("interval").at("max"), nlohmann::json::array({21.5, 21.5}));

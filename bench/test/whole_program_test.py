@@ -4,12 +4,16 @@ machines: orders, counts, and values recomputed from the rows of jobs.csv."""
 
 import collections
 import json
+import os
 import subprocess
+import sys
 from collections.abc import Iterable
 from typing import Any
 
 from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, CommandTest, RunFolder
 from known_graphs import AUTOWARE, MANY_TO_MANY, SEQUENCES, TIMERS_ONLY
+
+from hotpath_report.run import Run
 
 EXECUTORS = (
     "default static multi multi-jazzy multi-fair cbg events-ro events-re "
@@ -119,7 +123,7 @@ class WholeProgram(CommandTest):
         for key in sorted(expected):
             with self.subTest(executor=key[0], repetition=key[1]):
                 repetition = Repetition(graph, jobs[key])
-                self.check_columns(repetition, end)
+                self.check_columns(repetition, end, run["cpu_time"])
                 self.check_timers(repetition, phases[key], end)
                 self.check_subscriptions(repetition)
                 self.check_exclusion(repetition, key[0])
@@ -128,7 +132,7 @@ class WholeProgram(CommandTest):
                 self.assertEqual(sorted(chains.get(key, [])), repetition.chain_rows(warm_up))
         self.check_summary(folder, jobs, chains)
 
-    def check_columns(self, repetition: Any, end: Any) -> None:
+    def check_columns(self, repetition: Any, end: Any, timed: bool) -> None:
         known = set(repetition.graph.timers()) | set(repetition.graph.subscriptions())
         for j in repetition.jobs:
             self.assertIn(j.task, known)
@@ -139,7 +143,7 @@ class WholeProgram(CommandTest):
             for value in (j.start, j.worker, j.cpu):
                 self.assertEqual(value is not None, started, j)
             self.assertEqual(j.finish is not None, j.outcome in ("ran", "empty"), j)
-            self.assertIsNone(j.cpu_time, j)
+            self.assertEqual(j.cpu_time is not None, timed and j.outcome == "ran", j)
             instants = [i for i in (j.timestamp, j.release, j.start, j.finish) if i is not None]
             self.assertEqual(instants, sorted(instants), j)
             if started:
@@ -267,12 +271,40 @@ class WholeProgram(CommandTest):
         self.check(folder, TIMERS_ONLY, executors)
         self.assertEqual(folder.chains(), {})
 
-    def test_cpu_time_is_measured_on_request(self) -> None:
-        folder = self.measure(
-            "run", "--graph", "sequences", "--transport", "intra_process", "--cpu-time", "--duration", 0.3,
-            "--warm-up", 0,
-        )  # fmt: skip
+    def test_jobs_work_for_an_amount_of_cpu_time_by_default(self) -> None:
+        """4.2 ms, whatever the processor's speed; only a fixed amount of work is calibrated."""
+        short = ("run", "--transport", "intra_process", "--duration", 0.3, "--warm-up", 0)
+        folder = self.measure(*short)
+        self.assertEqual(folder.run["work"], "cpu_time")
+        self.assertNotIn("calibration", folder.run)
+        transformers = ("PointsTransformerFront/FrontLidarDriver", "PointsTransformerRear/RearLidarDriver")
         ran = [j for rows in folder.jobs().values() for j in rows if j.outcome == "ran"]
-        self.assertGreater(len(ran), 0)
-        for j in ran:
-            self.assertGreaterEqual(j.cpu_time, 0)
+        times = [j.cpu_time for j in ran if j.task in transformers]
+        self.assertGreater(len(times), 0)
+        for time in times:
+            self.assertGreaterEqual(time, 4_200_000)
+        self.accepted(*short, "--work", "fixed", "--output", self.folder / "fixed")
+        self.assertIn("calibration", json.loads((self.folder / "fixed" / "run.json").read_text()))
+
+    def test_other_processes_disturb_a_repetition(self) -> None:
+        cpu = max(os.sched_getaffinity(0))
+        spin = f"import os\nos.sched_setaffinity(0, {{{cpu}}})\nprint(flush=True)\nwhile True: pass"
+        with subprocess.Popen([sys.executable, "-c", spin], stdout=subprocess.PIPE) as other:
+            self.addCleanup(other.kill)
+            if other.stdout is not None:
+                other.stdout.readline()
+            output = self.folder / "disturbed"
+            options = ("--transport", "intra_process", "--cpus", cpu, *SHORT, "--output", output)
+            table = self.accepted("run", "--executor", "rm-ro", *options)
+            other.kill()
+        self.assertRegex(table, r"Disturbed: rm-ro, repetition 0: .*% of the time used by other processes")
+        reported = Run(output)
+        ((executor, repetition, marks),) = reported.disturbances()
+        self.assertEqual((executor, repetition), ("rm-ro", 0))
+        self.assertRegex(marks[-1], "used by other processes")
+        self.assertIn("1 of 1 repetitions disturbed", reported.what_ran())
+        self.assertIn("work in CPU time", reported.what_ran())
+        before = (output / "summary.json").read_text()
+        (output / "summary.json").unlink()
+        self.assertIn("Disturbed: rm-ro, repetition 0", self.accepted("summarize", output))
+        self.assertEqual((output / "summary.json").read_text(), before)

@@ -14,15 +14,15 @@ namespace {
 // Keeps the compiler from moving work across candidates or dropping it.
 inline void barrier() { asm volatile("" ::: "memory"); }
 
-inline bool is_prime(std::uint32_t candidate) {
+/// From 2 on; the candidate itself if it is prime.
+inline std::uint32_t smallest_divisor(std::uint32_t candidate) {
   // 64 bits, like upstream's numbers; trial division by every smaller number, not only up to the
   // square root.
   std::uint64_t n = candidate;
   asm volatile("" : "+r"(n));
-  for (std::uint64_t divisor = 2; divisor < n; ++divisor) {
-    if (n % divisor == 0) return false;
-  }
-  return true;
+  std::uint64_t divisor = 2;
+  while (divisor < n && n % divisor != 0) ++divisor;
+  return static_cast<std::uint32_t>(divisor);
 }
 
 }  // namespace
@@ -31,17 +31,34 @@ std::int64_t count_primes(std::uint32_t limit) {
   if (limit <= 2) return 2;
   std::int64_t primes = 0;
   for (std::uint32_t candidate = 2; candidate <= limit; ++candidate) {
-    primes += is_prime(candidate);
+    primes += smallest_divisor(candidate) == candidate;
     barrier();
   }
   return primes;
 }
 
-std::int64_t count_primes_until(std::uint32_t limit, Time until, Time (*clock)()) {
+std::int64_t count_primes_until(Time now, Time until, Duration between_reads, Time (*clock)()) {
+  // Larger candidates would take longer than a job may overrun its time.
+  constexpr std::uint32_t kLargest = 1024;
+  double divisions_per_ns = 0.05;  // a guess that most processors exceed
+  std::uint32_t candidate = 2;
   std::int64_t primes = 0;
-  for (std::uint32_t candidate = 2; candidate <= limit && clock() < until; ++candidate) {
-    primes += is_prime(candidate);
-    barrier();
+  while (now < until) {
+    const double wanted =
+        divisions_per_ns * static_cast<double>(std::min(between_reads, until - now).count());
+    std::uint64_t divisions = 0;
+    do {
+      const std::uint32_t smallest = smallest_divisor(candidate);
+      divisions += smallest - 1;
+      primes += smallest == candidate;
+      candidate = candidate < kLargest ? candidate + 1 : 2;
+      barrier();
+    } while (static_cast<double>(divisions) < wanted);
+    const Time before = now;
+    now = clock();
+    if (now > before) {
+      divisions_per_ns = static_cast<double>(divisions) / static_cast<double>((now - before).count());
+    }
   }
   return primes;
 }

@@ -53,7 +53,7 @@ const std::string kSensor = "- {name: S, type: sensor, period_ms: 10}\n";
 TEST_F(GraphFile, GivesUpstreamsDefaults) {
   const Graph graph = load_nodes(kSensor + "- {name: T, type: transform, input: S, execution_time_ms: 2}\n" +
                                  "- {name: C, type: command, input: T}\n");
-  EXPECT_EQ(graph.work, WorkMode::fixed);
+  EXPECT_EQ(graph.work, WorkMode::cpu_time);
   EXPECT_EQ(graph.nodes[0].deadline, std::chrono::milliseconds(10));
   EXPECT_FALSE(graph.nodes[0].phase);
   EXPECT_THAT(graph.nodes[0].outputs, ElementsAre("S"));
@@ -66,7 +66,7 @@ TEST_F(GraphFile, GivesUpstreamsDefaults) {
 const std::string kEveryKey = R"(
 name: all
 description: every key
-work: cpu_time
+work: fixed
 topics:
   Data: {publishers: many}
 nodes:
@@ -106,7 +106,7 @@ platform:
 TEST_F(GraphFile, ReadsEveryKey) {
   const Graph graph = load(kEveryKey);
   const Node& sensor = graph.nodes[0];
-  EXPECT_EQ(graph.work, WorkMode::cpu_time);
+  EXPECT_EQ(graph.work, WorkMode::fixed);
   EXPECT_EQ(graph.description, "every key");
   EXPECT_EQ(sensor.period, std::chrono::microseconds(12500));
   EXPECT_EQ(sensor.phase, std::chrono::microseconds(250));

@@ -46,7 +46,7 @@ TEST_F(GraphWriter, WritesEveryShippedGraphAsItWasRead) {
 
 const std::string kEverything = R"(name: everything
 description: "all that a graph can say: # it"
-work: cpu_time
+work: fixed
 service_wait_ms: 12.5
 topics: {t: {publishers: many}, a: {delivery: [K, X, F]}, b: {delivery: unknown}}
 platform: {cores: 2, timer_thread: raised, execution_times: measured, timer_dispatch_cost_us: 1.5, subscription_dispatch_cost_us: 0, wake_up_us: 3.5, wait_cost_per_entity_us: 0.025}

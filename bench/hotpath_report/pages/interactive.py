@@ -145,11 +145,6 @@ def target_of(
     return names | {"curves": curves, "marks": marks}
 
 
-def slow_periods(run: Run) -> dict[tuple[str, int], list[dict[str, float]]]:
-    """{(executor, repetition): slow periods}"""
-    return {(executor, repetition): periods for executor, repetition, periods in run.slow_repetitions()}
-
-
 def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
     """Jobs, outputs and causes of stored runs, without distributions."""
     if not runs:
@@ -158,9 +153,6 @@ def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
     data: dict[str, Any] = printable_content(stored)
     for run, name, of in zip(runs, names, data["runs"]):
         of |= {"name": name, "source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
-        slow = slow_periods(run)
-        for r in of.get("repetitions", []):
-            r["slow"] = slow.get((r["executor"], r["repetition"]), [])
     for cause in data["causes"]:
         cause["colour"] = style.CAUSES[cause["name"]]
     return data

@@ -50,7 +50,7 @@ class ReportedRun:
     def facts(self) -> str:
         """Description of the run, with its warnings."""
         partial_run = "partial: the run did not finish; " if self.run.partial else ""
-        warnings = " ".join(self.run.facts.get("warnings", []))
+        warnings = " ".join([*(self.run.work() or ())[1:], *self.run.facts.get("warnings", [])])
         return f"{self.name}: {partial_run}{self.run.what_ran()}. {warnings}".replace("\n", " · ").strip()
 
 
@@ -138,16 +138,13 @@ def periods(runs: Sequence[ReportedRun]) -> list[Table]:
 
 
 def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
-    """Periods of a slow processor."""
-    keys = ["cpu", "from_s", "until_s", "factor"]
+    """What disturbed repetitions, by the counters of the kernel."""
     rows = [
-        [run.name, executor, repetition, *(f"{period[key]:.3g}" for key in keys)]
+        [run.name, executor, repetition, "; ".join(marks)]
         for run in runs
-        for executor, repetition, periods in run.run.slow_repetitions()
-        for period in periods
+        for executor, repetition, marks in run.run.disturbances()
     ]
-    header = ["run", "executor", "repetition", "processor", "from s", "until s", "slowdown ×"]
-    return [Table("Slow processor", header, rows)] if rows else []
+    return [Table("Disturbed repetitions", ["run", "executor", "repetition", "marks"], rows)] if rows else []
 
 
 def causes(runs: Sequence[ReportedRun], chain: str) -> list[str]:

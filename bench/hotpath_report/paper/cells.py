@@ -21,7 +21,7 @@ PAPER_LOAD_PERCENT = 80
 FACTS = ["name", "study", "source", "executors", "graph", "load_percent", "duration_s", "warm_up_s"]
 FACTS += ["repetition", "seed"]
 
-# Between two live cells: calibration, measuring noise, discovery, writing.
+# Between two live cells: measuring noise, discovery, writing.
 LIVE_OVERHEAD_S = 2.8
 
 

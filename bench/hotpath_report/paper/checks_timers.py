@@ -31,15 +31,17 @@ def losses(
 ) -> Finding:
     """Jobs that must not be lost: reproduced if none was lost. Live, the machine can withhold the
     processor: a small share of each executor's jobs on each set counts as partly reproduced, and
-    the text counts lost jobs in repetitions marked as noisy. `rows`: setting, executor, repetition,
+    the text counts lost jobs in repetitions marked as disturbed. `rows`: setting, executor, repetition,
     lost, jobs."""
     short = f"{rows['lost'].sum()} of {rows['jobs'].sum()}"
     text = f"{short} jobs {word}"
     of_set = rows.groupby(["setting", "executor"])[["lost", "jobs"]].sum()
     largest_percent = max(map(percent_of, of_set["lost"], of_set["jobs"]))
     if source == "live" and largest_percent > 0:
-        noisy = [key in evidence.marked for key in zip(rows["setting"], rows["executor"], rows["repetition"])]
-        text += f", {rows['lost'][noisy].sum()} of them in repetitions marked as noisy"
+        disturbed = [
+            key in evidence.marked for key in zip(rows["setting"], rows["executor"], rows["repetition"])
+        ]
+        text += f", {rows['lost'][disturbed].sum()} of them in repetitions marked as disturbed"
         if largest:
             text += f"; at most {largest_percent:.2g} % of one executor's on one set"
     tolerated = source == "live" and largest_percent <= LIMITS.tolerated_percent

@@ -74,7 +74,7 @@ class Evidence:
         return [c for c in self.cells if c["source"] == "live"]
 
     def marked_cells(self) -> list[dict[str, Any]]:
-        """Facts of live cells marked as noisy."""
+        """Facts of live cells marked as disturbed."""
         return [c for c in self.live_cells if c["noise"]["marks"]]
 
     @functools.cached_property

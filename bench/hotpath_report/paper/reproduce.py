@@ -19,7 +19,6 @@ from hotpath_report.errors import InputError, Interrupted, RunError, interruptib
 from hotpath_report.paper import publish
 from hotpath_report.paper.cells import MODES, Cell, all_cells, duration_text
 from hotpath_report.paper.items import ITEMS, NAMES
-from hotpath_report.paper.noise import NOISY
 from hotpath_report.paper.runner import Runner, facts_of
 from hotpath_report.tables import make_folder, write_json
 
@@ -202,7 +201,7 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
         print(f"{v.verdict:<10}  {v.claim.name:<22} {text}")
     print(", ".join(f"{count} {word}" for word, count in Counter(v.verdict for v in verdicts).items()))
     if collected.machine is not None:
-        print(results.prose("noise", collected, NOISY))
+        print(results.prose("noise", collected))
     print(f"The page: {options.output}/report.html (and report.md); data: {options.output}/data")
 
 

@@ -26,7 +26,7 @@ from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
 from hotpath_report.paper.findings import LIMITS
 from hotpath_report.paper.items import ITEMS
-from hotpath_report.paper.noise import NOISY
+from hotpath_report.paper.noise import CAUSES
 from hotpath_report.paper.reference import REAL
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
@@ -86,18 +86,16 @@ def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
 
 def noise_table(evidence: Evidence) -> Table:
     """Disturbances of the live repetitions."""
-    columns = (("stolen_percent", 2), ("others_percent", 1), ("held_up_ms", 2), ("slow_percent", 1))
-
-    def text(value: float | None, digits: int) -> str:
-        return "" if value is None else f"{value:.{digits}f}"
-
     rows = [
         [c["name"].removeprefix("live."), c.get("at_once", 1)]
-        + [text(c["noise"].get(key), digits) for key, digits in columns]
+        + [
+            f"{share:.2f}" if (share := c["noise"].get(f"{cause}_percent")) is not None else ""
+            for cause in CAUSES
+        ]
         + ["; ".join(c["noise"]["marks"])]
         for c in sorted(evidence.live_cells, key=lambda c: str(c["name"]))
     ]
-    header = ["repetition", "at once", "stolen %", "used by others %", "held up ms", "slow %", "marks"]
+    header = ["repetition", "at once", "stolen %", "throttled %", "used by others %", "marks"]
     return Table("All live repetitions", header, rows, folded=True)
 
 
@@ -194,7 +192,6 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
         mode=MODES[evidence.mode],
         live_runs=live_runs(evidence),
         statistics=statistics,
-        noisy=NOISY,
         noise_table=noise_table(evidence),
         interactive=interactive.embedded(
             interactive.distributions(SOURCES, measured(evidence)) | {"plots": plots(evidence)}

@@ -18,7 +18,7 @@ from typing import Any
 from hotpath_report.errors import InputError, RunError
 from hotpath_report.hotpath_command import ENDS_WITH_US
 from hotpath_report.paper.cells import Cell
-from hotpath_report.paper.noise import busy_seconds, noise_of
+from hotpath_report.paper.noise import noise_of
 from hotpath_report.tables import name_durably, read_json, write_json
 
 
@@ -113,17 +113,15 @@ class Runner:
         """Runs one cell to completion."""
         part = self.folder / f".{cell.name}.{os.getpid()}.part"
         used = self.cpus_of(cell, slot)
-        started, busy = time.time(), busy_seconds(used)
+        started = time.time()
         process = self.start(cell, self.command(cell, slot, part))
         if process is None or process.stderr is None:
             return
         self.on_change(0)
         with process.stderr:
             errors = process.stderr.read()
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        elapsed, own = time.time() - started, usage.ru_utime + usage.ru_stime
-        others = 100 * max(0.0, busy_seconds(used) - busy - own) / (elapsed * len(used)) if used else 0.0
+        process.wait()
+        elapsed = time.time() - started
         with self.lock:
             del self.running[cell.name]
             if self.stopped:
@@ -137,7 +135,7 @@ class Runner:
             part.mkdir(parents=True, exist_ok=True)
             facts = self.identity(cell, slot) | cell.facts() | {"cpus": used, "elapsed_s": elapsed}
             if cell.source == "live":
-                facts |= {"at_once": at_once, "noise": noise_of(run, facts_of(part / "summary.json"), others)}
+                facts |= {"at_once": at_once, "noise": noise_of(run, facts_of(part / "summary.json"))}
             write_json(part / "cell.json", facts)
             self.set_aside(cell)
             name_durably(part, self.folder / cell.name)

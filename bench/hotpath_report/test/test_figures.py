@@ -35,6 +35,7 @@ def run_json(**changes: Any) -> Any:
         "graph": {"name": "tiny"},
         "transport": "intra_process",
         "load_percent": 80,
+        "work": "cpu_time",
         "phases": "creation",
         "cpus": [0, 1, 2, 5],
         "repetitions": 1,
@@ -193,6 +194,10 @@ class HotPath(FigureTest):
         del facts["machine"]["kernel"]
         self.write("run.json", json.dumps(facts))
         self.assert_refused(self.call("hot-path", self.folder), "`machine.kernel` is missing")
+
+    def test_repetitions_that_an_older_version_measured_again(self) -> None:
+        self.write_run(runs=[{"executor": "default", "repetition": 0, "replaced_by": 3}])
+        self.assert_refused(self.call("hot-path", self.folder), "run.json", "measure it again")
 
     def test_missing_chains(self) -> None:
         self.write("run.json", run_json())

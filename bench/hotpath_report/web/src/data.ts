@@ -53,10 +53,8 @@ export interface Graph {
 type Columns = Record<string, number[]>;
 
 export interface StoredRepetition {
-  executor: string; repetition: number; replaced: boolean; length_ns: number; kept_ns: [number, number][];
+  executor: string; repetition: number; length_ns: number; kept_ns: [number, number][];
   jobs: Columns;
-  speed: [number, number, number, number][]; // processor, from, to, time per work
-  slow: { cpu: number; from_s: number; until_s: number; factor: number }[];
 }
 
 export interface StoredOutputs {
@@ -238,7 +236,7 @@ export class Store {
     const slowest = this.explained(series, responses?.find((r) => r.task === task && r.executor === executor));
     const known = new Map(slowest.map((o) => [`${o.repetition} ${o.sequence}`, o]));
     for (const of of this.repetitions(series)) {
-      const jobs = of.replaced ? undefined : this.jobsOf(series, of.repetition);
+      const jobs = this.jobsOf(series, of.repetition);
       for (let i = 0; jobs && i < jobs.size; ++i) {
         if (jobs.task[i] !== task || of.jobs.length[i] < 0 || jobs.timestamp[i] < warmUp) continue;
         const { repetition } = of;

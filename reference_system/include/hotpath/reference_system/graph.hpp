@@ -36,7 +36,8 @@ constexpr auto enum_texts(NodeType) {
 enum class WorkMode : std::uint8_t {
   fixed,     ///< A fixed amount of work (upstream): preemption prolongs the job.
   wall,      ///< Until an instant of the clock (the paper's task sets): preemption counts as work.
-  cpu_time,  ///< Until the thread has used that much CPU time.
+  cpu_time,  ///< Until the thread has used that much CPU time: preemption prolongs the job, but a
+             ///< slow processor does not.
 };
 constexpr auto enum_texts(WorkMode) {
   return std::to_array<EnumText<WorkMode>>(
@@ -181,7 +182,7 @@ struct Graph {
   std::string description;
   std::vector<Node> nodes;
   std::vector<Chain> chains;
-  WorkMode work = WorkMode::fixed;
+  WorkMode work = WorkMode::cpu_time;
   GraphPlatform platform;
   /// How long a callback with Callback::service waits before it runs next under the paper's executors
   /// (SchedulerOptions::guaranteed_wait); 0: without limit.

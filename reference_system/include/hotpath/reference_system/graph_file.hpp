@@ -19,7 +19,7 @@ inline constexpr std::size_t kMaxHistory = 63;
 
 /// Reads and checks a graph file, YAML with the keys
 ///
-///     name, description, work: fixed|wall|cpu_time, service_wait_ms,
+///     name, description, work: cpu_time (default)|wall|fixed, service_wait_ms,
 ///     topics:  {TOPIC: {publishers: one|many, delivery: [NODE] or unknown}}
 ///     nodes:   - name, type, execution_time_ms, best_case_execution_time_ms, callback_group, and by type
 ///                sensor:        period_ms, phase_ms, deadline_ms, release_jitter_ms, priority,

@@ -12,8 +12,10 @@ namespace hotpath {
 /// work depends only on `limit`. Returns 2 for limits up to 2.
 std::int64_t count_primes(std::uint32_t limit);
 
-/// Like count_primes, but stops after the candidate during which `clock` reaches `until`.
-std::int64_t count_primes_until(std::uint32_t limit, Time until, Time (*clock)());
+/// Counts primes from `now`, a reading of `clock`, until `clock` reaches `until`. Reads the clock
+/// after each `between_reads` of work, which it estimates from the work done between the last two
+/// readings, and after the work that is estimated to be left. Zero: after each candidate.
+std::int64_t count_primes_until(Time now, Time until, Duration between_reads, Time (*clock)());
 
 /// The speed of the number cruncher on this machine.
 struct Calibration {

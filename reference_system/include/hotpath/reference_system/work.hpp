@@ -10,19 +10,16 @@ namespace hotpath {
 class Work {
  public:
   Work(WorkMode mode, Duration duration, const CrunchScale& scale)
-      : mode_(mode),
-        duration_(duration),
-        limit_(mode == WorkMode::fixed ? scale.limit(duration) : kUnlimited) {}
+      : mode_(mode), duration_(duration), limit_(mode == WorkMode::fixed ? scale.limit(duration) : 0) {}
 
   /// Spends the execution time in the calling thread, for a job that started at `start`; returns
   /// the result of the number cruncher.
   [[nodiscard]] std::int64_t burn(Time start) const;
 
  private:
-  static constexpr std::uint32_t kUnlimited = 1U << 31;
   WorkMode mode_;
   Duration duration_;
-  std::uint32_t limit_;
+  std::uint32_t limit_;  ///< Of count_primes(), for WorkMode::fixed.
 };
 
 /// The part of a job up to an instant at which it publishes, or to its end.

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Work in CPU time: how much of it a job does, and how often it reads the clock, in amounts of CPU
+// time, which other programs do not change.
+#include "hotpath/reference_system/work.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <ctime>
+#include <vector>
+
+#include "hotpath/live/clock.hpp"
+
+namespace hotpath {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::vector<Time> readings;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+
+Time counted_cpu_clock() { return readings.emplace_back(read_clock(CLOCK_THREAD_CPUTIME_ID)); }
+
+/// Readings of a job of this length, with the reading at its start.
+std::vector<Time> read_in_job(Duration length) {
+  readings.clear();
+  const Time begin = counted_cpu_clock();
+  EXPECT_GT(count_primes_until(begin, begin + length, 60us, counted_cpu_clock), 0);
+  return readings;
+}
+
+TEST(WorkInCpuTime, ReadsTheClockAtMostEvery50Microseconds) {
+  for (const Duration length : {Duration(500us), Duration(4200us), Duration(50ms)}) {
+    std::size_t least = SIZE_MAX;
+    Duration of_least{};
+    for (int job = 0; job < 20; ++job) {
+      const std::vector<Time> all = read_in_job(length);
+      if (all.size() < least) least = all.size(), of_least = all.back() - all.front();
+    }
+    // A few more at both ends, where the speed is not known yet and little work is left.
+    EXPECT_LE(least, of_least / 50us + 4) << to_ms(length);
+  }
+}
+
+TEST(WorkInCpuTime, DoesWhatIsAskedForAndHardlyMore) {
+  for (const Duration length : {Duration(20us), Duration(500us), Duration(4200us), Duration(50ms)}) {
+    std::vector<Duration> excess;
+    for (int job = 0; job < 20; ++job) {
+      const std::vector<Time> all = read_in_job(length);
+      excess.push_back(all.back() - all.front() - length);
+      EXPECT_GE(excess.back(), Duration{});
+    }
+    // Interrupts and a hypervisor may prolong some jobs.
+    std::ranges::nth_element(excess, excess.begin() + 10);
+    EXPECT_LE(excess[10], 50us) << to_ms(length);
+  }
+}
+
+TEST(WorkInCpuTime, WorkThatIsOverReadsNothing) {
+  readings.clear();
+  EXPECT_EQ(count_primes_until(Time{2ms}, Time{2ms}, 60us, counted_cpu_clock), 0);
+  EXPECT_TRUE(readings.empty());
+}
+
+/// The clock jumps by 10 ms, as when a hypervisor withholds the processor and the kernel counts this
+/// as the thread's time: the job ends.
+TEST(WorkInCpuTime, StolenTimeCountsAsWork) {
+  static int reads;
+  reads = 0;
+  const auto jumps = [] {
+    ++reads;
+    return Time{10ms};
+  };
+  EXPECT_GT(count_primes_until(Time{}, Time{4ms}, 60us, jumps), 0);
+  EXPECT_EQ(reads, 1);
+}
+
+TEST(Work, ReadsTheWallClockAfterEachCandidate) {
+  static int reads;
+  reads = 0;
+  const auto steps = [] {
+    ++reads;
+    return Time{} + reads * 1us;
+  };
+  EXPECT_GT(count_primes_until(Time{}, Time{4ms}, Duration{}, steps), 0);
+  EXPECT_EQ(reads, 4000);
+}
+
+/// Under each mode, a job of 2 ms uses about that much CPU time.
+TEST(Work, UsesItsExecutionTime) {
+  Calibration calibration;
+  calibration.divisions_per_us = 300;
+  const auto used = [&](WorkMode mode) {
+    const Duration before = read_clock(CLOCK_THREAD_CPUTIME_ID);
+    EXPECT_GT(Work(mode, 2ms, CrunchScale(calibration)).burn(now()), 0);
+    return read_clock(CLOCK_THREAD_CPUTIME_ID) - before;
+  };
+  EXPECT_GE(used(WorkMode::cpu_time), 2ms);
+  EXPECT_GT(used(WorkMode::fixed), Duration{});
+  EXPECT_GE(used(WorkMode::wall), Duration{});
+  EXPECT_EQ(Work(WorkMode::cpu_time, Duration{}, CrunchScale({})).burn(now()), 0) << "no work, no reading";
+}
+
+}  // namespace
+}  // namespace hotpath
