@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads run folders. Times in their files are relative to the run's epoch."""
 
+import functools
 import io
 import math
 import shlex
@@ -185,11 +186,19 @@ class Run:
 
     def summary(self) -> list[dict[str, Any]]:
         """The executors of summary.json."""
+        return self._summary
+
+    @functools.cached_property
+    def _summary(self) -> list[dict[str, Any]]:
         executors: list[dict[str, Any]] = read_json(self.folder / "summary.json")["executors"]
         return executors
 
     def timer_counts(self) -> pd.DataFrame:
         """Timers after the warm-up: executor, task, COUNTS, deadline_ms, response_max_ms, bound_ms."""
+        return self._timer_counts
+
+    @functools.cached_property
+    def _timer_counts(self) -> pd.DataFrame:
         bounds = {(b["executor"], b["task"]): b["ms"] for b in self.facts.get("bounds", [])}
         rows = [
             t

@@ -5,14 +5,13 @@ figures replace the benchmark programs, since a test must not depend on measured
 import json
 import os
 import shutil
-import subprocess
-import sys
 import unittest
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import hotpath_command
+import package
 from hotpath_command import CommandTest
 
 STAND_IN = """#!/bin/sh
@@ -158,7 +157,6 @@ class BenchCommand(CommandTest):
 class Report(unittest.TestCase):
     """report.md, made from known figures."""
 
-    BENCH = Path(__file__).resolve().parents[1]  # contains the package
     MACHINE = {
         "cpu_model": "a processor", "processors": 2, "kernel": "6.1", "compiler": "g++ 12", "build_type": "Release",
         "noise": {"clock_cost_ns": 22, "hiccups": [{"cpu": 0, "p999_ns": 1500, "max_ns": 40000}]},
@@ -172,8 +170,7 @@ class Report(unittest.TestCase):
                    "complexities": [{"benchmark": "drain/rm-ro/tasks", "order": "NlgN", "coefficient_ns": 5.5,
                                      "rms_percent": 4}], **changes}  # fmt: skip
         (Path(folder) / "bench.json").write_text(json.dumps(content))
-        command = [sys.executable, "-I", "-B", str(self.BENCH), "bench-report", folder]
-        result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+        result = package.call(Path(folder), dict(os.environ), "bench-report", folder)
         path = Path(folder) / "report.md"
         pictures = sorted(f.name for f in path.parent.glob("*.svg"))
         return result, path.read_text() if path.exists() else "", pictures

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Opens pages in headless Chromium, for tests of what they show."""
 
+import atexit
+import functools
 import json
 import os
 import shutil
@@ -18,10 +20,8 @@ MISSING = "left out: {} is missing; install it with launch_scripts/setup.sh test
 class Browser:
     """Chromium with a page of `hotpath report`. Logs requests and messages of the console."""
 
-    def __init__(
-        self, script: bool = True, dark: bool = False, width: int = 1280, height: int = 1000
-    ) -> None:
-        """Raises unittest.SkipTest if Chromium, its driver or selenium is missing."""
+    def __init__(self, **options: Any) -> None:
+        """`options`: as emulate(). Raises unittest.SkipTest if Chromium, its driver or selenium is missing."""
         try:
             from selenium import webdriver  # pylint: disable=import-outside-toplevel
             from selenium.webdriver.chrome.service import Service  # pylint: disable=import-outside-toplevel
@@ -30,13 +30,16 @@ class Browser:
         driver = shutil.which("chromedriver")
         if driver is None or shutil.which("chromium") is None:
             raise unittest.SkipTest(MISSING.format("chromium-driver"))
-        options = webdriver.ChromeOptions()
+        of_chrome = webdriver.ChromeOptions()
         words = ["--headless=new", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"]
         for word in [*words, *(["--no-sandbox"] if os.geteuid() == 0 else [])]:
-            options.add_argument(word)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        self.driver: Any = webdriver.Chrome(service=Service(driver), options=options)
-        self.command("Emulation.setScriptExecutionDisabled", value=not script)
+            of_chrome.add_argument(word)
+        of_chrome.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        self.driver: Any = webdriver.Chrome(service=Service(driver), options=of_chrome)
+        self.emulate(**options)
+
+    def emulate(self, dark: bool = False, width: int = 1280, height: int = 1000) -> None:
+        """The theme and the size of the window for the pages that are opened from now on."""
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self.command("Emulation.setEmulatedMedia", features=[scheme])
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
@@ -106,17 +109,32 @@ class Browser:
         self.driver.quit()
 
 
-def opened(test: unittest.TestCase, page: Path, **options: Any) -> Browser:
-    """The browser with a page; closed after the test, which fails if the page made a request or wrote to
-    the console."""
-    browser = Browser(**options)
-    test.addCleanup(browser.close)
-    browser.open(page)
+@functools.cache
+def browser() -> Browser:
+    """The browser of this process: its start takes longer than most tests. Raises unittest.SkipTest."""
+    started = Browser()
+    atexit.register(started.close)
+    return started
+
+
+def opened(
+    test: unittest.TestCase, page: Path, started: bool = True, before: str = "", **options: Any
+) -> Browser:
+    """The browser with a page; the test fails at its end if the page made a request or wrote to the
+    console. `started`: as open(). `before`: a script that runs before the page's own. `options`: as
+    emulate()."""
+    shown = browser()
+    shown.emulate(**options)
+    shown.driver.get("about:blank")
+    _ = shown.messages(), shown.requests()  # of the page before
+    script = shown.command("Page.addScriptToEvaluateOnNewDocument", source=before)["identifier"]
+    shown.open(page, started)
+    shown.command("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
 
     def check() -> None:
-        test.assertEqual(browser.messages(), [])
-        made = [address for address in browser.requests() if not address.startswith("data:")]
+        test.assertEqual(shown.messages(), [])
+        made = [address for address in shown.requests() if not address.startswith("data:")]
         test.assertEqual(made, [page.resolve().as_uri()])
 
     test.addCleanup(check)
-    return browser
+    return shown

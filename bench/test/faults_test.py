@@ -39,8 +39,7 @@ COMMANDS = (
     "compare-results",
 )
 IS_ROOT = os.geteuid() == 0
-BRIEF = ("--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
-LONGER = ("--transport", "intra_process", "--duration", 1, "--warm-up", 0)
+BRIEF = ("--transport", "intra_process", "--load", 5, "--duration", 0.2, "--warm-up", 0)
 LONG = ("--duration", 30, "--warm-up", 0)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import package
 from ctf_trace import sensor_and_filter
 from hotpath_command import CommandTest
 from import_files_test import ARCHITECTURE
@@ -63,7 +64,7 @@ class HostileNames(CommandTest):
             (NAME,), ("graph", NAME), ("simulate", "--graph", NAME), ("simulate", "--executors", NAME),
             ("simulate", "--deployments", NAME), ("simulate", "--phases-file", NAME), ("simulate", "--load", NAME),
             ("simulate", "--entity-order", NAME), (f"--{NAME}",), ("check", NAME), ("summarize", NAME), ("sweep", NAME),
-            ("summarize", "--golden", NAME), ("recover", NAME), ("report", NAME), ("compare-results", NAME, NAME),
+            ("summarize", "--golden", NAME), ("recover", NAME), ("compare-results", NAME, NAME),
             ("timeline", NAME), ("bench", "--compare", NAME, NAME), ("bench", "--only", NAME), ("validate", NAME),
             ("import", "ctf", NAME), ("import", "caret", NAME), ("export", "ctf", NAME),
             ("advise", NAME), ("advise", "--for", NAME), ("analyze", NAME), ("analyze", "--trace", NAME),
@@ -114,11 +115,14 @@ class HostileNames(CommandTest):
         self.printed("check", run, codes=(0,))
         self.assertIn("its tasks are not", self.printed("explain", run, codes=(2,))[2])
         self.assertIn("has no task", self.printed("validate", run, "--output", "v", codes=(2,))[2])
-        self.printed("report", run, codes=(0,))
-        self.printed("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
+        self.assertIsNone(CONTROL.search(package.call(self.folder, self.environment, "report", run).stdout))
+        brief = ("--from", 1000, "--to", 1100)
+        self.printed("timeline", run, *brief, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
         gate = ("--junit", "gate.xml", "--markdown", "gate.md", "--page", "gate")
         self.printed("compare-results", run, run, "--gate", *gate, codes=(0,))
-        self.printed("compare-results", run, run, codes=(0,))
+        compared = package.call(self.folder, self.environment, "compare-results", run, run)
+        self.assertIsNone(CONTROL.search(compared.stdout + compared.stderr))
+        self.assertEqual(compared.returncode, 0, compared.stderr)
         self.assertGreater(self.check_pages(self.folder), 5)
 
     def test_a_trace(self) -> None:

@@ -15,7 +15,7 @@ from hotpath_command import CommandTest, RunFolder
 
 LISTENER = os.environ.get("TELEMETRY_LISTENER", "telemetry_listener")
 WRONG_USE, FAILURE = 2, 1
-SHORT = ("--load", 20, "--duration", 2, "--warm-up", 0.5)
+SHORT = ("--load", 20, "--duration", 1.2, "--warm-up", 0.3)
 
 
 class Received:
@@ -167,7 +167,7 @@ class Live(LiveTest):
         self.check_samples(replayed, folder)
         self.check_last_statistics(replayed, folder)
         self.assertEqual(replayed.values(), live.values())
-        self.check_clock(replayed, 2.5)
+        self.check_clock(replayed, 1.5)
 
     def check_clock(self, received: Any, length_s: float) -> None:
         times = [c["time_ns"] for c in received.by_kind["clock"]]
@@ -240,7 +240,7 @@ class Live(LiveTest):
 
 class Faults(LiveTest):
     def test_wrong_use(self) -> None:
-        self.measure("run", "--transport", "intra_process", "--duration", 0.2, "--warm-up", 0)
+        self.measure("run", "--transport", "intra_process", "--load", 5, "--duration", 0.2, "--warm-up", 0)
         for arguments, parts in {
             ("run", "--live-cpus", 0): ["--live-cpus", "--live"],
             ("run", "--live", "--live-cpus", 4000): ["--live-cpus", "may not use processor 4000"],
@@ -298,7 +298,7 @@ class Faults(LiveTest):
         return listener.communicate(timeout=60)[0].splitlines()
 
     def test_an_interrupted_replay_ends_in_order(self) -> None:
-        self.measure("run", "--transport", "intra_process", "--load", 5, "--duration", 2, "--warm-up", 0)
+        self.measure("run", "--transport", "intra_process", "--load", 5, "--duration", 0.5, "--warm-up", 0)
         listener = self.listen()
         process = self.start("replay", "run", "--live", "--domain", self.domain, "--speed", 0.01)
         for line in listener.stdout:

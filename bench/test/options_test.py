@@ -142,15 +142,15 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         },
     ),
     "timeline": (
-        {"RUN": "{run}", "--perfetto": "trace.json"},
+        {"RUN": "{run}", "--csv": "rows.csv"},
         {
             "--executor": Changes({"--executor": "rm-ro"}),
             "--repetition": Changes({"--repetition": 1}),
             "--from": Changes({"--from": 300}),
             "--to": Changes({"--to": 300}),
             "--svg": Elsewhere("a chart takes seconds", "simulate_test.py"),
-            "--perfetto": Changes({"--perfetto": "other.json"}),
-            "--csv": Changes({"--csv": "rows.csv", "--perfetto": None}),
+            "--perfetto": Changes({"--perfetto": "trace.json", "--csv": None}),
+            "--csv": Changes({"--csv": "other.csv"}),
         },
     ),
     "explain": (
@@ -234,19 +234,19 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         },
     ),
     "report": (
-        {"RUN": "{run}"},
+        {"RUN": "{tiny}"},
         {"--output": Changes({"--output": "page"}), "--json": Changes({"--json": True})},
     ),
     "compare-results": (
-        {"OLD": "{run}", "NEW": "{run}"},
+        {"OLD": "{tiny}", "NEW": "{tiny}"},
         {
-            "--csv": Changes({"--csv": "table.csv"}),
             "--gate": Changes({"--gate": True}),
             "--across-loads": Elsewhere("it needs runs of two loads", "../hotpath_report/test/test_gate.py"),
-            "--junit": Changes({"--junit": "gate.xml"}, {"--gate": True}),
-            "--markdown": Changes({"--markdown": "gate.md"}, {"--gate": True}),
-            "--page": Changes({"--page": "page"}),
+            "--page": Elsewhere("a page takes seconds", "result_pages_test.py"),
             "--json": JSON,
+        } | {
+            option: Elsewhere("every file that a command writes is tested there", "output_targets_test.py")
+            for option in ("--csv", "--junit", "--markdown")
         },
     ),
     "import ctf": (
@@ -283,13 +283,24 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 LIVE = {"run", "compare"}  # options_live_test.py
 
 
+TINY = """name: tiny
+nodes:
+  - {name: S, type: sensor, period_ms: 100}
+  - {name: C, type: command, input: S}
+chains:
+  - {name: path, nodes: [S, C], sources: [S], sink: C}
+"""
+
+
 class EveryOptionCounts(OptionTest):
     places: dict[str, Path]
 
     @classmethod
     def setUpClass(cls) -> None:
         super().setUpClass()
+        (cls.folder / "tiny.yaml").write_text(TINY)
         runs = {
+            "tiny": ("--graph", "tiny.yaml", "--executors", "default,rm-ro"),
             "chains": ("--graph", "sequences", "--executors", "default"),
             "run": ("--executors", "default,rm-ro", "--repetitions", 3, "--phases", "random", "--seed", 5),
             "timers": (

@@ -8,13 +8,15 @@ import json
 import re
 import shutil
 import subprocess
+import tempfile
 import unittest
+from pathlib import Path
 from typing import Any
 
 from browser import MISSING, WEB, Browser, opened
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest, Job, RunFolder
+from package import write_report
 
-SIMULATED = ("--executors", "default,rm-ro,multi:2,events-ro", "--duration", 4)
 QUANTILES = {"p50": 0.5, "p90": 0.9, "p99": 0.99, "max": 1}
 # Moves along the curves with the keyboard and reads the tooltip at each probability.
 READ_CURVES = """
@@ -66,20 +68,53 @@ return {view: t.view, panels: t.panels.map(panel)};
 """
 
 
-@functools.lru_cache(maxsize=1)
-def jobs_of(folder: str) -> Any:
-    """The jobs of a run, whose files do not change; reading them takes longer than most checks."""
-    return RunFolder(folder).jobs()
+@functools.lru_cache(maxsize=2)
+def jobs_of(folder: str, executor: str, repetition: int) -> Any:
+    """The started jobs of one repetition, whose file does not change; reading it takes longer than
+    most checks."""
+    rows = RunFolder(folder).rows("jobs.csv")[1]
+    found = [row for row in rows if (row["executor"], row["repetition"]) == (executor, str(repetition))]
+    return [Job(row) for row in found if row["start_ns"]]
 
 
 class Page(CommandTest):
-    """The page of one run, and the files that it was made from."""
+    """The page of one run, and the files that it was made from. All tests share one folder, with the
+    runs and pages that they make."""
+
+    place: Path
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        holder = tempfile.TemporaryDirectory(prefix="hotpath_page_")
+        cls.addClassCleanup(holder.cleanup)
+        cls.place = Path(holder.name)
+
+    def setUp(self) -> None:
+        super().setUp()
+        self.folder = self.place
+
+    def simulated(self, name: str, *words: object) -> str:
+        """The name of a simulated run, made by the first test that needs it."""
+        if not (self.folder / name).exists():
+            self.accepted("simulate", *words, "--output", name)
+        return name
+
+    def four_executors(self) -> str:
+        return self.simulated("four", "--executors", "default,rm-ro,multi:2,events-ro", "--duration", 4)
+
+    def two_executors(self) -> str:
+        return self.simulated("two", "--executors", "rm-ro,default", "--duration", 4)
+
+    def page_of(self, *runs: str) -> Path:
+        """The page about runs, without figures."""
+        page = self.folder / ("page_" + "_".join(run.replace("/", "_") for run in runs))
+        if not page.exists():
+            write_report(self.folder, self.environment, *runs, "--output", page)
+        return page / "report.html"
 
     def page(self, *runs: str, **options: Any) -> Browser:
-        """The browser with the page about runs; closed after the test, which fails if the page made a
-        request or wrote to the console."""
-        self.accepted("report", *runs, "--output", "page")
-        return opened(self, self.folder / "page" / "report.html", **options)
+        """The browser with the page about runs."""
+        return opened(self, self.page_of(*runs), **options)
 
     def check_curves(self, browser: Browser, run: RunFolder, target: str, latencies: dict[str, Any]) -> None:
         """Compares the curves of a chain or task with {executor: quantiles of summary.json}."""
@@ -147,11 +182,7 @@ class Page(CommandTest):
         shown = browser.run(READ_TIMELINE)
         view = shown["view"]
         per_pixel = (view["to"] - view["from"]) / view["width"]
-        jobs = {
-            f"{j.task} {j.sequence}": j
-            for j in jobs_of(str(run.path))[executor, one["repetition"]]
-            if j.start is not None
-        }
+        jobs = {f"{j.task} {j.sequence}": j for j in jobs_of(str(run.path), executor, one["repetition"])}
         path = [item for item in shown["panels"][0]["shown"] if item["what"] == "path"]
         names = {f"{step['task']} {step['sequence']}" for step in one["path"]}
         self.assertEqual({item["name"] for item in path}, names)
@@ -175,8 +206,8 @@ class Page(CommandTest):
             instant(bar[-1]["right"]), last.start if "chain" in one else last.finish, delta=1
         )
 
-    def check_run(self, browser: Browser, folder: str) -> None:
-        """All distributions, and the worst and the last listed output of each chain."""
+    def check_outputs(self, browser: Browser, folder: str) -> None:
+        """The distribution, and the worst and the last listed output, of each chain and of one task."""
         run = RunFolder(self.folder / folder)
         executors = run.summary()["executors"]
         for k, chain in enumerate(run.run["chains"]):
@@ -185,55 +216,61 @@ class Page(CommandTest):
             rows = self.check_list(browser, run, chain)
             for place in {0, len(rows) - 1}:
                 self.check_output(browser, run, chain, place)
-        for k, task in enumerate(executors[0]["tasks"]):
-            of = {e["executor"]: e["tasks"][k]["response_ms"] for e in executors}
-            if any(quantiles["n"] > 0 for quantiles in of.values()):
-                self.check_curves(browser, run, task["task"], of)
-                if k % 8 == 0:  # the slowest job, and the tenth
-                    browser.run(CHOOSE_RANGE, "", "")
-                    listed = len(browser.run(READ_LIST)["rows"])
-                    for place in {0, min(9, listed - 1)}:
-                        self.check_output(browser, run, task["task"], place, "task")
+        self.check_task(browser, run, 0)
+
+    def check_task(self, browser: Browser, run: RunFolder, k: int) -> None:
+        """The distribution, and in each eighth task the slowest job and the tenth."""
+        executors = run.summary()["executors"]
+        name = executors[0]["tasks"][k]["task"]
+        of = {e["executor"]: e["tasks"][k]["response_ms"] for e in executors}
+        if not any(quantiles["n"] > 0 for quantiles in of.values()):
+            return
+        self.check_curves(browser, run, name, of)
+        if k % 8 == 0:
+            browser.run(CHOOSE_RANGE, "", "")
+            listed = len(browser.run(READ_LIST)["rows"])
+            for place in {0, min(9, listed - 1)}:
+                self.check_output(browser, run, name, place, "task")
 
     def test_a_simulated_run_of_several_executors(self) -> None:
-        self.accepted("simulate", *SIMULATED, "--output", "run")
-        browser = self.page("run")
-        self.check_run(browser, "run")
+        run = self.four_executors()
+        browser = self.page(run)
+        self.check_outputs(browser, run)
+        of = RunFolder(self.folder / run)
+        for task in range(4, len(of.summary()["executors"][0]["tasks"]), 4):
+            self.check_task(browser, of, task)
         self.check_two_executors(browser)
-        self.check_sentences(browser)
-        self.check_bounds(browser)
-        self.check_without_javascript()
+        self.check_sentences(browser, run)
+        self.check_bounds(browser, run)
         self.assertEqual(browser.violations(), [])
 
-    def check_without_javascript(self) -> None:
-        page = (self.folder / "page" / "report.html").read_text(encoding="utf-8")
-        browser = Browser()
-        self.addCleanup(browser.close)
-        without = re.sub(r"(?s)<script.*?</script>", "", page)
-        (self.folder / "page" / "without.html").write_text(without, encoding="utf-8")
-        browser.open(self.folder / "page" / "without.html", started=False)
+    def test_without_javascript(self) -> None:
+        page = self.page_of(self.four_executors())
+        without = page.with_name("without.html")
+        text = re.sub(r"(?s)<script.*?</script>", "", page.read_text(encoding="utf-8"))
+        without.write_text(text, encoding="utf-8")
+        browser = opened(self, without, started=False)
         read = "return [document.querySelectorAll('figure svg').length, document.querySelectorAll('table').length]"
         figures, tables = browser.run(read)
         self.assertGreater(figures, 10)
         self.assertGreater(tables, 5)
         self.assertFalse(browser.run("return document.getElementById('explore').checkVisibility()"))
-        self.assertEqual(browser.messages(), [])
 
-    def check_sentences(self, browser: Browser) -> None:
+    def check_sentences(self, browser: Browser, run: str) -> None:
         """Below the curves are the sentences of `hotpath explain`, against the first executor."""
         shown = browser.run(
             "return [...document.querySelectorAll('#explore .notes li')].map((l) => l.textContent)"
         )
-        first, *others = RunFolder(self.folder / "run").run["executors"]
+        first, *others = RunFolder(self.folder / run).run["executors"]
         for executors, text in zip([first, *(f"{first},{other}" for other in others)], shown, strict=True):
-            answer = self.accepted("explain", "run", "--executor", executors, "--json")
+            answer = self.accepted("explain", run, "--executor", executors, "--json")
             self.assertEqual(text, " ".join(json.loads(answer)["sentences"]))
 
-    def check_bounds(self, browser: Browser) -> None:
+    def check_bounds(self, browser: Browser, run: str) -> None:
         """The lines of the hot path are the tightest bounds of `hotpath analyze`, and the computation."""
         browser.run(CHOOSE, "target", "hot_path")
         marks = browser.run("return hotpathPage.target.marks.map((m) => [m.label, m.ms])")
-        self.accepted("analyze", "autoware", "--trace", "run", "--csv", "bounds.csv")
+        self.accepted("analyze", "autoware", "--trace", run, "--csv", "bounds.csv")
         expected: dict[str, float] = {}
         with (self.folder / "bounds.csv").open(newline="") as file:
             for row in csv.DictReader(file):
@@ -241,7 +278,7 @@ class Page(CommandTest):
                     label, bound = f"bound of {row['executor']}", int(row["bound_ns"]) / 1e6
                     expected[label] = min(bound, expected.get(label, bound))
         self.assertIn("bound of rm-ro", expected)
-        limits = {x["label"]: x["ms"] for x in RunFolder(self.folder / "run").run["limits"]}
+        limits = {x["label"]: x["ms"] for x in RunFolder(self.folder / run).run["limits"]}
         self.assertEqual(dict(marks), expected | limits)
 
     def check_two_executors(self, browser: Browser) -> None:
@@ -263,29 +300,20 @@ class Page(CommandTest):
             browser.run("return hotpathPage.timeline.view.left + hotpathPage.timeline.view.width"),
         )
 
-    def test_a_live_and_an_imported_run(self) -> None:
-        live = ("--transport", "intra_process", "--load", 20, "--duration", 1, "--warm-up", 0)
+    def test_a_live_run(self) -> None:
+        live = ("--transport", "intra_process", "--load", 20, "--duration", 0.5, "--warm-up", 0)
         self.accepted("run", "--executor", "default", *live, "--output", "live")
-        self.check_run(self.page("live"), "live")
-        self.accepted("simulate", *SIMULATED, "--output", "run")
-        self.accepted("export", "ctf", "run", "--output", "traces")
+        self.check_outputs(self.page("live"), "live")
+
+    def test_an_imported_run(self) -> None:
+        self.accepted("export", "ctf", self.two_executors(), "--output", "traces")
         chain = ("--chain", "FrontLidarDriver:ObjectCollisionEstimator")
         self.accepted("import", "ctf", "traces/default-0", *chain, "--output", "imported")
-        self.check_run(self.page("imported/run"), "imported/run")
+        self.check_outputs(self.page("imported/run"), "imported/run")
 
     def test_two_runs_of_timers(self) -> None:
         for executor in ("rm-ro", "edf-ro"):
-            words = (
-                "--graph",
-                "timers_only_60",
-                "--executors",
-                executor,
-                "--duration",
-                2,
-                "--output",
-                executor,
-            )
-            self.accepted("simulate", *words)
+            self.simulated(executor, "--graph", "timers_only_60", "--executors", executor, "--duration", 2)
         browser = self.page("rm-ro", "edf-ro", dark=True, width=800)
         task = RunFolder(self.folder / "rm-ro").summary()["executors"][0]["tasks"][0]["task"]
         browser.run(CHOOSE, "target", task)
@@ -307,8 +335,8 @@ class Page(CommandTest):
         self.assertEqual(browser.run("return document.documentElement.scrollWidth"), 800)
 
     def test_the_timeline_by_keyboard(self) -> None:
-        self.accepted("simulate", "--executors", "rm-ro", "--duration", 2, "--output", "run")
-        browser = self.page("run")
+        run = self.two_executors()
+        browser = self.page(run)
         canvas = "document.querySelector('.timeline canvas')"
         press = f"{canvas}.dispatchEvent(new KeyboardEvent('keydown', {{key: arguments[0]}}))"
 
@@ -321,7 +349,7 @@ class Page(CommandTest):
         self.assertEqual(whole, (0, browser.run("return hotpathPage.timeline.panels[0].jobs.of.length_ns")))
         browser.run(CHOOSE, "rows-of", "all tasks")
         drawn = browser.run(READ_TIMELINE)["panels"][0]
-        jobs = [j for j in RunFolder(self.folder / "run").jobs()["rm-ro", 0] if j.start is not None]
+        jobs = jobs_of(str(self.folder / run), drawn["label"], 0)
         self.assertEqual(set(drawn["rows"]), {j.task for j in jobs})
         nearer = view("+")
         self.assertLess(nearer[1] - nearer[0], whole[1] - whole[0])
@@ -332,11 +360,9 @@ class Page(CommandTest):
         self.assertLess(output[1] - output[0], 0.1e9)
 
     def test_the_mouse(self) -> None:
-        self.accepted("simulate", "--executors", "default,rm-ro", "--duration", 4, "--output", "run")
-        browser = self.page("run")
-        latencies = [
-            row[2] / 1e6 for rows in RunFolder(self.folder / "run").chains().values() for row in rows
-        ]
+        run = self.two_executors()
+        browser = self.page(run)
+        latencies = [row[2] / 1e6 for rows in RunFolder(self.folder / run).chains().values() for row in rows]
         over = ".ecdf .u-over"
         scale = browser.run("const s = hotpathPage.ecdf.plot.scales.y; return [s.min, s.max]")
         self.assertEqual(scale[0], 0)
@@ -377,12 +403,7 @@ class Page(CommandTest):
 
     def test_every_plot_is_drawn_once(self) -> None:
         """Opening a page makes as many canvases as it shows; a second drawing would make another one."""
-        self.accepted("simulate", "--executors", "default,rm-ro", "--duration", 2, "--output", "run")
-        self.accepted("report", "run", "--output", "page")
-        browser = Browser()
-        self.addCleanup(browser.close)
-        browser.command("Page.addScriptToEvaluateOnNewDocument", source=COUNT_CANVASES)
-        browser.open(self.folder / "page" / "report.html")
+        browser = self.page(self.two_executors(), before=COUNT_CANVASES)
         made, shown, timelines = browser.run(
             "return [canvases, document.querySelectorAll('canvas').length, hotpathPage.timeline.drawings]"
         )
@@ -398,16 +419,16 @@ class Page(CommandTest):
 
     def test_hostile_names_are_text(self) -> None:
         self.accepted("simulate", "--graph", "sequences", "--executors", "default,rm-ro", "--duration", 2,
-                      "--output", "run")  # fmt: skip
+                      "--output", "hostile")  # fmt: skip
         hostile = "<script>hotpathEvil=1</script>`|\x1b[2J\u202e\u200f<img src=x onerror=hotpathEvil=1>"
         for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
-            text = (self.folder / "run" / name).read_text()
+            text = (self.folder / "hostile" / name).read_text()
             as_written = json.dumps(hostile)[1:-1] if name.endswith(".json") else hostile
             text = text.replace("LidarDriver", as_written).replace(
                 "localization", as_written[:12] + "localization"
             )
-            (self.folder / "run" / name).write_text(text)
-        browser = self.page("run")
+            (self.folder / "hostile" / name).write_text(text)
+        browser = self.page("hostile")
         names = browser.run("return [...document.querySelectorAll('#target option')].map((o) => o.text)")
         self.assertTrue(any("<script>hotpathEvil" in name for name in names), names)
         for name in names:
@@ -417,8 +438,7 @@ class Page(CommandTest):
                          ["undefined", 0, 2])  # fmt: skip
 
     def test_a_run_without_jobs(self) -> None:
-        self.accepted("simulate", "--duration", 2, "--no-trace", "--output", "run")
-        browser = self.page("run")
+        browser = self.page(self.simulated("untraced", "--duration", 2, "--no-trace"))
         self.assertIn(
             "stores no jobs", browser.run("return document.querySelector('#explore .note').innerText")
         )
@@ -426,11 +446,10 @@ class Page(CommandTest):
         self.assertGreater(len(browser.run(READ_CURVES)), 10)
 
     def test_a_run_that_is_thinned(self) -> None:
-        self.accepted("simulate", "--executors", "default,rm-ro,multi:2,events-ro", "--load", 40, "--duration", 80,
-                      "--output", "run")  # fmt: skip
-        browser = self.page("run")
-        run = RunFolder(self.folder / "run")
-        started = sum(job.start is not None for jobs in run.jobs().values() for job in jobs)
+        words = ("--executors", "default,rm-ro,multi:2,events-ro", "--load", 40, "--duration", 80)
+        browser = self.page(self.simulated("long", *words))
+        run = RunFolder(self.folder / "long")
+        started = sum(bool(row["start_ns"]) for row in run.rows("jobs.csv")[1])
         self.assertGreater(started, 100_000)
         kept = browser.run(
             "return hotpathPage.store.document.runs[0].repetitions.map((r) => r.jobs.task.length)"
@@ -444,7 +463,7 @@ class Page(CommandTest):
         self.assertIn(
             "leaves out these jobs", browser.run("return document.querySelector('.timeline').innerText")
         )
-        self.assertLess((self.folder / "page" / "report.html").stat().st_size, 6e6)
+        self.assertLess(self.page_of("long").stat().st_size, 6e6)
 
 
 class Bundle(unittest.TestCase):

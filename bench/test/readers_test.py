@@ -6,7 +6,6 @@ take unbounded memory."""
 
 import contextlib
 import io
-import itertools
 import json
 import os
 import resource
@@ -146,6 +145,14 @@ def damage(path: Path, defect: str) -> None:
         path.mkdir()
 
 
+def remove(path: Path) -> None:
+    """Removes a file of any kind or a folder, if there is one."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
 DEFECTS = ("empty", "cut", "nested", "types", "nothing", "bytes", "device", "fifo", "folder", "missing")
 
 
@@ -159,16 +166,25 @@ class Readers(CommandTest):
 
     def each(self, readers: Any, call: Any) -> None:
         """Calls each command with each defect of its file, in a copy of the inputs."""
-        for (name, commands), defect in itertools.product(readers.items(), DEFECTS):
+        for name, commands in readers.items():
             for command in commands:
-                with self.subTest(defect=defect, file=name, command=command):
-                    folder = Path(tempfile.mkdtemp(dir=self.folder))
-                    shutil.copytree(self.inputs, folder, dirs_exist_ok=True)
-                    path = folder / name
-                    damage(path, defect)
-                    code, err = call(folder, command.format(f=path, d=path.parent).split())
-                    shutil.rmtree(folder)
-                    self.assert_refused(path, defect, code, err)
+                folder = Path(tempfile.mkdtemp(dir=self.folder))
+                shutil.copytree(self.inputs, folder, dirs_exist_ok=True)
+                path = folder / name
+                for defect in DEFECTS:
+                    with self.subTest(defect=defect, file=name, command=command):
+                        damage(path, defect)
+                        code, err = call(folder, command.format(f=path, d=path.parent).split())
+                        self.assert_refused(path, defect, code, err)
+                    self.restore(folder, name)
+                shutil.rmtree(folder)
+
+    def restore(self, folder: Path, name: str) -> None:
+        """Gives a damaged file its content again, and removes what the command wrote."""
+        for left in {file.name for file in folder.iterdir()} - {file.name for file in self.inputs.iterdir()}:
+            remove(folder / left)
+        remove(folder / name)
+        shutil.copy(self.inputs / name, folder / name)
 
     def assert_refused(self, path: Any, defect: Any, code: int, err: str) -> None:
         if (defect, path.name) in ACCEPTED:

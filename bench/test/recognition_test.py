@@ -12,7 +12,7 @@ from typing import Any
 
 from hotpath_command import CommandTest
 
-COUNT = int(os.environ.get("HOTPATH_RECOGNITIONS", "16"))
+COUNT = int(os.environ.get("HOTPATH_RECOGNITIONS", "8"))
 FIRST_SEED = int(os.environ.get("HOTPATH_RECOGNITION_SEED", "1000"))
 MANY_THREADS = ("multi", "cbg")
 PERIODS = (10, 20, 25, 30, 40, 50, 50, 60, 80, 100, 100, 120, 200)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import package
 import page_test
 from browser import Browser, opened
 from hotpath_command import CommandTest, RunFolder
@@ -49,16 +50,12 @@ def values(rows: list[Any]) -> dict[tuple[str, float], float]:
     return {(name, x): float(text.split("\t")[2]) for name, x, text in rows}
 
 
-class Results(CommandTest):
-    """Commands that also write their pages."""
+class Curves(CommandTest):
+    """Sweeps and searches for a capacity, which write their pages."""
 
     def setUp(self) -> None:
         super().setUp()
         del self.environment["HOTPATH_FIGURES"]
-
-
-class Curves(Results):
-    """Sweeps and searches for a capacity."""
 
     def rows(self, file: str) -> list[dict[str, str]]:
         with (self.folder / file).open(newline="") as stream:
@@ -109,6 +106,7 @@ class Curves(Results):
         for title, column in columns.items():
             of = {(row["executor"], float(row["load"])): float(row[column]) for row in rows if row[column]}
             self.check_plot(browser, title, of)
+        self.environment["HOTPATH_FIGURES"] = "none"
         level = next(row for row in rows if row["executor"] == "rm-ro")
         run = ("--executors", "rm-ro", "--load", level["load"], "--duration", 1, "--repetitions", 3)
         self.accepted("simulate", *run, "--phases", "random", "--output", "run")
@@ -119,7 +117,7 @@ class Curves(Results):
         self.assertEqual(browser.violations(), [])
 
 
-class Distributions(Results):
+class Distributions(CommandTest):
     """Advice and comparisons."""
 
     def curves(self, browser: Browser) -> dict[tuple[str, float], float]:
@@ -157,8 +155,10 @@ class Distributions(Results):
             self.assertAlmostEqual(marks[label], bound, delta=1e-5)
 
     def test_of_an_advice(self) -> None:
+        del self.environment["HOTPATH_FIGURES"]  # the command writes the page
         words = ("--executors", "default,rm-ro,events-ro", "--draws", 3, "--duration", 2)
         out = self.accepted("advise", "autoware", *words, "--output", "advice")
+        self.environment["HOTPATH_FIGURES"] = "none"
         folder = self.folder / "advice"
         advice = json.loads((folder / "advice.json").read_text())
         browser = opened(self, folder / "report.html")
@@ -198,6 +198,7 @@ class Distributions(Results):
     def test_of_an_advice_with_deployments_and_requirements(self) -> None:
         words = ("--cores", 2, "--draws", 2, "--duration", 2, "--now", "multi:2", "--for", "hot_path<150")
         self.accepted("advise", "autoware", *words, "--output", "advice")
+        package.write_advice(self.folder, self.environment, self.folder / "advice")
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         browser = opened(self, self.folder / "advice" / "report.html")
         self.check_advice(advice, browser, "hot_path, end to end")
@@ -226,16 +227,16 @@ class Distributions(Results):
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         self.assertEqual(advice["now"], "rm-threads")
         self.assertEqual(advice["stored"], [])
+        package.write_advice(self.folder, self.environment, self.folder / "advice")
         self.assertTrue((self.folder / "advice" / "report.html").exists())
 
     def test_of_a_gate(self) -> None:
         for name, load in (("old", 80), ("new", 85)):
             words = ("--executors", "default,rm-ro", "--load", load, "--duration", 2, "--repetitions", 3)
             self.accepted("simulate", *words, "--phases", "random", "--output", name)
-        ended, out, _ = self.command(
-            "compare-results", "old", "new", "--gate", "--across-loads", "--page", "page"
-        )
-        self.assertEqual(ended, 1)
+        compare = ("compare-results", "old", "new", "--across-loads", "--page", "page")
+        judged = package.call(self.folder, self.environment, *compare, "--gate")
+        self.assertEqual(judged.returncode, 1, judged.stderr)
         browser = opened(self, self.folder / "page" / "report.html", dark=True)
         browser.run(page_test.CHOOSE, "target", "hot_path")
         found = self.curves(browser)
@@ -249,11 +250,12 @@ class Distributions(Results):
         shown = [line.split("\t") for line in browser.run(table).splitlines() if "\t" in line]
         self.assertGreater(len(shown), 5)
         for row in shown[1:]:
-            self.assertIn(" ".join(row[:3]), " ".join(out.split()))
+            self.assertIn(" ".join(row[:3]), " ".join(judged.stdout.split()))
         self.assertEqual(shown[1][-1], "WORSE")
         self.assertEqual(browser.violations(), [])
         # Without --gate: the table of percentiles.
-        self.accepted("compare-results", "old", "new", "--across-loads", "--page", "page")
+        compared = package.call(self.folder, self.environment, *compare)
+        self.assertEqual(compared.returncode, 0, compared.stderr)
         self.assertIn("beyond noise", (self.folder / "page" / "report.md").read_text())
 
 

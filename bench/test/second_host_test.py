@@ -9,8 +9,6 @@ import tempfile
 import unittest
 from typing import Any
 
-import failing_calls_test
-from command_uses import USES, prepare
 from hotpath_command import HOTPATH, CommandTest
 from sockets import groups_in, is_local, sockets_in
 from strangers_test import STRANGER
@@ -99,21 +97,6 @@ class SecondHost(CommandTest):
         sockets, groups = self.network_of("run", *RUN, "--all-interfaces", "--output", "run")
         self.assertTrue({s for s in sockets if not is_local(*s)})
         self.assertTrue({g for g in groups if g[0] == "wire"})
-
-    def test_other_commands_have_no_network(self) -> None:
-        calls = self.folder / "calls"
-        networked = {use[0] for use in NETWORKED.values()}
-        self.environment.update(LD_PRELOAD=failing_calls_test.LIBRARY, HOTPATH_CALLS=str(calls))
-        for name, (arguments, _) in USES.items():
-            if name in networked:
-                continue
-            with self.subTest(name):
-                prepare(name, self.folder)
-                calls.write_bytes(failing_calls_test.NO_PLACES)
-                self.accepted(name, *arguments)
-                _, places = failing_calls_test.noted_places(calls)
-                self.assertEqual((places["socket"], places["bind"]), ([], []))
-                self.assertNotEqual(places["malloc"], [], "the calls are not noted")
 
     def beside_a_stranger_there(self, *arguments: object) -> Any:
         """Standard error of a run while a program on the other host reads its topic names from

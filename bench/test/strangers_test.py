@@ -14,8 +14,8 @@ from sockets import is_local, sockets_of
 STRANGER = os.environ.get("STRANGER", "stranger")
 DOMAIN = 100 + os.getpid() % 100
 PLAN = ("run", "--load", 5, "--warm-up", 0, "--domain", DOMAIN, "--duration")
-RUN = (*PLAN, 3, "--output", "run")
-BRIEF = (*PLAN, 1.5, "--output")
+RUN = (*PLAN, 2, "--output", "run")
+BRIEF = (*PLAN, 0.8, "--output")
 
 
 class Strangers(CommandTest):
@@ -130,7 +130,8 @@ class Strangers(CommandTest):
         return seen
 
     def test_nothing_listens_beyond_this_machine(self) -> None:
-        cases: Any = ([], ["--live"], ["--processes", 2], ["--network", "shared_memory", "--processes", 2])
+        # second_host_test.py has all commands and options; this case needs no rights.
+        cases: Any = (["--live"], ["--network", "shared_memory", "--processes", 2])
         for more in cases:
             with self.subTest(more=more):
                 output = "run" + "".join(map(str, more)).replace("-", "")

@@ -114,7 +114,7 @@ class Sweeps(SweepTest):
             self.assertEqual(self.table("out"), table, what)
 
     def test_a_second_sweep_in_the_folder_is_refused(self) -> None:
-        text = SWEEP.replace("repetitions: 4", "repetitions: 60")
+        text = SWEEP.replace("repetitions: 4", "repetitions: 30")
         process = self.start("sweep", self.sweep_file(text), "--output", "out", "--threads", "1")
         journal = self.folder / "out" / "cells.journal"
         self.wait_for(lambda: journal.exists() and journal.stat().st_size > 0, "no cell is done")
@@ -127,8 +127,8 @@ class Sweeps(SweepTest):
         process.send_signal(signal.SIGCONT)
         self.assertEqual(self.finish(process)[0], 0)
         lines = journal.read_text().splitlines()
-        self.assertEqual(sorted(json.loads(line.split(" ", 1)[1])[0] for line in lines), list(range(360)))
-        self.assertEqual(len(self.rows("out")), 360)
+        self.assertEqual(sorted(json.loads(line.split(" ", 1)[1])[0] for line in lines), list(range(180)))
+        self.assertEqual(len(self.rows("out")), 180)
 
     def test_kept_folders_and_analyses(self) -> None:
         self.sweep("kept", text=SWEEP.replace("300", "20") + "keep: [{load: 20, executors: rm-ro}]\n")
@@ -146,8 +146,8 @@ class Sweeps(SweepTest):
         self.assertTrue(any(row["bound_ns"] for row in rows))
 
     def test_live_cells(self) -> None:
-        text = "command: run\nfixed: {graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process}\n"
-        text += "axes: {executor: [default, rm-ro]}\n"
+        text = "command: run\nfixed: {graph: timers_only_60, load: 5, duration: 0.3, warm-up: 0, "
+        text += "transport: intra_process}\naxes: {executor: [default, rm-ro]}\n"
         self.sweep("live", text=text)
         rows = self.rows("live")
         self.assertEqual([row["executor"] for row in rows], ["default", "rm-ro"])
@@ -166,10 +166,9 @@ class Sweeps(SweepTest):
             self.assertFalse((self.folder / "wrong").exists())
 
     def test_a_long_sweep_asks_before_it_begins(self) -> None:
-        text = SWEEP.replace("repetitions: 4", "repetitions: 10000").replace("duration: 2", "duration: 3000")
-        code, out, err = self.command(
-            "sweep", self.sweep_file(text.replace("300]", "90]")), "--output", "long"
-        )
+        text = SWEEP.replace("repetitions: 4", "repetitions: 10000").replace("duration: 2", "duration: 1000")
+        words = ("sweep", self.sweep_file(text.replace("300]", "90]")), "--threads", 1, "--output", "long")
+        code, out, err = self.command(*words)
         self.assertEqual(code, 2)
         self.assertIn("59996 cells of `simulate` to do, about", out)
         self.assertIn("--yes", err)
@@ -183,7 +182,7 @@ class Sweeps(SweepTest):
 
     @unittest.skipUnless(MPIRUN, "no mpirun")
     def test_a_rank_that_dies_costs_nothing_but_its_time(self) -> None:
-        text = SWEEP.replace("repetitions: 4", "repetitions: 100").replace("duration: 2", "duration: 20")
+        text = SWEEP.replace("repetitions: 4", "repetitions: 30").replace("duration: 2", "duration: 20")
         self.sweep_file(text)
         doomed = f'if [ $OMPI_COMM_WORLD_RANK = 1 ]; then echo $$ > doomed; fi; exec "{HOTPATH}" "$@"'
         words = ["sweep", "sweep.yaml", "--output", "ranks", "--threads", "1", "--rank-time-out", "1"]
@@ -194,7 +193,7 @@ class Sweeps(SweepTest):
         code, _, err = self.finish(process)
         self.assertEqual(code, 0, err)
         self.assertRegex(err, r"Rank 1 \(.*\) has been silent for 1000 ms; other ranks compute its \d+ cells")
-        self.assertEqual(len(self.rows("ranks")), 600)
+        self.assertEqual(len(self.rows("ranks")), 180)
 
 
 class Capacities(SweepTest):
@@ -299,8 +298,8 @@ class ChildrenThatRefuse(SweepTest):
 
 class TwoBuilds(CommandTest):
     def test_compare_against_the_same_build(self) -> None:
-        words = "--executors default --graph timers_only_60 --transport intra_process --duration 1 --warm-up 0".split()
-        self.environment = dict(os.environ, HOTPATH_FIGURES="none")  # the gate is Python
+        words = "--executors default --graph timers_only_60 --duration 0.3 --warm-up 0".split()
+        words += ["--transport", "intra_process"]
         reports = ["--junit", "gate.xml", "--markdown", "gate.md"]
         code, out, err = self.command(
             "compare", *words, "--repetitions", 3, "--against", HOTPATH, "--output", "ab", *reports

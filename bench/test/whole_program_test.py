@@ -21,7 +21,7 @@ EXECUTORS = (
 ).split()
 FILES = {"run.json", "summary.json", "jobs.csv", "chains.csv"}
 STARTED = {"ran", "running"}
-SHORT = ("--duration", 1, "--warm-up", 0.25)
+SHORT = ("--duration", 0.7, "--warm-up", 0.2)
 
 
 class Repetition:
@@ -238,7 +238,7 @@ class WholeProgram(CommandTest):
     def test_every_executor_on_autoware_in_one_process(self) -> None:
         folder = self.measure(
             "compare", "--executors", "all", "--transport", "intra_process", "--repetitions", 1,
-            "--duration", 0.5, "--warm-up", 0.1,
+            "--load", 20, "--duration", 0.3, "--warm-up", 0.1,
         )  # fmt: skip
         self.check(folder, AUTOWARE, EXECUTORS)
 
@@ -254,7 +254,7 @@ class WholeProgram(CommandTest):
         executors = ["edf-ro", "rm-re:first", "multi:3"]
         folder = self.measure(
             "compare", "--graph", "sequences", "--executors", ",".join(executors), "--repetitions", 2,
-            "--transport", "intra_process", "--duration", 0.6, "--warm-up", 0,
+            "--transport", "intra_process", "--duration", 0.4, "--warm-up", 0,
         )  # fmt: skip
         self.check(folder, SEQUENCES, executors, repetitions=2)
         self.assertLessEqual({j.worker for j in folder.jobs()["multi:3", 0]} - {None}, {0, 1, 2})

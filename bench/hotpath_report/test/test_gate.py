@@ -175,7 +175,7 @@ class Simulations(unittest.TestCase):
         return code, out.getvalue(), err.getvalue()
 
     def test_finds_five_percent_more_load_every_time(self) -> None:
-        for seed in range(1, 101, 10):
+        for seed in range(1, 51, 10):
             folders = self.simulate(seed=seed), self.simulate(load=84, seed=seed)
             code, out, err = self.gate(*folders, "--across-loads")
             self.assertEqual((code, err), (1, ""), out)
@@ -184,7 +184,7 @@ class Simulations(unittest.TestCase):
 
     def test_other_seeds_raise_no_alarm(self) -> None:
         fired = 0
-        for seed in range(1, 91, 10):
+        for seed in range(1, 41, 10):
             code, out, err = self.gate(self.simulate(seed=seed), self.simulate(seed=seed + 10))
             self.assertIn("independent repetitions", out, err)
             self.assertIn("Simulate both with the same --seed", out)
