@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kills or stops processes of a run at random instants, HOTPATH_KILLS (default 6) times, and limits
+"""Kills or stops processes of a run at random instants, HOTPATH_KILLS (default 4) times, and limits
 open files.
 
 With HOTPATH_PUBLISH=1, the counts are published as results/reliability/process_faults.json.
@@ -17,9 +17,9 @@ from typing import Any
 from evidence import publish_on_request
 from hotpath_command import CommandTest, processes_of
 
-KILLS = int(os.environ.get("HOTPATH_KILLS", "6"))
+KILLS = int(os.environ.get("HOTPATH_KILLS", "4"))
 RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 2, "--processes", 2, "--network", "shared_memory",
-       "--load", 1, "--duration", 0.2, "--warm-up", 0, "--time-out", 2)  # fmt: skip
+       "--load", 1, "--duration", 0.2, "--warm-up", 0, "--time-out", 1)  # fmt: skip
 WHOLE, FAILED, WRONG_USE = 0, 1, 2
 
 
@@ -83,7 +83,7 @@ class ProcessFaults(CommandTest):
 
     def test_few_open_files(self) -> None:
         codes = set()
-        for files in range(4, 40, 5):
+        for files in range(4, 40, 9):
             cases: Any = (["simulate"], ["run", "--time-out", 5])
             for name, *options in cases:
                 with self.subTest(command=name, files=files):

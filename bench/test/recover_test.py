@@ -9,6 +9,7 @@ import json
 import os
 import random
 import shutil
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,13 @@ RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 4, "--transpo
 
 
 class Recover(CommandTest):
+    holder: tempfile.TemporaryDirectory[str]
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        cls.holder = tempfile.TemporaryDirectory(prefix="hotpath_recover_")
+        cls.addClassCleanup(cls.holder.cleanup)
+
     def kill_after(self, seconds: float, output: Path) -> None:
         """Starts a run, kills it after `seconds`, and waits until its children have ended."""
         process = self.start(*RUN, "--output", output)
@@ -79,9 +87,17 @@ class Recover(CommandTest):
         facts = {"kills": KILLS, "recovered": recovered, "nothing_stored": refused}
         publish_on_request("reliability/kills.json", facts)
 
+    def whole_run(self) -> Any:
+        """A copy of one run, made by the first test that needs it."""
+        kept = Path(self.holder.name) / "run"
+        if not kept.exists():
+            self.accepted(*RUN, "--output", kept)
+        shutil.copytree(kept, self.folder / "run")
+        return self.checked("run")
+
     def killed_copy(self, rows: Any) -> Any:
         """A folder as left by a kill; jobs.csv.part holds only this share of its bytes."""
-        whole = self.measure(*RUN)
+        whole = self.whole_run()
         folder = self.folder / "killed"
         shutil.copytree(whole.path, folder)
         facts = dict(whole.run, complete=False)
@@ -120,13 +136,13 @@ class Recover(CommandTest):
         )
 
     def test_killed_before_it_said_how_it_ended(self) -> None:
-        whole = self.measure(*RUN)
+        whole = self.whole_run()
         (whole.path / "run.json").write_text(json.dumps(dict(whole.run, complete=False)))
         self.accepted("recover", whole.path)
         self.assertEqual(self.defect_of(whole.path), "")
 
     def test_nothing_to_recover(self) -> None:
-        whole = self.measure(*RUN)
+        whole = self.whole_run()
         code, _, err = self.command("recover", whole.path)
         self.assertEqual(code, WRONG_USE)
         self.assertIn("`hotpath summarize`", err)
@@ -135,6 +151,6 @@ class Recover(CommandTest):
         self.assertIn("run.json", err)
 
     def test_results_are_the_users_alone(self) -> None:
-        whole = self.measure(*RUN)
+        whole = self.whole_run()
         for file in [whole.path, *whole.path.iterdir()]:
             self.assertEqual(file.stat().st_mode & 0o077, 0, file)
