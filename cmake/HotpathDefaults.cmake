@@ -146,7 +146,6 @@ function(hotpath_idl_library name file)
   endif()
   add_dependencies(generated_code ${target}_code)
   target_compile_options(${target} PRIVATE -w)
-  hotpath_cold(${target})
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_include_directories(${target} SYSTEM PUBLIC
     $<BUILD_INTERFACE:${generated}> $<INSTALL_INTERFACE:include>)

@@ -65,7 +65,8 @@ TEST(Session, MergesTheThreadsOfAProgramByTime) {
 
 TEST(Session, LeavesTheRingsOfAttachablePrograms) {
   // As long as the marker of a session; process 1 lives.
-  const std::string ring = std::string(sensor::kNamePrefix) + sensor::kAttachable + ".0001.0123456789abcdef";
+  std::string ring = sensor::kNamePrefix;
+  ring.append(sensor::kAttachable).append(".0001.0123456789abcdef");
   ASSERT_EQ(ring.size(), std::strlen(sensor::kNamePrefix) + sensor::kSessionDigits);
   const int file = shm_open(ring.c_str(), O_RDWR | O_CREAT, 0600);
   ASSERT_GE(file, 0);
