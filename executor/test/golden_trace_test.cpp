@@ -288,7 +288,7 @@ std::size_t stalled(const GoldenTrace& real) {
 /// second worker was placed on the first one's processor and had to wait for a time slice of 3 ms.
 /// From there on a free simulation diverges. Therefore the test takes the instants from the trace,
 /// and only the scheduler's choices are compared.
-TEST(RebuiltWaitSet, RunsWhatJazzyRanAtTheRecordedInstants) {
+TEST(RecordedRebuiltWaitSet, RunsWhatJazzyRanAtTheRecordedInstants) {
   for (const char* level : {"60", "96"}) {
     const std::string set = std::string("/timers_") + level + ".multi_2.csv";
     const GoldenTrace real = read_golden_trace(HOTPATH_REFERENCE_DIR "/traces_jazzy" + set);

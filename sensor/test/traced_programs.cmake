@@ -19,5 +19,7 @@ target_link_libraries(humble_program PRIVATE humble_stand_in)
 foreach(target tracetools_stand_in traced_program traced_system humble_stand_in humble_program)
   target_compile_options(${target} PRIVATE -fno-sanitize=all)
   target_link_options(${target} PRIVATE -fno-sanitize=all)
+  # They start in the build tree, also where a package links its programs with installed run paths.
+  set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH OFF)
   hotpath_warnings(${target})
 endforeach()
