@@ -86,7 +86,7 @@ class Draws {
     Trace& trace = drawn.repetition.trace;
     trace.repetition = d;
     drawn.totals = std::make_unique<simulated::RunTotals>(
-        candidate.tasks.set, setup::measured_chains(candidate.graph, candidate.tasks),
+        candidate.graph, candidate.tasks, setup::measured_chains(candidate.graph, candidate.tasks),
         Time{} + setup::seconds(options_.common.warm_up_s), trace.end);
     for (const JobRecord& r : trace.jobs) drawn.totals->ended(r);
     drawn.work = work_of(trace, *simulated.times);
@@ -106,7 +106,7 @@ class Draws {
     results::Summary summary = results::summarize(candidate.tasks.set, runs,
                                                   setup::summary_options(options_.common, candidate.graph));
     p.summary = std::move(summary.executors.front());
-    for (const Drawn& drawn : totals_[c]) drawn.totals->add_to(p.summary);
+    for (std::size_t d = 0; d < totals_[c].size(); ++d) totals_[c][d].totals->add_to(p.summary, d);
   }
 
   const PredictionOptions& options_;

@@ -2,7 +2,11 @@
 #include "commands/option_helpers.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
 
+#include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
 
@@ -21,6 +25,60 @@ std::string option_name(std::string_view key) {
 }
 
 }  // namespace
+
+void check_outputs(const CLI::App& command) {
+  namespace fs = std::filesystem;
+  static const std::set<std::string> kOutputs = {"--output",    "--csv",    "--junit",  "--markdown",
+                                                 "--page",      "--svg",    "--record", "--perfetto",
+                                                 "--responses", "--witness"};
+  const auto canonical = [](const std::string& path) {
+    std::error_code error;
+    const fs::path found = fs::weakly_canonical(fs::absolute(path, error), error);
+    return error ? fs::path(path) : found.has_filename() ? found : found.parent_path();
+  };
+  const auto same = [](const fs::path& a, const fs::path& b) {
+    std::error_code error;  // hard links
+    return a == b || (fs::exists(a, error) && fs::exists(b, error) && fs::equivalent(a, b, error));
+  };
+  std::map<std::string, fs::path> outputs, inputs;
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0) continue;
+    const std::string name = option->get_name();
+    const bool output = kOutputs.contains(name) || (name == "--contract" && command.get_name() == "analyze");
+    for (const std::string& value : option->results()) {
+      if (output) {
+        if (value != "-") outputs[name] = canonical(value);
+        continue;
+      }
+      std::vector<std::string> parts = list_items(value);
+      parts.push_back(value);
+      for (std::string part : parts) {
+        for (const std::string prefix : {"replay:", "listed:"})
+          if (part.starts_with(prefix)) part.erase(0, prefix.size());
+        std::error_code error;
+        if (!part.empty() && fs::exists(part, error)) inputs[part] = canonical(part);
+      }
+    }
+  }
+  static const std::set<fs::path> kOfRun = {"run.json", "jobs.csv", "chains.csv", "summary.json"};
+  for (const auto& [option, output] : outputs) {
+    for (const auto& [input, path] : inputs) {
+      std::error_code error;
+      const bool run = fs::exists(path / "run.json", error);
+      const bool inside = fs::is_directory(path, error) && same(output.parent_path(), path) &&
+                          fs::is_regular_file(output, error);
+      const std::string file = output.filename();
+      if (same(output, path) || (inside && (!run || kOfRun.contains(file) || file.starts_with("input_"))))
+        throw program::UsageError(program::concat(
+            option, ": ", output.string(), " is an input of the command (", input, "); name another place"));
+    }
+    for (const auto& [other, path] : outputs) {
+      if (other > option && same(output, path))
+        throw program::UsageError(program::concat(option, " and ", other, ": ", output.string(),
+                                                  " would be written twice; name two places"));
+    }
+  }
+}
 
 CLI::Validator not_empty() {
   const auto check = [](const std::string& text) {

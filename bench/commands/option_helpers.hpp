@@ -20,6 +20,10 @@
 
 namespace hotpath::commands {
 
+/// Throws UsageError if an output of a parsed command is one of its inputs, a file of a run or trace
+/// that it reads, or another output. Links and relative paths are resolved.
+void check_outputs(const CLI::App& command);
+
 /// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the
 /// command.
 template <class Options, class Run>
@@ -29,7 +33,10 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
   CLI::App& command = *app.add_subcommand(name, description);
   auto options = std::make_shared<Options>();
   if (!example.empty()) command.footer("Example:  " + example);
-  command.callback([options, run] { run(*options); });
+  command.callback([&command, options, run] {
+    check_outputs(command);
+    run(*options);
+  });
   return {command, *options};
 }
 

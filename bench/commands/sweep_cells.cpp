@@ -110,17 +110,21 @@ Words SweepCells::words_of(const std::vector<sweep::Option>& at, std::uint64_t c
     words.push_back(positional ? option.value : option_word(option));
   };
   std::ranges::for_each(design_.fixed, add);
-  std::ranges::for_each(at, add);
-  const bool seeded = std::ranges::find(at, "seed", &sweep::Option::name) != at.end();
-  if (!seeded && design_.command != "analyze")
-    words.push_back(program::concat("--seed=", design_.seed_of(cell)));
+  const bool first = design_.repetition(cell) == 0;
+  bool seeded = design_.command == "analyze";
+  for (const sweep::Option& option : at) {
+    if (option.name == "seed" && !first) continue;
+    add(option);
+    seeded = seeded || option.name == "seed";
+  }
+  if (!seeded) words.push_back(program::concat("--seed=", design_.seed_of(cell)));
   return words;
 }
 
 std::string SweepCells::place_of(std::uint64_t cell) const {
   std::string place = std::to_string(cell) + ",";
   for (const sweep::Option& option : design_.coordinates(cell)) {
-    if (!sweep::names_executor(option.name)) place += program::csv_field(option.value) + ",";
+    if (sweep::has_column(option.name)) place += program::csv_field(option.value) + ",";
   }
   return program::concat(place, design_.repetition(cell), ",", design_.seed_of(cell), ",");
 }
@@ -128,7 +132,7 @@ std::string SweepCells::place_of(std::uint64_t cell) const {
 std::string SweepCells::header() const {
   std::string columns = "cell,";
   for (const sweep::Axis& axis : design_.axes) {
-    if (!sweep::names_executor(axis.name)) columns += axis.name + ",";
+    if (sweep::has_column(axis.name)) columns += axis.name + ",";
   }
   return columns + "repetition,seed,failure," +
          (design_.command == "analyze" ? kBoundColumns : sweep::kMeasuredColumns);

@@ -80,13 +80,13 @@ class Witnesses {
         std::max<std::int64_t>(kShortestRun_ms, (worst.witness.instant - Time{}).count() / 1'000'000 + 1);
     simulated::Plan plan{executor_, graph_, tasks_, chains_, times};
     plan.duration = std::chrono::milliseconds(ms);
-    if (const std::int64_t reached = largest(simulated::simulate_repetition(plan), worst);
-        reached != worst.value_ns) {
+    const results::Repetition repetition = simulated::simulate_repetition(plan);
+    if (const std::int64_t reached = largest(repetition, worst); reached != worst.value_ns) {
       throw program::RunError(program::concat(
           "the schedule for the ", quantity, subject, " of ", worst.value_ns, " ns under ", executor_.label,
           " gives ", reached, " ns. Please report the graph ", folder_ / "graph.yaml"));
     }
-    write(name + ".csv", list_of(times));
+    write(name + ".csv", list_of(times, repetition.trace));
     store(name, static_cast<double>(ms) / 1000);
     out_ << "Witness: " << in_ms(Duration(worst.value_ns)) << " ms, " << (folder_ / name).string() << "\n";
   }
@@ -96,13 +96,16 @@ class Witnesses {
     program::write_whole_file(folder_ / name, "--witness", content);
   }
 
-  /// The execution times and release delays, as `simulate` reads them.
-  std::string list_of(const WitnessTimes& times) const {
+  /// The execution times of all jobs that started, and release delays, as `simulate` reads them.
+  std::string list_of(const WitnessTimes& times, const Trace& trace) const {
     struct Row {
       std::optional<Duration> time;
       Duration delay{};
     };
     std::map<std::pair<TaskId, std::uint64_t>, Row> rows;
+    for (const JobRecord& r : trace.jobs) {
+      if (started(r)) rows[{r.job.task, r.job.sequence}];
+    }
     for (const auto& [job, time] : times.given()) rows[{job.task, job.sequence}].time = time;
     for (const auto& [job, delay] : times.given_delays()) rows[{job.task, job.sequence}].delay = delay;
     const bool delays = !times.given_delays().empty();
@@ -134,16 +137,14 @@ class Witnesses {
     o.execution_times = std::string(simulated::kListed) + (folder_ / (name + ".csv")).string();
     o.duration_s = seconds;
     o.output = folder_ / name;
-    o.command = {"simulate",
-                 "--graph=" + o.graph,
-                 "--executors=" + o.executors.front(),
-                 "--phases-file=" + o.phases_file,
-                 "--execution-times=" + *o.execution_times,
-                 program::text("--duration=%.3f", seconds),
-                 "--warm-up=0"};
+    // In the order of the options of `simulate`, so that the command's own run has the same run.json.
+    o.command = {"simulate", "--executors=" + o.executors.front(), "--graph=" + o.graph,
+                 "--phases-file=" + o.phases_file};
     if (o.rule != SubscriptionRule::inherit) o.command.push_back("--rule=" + std::string(to_string(o.rule)));
-    if (o.ties != Ties::lifo) o.command.push_back("--ties=" + std::string(to_string(o.ties)));
     if (o.entity_order != "creation") o.command.push_back("--entity-order=" + o.entity_order);
+    if (o.ties != Ties::lifo) o.command.push_back("--ties=" + std::string(to_string(o.ties)));
+    o.command.insert(o.command.end(), {program::text("--duration=%.3f", seconds), "--warm-up=0",
+                                       "--execution-times=" + *o.execution_times});
     simulated::store_simulation(o);
   }
 

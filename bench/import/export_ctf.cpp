@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,6 +9,8 @@
 #include "import/hypothesis.hpp"
 #include "import/import_ctf.hpp"
 #include "import/run_events.hpp"
+#include "program/errors.hpp"
+#include "program/forked_task.hpp"
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
@@ -44,6 +47,20 @@ void set_threads(const setup::ExecutorSpec& executor, bool simulated, ExportedRu
   }
 }
 
+/// In a process of its own: babeltrace 2.0 frees memory twice when the disk is full.
+void write_ctf(const fs::path& folder, const ExportedRun& exported) {
+  program::ForkedTask writer([&] {
+    if (std::freopen("/dev/null", "w", stderr) == nullptr) return;
+    tracing::write_ctf(folder, events_of(exported, true).events, "hotpath");
+  });
+  std::string why = writer.wait();
+  if (why.empty()) return;
+  std::error_code error;
+  constexpr std::uintmax_t kFull = 1 << 16;  // bytes
+  if (fs::space(folder.parent_path(), error).available < kFull && !error) why = "the disk is full";
+  throw program::RunError(program::concat(folder.string(), " cannot be written (", why, ")"));
+}
+
 }  // namespace
 
 void export_ctf(const std::string& folder, const std::string& output) {
@@ -59,9 +76,7 @@ void export_ctf(const std::string& folder, const std::string& output) {
     const fs::path to =
         one ? fs::path(output) : fs::path(output) / program::concat(trace.executor, "-", trace.repetition);
     if (to.has_parent_path()) program::create_folder(to.parent_path());
-    program::write_whole_folder(to, [&](const fs::path& part) {
-      tracing::write_ctf(part, events_of(exported, true).events, "hotpath");
-    });
+    program::write_whole_folder(to, [&](const fs::path& part) { write_ctf(part, exported); });
   }
 }
 

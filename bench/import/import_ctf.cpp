@@ -188,6 +188,7 @@ class CtfImport final : public tracing::Sink {
     repetition.trace.chains =
         results::counted_chains(trace, setup::measured_chains(best.graph, best.tasks), Time{});
     repetition.accounts = account(best.tasks.set, repetition.trace);
+    setup::keep_inputs(folder, common, record);
     record.runs.push_back(results::record_of(best.tasks.set, setup::chain_names(best.graph), repetition));
     folder.write("run.json", json(record));
     const results::Summary summary = results::summarize(best.tasks.set, {{trace.executor, {repetition}}},

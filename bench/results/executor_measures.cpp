@@ -100,7 +100,7 @@ void ExecutorMeasures::add(const JobRecord& r) {
   const Time counted_from = current_->counted_from;
   TaskSummary& task = summary_.tasks[id];
   task.longest_wait = std::max(task.longest_wait, wait_of(r, counted_from, current_->end));
-  if (set_[id].kind == TaskKind::timer) task.after_warm_up.add(set_[id], r, counted_from);
+  if (set_[id].kind == TaskKind::timer) task.after_warm_up.add(set_[id], r, counted_from, current_->end);
   if (current_->authors) current_->authors->add(r);
   if (!counts(r, counted_from)) return;
   responses_[id].push_back(to_ms(response_time(r)));
@@ -113,11 +113,15 @@ void ExecutorMeasures::end(std::uint32_t place, std::uint32_t repetition, const 
   if (current_->authors) current_->authors->append_to(authors_);
   current_.reset();
   Ended& ended = ended_[place] = {usage, lost_records, {repetition}, {}};
+  std::uint64_t overruns = 0;
+  for (const TaskSummary& task : summary_.tasks) overruns += task.after_warm_up.deadline_overruns;
+  ended.measures.deadline_overruns = overruns - std::exchange(overruns_before_, overruns);
   for (const TaskAccount& a : accounts) {
     auto& sum = summary_.tasks[a.task].account.count;
     std::ranges::transform(sum, a.count, sum.begin(), std::plus());
-    ended.losses.skipped += a[Outcome::skipped];
-    ended.losses.overwritten += a[Outcome::overwritten];
+    ended.measures.skipped += a[Outcome::skipped];
+    ended.measures.overwritten += a[Outcome::overwritten];
+    ended.measures.never_ran += results::never_ran(a);
     if (a.balanced()) continue;
     ended.unbalanced.push_back({repetition, set_[a.task].name, a.accounted(), a.expected});
   }
@@ -166,10 +170,17 @@ ExecutorSummary ExecutorMeasures::finish(std::vector<RepeatedSamples>& hot_paths
   }
   for (auto& [place, ended] : ended_) {
     if (std::vector<std::string> marks = disturbances(ended.usage); !marks.empty())
-      summary_.disturbed.push_back({ended.losses.repetition, std::move(marks)});
+      summary_.disturbed.push_back({ended.measures.repetition, std::move(marks)});
     summary_.usage += ended.usage;
     summary_.lost_records += ended.lost_records;
-    summary_.losses.push_back(ended.losses);
+    for (const auto& of_chain : latencies_) {
+      const auto of = of_chain.find(place);
+      RepetitionMeasures::OfChain& chain = ended.measures.chains.emplace_back();
+      if (of == of_chain.end()) continue;
+      chain.outputs = of->second.hot_path.size();
+      chain.worst_hot_path_ms = std::ranges::max(of->second.hot_path);
+    }
+    summary_.each.push_back(std::move(ended.measures));
     std::ranges::move(ended.unbalanced, std::back_inserter(summary_.unbalanced));
   }
   if (summary_.executed > 0 && summary_.usage.wall > Duration{}) {  // a simulation uses no CPU time
@@ -190,6 +201,7 @@ void compare_with_baseline(Summary& summary, const std::vector<std::vector<Repea
       const RepeatedSamples& own = hot_paths[e][c];
       const RepeatedSamples& of_baseline = hot_paths[baseline][c];
       ChainSummary& chain = summary.executors[e].chains[c];
+      if (own.pooled().empty() || of_baseline.pooled().empty()) continue;
       if (e == baseline) {
         chain.median_to_default = chain.max_to_default = Estimate{1.0, std::nullopt};
         chain.median_minus_default = Estimate{0.0, std::nullopt};

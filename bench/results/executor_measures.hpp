@@ -65,7 +65,7 @@ class ExecutorMeasures {
   struct Ended {
     ProcessUsage usage;
     std::uint64_t lost_records = 0;
-    RepetitionLosses losses;
+    RepetitionMeasures measures;
     std::vector<Imbalance> unbalanced;
   };
   /// Latencies of one repetition, in milliseconds.
@@ -80,6 +80,7 @@ class ExecutorMeasures {
   ExecutorSummary summary_;
   const bool timers_only_;
   std::optional<Current> current_;
+  std::uint64_t overruns_before_ = 0;                          // deadline overruns of ended repetitions
   std::vector<std::deque<double>> responses_, authors_;        // ms, by task
   std::vector<std::deque<Duration>> periods_;                  // by task
   std::map<std::uint32_t, Ended> ended_;                       // by place

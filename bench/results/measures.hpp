@@ -19,6 +19,13 @@ namespace hotpath::results {
   return task.kind == TaskKind::timer && response > task.deadline;
 }
 
+/// The same for a job that may still wait or run at the end of the run.
+[[nodiscard]] inline bool misses_deadline(const Task& task, const JobRecord& r, Time end) {
+  if (r.outcome == Outcome::ran) return overruns_deadline(task, response_time(r));
+  const bool unfinished = r.outcome == Outcome::queued || r.outcome == Outcome::running;
+  return unfinished && overruns_deadline(task, end - r.job.timestamp);
+}
+
 /// The period jitter of one pair of consecutive jobs of a timer that ran: how far the distance of their
 /// starts is from the period. A skipped timestamp between them adds a period to the distance.
 [[nodiscard]] inline Duration period_deviation(const Task& timer, Duration start_to_start) {
@@ -54,18 +61,18 @@ struct TimerCounts {
   std::uint64_t reached = 0;  ///< All timestamps, with any outcome.
   std::uint64_t ran = 0;
   std::uint64_t skipped = 0;
-  std::uint64_t deadline_overruns = 0;
+  std::uint64_t deadline_overruns = 0;  ///< misses_deadline().
 
-  /// Adds a job of the timer `task` and the timestamps that its call skipped.
-  void add(const Task& task, const JobRecord& r, Time counted_from) {
+  /// Adds a job of the timer `task` and the timestamps that its call skipped. The run ends at `end`.
+  void add(const Task& task, const JobRecord& r, Time counted_from, Time end) {
     for (std::uint32_t k = 0; k <= r.job.skipped; ++k) {
       if (r.job.timestamp + k * task.period < counted_from) continue;
       ++reached;
       skipped += k > 0;
     }
-    if (!counts(r, counted_from)) return;
-    ++ran;
-    deadline_overruns += overruns_deadline(task, response_time(r));
+    if (r.job.timestamp < counted_from) return;
+    ran += r.outcome == Outcome::ran;
+    deadline_overruns += misses_deadline(task, r, end);
   }
 
   TimerCounts& operator+=(const TimerCounts& other) {

@@ -102,6 +102,13 @@ void fields(auto& visit, program::MaybeConst<BoundRecord> auto& bound) {
   visit("method", bound.method);
 }
 
+void fields(auto& visit, program::MaybeConst<InputRecord> auto& input) {
+  visit("kind", input.kind);
+  visit("file", input.file);
+  visit("original", input.original);
+  visit("hash", input.hash);
+}
+
 void fields(auto& visit, program::MaybeConst<RepetitionRecord> auto& repetition) {
   visit("executor", repetition.executor);
   visit("repetition", repetition.repetition);
@@ -121,6 +128,7 @@ void fields(auto& visit, program::MaybeConst<SimulationRecord> auto& simulation)
   visit("execution_times", simulation.execution_times);
   visit.if_any("max_backlog", simulation.max_backlog);
   visit.unless(false, "no_trace", simulation.no_trace);
+  visit.unless(false, "drawn", simulation.drawn);
 }
 
 void fields(auto& visit, program::MaybeConst<LiveRecord> auto& live) {
@@ -159,6 +167,8 @@ void fields(auto& visit, program::MaybeConst<RunRecord> auto& run) {
   visit("rule", run.rule);
   visit("ties", run.ties);
   visit.if_stored("entity_order", run.entity_order);
+  visit.unless({}, "inputs", run.inputs);
+  visit.unless({}, "revision", run.revision);
   visit.unless({}, "entity_tasks", run.entity_tasks);
   visit("repetitions", run.repetitions);
   constexpr double kLongestS = 1e9;

@@ -29,6 +29,16 @@ constexpr auto enum_texts(RunKind) {
       {{RunKind::live, "live"}, {RunKind::simulated, "simulated"}, {RunKind::recorded, "recorded"}});
 }
 
+/// An input file of the run, of which its folder holds a copy.
+struct InputRecord {
+  std::string kind;      ///< `graph`, `deployment_N` or `times`.
+  std::string file;      ///< Name of the copy.
+  std::string original;  ///< Absolute path.
+  std::string hash;      ///< Of the content (FNV-1a).
+
+  friend bool operator==(const InputRecord&, const InputRecord&) = default;
+};
+
 struct GraphRecord {
   std::string name;
   std::size_t nodes = 0;
@@ -94,6 +104,7 @@ struct SimulationRecord {
   std::string execution_times;  ///< A word of ExecutionTimeModel, `replay:RUN` or `recorded`.
   std::optional<std::uint64_t> max_backlog = {};
   bool no_trace = false;
+  bool drawn = false;  ///< Execution times or releases depend on the seed.
 };
 
 /// Settings of a live run, and the machine that it ran on.
@@ -116,11 +127,13 @@ struct LiveRecord {
 struct RunRecord {
   RunKind kind = RunKind::simulated;
   std::string version;               ///< Of hotpath.
+  std::string revision;              ///< Of its sources, by git; empty: unknown.
   bool complete = false;             ///< All repetitions are stored, and none failed.
   bool partial = false;              ///< Interrupted, or recovered after a kill.
   std::vector<std::string> command;  ///< As given, without what changes no result; empty: imported.
 
   GraphRecord graph;
+  std::vector<InputRecord> inputs;
   TaskSet tasks;  ///< Without the phases of a repetition; empty in runs of the first version.
   std::vector<std::string> chains;
   double load_percent = 0;  ///< Of one core.

@@ -50,6 +50,11 @@ struct ChainSummary {
   std::optional<Estimate> median_minus_default;  ///< Difference of the medians in milliseconds.
 };
 
+/// Whether a task had timestamps or samples, but none of its jobs started.
+[[nodiscard]] inline bool never_ran(const TaskAccount& account) {
+  return account[Outcome::ran] + account[Outcome::running] == 0 && account.accounted() > 0;
+}
+
 /// `account` covers the whole run with its warm-up, like the loss equations; the other members
 /// exclude the warm-up.
 struct TaskSummary {
@@ -77,9 +82,7 @@ struct TaskSummary {
   }
 
   /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
-  [[nodiscard]] bool never_ran() const {
-    return account[Outcome::ran] + account[Outcome::running] == 0 && account.accounted() > 0;
-  }
+  [[nodiscard]] bool never_ran() const { return results::never_ran(account); }
 };
 
 /// A task of one repetition whose loss equation does not hold.
@@ -96,10 +99,17 @@ struct DisturbedRepetition {
   std::vector<std::string> marks;  ///< disturbances().
 };
 
-/// Losses of one repetition, with its warm-up.
-struct RepetitionLosses {
+/// Measures of one repetition. Losses include those of its warm-up.
+struct RepetitionMeasures {
   std::uint32_t repetition = 0;
   std::uint64_t skipped = 0, overwritten = 0;
+  std::uint64_t deadline_overruns = 0;  ///< Of timers.
+  std::uint64_t never_ran = 0;          ///< Tasks of which no job started, although they had some.
+  struct OfChain {
+    std::size_t outputs = 0;
+    double worst_hot_path_ms = kNoValue;
+  };
+  std::vector<OfChain> chains;  ///< In the summary's order.
 };
 
 struct ExecutorSummary {
@@ -108,8 +118,8 @@ struct ExecutorSummary {
   std::uint64_t executed = 0;  ///< Callbacks that ran to their end.
   std::uint64_t skipped = 0;
   std::uint64_t overwritten = 0;
-  std::vector<RepetitionLosses> losses;  ///< Their sums are `skipped` and `overwritten`.
-  TimerCounts after_warm_up;             ///< Of all timers.
+  std::vector<RepetitionMeasures> each;
+  TimerCounts after_warm_up;  ///< Of all timers.
   std::uint64_t lost_records = 0;
   double cpu_per_callback_us = kNoValue;  ///< CPU time of all processes per executed callback.
   ProcessUsage usage;  ///< Summed over repetitions; the memory is the maximum over repetitions.

@@ -19,7 +19,7 @@ namespace hotpath::results {
 
 using nlohmann::json;
 
-static HOTPATH_JSON_FIELDS(RepetitionLosses, repetition, skipped, overwritten);
+static HOTPATH_JSON_FIELDS(RepetitionMeasures, repetition, skipped, overwritten);
 static HOTPATH_JSON_FIELDS(DisturbedRepetition, repetition, marks);
 static HOTPATH_JSON_FIELDS(Imbalance, repetition, task, accounted, expected);
 
@@ -73,7 +73,7 @@ static void to_json(json& j, const ExecutorSummary& executor) {
        {"callbacks_executed", executor.executed},
        {"skipped", executor.skipped},
        {"overwritten", executor.overwritten},
-       {"losses", executor.losses},
+       {"losses", executor.each},
        {"deadline_overruns", executor.after_warm_up.deadline_overruns},
        {"after_warm_up", executor.after_warm_up},
        {"lost_records", executor.lost_records},

@@ -50,7 +50,7 @@ std::string chain_title(const Summary& summary, std::size_t chain) {
 program::TextTable chain_table(const Summary& summary, std::size_t chain) {
   program::TextTable table(chain_title(summary, chain),
                            {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
-                            "CPU us/\ncallback", "median\nratio", "max\nratio"});
+                            "CPU us/\ncallback", "median\nratio", "max\nratio", "end to\nend max"});
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
     const LatencySummary& l = c.hot_path;
@@ -64,7 +64,8 @@ program::TextTable chain_table(const Summary& summary, std::size_t chain) {
                    std::to_string(e.overwritten),
                    number(e.cpu_per_callback_us),
                    starred(c.median_to_default),
-                   starred(c.max_to_default)});
+                   starred(c.max_to_default),
+                   number(c.end_to_end.quantiles.max)});
   }
   return table;
 }

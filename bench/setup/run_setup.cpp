@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "setup/run_setup.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <numeric>
 #include <random>
 #include <set>
@@ -36,7 +40,22 @@ std::string time_stamp(const char* format) {
 }
 
 std::string output_folder(const std::string& output, const std::string& name) {
-  return output.empty() ? "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + name : output;
+  if (!output.empty()) return output;
+  static std::string made;  // a command makes one folder
+  static const pid_t process = getpid();
+  if (!made.empty()) return made;
+  namespace fs = std::filesystem;
+  const std::string wanted = "runs/" + time_stamp("%Y%m%d-%H%M%S") + "-" + name;
+  made = wanted;
+  std::error_code error;
+  fs::create_directory("runs", error);
+  // Of programs that start at the same instant, one creates it.
+  for (int n = 2; !fs::create_directory(made, error) && !error; ++n) made = wanted + "-" + std::to_string(n);
+  if (error) return made = wanted;  // whoever writes into it reports why
+  std::atexit([] {
+    if (getpid() == process) rmdir(made.c_str());  // fails if anything was stored
+  });
+  return made;
 }
 
 std::string output_folder(const CommonOptions& options, const Graph& graph) {

@@ -50,7 +50,8 @@ Duration seconds(double s);
 /// Local time by strftime's `format`.
 std::string time_stamp(const char* format);
 
-/// The folder for results: `output`, the value of --output, or runs/DATE-NAME if it is empty.
+/// The folder for results: `output`, the value of --output, or if it is empty a new runs/DATE-NAME,
+/// the same at every call. At the end of the program it is removed if it is empty.
 std::string output_folder(const std::string& output, const std::string& name);
 /// The same with the name of the graph.
 std::string output_folder(const CommonOptions& options, const Graph& graph);

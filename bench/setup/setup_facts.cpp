@@ -2,10 +2,15 @@
 #include "setup/setup_facts.hpp"
 
 #include <cmath>
+#include <filesystem>
 
 #include "bounds/bounds.hpp"
 #include "hotpath/reference_system/chain_limits.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
+#include "program/text.hpp"
+#include "results/kept_inputs.hpp"
+#include "setup/revision.hpp"
 
 namespace hotpath::setup {
 
@@ -40,6 +45,7 @@ results::RunRecord record_of(const CommonOptions& options, const Graph& graph, c
                              const std::vector<ExecutorSpec>& executors) {
   results::RunRecord record;
   record.version = HOTPATH_VERSION;
+  record.revision = kRevision;
   record.command = options.command;
   record.graph = {graph.name, graph.nodes.size(), options.graph};
   record.tasks = set;
@@ -75,6 +81,18 @@ results::RunRecord record_of(const CommonOptions& options, const Graph& graph, c
                      {"computation of all branches", limits.one_thread}};
   }
   return record;
+}
+
+void keep_inputs(const results::RunFolder& folder, const CommonOptions& options, results::RunRecord& record,
+                 const std::string& times) {
+  record.inputs.clear();
+  keep_input(folder, record, "graph", find_graph(options.graph));
+  std::size_t n = 0;
+  for (const auto& [label, deployment] : record.deployments) {
+    if (!deployment.file.empty() && std::filesystem::exists(deployment.file))
+      keep_input(folder, record, program::concat("deployment_", ++n), deployment.file);
+  }
+  if (!times.empty()) keep_input(folder, record, "times", times);
 }
 
 std::vector<std::string> idle_options(const CommonOptions& options,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "results/run_folder.hpp"
 #include "results/run_record.hpp"
 #include "setup/run_setup.hpp"
 
@@ -10,6 +11,11 @@ namespace hotpath::setup {
 /// `live`, and `bounds`.
 [[nodiscard]] results::RunRecord record_of(const CommonOptions& options, const Graph& graph,
                                            const TaskSet& set, const std::vector<ExecutorSpec>& executors);
+
+/// Stores copies of the graph, of the deployments and of the file `times` (empty: none) in the run's
+/// folder, and notes them in `record`. Throws RunError, InputError.
+void keep_inputs(const results::RunFolder& folder, const CommonOptions& options, results::RunRecord& record,
+                 const std::string& times = "");
 
 /// Warnings about options that have no effect under these executors.
 std::vector<std::string> idle_options(const CommonOptions& options,

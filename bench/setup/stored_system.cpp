@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "program/text.hpp"
+#include "results/kept_inputs.hpp"
 
 namespace hotpath::setup {
 
@@ -30,7 +31,7 @@ CommonOptions options_of(const results::RunRecord& record) {
   return options;
 }
 
-/// run.json has only the graph's name or path, so the graph may have changed.
+/// Another graph may have been given, and older runs have only the graph's name or path.
 void check_unchanged(const results::StoredRun& run, const Graph& graph, const TaskSet& set) {
   for (const Task& stored : run.record().tasks.tasks) {
     const auto task = std::ranges::find(set.tasks, stored.name, &Task::name);
@@ -92,6 +93,7 @@ StoredSystem stored_system(const results::StoredRun& run, const std::string& gra
   const results::RunRecord& record = run.record();
   StoredSystem system;
   system.options = options_of(record);
+  if (const auto kept = results::kept_input(run, "graph")) system.options.graph = *kept;
   if (!graph.empty()) system.options.graph = graph;
   system.graph = graph_to_run(system.options);
   system.simulated = record.kind == results::RunKind::simulated;

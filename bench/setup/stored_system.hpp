@@ -29,9 +29,9 @@ struct StoredSystem {
                                     std::uint32_t repetition) const;
 };
 
-/// Rebuilds the system from run.json and the graph's file, or from `graph`, another name or path. A
-/// key that an older version did not write gets the value that the older version used. Throws
-/// UsageError if the graph has changed since, InputError and UsageError for unreadable files.
+/// Rebuilds the system from run.json and the run's copy of the graph, or from `graph`, another name or path.
+/// A key that an older version did not write gets the value that the older version used. Throws UsageError if
+/// the graph has changed since, InputError and UsageError for unreadable files.
 [[nodiscard]] StoredSystem stored_system(const results::StoredRun& run, const std::string& graph = "");
 
 }  // namespace hotpath::setup

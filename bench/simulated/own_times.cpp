@@ -12,6 +12,7 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
+#include "results/kept_inputs.hpp"
 #include "simulated/repetition.hpp"
 
 namespace hotpath::simulated {
@@ -134,6 +135,28 @@ Duration release_delay(const CsvReader& rows, std::size_t column, const Task& ta
   return delay;
 }
 
+/// Times of single jobs.
+class ListedTimes final : public ExecutionTimes {
+ public:
+  ListedTimes(std::string file, const TaskSet& set) : file_(std::move(file)), times_(set.size()) {
+    for (const Task& task : set.tasks) names_.push_back(task.name);
+  }
+  /// Whether the job was not listed before.
+  bool add(JobRef job, Duration time) { return times_[job.task].emplace(job.sequence, time).second; }
+  [[nodiscard]] Duration of(const Job& job) const override {
+    const auto listed = times_[job.task].find(job.sequence);
+    if (listed != times_[job.task].end()) return listed->second;
+    throw InputError(file_, 0,
+                     program::concat("job ", job.sequence, " of ", names_[job.task], " is not listed"),
+                     "list every job that starts, or shorten the run");
+  }
+
+ private:
+  const std::string file_;
+  std::vector<std::string> names_;
+  std::vector<std::map<std::uint64_t, Duration>> times_;  // by task, then by sequence
+};
+
 }  // namespace
 
 std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set) {
@@ -141,46 +164,61 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
   const std::optional<std::size_t> delays = rows.find_column(kListedDelay);
   rows.require_header(delays ? program::concat(kListedColumns, ",", kListedDelay)
                              : std::string(kListedColumns));
+  auto times = std::make_unique<ListedTimes>(file, set);
   auto releases = std::make_unique<ListedReleases>();
   std::map<std::string, TaskId, std::less<>> ids;
   for (TaskId id = 0; id < set.size(); ++id) ids[set[id].name] = id;
-  Trace trace;
   while (rows.next()) {
     const auto id = ids.find(rows.text(0));
     if (id == ids.end())
       rows.fail(program::concat("the graph has no task ", rows.text(0)), "give task names");
-    JobRecord& record = trace.jobs.emplace_back();
-    record.job.task = id->second;
-    record.job.sequence = rows.number<std::uint64_t>(1);
+    const Task& task = set[id->second];
+    const JobRef job{id->second, rows.number<std::uint64_t>(1)};
     const Duration time = rows.nanoseconds(2);
-    if (time < Duration{}) rows.fail("the execution time is negative", "give 0 or more");
-    record.finish = Time{} + time;
-    if (delays) releases->add(record.job.ref(), release_delay(rows, *delays, set[id->second]));
+    if (time < Duration{} || time > task.wcet) {
+      rows.fail(program::concat("the execution time of ", task.name, " is ", rows.text(2)),
+                program::concat("give 0 or more, and at most its worst case, ", task.wcet.count()));
+    }
+    if (!times->add(job, time))
+      rows.fail(program::concat("job ", job.sequence, " of ", task.name, " is listed twice"), "keep one row");
+    if (delays) releases->add(job, release_delay(rows, *delays, task));
   }
-  return std::make_unique<TimesAndReleases>(std::make_unique<ReplayedTimes>(set, trace), std::move(releases));
+  return std::make_unique<TimesAndReleases>(std::move(times), std::move(releases));
 }
 
 std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run, const setup::StoredSystem& system,
                                             const GraphTasks& tasks, const std::string& executor,
                                             std::uint32_t repetition) {
+  const std::uint64_t seed = system.options.seed + repetition;
   if (system.simulated && parse<ExecutionTimeModel>(system.execution_times)) {
-    return execution_times_of(system.graph, tasks, system.options.seed + repetition);
+    return execution_times_of(system.graph, tasks, seed);
   }
   if (system.simulated && system.execution_times.starts_with(kReplay)) {
     const std::filesystem::path folder = system.execution_times.substr(kReplay.size());
     if (std::filesystem::exists(folder / "jobs.csv")) {
       results::StoredRun replayed(folder, "--execution-times " + std::string(kReplay));
       replayed.load(tasks.set);
-      return with_drawn_releases(replayed_times(replayed, tasks, executor, repetition), tasks,
-                                 system.options.seed + repetition);
+      return times_of_run(replayed, tasks, executor, repetition, seed);
     }
   }
-  const std::string& listed = system.execution_times;
-  if (system.simulated && listed.starts_with(kListed) &&
-      std::filesystem::exists(listed.substr(kListed.size()))) {
-    return listed_times(listed.substr(kListed.size()), tasks.set);
+  if (system.simulated && system.execution_times.starts_with(kListed)) {
+    const std::string listed = system.execution_times.substr(kListed.size());
+    const auto kept = results::kept_input(run, "times");
+    if (kept || std::filesystem::exists(listed))
+      return listed_times(kept ? kept->string() : listed, tasks.set);
   }
   return replayed_times(run, tasks, executor, repetition);
+}
+
+std::unique_ptr<ExecutionTimes> times_of_run(const results::StoredRun& run, const GraphTasks& tasks,
+                                             const std::string& executor, std::uint32_t repetition,
+                                             std::uint64_t seed) {
+  if (run.record().kind == results::RunKind::simulated) {
+    static_cast<void>(run.run(executor, repetition));  // throws if it did not run
+    const setup::StoredSystem system = run.check([&] { return setup::stored_system(run); });
+    return times_again(run, system, tasks, executor, repetition);
+  }
+  return with_drawn_releases(replayed_times(run, tasks, executor, repetition), tasks, seed);
 }
 
 }  // namespace hotpath::simulated

@@ -19,8 +19,8 @@ inline constexpr std::string_view kListed = "listed:";
 inline constexpr std::string_view kListedColumns = "task,sequence,execution_time_ns";
 inline constexpr std::string_view kListedDelay = "release_delay_ns";
 
-/// The execution times in a file of kListedColumns. A job that it lacks takes the time of the last earlier
-/// job of its task, or else of the first; a task that it lacks takes its worst case. Timers' jobs become
+/// The execution times in a file of kListedColumns, each at most the worst case of its task. Every job
+/// that starts must be listed, once: of() throws InputError for others. Timers' jobs become
 /// ready as long after their timestamps as kListedDelay says, or at them. Throws InputError.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set);
 
@@ -49,12 +49,19 @@ struct OwnCosts {
                                                              std::uint32_t repetition);
 
 /// The execution times for repeating a repetition of `run`, which must be loaded, on its `system`.
-/// A simulation gets its own times again, unless it replayed a run that no longer exists; all
-/// others as replayed_times().
+/// A simulation gets its own times and releases again, unless it replayed a run that no longer exists;
+/// all others as replayed_times().
 [[nodiscard]] std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run,
                                                           const setup::StoredSystem& system,
                                                           const GraphTasks& tasks,
                                                           const std::string& executor,
                                                           std::uint32_t repetition);
+
+/// The execution times of `--execution-times replay:RUN`: those of a simulation again with its
+/// releases, others as replayed_times() with releases drawn by `seed`. `run` must be loaded.
+[[nodiscard]] std::unique_ptr<ExecutionTimes> times_of_run(const results::StoredRun& run,
+                                                           const GraphTasks& tasks,
+                                                           const std::string& executor,
+                                                           std::uint32_t repetition, std::uint64_t seed);
 
 }  // namespace hotpath::simulated

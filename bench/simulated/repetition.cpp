@@ -21,7 +21,8 @@ results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
   options.platform = make_platform(plan.graph, *setup::parts(plan.executor).front().entry);
   options.duration = plan.warm_up + plan.duration;
   options.start = plan.start;
-  options.max_backlog = plan.max_backlog;
+  options.overload_backlog = 100 * static_cast<std::uint64_t>(set.size());
+  if (plan.max_backlog) options.overload_backlog = options.max_backlog = *plan.max_backlog;
 
   results::Repetition repetition;
   Trace& trace = repetition.trace;
@@ -35,9 +36,12 @@ results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
   repetition.accounts = account(set, trace);
   if (totals != nullptr) {
     totals->count(repetition.accounts);
-    std::erase_if(observations, [&](const ChainObservation& o) { return totals->early(o.sink); });
+    for (const ChainObservation& o : observations) {
+      if (!totals->early(o.sink)) trace.chains.push_back(totals->chains().join(o));
+    }
+  } else {
+    trace.chains = join_chains(plan.graph, plan.tasks, trace, observations);
   }
-  trace.chains = join_chains(plan.graph, plan.tasks, trace, observations);
   trace.chains = results::counted_chains(trace, plan.chains, Time{} + plan.warm_up);
   return repetition;
 }

@@ -22,12 +22,13 @@ struct Plan {
   const ExecutionTimes& times;
   Duration warm_up{}, duration{};  ///< The run takes the sum of both.
   Duration start{};                ///< When the executors begin to spin.
-  /// Released jobs that may wait before the system counts as overloaded.
-  std::uint64_t max_backlog = 100 * static_cast<std::uint64_t>(tasks.set.size());
+  /// Released jobs that may wait before the system counts as overloaded; by default 100 per task,
+  /// and more below full load.
+  std::optional<std::uint64_t> max_backlog = {};
 };
 
 /// Returns trace, accounts, and the chain records after the warm-up. With `totals`, made for this
-/// plan, jobs are counted there instead of kept, and end-to-end latencies are unknown. Throws
+/// plan, jobs are counted there instead of kept. Throws
 /// SimulationError, InputError.
 [[nodiscard]] results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals = nullptr);
 

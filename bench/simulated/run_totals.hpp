@@ -14,51 +14,64 @@
 
 namespace hotpath::simulated {
 
-/// The data of a summary for a simulation that keeps no jobs. Its size does not depend on the
-/// number of jobs.
+/// The data of a summary for a simulation that keeps no jobs. It stores only the ends of the jobs at
+/// both ends of chains.
 class RunTotals final : public JobSink {
  public:
   /// Jobs after the instant `counted_from` count; the run ends at `end`.
-  RunTotals(const TaskSet& set, const std::vector<results::MeasuredChain>& chains, Time counted_from,
-            Time end)
-      : set_(set), counted_from_(counted_from), end_(end), is_sink_(set.size(), false), of_task_(set.size()) {
+  RunTotals(const Graph& graph, const GraphTasks& tasks, const std::vector<results::MeasuredChain>& chains,
+            Time counted_from, Time end)
+      : set_(tasks.set),
+        counted_from_(counted_from),
+        end_(end),
+        chains_(graph, tasks),
+        is_sink_(set_.size(), false),
+        of_task_(set_.size()) {
     for (const results::MeasuredChain& chain : chains) {
       for (const TaskId id : chain.sink_tasks) is_sink_[id] = true;
     }
   }
 
   void started(const JobRecord& record) override {
+    chains_.add_start(record);
     if (is_sink_[record.job.task] && record.job.timestamp < counted_from_) {
       early_.emplace(record.job.task, record.job.sequence);
     }
   }
 
   void ended(const JobRecord& record) override {
+    chains_.add_end(record);
     OfTask& t = of_task_[record.job.task];
     ++t.account.count[static_cast<std::size_t>(record.outcome)];
     t.account.count[static_cast<std::size_t>(Outcome::skipped)] += record.job.skipped;
     t.longest_wait = std::max(t.longest_wait, results::wait_of(record, counted_from_, end_));
     const Task& task = set_[record.job.task];
-    if (task.kind == TaskKind::timer) t.counts.add(task, record, counted_from_);
+    if (task.kind == TaskKind::timer) t.counts.add(task, record, counted_from_, end_);
+    if (task.kind == TaskKind::timer && record.outcome == Outcome::ran) {
+      t.periods.add(record, task, record.job.timestamp >= counted_from_);
+    }
     if (!results::counts(record, counted_from_)) return;
     const Duration response = results::response_time(record);
     ++t.responses;
     t.least = std::min(t.least, response);
     t.most = std::max(t.most, response);
     t.sum_ms += to_ms(response);
-    if (task.kind == TaskKind::timer) t.periods.add(record, task);
   }
 
   /// Fills in the counts of `accounts`.
   void count(std::vector<TaskAccount>& accounts) const {
     for (TaskId id = 0; id < set_.size(); ++id) accounts[id].count = of_task_[id].account.count;
   }
+  /// The ends of the chains.
+  const ChainJoin& chains() const { return chains_; }
   /// Whether the sink's job belongs to the warm-up.
   bool early(JobRef sink) const { return early_.count({sink.task, sink.sequence}) != 0; }
-  /// Adds response times, waits and deadline overruns to the summary of the run's executor.
-  void add_to(results::ExecutorSummary& summary) const {
+  /// Ends the run: adds response times, waits and deadline overruns to the summary of its executor.
+  void add_to(results::ExecutorSummary& summary, std::size_t repetition) {
     for (TaskId id = 0; id < set_.size(); ++id) {
-      const OfTask& t = of_task_[id];
+      OfTask& t = of_task_[id];
+      t.periods.end(set_[id]);
+      summary.each[repetition].deadline_overruns += t.counts.deadline_overruns;
       results::TaskSummary& task = summary.tasks[id];
       task.after_warm_up += t.counts;
       summary.after_warm_up += t.counts;
@@ -78,25 +91,16 @@ class RunTotals final : public JobSink {
   /// Distances of a timer's starts. Jobs that end out of order wait for the earlier ones.
   struct Periods {
     std::uint64_t n = 0;
-    Duration least = Duration::max(), most{}, furthest{};
+    Duration least = Duration::max(), most = Duration::min(), furthest{};
     double sum_ms = 0, sum_deviations_ms = 0;
 
-    void add(const JobRecord& r, const Task& timer) {
-      waiting_.emplace(r.job.sequence, std::pair(r.start, r.job.sequence + 1 + r.job.skipped));
-      while (!waiting_.empty() && (!before_ || waiting_.begin()->first <= next_)) {
-        const auto [start, next] = waiting_.extract(waiting_.begin()).mapped();
-        if (before_) {
-          const Duration period = start - *before_, deviation = results::period_deviation(timer, period);
-          ++n;
-          least = std::min(least, period);
-          most = std::max(most, period);
-          furthest = std::max(furthest, deviation);
-          sum_ms += to_ms(period);
-          sum_deviations_ms += to_ms(deviation);
-        }
-        before_ = start;
-        next_ = next;
-      }
+    void add(const JobRecord& r, const Task& timer, bool counted) {
+      waiting_.emplace(r.job.sequence, Started{r.start, r.job.sequence + 1 + r.job.skipped, counted});
+      while (!waiting_.empty() && waiting_.begin()->first <= next_) take_first(timer);
+    }
+    /// A job that still waits or runs at the end is left out.
+    void end(const Task& timer) {
+      while (!waiting_.empty()) take_first(timer);
     }
     void add_to(results::TaskSummary& task) const {
       add_to(task.period_ms, to_ms(least), to_ms(most), sum_ms);
@@ -104,6 +108,26 @@ class RunTotals final : public JobSink {
     }
 
    private:
+    struct Started {
+      Time start;
+      std::uint64_t next = 0;  // sequence of the next job
+      bool counted = false;
+    };
+    void take_first(const Task& timer) {
+      const Started job = waiting_.extract(waiting_.begin()).mapped();
+      next_ = job.next;
+      if (!job.counted) return;
+      if (before_) {
+        const Duration period = job.start - *before_, deviation = results::period_deviation(timer, period);
+        ++n;
+        least = std::min(least, period);
+        most = std::max(most, period);
+        furthest = std::max(furthest, deviation);
+        sum_ms += to_ms(period);
+        sum_deviations_ms += to_ms(deviation);
+      }
+      before_ = job.start;
+    }
     void add_to(std::optional<Quantiles>& quantiles, double least_ms, double most_ms, double sum) const {
       if (!quantiles) quantiles.emplace();
       Quantiles& q = *quantiles;
@@ -113,7 +137,7 @@ class RunTotals final : public JobSink {
       q.max = std::fmax(q.max, most_ms);
       q.mean = sum / static_cast<double>(q.n);
     }
-    std::map<std::uint64_t, std::pair<Time, std::uint64_t>> waiting_;  // by sequence: start, next sequence
+    std::map<std::uint64_t, Started> waiting_;  // by sequence
     std::optional<Time> before_;
     std::uint64_t next_ = 0;
   };
@@ -127,6 +151,7 @@ class RunTotals final : public JobSink {
   };
   const TaskSet& set_;
   const Time counted_from_, end_;
+  ChainJoin chains_;
   std::vector<bool> is_sink_;
   std::vector<OfTask> of_task_;
   std::set<std::pair<TaskId, std::uint64_t>> early_;

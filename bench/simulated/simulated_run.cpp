@@ -29,6 +29,21 @@ namespace {
 
 using nlohmann::json;
 
+/// The run of `--execution-times replay:RUN`.
+std::optional<results::StoredRun> replayed_run(const Options& options) {
+  if (!options.execution_times || !options.execution_times->starts_with(kReplay)) return std::nullopt;
+  if (options.load_percent)
+    throw program::UsageError("--load: --execution-times replay: takes the load of its run; leave one out");
+  return results::StoredRun(options.execution_times->substr(kReplay.size()),
+                            "--execution-times " + std::string(kReplay));
+}
+
+/// The options with the load of a replayed run, so that worst cases are its own.
+Options with_load(Options options, const std::optional<results::StoredRun>& replayed) {
+  if (replayed) options.load_percent = replayed->record().load_given;
+  return options;
+}
+
 /// The graph to run, with the options' changes to its platform.
 Graph simulated_graph(const Options& options) {
   Graph graph = setup::graph_to_run(options);
@@ -43,11 +58,12 @@ Graph simulated_graph(const Options& options) {
 class SimulatedRun {
  public:
   explicit SimulatedRun(const Options& options)
-      : options_(options),
-        graph_(simulated_graph(options)),
+      : replayed_(replayed_run(options)),
+        options_(with_load(options, replayed_)),
+        graph_(simulated_graph(options_)),
         tasks_(make_tasks(graph_)),
-        executors_(setup::executors_to_run(options, graph_, tasks_, graph_.platform.cores)),
-        counting_(setup::summary_options(options, graph_)),
+        executors_(setup::executors_to_run(options_, graph_, tasks_, graph_.platform.cores)),
+        counting_(setup::summary_options(options_, graph_)),
         chains_(setup::measured_chains(graph_, tasks_)) {
     prepare();
   }
@@ -56,7 +72,8 @@ class SimulatedRun {
     simulate_all();
     results::Summary summary = results::summarize(tasks_.set, runs_, counting_);
     for (std::size_t i = 0; i < simulations_.size(); ++i) {
-      if (options_.no_trace) simulations_[i].totals->add_to(summary.executors[i / options_.repetitions]);
+      if (options_.no_trace)
+        simulations_[i].totals->add_to(summary.executors[i / options_.repetitions], repetition(i));
     }
     return summary;
   }
@@ -94,8 +111,7 @@ class SimulatedRun {
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
     if (!options_.phases_of.empty()) phases_of_.emplace(options_.phases_of, "--phases-of");
     const std::string times = execution_times_name();
-    if (times.starts_with(kReplay)) {
-      replayed_.emplace(times.substr(kReplay.size()), "--execution-times " + std::string(kReplay));
+    if (replayed_) {
       replayed_->load(tasks_.set);
     } else if (!times.starts_with(kListed) && !parse<ExecutionTimeModel>(times)) {
       throw program::UsageError("--execution-times: `" + times +
@@ -122,6 +138,13 @@ class SimulatedRun {
     return options_.execution_times.value_or(to_string(graph_.platform.execution_times));
   }
 
+  /// Whether execution times or releases depend on the seed.
+  bool draws() const {
+    const auto jitters = [](const Task& task) { return task.release_jitter > Duration{}; };
+    const auto model = parse<ExecutionTimeModel>(execution_times_name());
+    return (model && *model != ExecutionTimeModel::worst) || std::ranges::any_of(tasks_.set.tasks, jitters);
+  }
+
   const setup::ExecutorSpec& executor(std::size_t i) const { return executors_[i / options_.repetitions]; }
   std::uint32_t repetition(std::size_t i) const {
     return static_cast<std::uint32_t>(i % options_.repetitions);
@@ -134,8 +157,8 @@ class SimulatedRun {
 
   std::unique_ptr<ExecutionTimes> execution_times(std::size_t i) const {
     if (replayed_) {
-      return with_drawn_releases(replayed_times(*replayed_, tasks_, executor(i).label, repetition(i)), tasks_,
-                                 options_.seed + repetition(i));
+      return times_of_run(*replayed_, tasks_, executor(i).label, repetition(i),
+                          options_.seed + repetition(i));
     }
     if (const std::string name = execution_times_name(); name.starts_with(kListed)) {
       return listed_times(name.substr(kListed.size()), tasks_.set);
@@ -150,10 +173,10 @@ class SimulatedRun {
     Plan plan{e, graph_, simulation.tasks, chains_, *times};
     plan.warm_up = counting_.warm_up;
     plan.duration = setup::seconds(options_.duration_s);
-    if (options_.max_backlog) plan.max_backlog = *options_.max_backlog;
+    plan.max_backlog = options_.max_backlog;
     if (options_.no_trace) {
-      simulation.totals = std::make_unique<RunTotals>(simulation.tasks.set, chains_, Time{} + plan.warm_up,
-                                                      Time{} + plan.warm_up + plan.duration);
+      simulation.totals = std::make_unique<RunTotals>(
+          graph_, simulation.tasks, chains_, Time{} + plan.warm_up, Time{} + plan.warm_up + plan.duration);
     }
     try {
       *simulation.repetition = simulate_repetition(plan, simulation.totals.get());
@@ -177,13 +200,17 @@ class SimulatedRun {
     record.simulation = results::SimulationRecord{.platform = graph_.platform,
                                                   .execution_times = execution_times_name(),
                                                   .max_backlog = options_.max_backlog,
-                                                  .no_trace = options_.no_trace};
+                                                  .no_trace = options_.no_trace,
+                                                  .drawn = draws()};
     record.bounds = setup::timer_bounds(graph_, tasks_, executors_);
     return record;
   }
 
   void store(const results::Summary& summary, results::RunFolder& folder) {
     results::RunRecord record = describe();
+    const std::string times = execution_times_name();
+    setup::keep_inputs(folder, options_, record,
+                       times.starts_with(kListed) ? times.substr(kListed.size()) : "");
     folder.write("run.json", json(record));
     for (const Simulation& s : simulations_) {
       folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
@@ -192,13 +219,14 @@ class SimulatedRun {
     folder.close(record, json(summary));
   }
 
+  std::optional<results::StoredRun> replayed_;
   Options options_;
   const Graph graph_;
   const GraphTasks tasks_;
   const std::vector<setup::ExecutorSpec> executors_;
   const results::SummaryOptions counting_;
   const std::vector<results::MeasuredChain> chains_;
-  std::optional<results::StoredRun> phases_of_, replayed_;
+  std::optional<results::StoredRun> phases_of_;
   std::vector<results::ExecutorRuns> runs_;
   std::vector<Simulation> simulations_;  // executor by executor, repetition by repetition
 };

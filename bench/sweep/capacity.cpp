@@ -12,6 +12,10 @@ namespace hotpath::sweep {
 
 std::size_t Levels::count() const { return static_cast<std::size_t>((high - low) / step + 1e-9) + 1; }
 
+double Levels::at(std::size_t index) const {
+  return std::stod(program::text("%.12g", low + static_cast<double>(index) * step));
+}
+
 std::vector<std::size_t> Capacity::again() const {
   std::vector<std::size_t> levels;
   bool failed = false;
@@ -70,22 +74,45 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
   return r;
 }
 
-std::string Requirement::failure(const std::vector<MeasuredRow>& rows, const std::string& executor) const {
-  bool measured = false;
-  for (const MeasuredRow& row : rows) {
-    if (row.executor != executor) continue;
-    measured = true;
-    if (no_loss && row.lost() > 0) {
-      return program::concat(row.skipped, " timestamps skipped, ", row.overwritten, " samples overwritten");
-    }
-    if (deadlines && row.deadline_overruns > 0)
-      return program::concat(row.deadline_overruns, " deadlines missed");
-    if (row.never_ran > 0) return program::concat(row.never_ran, " tasks never ran");
-    if (!latency_ms || row.chain.empty()) continue;
-    if (!row.hot_path_max_ms) return "no output of chain " + row.chain;
-    if (*row.hot_path_max_ms > *latency_ms) return program::text("latency %.1f ms", *row.hot_path_max_ms);
+std::string Requirement::failure(const results::ExecutorSummary& executor) const {
+  using Each = results::RepetitionMeasures;
+  if (executor.each.empty()) return "nothing was measured";
+  std::string why;
+  const auto fails = [&](const auto& in, const auto& text) {
+    const auto count = std::ranges::count_if(executor.each, in);
+    if (count == 0) return false;
+    why = text();
+    const std::size_t n = executor.each.size();
+    if (n > 1) why += program::concat(" (", count, " of ", n, " repetitions)");
+    return true;
+  };
+  if (no_loss && fails([](const Each& r) { return r.skipped + r.overwritten > 0; },
+                       [&] {
+                         return program::concat(executor.skipped, " timestamps skipped, ",
+                                                executor.overwritten, " samples overwritten");
+                       }))
+    return why;
+  if (deadlines &&
+      fails([](const Each& r) { return r.deadline_overruns > 0; },
+            [&] { return program::concat(executor.after_warm_up.deadline_overruns, " deadlines missed"); }))
+    return why;
+  const auto most = [&](auto of) { return of(*std::ranges::max_element(executor.each, {}, of)); };
+  if (fails([](const Each& r) { return r.never_ran > 0; },
+            [&] {
+              const std::uint64_t n = most([](const Each& r) { return r.never_ran; });
+              return n == 1 ? "a task never ran" : program::concat(n, " tasks never ran");
+            }))
+    return why;
+  for (std::size_t c = 0; latency_ms && c < executor.chains.size(); ++c) {
+    const auto worst = [c](const Each& r) { return r.chains[c].worst_hot_path_ms; };
+    if (fails([c](const Each& r) { return r.chains[c].outputs == 0; },
+              [&] { return "no output of chain " + executor.chains[c].chain; }))
+      return why;
+    if (fails([&](const Each& r) { return worst(r) > *latency_ms; },
+              [&] { return program::text("latency %.1f ms", most(worst)); }))
+      return why;
   }
-  return measured ? "" : "nothing was measured";
+  return "";
 }
 
 }  // namespace hotpath::sweep

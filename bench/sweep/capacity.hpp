@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "sweep/rows.hpp"
+#include "results/summary.hpp"
 
 namespace hotpath::sweep {
 
@@ -15,8 +15,8 @@ namespace hotpath::sweep {
 struct Levels {
   double low = 0, high = 0, step = 1;
 
-  [[nodiscard]] std::size_t count() const;  ///< >= 1.
-  [[nodiscard]] double at(std::size_t index) const { return low + static_cast<double>(index) * step; }
+  [[nodiscard]] std::size_t count() const;           ///< >= 1.
+  [[nodiscard]] double at(std::size_t index) const;  ///< Rounded to 12 digits.
 };
 
 /// The result of a search.
@@ -40,8 +40,8 @@ struct Requirement {
 
   /// Parses `no-loss`, `deadlines` and `latency:MS`. Throws UsageError.
   [[nodiscard]] static Requirement parse(const std::vector<std::string>& words);
-  /// Why an executor of a run does not meet the requirement; empty: it does.
-  [[nodiscard]] std::string failure(const std::vector<MeasuredRow>& rows, const std::string& executor) const;
+  /// Why an executor does not meet the requirement in every repetition; empty: it does.
+  [[nodiscard]] std::string failure(const results::ExecutorSummary& executor) const;
 };
 
 }  // namespace hotpath::sweep

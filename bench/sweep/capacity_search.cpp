@@ -21,6 +21,7 @@
 #include "setup/run_setup.hpp"
 #include "sweep/capacity.hpp"
 #include "sweep/child_run.hpp"
+#include "sweep/rows.hpp"
 
 namespace hotpath::sweep {
 
@@ -45,6 +46,9 @@ void set_level(setup::CommonOptions& options, Over over, double level) {
 setup::Limits limits_of(Over over) {
   return over == Over::load ? setup::kLoads : over == Over::rate ? setup::kRates : setup::kCopies;
 }
+
+/// A level in all its digits (Levels::at()).
+std::string exact(double level) { return program::text("%.12g", level); }
 
 /// What a tried level measured, for figures.
 struct Measured {
@@ -148,13 +152,13 @@ class CapacitySearch {
     const std::string label = setup::executors_to_run(first, graph, make_tasks(graph)).front().label;
     std::map<double, Measured> measured;
     const auto failure = [&](double level) {
-      std::cerr << label << ": " << to_string(options_.over) << " " << level << std::flush;
+      std::cerr << label << ": " << to_string(options_.over) << " " << exact(level) << std::flush;
       std::string why;
       try {
         const results::Summary summary = measure(one(name, deployment, level));
-        const std::vector<MeasuredRow> rows = measured_rows(summary);
-        why = required_.failure(rows, label);
-        if (!rows.empty()) measured[level] = {slowest(summary.executors.front()), rows.front()};
+        const results::ExecutorSummary& executor = summary.executors.front();
+        why = required_.failure(executor);
+        measured[level] = Measured{slowest(executor), measured_rows(summary).front()};
       } catch (const program::OverloadError& error) {
         why = error.what();
       } catch (const program::RunError& error) {
@@ -192,7 +196,7 @@ class CapacitySearch {
     const double level = options_.over == Over::load   ? *options.load_percent
                          : options_.over == Over::rate ? *options.rate_percent
                                                        : options.copies;
-    words.push_back(program::concat("--", to_string(options_.over), "=", level));
+    words.push_back(program::concat("--", to_string(options_.over), "=", exact(level)));
     run_hotpath(words);
     results::Summary summary = summary_of_folder(folder);
     fs::remove_all(folder);
@@ -233,7 +237,7 @@ class CapacitySearch {
   }
 
   std::string level_text(std::optional<std::size_t> level) const {
-    return level ? program::text("%.10g", levels_.at(*level)) : "-";
+    return level ? exact(levels_.at(*level)) : "-";
   }
 
   std::vector<std::string> cells(const Row& row) const {
@@ -264,10 +268,10 @@ class CapacitySearch {
     const std::string over = to_string(options_.over);
     const std::vector<std::string> header = {"executor", "largest " + over, "analysis", "fails at",
                                              "why",      "holds again at"};
-    program::TextTable table(
-        program::concat(options_.graph, ", ", options_.live ? "live" : "simulated", ": largest ", over,
-                        " with ", program::joined(options_.require), " (steps of ", options_.resolution, ")"),
-        header);
+    program::TextTable table(program::concat(options_.graph, ", ", options_.live ? "live" : "simulated",
+                                             ": largest ", over, " with ", program::joined(options_.require),
+                                             " (steps of ", exact(options_.resolution), ")"),
+                             header);
     std::string page =
         "| " + program::joined(header, " | ") + " |\n| --- | ---: | ---: | ---: | --- | --- |\n";
     for (const Row& row : rows_) {
@@ -296,7 +300,7 @@ class CapacitySearch {
     for (const auto& [level, why] : c.tried) {
       const auto measured = row.levels.find(levels_.at(level));
       const bool has = &c == &row.measured && measured != row.levels.end();
-      out << program::csv_field(row.label) << "," << source << "," << levels_.at(level) << ","
+      out << program::csv_field(row.label) << "," << source << "," << exact(levels_.at(level)) << ","
           << (why.empty() ? 1 : 0) << "," << (level == c.highest ? 1 : 0) << "," << program::csv_field(why)
           << (has ? text_of(measured->second) : ",,,,,,,,,") << "\n";
     }

@@ -23,6 +23,8 @@ bool names_executor(const std::string& option) {
   return option == "executor" || option == "executors" || option == "deployment" || option == "deployments";
 }
 
+bool has_column(const std::string& axis) { return !names_executor(axis) && axis != "seed"; }
+
 bool Axis::values_differ() const {
   const double finest = std::max(std::abs(low), std::abs(high)) * std::pow(10, 1 - kDigits);
   return step > finest && std::isfinite(high - low);
@@ -75,6 +77,8 @@ std::vector<Option> Design::coordinates(std::uint64_t cell) const {
 std::uint64_t Design::seed_of(std::uint64_t cell) const {
   std::string place = std::to_string(seed) + ";";
   std::vector<Option> at = coordinates(cell);
+  const auto axis = std::ranges::find(at, "seed", &Option::name);
+  if (axis != at.end() && repetition(cell) == 0) return std::stoull(axis->value);
   std::ranges::sort(at, {}, &Option::name);  // the order of axes in the file does not matter
   for (const Option& option : at) {
     if (!names_executor(option.name)) place += option.name + "=" + option.value + ";";

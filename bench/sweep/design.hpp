@@ -59,7 +59,8 @@ struct Design {
   /// The values of the axes, in their order.
   [[nodiscard]] std::vector<Option> coordinates(std::uint64_t cell) const;
   /// The seed of a cell, from its coordinates and repetition. Executor and deployment do not enter,
-  /// so that all of them meet the same phases and execution times.
+  /// so that all of them meet the same phases and execution times. An axis `seed` gives that of the
+  /// first repetition.
   [[nodiscard]] std::uint64_t seed_of(std::uint64_t cell) const;
   [[nodiscard]] bool keeps(std::uint64_t cell) const;
 };
@@ -69,6 +70,9 @@ inline constexpr std::uint64_t kMostCells = 100'000'000;
 
 /// Whether an option sets executors or deployments.
 [[nodiscard]] bool names_executor(const std::string& option);
+/// Whether an axis has a column of its own. Those of executors are among the measures, and `seed`
+/// is that of the cell.
+[[nodiscard]] bool has_column(const std::string& axis);
 
 /// Throws InputError with file and line for unknown keys and for axes that contradict each other.
 /// It does not check that the command has the options.

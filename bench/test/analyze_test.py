@@ -228,7 +228,11 @@ class AnalyzeTest(AnalyzeCase):
 
     def test_a_listed_execution_time_is_checked(self) -> None:
         graph, times = self.graph(SENSOR.format("A", 20, 2)), self.folder / "times.csv"
-        for row, why in (("B,0,1", "the graph has no task B"), ("A,0,-1", "is negative"), ("A,x,1", "whole")):
+        for row, why in (
+            ("B,0,1", "the graph has no task B"),
+            ("A,0,-1", "is -1; give 0 or more"),
+            ("A,x,1", "whole"),
+        ):
             times.write_text(f"task,sequence,execution_time_ns\n{row}\n")
             options = ("--executors", "rm-ro", "--execution-times", f"listed:{times}")
             code, _, err = self.command("simulate", "--graph", graph, *options)

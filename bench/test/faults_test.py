@@ -4,6 +4,7 @@ whole."""
 
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import unittest
@@ -279,6 +280,12 @@ class Machine(FaultTest):
             ["run", *BRIEF, "--output", disk / "run"], "No space left", "not complete", code=FAILURE
         )
         self.assert_nothing_looks_whole("disk/run")
+        shutil.rmtree(disk / "run")
+        self.accepted("simulate", "--executors", "default", "--duration", "20", "--output", "run")
+        self.assert_refused(
+            ["export", "ctf", "run", "--output", disk / "trace"], "disk is full", code=FAILURE
+        )
+        self.assertEqual(list(disk.iterdir()), [])
 
     def test_closed_standard_streams(self) -> None:
         """The numbers of closed standard streams must not be reused for result files."""

@@ -1,24 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that a test leaves behind in /dev/shm."""
+"""A /dev/shm and a network for one test program, and files that it leaves behind."""
 
 import ctypes
+import fcntl
 import functools
 import os
+import socket
+import struct
 import unittest
 from pathlib import Path
 
 FOLDER = Path("/dev/shm")
 # LTTng's library, which ROS 2's tracetools loads, makes these for all programs of a machine or user.
 LTTNG = "lttng-ust-wait-"
-# Of <sched.h> and <sys/mount.h>.
-CLONE_NEWNS, MS_REC, MS_SLAVE = 0x20000, 0x4000, 0x80000
+# Of <sched.h>, <sys/mount.h> and <net/if.h>.
+CLONE_NEWNS, CLONE_NEWNET, MS_REC, MS_SLAVE = 0x20000, 0x40000000, 0x4000, 0x80000
+SIOCSIFFLAGS, IFF_UP = 0x8914, 1
+# Set for tests that run beside others with the same domains and ports.
+PRIVATE_NETWORK = bool(os.environ.get("HOTPATH_PRIVATE_NETWORK"))
 
 
 @functools.cache
 def make_private() -> bool:
     """Gives this process, and all that it starts from now on, a /dev/shm of its own, in which no unrelated
-    program leaves files. False where that is not permitted: then /dev/shm stays the machine's."""
+    program leaves files; with PRIVATE_NETWORK also a loopback interface. False where that is not permitted:
+    then both stay the machine's."""
     libc = ctypes.CDLL(None, use_errno=True)
+    if PRIVATE_NETWORK and libc.unshare(CLONE_NEWNET) == 0:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
+            fcntl.ioctl(any_socket, SIOCSIFFLAGS, struct.pack("16sh14x", b"lo", IFF_UP))
     if libc.unshare(CLONE_NEWNS) != 0 or libc.mount(b"none", b"/", None, MS_REC | MS_SLAVE, None) != 0:
         return False
     return bool(libc.mount(b"tmpfs", os.fsencode(FOLDER), b"tmpfs", 0, b"mode=1777") == 0)

@@ -276,10 +276,10 @@ TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
   EXPECT_EQ(s.executed, 6u);
   EXPECT_EQ(s.skipped, 4u);
   EXPECT_EQ(s.overwritten, 2u);
-  ASSERT_EQ(s.losses.size(), 2u);
-  EXPECT_EQ(s.losses[1].repetition, 1u);
-  EXPECT_EQ(s.losses[1].skipped, 2u);
-  EXPECT_EQ(s.losses[1].overwritten, 1u);
+  ASSERT_EQ(s.each.size(), 2u);
+  EXPECT_EQ(s.each[1].repetition, 1u);
+  EXPECT_EQ(s.each[1].skipped, 2u);
+  EXPECT_EQ(s.each[1].overwritten, 1u);
   EXPECT_EQ(s.tasks[kPlanner].account[Outcome::skipped], 4u);
   EXPECT_EQ(s.tasks[kPlanner].account[Outcome::queued], 2u);
   EXPECT_EQ(s.tasks[kPoints].account[Outcome::overwritten], 2u);

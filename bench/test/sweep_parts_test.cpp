@@ -309,19 +309,30 @@ TEST(CapacityTest, NoLevelAndEveryLevel) {
   EXPECT_EQ(sweep::find_capacity({5, 5, 1}, 3, [](double) { return ""; }).highest, 0U);
 }
 
-TEST(CapacityTest, RequirementsAreJudgedPerExecutor) {
-  sweep::MeasuredRow good, bad;
-  good.executor = "rm-ro";
-  good.chain = bad.chain = "c";
-  good.hot_path_max_ms = 20;
-  bad.executor = "default";
+TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
+  results::ExecutorSummary good, bad;
+  for (results::ExecutorSummary* executor : {&good, &bad}) executor->chains.resize(2);
+  good.chains[1].chain = "c";
+  good.each = {{0, 0, 0, 0, 0, {{5, 20}, {5, 30}}}, {1, 0, 0, 0, 0, {{5, 20}, {5, 30}}}};
+  bad.each = {{0, 0, 0, 0, 0, {{5, 20}, {5, 30}}}, {1, 0, 3, 0, 0, {{5, 20}, {5, 70}}}};
   bad.overwritten = 3;
-  bad.hot_path_max_ms = 70;
   const sweep::Requirement r = sweep::Requirement::parse({"no-loss", "latency:60"});
-  EXPECT_EQ(r.failure({good, bad}, "rm-ro"), "");
-  EXPECT_THAT(r.failure({good, bad}, "default"), HasSubstr("3 samples overwritten"));
-  EXPECT_EQ(sweep::Requirement::parse({"latency:60"}).failure({bad}, "default"), "latency 70.0 ms");
-  EXPECT_EQ(r.failure({good}, "static"), "nothing was measured");
+  EXPECT_EQ(r.failure(good), "");
+  EXPECT_EQ(r.failure(bad), "0 timestamps skipped, 3 samples overwritten (1 of 2 repetitions)");
+  EXPECT_EQ(sweep::Requirement::parse({"latency:60"}).failure(bad), "latency 70.0 ms (1 of 2 repetitions)");
+  EXPECT_EQ(r.failure({}), "nothing was measured");
+  // One after the other: each repetition must meet each requirement.
+  const auto changed = [&](const auto& change) {
+    results::ExecutorSummary executor = good;
+    change(executor.each[1]);
+    return sweep::Requirement::parse({"no-loss", "deadlines", "latency:60"}).failure(executor);
+  };
+  using Each = results::RepetitionMeasures;
+  EXPECT_EQ(changed([](Each&) {}), "");
+  EXPECT_THAT(changed([](Each& r) { r.skipped = 1; }), HasSubstr("skipped"));
+  EXPECT_THAT(changed([](Each& r) { r.deadline_overruns = 1; }), HasSubstr("deadlines missed (1 of 2"));
+  EXPECT_EQ(changed([](Each& r) { r.never_ran = 1; }), "a task never ran (1 of 2 repetitions)");
+  EXPECT_EQ(changed([](Each& r) { r.chains[1] = {}; }), "no output of chain c (1 of 2 repetitions)");
   for (const char* wrong : {"fast", "latency:", "latency:-1", "latency:1s"}) {
     EXPECT_THROW((void)sweep::Requirement::parse({wrong}), program::UsageError) << wrong;
   }

@@ -70,8 +70,7 @@ class ValidatedRun {
     plan.warm_up = measured_.warm_up();
     plan.duration = measured_.length() - measured_.warm_up();
     // For a live run an overload is a valid result.
-    plan.max_backlog =
-        system_.simulated ? system_.backlog.value_or(plan.max_backlog) : SimulationOptions{}.max_backlog;
+    plan.max_backlog = system_.simulated ? system_.backlog : SimulationOptions{}.max_backlog;
     try {
       return simulated::simulate_repetition(plan);
     } catch (const SimulationError& error) {

@@ -126,6 +126,9 @@ class Watch {
     const int status = program_ ? *program_->ended() : 0;
     if (!is_ending() && status != 0)
       throw program::RunError("`" + options_.command.front() + "` " + program::how_it_ended(status));
+    if (options_.fail_on && observer_.events() == 0)
+      throw program::RunError("nothing was observed, so the contract " + options_.contract +
+                              " could not be judged");
     if (options_.fail_on && contract_->broken())
       throw ContractBroken("the contract " + options_.contract +
                            " is broken: " + contract_->incident(session_.losses()));

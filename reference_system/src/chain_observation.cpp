@@ -45,12 +45,13 @@ ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
   }
 }
 
-void ChainJoin::add(const JobRecord& r) {
-  if (!started(r)) return;
-  if (is_source_[r.job.task]) {
-    source_jobs_[r.job.task].sequences.push_back(r.job.sequence);
-    source_jobs_[r.job.task].timestamps.push_back(r.job.timestamp);
-  }
+void ChainJoin::add_start(const JobRecord& r) {
+  if (!is_source_[r.job.task]) return;
+  source_jobs_[r.job.task].sequences.push_back(r.job.sequence);
+  source_jobs_[r.job.task].timestamps.push_back(r.job.timestamp);
+}
+
+void ChainJoin::add_end(const JobRecord& r) {
   if (is_sink_[r.job.task] && r.outcome == Outcome::ran) {
     sink_jobs_[{r.job.task, r.job.sequence}] = {r.job.timestamp, r.finish};
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "hotpath/reference_system/graph_file.hpp"
@@ -14,7 +15,7 @@ namespace {
 /// A copy of a graph's parts with other names.
 class Renamed {
  public:
-  Renamed(const Graph& graph, unsigned number) : graph_(graph), suffix_("_" + std::to_string(number)) {}
+  Renamed(const Graph& graph, std::string suffix) : graph_(graph), suffix_(std::move(suffix)) {}
 
   Node node(Node n) const {
     for (Callback& callback : n.callbacks) {
@@ -60,6 +61,36 @@ class Renamed {
   const std::string suffix_;
 };
 
+std::set<std::string> names_of(const Graph& graph) {
+  std::set<std::string> names;
+  for (const Node& node : graph.nodes) {
+    names.insert(node.name);
+    names.insert(node.outputs.begin(), node.outputs.end());
+    for (const Input& input : node.inputs) names.insert(input.topic);
+    for (const Callback& callback : node.callbacks) {
+      for (const Publication& publication : callback.publishes) names.insert(publication.topic);
+    }
+  }
+  for (const Chain& chain : graph.chains) names.insert(chain.name);
+  return names;
+}
+
+/// What stands before the number of a copy, so that no name of a copy is one of the graph.
+std::string separator(const Graph& graph, unsigned copies) {
+  const std::set<std::string> names = names_of(graph);
+  const auto meets = [&](const std::string& between) {
+    return std::ranges::any_of(names, [&](const std::string& name) {
+      for (unsigned n = 2; n <= copies; ++n) {
+        if (names.contains(name + between + std::to_string(n))) return true;
+      }
+      return false;
+    });
+  };
+  std::string between = "_";
+  while (meets(between)) between += "copy_";
+  return between;
+}
+
 }  // namespace
 
 void scale_rates(Graph& graph, double percent) {
@@ -83,8 +114,9 @@ void scale_rates(Graph& graph, double percent) {
 
 void make_copies(Graph& graph, unsigned copies) {
   const Graph one = graph;
+  const std::string between = separator(one, copies);
   for (unsigned n = 2; n <= copies; ++n) {
-    const Renamed renamed(one, n);
+    const Renamed renamed(one, between + std::to_string(n));
     for (const Node& node : one.nodes) graph.nodes.push_back(renamed.node(node));
     for (const Chain& chain : one.chains) graph.chains.push_back(renamed.chain(chain));
     for (const auto& order : one.delivery) graph.delivery.insert(renamed.delivery(order));

@@ -18,6 +18,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+sys.path.append(str(Path(__file__).resolve().parents[2] / "bench" / "test"))
+import shared_memory  # noqa: E402
+
 BRIDGE = os.environ.get("HOTPATH_BRIDGE", "hotpath_ros1_bridge")
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 TIME_LIMIT_S = 60
@@ -193,6 +196,8 @@ class BridgeTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="hotpath_bridge_test_")
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
+        if shared_memory.PRIVATE_NETWORK:
+            shared_memory.make_private()
         self.domain = random.SystemRandom().randrange(100, 200)
         self.master = Master(self)
         self.environment = dict(

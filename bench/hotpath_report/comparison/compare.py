@@ -3,7 +3,7 @@
 for reproductions also drop rates and verdicts."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import pandas as pd
 
 from hotpath_report.comparison import sides
 from hotpath_report.comparison.gate import gate as judge
-from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key
+from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key, Side
 from hotpath_report.pages import comparison_page
 from hotpath_report.pages.writer import Table
 from hotpath_report.paper.storage import IN_FRAMES, TIMERS_FILE
@@ -32,7 +32,7 @@ def verdict(old: Samples, new: Samples, estimate: Estimate) -> str:
     return "beyond noise" if estimate.excludes(0) else "within noise"
 
 
-def compare(old: dict[Key, Samples], new: dict[Key, Samples]) -> pd.DataFrame:
+def compare(old: Mapping[Key, Samples], new: Mapping[Key, Samples]) -> pd.DataFrame:
     """A row per percentile of each key that both sides have."""
     rows = []
     for key in sorted(old.keys() & new.keys()):
@@ -104,7 +104,8 @@ def compare_results(
     folders = Path(old), Path(new)
     before, after = map(sides.read, folders)
     if across_loads:
-        before, after = sides.regardless_of_load(before, after)
+        both = sides.regardless_of_load(*(Side(samples, {}, {}) for samples in (before, after)))
+        before, after = (side.samples for side in both)
     rows = compare(before, after)
     if rows.empty:
         raise sides.nothing_in_common(old, new, before, after)

@@ -4,31 +4,34 @@ losses of each executor, with effect, interval, detectable effect, and a correct
 comparisons."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 from hotpath_report.comparison.judgement import ALARM_RATE, POWER, Judgement, judge, percent_text
 from hotpath_report.comparison import sides
-from hotpath_report.comparison.sides import Key
+from hotpath_report.comparison.sides import Side
+from hotpath_report.errors import InputError
 from hotpath_report.pages import comparison_page
 from hotpath_report.pages.text import render
 from hotpath_report.pages.writer import Table
-from hotpath_report.statistics import Pairing, Samples, median
+from hotpath_report.statistics import Pairing, median
 from hotpath_report.tables import show_json, text_table, write_output
 
 HEADER = ["", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", "would find", ""]
 METHODS = {
-    Pairing.EXACT: "simulated repetitions of equal seeds pair by pair",
+    Pairing.EXACT: "simulated repetitions of equal draws pair by pair",
     Pairing.PAIRED: "interleaved repetitions pair by pair",
     Pairing.INDEPENDENT: "independent repetitions",
 }
 
 
-def of_hot_paths(samples: Mapping[Key, Samples]) -> dict[Key, Samples]:
-    """Latencies of chains; without chains, response times."""
-    chains = {key: s for key, s in samples.items() if key[0] == "hot path"}
-    return chains or dict(samples)
+def of_hot_paths(side: Side) -> Side:
+    """The side with latencies of chains; without chains, with response times."""
+    chains = {key: s for key, s in side.samples.items() if key[0] == "hot path"}
+    has_chains = any(key[0] == "hot path" for key in side.outputs)
+    return replace(side, samples=chains if has_chains else side.samples)
 
 
 def worst_first(judgements: Sequence[Judgement]) -> Table:
@@ -62,14 +65,14 @@ def verdict(judgements: Sequence[Judgement]) -> str:
     """The result in one sentence."""
     n, worse = len(judgements), sum(j.worse for j in judgements)
     if all(j.same for j in judgements):
-        return f"No change: in each pair of equal seeds all {n} measures are the same"
+        return f"No change: in each pair of equal draws all {n} measures are the same"
     how = " and ".join(METHODS[p] for p in sorted({j.pairing for j in judgements}, reverse=True))
     return f"{worse or 'None'} of {n} measures became worse ({how}; at most {100 * ALARM_RATE:.0f} % false alarms)"
 
 
 def power(judgements: Sequence[Judgement]) -> str:
     """The smallest growth of a latency that raises an alarm, in a sentence."""
-    noisy = sorted(j.detectable_percent for j in judgements if not j.lost and not j.exact)
+    noisy = sorted(j.detectable_percent for j in judgements if not j.counted and not j.exact)
     exact = "In simulated pairs that agree, any growth is found."
     if not noisy:
         return exact
@@ -79,7 +82,7 @@ def power(judgements: Sequence[Judgement]) -> str:
     said += f" with a probability of {100 * POWER:.0f} %."
     if any(j.simulated and j.pairing == Pairing.INDEPENDENT for j in judgements):
         said += " Simulate both with the same --seed to compare pair by pair."
-    return said if len(noisy) == sum(not j.lost for j in judgements) else f"{exact} {said}"
+    return said if len(noisy) == sum(not j.counted for j in judgements) else f"{exact} {said}"
 
 
 def interleaved(old: Path, new: Path) -> bool:
@@ -88,17 +91,27 @@ def interleaved(old: Path, new: Path) -> bool:
     return all(parts) and old.resolve().parent == new.resolve().parent
 
 
+def judged(folders: tuple[Path, Path], across_loads: bool) -> tuple[Side, Side, list[Judgement]]:
+    """Both sides, counts scaled to the shorter repetition, and their comparisons. Raises InputError."""
+    before, after = (of_hot_paths(sides.side(folder)) for folder in folders)
+    if before.mode != after.mode:
+        modes = " and ".join(side.mode or "a run" for side in (before, after))
+        raise InputError(f"{folders[0]}, {folders[1]}: repetitions differ in length ({modes})")
+    before, after = before.scaled_to(after), after.scaled_to(before)
+    if across_loads:
+        before, after = sides.regardless_of_load(before, after)
+    if not before.outputs.keys() & after.outputs.keys():
+        raise sides.nothing_in_common(*map(str, folders), before.outputs, after.outputs)
+    judgements = judge(before, after, interleaved(*folders))
+    if not judgements:
+        raise InputError(f"{folders[0]}: no output and no job after the warm-up, there is nothing to judge")
+    return before, after, judgements
+
+
 def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> int:
     """Prints the table, writes the requested reports. Returns 1 if anything became worse."""
     folders = Path(old), Path(new)
-    before, after = (of_hot_paths(sides.read(folder)) for folder in folders)
-    lost = sides.losses(folders[0]), sides.losses(folders[1])
-    if across_loads:
-        before, after = sides.regardless_of_load(before, after)
-        lost = sides.regardless_of_load(*lost)
-    judgements = judge(before, after, lost, interleaved(*folders))
-    if not judgements:
-        raise sides.nothing_in_common(old, new, before, after)
+    before, after, judgements = judged(folders, across_loads)
     print(text_table(HEADER, [j.cells() for j in judgements]), end="\n\n")
     print(verdict(judgements), power(judgements), sep="\n")
     show_json([j.facts() for j in judgements])
@@ -108,6 +121,6 @@ def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> 
         write_output(Path(outputs["markdown"]), "--markdown", markdown(judgements, old, new))
     if outputs.get("page"):
         sentences = [verdict(judgements), power(judgements)]
-        page = Path(outputs["page"])
-        comparison_page.write(page, folders, (before, after), sentences, worst_first(judgements))
+        page, samples = Path(outputs["page"]), (before.samples, after.samples)
+        comparison_page.write(page, folders, samples, sentences, worst_first(judgements))
     return int(any(j.worse for j in judgements))

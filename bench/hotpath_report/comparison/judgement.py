@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether latencies and losses became worse beyond noise. The unit is the repetition: its mean,
 median and p99 latency and its losses are compared by the tests of hotpath/analysis/growth_test.hpp.
-Simulated repetitions with equal seeds are pairs without noise. Live repetitions are pairs if both
-builds took turns; all others are independent. Holm's correction keeps the probability of any false
-alarm below ALARM_RATE."""
+Simulated repetitions with equal draws (seed, phases, model of execution times, length) are pairs without
+noise. Live repetitions are pairs if both builds took turns; all others are independent. Holm's
+correction keeps the probability of any false alarm below ALARM_RATE. A chain or task that has fewer
+than half of its outputs or jobs in a repetition is worse without a test."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from hotpath_report.errors import InputError
-from hotpath_report.comparison.sides import NOTHING_MS, SOURCE, Key
-from hotpath_report.statistics import PERCENTILES, Growth, Pairing, Samples, Scale, growth, holm
+from hotpath_report.comparison.sides import EXECUTOR, NOTHING_MS, SOURCE, Counts, Draws, Key, Side
+from hotpath_report.statistics import PERCENTILES, Growth, Pairing, Samples, Scale, Values, growth, holm
 
 ALARM_RATE = 0.01
 POWER = 0.9  # probability of finding a detectable growth
@@ -21,8 +23,7 @@ LEAST_EFFECT = 0.02  # smaller growth of a latency raises no alarm, unless it is
 LEAST_REPETITIONS = 3
 MEAN, QUANTILES = "mean", (0.5, 0.99)
 LOSSES = "lost jobs and samples"
-
-Counts = Mapping[Key, Mapping[int, float]]  # by number of the repetition
+OUTPUTS, JOBS, REPETITIONS = "outputs", "jobs", "repetitions"
 
 
 def percent_text(value: float) -> str:
@@ -32,7 +33,7 @@ def percent_text(value: float) -> str:
 
 @dataclass
 class Judgement:
-    """One comparison. Latencies (ms) grow by a ratio, losses per repetition by a difference."""
+    """One comparison. Latencies (ms) grow by a ratio, counts per repetition by a difference."""
 
     what: str
     measure: str
@@ -40,10 +41,14 @@ class Judgement:
     pairing: Pairing
     simulated: bool
     adjusted: float = 1.0
+    dried_up: bool = False  # see dries_up(); also a repetition that is missing
 
     @property
     def worse(self) -> bool:
         """Whether the measure became worse beyond noise."""
+        if self.measure in (OUTPUTS, JOBS, REPETITIONS):
+            least = max(1, LEAST_EFFECT * self.growth.before)  # one more can end after the run
+            return self.dried_up or (self.adjusted < ALARM_RATE and self.growth.growth < -least)
         return self.adjusted < ALARM_RATE and (self.exact or self.percent > 100 * LEAST_EFFECT or self.lost)
 
     @property
@@ -54,12 +59,17 @@ class Judgement:
     @property
     def same(self) -> bool:
         """Whether nothing changed."""
-        return self.exact and abs(self.growth.growth - (0 if self.lost else 1)) < NOTHING_MS
+        return self.exact and abs(self.growth.growth - (0 if self.counted else 1)) < NOTHING_MS
 
     @property
     def lost(self) -> bool:
         """Whether the measure counts losses."""
         return self.measure == LOSSES
+
+    @property
+    def counted(self) -> bool:
+        """Whether the measure is a count."""
+        return self.measure in (LOSSES, OUTPUTS, JOBS, REPETITIONS)
 
     @property
     def percent(self) -> float:
@@ -81,26 +91,26 @@ class Judgement:
 
     def effect_text(self) -> str:
         """The effect with its sign."""
-        return f"{self.growth.growth:+.3g}" if self.lost else f"{self.percent:+.1f} %"
+        return f"{self.growth.growth:+.3g}" if self.counted else f"{self.percent:+.1f} %"
 
     def interval_text(self) -> str:
         """The interval in the unit of the effect."""
         ends = self.growth.low, self.growth.high
         if np.isnan(ends[0]):
             return "exact" if self.exact else ""
-        if self.lost:
+        if self.counted:
             return f"[{ends[0]:+.3g}, {ends[1]:+.3g}]"
         return f"[{100 * (ends[0] - 1):+.1f}, {100 * (ends[1] - 1):+.1f}] %"
 
     def detectable_text(self) -> str:
         """The detectable effect in its unit."""
-        if self.growth.exact and (self.exact or self.lost):
+        if self.growth.exact and (self.exact or self.counted):
             return "any"
-        return f"{self.growth.detectable:.3g}" if self.lost else percent_text(self.detectable_percent)
+        return f"{self.growth.detectable:.3g}" if self.counted else percent_text(self.detectable_percent)
 
     def cells(self) -> list[str]:
         """The row of the table."""
-        values = [f"{v:.3g}" if self.lost else f"{v:.3f}" for v in (self.growth.before, self.growth.after)]
+        values = [f"{v:.4g}" if self.counted else f"{v:.3f}" for v in (self.growth.before, self.growth.after)]
         return [
             self.what,
             self.measure,
@@ -114,19 +124,49 @@ class Judgement:
 
 
 def pairing_of(
-    name: str, simulated: bool, interleaved: bool, old: Sequence[int], new: Sequence[int]
+    name: str, simulated: bool, interleaved: bool, old: Sequence[int], new: Sequence[int], same_draws: bool
 ) -> Pairing:
     """Pairing of these repetitions. Raises InputError if there are too few to judge."""
     common, fewest = len(set(old) & set(new)), min(len(old), len(new))
     pairing = Pairing.INDEPENDENT
-    if common == fewest and (simulated or interleaved):
+    if common == fewest and (simulated and same_draws or interleaved):
         pairing = Pairing.EXACT if simulated else Pairing.PAIRED
     if pairing != Pairing.EXACT and fewest < LEAST_REPETITIONS:
-        remedy = "give both the same --seed, or" if simulated else "measure with"
+        remedy = "give both the same --seed, phases and --duration, or" if simulated else "measure with"
         seeds = " of other seeds" if simulated else ""
         needs = f"the gate needs {LEAST_REPETITIONS} repetitions{seeds} on each side"
         raise InputError(f"{name}: {needs}, one side has {fewest}; {remedy} --repetitions 20")
     return pairing
+
+
+def draws_agree(old: Draws, new: Draws, executor: str) -> bool:
+    """Whether repetitions of an executor with one number on both sides have the same model of
+    execution times, the same length, and the same phases of timers that both have."""
+    for key in old.keys() & new.keys():
+        if key[0] == executor:
+            (times, first), (new_times, new_first) = old[key], new[key]
+            if times != new_times or any(first[t] != new_first[t] for t in first.keys() & new_first.keys()):
+                return False
+    return True
+
+
+def dries_up(before: Mapping[int, float], after: Mapping[int, float], pairing: Pairing) -> bool:
+    """Whether less than half of the outputs is left in a repetition, or in one of those that are not
+    pairs compared with the least before. A single one can end after the run."""
+
+    def gone(old: float, new: float) -> bool:
+        return old > 0 and (new == 0 or new < min(old / 2, old - 1))
+
+    if pairing == Pairing.INDEPENDENT:
+        return gone(min(before.values()), min(after.values()))
+    return any(gone(count, after[n]) for n, count in before.items())
+
+
+def fall(old: Values, new: Values, pairing: Pairing) -> Growth:
+    """The test for a count that should not fall."""
+    grown = growth(-old, -new, pairing, Scale.DIFFERENCE, ALARM_RATE, POWER)
+    mean = {"before": old.mean(), "after": new.mean(), "growth": new.mean() - old.mean()}
+    return replace(grown, **mean, low=-grown.high, high=-grown.low)
 
 
 def measures_of(samples: Samples) -> dict[str, dict[int, float]]:
@@ -140,36 +180,104 @@ def measures_of(samples: Samples) -> dict[str, dict[int, float]]:
     return measures
 
 
-def judge(
-    old: Mapping[Key, Samples],
-    new: Mapping[Key, Samples],
-    losses: tuple[Counts, Counts],
-    interleaved: bool = False,
-) -> list[Judgement]:
-    """All comparisons of common keys. `interleaved`: live repetitions were measured in turn."""
-    latencies = {
-        key: (measures_of(old[key]), measures_of(new[key])) for key in sorted(old.keys() & new.keys())
-    }
-    sides: list[tuple[Key, str, Scale, Mapping[int, float], Mapping[int, float]]] = [
-        (key, measure, Scale.RATIO, before[measure], after[measure])
-        for key, (before, after) in latencies.items()
-        for measure in before
-        if measure in after
-    ]
-    sides += [
-        (key, LOSSES, Scale.DIFFERENCE, losses[0][key], losses[1][key])
-        for key in sorted(losses[0].keys() & losses[1].keys())
-    ]
-    made = []
-    for key, measure, scale, before, after in sides:
+def numbers_of(counts: Counts, executor: Key) -> set[int]:
+    """Planned repetitions of an executor, given by its source, setting and name."""
+    return {n for key, of in counts.items() if key[SOURCE:][:3] == executor for n in of}
+
+
+class Judge:
+    """Compares two sides. `interleaved`: live repetitions were measured in turn."""
+
+    def __init__(self, before: Side, after: Side, interleaved: bool) -> None:
+        self.before, self.after, self.interleaved = before, after, interleaved
+
+    def pairing(self, key: Key, old: Sequence[int], new: Sequence[int]) -> Pairing:
+        """Pairing of repetitions. Raises InputError if there are too few to judge."""
+        agree = draws_agree(self.before.draws, self.after.draws, key[EXECUTOR])
         name, simulated = " ".join(filter(None, key)), key[SOURCE] == "simulated"
-        pairing = pairing_of(name, simulated, interleaved, list(before), list(after))
-        if pairing != Pairing.INDEPENDENT:
-            common = sorted(before.keys() & after.keys())
-            before, after = ({n: side[n] for n in common} for side in (before, after))
-        values = [np.array(list(side.values())) for side in (before, after)]
-        found = growth(values[0], values[1], pairing, scale, ALARM_RATE / len(sides), POWER)
-        made.append(Judgement(name, measure, found, pairing, simulated))
-    for judgement, adjusted in zip(made, holm([j.growth.p_value for j in made])):
-        judgement.adjusted = adjusted
-    return made
+        return pairing_of(name, simulated, self.interleaved, old, new, agree)
+
+    def latencies(self) -> list[tuple[Key, str, Scale, Mapping[int, float], Mapping[int, float]]]:
+        """What grows, per repetition."""
+        samples = self.before.samples, self.after.samples
+        made = []
+        for key in sorted(samples[0].keys() & samples[1].keys()):
+            old, new = (measures_of(side[key]) for side in samples)
+            made += [(key, measure, Scale.RATIO, old[measure], new[measure]) for measure in old]
+        lost = self.before.losses, self.after.losses
+        made += [
+            (key, LOSSES, Scale.DIFFERENCE, lost[0][key], lost[1][key])
+            for key in sorted(lost[0].keys() & lost[1].keys())
+        ]
+        return made
+
+    def repetitions(self) -> list[Judgement]:
+        """Executors with a repetition that the other side does not have."""
+        made = []
+        sides = self.before.outputs, self.after.outputs
+        for executor in sorted({key[SOURCE:][:3] for side in sides for key in side}):
+            old, new = (numbers_of(side, executor) for side in sides)
+            simulated = executor[0] == "simulated"
+            paired = (simulated or self.interleaved) and len(old & new) == min(len(old), len(new))
+            if old != new and (paired or not old or not new):
+                before, after = map(float, (len(old), len(new)))
+                change = Growth(before, after, after - before, math.nan, math.nan, 0.0, True, 0.0)
+                pairing = Pairing.EXACT if simulated else Pairing.PAIRED
+                gone = bool(old - new)
+                made.append(
+                    Judgement(
+                        " ".join(executor), REPETITIONS, change, pairing, simulated, float(not gone), gone
+                    )
+                )
+        return made
+
+    def outputs(self) -> tuple[list[Judgement], list[Judgement]]:
+        """Outputs of chains, and tasks that have jobs on one side only or whose jobs dry up; without
+        executors that did not run."""
+        made: tuple[list[Judgement], list[Judgement]] = ([], [])
+        sides = self.before.outputs, self.after.outputs
+        for key in sorted(sides[0].keys() | sides[1].keys()):
+            old, new = (
+                side.get(key, dict.fromkeys(numbers_of(side, key[SOURCE:][:3]), 0.0)) for side in sides
+            )
+            if not old or not new or not (any(old.values()) or any(new.values())):
+                continue
+            name, simulated = " ".join(filter(None, key)), key[SOURCE] == "simulated"
+            pairing = self.pairing(key, list(old), list(new))
+            if pairing != Pairing.INDEPENDENT:
+                common = sorted(old.keys() & new.keys())
+                old, new = ({n: side[n] for n in common} for side in (old, new))
+            of_task, dried_up = key[0] == "response", dries_up(old, new, pairing)
+            if of_task and not dried_up and not dries_up(new, old, pairing):
+                continue
+            change = fall(*(np.array(list(side.values())) for side in (old, new)), pairing)
+            what = JOBS if of_task else OUTPUTS
+            made[of_task].append(Judgement(name, what, change, pairing, simulated, dried_up=dried_up))
+        return made
+
+    def all(self) -> list[Judgement]:
+        """All comparisons of what the old side has."""
+        latencies = self.latencies()
+        outputs, dry_tasks = self.outputs()
+        tests = len(latencies) + len(outputs)
+        made = []
+        for key, measure, scale, old, new in latencies:
+            pairing = self.pairing(key, list(old), list(new))
+            if pairing != Pairing.INDEPENDENT:
+                common = sorted(old.keys() & new.keys())
+                old, new = ({n: side[n] for n in common} for side in (old, new))
+            values = [np.array(list(side.values())) for side in (old, new)]
+            found = growth(values[0], values[1], pairing, scale, ALARM_RATE / tests, POWER)
+            name = " ".join(filter(None, key))
+            made.append(Judgement(name, measure, found, pairing, key[SOURCE] == "simulated"))
+        made += outputs
+        for judgement, adjusted in zip(made, holm([j.growth.p_value for j in made])):
+            judgement.adjusted = adjusted
+        for judgement in outputs + dry_tasks:
+            judgement.adjusted = 0.0 if judgement.dried_up else judgement.adjusted
+        return made + dry_tasks + self.repetitions()
+
+
+def judge(before: Side, after: Side, interleaved: bool = False) -> list[Judgement]:
+    """All comparisons of what the old side has; a task's jobs only if they dry up."""
+    return Judge(before, after, interleaved).all()

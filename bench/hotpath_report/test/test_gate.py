@@ -21,11 +21,14 @@ from hotpath_report.__main__ import main
 from hotpath_report.errors import InputError
 from hotpath_report.comparison import sides
 from hotpath_report.comparison.gate import junit, markdown, power, verdict
-from hotpath_report.comparison.judgement import judge
+from hotpath_report.comparison.judgement import Judgement
+from hotpath_report.comparison.judgement import judge as judge_sides
+from hotpath_report.comparison.sides import Side
 from hotpath_report.statistics import Samples
 from hotpath_report.tables import read_table
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
+FIELD = BENCH / "test" / "field"
 EXECUTORS = ("default", "static", "events-ro", "rm-ro")
 NOISE = 0.02  # standard deviation of a repetition's median
 
@@ -58,6 +61,11 @@ def simulated(*medians: float, first: int = 1) -> dict[Any, Any]:
     of = [[m, m, 2 * m] for m in medians]
     numbers = range(first, first + len(of))
     return {("hot path", "autoware", "simulated", "80 %", "rm-ro", ""): Samples(of, True, numbers)}
+
+
+def judge(old: Any, new: Any, counts: Any = ({}, {}), interleaved: bool = False) -> list[Judgement]:
+    """Judges samples and losses of two sides."""
+    return judge_sides(Side(old, counts[0], {}), Side(new, counts[1], {}), interleaved)
 
 
 class Gate(unittest.TestCase):
@@ -127,7 +135,7 @@ class SimulatedPairs(unittest.TestCase):
 
     def test_equal_results_are_no_change(self) -> None:
         same = judge(simulated(10, 17, 12), simulated(10, 17, 12), ({}, {}))
-        self.assertIn("No change: in each pair of equal seeds all 3 measures are the same", verdict(same))
+        self.assertIn("No change: in each pair of equal draws all 3 measures are the same", verdict(same))
         self.assertFalse(any(j.worse for j in same))
         self.assertEqual(same[0].cells()[-1], "the same")
 
@@ -143,6 +151,47 @@ class SimulatedPairs(unittest.TestCase):
 
     def test_compares_common_seeds(self) -> None:
         self.assertEqual(self.worse(simulated(10, 17, 12), simulated(17.1, first=2)), [True] * 3)
+
+
+class Counts(unittest.TestCase):
+    """Outputs and jobs: what one side has and the other has not."""
+
+    CHAIN = ("hot path", "x", "simulated", "80 %", "rm-ro", "")
+    TIMER = ("response", "T", "simulated", "80 %", "rm-ro", "")
+
+    def verdicts(self, old: Any, new: Any) -> dict[str, str]:
+        """{measure: verdict} of two sides' outputs."""
+        judged = judge_sides(Side({}, {}, old), Side({}, {}, new))
+        return {j.measure: j.cells()[-1] for j in judged}
+
+    def counts(self, chain: Any = (50, 50, 50), timer: Any = (50, 50, 50), **others: Any) -> dict[Any, Any]:
+        made = {self.CHAIN: dict(enumerate(chain)), self.TIMER: dict(enumerate(timer))}
+        return made | {(*self.CHAIN[:4], name, ""): dict(enumerate(of)) for name, of in others.items()}
+
+    def test_one_thing_after_the_other_is_missing_on_a_side(self) -> None:
+        whole = self.counts(other=(5, 5, 5))
+        self.assertEqual(self.verdicts(whole, whole), {"outputs": "the same"})
+        lacks = {
+            "outputs of one repetition": self.counts(chain=(50, 0, 50), other=(5, 5, 5)),
+            "most outputs of one repetition": self.counts(chain=(50, 20, 50), other=(5, 5, 5)),
+            "jobs of a timer": self.counts(timer=(50, 50, 0), other=(5, 5, 5)),
+            "the chain": {key: v for key, v in whole.items() if key != self.CHAIN},
+            "the timer": {key: v for key, v in whole.items() if key != self.TIMER},
+            "an executor": self.counts(),
+            "a repetition": self.counts((50, 50), (50, 50), other=(5, 5)),
+        }
+        for what, side in lacks.items():
+            with self.subTest(what):
+                self.assertIn("WORSE", self.verdicts(whole, side).values())
+                gained = self.verdicts(side, whole)
+                self.assertNotIn("WORSE", gained.values())
+                self.assertNotEqual(set(gained.values()), {"the same"})
+
+    def test_one_output_that_ends_after_the_run_is_no_loss(self) -> None:
+        self.assertEqual(
+            self.verdicts(self.counts(), self.counts(chain=(50, 49, 50)))["outputs"], "not worse"
+        )
+        self.assertEqual(self.verdicts(self.counts(), self.counts(chain=(45, 45, 45)))["outputs"], "WORSE")
 
 
 class Simulations(unittest.TestCase):
@@ -180,7 +229,7 @@ class Simulations(unittest.TestCase):
             code, out, err = self.gate(*folders, "--across-loads")
             self.assertEqual((code, err), (1, ""), out)
         self.assertIn("80 % to 84 % rm-ro", out)
-        self.assertIn("simulated repetitions of equal seeds pair by pair", out)
+        self.assertIn("simulated repetitions of equal draws pair by pair", out)
 
     def test_other_seeds_raise_no_alarm(self) -> None:
         fired = 0
@@ -237,6 +286,46 @@ class Simulations(unittest.TestCase):
             self.assertIn(f"{older}/summary.json: an older version wrote it", err)
         hotpath_command.output_of("summarize", older)
         self.assertEqual(self.gate(self.simulate(), str(older))[0], 0)
+
+    def field(self, graph: str, name: str, *words: str) -> str:
+        """Simulates one of the graphs with right values from public reports."""
+        output = self.folder / name
+        command = [
+            hotpath_command.program(),
+            "simulate",
+            "--graph",
+            FIELD / graph if graph.endswith(".yaml") else graph,
+            *words,
+            "--output",
+            output,
+        ]
+        environment = os.environ | {"HOTPATH_FIGURES": "none"}
+        subprocess.run(command, check=True, env=environment, stdout=subprocess.DEVNULL)
+        return str(output)
+
+    def test_a_chain_that_falls_silent_is_worse(self) -> None:
+        words = "--executors fp-ro --phases random --repetitions 5 --duration 5".split()
+        old = self.field("silent_chain.yaml", "with_outputs", *words)
+        new = self.field("silent_chain.yaml", "silent", *words, "--dispatch-cost-us", "4000")
+        code, out, _ = self.gate(old, new)
+        self.assertEqual(code, 1)
+        self.assertRegex(out, r"hot path x .* outputs +49.2 +0 .*WORSE")
+        self.assertEqual(self.gate(new, old)[0], 0)
+
+    def test_other_draws_are_no_pair(self) -> None:
+        words = ("--executors", "default", "--duration", "2")
+        jittered = [self.field("jittered_timers.yaml", f"jitter_{n}", *words, "--seed", n) for n in "12"]
+        code, _, err = self.gate(*jittered)
+        self.assertEqual(code, 2)
+        self.assertIn("the gate needs 3 repetitions", err)
+        phases = "--executors default,rm-ro --repetitions 3 --duration 2 --phases-of".split()
+        runs = [self.field("autoware", f"of_{n}", *phases, self.simulate(seed=n)) for n in (1, 11)]
+        self.assertIn("independent repetitions", self.gate(*runs)[1])
+
+    def test_runs_of_other_lengths_are_no_pair(self) -> None:
+        code, out, _ = self.gate(self.simulate(), self.simulate(more=("--warm-up=1",)))
+        self.assertIn("independent repetitions", out)
+        self.assertEqual(code, 0, out)
 
     def test_raises_no_warning(self) -> None:
         words = ["compare-results", self.simulate(), self.simulate(load=84), "--gate", "--across-loads"]

@@ -35,6 +35,7 @@ class Simulation {
         platform_(options.platform),
         start_(options.start),
         end_(Time{} + options.duration),
+        overload_backlog_(std::min(options.overload_backlog, options.max_backlog)),
         max_backlog_(options.max_backlog),
         sink_(sink),
         workers_(options.platform) {
@@ -383,7 +384,7 @@ class Simulation {
       }
     }
     workload_->delivered(sample.subscription, arrived_[sample.subscription]++, sample.info.parent);
-    if (executor.events && ++executor.events_waiting > max_backlog_) stop_overloaded();
+    if (executor.events && ++executor.events_waiting > overload_backlog_) check_load(executor.events_waiting);
     wake(executor, arrival.wake);
   }
 
@@ -403,18 +404,23 @@ class Simulation {
       std::uint64_t& waiting = timer ? executor.timers_waiting : executor.events_waiting;
       if (waiting > 0) --waiting;  // stock release-and-execute runs timers that were not queued
     }
-    if (executor.timers_waiting + executor.events_waiting > max_backlog_) stop_overloaded();
+    const std::uint64_t waiting = executor.timers_waiting + executor.events_waiting;
+    if (waiting > overload_backlog_) check_load(waiting);
   }
 
-  [[noreturn]] void stop_overloaded() const {
+  /// Below full load a long queue is a burst, or a job that waits for a long one.
+  void check_load(std::uint64_t waiting) const {
+    const double load = utilisation(set_, summary_.published, now_ - Time{});
+    const Duration per_job = platform_.release_cost + platform_.pass_cost + platform_.longest_dispatch_cost();
+    const double costs = static_cast<double>(per_job.count()) * static_cast<double>(summary_.jobs + waiting) /
+                         static_cast<double>(std::max<std::int64_t>((now_ - Time{}).count(), 1));
+    if (waiting <= max_backlog_ && load + costs < 1) return;
     std::ostringstream message;
-    message << std::fixed << std::setprecision(3) << "overload: more than " << max_backlog_
+    message << std::fixed << std::setprecision(3) << "overload: more than "
+            << (waiting > max_backlog_ ? max_backlog_ : overload_backlog_)
             << " released jobs are waiting to start after " << std::setprecision(1) << to_ms(now_ - Time{})
-            << " ms; the utilisation is " << std::setprecision(3)
-            << utilisation(set_, summary_.published, now_ - Time{})
-            << (platform_.release_cost + platform_.pass_cost + platform_.longest_dispatch_cost() > Duration{}
-                    ? " without the platform's costs"
-                    : "")
+            << " ms; the utilisation is " << std::setprecision(3) << load
+            << (per_job > Duration{} ? " without the platform's costs" : "")
             << "; keep it below 1, the capacity of one executor worker, shorten the run or raise the limit";
     throw SimulationError(message.str());
   }
@@ -464,7 +470,7 @@ class Simulation {
   const Platform platform_;
   const Duration start_;
   const Time end_;
-  const std::uint64_t max_backlog_;
+  const std::uint64_t overload_backlog_, max_backlog_;
   JobSink* const sink_;
 
   SimulatedWorkers workers_;

@@ -17,6 +17,7 @@ TaskPart part_of(const TaskSet& whole, const std::vector<TaskId>& ids, const std
         groups.emplace(task.group, static_cast<std::uint32_t>(part.set.groups.size()));
     if (added) part.set.groups.push_back(whole.groups[task.group]);
     task.group = group->second;
+    task.whole = id;
     task.feeds.clear();
     if (task.kind == TaskKind::timer) numbers.emplace(id, part.set.size() - 1);
   };

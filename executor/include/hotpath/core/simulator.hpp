@@ -18,9 +18,10 @@ struct SimulationOptions {
   /// In [0, duration): when the executors begin to spin. Timers run from 0 on, like timers of nodes
   /// created before.
   Duration start{};
-  /// Limit of released jobs waiting to start; beyond it the system counts as overloaded, and the
-  /// simulation stops with a SimulationError.
-  std::uint64_t max_backlog = 1'000'000;
+  /// Limits of released jobs waiting to start. Beyond the first, a system whose load so far is at
+  /// least 1 counts as overloaded; beyond the second, any does. The simulation then stops with a
+  /// SimulationError.
+  std::uint64_t overload_backlog = 1'000'000, max_backlog = 1'000'000;
 };
 
 /// The result of a simulation without a sink.

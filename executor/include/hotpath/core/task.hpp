@@ -45,9 +45,10 @@ struct Task {
   Duration release_jitter{};  ///< Timers: a job becomes ready up to that long after its timestamp; < period.
   /// Timers: when each job becomes ready; none: at its timestamp. Outlives the schedulers of the set.
   const ReleaseDelays* release_delays = nullptr;
-  Duration wcet{};                       ///< Worst-case execution time, >= 0.
-  Duration bcet{};                       ///< Best-case execution time, 0 <= bcet <= wcet.
-  Duration deadline{};                   ///< Timers: relative deadline, > 0 (implicit deadline: the period).
+  TaskId whole = kNoTask;  ///< In a part: the task's number in the whole set, which release_delays knows.
+  Duration wcet{};         ///< Worst-case execution time, >= 0.
+  Duration bcet{};         ///< Best-case execution time, 0 <= bcet <= wcet.
+  Duration deadline{};     ///< Timers: relative deadline, > 0 (implicit deadline: the period).
   std::optional<std::int64_t> priority;  ///< Given fixed priority, smaller first; used by policy `fp`.
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.

@@ -20,6 +20,7 @@ class Timer {
         next_call_(epoch + t.phase),
         always_due_(t.always_due),
         release_jitter_(t.release_jitter),
+        delayed_as_(t.whole == kNoTask ? task : t.whole),
         delays_(t.release_delays) {
     wait();
   }
@@ -72,7 +73,8 @@ class Timer {
  private:
   /// Begins to wait for the next call.
   void wait() {
-    due_ = delays_ == nullptr || next_call_ == kNever ? next_call_ : delays_->due(next_job(), next_call_);
+    due_ = delays_ == nullptr || next_call_ == kNever ? next_call_
+                                                      : delays_->due({delayed_as_, sequence_}, next_call_);
   }
 
   TaskId task_ = kNoTask;
@@ -82,6 +84,7 @@ class Timer {
   std::uint64_t sequence_ = 0;
   bool always_due_ = false;
   Duration release_jitter_{};
+  TaskId delayed_as_ = kNoTask;  // Task::whole
   const ReleaseDelays* delays_ = nullptr;
   Time due_{};
 };

@@ -54,7 +54,14 @@ class ChainJoin {
 
   /// Adds a job, `ran`, or `running` at the end of the run. Jobs of one timer must be added in the
   /// order of their starts.
-  void add(const JobRecord& record);
+  void add(const JobRecord& record) {
+    if (!started(record)) return;
+    add_start(record);
+    add_end(record);
+  }
+  /// Adds a job at its start, whose outcome is unknown, and at its end.
+  void add_start(const JobRecord& record);
+  void add_end(const JobRecord& record);
 
   /// Joins one observation. If it counts publications, a source's n-th publication belongs to the
   /// n-th job of its timer that ran. The end-to-end latency is unknown (-1) if that job, or the

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/kept_inputs.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <set>
+
+#include "hotpath/core/input_file.hpp"
+#include "program/text.hpp"
+
+namespace hotpath::results {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// FNV-1a with 64 bits: it finds a change, and does not resist forgery.
+std::string hash_of(const std::string& content) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : content) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return program::text("%016llx", static_cast<unsigned long long>(hash));
+}
+
+std::string content_of(std::ifstream in) {
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
+void keep_input(const RunFolder& folder, RunRecord& record, const std::string& kind,
+                const fs::path& original) {
+  const std::string content = content_of(open_input(original, "it is an input of the run"));
+  std::error_code ignored;
+  const fs::path absolute = fs::absolute(original, ignored);
+  const std::string name = program::concat("input_", kind, original.extension().string());
+  folder.write(name, content);
+  record.inputs.push_back({kind, name, absolute.lexically_normal(), hash_of(content)});
+}
+
+std::optional<fs::path> kept_input(const StoredRun& run, const std::string& kind) {
+  const auto& inputs = run.record().inputs;
+  const auto kept = std::ranges::find(inputs, kind, &InputRecord::kind);
+  if (kept == inputs.end()) return std::nullopt;
+  fs::path copy = run.folder() / fs::path(kept->file).filename();
+  if (!fs::exists(copy)) run.fail("its file " + copy.string() + " is missing");
+  static std::set<fs::path> warned;
+  const std::ifstream original(kept->original);
+  if (original && hash_of(content_of(std::ifstream(kept->original))) != kept->hash &&
+      warned.insert(copy).second) {
+    std::cerr << "warning: " << kept->original << " has changed since the run; its copy " << copy.string()
+              << " is used\n";
+  }
+  return copy;
+}
+
+}  // namespace hotpath::results

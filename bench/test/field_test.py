@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Small graphs from reports, in field/, with values that were checked by hand; and what a run stores is
+read back."""
+
+import csv
+import json
+import os
+import random
+import shutil
+from pathlib import Path
+from typing import Any
+
+from hotpath_command import CommandTest, RunFolder
+
+FIELD = Path(__file__).with_name("field")
+JITTERED = FIELD / "jittered_timers.yaml"
+BURST = """name: burst
+nodes:
+  - {name: Hog, type: sensor, period_ms: 4000, execution_time_ms: 2000}
+  - {name: Fast, type: sensor, period_ms: 2, execution_time_ms: 0.1}
+"""
+
+
+class FieldTest(CommandTest):
+    def simulate(self, output: str, *arguments: object) -> Any:
+        self.accepted("simulate", *arguments, "--output", output)
+        return RunFolder(self.folder / output)
+
+    def refused(self, *arguments: object, says: str) -> str:
+        code, _, err = self.command(*arguments)
+        self.assertEqual(code, 2, err)
+        self.assertIn(says, err)
+        return str(err)
+
+    def rows(self, run: Any) -> list[Any]:
+        with open(run.path / "jobs.csv", newline="") as file:
+            return list(csv.DictReader(file))
+
+
+class Judgements(FieldTest):
+    def test_a_level_holds_if_every_repetition_does(self) -> None:
+        words = "--executors fp-ro --over rate --from 50 --to 100 --resolution 50 --coarse 2 --warm-up 0"
+        graph = FIELD / "no_output.yaml"
+        require = ("--require", "no-loss,latency:50", "--repetitions", 20)
+        self.accepted("capacity", "--graph", graph, *words.split(), *require, "--output", "levels")
+        levels = {row["rate"]: row for row in self.rows_of("levels/levels.csv") if row["source"] == "simulated"}
+        self.assertEqual(levels["100"]["why"], "a task never ran (14 of 20 repetitions)")
+        self.assertEqual(levels["100"]["holds"], "0")
+
+    def rows_of(self, name: str) -> list[Any]:
+        with open(self.folder / name, newline="") as file:
+            return list(csv.DictReader(file))
+
+    def test_levels_have_all_digits(self) -> None:
+        words = "--executors rm-ro --from 12.345678 --to 12.345679 --resolution 0.001 --repetitions 1 --duration 1"
+        self.accepted("capacity", *words.split(), "--output", "levels")
+        self.assertEqual(self.rows_of("levels/levels.csv")[0]["load"], "12.345678")
+
+    def test_a_job_that_waits_past_its_deadline_is_a_miss(self) -> None:
+        (self.folder / "starved.yaml").write_text(
+            "name: starved\nnodes:\n"
+            "  - {name: Hog, type: sensor, period_ms: 10, execution_time_ms: 10, priority: 1}\n"
+            "  - {name: Starved, type: sensor, period_ms: 100, execution_time_ms: 1, priority: 2}\n"
+        )
+        for trace in ((), ("--no-trace",)):
+            words = ("--graph", "starved.yaml", "--executors", "fp-ro", "--warm-up", 0, "--duration", 1)
+            run = self.simulate(f"run{len(trace)}", *words, "--max-backlog", 1000, *trace)
+            self.assertGreater(run.summary()["executors"][0]["deadline_overruns"], 0)
+
+    def test_copies_have_names_of_their_own(self) -> None:
+        graph = FIELD / "names_with_numbers.yaml"
+        run = self.simulate(
+            "run", "--graph", graph, "--executors", "rm-ro", "--copies", 2, "--duration", 10, "--warm-up", 0
+        )
+        self.assertEqual(run.run["load_percent"], 90)
+        (executor,) = run.summary()["executors"]
+        self.assertTrue(executor["loss_equations"]["hold"])
+        names = [task["task"] for task in executor["tasks"]]
+        self.assertEqual(len(names), len(set(names)))
+        ran = sorted(t["ran"] for t in executor["tasks"] if t["kind"] == "subscription")
+        self.assertEqual([round(n, -1) for n in ran], [100, 100, 200, 200])
+
+    def test_jobs_that_end_out_of_order(self) -> None:
+        words = "--executors multi:4 --cores 4 --execution-times uniform --seed 2 --duration 10"
+        found = []
+        for trace in ((), ("--no-trace",)):
+            graph = FIELD / "reentrant_timer.yaml"
+            run = self.simulate(f"run{len(trace)}", "--graph", graph, *words.split(), *trace)
+            (task,) = run.summary()["executors"][0]["tasks"]
+            found.append({key: task["period_ms"][key] for key in ("n", "min", "max")})
+            self.assertEqual(task["period_ms"]["n"], 665)
+            self.assertGreaterEqual(task["period_ms"]["min"], 0)
+        self.assertEqual(found[0], found[1])
+
+    def test_without_trace_chains_have_their_age(self) -> None:
+        words = ("--executors", "default,rm-ro", "--phases", "random", "--duration", 5)
+        runs = [self.simulate(f"run{len(t)}", *words, *t) for t in ((), ("--no-trace",))]
+        ages = [
+            [e["chains"][0]["end_to_end_latency_ms"] for e in run.summary()["executors"]] for run in runs
+        ]
+        self.assertGreater(ages[0][0]["n"], 30)
+        self.assertEqual(ages[0], ages[1])
+
+    def test_a_burst_below_full_load_is_no_overload(self) -> None:
+        (self.folder / "burst.yaml").write_text(BURST)
+        run = self.simulate("run", "--graph", "burst.yaml", "--executors", "events-ro", "--duration", 12)
+        self.assertTrue(run.run["complete"])
+        words = ("simulate", "--graph", "burst.yaml", "--executors", "events-ro", "--duration", 60)
+        self.refused(*words, "--load", 150, says="overload")
+        self.refused(*words, "--max-backlog", 100, says="overload")
+
+    def test_a_seed_axis_is_one_column(self) -> None:
+        fixed = "{graph: autoware, executors: rm-ro, duration: 1, warm-up: 0, phases: random}"
+        (self.folder / "sweep.yaml").write_text(
+            f"command: simulate\nfixed: {fixed}\naxes:\n  seed: [3, 4]\nrepetitions: 2\n"
+        )
+        self.accepted("sweep", "sweep.yaml", "--output", "swept")
+        text = (self.folder / "swept" / "table.csv").read_text()
+        self.assertEqual(text.splitlines()[0].split(",").count("seed"), 1)
+        seeds = [(row["repetition"], row["seed"]) for row in self.rows_of("swept/table.csv")]
+        self.assertEqual([seed for repetition, seed in seeds if repetition == "0"], ["3", "4"])
+        self.assertEqual(len(set(seeds)), 4)
+
+    def test_release_jitter_belongs_to_its_timer_in_a_deployment(self) -> None:
+        (self.folder / "apart.yaml").write_text(
+            "name: apart\nexecutors:\n"
+            "  - {name: b, executor: events-ro, processors: [1], owns: [B]}\n"
+            "  - {name: others, executor: events-ro, processors: [0], owns: rest}\n"
+        )
+        words = ("--graph", JITTERED, "--cores", 2, "--duration", 5, "--warm-up", 0)
+        runs = [
+            self.simulate("apart", *words, "--deployments", "apart.yaml"),
+            self.simulate("together", *words, "--executors", "multi:2"),
+        ]
+        starts = [{row["sequence"]: row["start_ns"] for row in self.rows(r) if row["task"] == "B/u"} for r in runs]
+        self.assertGreater(len(starts[0]), 100)
+        self.assertEqual(starts[0], starts[1])
+
+    def test_a_ratio_to_nothing_is_none(self) -> None:
+        words = "--executors default,fp-ro --duration 5 --warm-up 0 --dispatch-cost-us 4000"
+        run = self.simulate("run", "--graph", FIELD / "silent_chain.yaml", *words.split())
+        chains = {e["executor"]: e["chains"][0] for e in run.summary()["executors"]}
+        self.assertEqual(chains["fp-ro"]["hot_path_latency_ms"]["n"], 0)
+        self.assertEqual(chains["fp-ro"]["ratio_to_default"], {"median": None, "max": None})
+
+
+class ReadBack(FieldTest):
+    def test_a_replay_of_any_simulation_equals_it(self) -> None:
+        generator = random.Random(45)
+        executors = "default static multi:2 cbg:2 events-ro events-re rm-ro rm-re edf-re fp-ro".split()
+        costs = "release pass dispatch timer-dispatch wait".split()
+        for n in range(12):
+            options: list[Any] = ["--executors", ",".join(generator.sample(executors, 3))]
+            for cost in generator.sample(costs, 2):
+                options += [f"--{cost}-cost-us", generator.choice((20, 150, 333.3))]
+            options += ["--cores", generator.choice((1, 2))]
+            if generator.random() < 0.3:
+                options += ["--rate", 90]
+            graph = generator.choice(["autoware", "callbacks", JITTERED])
+            drawn = ["--phases", "random", "--seed", generator.randrange(100)]
+            drawn += ["--execution-times", generator.choice(["worst", "uniform"])]
+            if generator.random() < 0.4:
+                drawn += ["--load", 60]
+            common = ("--graph", graph, *options, "--duration", 2, "--warm-up", 0.5, "--repetitions", 2)
+            with self.subTest(n=n, common=common, drawn=drawn):
+                first = self.simulate(f"first{n}", *common, *drawn)
+                again = self.simulate(
+                    f"again{n}", *common, "--phases-of", f"first{n}", "--execution-times", f"replay:first{n}"
+                )
+                twice = self.simulate(
+                    f"twice{n}", *common, "--phases-of", f"again{n}", "--execution-times", f"replay:again{n}"
+                )
+                for run in (again, twice):
+                    for name in ("jobs.csv", "chains.csv"):
+                        same = (first.path / name).read_bytes() == (run.path / name).read_bytes()
+                        self.assertTrue(same, f"{run.path.name}/{name}")
+
+    def test_a_replay_has_the_load_of_its_run(self) -> None:
+        self.simulate("run", "--executors", "rm-ro", "--load", 60, "--duration", 1)
+        words = ("simulate", "--executors", "rm-ro", "--execution-times", "replay:run", "--duration", 1)
+        self.refused(*words, "--load", 60, says="--load")
+        again = self.simulate("again", *words[1:])
+        self.assertEqual(again.run["load_given"], 60)
+
+    def test_a_run_keeps_its_inputs(self) -> None:
+        for name in ("graph.yaml", "times.csv"):
+            self.assertFalse((self.folder / name).exists())
+        shutil.copy(JITTERED, self.folder / "graph.yaml")
+        (self.folder / "mine.yaml").write_text(
+            "name: mine\nexecutors:\n  - {name: all, executor: rm-ro, owns: rest}\n"
+        )
+        words = ("--graph", "graph.yaml", "--deployments", "mine.yaml", "--duration", 2)
+        run = self.simulate("run", *words)
+        kinds = {i["kind"]: i for i in run.run["inputs"]}
+        self.assertEqual(set(kinds), {"graph", "deployment_1"})
+        self.assertEqual((run.path / kinds["graph"]["file"]).read_text(), JITTERED.read_text())
+        self.assertEqual(kinds["graph"]["original"], os.path.realpath(self.folder) + "/graph.yaml")
+        before = self.accepted("explain", "run")
+        elsewhere = self.folder / "elsewhere"
+        elsewhere.mkdir()
+        (self.folder / "run").rename(elsewhere / "moved")
+        for change in ("changed", "gone"):
+            graph = self.folder / "graph.yaml"
+            graph.write_text(BURST) if change == "changed" else graph.unlink()
+            code, out, err = self.command("explain", elsewhere / "moved")
+            self.assertEqual((code, out.replace(str(elsewhere / "moved"), "run")), (0, before), err)
+            self.assertEqual("has changed since the run" in err, change == "changed")
+
+    def test_listed_times_are_checked(self) -> None:
+        (self.folder / "one.yaml").write_text(
+            "name: one\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: 5}\n"
+        )
+        listed = "task,sequence,execution_time_ns\n"
+        for rows, says in (
+            ("A,0,1\nA,1,2\n", "job 2 of A is not listed"),
+            ("A,0,1\nA,0,1\n", ":3: job 0 of A is listed twice"),
+            ("A,0,5000001\n", ":2: the execution time of A is 5000001"),
+            ("A,0,-1\n", ":2: the execution time of A is -1"),
+        ):
+            (self.folder / "times.csv").write_text(listed + rows)
+            words = "--executors rm-ro --graph one.yaml --warm-up 0 --duration 1"
+            times = ("--execution-times", "listed:times.csv")
+            self.refused("simulate", *words.split(), *times, "--output", "refused", says=says)
+
+    def test_no_output_is_an_input_or_another_output(self) -> None:
+        self.simulate("run", "--executors", "default,rm-ro", "--duration", 1)
+        (self.folder / "link").symlink_to("run")
+        os.link(self.folder / "run" / "jobs.csv", self.folder / "hard")
+        before = {path.name: path.read_bytes() for path in (self.folder / "run").iterdir()}
+        for words in (
+            ("timeline", "run", "--svg", "run/jobs.csv"),
+            ("timeline", "run", "--svg", "link/run.json"),
+            ("timeline", "link", "--perfetto", f"{self.folder}/run/../run/chains.csv"),
+            ("summarize", "run", "--responses", "run/input_graph.yaml"),
+            ("compare-results", "run", "run", "--csv", "run/summary.json"),
+        ):
+            self.refused(*words, says="is an input of the command")
+        words = ("compare-results", "run", "run", "--gate", "--junit", "same", "--markdown", "./same")
+        self.refused(*words, says="would be written twice")
+        after = {path.name: path.read_bytes() for path in (self.folder / "run").iterdir()}
+        self.assertEqual(before, after)
+
+    def test_runs_that_begin_at_one_instant_have_folders_of_their_own(self) -> None:
+        words = ("simulate", "--executors", "rm-ro", "--duration", 1)
+        running = [self.start(*words) for _ in range(6)]
+        for process in running:
+            code, _, err = self.finish(process)
+            self.assertEqual(code, 0, err)
+        folders = list((self.folder / "runs").iterdir())
+        self.assertEqual(len(folders), 6)
+        for folder in folders:
+            self.assertTrue(json.loads((folder / "run.json").read_text())["complete"])
+        self.command(*words, "--load", "0.0001", "--graph", "no_such_graph")
+        self.assertEqual(len(list((self.folder / "runs").iterdir())), 6)
