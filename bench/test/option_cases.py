@@ -14,7 +14,8 @@ from typing import Any
 from hotpath_command import HOTPATH, TIME_LIMIT_S
 
 TESTS = Path(__file__).parent
-NOT_ITS_RESULT = {"command"}  # keys of run.json that describe the call
+# Keys of run.json that describe the call, or the folder in which an import writes its graph.
+NOT_ITS_RESULT = {"command", "inputs"}
 
 
 @dataclasses.dataclass(frozen=True)
