@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "advise/advice_report.hpp"
+
 namespace hotpath::advise {
 
 namespace {
@@ -66,7 +68,9 @@ const Prediction* recommended(const std::vector<const Prediction*>& ranked, cons
   const auto suits = [&](const Prediction* p) { return p->overload.empty() && why_not(*p, now).empty(); };
   const auto best = std::ranges::find_if(ranked, suits);
   if (best == ranked.end()) return nullptr;
-  return suits(&now) && differs(objective, **best, now) == false ? &now : *best;
+  const bool same = differs(objective, **best, now) == false ||
+                    (now.overload.empty() && value_text(objective, **best) == value_text(objective, now));
+  return suits(&now) && same ? &now : *best;
 }
 
 }  // namespace hotpath::advise

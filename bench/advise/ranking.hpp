@@ -25,7 +25,8 @@ namespace hotpath::advise {
 [[nodiscard]] std::string why_not(const Prediction& prediction, const Prediction& now);
 
 /// The best candidate that can be recommended. The current executor is preferred, if it can be
-/// recommended, unless the best one is better beyond noise. nullptr: there is none.
+/// recommended, unless the best one is better beyond noise and in the objective as printed. nullptr: there
+/// is none.
 [[nodiscard]] const Prediction* recommended(const std::vector<const Prediction*>& ranked,
                                             const Prediction& now, const Objective& objective);
 

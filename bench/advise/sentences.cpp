@@ -131,7 +131,7 @@ std::string value_text(const Objective& objective, const Prediction& p) {
     case Objective::Kind::worst_lateness:
       break;
   }
-  return program::fixed(value.value, 1) + " ms";
+  return std::isfinite(value.value) ? program::fixed(value.value, 1) + " ms" : "no value";
 }
 
 std::vector<std::string> sentences(const Advice& advice) {

@@ -76,7 +76,7 @@ void write_latencies(const std::filesystem::path& file, const std::vector<const 
         for (const ChainRecord& r : draw.trace.chains) {
           if (r.chain == chain) trace.chains.push_back(r);
         }
-        write_chains_csv(out, setup::chain_names(p->candidate->graph), trace);
+        write_chains_csv(out, p->candidate->tasks.set, setup::chain_names(p->candidate->graph), trace);
       }
     }
   });

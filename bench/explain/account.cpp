@@ -18,35 +18,44 @@ void Account::add(Cause cause, std::size_t step, Duration length, JobRef behind,
   parts_.push_back({cause, rule, behind, step, length});
 }
 
-/// How a thread that had a job to run in [from, to) spent this time.
-Account::Spent Account::spent(const JobRecord& job, Time from, Time to) const {
-  Spent spent{to - from, {}, {}};
+/// How a thread that had a job to run in [from, to) spent this time, in order as far as it is known.
+std::vector<Account::Spent> Account::spent(const JobRecord& job, Time from, Time to) const {
+  const bool simulated = system_.kind() == results::RunKind::simulated;
   const bool whole = job.outcome == Outcome::ran && from == job.start && to == job.finish;
   // The time for which the thread had no processor, where the execution time is known.
   std::optional<Duration> off;
   if (whole && job.cpu_time >= Duration{}) off = std::max(Duration{}, to - from - job.cpu_time);
   if (whole && times_ != nullptr) off = std::max(Duration{}, to - from - times_->of(job.job));
-  for (const Held& held : displaced(job, job.start, from, to)) {
-    // Jobs that work until an instant of the clock are not prolonged by time without a processor.
-    if (!off && system_.wall_clock_work()) break;
-    const Duration length = off ? std::min(held.to - held.from, *off) : held.to - held.from;
-    if (off) *off -= length;
-    spent.displaced.emplace_back(held.by, length);
-    spent.on_core -= length;
+  std::vector<Held> held = displaced(job, job.start, from, to);
+  // Jobs that work until an instant of the clock are not prolonged by time without a processor.
+  if (!off && system_.wall_clock_work()) held.clear();
+  Duration on_core = to - from;
+  for (Held& h : held) {
+    if (off) h.to = std::min(h.to, h.from + *off);
+    if (off) *off -= h.to - h.from;
+    on_core -= h.to - h.from;
   }
-  const bool simulated = system_.kind() == results::RunKind::simulated;
-  if (off && simulated) spent.displaced.emplace_back(JobRef{}, *off);  // by releases of the timer thread
-  spent.withheld = simulated ? Duration{} : off.value_or(Duration{});
-  spent.on_core -= off.value_or(Duration{});
+  // In a part of a job, the thread had the processor for no longer than in all of it.
+  if (!whole && !simulated && job.cpu_time >= Duration{}) off = std::max(Duration{}, on_core - job.cpu_time);
+  on_core -= off.value_or(Duration{});
+  std::vector<Spent> spent;
+  Time done = from;
+  for (const Held& h : held) {
+    const Duration ran = std::min(on_core, h.from - done);
+    spent.push_back({Cause::running, ran, {}});
+    spent.push_back({Cause::displaced, h.to - h.from, h.by});
+    on_core -= ran;
+    done = h.to;
+  }
+  spent.push_back({Cause::running, on_core, {}});
+  // Releases of the timer thread are not in the trace.
+  spent.push_back({simulated ? Cause::displaced : Cause::withheld, off.value_or(Duration{}), {}});
   return spent;
 }
 
 void Account::run(const JobRecord& job, std::size_t step, Time from, Time to) {
   if (to <= from) return;
-  const Spent spent = this->spent(job, from, to);
-  add(Cause::running, step, spent.on_core);
-  for (const auto& [by, length] : spent.displaced) add(Cause::displaced, step, length, by);
-  add(Cause::withheld, step, spent.withheld);
+  for (const Spent& s : spent(job, from, to)) add(s.cause, step, s.length, s.by);
 }
 
 bool Account::shares_core(const JobRecord& other, const JobRecord& job) const {
@@ -127,10 +136,13 @@ void Account::wait(const Seen& job, std::size_t step, Time from, Time to, const 
 }
 
 void Account::behind(const Waiting& w, const JobRecord& other, Time from, Time to) {
-  const Spent spent = this->spent(other, from, to);
-  behind_on_core(w, other, spent.on_core);
-  for (const auto& [by, length] : spent.displaced) add(Cause::displaced, w.step, length, by);
-  add(Cause::withheld, w.step, spent.withheld, other.job.ref());
+  for (const Spent& s : spent(other, from, to)) {
+    if (s.cause == Cause::running) {
+      behind_on_core(w, other, s.length);
+    } else {
+      add(s.cause, w.step, s.length, s.cause == Cause::withheld ? other.job.ref() : s.by);
+    }
+  }
 }
 
 void Account::behind_on_core(const Waiting& w, const JobRecord& other, Duration length) {
@@ -153,6 +165,8 @@ Rule Account::rule(const Waiting& w, const JobRecord& first) const {
     const bool was_running = first.start <= w.job.job.timestamp || first.finish > w.arrival;
     return was_running ? Rule::already_running : Rule::before_release;
   }
+  // Other threads were free to run it.
+  if (w.executor.many_threads && system_.share_group(first.job.task, w.job.job.task)) return Rule::same_group;
   const TaskKind kind = system_.task(first.job.task).kind, own = system_.task(w.job.job.task).kind;
   if (traits.family == Family::wait_set) {
     if (system_.kind() == results::RunKind::recorded)
@@ -223,7 +237,10 @@ void Account::idle(const Waiting& w, Time from, Time to) {
   const Time arrival = std::clamp(w.arrival, from, to);
   if (!timer) add(Cause::delivery, w.step, arrival - from);
   const Duration left = to - (timer ? from : arrival);
-  const Duration overhead = std::min(left, w.executor.most_overhead.value_or(left));
+  Duration overhead = left;
+  if (w.executor.most_overhead) {
+    overhead = std::min(left, *w.executor.most_overhead + (timer ? w.executor.second_wake_up : Duration{}));
+  }
   add(Cause::overhead, w.step, overhead);
   // An idle thread waits for a wait set that was built before.
   const bool old_wait_set =

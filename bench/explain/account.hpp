@@ -33,10 +33,11 @@ class Account {
     Time from, to;
     JobRef by;
   };
+  /// A part of the time for which a thread had a job to run.
   struct Spent {
-    Duration on_core;
-    std::vector<std::pair<JobRef, Duration>> displaced;  ///< By job; without a task: by the timer thread.
-    Duration withheld;
+    Cause cause;  ///< `running`, `displaced` or `withheld`.
+    Duration length{};
+    JobRef by;  ///< Displaced: by this job; without a task: by the timer thread.
   };
   /// A job that waits.
   struct Waiting {
@@ -49,7 +50,7 @@ class Account {
     const JobRecord* older{};  ///< The first older job of its task that started after the arrival.
   };
 
-  [[nodiscard]] Spent spent(const JobRecord& job, Time from, Time to) const;
+  [[nodiscard]] std::vector<Spent> spent(const JobRecord& job, Time from, Time to) const;
   [[nodiscard]] std::vector<Held> displaced(const JobRecord& job, Time since, Time from, Time to) const;
   [[nodiscard]] bool shares_core(const JobRecord& other, const JobRecord& job) const;
   [[nodiscard]] Waiting waiting(const Seen& job, std::size_t step, const JobRecord* before) const;

@@ -2,6 +2,10 @@
 #include "explain/data_path.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <utility>
 
 namespace hotpath::explain {
 
@@ -10,15 +14,70 @@ namespace {
 /// Limits the recursion; a path has as many jobs as the graph has tasks, or a few times more.
 constexpr std::size_t kMostJobs = 10'000;
 
+/// When the job publishes. Only estimated before its end if other threads displace it.
+Time published(const Seen& job, const Publication& publication) {
+  const Duration whole = job.record.finish - job.record.start;
+  if (publication.at == 1 || job.record.outcome != Outcome::ran) return job.record.finish;
+  return job.record.start + Duration(std::llround(publication.at * static_cast<double>(whole.count())));
+}
+
 }  // namespace
 
-std::vector<const Seen*> DataPath::from_source(const Seen& sink, const ChainIndex& chain, Time source_start) {
-  chain_ = &chain;
+DataPath::DataPath(const System& system, const JobWindow& window, std::optional<std::uint32_t> chain)
+    : system_(system), window_(window), chain_(chain ? &system.chains()[*chain] : nullptr) {
+  const GraphTasks& tasks = system_.tasks();
+  for (TaskId id = 0; chain_ != nullptr && id < tasks.set.size(); ++id) {
+    if (tasks.origin[id].node != chain_->sink) continue;
+    for (const Publication& p : tasks.callbacks[id].publishes) {
+      const auto same = [&](const Set& set) { return same_rule(set.what, p); };
+      if (p.rule == PublishRule::all_new && std::ranges::none_of(sets_, same)) sets_.push_back({p, {}});
+    }
+  }
+}
+
+void DataPath::add(const Seen& job) {
+  const TaskOrigin& origin = system_.tasks().origin[job.record.job.task];
+  if (sets_.empty() || origin.node != chain_->sink) return;
+  for (Set& set : sets_) {
+    if (origin.input && std::ranges::count(set.what.of, *origin.input) > 0) set.inputs.insert(*origin.input);
+  }
+  const std::vector<Publication>& publications = publications_of(job);
+  for (std::size_t p = 0; p < publications.size(); ++p) {
+    for (Set& set : sets_) {
+      if (!same_rule(set.what, publications[p]) || set.inputs.size() < set.what.of.size()) continue;
+      completed_.emplace(job.order, p);
+      set.inputs.clear();
+    }
+  }
+}
+
+void DataPath::clear() {
+  completed_.clear();
+  for (Set& set : sets_) set.inputs.clear();
+}
+
+std::vector<const Seen*> DataPath::from_source(const Seen& sink, Time source_start) {
   source_start_ = source_start;
-  visited_.clear();
-  path_.clear();
-  reach(sink, Samples::all, kNoTask);
+  for (const std::size_t publication : messages_of(sink)) {
+    visited_.clear();
+    path_.clear();
+    if (reach(sink, publication)) break;
+  }
   return path_;
+}
+
+/// The publications of the sink's job in their order, since the first message that contains data of a source
+/// counts; last those that wait for a set which it does not complete as far as the trace tells.
+std::vector<std::size_t> DataPath::messages_of(const Seen& sink) const {
+  const std::vector<Publication>& publications = publications_of(sink);
+  std::vector<std::size_t> messages(publications.size());
+  std::iota(messages.begin(), messages.end(), std::size_t{0});
+  std::ranges::stable_sort(messages, {}, [&](std::size_t p) {
+    const bool waits = publications[p].rule == PublishRule::all_new && !completed_.contains({sink.order, p});
+    return std::pair(waits, publications[p].at);
+  });
+  if (messages.empty()) messages.push_back(kOwn);
+  return messages;
 }
 
 std::vector<const Seen*> DataPath::of_triggers(const Seen& sink, Time begin) const {
@@ -32,52 +91,66 @@ std::vector<const Seen*> DataPath::of_triggers(const Seen& sink, Time begin) con
   return path;
 }
 
-bool DataPath::reach(const Seen& job, Samples samples, TaskId reader) {
+/// `publication` of the job: the samples in its message count.
+bool DataPath::reach(const Seen& job, std::size_t publication) {
   const Time start = job.record.start;
   if (start < source_start_ || visited_.size() >= kMostJobs) return false;
-  if (!visited_.emplace(job.order, samples == Samples::own).second) return false;
+  if (!visited_.emplace(job.order, publication).second) return false;
   const bool is_source = std::ranges::count(chain_->sources, job.record.job.task) > 0;
   bool reached = is_source && start == source_start_;
   if (!reached) {
     // A job's own sample came later than all samples that its node had stored.
     const Seen* const publisher = window_.find(job.record.job.parent);
-    reached = publisher != nullptr && publisher->order < job.order &&
-              reach(*publisher, Samples::of_message, job.record.job.task);
+    if (publisher != nullptr && publisher->order < job.order) {
+      const auto& readers = system_.tasks().readers[publisher->record.job.task];
+      const auto own = std::ranges::find_if(readers, [&](const auto& of_topic) {
+        return std::ranges::count(of_topic, job.record.job.task) > 0;
+      });
+      reached =
+          reach(*publisher, own == readers.end() ? kOwn : static_cast<std::size_t>(own - readers.begin()));
+    }
   }
-  if (!reached && samples != Samples::own) {
-    reached = std::ranges::any_of(stored_for(job, samples, reader),
-                                  [&](const Seen* stored) { return reach(*stored, Samples::own, kNoTask); });
+  if (!reached && publication != kOwn) {
+    reached = std::ranges::any_of(stored_for(job, publication),
+                                  [&](const Seen* stored) { return reach(*stored, kOwn); });
   }
   if (reached) path_.push_back(&job);
   return reached;
 }
 
-/// The jobs of the node's other inputs whose samples the job's messages contain, the latest first.
-std::vector<const Seen*> DataPath::stored_for(const Seen& job, Samples samples, TaskId reader) const {
+/// The jobs of the node's other inputs whose samples the job's message contains, the latest first.
+std::vector<const Seen*> DataPath::stored_for(const Seen& job, std::size_t publication) const {
   const GraphTasks& tasks = system_.tasks();
   const TaskId id = job.record.job.task;
-  const std::vector<Publication>& publications = tasks.callbacks[id].publishes;
+  const Publication& message = publications_of(job)[publication];
   std::vector<const Seen*> stored;
-  for (std::size_t p = 0; p < publications.size(); ++p) {
-    if (samples == Samples::of_message && std::ranges::count(tasks.readers[id][p], reader) == 0) continue;
-    for (const TaskId input : tasks.merged_inputs(id)) {
-      if (input == id || std::ranges::count(publications[p].of, *tasks.origin[input].input) == 0) continue;
-      const Seen* const last = last_stored(input, job, publications[p].rule);
-      if (last != nullptr) stored.push_back(last);
-    }
+  for (const TaskId input : tasks.merged_inputs(id)) {
+    if (input == id || std::ranges::count(message.of, *tasks.origin[input].input) == 0) continue;
+    const Seen* const last = last_stored(input, job, message);
+    if (last != nullptr) stored.push_back(last);
   }
   std::ranges::sort(stored, std::greater<>(), &Seen::order);
   return stored;
 }
 
 /// The job that stored the sample of `input` that a message of `job` contains. A set is complete
-/// when the job starts; a cyclic node reads its inputs when its timer's work is done.
-const Seen* DataPath::last_stored(TaskId input, const Seen& job, PublishRule rule) const {
+/// when the job starts; `last_of` reads its inputs at the publication, and leaves out a sample that an
+/// earlier message contains.
+const Seen* DataPath::last_stored(TaskId input, const Seen& job, const Publication& publication) const {
+  const bool last_of = publication.rule == PublishRule::last_of;
+  const auto is_before = [&](const Seen& stored, const Seen& reading) {
+    return stored.order < reading.order || (last_of && stored.record.start < published(reading, publication));
+  };
   const std::deque<Seen>& jobs = window_.of_task(input);
-  const auto last = std::find_if(jobs.rbegin(), jobs.rend(), [&](const Seen& s) {
-    return s.order < job.order || (rule == PublishRule::last_of && s.record.start < job.record.finish);
-  });
-  return last == jobs.rend() ? nullptr : &*last;
+  const auto last =
+      std::find_if(jobs.rbegin(), jobs.rend(), [&](const Seen& s) { return is_before(s, job); });
+  if (last == jobs.rend()) return nullptr;
+  const auto place = [&](const Seen& s) { return std::pair(published(s, publication), s.order); };
+  const auto took_it = [&](const Seen& other) {
+    return place(other) < place(job) && is_before(*last, other);
+  };
+  if (last_of && std::ranges::any_of(window_.of_task(job.record.job.task), took_it)) return nullptr;
+  return &*last;
 }
 
 }  // namespace hotpath::explain

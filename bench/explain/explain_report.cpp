@@ -38,6 +38,11 @@ std::vector<Item> largest(std::vector<Item> items, double least = 0) {
   return items;
 }
 
+/// A part of a sentence that begins with its list; empty without one.
+std::string after(const char* beginning, const std::string& list) {
+  return list.empty() ? "" : beginning + list;
+}
+
 std::string listed(const std::vector<Item>& items, std::size_t most, auto&& text) {
   std::string list;
   const std::size_t count = std::min(items.size(), most);
@@ -103,9 +108,9 @@ void write_tables(std::ostream& out, const TaskSet& set, const std::vector<Colum
   std::vector<std::string> header = {""};
   for (const Column& column : columns) header.push_back(column.name);
   program::TextTable table("Cause: mean in ms", header);
-  const auto add = [&](const std::string& name, const std::function<double(const Totals&)>& value) {
+  const auto add = [&](const std::string& name, const std::function<double(const Totals&)>& value,
+                       bool any = false) {
     std::vector<program::TextTable::Cell> row = {name};
-    bool any = false;
     for (const Column& column : columns) {
       any |= value(column.totals) > 0;
       row.emplace_back(program::fixed(value(column.totals), 3));
@@ -115,7 +120,8 @@ void write_tables(std::ostream& out, const TaskSet& set, const std::vector<Colum
   for (const auto& [cause, word] : enum_texts(Cause{})) {
     add(phrase(cause), [c = cause](const Totals& totals) { return totals.mean_ms(c); });
   }
-  add("latency", [](const Totals& totals) { return totals.mean_ms(totals.latency); });
+  add(
+      "latency", [](const Totals& totals) { return totals.mean_ms(totals.latency); }, true);
   std::set<Behind> all;
   for (const Column& column : columns) {
     for (const auto& [behind, sum] : column.totals.behind) all.insert(behind);
@@ -215,8 +221,8 @@ std::vector<std::string> sentences(const Subject& subject, const Overview& o) {
   const std::string what = subject.chain.empty() ? program::concat("responses of ", subject.task)
                                                  : program::concat("outputs of ", subject.chain);
   std::vector<std::string> all = {program::concat(
-      "The ", o.all.outputs, " ", what, " under ", subject.executor, " take ", ms(mean), " on average: ",
-      shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean), ".")};
+      "The ", o.all.outputs, " ", what, " under ", subject.executor, " take ", ms(mean), " on average",
+      after(": ", shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean)), ".")};
   const std::string longest = longest_waits(set, o.all);
   if (!longest.empty()) all.push_back(program::concat("The longest waits are, on average, ", longest, "."));
   const std::vector<Item> grown =

@@ -21,7 +21,7 @@ Explainer::Explainer(const System& system, Target target, std::vector<Output> ou
       use_(std::move(use)),
       done_(outputs_.size(), false),
       window_(system.tasks().set.size(), std::move(run)),
-      paths_(system, window_) {
+      paths_(system, window_, target.chain) {
   std::ranges::stable_sort(outputs_, {}, key_of);
   for (const Output& output : outputs_) longest_ = std::max(longest_, output.latency);
 }
@@ -30,6 +30,7 @@ void Explainer::begin(std::uint32_t repetition, const ExecutionTimes* times) {
   repetition_ = repetition;
   times_ = times;
   window_.clear();
+  paths_.clear();
   now_ = Time::min();
 }
 
@@ -44,7 +45,8 @@ void Explainer::add(const JobRecord& record) {
     window_.forget_before(first - longest_);
   }
   const Seen& seen = window_.add(record);
-  if (record.outcome == Outcome::ran && !outputs_of(record.job).empty()) unfinished_.push_back(seen);
+  paths_.add(seen);
+  if (!outputs_of(record.job).empty()) unfinished_.push_back(seen);
 }
 
 void Explainer::end() {
@@ -67,8 +69,8 @@ void Explainer::explain_finished() {
     if (job.record.finish > now_) return false;
     for (const Output& output : outputs_of(job.record.job)) {
       const auto place = static_cast<std::size_t>(&output - outputs_.data());
-      if (done_[place]) continue;
-      done_[place] = target_.chain ? explain_output(job, output.latency) : explain_response(job);
+      if (done_[place] || (output.sink != kNoTask && output.sink != job.record.job.task)) continue;
+      done_[place] = target_.chain ? explain_output(job, output) : explain_response(job);
       if (done_[place]) break;
     }
     return true;
@@ -85,11 +87,12 @@ bool Explainer::explain_response(const Seen& job) {
 }
 
 /// False if it is the output of another task of the sink's node, with a job of the same sequence.
-bool Explainer::explain_output(const Seen& sink, Duration latency) {
+bool Explainer::explain_output(const Seen& sink, const Output& output) {
   const ChainIndex& chain = system_.chains()[*target_.chain];
+  const Duration latency = output.latency;
   const Time begin = sink.record.start - latency;
-  const std::vector<const Seen*> path = paths_.from_source(sink, chain, begin);
-  if (path.empty() && chain.sink_tasks.size() > 1) return false;
+  const std::vector<const Seen*> path = paths_.from_source(sink, begin);
+  if (path.empty() && output.sink == kNoTask && chain.sink_tasks.size() > 1) return false;
   path.empty() ? explain_path(paths_.of_triggers(sink, begin), latency, false)
                : explain_path(path, latency, true);
   return true;

@@ -24,6 +24,7 @@ struct Output {
   std::uint32_t repetition = 0;
   std::uint64_t sequence = 0;  ///< Of the sink's job, or of the task's.
   Duration latency{};          ///< As measured, >= 0.
+  TaskId sink = kNoTask;       ///< Of a chain: the task of the sink's job; kNoTask: any of its node.
 };
 
 /// Explains outputs while it reads the jobs of a run.
@@ -31,8 +32,8 @@ class Explainer {
  public:
   using Use = std::function<void(const Explanation&)>;
 
-  /// `outputs` that have the same sequence, since a sink has several tasks, are in the order of their
-  /// jobs' ends. `run` names the run in messages. `system` must outlive the object.
+  /// `outputs` of unknown sink tasks that have the same sequence are in the order of their jobs' ends. `run`
+  /// names the run in messages. `system` must outlive the object.
   Explainer(const System& system, Target target, std::vector<Output> outputs, std::string run, Use use);
 
   void begin(std::uint32_t repetition, const ExecutionTimes* times);
@@ -48,7 +49,7 @@ class Explainer {
  private:
   [[nodiscard]] std::span<const Output> outputs_of(const Job& job) const;
   void explain_finished();
-  bool explain_output(const Seen& sink, Duration latency);
+  bool explain_output(const Seen& sink, const Output& output);
   bool explain_response(const Seen& job);
   void explain_path(const std::vector<const Seen*>& path, Duration latency, bool complete);
   void use(Account& account, Explanation explanation);

@@ -16,7 +16,7 @@ ComparedOutputs compared(const SimulatedRun& run, std::uint32_t chain) {
   std::vector<Output> outputs;
   for (const ChainRecord& record : run.trace.chains) {
     if (record.chain == chain && record.hot_path_latency >= Duration{})
-      outputs.push_back({0, record.sequence, record.hot_path_latency});
+      outputs.push_back({0, record.sequence, record.hot_path_latency, record.sink});
   }
   ComparedOutputs explained;
   Explainer explainer(system, {chain, kNoTask}, std::move(outputs), run.name,

@@ -104,7 +104,10 @@ void StoredOutputs::read_chains() {
       ++younger_;
       return;
     }
-    outputs_.push_back({row.repetition, row.record.sequence, row.record.hot_path_latency});
+    const auto sink = std::ranges::find(system_.tasks.set.tasks, row.sink_task, &Task::name);
+    const bool known = sink != system_.tasks.set.tasks.end();
+    outputs_.push_back({row.repetition, row.record.sequence, row.record.hot_path_latency,
+                        known ? static_cast<TaskId>(sink - system_.tasks.set.tasks.begin()) : kNoTask});
   });
 }
 
@@ -118,7 +121,7 @@ void StoredOutputs::for_each_response(const std::function<void(TaskId, const Out
   results::for_each_record(run_, [&](const JobRow& row) {
     const JobRecord& r = row.record;
     if (!selected(row.executor, row.repetition) || !results::counts(r, Time{} + run_.warm_up())) return;
-    use(r.job.task, {row.repetition, r.job.sequence, results::response_time(r)});
+    use(r.job.task, {row.repetition, r.job.sequence, results::response_time(r), kNoTask});
   });
 }
 

@@ -43,6 +43,8 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
     const SimulatedExecutor& simulated = system.executors()[e];
     threads_.insert(threads_.end(), simulated.threads.begin(), simulated.threads.end());
     const Platform p = make_platform(graph, *setup::parts(spec)[e].entry);
+    if (executors_[e].traits.timers == TimerHandling::release_only)
+      executors_[e].second_wake_up = p.wake_up_latency;
     const auto entities = std::int64_t{tasks.set.size()} + simulated.other_entities;
     executors_[e].most_overhead = p.wake_up_latency + p.wait_cost + entities * p.wait_cost_per_entity +
                                   p.longest_dispatch_cost() + p.pass_cost +

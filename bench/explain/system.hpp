@@ -23,6 +23,7 @@ struct ServingExecutor {
   /// Simulated: the longest time from one job to the next that dispatch, wait, wake-up and releases
   /// can take. std::nullopt: not known.
   std::optional<Duration> most_overhead;
+  Duration second_wake_up{};  ///< Of a timer's job: the timer thread wakes the thread that runs it.
 };
 
 /// What an explanation needs to know of a graph under one executor or deployment.

@@ -90,7 +90,7 @@ void RunFolder::conclude(RunRecord& record) const {
 void RunFolder::append(const TaskSet& set, const std::vector<std::string>& chain_names, const Trace& trace) {
   write_jobs_csv(jobs_, set, trace);
   if (!jobs_.flush()) fail("jobs.csv.part", errno);
-  write_chains_csv(chains_, chain_names, trace);
+  write_chains_csv(chains_, set, chain_names, trace);
   if (!chains_.flush()) fail("chains.csv.part", errno);
   for (const char* name : {"jobs.csv.part", "chains.csv.part"}) {
     if (const std::error_code error = program::await_disk(path_ / name)) fail(name, error.value());

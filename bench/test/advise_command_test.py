@@ -3,6 +3,7 @@
 
 import csv
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -117,6 +118,17 @@ class Advise(CommandTest):
         self.assertIn("delivery in the reverse order: rm-ro 1.0 ms, events-ro 4.0 ms.", out)
         exact = self.accepted("analyze", graph, "--executors", "rm-ro", "--phases", "synchronous")
         self.assertIn("needs the order in which samples of topic S reach its subscribers", exact)
+
+    def test_keeps_the_current_executor_if_nothing_differs(self) -> None:
+        graph = Path(__file__).parent / "field" / "nothing_to_gain.yaml"
+        common = (graph, "--costs", "graph", "--now", "rm-ro", "--executors", "default,rm-ro")
+        for objective in ("losses", "worst_lateness", "hot_path:median", "hot_path:worst", "hot_path<50"):
+            for draws in (1, 3):
+                _, advice = self.advise(*common, "--for", objective, "--draws", draws, "--duration", 1)
+                self.assertEqual(advice["recommended"], "rm-ro", (objective, draws))
+                self.assertEqual(advice["change"], "")
+                self.assertFalse((self.folder / "advice" / "deployment.yaml").exists())
+                shutil.rmtree(self.folder / "advice")
 
     def test_timers_alone_are_ranked_by_lateness(self) -> None:
         _, advice = self.advise("timers_only_60", "--draws", 2, "--duration", 5)

@@ -10,6 +10,7 @@ from typing import Any
 
 from hotpath_command import CommandTest, RunFolder
 
+FIELD = Path(__file__).parent / "field"
 BRIEF = ("--duration", 1, "--warm-up", 0)
 
 
@@ -66,6 +67,47 @@ class Explain(CommandTest):
         live = ("--transport", "intra_process", "--load", 20, "--cpu-time")
         self.accepted("run", "--executor", "default", *live, *BRIEF, "--output", "live")
         self.check_outputs("live")
+
+    def field(self, graph: str, executor: str, *options: object) -> Any:
+        """A simulation of a graph of the folder `field`, in `run`."""
+        words = ("--graph", FIELD / f"{graph}.yaml", "--executors", executor)
+        self.accepted("simulate", *words, "--warm-up", 0, "--duration", 0.4, *options, "--output", "run")
+        return RunFolder(self.folder / "run")
+
+    def test_an_output_of_a_fusion_is_the_job_that_completes_the_set(self) -> None:
+        run = self.field("fusion_sink", "rm-ro", "--phases", "given")
+        self.assertEqual({row["sink_task"] for row in run.rows("chains.csv")[1]}, {"F/t"})
+        one = self.explained("run", "--sequence", 1)
+        path = [(job["task"], job["sequence"]) for job in one["path"]]
+        self.assertEqual(path, [("S", 2), ("T/s", 2), ("T/b", 1), ("F/t", 1)])
+        self.assertEqual(one["path"][-1]["start_ns"], 61_000_000)
+        self.assertEqual((one["causes_ns"]["join"], one["causes_ns"]["running"]), (17_000_000, 4_000_000))
+
+    def test_the_instant_of_a_displacement(self) -> None:
+        words = ("--graph", FIELD / "displaced.yaml", "--deployments", FIELD / "displaced_deployment.yaml")
+        self.accepted("simulate", *words, "--phases", "given", *BRIEF, "--output", "run")
+        parts = self.explained("run", "--sequence", 2)["parts"]
+        self.assertEqual(
+            [(p["cause"], p["ns"]) for p in parts[:2]], [("running", 2_000_000), ("displaced", 1_000_000)]
+        )
+        self.assertEqual(parts[1]["behind"]["task"], "Hi")
+
+    def test_a_timers_job_waits_for_two_wake_ups(self) -> None:
+        self.field("nothing_to_gain", "rm-ro,events-ro,events-re,default", "--wake-up-us", 50)
+        for executor in ("rm-ro", "events-ro", "events-re", "default"):
+            causes = self.explained("run", "--task", "S", "--executor", executor)["all"]["causes_ns"]
+            self.assertEqual(causes["unexplained"], 0, executor)
+
+    def test_jobs_of_one_group_wait_for_each_other(self) -> None:
+        self.field("exclusive", "cbg:2", "--cores", 2)
+        (behind,) = self.explained("run", "--chain", "t2")["all"]["behind"]
+        self.assertEqual(behind["rule"], "same callback group in use")
+
+    def test_a_latency_of_zero(self) -> None:
+        self.field("exclusive", "multi:2", "--cores", 2)
+        out = self.accepted("explain", "run", "--chain", "t1")
+        self.assertIn("take 0.000 ms on average.\n", out)
+        self.assertRegex(out, r"(?m)^latency +0\.000 ")
 
     def test_a_task(self) -> None:
         self.accepted(

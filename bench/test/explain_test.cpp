@@ -45,7 +45,7 @@ class Simulated {
     std::vector<Output> outputs;
     for (const ChainRecord& r : trace_.chains) {
       if (r.chain == chain && r.hot_path_latency >= Duration{})
-        outputs.push_back({0, r.sequence, r.hot_path_latency});
+        outputs.push_back({0, r.sequence, r.hot_path_latency, r.sink});
     }
     return explained({chain, kNoTask}, outputs);
   }
@@ -347,6 +347,21 @@ TEST(Explain, AFusionWaitsForItsOtherInput) {
   EXPECT_THAT(parts, ElementsAre("running 1", "join 18", "running 2"));
 }
 
+TEST(Explain, AMessageWithoutTheSampleIsNotOnThePath) {
+  Node cyclic = timer("y", 0ms, 10ms, 5ms);
+  cyclic.type = NodeType::cyclic;
+  cyclic.inputs.push_back({"s", 1, std::nullopt});
+  const Graph graph = graph_of(
+      {timer("s", 1ms), cyclic, follower("t", {"s"}, 20ms), follower("f", {"t", "y"}, 1ms)}, {"s"}, "f");
+  // At 21 ms, the first message of `y` has the sample of `s`, and the second, with which `f` begins, not.
+  const Simulated run(graph, setup::parse_executor("events-ro", {}), Phases::given, 25ms);
+  const std::vector<Explanation> all = run.chain(0);
+  ASSERT_FALSE(all.empty());
+  std::vector<std::string> path;
+  for (const JobRecord& job : all.front().path) path.push_back(run.tasks().set[job.job.task].name);
+  EXPECT_THAT(path, ElementsAre("s", "t/s", "f/t", "f/y"));
+}
+
 TEST(Explain, AnOlderSampleIsServedFirst) {
   const Graph graph = graph_of(
       {timer("a", 1ms, 10ms), follower("f", {"a"}, 8ms, 10), timer("b", 25ms, 100ms, 5ms)}, {"a"}, "f");
@@ -364,7 +379,7 @@ TEST(Explain, AnotherThreadDisplacesTheJob) {
                                {"a"}, "sink");
   std::vector<std::string> parts;
   const Explanation e = first(graph, "rm-re", &parts);
-  EXPECT_THAT(parts, ElementsAre("running 1", "running 10", "displaced 3 behind b"));
+  EXPECT_THAT(parts, ElementsAre("running 1", "running 3", "displaced 3 behind b", "running 7"));
   EXPECT_EQ(e.latency, 14ms);
 }
 
@@ -437,6 +452,32 @@ TEST(Explain, TheProcessorIsWithheld) {
   };
   EXPECT_EQ(withheld(7ms), 3ms);
   EXPECT_EQ(withheld(Duration(-1)), 0ms) << "the record has no CPU time";
+}
+
+TEST(Explain, TheProcessorIsWithheldBeforeAPublicationToAnotherThread) {
+  const Graph graph = graph_of({timer("a", 10ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
+  const GraphTasks tasks = make_tasks(graph);
+  const System system(setup::parse_executor("multi:2", {}), graph, tasks, results::RunKind::live, 2);
+  std::vector<Part> parts;
+  Explainer explainer(system, {0, kNoTask}, {{0, 0, 9ms, 1}}, "test",
+                      [&](const Explanation& e) { parts = e.parts; });
+  explainer.begin(0, nullptr);
+  JobRecord a, sink;
+  a.job.task = 0;
+  a.finish = Time{10ms};
+  a.cpu_time = 4ms;
+  sink.job.task = 1;
+  sink.job.parent = {0, 0};
+  sink.job.timestamp = sink.job.release = sink.start = Time{9ms};  // before the end of `a`
+  sink.finish = Time{11ms};
+  sink.worker = 1;
+  explainer.add(a);
+  explainer.add(sink);
+  explainer.end();
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(parts[0].length, 4ms);
+  EXPECT_EQ(parts[1].cause, Cause::withheld);
+  EXPECT_EQ(parts[1].length, 5ms);
 }
 
 TEST(Explain, TheProcessorIsWithheldFromAJobThatWentFirst) {

@@ -22,7 +22,9 @@ JOB_COLUMNS = (
     "executor,repetition,task,kind,sequence,outcome,timestamp_ns,release_ns,start_ns,finish_ns,cpu_ns,"
     "deadline_ns,worker,cpu,process,parent_task,parent_sequence"
 ).split(",")
-CHAIN_COLUMNS = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns".split(",")
+CHAIN_COLUMNS = (
+    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task".split(",")
+)
 
 
 class Job:

@@ -161,11 +161,14 @@ TEST(MalformedJobsCsvHeader, IsRefused) {
 TEST(ChainsCsv, LeavesAnUnknownLatencyEmpty) {
   Trace trace;
   trace.executor = "rm-ro";
-  trace.chains.push_back({0, 7, 0, 20ns, 31ns});
-  trace.chains.push_back({1, 8, 0, 21ns, -1ns});
+  trace.chains.push_back({0, 7, 0, 20ns, 31ns, 1});
+  trace.chains.push_back({1, 8, 0, 21ns, -1ns, kNoTask});
+  TaskSet set;
+  set.tasks.resize(2);
+  set.tasks[1].name = "sink/topic";
   std::ostringstream out;
-  write_chains_csv(out, {"hot path", "other"}, trace);
-  EXPECT_EQ(out.str(), "rm-ro,0,hot path,7,20,31\nrm-ro,0,other,8,21,\n");
+  write_chains_csv(out, set, {"hot path", "other"}, trace);
+  EXPECT_EQ(out.str(), "rm-ro,0,hot path,7,20,31,sink/topic\nrm-ro,0,other,8,21,,\n");
 }
 
 TEST(JobsCsv, IsReadWithoutTheGraph) {
@@ -191,11 +194,13 @@ TEST(ChainsCsv, IsReadBack) {
   Trace trace;
   trace.executor = "rm-ro";
   trace.repetition = 2;
-  trace.chains.push_back({1, 8, 0, 21ns, -1ns});
-  trace.chains.push_back({0, 7, 0, 20ns, 31ns});
+  trace.chains.push_back({1, 8, 0, 21ns, -1ns, 0});
+  trace.chains.push_back({0, 7, 0, 20ns, 31ns, kNoTask});
+  TaskSet set;
+  set.tasks.emplace_back().name = "sink";
   std::stringstream file;
   file << kChainsCsvHeader << '\n';
-  write_chains_csv(file, {"hot path", "other"}, trace);
+  write_chains_csv(file, set, {"hot path", "other"}, trace);
   const std::vector<ChainRow> rows = read_chains_csv(file, "chains.csv");
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].executor, "rm-ro");
@@ -206,6 +211,17 @@ TEST(ChainsCsv, IsReadBack) {
   EXPECT_EQ(rows[1].record.sequence, 7U);
   EXPECT_EQ(rows[0].record.end_to_end_latency, -1ns);
   EXPECT_EQ(rows[1].record.end_to_end_latency, 31ns);
+  EXPECT_EQ(rows[0].sink_task, "sink");
+  EXPECT_EQ(rows[1].sink_task, "");
+}
+
+TEST(ChainsCsv, IsReadWithoutTheSinksTask) {
+  std::istringstream file(
+      "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns\nrm-ro,0,c,7,20,31\n");
+  const std::vector<ChainRow> rows = read_chains_csv(file, "chains.csv");
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].record.end_to_end_latency, 31ns);
+  EXPECT_EQ(rows[0].sink_task, "");
 }
 
 class Accounting : public testing::Test {

@@ -72,6 +72,7 @@ ChainRecord ChainJoin::join(const ChainObservation& o) const {
   ChainRecord record;
   record.chain = o.chain;
   record.sequence = o.sink.sequence;
+  record.sink = o.sink.task;
   record.dropped = o.dropped;
   record.hot_path_latency = o.sink_start - o.latest_source_start;
 

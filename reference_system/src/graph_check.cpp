@@ -245,6 +245,12 @@ class Check {
       const TaskId start =
           start_of(require_member(source, lines.sources[i]), source, subject, lines.sources[i]);
       if (!reaches(start, sink, members)) refuse_path(source, lines.sources[i]);
+      if (tasks_.downstream(start).size() > tasks_.set[start].feeds.size()) {
+        fail(lines.sources[i],
+             "source " + source + " of " + subject +
+                 " stores samples for messages that name only the job that publishes them",
+             "begin with the node that publishes its topic");
+      }
     }
   }
 

@@ -117,7 +117,7 @@ std::string bytes(const GraphTasks& names, const Graph& graph, const Trace& trac
   write_jobs_csv(out, names.set, trace);
   std::vector<std::string> chains;
   for (const Chain& chain : graph.chains) chains.push_back(chain.name);
-  write_chains_csv(out, chains, trace);
+  write_chains_csv(out, names.set, chains, trace);
   for (const ChainRecord& r : trace.chains) out << r.dropped << '\n';
   return out.str();
 }

@@ -452,5 +452,16 @@ TEST_F(ChainOf, KnownNodesFromTimersToAReachableSink) {
   EXPECT_THAT(error("[S, T, T, C]", "[S]", "C"), AllOf(StartsWith(":9: "), HasSubstr("twice")));
 }
 
+TEST_F(GraphFile, NoChainBeginsWithASampleThatWaitsForASet) {
+  const auto error = [&](const std::string& source) {
+    return error_of_nodes(
+        kSensor + "- {name: B, type: sensor, period_ms: 5}\n- {name: F, type: fusion, inputs: [S, B]}\n" +
+        "- {name: C, type: command, input: F}\nchains:\n- {name: c, nodes: [" + source + ", C], sources: [" +
+        source + "], sink: C}\n");
+  };
+  EXPECT_THAT(error("F/S"), AllOf(StartsWith(":8: "), HasSubstr("source F/S"), HasSubstr("begin with")));
+  EXPECT_THAT(error("F/B"), AllOf(StartsWith(":8: "), HasSubstr("source F/B"), HasSubstr("begin with")));
+}
+
 }  // namespace
 }  // namespace hotpath

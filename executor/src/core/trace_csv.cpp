@@ -215,8 +215,9 @@ std::string jobs_csv_header() {
 }  // namespace
 
 const std::string kJobsCsvHeader = jobs_csv_header();
+constexpr std::string_view kSinkTask = "sink_task";
 const std::string kChainsCsvHeader =
-    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns";
+    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task";
 
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace) {
   Line line;
@@ -228,13 +229,15 @@ void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace) {
   }
 }
 
-void write_chains_csv(std::ostream& out, const std::vector<std::string>& chain_names, const Trace& trace) {
+void write_chains_csv(std::ostream& out, const TaskSet& set, const std::vector<std::string>& chain_names,
+                      const Trace& trace) {
   Line line;
   for (const ChainRecord& r : trace.chains) {
     line.begin();
     line.text(trace.executor).number(trace.repetition).text(chain_names[r.chain]).number(r.sequence);
     line.number(r.hot_path_latency.count());
     r.end_to_end_latency.count() >= 0 ? line.number(r.end_to_end_latency.count()) : line.nothing();
+    r.sink != kNoTask ? line.text(set[r.sink].name) : line.nothing();
     line.write(out);
   }
 }
@@ -367,7 +370,9 @@ JobsCsv read_jobs_csv(std::istream& in, const std::string& file_name) {
 void for_each_chain(std::istream& stream, const std::string& file_name,
                     const std::function<void(const ChainRow&)>& use) {
   CsvReader in(stream, file_name);
-  in.require_header(kChainsCsvHeader);
+  const std::optional<std::size_t> sink_task = in.find_column(kSinkTask);
+  in.require_header(sink_task ? kChainsCsvHeader
+                              : kChainsCsvHeader.substr(0, kChainsCsvHeader.size() - kSinkTask.size() - 1));
   std::unordered_map<std::string, std::uint32_t> chains;
   ChainRow row;
   while (in.next()) {
@@ -379,6 +384,7 @@ void for_each_chain(std::istream& stream, const std::string& file_name,
     row.record.sequence = in.number<std::uint64_t>(3);
     row.record.hot_path_latency = in.nanoseconds(4);
     row.record.end_to_end_latency = in.text(5).empty() ? ChainRecord{}.end_to_end_latency : in.nanoseconds(5);
+    if (sink_task) row.sink_task = in.text(*sink_task);
     use(row);
   }
 }

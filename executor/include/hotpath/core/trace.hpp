@@ -36,6 +36,7 @@ struct ChainRecord {
   Duration hot_path_latency{};
   /// Finish of the sink's job minus the oldest source timestamp; -1: unknown.
   Duration end_to_end_latency{-1};
+  TaskId sink = kNoTask;  ///< Task of the sink's job; kNoTask: unknown.
 };
 
 /// Everything recorded in one run of one executor, live or simulated.

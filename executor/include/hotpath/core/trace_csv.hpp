@@ -19,9 +19,10 @@ extern const std::string kChainsCsvHeader;
 /// Appends one row per job and one per skipped timestamp. Instants are nanoseconds since the epoch
 /// of the run; a field that does not apply is empty. The caller checks the stream for errors.
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace);
-/// Appends one row per chain record; an unknown end-to-end latency is empty. The caller checks the
+/// Appends one row per chain record; an unknown end-to-end latency or task is empty. The caller checks the
 /// stream for errors.
-void write_chains_csv(std::ostream& out, const std::vector<std::string>& chain_names, const Trace& trace);
+void write_chains_csv(std::ostream& out, const TaskSet& set, const std::vector<std::string>& chain_names,
+                      const Trace& trace);
 
 /// Reads jobs.csv back: one trace per (executor, repetition), in order of appearance. Instants are
 /// relative to an epoch of zero; `published`, `end` and `chains` are not in the file and stay
@@ -60,8 +61,10 @@ struct ChainRow {
   std::string executor;
   std::uint32_t repetition = 0;
   std::string chain;
-  std::size_t line = 0;  ///< In the file; counts from 1.
-  ChainRecord record;    ///< `chain` counts the names in order of appearance; `dropped` is not in this file.
+  std::string sink_task;  ///< Empty: unknown; older files lack the column.
+  std::size_t line = 0;   ///< In the file; counts from 1.
+  /// `chain` counts the names in order of appearance; `dropped` and `sink` are not set.
+  ChainRecord record;
 };
 /// Read all rows in file order; the second in memory that does not grow with the file. Throw
 /// InputError.
