@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include "hotpath/analysis/processing_windows.hpp"
 #include "hotpath/analysis/teper_2022.hpp"
 #include "hotpath/analysis/teper_2024.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
@@ -152,6 +153,24 @@ TEST(Teper2024, LemmaVI3AndVI5OnOneExecutor) {
   c[3].executor = 1;
   c[3].depth = 3;
   EXPECT_THAT(start({2, 3}), ElementsAre(7 + 0, 3 * 8)) << "VI.4";
+}
+
+TEST(ProcessingWindows, ASampleThatIsDeliveredLateMayMissAWindow) {
+  CallbackGraph graph;
+  graph.set.tasks.resize(2);
+  Task &timer = graph.set.tasks[0], &subscription = graph.set.tasks[1];
+  timer.period = timer.deadline = Duration(1000);
+  timer.wcet = Duration(2);
+  timer.feeds = {1};
+  subscription.kind = TaskKind::subscription;
+  subscription.wcet = Duration(3);
+  graph.reads.resize(2);
+  graph.every.assign(2, 1);
+  const GraphTopology topology(graph);
+  GraphOverheads overheads;
+  EXPECT_EQ(ProcessingWindows(topology, {}, overheads).response(1), 3 + 2 + 3);
+  overheads.delivery = 100;
+  EXPECT_EQ(ProcessingWindows(topology, {}, overheads).response(1), 100 + 5 + 2 + 3);
 }
 
 TEST(ExecutorCallbacks, WaitSetOrderIsTimersThenSubscriptionsInCreationOrder) {

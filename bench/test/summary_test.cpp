@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace hotpath {
@@ -96,10 +97,12 @@ TEST(WarmUp, LeavesOutTheChainsWhoseSinkJobWasPublishedBeforeIt) {
 }
 
 TEST(WarmUp, EarliestTimestampDecidesWhereBothSinkTasksHaveTheSequence) {
-  const results::Repetition r =
+  results::Repetition r =
       repetition(0, {ran(kPoints, 3, 150, 160, 161), ran(kClusters, 3, 50, 60, 61)}, {output(3, 10)});
   EXPECT_TRUE(results::counted_chains(r.trace, kChains, at(100)).empty());
   EXPECT_EQ(results::counted_chains(r.trace, kChains, at(50)).size(), 1u);
+  std::ranges::reverse(r.trace.jobs);
+  EXPECT_TRUE(results::counted_chains(r.trace, kChains, at(100)).empty());
 }
 
 TEST(WarmUp, JobsOfOtherTasksAndThoseThatDidNotRunDecideNothing) {
@@ -124,6 +127,16 @@ TEST(WarmUp, IsLeftOutOfResponseTimesPeriodsAndOverruns) {
   EXPECT_DOUBLE_EQ(planner.response_ms.min, 120);
   EXPECT_EQ(planner.after_warm_up.deadline_overruns, 2u);
   EXPECT_EQ(planner.period_ms->n, 1u);
+}
+
+TEST(WarmUp, TimestampsAfterItThatACallInItSkippedCount) {
+  JobRecord skipping = ran(kPlanner, 0, 0, 250, 260);
+  skipping.job.skipped = 2;  // 100 and 200
+  const results::TaskSummary planner =
+      summary_of({repetition(0, {skipping}, {})}, options(200)).tasks.at(kPlanner);
+  EXPECT_EQ(planner.after_warm_up.reached, 1u);
+  EXPECT_EQ(planner.after_warm_up.skipped, 1u);
+  EXPECT_EQ(planner.after_warm_up.ran, 0u);
 }
 
 TEST(Waits, LastFromTheTimestampToTheStartOrToTheEndOfTheRun) {
@@ -333,6 +346,15 @@ TEST(Usage, CpuTimePerExecutedCallbackOverAllRepetitions) {
   EXPECT_DOUBLE_EQ(s.cpu_per_callback_us, 160.0 / 4.0);
   EXPECT_EQ(s.usage.peak_memory_kib, 2000);
   EXPECT_EQ(s.usage.involuntary_switches, 6);
+}
+
+TEST(Usage, OfAnotherProcessForLessThanThreeTicksIsNoDisturbance) {
+  results::ProcessUsage usage;
+  usage.wall = milliseconds(100);
+  usage.others = milliseconds(29);
+  EXPECT_TRUE(results::disturbances(usage).empty());
+  usage.others = milliseconds(30);
+  EXPECT_EQ(results::disturbances(usage).size(), 1u);
 }
 
 TEST(SummaryJson, IsValidWithoutAnySample) {

@@ -154,6 +154,16 @@ TEST(WakeUpLatency, DelaysSleepersButNotBusyWorkers) {
   EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, p))[0], (Ran{0, 0, 1200us, 3200us}));
 }
 
+TEST(WakeUpLatency, DoesNotDelayAWorkerThatQueuesForTheMutex) {
+  TaskSet set;
+  for (int i = 0; i < 2; ++i) add_timer(set, 100ms, 2ms, 1ms);
+  Platform p;
+  p.cores = 2;
+  p.wake_up_latency = 100us;
+  EXPECT_EQ(schedule(run(set, "multi", 20ms, p, {.workers = 2})),
+            (std::vector<Ran>{{0, 0, 1100us, 3100us}, {1, 0, 1100us, 3100us}}));
+}
+
 /// A timer of 10 ms with 4 ms of work in the timer thread, and a subscription to another timer.
 class ReleaseAndExecuteOnOneCore : public testing::Test {
  protected:

@@ -108,6 +108,26 @@ TEST(PreemptiveFixedPriorities, EqualASecondModelForRandomThreadsOnRandomProcess
   }
 }
 
+TEST(PriorityInheritance, LastsAsLongAsTheLock) {
+  TaskSet set;
+  const TaskId first = add_timer(set, 100ms, 1ms), second = add_timer(set, 100ms, 1ms, 2ms);
+  const TaskId subscription = add_subscription(set, {first}, 3ms);
+  const auto scheduler = find_executor("rm-re")->make(set, {});
+  const SimulatedExecutor executor{scheduler.get(), {{2}, {1}}};
+  const WorstCaseTimes times(set);
+  PublishingWorkload workload(times);
+  SimulationOptions options;
+  options.platform.release_cost = 1ms;
+  options.platform.delivery_delay = 500us;
+  options.duration = 20ms;
+  Trace trace;
+  TraceRecorder recorder(trace);
+  simulate(set, {&executor, 1}, std::vector<std::uint32_t>(set.size(), 0), workload, options, &recorder);
+  // At 2.5 ms the executor thread waits for the timer thread, which releases the second timer until 3 ms.
+  EXPECT_EQ(schedule(trace),
+            (std::vector<Ran>{{first, 0, 1ms, 2ms}, {subscription, 0, 3ms, 6ms}, {second, 0, 6ms, 7ms}}));
+}
+
 TEST(OrdinaryPolicy, NiceScalesTheTimeSlice) {
   TaskSet set;
   add_timer(set, 1s, 90ms);

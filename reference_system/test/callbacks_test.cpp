@@ -157,6 +157,20 @@ TEST(Callbacks, OneJobPublishesSeveralTopicsEachByItsOwnRule) {
   EXPECT_THAT(s.starts("Y/y"), ElementsAre(21, 51)) << "every third job";
 }
 
+/// A takes S's samples 0, 2, 4 and 7, and publishes with the second and the fourth.
+TEST(Callbacks, AMessageCountsTheLossesSinceTheOneBefore) {
+  const Graph g = load(
+      "name: g\nnodes:\n"
+      "  - {name: S, type: sensor, period_ms: 10}\n"
+      "  - name: A\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: S, execution_time_ms: 24, publishes: {topic: a, every: 2}}\n"
+      "  - {name: C, type: command, input: a}\n"
+      "chains:\n  - {name: c, nodes: [S, A, C], sources: [S], sink: C}\n");
+  const Simulated s = simulate_graph(g, *find_executor("events-ro"), 100ms);
+  ASSERT_EQ(s.trace.chains.size(), 2U);
+  EXPECT_EQ(s.trace.chains[1].dropped, 3U);
+}
+
 /// A works from 0 to 10 ms and publishes x after 2 ms, y after 6.5 ms and z at its end.
 TEST(Callbacks, AJobPublishesAtSeveralInstantsBeforeItsEnd) {
   const std::string nodes =

@@ -117,6 +117,8 @@ TEST_F(Deployments, RateMonotonicThreadsHaveHigherPrioritiesForShorterPeriods) {
   EXPECT_GT(priority("EuclideanClusterSettings"), priority("Visualizer"));
   EXPECT_GT(priority("Visualizer"), priority("FrontLidarDriver"));
   EXPECT_EQ(priority("PointsTransformerFront/FrontLidarDriver"), priority("FrontLidarDriver"));
+  const auto of = [](const DeployedExecutor& e) { return e.policy.priority; };
+  EXPECT_EQ(of(std::ranges::min(d.executors, {}, of)), 1);
 }
 
 TEST_F(Deployments, ExecutorsThatNameNoProcessShareOne) {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "callbacks_graph.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 
@@ -23,6 +24,15 @@ TEST(FindChains, TakesTheLongestOfAutowareFirst) {
                                            "Lanelet2MapLoader", "LanePlanner", "BehaviorPlanner",
                                            "MPCController", "VehicleInterface", "VehicleDBWSystem"));
   EXPECT_EQ(chains[0].sink, "VehicleDBWSystem");
+}
+
+TEST(FindChains, OfEquallyLongOnesTakesThatWithMostWork) {
+  const Graph graph = load(
+      "name: g\nnodes:\n"
+      "  - {name: S, type: sensor, period_ms: 10}\n"
+      "  - {name: A, type: command, input: S, execution_time_ms: 2}\n"
+      "  - {name: B, type: command, input: S, execution_time_ms: 1}\n");
+  EXPECT_THAT(find_chains(graph, make_tasks(graph), 1).front().nodes, ElementsAre("S", "A"));
 }
 
 TEST(FindChains, ReturnsValidChains) {

@@ -298,6 +298,16 @@ Graph two_topics() {
   return g;
 }
 
+TEST(Rates, KeepTheReleaseJitterBelowThePeriod) {
+  Graph g;
+  Node& node = g.nodes.emplace_back();
+  node.period = std::chrono::milliseconds(100);
+  node.release_jitter = std::chrono::milliseconds(60);
+  scale_rates(g, 200);
+  EXPECT_EQ(node.period, std::chrono::milliseconds(50));
+  EXPECT_EQ(node.release_jitter, node.period - Duration(1));
+}
+
 TEST(Delivery, OrdersTheSubscriptionsThatATaskFeeds) {
   Graph g = two_topics();
   const auto fed_by = [&](const char* sensor) {

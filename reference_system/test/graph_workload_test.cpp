@@ -183,6 +183,36 @@ TEST(GraphWorkload, AgeCountsDataOfOtherPaths) {
   for (const ChainRecord& output : s.chains) EXPECT_EQ(output.end_to_end_latency, 103ms);
 }
 
+TEST(ChainJoin, KnowsNoEndToEndLatencyWithoutTheRecordsOfBothEnds) {
+  Graph g;
+  g.nodes = {sensor("P", 50ms), sensor("Q", 50ms), worker("F", NodeType::fusion, {"P", "Q"}, 2ms)};
+  g.chains = {{"chain", {"P", "Q", "F"}, {"P", "Q"}, "F"}};
+  const GraphTasks tasks = make_tasks(g);
+  const TaskId p = 0, q = 1, sink = 3;
+  ChainJoin join(g, tasks);
+  ChainObservation o;
+  o.sink.task = sink;
+  o.sources_seen = 3;
+  o.names_jobs = true;
+  const auto add = [&](TaskId task, Duration start, Outcome outcome) {
+    JobRecord r;
+    r.job.task = task;
+    r.job.sequence = o.sink.sequence;
+    r.job.timestamp = r.start = at(start);
+    r.finish = at(start + 2ms);
+    r.outcome = outcome;
+    join.add(r);
+  };
+  add(p, 1ms, Outcome::ran);
+  add(sink, 10ms, Outcome::ran);
+  EXPECT_EQ(join.join(o).end_to_end_latency, Duration(-1)) << "no record of Q's job";
+  add(q, 5ms, Outcome::ran);
+  EXPECT_EQ(join.join(o).end_to_end_latency, 11ms);
+  o.sink.sequence = 1;
+  add(sink, 60ms, Outcome::running);
+  EXPECT_EQ(join.join(o).end_to_end_latency, Duration(-1)) << "the sink's job has no end";
+}
+
 TEST(GraphWorkload, CyclicNodeStoresAndPublishesEveryCycle) {
   Graph g;
   g.nodes = {sensor("S", 40ms), worker("B", NodeType::cyclic, {"S"}, 5ms),

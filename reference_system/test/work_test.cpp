@@ -85,6 +85,16 @@ TEST(Work, ReadsTheWallClockAfterEachCandidate) {
   EXPECT_EQ(reads, 4000);
 }
 
+TEST(Work, UntilAWallClockInstantCountsFromTheStartOfTheJob) {
+  Callback callback;
+  callback.worst = 7020ms;
+  callback.publishes.emplace_back().at = 0.5;
+  const std::vector<WorkPart> parts = parts_of(WorkMode::wall, callback, CrunchScale({}));
+  ASSERT_EQ(parts.size(), 2U);
+  EXPECT_EQ(parts[0].work.burn(now() - 7s), 0);
+  EXPECT_GT(parts[1].work.burn(now() - 7s), 0);
+}
+
 /// Under each mode, a job of 2 ms uses about that much CPU time.
 TEST(Work, UsesItsExecutionTime) {
   Calibration calibration;
