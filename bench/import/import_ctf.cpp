@@ -127,7 +127,7 @@ class CtfImport final : public tracing::Sink {
     Trace rows = best.trace;
     std::ranges::stable_sort(rows.jobs, {},
                              [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-    rows.chains = results::counted_chains(best.trace, setup::measured_chains(best.graph, best.tasks), Time{});
+    rows.chains = results::counted_chains(best.trace, Time{});
     folder_->append(best.tasks.set, setup::chain_names(best.graph), rows);
   }
 
@@ -185,8 +185,7 @@ class CtfImport final : public tracing::Sink {
         results::SimulationRecord{.platform = best.graph.platform, .execution_times = "recorded"};
     results::Repetition repetition;
     repetition.trace = trace;
-    repetition.trace.chains =
-        results::counted_chains(trace, setup::measured_chains(best.graph, best.tasks), Time{});
+    repetition.trace.chains = results::counted_chains(trace, Time{});
     repetition.accounts = account(best.tasks.set, repetition.trace);
     setup::keep_inputs(folder, common, record);
     record.runs.push_back(results::record_of(best.tasks.set, setup::chain_names(best.graph), repetition));

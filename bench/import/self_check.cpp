@@ -71,7 +71,7 @@ Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const setup
 std::vector<std::vector<double>> latencies_ms(const std::vector<results::MeasuredChain>& chains,
                                               const Trace& trace) {
   std::vector<std::vector<double>> all(chains.size());
-  for (const ChainRecord& r : results::counted_chains(trace, chains, Time{}))
+  for (const ChainRecord& r : results::counted_chains(trace, Time{}))
     all[r.chain].push_back(to_ms(r.hot_path_latency));
   return all;
 }

@@ -276,8 +276,7 @@ class LiveRun {
     progress.clear();
     partial_ = result.interrupted;
     Trace& trace = result.repetition.trace;
-    trace.chains = results::counted_chains(trace, setup::measured_chains(graph_, tasks_),
-                                           trace.epoch + counting_.warm_up);
+    trace.chains = results::counted_chains(trace, trace.epoch + counting_.warm_up);
     // A failed repetition is recorded in run.json only. Rows are stored before the record that
     // names them, so that a killed run can be recovered.
     if (result.measured) folder.append(p.tasks.set, counting_.chains, trace);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "hotpath/core/trace.hpp"
@@ -95,30 +96,17 @@ struct MeasuredChain {
 };
 
 /// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to
-/// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job, found
-/// by its sequence; if several sink tasks have a job of that sequence, the earliest timestamp
-/// decides. A record without a recorded sink job counts, because buffers fill up only at the end of
-/// a run.
-[[nodiscard]] inline std::vector<ChainRecord> counted_chains(const Trace& trace,
-                                                             const std::vector<MeasuredChain>& chains,
-                                                             Time counted_from) {
-  std::vector<std::unordered_map<std::uint64_t, Time>> sink_timestamps(chains.size());
-  for (std::size_t c = 0; c < chains.size(); ++c) {
-    const auto& sinks = chains[c].sink_tasks;
-    for (const JobRecord& r : trace.jobs) {
-      if (r.outcome != Outcome::ran || std::ranges::find(sinks, r.job.task) == sinks.end()) {
-        continue;
-      }
-      const auto [timestamp, added] = sink_timestamps[c].emplace(r.job.sequence, r.job.timestamp);
-      if (!added) timestamp->second = std::min(timestamp->second, r.job.timestamp);
-    }
+/// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job. A record
+/// without a recorded sink job counts, because buffers fill up only at the end of a run.
+[[nodiscard]] inline std::vector<ChainRecord> counted_chains(const Trace& trace, Time counted_from) {
+  std::unordered_map<TaskId, std::unordered_set<std::uint64_t>> early;  // by sink: sequences of the warm-up
+  for (const ChainRecord& r : trace.chains) early[r.sink];
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome != Outcome::ran || r.job.timestamp >= counted_from) continue;
+    if (const auto sink = early.find(r.job.task); sink != early.end()) sink->second.insert(r.job.sequence);
   }
-  std::vector<ChainRecord> counted;
-  for (const ChainRecord& r : trace.chains) {
-    const auto sink = sink_timestamps[r.chain].find(r.sequence);
-    const bool early = sink != sink_timestamps[r.chain].end() && sink->second < counted_from;
-    if (!early) counted.push_back(r);
-  }
+  std::vector<ChainRecord> counted = trace.chains;
+  std::erase_if(counted, [&](const ChainRecord& r) { return early[r.sink].contains(r.sequence); });
   return counted;
 }
 

@@ -42,7 +42,7 @@ results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
   } else {
     trace.chains = join_chains(plan.graph, plan.tasks, trace, observations);
   }
-  trace.chains = results::counted_chains(trace, plan.chains, Time{} + plan.warm_up);
+  trace.chains = results::counted_chains(trace, Time{} + plan.warm_up);
   return repetition;
 }
 

@@ -80,6 +80,13 @@ class Judgements(FieldTest):
         ran = sorted(t["ran"] for t in executor["tasks"] if t["kind"] == "subscription")
         self.assertEqual([round(n, -1) for n in ran], [100, 100, 200, 200])
 
+    def test_outputs_are_counted_by_the_jobs_that_make_them(self) -> None:
+        graph = FIELD / "sink_with_two_rates.yaml"
+        words = ("--executors", "default,rm-ro,multi:2", "--duration", 300, "--warm-up", 2)
+        run = self.simulate("run", "--graph", graph, *words)
+        for executor in run.summary()["executors"]:
+            self.assertIn(executor["chains"][0]["hot_path_latency_ms"]["n"], range(298, 301))
+
     def test_jobs_that_end_out_of_order(self) -> None:
         words = "--executors multi:4 --cores 4 --execution-times uniform --seed 2 --duration 10"
         found = []
