@@ -7,15 +7,15 @@ correction keeps the probability of any false alarm below ALARM_RATE. A chain or
 than half of its outputs or jobs in a repetition is worse without a test."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from hotpath_report.errors import InputError
-from hotpath_report.comparison.sides import EXECUTOR, NOTHING_MS, SOURCE, Counts, Draws, Key, Side
-from hotpath_report.statistics import PERCENTILES, Growth, Pairing, Samples, Scale, Values, growth, holm
+from hotpath_report.comparison.sides import EXECUTOR, NOTHING_MS, SOURCE, Draws, Key, Side
+from hotpath_report.statistics import PERCENTILES, Growth, Pairing, Samples, Scale, growth, holm
 
 ALARM_RATE = 0.01
 POWER = 0.9  # probability of finding a detectable growth
@@ -24,6 +24,9 @@ LEAST_REPETITIONS = 3
 MEAN, QUANTILES = "mean", (0.5, 0.99)
 LOSSES = "lost jobs and samples"
 OUTPUTS, JOBS, REPETITIONS = "outputs", "jobs", "repetitions"
+COUNTED = (LOSSES, OUTPUTS, JOBS, REPETITIONS)
+
+Series = Mapping[int, float]  # by number of the repetition
 
 
 def percent_text(value: float) -> str:
@@ -41,15 +44,17 @@ class Judgement:
     pairing: Pairing
     simulated: bool
     adjusted: float = 1.0
-    dried_up: bool = False  # see dries_up(); also a repetition that is missing
+    dried_up: bool = False  # dries_up(), or a repetition is missing
+    sprang: bool = False  # the opposite
 
     @property
     def worse(self) -> bool:
         """Whether the measure became worse beyond noise."""
-        if self.measure in (OUTPUTS, JOBS, REPETITIONS):
-            least = max(1, LEAST_EFFECT * self.growth.before)  # one more can end after the run
-            return self.dried_up or (self.adjusted < ALARM_RATE and self.growth.growth < -least)
-        return self.adjusted < ALARM_RATE and (self.exact or self.percent > 100 * LEAST_EFFECT or self.lost)
+        if self.dried_up or self.adjusted >= ALARM_RATE:
+            return self.dried_up
+        if self.measure == OUTPUTS:
+            return self.growth.growth < -max(1, LEAST_EFFECT * self.growth.before)  # one can end after the run
+        return self.exact or self.percent > 100 * LEAST_EFFECT or self.lost
 
     @property
     def exact(self) -> bool:
@@ -69,7 +74,7 @@ class Judgement:
     @property
     def counted(self) -> bool:
         """Whether the measure is a count."""
-        return self.measure in (LOSSES, OUTPUTS, JOBS, REPETITIONS)
+        return self.measure in COUNTED
 
     @property
     def percent(self) -> float:
@@ -117,7 +122,7 @@ class Judgement:
             *values,
             self.effect_text(),
             self.interval_text(),
-            f"{self.adjusted:.2g}",
+            "0" if self.dried_up else f"{self.adjusted:.2g}",
             self.detectable_text(),
             "WORSE" if self.worse else "the same" if self.same else "not worse",
         ]
@@ -162,13 +167,6 @@ def dries_up(before: Mapping[int, float], after: Mapping[int, float], pairing: P
     return any(gone(count, after[n]) for n, count in before.items())
 
 
-def fall(old: Values, new: Values, pairing: Pairing) -> Growth:
-    """The test for a count that should not fall."""
-    grown = growth(-old, -new, pairing, Scale.DIFFERENCE, ALARM_RATE, POWER)
-    mean = {"before": old.mean(), "after": new.mean(), "growth": new.mean() - old.mean()}
-    return replace(grown, **mean, low=-grown.high, high=-grown.low)
-
-
 def measures_of(samples: Samples) -> dict[str, dict[int, float]]:
     """{measure: {repetition: ms}}, all above 0."""
     measures: dict[str, dict[int, float]] = {}
@@ -180,104 +178,83 @@ def measures_of(samples: Samples) -> dict[str, dict[int, float]]:
     return measures
 
 
-def numbers_of(counts: Counts, executor: Key) -> set[int]:
+def numbers_of(side: Side, executor: Key) -> set[int]:
     """Planned repetitions of an executor, given by its source, setting and name."""
-    return {n for key, of in counts.items() if key[SOURCE:][:3] == executor for n in of}
+    return {n for key, of in side.outputs.items() if key[SOURCE:][:3] == executor for n in of}
+
+
+def negated(found: Growth) -> Growth:
+    """The growth of counts that were tested with the opposite sign, because fewer are worse."""
+    changed = {name: -getattr(found, name) + 0.0 for name in ("before", "after", "growth")}  # no -0
+    return replace(found, **changed, low=-found.high, high=-found.low)
 
 
 class Judge:
     """Compares two sides. `interleaved`: live repetitions were measured in turn."""
 
     def __init__(self, before: Side, after: Side, interleaved: bool) -> None:
-        self.before, self.after, self.interleaved = before, after, interleaved
+        self.sides, self.interleaved = (before, after), interleaved
+        self.tests = 1
 
-    def pairing(self, key: Key, old: Sequence[int], new: Sequence[int]) -> Pairing:
-        """Pairing of repetitions. Raises InputError if there are too few to judge."""
-        agree = draws_agree(self.before.draws, self.after.draws, key[EXECUTOR])
+    def compare(self, key: Key, measure: str, old: Series, new: Series) -> Judgement:
+        """One comparison, of the common repetitions if these are pairs. Raises InputError."""
         name, simulated = " ".join(filter(None, key)), key[SOURCE] == "simulated"
-        return pairing_of(name, simulated, self.interleaved, old, new, agree)
+        agree = draws_agree(self.sides[0].draws, self.sides[1].draws, key[EXECUTOR])
+        pairing = pairing_of(name, simulated, self.interleaved, list(old), list(new), agree)
+        if pairing != Pairing.INDEPENDENT:
+            common = sorted(old.keys() & new.keys())
+            old, new = ({n: side[n] for n in common} for side in (old, new))
+        fewer_is_worse = measure in (OUTPUTS, JOBS)
+        sign = -1 if fewer_is_worse else 1
+        values = [sign * np.array(list(side.values())) for side in (old, new)]
+        scale = Scale.DIFFERENCE if measure in COUNTED else Scale.RATIO
+        found = growth(values[0], values[1], pairing, scale, ALARM_RATE / self.tests, POWER)
+        if not fewer_is_worse:
+            return Judgement(name, measure, found, pairing, simulated)
+        dried_up, sprang = (dries_up(*both, pairing) for both in ((old, new), (new, old)))
+        return Judgement(name, measure, negated(found), pairing, simulated, 1.0, dried_up, sprang)
 
-    def latencies(self) -> list[tuple[Key, str, Scale, Mapping[int, float], Mapping[int, float]]]:
-        """What grows, per repetition."""
-        samples = self.before.samples, self.after.samples
-        made = []
-        for key in sorted(samples[0].keys() & samples[1].keys()):
-            old, new = (measures_of(side[key]) for side in samples)
-            made += [(key, measure, Scale.RATIO, old[measure], new[measure]) for measure in old]
-        lost = self.before.losses, self.after.losses
-        made += [
-            (key, LOSSES, Scale.DIFFERENCE, lost[0][key], lost[1][key])
-            for key in sorted(lost[0].keys() & lost[1].keys())
-        ]
-        return made
+    def series(self) -> Iterator[tuple[Key, str, Series, Series]]:
+        """Everything to compare, by repetition."""
+        before, after = self.sides
+        for key in sorted(before.samples.keys() & after.samples.keys()):
+            old, new = (measures_of(side.samples[key]) for side in self.sides)
+            yield from ((key, measure, old[measure], new[measure]) for measure in old)
+        for key in sorted(before.losses.keys() & after.losses.keys()):
+            yield key, LOSSES, before.losses[key], after.losses[key]
+        for key in sorted(before.outputs.keys() | after.outputs.keys()):
+            counts = [
+                side.outputs.get(key, dict.fromkeys(numbers_of(side, key[SOURCE:][:3]), 0.0))
+                for side in self.sides
+            ]
+            if all(counts) and any(any(of.values()) for of in counts):  # else an executor did not run
+                yield key, JOBS if key[0] == "response" else OUTPUTS, *counts
 
-    def repetitions(self) -> list[Judgement]:
+    def repetitions(self) -> Iterator[Judgement]:
         """Executors with a repetition that the other side does not have."""
-        made = []
-        sides = self.before.outputs, self.after.outputs
-        for executor in sorted({key[SOURCE:][:3] for side in sides for key in side}):
-            old, new = (numbers_of(side, executor) for side in sides)
+        for executor in sorted({key[SOURCE:][:3] for side in self.sides for key in side.outputs}):
+            old, new = (numbers_of(side, executor) for side in self.sides)
             simulated = executor[0] == "simulated"
             paired = (simulated or self.interleaved) and len(old & new) == min(len(old), len(new))
             if old != new and (paired or not old or not new):
                 before, after = map(float, (len(old), len(new)))
-                change = Growth(before, after, after - before, math.nan, math.nan, 0.0, True, 0.0)
+                change = Growth(before, after, after - before, math.nan, math.nan, 1.0, True, 0.0)
                 pairing = Pairing.EXACT if simulated else Pairing.PAIRED
                 gone = bool(old - new)
-                made.append(
-                    Judgement(
-                        " ".join(executor), REPETITIONS, change, pairing, simulated, float(not gone), gone
-                    )
-                )
-        return made
-
-    def outputs(self) -> tuple[list[Judgement], list[Judgement]]:
-        """Outputs of chains, and tasks that have jobs on one side only or whose jobs dry up; without
-        executors that did not run."""
-        made: tuple[list[Judgement], list[Judgement]] = ([], [])
-        sides = self.before.outputs, self.after.outputs
-        for key in sorted(sides[0].keys() | sides[1].keys()):
-            old, new = (
-                side.get(key, dict.fromkeys(numbers_of(side, key[SOURCE:][:3]), 0.0)) for side in sides
-            )
-            if not old or not new or not (any(old.values()) or any(new.values())):
-                continue
-            name, simulated = " ".join(filter(None, key)), key[SOURCE] == "simulated"
-            pairing = self.pairing(key, list(old), list(new))
-            if pairing != Pairing.INDEPENDENT:
-                common = sorted(old.keys() & new.keys())
-                old, new = ({n: side[n] for n in common} for side in (old, new))
-            of_task, dried_up = key[0] == "response", dries_up(old, new, pairing)
-            if of_task and not dried_up and not dries_up(new, old, pairing):
-                continue
-            change = fall(*(np.array(list(side.values())) for side in (old, new)), pairing)
-            what = JOBS if of_task else OUTPUTS
-            made[of_task].append(Judgement(name, what, change, pairing, simulated, dried_up=dried_up))
-        return made
+                yield Judgement(" ".join(executor), REPETITIONS, change, pairing, simulated, dried_up=gone)
 
     def all(self) -> list[Judgement]:
-        """All comparisons of what the old side has."""
-        latencies = self.latencies()
-        outputs, dry_tasks = self.outputs()
-        tests = len(latencies) + len(outputs)
-        made = []
-        for key, measure, scale, old, new in latencies:
-            pairing = self.pairing(key, list(old), list(new))
-            if pairing != Pairing.INDEPENDENT:
-                common = sorted(old.keys() & new.keys())
-                old, new = ({n: side[n] for n in common} for side in (old, new))
-            values = [np.array(list(side.values())) for side in (old, new)]
-            found = growth(values[0], values[1], pairing, scale, ALARM_RATE / tests, POWER)
-            name = " ".join(filter(None, key))
-            made.append(Judgement(name, measure, found, pairing, key[SOURCE] == "simulated"))
-        made += outputs
-        for judgement, adjusted in zip(made, holm([j.growth.p_value for j in made])):
+        """All comparisons; a task's jobs only where one side has hardly any."""
+        series = list(self.series())
+        self.tests = max(1, sum(measure != JOBS for _, measure, _, _ in series))
+        made = [self.compare(*one) for one in series]
+        tested = [j for j in made if j.measure != JOBS]
+        for judgement, adjusted in zip(tested, holm([j.growth.p_value for j in tested])):
             judgement.adjusted = adjusted
-        for judgement in outputs + dry_tasks:
-            judgement.adjusted = 0.0 if judgement.dried_up else judgement.adjusted
-        return made + dry_tasks + self.repetitions()
+        shown = tested + [j for j in made if j.measure == JOBS and (j.dried_up or j.sprang)]
+        return shown + list(self.repetitions())
 
 
 def judge(before: Side, after: Side, interleaved: bool = False) -> list[Judgement]:
-    """All comparisons of what the old side has; a task's jobs only if they dry up."""
+    """All comparisons of two sides."""
     return Judge(before, after, interleaved).all()
