@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/import_caret.hpp"
 #include "import/import_ctf.hpp"
 
 #include "commands/commands.hpp"
@@ -30,19 +29,6 @@ void add_import_ctf_command(CLI::App& import) {
              "First jobs of the trace, which determine rules, times,\nchains and self-check");
 }
 
-void add_import_caret_command(CLI::App& import) {
-  auto [caret, o] = add_command<imports::CaretOptions>(
-      import, "caret", "Import an architecture file of CARET, with CARET's statistics",
-      "hotpath import caret architecture.yaml --stats stats_node --cores 8", imports::import_caret);
-  add_text(caret, "ARCHITECTURE", o.file, "FILE", "Architecture file; its named paths become chains")
-      ->required();
-  add_text(caret, "--stats", o.stats, "FOLDER",
-           "Node statistics of a CARET report: frequencies and execution\ntimes");
-  add_text(caret, "--output", o.output, "FOLDER",
-           "New folder for graph and deployment; by default imports/\nplus the architecture folder's name");
-  add_number(caret, "--cores", o.cores, {1, kMaxWorkers}, "N", "CPU cores of the recorded system");
-}
-
 void add_export_ctf_command(CLI::App& parent) {
   struct Options {
     std::string run, output;
@@ -59,10 +45,9 @@ void add_export_ctf_command(CLI::App& parent) {
 
 void add_import_command(CLI::App& app) {
   CLI::App& import =
-      *app.add_subcommand("import", "Create a graph from a recording or description of a real system");
+      *app.add_subcommand("import", "Create a graph from a recording of a real system");
   import.require_subcommand(1);
   add_import_ctf_command(import);
-  add_import_caret_command(import);
 }
 
 void add_export_command(CLI::App& app) {

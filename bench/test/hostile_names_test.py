@@ -14,7 +14,6 @@ from xml.etree import ElementTree
 import package
 from ctf_trace import sensor_and_filter
 from hotpath_command import CommandTest
-from import_files_test import ARCHITECTURE
 
 # Clears the screen, rings, overwrites the line, reverses the text; a script, a table cell, code, a
 # link, a formula.
@@ -66,7 +65,7 @@ class HostileNames(CommandTest):
             ("simulate", "--entity-order", NAME), (f"--{NAME}",), ("check", NAME), ("summarize", NAME), ("sweep", NAME),
             ("summarize", "--golden", NAME), ("recover", NAME), ("compare-results", NAME, NAME),
             ("timeline", NAME), ("bench", "--compare", NAME, NAME), ("bench", "--only", NAME), ("validate", NAME),
-            ("import", "ctf", NAME), ("import", "caret", NAME), ("export", "ctf", NAME),
+            ("import", "ctf", NAME), ("export", "ctf", NAME),
             ("advise", NAME), ("advise", "--for", NAME), ("analyze", NAME), ("analyze", "--trace", NAME),
             ("capacity", "--require", NAME), ("capacity", "--executors", NAME), ("timeline", LINES),
             ("explain", NAME), ("explain", LINES, NAME),
@@ -143,15 +142,6 @@ class HostileNames(CommandTest):
         shutil.rmtree(self.folder / "imported")
         self.printed("import", "ctf", folder, "--output", "imported", codes=(0,))
         self.assertEqual(self.check_pages(self.folder / "imported"), 1)
-
-    def test_files_of_caret(self) -> None:
-        source = self.folder / "architecture.yaml"
-        text = ARCHITECTURE.replace("path_name: all", f"path_name: {json.dumps(SHORT)}")
-        names = r"(?<=[ \[])(/[\w/]+|executor_\d)(?=[,}\]\n])"
-        source.write_text(re.sub(names, lambda m: json.dumps(m[0] + LINES), text))
-        self.printed("import", "caret", source, "--output", "caret", codes=(0,))
-        self.assertIn("script", (self.folder / "caret" / "graph.yaml").read_text())
-        self.printed("graph", "caret/graph.yaml", codes=(0,))
 
     def test_a_page_of_capacities(self) -> None:
         (self.folder / "x<script>.csv").write_text("task,first_release_ms\nnobody,0\n")

@@ -260,11 +260,6 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--jobs": Changes({"--jobs": 100}),
         },
     ),
-    "import caret": (
-        {},
-        {option: Elsewhere("it needs CARET's files", "import_files_test.py")
-         for option in ("--stats", "--cores", "--output")},
-    ),
     "export ctf": ({"RUN": "{run}", "--output": "out"}, {"--output": ELSEWHERE}),
     "recover": ({}, {"--json": JSON}),
     "watch": (

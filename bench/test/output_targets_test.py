@@ -69,7 +69,6 @@ FOLDERS = {
     ("compare-results", "--page"): ["compare-results", "RUN", "RUN"],
     ("advise", "--output"): ["advise", *LONG],
     ("import ctf", "--output"): ["import", "ctf", "trace"],
-    ("import caret", "--output"): ["import", "caret", "architecture.yaml"],
     ("export ctf", "--output"): ["export", "ctf", "RUN"],
     ("watch", "--record"): ["watch", "--once", "true"],
 }
@@ -83,7 +82,6 @@ MARKS = {
     "sweep --output": "sweep.json",
 }
 SWEEP = "command: simulate\nfixed: {executors: default, duration: 1e5}\naxes: {load: [10, 20]}\n"
-CARET = "named_paths: []\nexecutors: []\nnodes: []\n"
 OPTION = re.compile(r"^  (?:-\w,)?(--[\w-]+)(?:,--[\w-]+)* ([^ =\[:]+)(?= |=|$)", re.M)
 NUMBERS = "N SECONDS MS US PERCENT LEVEL X JOBS FLOAT".split()
 
@@ -327,7 +325,6 @@ class FolderTargets(OutputTargets):
     def setUp(self) -> None:
         super().setUp()
         (self.folder / "sweep.yaml").write_text(SWEEP)
-        (self.folder / "architecture.yaml").write_text(CARET)
         (self.folder / "trace").mkdir()
         (self.folder / "trace" / "metadata").write_text("")
 

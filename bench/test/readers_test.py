@@ -57,8 +57,6 @@ READERS = {
     "swept/sweep.yaml": ["sweep {d}/../sweep.yaml --output {d}"],
     "reference/rclcpp_timers_only.csv": ["validate --reference {d} --output v"],
     "reference/rclcpp_autoware_phases.csv": ["validate --reference {d} --output v"],
-    "caret/architecture.yaml": ["import caret {f} --output i"],
-    "caret/stats/stats.yaml": ["import caret {d}/../architecture.yaml --stats {d} --output i"],
     "ctf/rm-ro-0/metadata": ["import ctf {d} --output i"],
     "ctf/rm-ro-0/stream": ["import ctf {d} --output i"],
 }

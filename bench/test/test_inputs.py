@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from bench_command_test import Report
-from import_files_test import ARCHITECTURE, STATISTICS
 
 SYSTEM = Path(__file__).resolve().parents[2] / "reference_system"
 GOLDEN = SYSTEM / "ros2_reference" / "traces" / "timers_only_60.default.csv"
@@ -61,11 +60,12 @@ def make_inputs(hotpath: Any) -> Any:
     folder = Path(tempfile.mkdtemp(prefix="hotpath_inputs_"))
     make_run(hotpath, folder)
     shutil.copy(SYSTEM / "graphs" / "sequences.yaml", folder / "graph.yaml")
+    (folder / "imported").mkdir()
+    shutil.copy(SYSTEM / "graphs" / "sequences.yaml", folder / "imported" / "graph.yaml")
     texts = {
+        "imported/deployment.yaml": "name: mine\nexecutors:\n  - {name: all, executor: rm-ro, owns: rest}\n",
         "callbacks.yaml": CALLBACKS,
         "times.csv": "execution_time_ms\n4.2\n4.5\n",
-        "caret/architecture.yaml": ARCHITECTURE,
-        "caret/stats/stats.yaml": "".join(STATISTICS.values()),
         "golden.csv": "".join(GOLDEN.read_text().splitlines(keepends=True)[:GOLDEN_LINES]),
         "sweep.yaml": SWEEP,
         "capacity/levels.csv": LEVELS,
@@ -78,8 +78,6 @@ def make_inputs(hotpath: Any) -> Any:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--cie"))
-    caret = ("caret/architecture.yaml", "--stats", "caret/stats", "--cores", "4")
-    call(hotpath, folder, "import", "caret", *caret, "--output", "imported")
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
     call(hotpath, folder, "analyze", "sequences", "--executors", "rm-ro", "--page", "bounds")
     call(hotpath, folder, "advise", "sequences", "--output", "advice", "--draws", "1", "--duration", "1")
