@@ -2,8 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <set>
 #include <string>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/trace.hpp"
@@ -88,30 +89,24 @@ struct MeasuredChain {
 };
 
 /// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to
-/// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job, found
-/// by its sequence; if several sink tasks have a job of that sequence, the earliest timestamp
-/// decides. A record without a recorded sink job counts, because buffers fill up only at the end of
-/// a run.
+/// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job; if its
+/// task is unknown, any job of the sink with its sequence. A record without a recorded sink job
+/// counts, because buffers fill up only at the end of a run.
 [[nodiscard]] inline std::vector<ChainRecord> counted_chains(const Trace& trace,
                                                              const std::vector<MeasuredChain>& chains,
                                                              Time counted_from) {
-  std::vector<std::unordered_map<std::uint64_t, Time>> sink_timestamps(chains.size());
-  for (std::size_t c = 0; c < chains.size(); ++c) {
-    const auto& sinks = chains[c].sink_tasks;
-    for (const JobRecord& r : trace.jobs) {
-      if (r.outcome != Outcome::ran || std::ranges::find(sinks, r.job.task) == sinks.end()) {
-        continue;
-      }
-      const auto [timestamp, added] = sink_timestamps[c].emplace(r.job.sequence, r.job.timestamp);
-      if (!added) timestamp->second = std::min(timestamp->second, r.job.timestamp);
-    }
+  std::set<std::pair<TaskId, std::uint64_t>> early;
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome == Outcome::ran && r.job.timestamp < counted_from)
+      early.emplace(r.job.task, r.job.sequence);
   }
-  std::vector<ChainRecord> counted;
-  for (const ChainRecord& r : trace.chains) {
-    const auto sink = sink_timestamps[r.chain].find(r.sequence);
-    const bool early = sink != sink_timestamps[r.chain].end() && sink->second < counted_from;
-    if (!early) counted.push_back(r);
-  }
+  std::vector<ChainRecord> counted = trace.chains;
+  std::erase_if(counted, [&](const ChainRecord& r) {
+    if (r.sink != kNoTask) return early.contains({r.sink, r.sequence});
+    return std::ranges::any_of(chains[r.chain].sink_tasks, [&](TaskId sink) {
+      return early.contains({sink, r.sequence});
+    });
+  });
   return counted;
 }
 

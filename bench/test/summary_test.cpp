@@ -202,6 +202,18 @@ TEST(Latencies, HotPathDropsAreThoseOfTheCountedOutputs) {
   EXPECT_EQ(summary_of({r}, options(100)).chains[0].drops, 2u);
 }
 
+TEST(Latencies, TheSinksOwnJobDecidesWhetherItsOutputCounts) {
+  results::Repetition r =
+      repetition(0, {ran(kPoints, 1, 0, 1, 2), ran(kClusters, 1, 100, 101, 102)}, {output(1, 1)});
+  const auto counted = [&](TaskId sink) {
+    r.trace.chains[0].sink = sink;
+    return results::counted_chains(r.trace, kChains, at(100)).size();
+  };
+  EXPECT_EQ(counted(kPoints), 0u);
+  EXPECT_EQ(counted(kClusters), 1u);
+  EXPECT_EQ(counted(kNoTask), 0u) << "a job of another subscription may be the sink's";
+}
+
 TEST(Ratio, IsThatOfThisExecutorToDefault) {
   const std::vector<results::ExecutorRuns> runs = {
       {"rm-ro", {repetition(0, {}, {output(0, 10), output(1, 12), output(2, 20)})}},
