@@ -44,8 +44,7 @@ void add_export_ctf_command(CLI::App& parent) {
 }  // namespace
 
 void add_import_command(CLI::App& app) {
-  CLI::App& import =
-      *app.add_subcommand("import", "Create a graph from a recording of a real system");
+  CLI::App& import = *app.add_subcommand("import", "Create a graph from a recording of a real system");
   import.require_subcommand(1);
   add_import_ctf_command(import);
 }

@@ -8,9 +8,9 @@
 #include <set>
 
 #include "hotpath/core/utf8.hpp"
+#include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "hotpath/reference_system/ros_names.hpp"
 #include "import/outside_releases.hpp"

@@ -109,7 +109,7 @@ struct RepetitionMeasures {
     std::size_t outputs = 0;
     double worst_hot_path_ms = kNoValue;
   };
-  std::vector<OfChain> chains;  ///< In the summary's order.
+  std::vector<OfChain> chains = {};  ///< In the summary's order.
 };
 
 struct ExecutorSummary {

@@ -43,7 +43,9 @@ class Judgements(FieldTest):
         graph = FIELD / "no_output.yaml"
         require = ("--require", "no-loss,latency:50", "--repetitions", 20)
         self.accepted("capacity", "--graph", graph, *words.split(), *require, "--output", "levels")
-        levels = {row["rate"]: row for row in self.rows_of("levels/levels.csv") if row["source"] == "simulated"}
+        levels = {
+            row["rate"]: row for row in self.rows_of("levels/levels.csv") if row["source"] == "simulated"
+        }
         self.assertEqual(levels["100"]["why"], "a task never ran (14 of 20 repetitions)")
         self.assertEqual(levels["100"]["holds"], "0")
 
@@ -102,9 +104,7 @@ class Judgements(FieldTest):
     def test_without_trace_chains_have_their_age(self) -> None:
         words = ("--executors", "default,rm-ro", "--phases", "random", "--duration", 5)
         runs = [self.simulate(f"run{len(t)}", *words, *t) for t in ((), ("--no-trace",))]
-        ages = [
-            [e["chains"][0]["end_to_end_latency_ms"] for e in run.summary()["executors"]] for run in runs
-        ]
+        ages = [[e["chains"][0]["end_to_end_latency_ms"] for e in run.summary()["executors"]] for run in runs]
         self.assertGreater(ages[0][0]["n"], 30)
         self.assertEqual(ages[0], ages[1])
 
@@ -139,7 +139,9 @@ class Judgements(FieldTest):
             self.simulate("apart", *words, "--deployments", "apart.yaml"),
             self.simulate("together", *words, "--executors", "multi:2"),
         ]
-        starts = [{row["sequence"]: row["start_ns"] for row in self.rows(r) if row["task"] == "B/u"} for r in runs]
+        starts = [
+            {row["sequence"]: row["start_ns"] for row in self.rows(r) if row["task"] == "B/u"} for r in runs
+        ]
         self.assertGreater(len(starts[0]), 100)
         self.assertEqual(starts[0], starts[1])
 

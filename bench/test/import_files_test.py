@@ -8,6 +8,7 @@ from hotpath_command import CommandTest
 SOURCE = Path(__file__).resolve().parents[2]
 RECORDED = SOURCE / "reference_system" / "graphs" / "recorded" / "deployments"
 
+
 class RecordedGraphs(CommandTest):
     def test_the_recorded_graphs_ship(self) -> None:
         listed = self.accepted("list", "graphs")

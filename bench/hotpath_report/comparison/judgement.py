@@ -53,7 +53,9 @@ class Judgement:
         if self.dried_up or self.adjusted >= ALARM_RATE:
             return self.dried_up
         if self.measure == OUTPUTS:
-            return self.growth.growth < -max(1, LEAST_EFFECT * self.growth.before)  # one can end after the run
+            return self.growth.growth < -max(
+                1, LEAST_EFFECT * self.growth.before
+            )  # one can end after the run
         return self.exact or self.percent > 100 * LEAST_EFFECT or self.lost
 
     @property
