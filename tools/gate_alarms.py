@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from evidence import RESULTS, hotpath, parser
-from hotpath_report.comparison.sides import Key, losses, read, regardless_of_load
+from hotpath_report.comparison.gate import of_hot_paths
+from hotpath_report.comparison.sides import Key, Side, losses, read, regardless_of_load, side
 from hotpath_report.comparison.judgement import judge
 from hotpath_report.statistics import Samples, median
 
@@ -68,7 +69,7 @@ class Live:
             k: n.draw(self.random, self.repetitions, factor if k == slower else 1)
             for k, n in self.noise.items()
         }
-        worse = [j.what for j in judge(old, new, (self.counts(), self.counts())) if j.worse]
+        worse = [j.what for j in judge(Side(old, self.counts(), {}), Side(new, self.counts(), {})) if j.worse]
         return bool(worse) if factor == 1 else " ".join(filter(None, slower)) in worse
 
 
@@ -80,10 +81,8 @@ def simulated_fires(repetitions: int, folder: Path, run: int, factor: float) -> 
         output = folder / f"{run}-{factor}-{name}"
         words = f"simulate --executors default,rm-ro --phases random --duration 5 --load {work:g}".split()
         hotpath(*words, "--seed", first, "--repetitions", repetitions, "--output", output)
-        found = {key: samples for key, samples in read(output).items() if key[0] == "hot path"}
-        sides.append((found, losses(output)))
-    latencies, lost = (regardless_of_load(*pair) for pair in zip(*sides))
-    return any(j.worse for j in judge(*latencies, lost))
+        sides.append(of_hot_paths(side(output)))
+    return any(j.worse for j in judge(*regardless_of_load(*sides)))
 
 
 def main() -> int:

@@ -102,6 +102,8 @@ def compare_results(
     if gate:
         return judge(old, new, across_loads, outputs | {"page": page})
     folders = Path(old), Path(new)
+    before: Mapping[Key, Samples]
+    after: Mapping[Key, Samples]
     before, after = map(sides.read, folders)
     if across_loads:
         both = sides.regardless_of_load(*(Side(samples, {}, {}) for samples in (before, after)))

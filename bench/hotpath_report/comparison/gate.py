@@ -101,7 +101,7 @@ def judged(folders: tuple[Path, Path], across_loads: bool) -> tuple[Side, Side, 
     if across_loads:
         before, after = sides.regardless_of_load(before, after)
     if not before.outputs.keys() & after.outputs.keys():
-        raise sides.nothing_in_common(*map(str, folders), before.outputs, after.outputs)
+        raise sides.nothing_in_common(str(folders[0]), str(folders[1]), before.outputs, after.outputs)
     judgements = judge(before, after, interleaved(*folders))
     if not judgements:
         raise InputError(f"{folders[0]}: no output and no job after the warm-up, there is nothing to judge")

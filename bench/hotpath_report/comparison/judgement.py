@@ -207,7 +207,7 @@ class Judge:
             common = sorted(old.keys() & new.keys())
             old, new = ({n: side[n] for n in common} for side in (old, new))
         fewer_is_worse = measure in (OUTPUTS, JOBS)
-        sign = -1 if fewer_is_worse else 1
+        sign = -1.0 if fewer_is_worse else 1.0
         values = [sign * np.array(list(side.values())) for side in (old, new)]
         scale = Scale.DIFFERENCE if measure in COUNTED else Scale.RATIO
         found = growth(values[0], values[1], pairing, scale, ALARM_RATE / self.tests, POWER)
@@ -220,17 +220,18 @@ class Judge:
         """Everything to compare, by repetition."""
         before, after = self.sides
         for key in sorted(before.samples.keys() & after.samples.keys()):
-            old, new = (measures_of(side.samples[key]) for side in self.sides)
-            yield from ((key, measure, old[measure], new[measure]) for measure in old)
+            grown = measures_of(after.samples[key])
+            for measure, values in measures_of(before.samples[key]).items():
+                yield key, measure, values, grown[measure]
         for key in sorted(before.losses.keys() & after.losses.keys()):
             yield key, LOSSES, before.losses[key], after.losses[key]
         for key in sorted(before.outputs.keys() | after.outputs.keys()):
-            counts = [
+            old, new = (
                 side.outputs.get(key, dict.fromkeys(numbers_of(side, key[SOURCE:][:3]), 0.0))
                 for side in self.sides
-            ]
-            if all(counts) and any(any(of.values()) for of in counts):  # else an executor did not run
-                yield key, JOBS if key[0] == "response" else OUTPUTS, *counts
+            )
+            if old and new and (any(old.values()) or any(new.values())):  # else an executor did not run
+                yield key, JOBS if key[0] == "response" else OUTPUTS, old, new
 
     def repetitions(self) -> Iterator[Judgement]:
         """Executors with a repetition that the other side does not have."""

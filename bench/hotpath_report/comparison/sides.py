@@ -159,7 +159,7 @@ def outputs(reported: ReportedRun) -> dict[Key, dict[int, float]]:
 
 def side(folder: Path) -> Side:
     """One side of the gate. Raises InputError."""
-    made: dict[Key, dict[int, float]] = {}
+    made: dict[Key, Mapping[int, float]] = {}
     if (folder / "data" / HOT_PATH_FILE).exists():
         samples = read(folder)
         made = {k: dict(zip(s.numbers, map(float, map(len, s.repetitions)))) for k, s in samples.items()}
@@ -169,7 +169,7 @@ def side(folder: Path) -> Side:
     for one in reported:
         run = one.run
         for key, counts in outputs(one).items():
-            made.setdefault(key, {}).update(counts)
+            made[key] = {**made.get(key, {}), **counts}
         for r in run["runs"] if run.simulated else ():
             facts = (
                 f"{run['execution_times']}, {run['warm_up_s']} + {run['duration_s']} s",
@@ -207,7 +207,7 @@ def read(folder: Path) -> dict[Key, Samples]:
 
 def regardless_of_load(old: Side, new: Side) -> tuple[Side, Side]:
     """Both sides with a common setting. Raises InputError if a side has several settings."""
-    settings = [sorted({key[SETTING] for key in {**side.samples, **side.outputs}}) for side in (old, new)]
+    settings = [sorted({key[SETTING] for key in (*side.samples, *side.outputs)}) for side in (old, new)]
     several = next((side for side in settings if len(side) > 1), None)
     if several:
         raise InputError(

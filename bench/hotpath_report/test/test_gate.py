@@ -290,7 +290,7 @@ class Simulations(unittest.TestCase):
     def field(self, graph: str, name: str, *words: str) -> str:
         """Simulates one of the graphs with right values from public reports."""
         output = self.folder / name
-        command = [
+        command: list[Any] = [
             hotpath_command.program(),
             "simulate",
             "--graph",
