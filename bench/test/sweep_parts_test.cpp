@@ -316,11 +316,11 @@ TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
   good.each = {{0, 0, 0, 0, 0, {{5, 20}, {5, 30}}}, {1, 0, 0, 0, 0, {{5, 20}, {5, 30}}}};
   bad.each = {{0, 0, 0, 0, 0, {{5, 20}, {5, 30}}}, {1, 0, 3, 0, 0, {{5, 20}, {5, 70}}}};
   bad.overwritten = 3;
-  const sweep::Requirement r = sweep::Requirement::parse({"no-loss", "latency:60"});
-  EXPECT_EQ(r.failure(good), "");
-  EXPECT_EQ(r.failure(bad), "0 timestamps skipped, 3 samples overwritten (1 of 2 repetitions)");
+  const sweep::Requirement required = sweep::Requirement::parse({"no-loss", "latency:60"});
+  EXPECT_EQ(required.failure(good), "");
+  EXPECT_EQ(required.failure(bad), "0 timestamps skipped, 3 samples overwritten (1 of 2 repetitions)");
   EXPECT_EQ(sweep::Requirement::parse({"latency:60"}).failure(bad), "latency 70.0 ms (1 of 2 repetitions)");
-  EXPECT_EQ(r.failure({}), "nothing was measured");
+  EXPECT_EQ(required.failure({}), "nothing was measured");
   // One after the other: each repetition must meet each requirement.
   const auto changed = [&](const auto& change) {
     results::ExecutorSummary executor = good;
