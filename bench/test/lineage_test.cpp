@@ -53,7 +53,9 @@ void vary_rules(Graph& graph, test::Random& random) {
         first = {first.topic, PublishRule::every, {}, 2};
       if (first.rule != PublishRule::last_of && test::chance(random, 20)) first.at = 0.5;
       if (!test::chance(random, 40)) continue;
-      Publication second{"x" + std::to_string(readers.size()), PublishRule::always};
+      Publication second;
+      second.topic = "x" + std::to_string(readers.size());
+      second.rule = PublishRule::always;
       for (std::uint32_t i = 0; i < node.inputs.size(); ++i)
         if (i != callback.input && test::chance(random, 70)) second.of.push_back(i);
       const bool waits = callback.input && !second.of.empty() && test::chance(random, 50);
