@@ -9,6 +9,7 @@
 
 #include "hotpath/core/input_file.hpp"
 #include "program/text.hpp"
+#include "program/whole_file.hpp"
 
 namespace hotpath::results {
 
@@ -29,12 +30,13 @@ std::string content_of(std::ifstream in) {
 
 }  // namespace
 
-void keep_input(const RunFolder& folder, RunRecord& record, const std::string& kind,
-                const fs::path& original) {
+void keep_input(const RunFolder& folder, RunRecord& record, const std::string& kind, const fs::path& original,
+                std::string name) {
   const std::string content = content_of(open_input(original, "it is an input of the run"));
   std::error_code ignored;
   const fs::path absolute = fs::absolute(original, ignored);
-  const std::string name = program::concat("input_", kind, original.extension().string());
+  if (name.empty()) name = program::concat("input_", kind, original.extension().string());
+  program::create_folder((folder.path() / name).parent_path());
   folder.write(name, content);
   record.inputs.push_back({kind, name, absolute.lexically_normal(), hash_of(content)});
 }

@@ -50,7 +50,7 @@ std::string chain_title(const Summary& summary, std::size_t chain) {
 program::TextTable chain_table(const Summary& summary, std::size_t chain) {
   program::TextTable table(chain_title(summary, chain),
                            {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
-                            "CPU us/\ncallback", "median\nratio", "max\nratio", "end to\nend max"});
+                            "CPU us/\ncallback", "median\nratio", "max\nratio"});
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
     const LatencySummary& l = c.hot_path;
@@ -64,8 +64,7 @@ program::TextTable chain_table(const Summary& summary, std::size_t chain) {
                    std::to_string(e.overwritten),
                    number(e.cpu_per_callback_us),
                    starred(c.median_to_default),
-                   starred(c.max_to_default),
-                   number(c.end_to_end.quantiles.max)});
+                   starred(c.max_to_default)});
   }
   return table;
 }
@@ -118,6 +117,16 @@ void write_notes(std::ostream& out, const Summary& summary) {
   const bool balanced =
       std::ranges::all_of(summary.executors, [](const ExecutorSummary& e) { return e.unbalanced.empty(); });
   if (balanced && !summary.executors.empty()) out << "Loss equations hold for every task of every run.\n";
+  for (std::size_t c = 0; !summary.executors.empty() && c < summary.executors.front().chains.size(); ++c) {
+    std::vector<std::string> most;
+    for (const ExecutorSummary& e : summary.executors) {
+      const Quantiles& whole = e.chains[c].end_to_end.quantiles;
+      if (whole.n > 0) most.push_back(e.executor + " " + number(whole.max));
+    }
+    if (most.empty()) continue;
+    out << "End to end along " << summary.executors.front().chains[c].chain
+        << " at most: " << program::joined(most, ", ") << " ms.\n";
+  }
   for (const ExecutorSummary& e : summary.executors) {
     for (const Imbalance& i : std::span(e.unbalanced).first(std::min(kMostExamples, e.unbalanced.size()))) {
       out << "Loss equation broken: " << e.executor << ", repetition " << i.repetition << ", " << i.task

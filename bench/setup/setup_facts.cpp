@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "setup/setup_facts.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "bounds/bounds.hpp"
 #include "hotpath/reference_system/chain_limits.hpp"
@@ -86,7 +88,22 @@ results::RunRecord record_of(const CommonOptions& options, const Graph& graph, c
 void keep_inputs(const results::RunFolder& folder, const CommonOptions& options, results::RunRecord& record,
                  const std::string& times) {
   record.inputs.clear();
-  keep_input(folder, record, "graph", find_graph(options.graph));
+  const std::filesystem::path file = find_graph(options.graph);
+  std::set<std::filesystem::path> values;  // files of execution times, which the copy finds beside itself
+  for (const Node& node : load_graph(file).nodes) {
+    for (const Callback& callback : node.callbacks) {
+      if (!callback.measured_file.empty()) values.insert(callback.measured_file);
+    }
+  }
+  const auto is_below = [](const std::filesystem::path& path) {
+    return path.is_absolute() || *path.lexically_normal().begin() != "..";
+  };
+  if (std::ranges::all_of(values, is_below)) {
+    keep_input(folder, record, "graph", file);
+    for (const auto& path : values) {
+      if (!path.is_absolute()) keep_input(folder, record, "values", file.parent_path() / path, path);
+    }
+  }
   std::size_t n = 0;
   for (const auto& [label, deployment] : record.deployments) {
     if (!deployment.file.empty() && std::filesystem::exists(deployment.file))

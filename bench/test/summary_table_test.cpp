@@ -64,6 +64,7 @@ rm-ro     1500         21.2         24.0         25.5         26.1        0     
 
 * beyond noise: the confidence interval of this ratio to default (summary.json) excludes 1.
 Loss equations hold for every task of every run.
+End to end along hot_path at most: default 52.2, rm-ro 26.1 ms.
 )");
 }
 

@@ -110,7 +110,7 @@ class WholeProgram(CommandTest):
         self.assertEqual(run["failures"], [])
         self.assertEqual(run["executors"], list(executors))
         pictures = {"hot_path.svg", "hot_path.png"} if figures else set()
-        self.assertEqual(folder.files(), FILES | pictures)
+        self.assertEqual(folder.files(), FILES | {"input_graph.yaml"} | pictures)
         self.assertEqual(folder.rows("jobs.csv")[0], JOB_COLUMNS)
         self.assertEqual(folder.rows("chains.csv")[0], CHAIN_COLUMNS)
 

@@ -127,7 +127,8 @@ class CallbackParser {
       for (const YamlValue& v : measured->list("a value of " + map.what()))
         values.push_back(v.milliseconds(true));
     } else {
-      values = read_values(std::filesystem::path(file_).parent_path() / file->text());
+      callback.measured_file = file->text();
+      values = read_values(std::filesystem::path(file_).parent_path() / callback.measured_file);
     }
     const auto [least, most] = std::minmax_element(values.begin(), values.end());
     callback.best = *least;
