@@ -230,7 +230,7 @@ TEST_F(SweepTest, AFolderHasOneSweepAtATime) {
     EXPECT_THROW(sweep::Journal(folder_ / "out", other), program::UsageError);
     EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), d.text);
   }
-  sweep::Journal(folder_ / "out", other);  // accepted: the first sweep never began
+  const sweep::Journal accepted(folder_ / "out", other);  // the first sweep never began
   EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), other.text);
 }
 
