@@ -106,7 +106,10 @@ struct Indy {
   mutable std::vector<ElementBound> elements;
 };
 
-double rounded_ms(std::int64_t ns) { return static_cast<double>((ns + 500) / 1000) / 1000; }
+double rounded_ms(std::int64_t ns) {
+  const std::int64_t us = (ns + 500) / 1000;
+  return static_cast<double>(us) / 1000;
+}
 
 TEST(Teper2024, IndyBaseline) {
   const Indy indy;
