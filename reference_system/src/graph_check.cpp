@@ -246,10 +246,10 @@ class Check {
           start_of(require_member(source, lines.sources[i]), source, subject, lines.sources[i]);
       if (!reaches(start, sink, members)) refuse_path(source, lines.sources[i]);
       if (tasks_.downstream(start).size() > tasks_.set[start].feeds.size()) {
-        fail(lines.sources[i],
-             "source " + source + " of " + subject +
-                 " stores samples for messages that name only the job that publishes them",
-             "begin with the node that publishes its topic");
+        std::string why = "source " + source + " of ";
+        why += subject;
+        why += " stores samples for messages that name only the job that publishes them";
+        fail(lines.sources[i], why, "begin with the node that publishes its topic");
       }
     }
   }
