@@ -70,8 +70,6 @@ class Commands(CommandTest):
         self.assertTrue(any(isinstance(row["bound_ns"], int) for row in chain), chain)
         self.assertIn("autoware", [graph["name"] for graph in data("list", "graphs")])
         self.assertIn("isolated", [deployment["name"] for deployment in data("list", "deployments")])
-        self.assertEqual(
-            {row["task"] for row in data("experiment", "wcrt-table")}, {"IMU", "Camera", "LiDAR"}
-        )
-        gate = data("compare-results", "run", "run", "--gate")
+        self.assertEqual({row["task"] for row in data("paper", "table1")}, {"IMU", "Camera", "LiDAR"})
+        gate = data("diff", "run", "run", "--gate")
         self.assertFalse(any(row["worse"] for row in gate))

@@ -37,7 +37,7 @@ COMMANDS = (
     "recover",
     "summarize",
     "report",
-    "compare-results",
+    "diff",
 )
 IS_ROOT = os.geteuid() == 0
 BRIEF = ("--transport", "intra_process", "--load", 5, "--duration", 0.2, "--warm-up", 0)
@@ -128,7 +128,7 @@ class WrongUse(FaultTest):
             ("run", "--processes", 2, "--transport", "intra_process"): ["--processes", "fastdds"],
             ("run", "--processes", 25): ["--processes", "24 nodes"],
             ("run", "--phases", "given"): ["--phases given", "phase_ms"],
-            ("run", "--phases-file", "absent.csv"): ["absent.csv"],
+            ("run", "--phases", "absent.csv"): ["absent.csv"],
             ("run", "--graph", "autowear"): ["autowear", "autoware"],
         }.items():
             with self.subTest(arguments=arguments):

@@ -73,7 +73,7 @@ class HostileFolder(CommandTest):
         for arguments in (  # one function starts Python for all commands
             ("simulate", *SHORT, "--output", "made"),
             ("report", run),
-            ("compare-results", run, run, "--gate"),
+            ("diff", run, run, "--gate"),
             ("timeline", run, "--svg", "chart.svg", "--perfetto", "chart.json"),
         ):
             with self.subTest(command=arguments[0]):

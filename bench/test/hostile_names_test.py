@@ -61,9 +61,9 @@ class HostileNames(CommandTest):
     def test_options_and_names_of_files(self) -> None:
         for words in (
             (NAME,), ("graph", NAME), ("simulate", "--graph", NAME), ("simulate", "--executors", NAME),
-            ("simulate", "--deployments", NAME), ("simulate", "--phases-file", NAME), ("simulate", "--load", NAME),
-            ("simulate", "--entity-order", NAME), (f"--{NAME}",), ("check", NAME), ("summarize", NAME), ("sweep", NAME),
-            ("summarize", "--golden", NAME), ("recover", NAME), ("compare-results", NAME, NAME),
+            ("simulate", "--deployments", NAME), ("simulate", "--phases", NAME), ("simulate", "--load", NAME),
+            ("simulate", "--entity-order", NAME), (f"--{NAME}",), ("doctor", NAME), ("report", "--summary", NAME), ("sweep", NAME),
+            ("summarize", "--golden", NAME), ("recover", NAME), ("diff", NAME, NAME),
             ("timeline", NAME), ("bench", "--compare", NAME, NAME), ("bench", "--only", NAME), ("validate", NAME),
             ("import", "ctf", NAME), ("export", "ctf", NAME),
             ("advise", NAME), ("advise", "--for", NAME), ("analyze", NAME), ("analyze", "--trace", NAME),
@@ -111,15 +111,15 @@ class HostileNames(CommandTest):
     def test_a_stored_run(self) -> None:
         run = self.stored_run()
         self.assertIn("script", self.printed("summarize", run, codes=(0,))[1])
-        self.printed("check", run, codes=(0,))
+        self.printed("doctor", run, codes=(0,))
         self.assertIn("its tasks are not", self.printed("explain", run, codes=(2,))[2])
         self.assertIn("has no task", self.printed("validate", run, "--output", "v", codes=(2,))[2])
         self.assertIsNone(CONTROL.search(package.call(self.folder, self.environment, "report", run).stdout))
         brief = ("--from", 1000, "--to", 1100)
         self.printed("timeline", run, *brief, "--svg", "chart.svg", "--perfetto", "chart.json", codes=(0,))
         gate = ("--junit", "gate.xml", "--markdown", "gate.md", "--page", "gate")
-        self.printed("compare-results", run, run, "--gate", *gate, codes=(0,))
-        compared = package.call(self.folder, self.environment, "compare-results", run, run)
+        self.printed("diff", run, run, "--gate", *gate, codes=(0,))
+        compared = package.call(self.folder, self.environment, "diff", run, run)
         self.assertIsNone(CONTROL.search(compared.stdout + compared.stderr))
         self.assertEqual(compared.returncode, 0, compared.stderr)
         self.assertGreater(self.check_pages(self.folder), 5)

@@ -69,7 +69,7 @@ class Truth(ImportTest):
         ran = sum(task["jobs"] for task in facts["tasks"])
         (jobs,) = run.jobs().values()
         self.assertEqual(sum(job.outcome == "ran" for job in jobs), ran)
-        self.accepted("summarize", output / "run")
+        self.accepted("report", "--summary", output / "run")
         for executor in run.summary()["executors"]:
             self.assertTrue(executor["loss_equations"]["hold"], executor["loss_equations"])
 
@@ -102,7 +102,7 @@ class Deliveries(ImportTest):
         for name, file in (("stated", graph), ("swapped", self.swapped(graph))):
             with self.subTest(name):
                 run = self.folder / name
-                plan = ("--graph", file, "--executors", "rm-ro", "--phases-of", other / "run")
+                plan = ("--graph", file, "--executors", "rm-ro", "--phases", other / "run")
                 self.accepted("simulate", *plan, "--duration", 15, "--warm-up", 1, "--output", run)
                 chain = RunFolder(run).summary()["executors"][0]["chains"][0]
                 true = recorded["self_check"]["chains"][0]["recorded_ms"]["p50"]
@@ -181,7 +181,7 @@ executors:
         for graph, executors in self.RUNS.items():
             for executor in executors:
                 with self.subTest(graph=graph, executor=executor):
-                    options = ("--executors", executor, "--dispatch-cost-us", 5)
+                    options = ("--executors", executor, "--platform", "dispatch_cost_us=5")
                     output = self.check(graph, f"{graph}-{executor}", options, ("--executor", executor))
                     if executor in self.RCL_VERSIONS:
                         facts = json.loads((output / "import.json").read_text())
@@ -214,7 +214,7 @@ executors:
         graph.write_text(text.replace("\nnodes:", f"\ntopics: {{{order}}}\nnodes:", 1))
         for executor in ("default", "events-ro", "rm-ro", "cbg:1"):
             with self.subTest(executor):
-                options = ("--executors", executor, "--dispatch-cost-us", 5)
+                options = ("--executors", executor, "--platform", "dispatch_cost_us=5")
                 output = self.check(str(graph), f"delivered-{executor}", options, ("--executor", executor))
                 self.assertIn(order, (output / "graph.yaml").read_text())
 
@@ -239,7 +239,7 @@ executors:
         chain, chain_name = self.CHAINS.get(graph, ("", ""))
         facts, output = self.imported(trace, *import_options, *(("--chain", chain) if chain else ()))
         run, recorded = RunFolder(folder), self.checked(output / "run")
-        self.accepted("check", output / "simulated")
+        self.accepted("doctor", output / "simulated")
         self.assertEqual(len(facts["tasks"]), len(run.run["tasks"]))
         self.assertEqual(self.periods(recorded), self.periods(run))
         self.assert_near(self.jobs(recorded), self.jobs(run))

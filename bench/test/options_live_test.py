@@ -29,7 +29,7 @@ RUN = {
     "--copies": Changes({"--copies": 2}),
     "--work": Changes({"--work": "wall"}),
     "--phases": Changes({"--phases": "synchronous"}),
-    "--phases-file": Changes({"--phases-file": PHASES}),
+    "--phases": Changes({"--phases": PHASES}),
     "--phase-step": Changes({"--phase-step": 3}),
     "--rule": Changes({"--rule": "first"}),
     "--entity-order": Changes({"--entity-order": "reverse"}, {"--executor": "default"}),

@@ -25,7 +25,7 @@ GRAPHS = {
     "--rate": Changes({"--rate": 110}),
     "--copies": Changes({"--copies": 2}),
     "--phases": Changes({"--phases": "synchronous"}),
-    "--phases-file": Changes({"--phases-file": REFERENCE / "rclcpp_autoware_phases.csv"}),
+    "--phases": Changes({"--phases": REFERENCE / "rclcpp_autoware_phases.csv"}),
     "--phase-step": Changes({"--phase-step": 3}, {"--phases": "creation"}),
     "--rule": Changes({"--rule": "first"}),
     "--entity-order": Changes({"--entity-order": "reverse"}),
@@ -53,7 +53,7 @@ PLATFORM = {
     "--delivery-delay-us": Changes({"--delivery-delay-us": 100}),
 }
 SIMULATIONS = GRAPHS | PLATFORM | {
-    "--phases-of": Changes({"--phases-of": "{run}"}),
+    "--phases": Changes({"--phases": "{run}"}),
     "--repetitions": Changes({"--repetitions": 3}),
     "--max-backlog": Changes({"--max-backlog": 1}, {"--load": 95}, refused="overload: more than 1 "),
     "--execution-times": Changes({"--execution-times": "uniform"}, {"--graph": "callbacks"}),
@@ -88,7 +88,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         },
     ),
     "advise": (
-        {"GRAPH": "autoware", "--executors": "default,rm-ro", "--draws": 2, "--output": "out", **BRIEF},
+        {"GRAPH": "autoware", "--executors": "default,rm-ro", "--repetitions": 2, "--output": "out", **BRIEF},
         GRAPHS | {
             "--graph": Changes({"--graph": "sequences"}, {"GRAPH": None}),
             "--copies": Changes({"--copies": 2}, {"--cores": 2}),
@@ -98,7 +98,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--now": Changes({"--now": "rm-ro"}),
             "--cores": Changes({"--cores": 2}),
             "--costs": Changes({"--costs": "graph"}),
-            "--draws": Changes({"--draws": 3}),
+            "--repetitions": Changes({"--repetitions": 3}),
             "--margin": Refused({"--margin": 1}, "--phases"),
             "--budget": Elsewhere("the number of draws in a given time depends on the machine",
                                   "advise_command_test.py"),
@@ -113,8 +113,8 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "--rate": Changes({"--rate": 90}),
             "--copies": Changes({"--copies": 2}),
             "--phases": Changes({"--phases": "synchronous"}, {"--chain": "IMU,FrontCamera"}),
-            "--phases-file": Changes({"--phases-file": GOLDEN}, {"--chain": "IMU,FrontCamera"}),
-            "--phases-of": Changes({"--phases-of": "{timers}"}, {"--chain": "IMU,FrontCamera"}),
+            "--phases": Changes({"--phases": GOLDEN}, {"--chain": "IMU,FrontCamera"}),
+            "--phases": Changes({"--phases": "{timers}"}, {"--chain": "IMU,FrontCamera"}),
             "--cores": Changes({"--cores": 2}, {"--timer-thread": "equal"}),
             "--exact": Changes({"--exact": True}),  # says which phases it needs
             "--phase-uncertainty-us": Changes({"--phase-uncertainty-us": 100}, {"--phases": "synchronous"}),
@@ -237,7 +237,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"RUN": "{tiny}"},
         {"--output": Changes({"--output": "page"}), "--json": Changes({"--json": True})},
     ),
-    "compare-results": (
+    "diff": (
         {"OLD": "{tiny}", "NEW": "{tiny}"},
         {
             "--gate": Changes({"--gate": True}),
@@ -379,14 +379,14 @@ class Contradictions(OptionTest):
             ("run --rmw cyclonedds", ("--rmw", "--stack")),
             ("compare --against x --quick", ("--against", "--quick")),
             ("simulate --phases random --phase-step 3", ("--phases", "--phase-step")),
-            ("simulate --phases given --phases-file x", ("--phases", "--phases-file")),
-            ("simulate --phases given --phases-of x", ("--phases", "--phases-of")),
-            ("simulate --phase-step 3 --phases-of x", ("--phase-step", "--phases-of")),
+            ("simulate --phases given --phases-file x", ("--phases", "--phases")),
+            ("simulate --phases given --phases-of x", ("--phases", "--phases")),
+            ("simulate --phase-step 3 --phases-of x", ("--phase-step", "--phases")),
             ("advise --phase-step 3", ("--phases", "--phase-step")),
             ("advise autoware --graph sequences", ("--graph", "GRAPH")),
-            ("analyze autoware --phases random --phases-of x", ("--phases", "--phases-of")),
-            ("analyze autoware --phases random --phases-file x", ("--phases", "--phases-file")),
-            ("analyze autoware --phases-of x --phases-file x", ("--phases-of", "--phases-file")),
+            ("analyze autoware --phases random --phases-of x", ("--phases", "--phases")),
+            ("analyze autoware --phases random --phases-file x", ("--phases", "--phases")),
+            ("analyze autoware --phases-of x --phases-file x", ("--phases", "--phases")),
             ("analyze autoware --trace x --rate 50", ("--trace", "--rate")),
             ("analyze autoware --trace x --copies 2", ("--trace", "--copies")),
             ("analyze autoware --trace x --entity-order reverse", ("--trace", "--entity-order")),

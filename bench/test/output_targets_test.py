@@ -33,7 +33,7 @@ INPUTS = """
 WATCHED_CONTRACT = ("watch", "--contract")  # also read
 # {(command, option): the rest of the command line}; RUN is a short simulation.
 FILES = {
-    ("machine", "--output"): ["machine", "--duration", 0.01],
+    ("doctor", "--output"): ["machine", "--duration", 0.01],
     ("summarize", "--responses"): ["summarize", "RUN"],
     ("analyze", "--csv"): ["analyze", "timers_only_60", "--executors", "rm-ro"],
     ("analyze", "--contract"): ["analyze", "timers_only_60", "--executors", "rm-ro"],
@@ -43,9 +43,9 @@ FILES = {
 # These also start Python, where one function writes all files.
 FILES_OF_PYTHON = {
     ("timeline", "--svg"): ["timeline", "RUN", "--to", 30],
-    ("compare-results", "--csv"): ["compare-results", "RUN", "RUN"],
-    ("compare-results", "--junit"): ["compare-results", "RUN", "RUN", "--gate"],
-    ("compare-results", "--markdown"): ["compare-results", "RUN", "RUN", "--gate"],
+    ("diff", "--csv"): ["diff", "RUN", "RUN"],
+    ("diff", "--junit"): ["diff", "RUN", "RUN", "--gate"],
+    ("diff", "--markdown"): ["diff", "RUN", "RUN", "--gate"],
 }
 # These measure for minutes and write like compare-results.
 FILES_OF_LONG_RUNS = {
@@ -63,10 +63,10 @@ FOLDERS = {
     ("analyze", "--page"): ["analyze", "timers_only_60"],
     ("analyze", "--witness"): ["analyze", "timers_only_60", "--phases", "creation"],
     ("experiment wcrt-table", "--output"): ["experiment", "wcrt-table"],
-    ("experiment waters", "--output"): ["experiment", "waters", "--sets", 1000000],
+    ("experiment waters", "--output"): ["paper", "waters", "--sets", 1000000],
     ("bench", "--output"): ["bench"],
     ("report", "--output"): ["report", "RUN"],
-    ("compare-results", "--page"): ["compare-results", "RUN", "RUN"],
+    ("diff", "--page"): ["diff", "RUN", "RUN"],
     ("advise", "--output"): ["advise", *LONG],
     ("import ctf", "--output"): ["import", "ctf", "trace"],
     ("export ctf", "--output"): ["export", "ctf", "RUN"],
@@ -199,7 +199,7 @@ class FileTargets(OutputTargets):
         return path
 
     def test_full_device(self) -> None:
-        for at in [*FILES, ("compare-results", "--junit")]:
+        for at in [*FILES, ("diff", "--junit")]:
             with self.trying(at):
                 device = self.device("full", 1, 7)
                 code, _, err = self.with_target(at, device)
@@ -365,7 +365,7 @@ class FolderTargets(OutputTargets):
             (["analyze", "timers_only_60", "--executors", "rm-ro", "--page"], "bounds.json"),
             (["experiment", "wcrt-table", "--output"], "wcrt_table.csv"),
             (
-                ["experiment", "waters", "--sets", 1, "--utilisations", 0.5, "--paper-only", "--output"],
+                ["paper", "waters", "--sets", 1, "--utilisations", 0.5, "--paper-only", "--output"],
                 "waters.csv",
             ),
         )

@@ -17,7 +17,7 @@ EXECUTORS = {"picas": "fp-ro"}
 # several processors within an instant, so the import counts the first sample as overwritten.
 ONE_INSTANT = ("picas",)
 # Of each job of a timer and of a subscription, in microseconds.
-COSTS = ("--timer-dispatch-cost-us", 3, "--subscription-dispatch-cost-us", 9)
+COSTS = ("--platform", "timer_dispatch_cost_us=3", "--platform", "subscription_dispatch_cost_us=9")
 ENOUGH_DISPATCHES = 100
 # The export separates simultaneous events of several processors by a few nanoseconds.
 APART_NS = 100
@@ -124,7 +124,7 @@ class RoundTrip(CommandTest):
         """A thread whose callbacks never wait for each other may be undecided."""
         for name in self.names("deployments"):
             with self.subTest(name):
-                plan = ("--deployments", name, "--dispatch-cost-us", 5, "--load", 80)
+                plan = ("--deployments", name, "--platform", "dispatch_cost_us=5", "--load", 80)
                 facts, run, found = self.imported(name, *plan)
                 self.check(facts, run, found)
                 for executor in facts["executors"]:

@@ -8,12 +8,12 @@ import signal
 import subprocess
 from typing import Any
 
-from hotpath_command import CommandTest
+from hotpath_command import CommandTest, ONE
 from sockets import is_local, sockets_of
 
 STRANGER = os.environ.get("STRANGER", "stranger")
 DOMAIN = 100 + os.getpid() % 100
-PLAN = ("run", "--load", 5, "--warm-up", 0, "--domain", DOMAIN, "--duration")
+PLAN = ("run", *ONE, "--load", 5, "--warm-up", 0, "--domain", DOMAIN, "--duration")
 RUN = (*PLAN, 2, "--output", "run")
 BRIEF = (*PLAN, 0.8, "--output")
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
-from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, CommandTest, RunFolder
+from hotpath_command import CHAIN_COLUMNS, CommandTest, HOTPATH, JOB_COLUMNS, ONE, RunFolder
 from known_graphs import AUTOWARE, MANY_TO_MANY, SEQUENCES, TIMERS_ONLY
 
 from hotpath_report.run import Run
@@ -220,18 +220,27 @@ class WholeProgram(CommandTest):
 
     def test_autoware_on_fastdds_with_figure(self) -> None:
         del self.environment["HOTPATH_FIGURES"]
-        folder = self.measure("run", *SHORT)
+        folder = self.measure("run", *ONE, *SHORT)
         self.check(folder, AUTOWARE, figures=True)
         self.assertEqual(folder.run["transport"], "fastdds")
         self.assertGreater(len(folder.chains()["rm-ro", 0]), 0)
 
     def test_autoware_in_two_processes_over_udp(self) -> None:
-        folder = self.measure("run", "--processes", 2, "--network", "udp", *SHORT)
+        folder = self.measure("run", *ONE, "--processes", 2, "--network", "udp", *SHORT)
         self.check(folder, AUTOWARE, processes=2)
 
     def test_autoware_in_two_processes_over_shared_memory(self) -> None:
         folder = self.measure(
-            "run", "--executor", "events-ro", "--processes", 2, "--network", "shared_memory", *SHORT
+            "run",
+            "--executors",
+            "events-ro",
+            "--repetitions",
+            1,
+            "--processes",
+            2,
+            "--network",
+            "shared_memory",
+            *SHORT,
         )
         self.check(folder, AUTOWARE, ["events-ro"], processes=2)
 
@@ -260,7 +269,7 @@ class WholeProgram(CommandTest):
         self.assertLessEqual({j.worker for j in folder.jobs()["multi:3", 0]} - {None}, {0, 1, 2})
 
     def test_many_to_many_on_fastdds(self) -> None:
-        self.check(self.measure("run", "--graph", "many_to_many", *SHORT), MANY_TO_MANY)
+        self.check(self.measure("run", *ONE, "--graph", "many_to_many", *SHORT), MANY_TO_MANY)
 
     def test_timers_only_has_no_chain_and_no_figure(self) -> None:
         executors = ["default", "dm-ro"]
@@ -273,7 +282,7 @@ class WholeProgram(CommandTest):
 
     def test_jobs_work_for_an_amount_of_cpu_time_by_default(self) -> None:
         """4.2 ms, whatever the processor's speed; only a fixed amount of work is calibrated."""
-        short = ("run", "--transport", "intra_process", "--duration", 0.3, "--warm-up", 0)
+        short = ("run", *ONE, "--transport", "intra_process", "--duration", 0.3, "--warm-up", 0)
         folder = self.measure(*short)
         self.assertEqual(folder.run["work"], "cpu_time")
         self.assertNotIn("calibration", folder.run)
@@ -295,7 +304,7 @@ class WholeProgram(CommandTest):
                 other.stdout.readline()
             output = self.folder / "disturbed"
             options = ("--transport", "intra_process", "--cpus", cpu, *SHORT, "--output", output)
-            table = self.accepted("run", "--executor", "rm-ro", *options)
+            table = self.accepted("run", *ONE, *options)
             other.kill()
         self.assertRegex(table, r"Disturbed: rm-ro, repetition 0: .*% of the time used by other processes")
         reported = Run(output)
@@ -306,5 +315,5 @@ class WholeProgram(CommandTest):
         self.assertIn("work in CPU time", reported.what_ran())
         before = (output / "summary.json").read_text()
         (output / "summary.json").unlink()
-        self.assertIn("Disturbed: rm-ro, repetition 0", self.accepted("summarize", output))
+        self.assertIn("Disturbed: rm-ro, repetition 0", self.accepted("report", "--summary", output))
         self.assertEqual((output / "summary.json").read_text(), before)
