@@ -3,7 +3,6 @@
 use."""
 
 import json
-import re
 from pathlib import Path
 from typing import Any
 
