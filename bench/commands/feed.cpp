@@ -63,7 +63,7 @@ void add_feed_command(CLI::App& app) {
   responses.add_option("RUN", of_responses.run)->required();
   auto [jobs, of_jobs] = add_command<Feed>(parent, "jobs", "", "", feed_jobs);
   jobs.add_option("RUN", of_jobs.run)->required();
-  add_text(jobs, "--executor", of_jobs.executor, "NAME", "");
+  add_text(jobs, "--executors", of_jobs.executor, "NAME", "");
   add_number(jobs, "--repetition", of_jobs.repetition, {0, 1e9}, "N", "");
   add_number(jobs, "--from", of_jobs.from_ms, {-1e12, 1e12}, "MS", "");
   add_number(jobs, "--to", of_jobs.to_ms, {-1e12, 1e12}, "MS", "");

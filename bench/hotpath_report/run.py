@@ -143,7 +143,7 @@ class Run:
         happen). `late` marks a timer's job that finished after its deadline. `hotpath` selects the
         rows, because a run can exceed memory. Raises InputError if the repetition did not run."""
         path = self.jobs_file()
-        words = ["--executor", executor, "--repetition", repetition, "--from", begin]
+        words = ["--executors", executor, "--repetition", repetition, "--from", begin]
         if math.isfinite(end):
             words += ["--to", end]
         text = hotpath_command.output_of("feed", "jobs", self.folder, *words)
