@@ -11,7 +11,7 @@ namespace hotpath {
 
 namespace {
 
-/// The limit that the run exceeds, as a sentence; empty: none. The largest runs of tools/load.py
+/// The limit that the run exceeds, as a sentence; empty: none. The largest live runs of nightly.sh
 /// have 10,000 nodes.
 std::string excess(const telemetry::RunInfo& run) {
   struct Limit {

@@ -4,7 +4,7 @@
 #include <chrono>
 
 #include "hotpath/analysis/response_times.hpp"
-#include "hotpath/analysis/sag_job.hpp"
+#include "sag_job.hpp"
 
 namespace hotpath {
 

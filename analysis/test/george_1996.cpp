@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/analysis/george_1996.hpp"
+#include "george_1996.hpp"
 
 #include <algorithm>
 #include <queue>

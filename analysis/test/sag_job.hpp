@@ -30,11 +30,8 @@ inline constexpr std::int64_t kMaxSagJobs = 5'000'000;
 /// kMaxSagJobs jobs.
 std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy);
 
-/// The format of the SAG tools (np-schedulability-analysis): a header line, then
-/// `Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority`.
+/// Writes the format of the SAG tools (np-schedulability-analysis), so that they can read a failing
+/// set.
 void write_sag_csv(std::ostream& out, const std::vector<SagJob>& jobs);
-
-/// Throws InputError.
-[[nodiscard]] std::vector<SagJob> read_sag_csv(std::istream& in, const std::string& file_name);
 
 }  // namespace hotpath

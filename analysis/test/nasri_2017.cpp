@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/analysis/nasri_2017.hpp"
+#include "nasri_2017.hpp"
 
 #include <algorithm>
 #include <limits>

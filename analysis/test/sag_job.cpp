@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/analysis/sag_job.hpp"
+#include "sag_job.hpp"
 
 #include <algorithm>
+#include <ostream>
 
 #include "hotpath/analysis/exact.hpp"
 #include "interference.hpp"
+#include "task_sets.hpp"
 
 namespace hotpath {
 
@@ -38,7 +40,7 @@ std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy) {
   constexpr std::string_view kMethod = "the schedule-abstraction graph (nasri_2017)";
   constexpr std::string_view kInstead = "davis_2007 (exact NP-FP) or spuri_1996 (NP-EDF)";
   check_tasks(tasks, {.method = kMethod, .instead = kInstead, .overload = false});
-  const std::int64_t h = hyperperiod(tasks, kMethod, kInstead);
+  const std::int64_t h = hyperperiod(tasks);
   std::int64_t horizon = h, latest_phase = 0;
   for (const PeriodicTask& t : tasks) latest_phase = std::max(latest_phase, t.phase);
   if (latest_phase > 0) horizon = add(latest_phase, exact::multiply(2, h));
@@ -74,6 +76,14 @@ std::vector<SagJob> sag_jobs(const PeriodicTasks& tasks, SagPolicy policy) {
   std::stable_sort(jobs.begin(), jobs.end(),
                    [](const SagJob& a, const SagJob& b) { return a.arrival_min < b.arrival_min; });
   return jobs;
+}
+
+void write_sag_csv(std::ostream& out, const std::vector<SagJob>& jobs) {
+  out << "Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority\n";
+  for (const SagJob& j : jobs) {
+    out << j.task << ", " << j.job << ", " << j.arrival_min << ", " << j.arrival_max << ", " << j.cost_min
+        << ", " << j.cost_max << ", " << j.deadline << ", " << j.priority << '\n';
+  }
 }
 
 }  // namespace hotpath
