@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hotpath_command import CommandTest
-from option_cases import options_of
+from adverse_use_test import options_of
 
 
 @unittest.skipUnless(Path("/bin/bash").exists(), "there is no bash")

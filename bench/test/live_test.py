@@ -239,27 +239,6 @@ class Live(LiveTest):
 
 
 class Faults(LiveTest):
-    def test_wrong_use(self) -> None:
-        self.measure("run", "--transport", "intra_process", "--load", 5, "--duration", 0.2, "--warm-up", 0)
-        for arguments, parts in {
-            ("run", "--live-cpus", 0): ["--live-cpus", "--live"],
-            ("run", "--live", "--live-cpus", 4000): ["--live-cpus", "may not use processor 4000"],
-            ("run", "--live-alternate"): ["--repetitions"],
-            ("run", "--live", "--live-alternate"): ["--live"],
-            ("replay", "run"): ["--live"],
-            ("replay", "absent", "--live"): ["absent", "run.json"],
-            ("replay", "run", "--live", "--executor", "best"): ["best", "rm-ro (repetition 0)"],
-            ("replay", "run", "--live", "--repetition", 1): ["repetition 1", "rm-ro (repetition 0)"],
-            ("replay", "run", "--live", "--start", 5): ["--start"],
-            ("replay", "run", "--live", "--speed", 0): ["--speed"],
-            ("replay", "run", "--live", "--graph", "sequences"): ["no task", "another graph"],
-        }.items():
-            with self.subTest(arguments=arguments):
-                code, out, err = self.command(*arguments)
-                self.assertEqual((code, out), (WRONG_USE, ""), err)
-                for part in parts:
-                    self.assertIn(part, err)
-
     def child_named(self, process: Any, name: str) -> Any:
         for child in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
             if Path(f"/proc/{child}/comm").read_text() == name + "\n":
