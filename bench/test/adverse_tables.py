@@ -311,8 +311,11 @@ LIVE = """
 --live-alternate + --repetitions 2
 --live-cpus 0 + --live
 """
+SIMULATION = "simulate --executors default,rm-ro --output out --duration 1 --warm-up 0"
+STORED = "simulate --executors=rm-ro --rate=110 --duration=1"
+VALIDATE = ("validate",)
 EFFECTS = {
-    "simulate --executors default,rm-ro --output out --duration 1 --warm-up 0": SIMULATED
+    SIMULATION: SIMULATED
     + """
 --work wall = virtual time has one kind of work
 --no-trace
@@ -396,7 +399,8 @@ EFFECTS = {
 --json
 """,
     "replay": """
---live --executor --repetition --graph --speed --start --duration --domain @ live_test.py
+--live --executor --repetition --speed --start --duration --domain @ live_test.py
+--graph @ adverse_tables.py
 --all-interfaces @ it needs another machine
 """,
     "validate {stock}/autoware --output out": """

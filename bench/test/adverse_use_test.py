@@ -179,6 +179,7 @@ class Results:
     def __init__(self, commands: Any, stock: Path, folder: Path, live: bool = False) -> None:
         self.commands, self.stock, self.folder, self.live = commands, stock, folder, live
         self.known: dict[Any, Any] = {}
+        self.folders: dict[Any, Path] = {}
 
     def arguments(self, use: str) -> dict[str, list[str]]:
         """The words of a command line by option; the first ones as `command`."""
@@ -214,6 +215,7 @@ class Results:
             runs = {name for name in files if name.endswith("run.json")}
             facts = {name: self.facts_of(json.loads(files[name].read_text())) for name in runs}
             found = {name: self.result_of(files[name]) for name in files.keys() - runs}
+            self.folders[line] = folder
             self.known[line] = (code, found | {"": "" if self.live else out}, facts, err)
         return self.known[line]
 
@@ -291,6 +293,36 @@ def test_each_option_has_its_effect(results: Results, use: str, effect: str) -> 
     check_effect(results, use, effect)
 
 
+def test_a_stored_run_records_all_of_its_options(shell: CommandTest, results: Results) -> None:
+    """Its command makes the same files again, and its simulation is the run."""
+    runs = []
+    for use, effect in effects({tables.SIMULATION: tables.EFFECTS[tables.SIMULATION]}):
+        line, *signs = re.split(r" ([+!=@]) ", effect)
+        if not {"!", "@"} & set(signs) and "--no-trace" not in line:
+            more = f"{signs[1]} {line}" if "+" in signs else line
+            arguments = results.arguments(use) | arguments_of(words(more, results.stock))
+            assert results.of(arguments)[0] == 0
+            folder = results.folders[tuple(word for values in arguments.values() for word in values)]
+            runs.append(next(folder.glob("*/run.json")).parent)
+    for run in runs:
+        again = shell.folder / f"again{len(list(shell.folder.iterdir()))}"
+        shell.accepted(*RunFolder(run).run["command"], "--output", again)
+        for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
+            assert (again / name).read_bytes() == (run / name).read_bytes(), run
+    shell.accepted(*tables.VALIDATE, *runs, "--output", "validation")
+    compared = json.loads((shell.folder / "validation" / "validation.json").read_text())["runs"]
+    assert len(compared) == sum(len(RunFolder(run).run["runs"]) for run in runs) > 60
+    for entry in compared:
+        both = entry["comparison"]
+        assert (both["similarity"], both["first_difference"]) == (1, None), entry["run"]
+        assert both["measured"] == both["other"] and both["measured"]["jobs"] > 10
+
+
+def test_a_command_is_stored_without_what_changes_no_result(shell: CommandTest) -> None:
+    shell.accepted(*tables.STORED.split(), "--threads=1", "--output", "run")
+    assert RunFolder(shell.folder / "run").run["command"] == tables.STORED.split()
+
+
 def test_no_command_and_no_option_is_forgotten(commands: Any) -> None:
     uses = tables.EFFECTS | tables.LIVE_EFFECTS
     named: dict[Any, set[str]] = {command_of(commands, use): {"--output", "--json"} for use in uses}
@@ -298,6 +330,7 @@ def test_no_command_and_no_option_is_forgotten(commands: Any) -> None:
     for use, effect in effects(uses):
         line, _, elsewhere = effect.partition(" @ ")
         named[command_of(commands, use)] |= set(line.split()) if elsewhere else {name_of(effect)}
+    named["compare",] |= named["run",] & options_of(commands["compare",])
     for command, text in commands.items():
         options = options_of(text)
         assert named[command] | options == options | {"--output", "--json"}, f"{command} has no such options"
