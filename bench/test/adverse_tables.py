@@ -151,10 +151,7 @@ explain {stock}/run {stock}/autoware | different tasks
 explain run run --worst | --worst
 explain {stock}/autoware --worst --quantile 0.5 | --worst
 timeline {stock}/timers --executor rm-ro --executor rm-ro --perfetto x | --csv and --perfetto take one executor
-timeline {stock}/timers --executor static --perfetto x | default (repetition 0)
-timeline {stock}/autoware --repetition 7 --perfetto x | repetition 7
 timeline {stock}/timers --from 5 --to 4 | --to must lie after --from
-timeline {stock}/timers --svg x.pdf | .svg
 replay {stock}/tiny | --live
 replay {stock}/tiny --live --executor best | best | rm-ro (repetition 0)
 replay {stock}/tiny --live --repetition 1 | repetition 1 | rm-ro (repetition 0)
@@ -173,7 +170,7 @@ simulate --duration 1e9 | --duration | memory | --no-trace
 simulate --execution-times best | --execution-times | worst, uniform
 simulate --executors rm-or | rm-or | rm-ro
 simulate --graph {stock}/tiny.yaml --phases-file {stock}/phases.csv | phases.csv:2
-simulate --executors rm-ro --execution-times replay:{stock}/timers | jobs.csv:2 | another graph
+simulate --executors rm-ro --execution-times replay:{stock}/timers | jobs.csv: | another graph
 simulate --executors rm-ro --phases-of {stock}/timers | --phases-of | another graph
 simulate --phases-of {stock}/bounds | run.json
 simulate --graph timers_only_60 --executors edf-ro --execution-times replay:{stock}/timers | edf-ro (repetition 0)
@@ -182,9 +179,8 @@ capacity --over copies --from 0.5 | whole numbers
 capacity --from 9 --to 5 | --from is greater than --to
 capacity --live --cores 2 | --cores applies to simulations only
 capacity --live --live-options=--graph=x | --live-options: --graph is an option of capacity itself
-capacity --live --live-options=--nope=x | --nope; see `hotpath run --help`
+capacity --live --live-options=--nope=x | --nope=x; see `hotpath run --help`
 capacity --live --live-options=--domain=x | --live-options: --domain
-capacity --executors rm-ro,rm-ro | named twice
 explain run --chain a --task b | --chain | --task
 capacity --over load --load 50 | --over | --load
 capacity --over copies --from 1 --to 2000 | --over | --copies | 1000

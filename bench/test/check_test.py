@@ -54,73 +54,61 @@ class Check(CommandTest):
         self.assertIn(f"{len(self.rows)} rows of jobs.csv, 2 repetitions", out)
         self.assertLess({"ran", "skipped", "overwritten"}, {row["outcome"] for row in self.rows})
 
-    def moved(self, at: Any, field: str, of: str, by: int, source: Any = None) -> Any:
-        """Sets a field of a row to a field of it, or of the row `source`, plus `by`; returns the row."""
-        self.set(at, **{field: int(self.rows[at if source is None else source][of]) + by})
-        return at
+    def test_two_jobs_of_a_worker_at_a_time(self) -> None:
+        first = self.started(executor="multi:2")
+        second = self.later_on_same(first, "worker")
+        self.set(first, finish_ns=int(self.rows[second]["start_ns"]) + 1)
+        self.assert_found("its worker is busy", self.rows[second]["task"], at=second)
 
-    def swapped(self, at: Any, later: Any, *fields: str) -> Any:
-        """Swaps these fields of two rows; returns the later one."""
-        for field in fields or JOB_COLUMNS:
-            self.rows[at][field], self.rows[later][field] = self.rows[later][field], self.rows[at][field]
-        return later
+    def test_release_before_the_timestamp(self) -> None:
+        at = self.started(kind="timer")
+        self.set(at, release_ns=int(self.rows[at]["timestamp_ns"]) - 1)
+        self.assert_found("released before its timestamp", at=at)
 
-    def test_an_edit_is_reported_with_its_line(self) -> None:
-        timer, sample = {"kind": "timer"}, {"kind": "subscription"}
+    def test_start_before_the_release(self) -> None:
+        at = self.started(kind="subscription")
+        self.set(at, release_ns=int(self.rows[at]["start_ns"]) + 1)
+        self.assert_found("starts before its release", at=at)
 
-        def two_at_a_time() -> Any:
-            first = self.started(executor="multi:2")
-            second = self.later_on_same(first, "worker")
-            self.moved(first, "finish_ns", "start_ns", 1, second)
-            return second
+    def test_start_after_the_end(self) -> None:
+        at = max(i for i, row in enumerate(self.rows) if row["outcome"] == "running")
+        self.set(at, start_ns=600_000_000)
+        self.assert_found("after the end", "600000000", at=at)
 
-        def another_order() -> Any:
-            at = self.started(executor="default", **sample)
-            return self.swapped(at, self.later_on_same(at))
+    def test_finish_before_the_start(self) -> None:
+        at = self.started()
+        self.set(at, finish_ns=int(self.rows[at]["start_ns"]) - 1)
+        self.assert_found("ends before it starts", at=at)
 
-        def of_a_task() -> Any:
-            at = self.started(**sample)
-            return self.swapped(at, self.later_on_same(at, "task"), "sequence")
+    def test_rows_not_in_the_order_of_starts(self) -> None:
+        at = self.started(kind="subscription", executor="default")
+        later = self.later_on_same(at)
+        self.rows[at], self.rows[later] = self.rows[later], self.rows[at]
+        self.assert_found("not in the order of starts", at=later)
 
-        def of_a_publisher() -> Any:
-            at = self.started(**sample)
-            return self.moved(
-                self.later_on_same(at, "task", "parent_task"), "timestamp_ns", "timestamp_ns", -1, at
-            )
+    def test_jobs_of_a_task_in_another_order(self) -> None:
+        at = self.started(kind="subscription")
+        later = self.later_on_same(at, "task")
+        sequences = [self.rows[i]["sequence"] for i in (at, later)]
+        self.set(at, sequence=sequences[1])
+        self.set(later, sequence=sequences[0])
+        self.assert_found("after a later job of its task", at=later)
 
-        def twice() -> Any:
-            at = self.started(**timer)
-            self.rows.insert(at + 1, dict(self.rows[at]))
-            return at + 1
+    def test_samples_of_a_publisher_in_another_order(self) -> None:
+        at = self.started(kind="subscription")
+        later = self.later_on_same(at, "task", "parent_task")
+        self.set(later, timestamp_ns=int(self.rows[at]["timestamp_ns"]) - 1)
+        self.assert_found("published later", at=later)
 
-        def after_the_end() -> Any:
-            at = max(i for i, row in enumerate(self.rows) if row["outcome"] == "running")
-            self.set(at, start_ns=600_000_000)
-            return at
+    def test_a_timestamp_off_the_grid_of_its_timer(self) -> None:
+        at = self.started(kind="timer", start=9)
+        self.set(at, timestamp_ns=int(self.rows[at]["timestamp_ns"]) - 1)
+        self.assert_found("periods of", at=at)
 
-        edits: dict[str, Callable[[], Any]] = {
-            "its worker is busy": two_at_a_time,
-            "released before its timestamp": lambda: self.moved(
-                self.started(**timer), "release_ns", "timestamp_ns", -1
-            ),
-            "starts before its release": lambda: self.moved(
-                self.started(**sample), "release_ns", "start_ns", 1
-            ),
-            "ends before it starts": lambda: self.moved(self.started(), "finish_ns", "start_ns", -1),
-            "periods of": lambda: self.moved(
-                self.started(start=9, **timer), "timestamp_ns", "timestamp_ns", -1
-            ),
-            "after the end": after_the_end,
-            "not in the order of starts": another_order,
-            "after a later job of its task": of_a_task,
-            "published later": of_a_publisher,
-            "occurs twice": twice,
-        }
-        whole = self.rows
-        for words, edit in edits.items():
-            with self.subTest(words):
-                self.rows = [dict(row) for row in whole]
-                self.assert_found(words, at=edit())
+    def test_a_job_that_is_there_twice(self) -> None:
+        at = self.started(kind="timer")
+        self.rows.insert(at + 1, dict(self.rows[at]))
+        self.assert_found("occurs twice", at=at + 1)
 
     def test_a_row_that_is_lost(self) -> None:
         for outcome in ("ran", "skipped", "overwritten", "queued", "running"):
