@@ -245,10 +245,7 @@ def test_every_option_that_writes_has_a_table(commands: Any) -> None:
                 line
                 for line in lines
                 if line.split()[: len(command)] == list(command) and line.endswith(option)
-            ], (
-                command,
-                option,
-            )
+            ], (command, option)
 
 
 def device(path: Path, major: int, minor: int) -> Path:
