@@ -310,9 +310,6 @@ class Validate(SimulateTest):
             key = "similarity_by_period" if executor == "rm-ro" else "similarity"
             self.assertGreaterEqual(costs[key], 0.98, (name, executor))
             self.assertLessEqual(costs["largest_loss_difference_percent"], 2, (name, executor))
-        for executor in ("events-ro", "edf-ro"):
-            for level in (60, 80, 90):
-                self.assertEqual(golden[f"timers_only_{level}", executor]["without_costs"]["similarity"], 1)
         for entry in result["autoware"]:
             ratio = entry["simulated_ms"]["p50"] / entry["measured_ms"]["p50"]
             self.assertAlmostEqual(ratio, 1, delta=0.10 if entry["executor"] == "multi" else 0.05)
