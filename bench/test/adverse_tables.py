@@ -229,7 +229,7 @@ NOTED = tuple(
 # `! PART`: the option is rejected with this sentence, since it would be ignored or its effect is to
 # reject. `= REASON`: it changes no result. `@ FILE`: that test program shows its effect, or none can.
 # For --output and --json, see adverse_use_test.py.
-SYSTEM = """
+COMMON = """
 --graph sequences
 --load 50
 --rate 110
@@ -241,12 +241,17 @@ SYSTEM = """
 --entity-order reverse
 --ties fifo
 --seed 2 + --phases random
---executors default,edf-ro
 --deployments isolated + --cores 2
 --duration 2
 --warm-up 0.5
+"""
+SYSTEM = (
+    COMMON
+    + """
+--executors default,edf-ro
 --threads 3 = results do not depend on the number of threads
 """
+)
 PLATFORM = """
 --cores 2 + --executors multi:2
 --timer-thread equal
@@ -270,25 +275,18 @@ SIMULATED = (
 --execution-times uniform + --graph callbacks
 """
 )
-LIVE = """
+LIVE = (
+    COMMON
+    + """
 --executor rm-ro + --executor default
 --deployments isolated + -executor
---graph sequences
 --load 2
---rate 110
---copies 2
 --work wall
---phases synchronous
---phases-file {reference}/rclcpp_autoware_phases.csv
---phase-step 3
---rule first
 --entity-order reverse + --executor default
---ties fifo
---quick -duration -warm-up
 --duration 0.2
 --warm-up 0.1
+--quick -duration -warm-up
 --repetitions 2
---seed 2 + --phases random
 --time-out @ adverse_runs_test.py
 --stack @ adverse_tables.py
 --ros2-runner x ! --stack
@@ -307,6 +305,7 @@ LIVE = """
 --live-alternate + --repetitions 2
 --live-cpus 0 + --live
 """
+)
 SIMULATION = "simulate --executors default,rm-ro --output out --duration 1 --warm-up 0"
 STORED = "simulate --executors=rm-ro --rate=110 --duration=1"
 VALIDATE = ("validate",)
