@@ -3,7 +3,7 @@
 # hot_path.sh [--all] [OPTIONS...]: the hot-path benchmark from scratch: installs missing
 # packages, builds, simulates Autoware's reference system under ROS 2's executors and the paper's,
 # and measures it live, in less than 100 seconds. `--all` measures all executors; further options
-# go to `hotpath compare`.
+# go to `hotpath run`.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."
@@ -18,6 +18,7 @@ if [ "${1:-}" = --all ]; then
   executors=all
   shift
 fi
+taken=yes # a graph, before all options
 given=" $* "
 has() { [[ $given == *" $1 "* || $given == *" $1="* ]]; }
 
@@ -36,7 +37,7 @@ for word in "$@"; do
       *) if grep -q -- "$name\b" <<< "$known"; then taken=yes; fi ;;
     esac
   fi
-  if [ "${taken:-no}" = yes ]; then simulated+=("$word"); fi
+  if [ $taken = yes ]; then simulated+=("$word"); fi
 done
 output=${HOTPATH_OUTPUT:-runs/hot_path-$(date +%Y%m%d-%H%M%S)}
 echo "Simulated for a minute, without costs:"
@@ -53,5 +54,5 @@ if ! has --quick; then
 fi
 has --cpus || measured+=(--cpus $(($(nproc --all) - 1)))
 echo "Measured live:"
-"$hotpath" compare "${measured[@]}" --output "$output" "$@"
+"$hotpath" run "${measured[@]}" --output "$output" "$@"
 echo "Figure: $output/hot_path.png (and .svg); all jobs: $output/jobs.csv; summary: $output/summary.json"

@@ -44,7 +44,7 @@ chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root DEB
   hotpath explain simulated --executor rm-ro
   hotpath analyze autoware --executors rm-ro
   hotpath bench --quick --only scheduler --output bench
-  hotpath run --executor rm-ro --transport intra_process --duration 1 --output run
+  hotpath run --executors rm-ro --repetitions 1 --transport intra_process --duration 1 --output run
   hotpath_ros1_bridge --help
   bash -c ". /usr/share/bash-completion/completions/hotpath; complete -p hotpath"
   for file in simulated/report/report.html bench/report.md run/summary.json /usr/lib/libhotpath_watch.so; do

@@ -19,7 +19,7 @@ set -u
 # The last CPU has the fewest interrupts on most machines.
 cpu=$(($(nproc --all) - 1))
 compare() {
-  build/bench/hotpath compare --stack rclcpp --cpus "$cpu" --warm-up 2 --output "$output/$1" "${@:2}"
+  build/bench/hotpath run --stack rclcpp --cpus "$cpu" --warm-up 2 --output "$output/$1" "${@:2}"
 }
 compare autoware --load 80 --executors default,events-ro,rm-ro,edf-ro --repetitions 5 --duration 30
 compare no_work --load 0 --executors default,static,events-ro,rm-ro --repetitions 5 --duration 10

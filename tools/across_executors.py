@@ -132,7 +132,7 @@ def quantiles(values: list[float]) -> dict[str, float]:
 def simulated(graph: Path, executor: str, recorded: Path) -> list[list[float]]:
     """Latencies by draw of the graph under the executor, with the phases and the duration of a recorded run."""
     duration = Run(recorded / "run").facts["duration_s"] - WARM_UP_S
-    words = ["simulate", "--graph", graph, "--executors", executor, "--phases-of", recorded / "run"]
+    words = ["simulate", "--graph", graph, "--executors", executor, "--phases", recorded / "run"]
     words += ["--duration", f"{duration:.3f}", "--warm-up", WARM_UP_S]
     draws = []
     for seed in range(1, DRAWS + 1):

@@ -1,6 +1,6 @@
 #!/usr/bin/env -S PYTHONPATH=bench /usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the generated blocks of README.md and docs/*.md from results/.
+"""Writes the generated blocks of README.md, docs/*.md and results/*/README.md from results/.
 
 The template numbers.md.j2 has the blocks, each between `<!-- generated: NAME -->` and `<!-- end -->`.
 With --check the pages stay as they are; the tool reports blocks that disagree with results/, and
@@ -51,7 +51,7 @@ def check_blocks(texts: dict[Path, str], blocks: dict[str, str]) -> None:
     for name in sorted(blocks.keys() | begun.keys()):
         if (begun[name], whole[name]) != (1, 1) or name not in blocks:
             wanted = f"{whole[name]} whole blocks `{name}` instead of {int(name in blocks)}"
-            raise ValueError(f"README.md and docs/ hold {wanted}")
+            raise ValueError(f"README.md, docs/ and results/ hold {wanted}")
 
 
 def disagreements(root: Path) -> Iterator[str]:
@@ -81,7 +81,8 @@ def main() -> int:
     options = arguments.parse_args()
     wrong = []
     try:
-        files = [options.root / "README.md", *sorted((options.root / "docs").glob("*.md"))]
+        pages = ("README.md", "docs/*.md", "results/*/README.md")
+        files = [file for page in pages for file in sorted(options.root.glob(page))]
         texts = {file: file.read_text(encoding="utf-8") for file in files}
         blocks = render(options.root)
         check_blocks(texts, blocks)

@@ -5,7 +5,7 @@
 build-fuzz/found/ keeps the input of a finding. After the fix, add the input to
 test/fuzz/corpus/TARGET/ of its package; `--replay` runs these inputs and the shipped files, and no
 others. `--publish` adds the executions of a run without a finding to
-results/reliability/fuzz.json (docs/reliability.md).
+results/reliability/fuzz.json (results/reliability/README.md).
 """
 
 import os

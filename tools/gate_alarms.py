@@ -1,6 +1,6 @@
 #!/usr/bin/env -S PYTHONPATH=bench /usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""Counts how often `hotpath compare-results --gate` fires, with and without a slowdown.
+"""Counts how often `hotpath diff --gate` fires, with and without a slowdown.
 
 The builds are the same (A/A), or one is slower by 3, 5, 10 or 20 %. Live: each repetition has the
 samples of a measured repetition of the same executor (DATA, of a published reproduction), scaled

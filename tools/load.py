@@ -1,6 +1,6 @@
 #!/usr/bin/env -S PYTHONPATH=bench /usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""Runs large graphs live, one after the other, and checks every schedule with `hotpath check`.
+"""Runs large graphs live, one after the other, and checks every schedule with `hotpath doctor`.
 
 The graphs: 5000 nodes in one process, 10,000 tasks, 100 processes, 1000 publications a second on
 one topic. A simulation of half a day takes sequence numbers, and instants in microseconds, beyond
@@ -76,11 +76,23 @@ def measured(case: Case, folder: Path) -> dict[str, Any]:
     """The figures of one case."""
     graph, run = folder / "graph.yaml", folder / "run"
     graph.write_text(case.graph(), encoding="utf-8")
-    words = ["run", "--graph", graph, "--executor", "rm-ro", "--duration", DURATION_S, "--warm-up", 0]
+    words = [
+        "run",
+        "--graph",
+        graph,
+        "--executors",
+        "rm-ro",
+        "--repetitions",
+        1,
+        "--duration",
+        DURATION_S,
+        "--warm-up",
+        0,
+    ]
     began = time.monotonic()
     hotpath(*words, *case.options, "--output", run)
     took = time.monotonic() - began
-    print(hotpath("check", run), end="")
+    print(hotpath("doctor", run), end="")
     facts, executor = Run(run).facts, Run(run).summary()[0]
     return {
         "title": case.title,

@@ -52,7 +52,19 @@ def measured(kind: str, seconds: float, processors: list[int]) -> tuple[list[flo
     """Latencies of the hot path (ms), and the number of samples the strangers wrote meanwhile."""
     with tempfile.TemporaryDirectory(prefix="hotpath_neighbour_") as scratch:
         folder = Path(scratch) / "run"
-        words = ["run", "--executor", "rm-ro", "--load", 80, "--warm-up", 1, "--duration", f"{seconds:g}"]
+        words = [
+            "run",
+            "--executors",
+            "rm-ro",
+            "--repetitions",
+            1,
+            "--load",
+            80,
+            "--warm-up",
+            1,
+            "--duration",
+            f"{seconds:g}",
+        ]
         words += ["--cpus", processors[-1], "--domain", DOMAIN, "--output", folder]
         with strangers(OPTIONS.get(kind), processors[0]) as written:
             hotpath(*words)

@@ -5,7 +5,7 @@ the script time of a step of the timeline.
 
     tools/page_speed.py PAGE/report.html
 
-docs/costs.md has the results."""
+results/bench/README.md has the results."""
 
 import argparse
 import statistics

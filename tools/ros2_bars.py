@@ -100,7 +100,7 @@ def similarities(run: Path) -> dict[str, list[float]]:
     """By executor: similarity of job orders to the simulator's, of each repetition, sorted."""
     with tempfile.TemporaryDirectory(prefix="hotpath_bars_") as scratch:
         output = Path(scratch) / "validation"
-        hotpath("validate", run, "--output", output)
+        hotpath("diff", run, "--simulated", "--output", output)
         validation = json.loads((output / "validation.json").read_text(encoding="utf-8"))
     found: dict[str, list[float]] = {}
     for compared in validation["runs"]:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs executors live for hours, all at the same time, and checks their memory, files and threads.
 
-Each run must end well, keep its loss equations and pass `hotpath check`; its processes' private
+Each run must end well, keep its loss equations and pass `hotpath doctor`; its processes' private
 memory, open files and threads must not grow after start-up. Exit code 1 if a run fails or its
 memory grows by more than --most-growth.
 """
@@ -60,7 +60,7 @@ class Soak:
         out, err = self.process.communicate()
         if self.process.returncode != 0 or "Loss equations hold" not in out:
             raise RuntimeError(f"{self.executor}: exit code {self.process.returncode}\n{out}{err}")
-        if subprocess.run([self.hotpath, "check", self.folder], check=False).returncode != 0:
+        if subprocess.run([self.hotpath, "doctor", self.folder], check=False).returncode != 0:
             raise RuntimeError(f"{self.executor}: not a legal schedule")
         with open(self.folder / "jobs.csv", "rb") as jobs:
             count = sum(1 for _ in jobs) - 1
@@ -106,7 +106,18 @@ def main() -> int:
         soaks = []
         for domain, executor in enumerate(o.executors.split(","), 40):
             folder = Path(scratch) / executor.replace(":", "_")
-            words = [o.hotpath, "run", "--executor", executor, "--load", o.load, "--domain", str(domain)]
+            words = [
+                o.hotpath,
+                "run",
+                "--repetitions",
+                "1",
+                "--executors",
+                executor,
+                "--load",
+                o.load,
+                "--domain",
+                str(domain),
+            ]
             words += ["--duration", f"{seconds:g}", "--output", str(folder)]
             words += ["--cpus", o.cpus] if o.cpus else []
             pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}

@@ -51,6 +51,9 @@ class Adviser {
         objective_(advised_objective(options, graph_, "hot_path:p99")),
         candidate_options_(candidate_options(options, graph_, "reference")) {
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
+    if (!options_.phases_of.empty())
+      throw program::UsageError("--phases " + options_.phases_of +
+                                ": draws take the phases of a CSV file, not of a run");
     const GraphTasks tasks = make_tasks(graph_);
     check_load(graph_, tasks);
     check_memory(options_, tasks);

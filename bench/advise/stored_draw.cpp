@@ -18,16 +18,14 @@ std::vector<std::string> command_of(const simulated::Options& o) {
   words.push_back(o.deployments.empty() ? "--executors=" + o.executors.front()
                                         : "--deployments=" + o.deployments.front());
   if (!o.phases_file.empty()) {
-    words.push_back("--phases-file=" + o.phases_file);
+    words.push_back("--phases=" + o.phases_file);
   } else {
     words.push_back(program::concat("--phases=", to_string(o.phases)));
-    if (o.phase_step_ms) words.push_back(program::text("--phase-step=%.17g", *o.phase_step_ms));
+    if (o.phase_step_ms) words.back() += program::text(":%.17g", *o.phase_step_ms);
   }
   words.insert(words.end(),
                {program::text("--duration=%.17g", o.duration_s),
                 program::text("--warm-up=%.17g", o.warm_up_s), program::concat("--seed=", o.seed)});
-  if (o.rule != SubscriptionRule::inherit) words.push_back("--rule=" + std::string(to_string(o.rule)));
-  if (o.ties != Ties::lifo) words.push_back("--ties=" + std::string(to_string(o.ties)));
   if (o.entity_order != "creation") words.push_back("--entity-order=" + o.entity_order);
   return words;
 }

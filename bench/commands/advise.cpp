@@ -14,14 +14,10 @@ namespace {
 void choose_phases_option(CLI::App& advise, advise::Options& o) {
   advise.remove_option(advise.get_option("--phases"));
   const std::string alone = "chosen";
-  const auto check = [alone](const std::string& text) {
-    if (text == alone || parse<Phases>(text)) return std::string();
-    return program::concat("`", text, "` is none of ", program::joined(words<Phases>()), ", ", alone,
-                           "; give --phases without a value after GRAPH");
-  };
+  const auto check = [alone](const std::string& text) { return text == alone ? "" : refused_phases(text); };
   const auto set = [&o, alone](const std::string& text) {
     o.choose_phases = text == alone;
-    o.phases = o.choose_phases ? Phases::creation : *parse<Phases>(text);
+    set_phases(o, o.choose_phases ? to_string(Phases::creation) : text);
   };
   advise
       .add_option_function<std::string>("--phases", set,
@@ -29,14 +25,13 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
                                         "value: choose the phases with the best guaranteed --for")
       ->expected(0, 1)
       ->check(check, "")
-      ->type_name("[" + program::joined(words<Phases>(), "|") + "|chosen]")
+      ->type_name("[creation[:MS]|synchronous|given|random|FILE|chosen]")
       ->default_str(alone)  // what CLI11 passes for an option without a value
       ->group(kSystemGroup);
   add_number(advise, "--margin", o.margin_ms, {0, 1e6}, "MS",
              "With --phases without a value: how far offsets may be off, by default\n"
              "1 % of the shortest period")
       ->group(kSystemGroup);
-  exclude(advise, "--phases-file", {"--phases"});
 }
 
 }  // namespace
@@ -44,7 +39,8 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
 void add_advise_command(CLI::App& app) {
   auto [command, o] = add_command<advise::Options>(
       app, "advise", "Predict the best executor and deployment for a graph by simulation",
-      "hotpath advise autoware --cores 2 --for hot_path:p99 --draws 20", [](const advise::Options& options) {
+      "hotpath advise autoware --cores 2 --for hot_path:p99 --repetitions 20",
+      [](const advise::Options& options) {
         if (options.choose_phases) return advise::advise_phases(options);
         if (options.margin_ms)
           throw program::UsageError("--margin is for phases that are chosen; add --phases without a value");
@@ -60,8 +56,6 @@ void add_advise_command(CLI::App& app) {
   CLI::App& advise = command;
   advise.remove_option(advise.get_option("--work"));  // for live runs only
   choose_phases_option(advise, o);
-  advise.add_option("GRAPH", o.graph, "Alias of --graph")->type_name("");
-  exclude(advise, "GRAPH", {"--graph"});
   advise.option_defaults()->group("Objective and candidates");
   add_text(advise, "--for", o.objective, "OBJECTIVE",
            "CHAIN:median, CHAIN:p99, CHAIN:worst or CHAIN:age;\n"
@@ -77,9 +71,7 @@ void add_advise_command(CLI::App& app) {
            "Candidates besides --deployments, separated by commas;\nby default all that suit the graph");
   add_deployments_option(advise, o);
   advise.option_defaults()->group(kDurationGroup);
-  add_number(advise, "--draws", o.draws, {1, 10000}, "N", "Random draws of phases and execution times");
-  add_number(advise, "--budget", o.budget_s, {0.1, 1e6}, "SECONDS",
-             "Time limit of all simulations; reduces the draws to fit");
+  add_number(advise, "--repetitions", o.draws, {1, 10000}, "N", "Random draws of phases and execution times");
   add_number(advise, "--duration", o.duration_s, {0.1, 1e5}, "SECONDS", "Simulated time of each draw");
   add_warm_up_option(advise, o);
   add_number(advise, "--seed", o.seed, kAnySeed, "N", "Seed of all draws");

@@ -25,26 +25,25 @@ void add_analyze_command(CLI::App& app) {
   CLI::App& command = *app.get_subcommand("analyze");
   add_output_file(command, "--contract", *contract,
                   "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
-  exclude(command, "--contract",
-          {"--phases", "--phases-of", "--trace", "--chain", "--exact", "--phase-uncertainty-us"});
+  exclude(command, "--contract", {"--phases", "--trace", "--chain", "--exact", "--phase-uncertainty-us"});
 }
 
 void add_analyze_command(CLI::App& app, const std::function<void(const guarantees::AnalyzeOptions&)>& run) {
   auto [command, o] = add_command<guarantees::AnalyzeOptions>(
       app, "analyze", "Compute worst-case bounds on response times and latencies",
       "hotpath analyze autoware --executors fp-ro,default", run);
-  command.add_option("GRAPH", o.graph, kGraphHelp)->type_name("")->required();
+  add_graph_option(command, o.graph)->required();
   add_list(command, "--executors", o.executors, "NAMES",
            "Executors (`hotpath list executors`), separated by commas,\n"
            "with variants such as rm-ro:first; by default\n"
            "default,events-ro,rm-ro,edf-ro, or those of --trace");
   add_deployments_option(command, o);
   add_scaling_options(command, o);
-  add_choice(command, "--phases", o.known_phases, "Bounds for these timer phases only; by default for any");
-  add_text(command, "--phases-file", o.phases_file, "FILE",
-           "Bounds for the timer phases of a CSV file (docs/phases.md)");
-  add_text(command, "--phases-of", o.phases_of, "RUN",
-           "Bounds for the timer phases of the same executor's first\nrepetition in a stored run");
+  CLI::Option* const phases =
+      add_phases_option(command, o,
+                        "Bounds for these timer phases only; by default for any. RUN:\n"
+                        "those of the same executor's first repetition in a stored run");
+  command.parse_complete_callback([&o = o, phases] { o.known_phases = phases->count() > 0; });
   add_number(
       command, "--phase-uncertainty-us", o.phase_uncertainty_us, {0, 1e9}, "US",
       "Bounds for phases that are off by up to this much, for each\ntimer by the same time in all jobs");
@@ -65,11 +64,7 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   add_text(command, "--page", o.page, "FOLDER", "Also write a page with figures into this folder");
   add_json_option(command);
   add_platform_options(command, o);
-  add_number(command, "--delta-us", o.delta_us, {0, 1e9}, "US", "Alias of --release-cost-us");
-  exclude(command, "--phases-of", {"--phases", "--phases-file"});
-  exclude(command, "--phases-file", {"--phases"});
   exclude(command, "--phase-uncertainty-us", {"--witness"});
-  exclude(command, "--delta-us", {"--release-cost-us"});
   // The run determines these options; a chain has neither a CSV table nor a page.
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
   exclude(command, "--chain", {"--deployments", "--exact", "--witness", "--csv", "--page"});

@@ -26,7 +26,7 @@ std::vector<std::string> more_words_for_run(const CLI::App& capacity, CLI::App& 
   }
   std::vector<std::string> words = given_options(run, {});
   for (const std::string& word : words) {
-    if (name_of(word) != "--executor" && capacity.get_option_no_throw(name_of(word)) == nullptr) continue;
+    if (capacity.get_option_no_throw(name_of(word)) == nullptr) continue;
     throw program::UsageError("--live-options: " + name_of(word) + " is an option of capacity itself");
   }
   return words;
@@ -37,16 +37,16 @@ std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityA
   CLI::App app;
   add_run_command(app, [](const live::Options&) {});
   CLI::App& run = *app.get_subcommand("run");
-  const std::vector<std::string> own = {
-      "over",     "require",      "from",   "to",        "resolution",  "coarse",      "live",
-      "duration", "live-options", "output", "executors", "deployments", "repetitions", "json"};
+  const std::vector<std::string> own = {"over",        "require",     "from",         "to",     "resolution",
+                                        "live",        "duration",    "live-options", "output", "executors",
+                                        "deployments", "repetitions", "json"};
   std::vector<std::string> words = given_options(capacity, own);
   for (const std::string& word : words) {
     if (run.get_option_no_throw(name_of(word)) == nullptr) {
       throw program::UsageError(name_of(word) + " applies to simulations only; leave it out with --live");
     }
   }
-  if (capacity.count("--phases") + capacity.count("--phases-file") == 0) {
+  if (capacity.count("--phases") == 0) {
     words.push_back(program::concat("--phases=", to_string(a.options.phases)));
   }
   const std::vector<std::string> live_words = more_words_for_run(capacity, run, a.live_options);
@@ -85,8 +85,6 @@ void add_capacity_command(CLI::App& app) {
   add_number(capacity, "--from", o.from, {0, 1e6}, "LEVEL", "Lowest level");
   add_number(capacity, "--to", o.to, {0, 1e6}, "LEVEL", "Highest level");
   add_number(capacity, "--resolution", o.resolution, {1e-3, 1e6}, "LEVEL", "Search step between two levels");
-  add_number(capacity, "--coarse", o.coarse, {2, 10000}, "N",
-             "Levels of the coarse search, which finds where the\nconditions hold, fail and hold again");
   CLI::Option* const live = capacity.add_flag("--live", o.live, "Measure live instead of simulating");
   add_text(capacity, "--live-options", arguments.live_options, "OPTIONS", "Further options of `hotpath run`")
       ->needs(live);

@@ -15,22 +15,42 @@ namespace hotpath::commands {
 namespace {
 
 constexpr double kLargestCost_us = 1e9;
+constexpr double kLongestStep_ms = 1e6;
 constexpr std::size_t kHelpColumns = 68;  // of the 100 that --help may use
 
-/// release_cost_us -> --release-cost-us
-std::string option_name(std::string_view key) {
-  std::string name = "--" + std::string(key);
-  std::replace(name.begin(), name.end(), '_', '-');
-  return name;
+/// Sets one `KEY=VALUE` of --platform. Returns why it is refused, or an empty text.
+std::string set_platform(setup::PlatformOptions& o, const std::string& item) {
+  const std::size_t equals = item.find('=');
+  const std::string key = item.substr(0, equals);
+  std::string value = equals == std::string::npos ? "" : item.substr(equals + 1);
+  if (key == "timer_thread") {
+    o.timer_thread = parse<TimerThread>(value);
+    return o.timer_thread ? "" : "timer_thread is one of " + program::joined(words<TimerThread>());
+  }
+  std::string keys = "timer_thread";
+  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
+    keys += program::concat(", ", kPlatformCosts[i].key);
+    if (key != kPlatformCosts[i].key) continue;
+    if (std::string refusal = refused_number<double>(value, {0, kLargestCost_us}); !refusal.empty())
+      return key + ": " + refusal;
+    o.costs_us[i] = number_of<double>(value);
+    return "";
+  }
+  return program::concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys);
+}
+
+/// The text after `creation:`.
+std::optional<std::string> creation_step(const std::string& text) {
+  static const std::string kBefore = program::concat(to_string(Phases::creation), ":");
+  return text.starts_with(kBefore) ? std::optional(text.substr(kBefore.size())) : std::nullopt;
 }
 
 }  // namespace
 
 void check_outputs(const CLI::App& command) {
   namespace fs = std::filesystem;
-  static const std::set<std::string> kOutputs = {"--output",    "--csv",    "--junit",  "--markdown",
-                                                 "--page",      "--svg",    "--record", "--perfetto",
-                                                 "--responses", "--witness"};
+  static const std::set<std::string> kOutputs = {"--output", "--csv",    "--junit",  "--markdown",
+                                                 "--page",   "--record", "--witness"};
   const auto canonical = [](const std::string& path) {
     std::error_code error;
     const fs::path found = fs::weakly_canonical(fs::absolute(path, error), error);
@@ -115,25 +135,51 @@ void exclude(CLI::App& command, const std::string& option, const std::vector<std
 
 void add_graph_options(CLI::App& command, setup::CommonOptions& o) {
   command.option_defaults()->group(kSystemGroup);
-  add_text(command, "--graph", o.graph, "GRAPH", kGraphHelp);
+  add_graph_option(command, o.graph);
   add_scaling_options(command, o);
   add_choice(command, "--work", o.work,
              "A job works for an amount of its thread's CPU time, until an\n"
              "instant of the clock, or a fixed amount; by default as in the\n"
              "graph, whose own default is cpu_time");
-  add_choice(command, "--phases", o.phases,
-             "Timer phases: staggered by node creation as in rclcpp, all\n"
-             "equal, given in the graph, or random");
-  add_text(command, "--phases-file", o.phases_file, "FILE", "Timer phases from a CSV file (docs/phases.md)");
-  add_number(command, "--phase-step", o.phase_step_ms, {0, 1e6}, "MS",
-             "Time between the creations of two nodes, with\n"
-             "`--phases creation`; by default as in rclcpp");
-  add_choice(command, "--rule", o.rule,
-             "Priority of subscriptions under the paper's executors:\n"
-             "highest priority of the upstream timers, or above all\ntimers");
+  add_phases_option(command, o,
+                    "Timer phases: staggered by node creation as in rclcpp, or by\n"
+                    "MS; all equal; given in the graph; random; of a CSV file\n"
+                    "(docs/phases.md); or of the same executor in a stored run")
+      ->default_str(to_string(o.phases));
   add_entity_order_option(command, o);
-  add_choice(command, "--ties", o.ties, "Jobs of equal priority: latest or earliest activation first");
-  exclude(command, "--phases-file", {"--phases", "--phase-step"});
+}
+
+std::string refused_phases(const std::string& text) {
+  std::error_code error;
+  if (parse<Phases>(text) || std::filesystem::exists(text, error)) return "";
+  if (std::optional<std::string> step = creation_step(text))
+    return refused_number<double>(*step, {0, kLongestStep_ms});
+  return program::concat("`", text, "` is none of ", program::joined(words<Phases>()),
+                         ", creation:MS, and no file or folder");
+}
+
+void set_phases(setup::CommonOptions& o, const std::string& text) {
+  o.phases_file = o.phases_of = "";
+  const std::optional<std::string> step = creation_step(text);
+  const std::optional<Phases> named = step ? Phases::creation : parse<Phases>(text);
+  o.phase_step_ms = step ? number_of<double>(*step) : std::nullopt;
+  if (named) {
+    o.phases = *named;
+  } else {
+    (std::filesystem::is_directory(text) ? o.phases_of : o.phases_file) = text;
+  }
+}
+
+CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const std::string& help) {
+  return command
+      .add_option_function<std::string>(
+          "--phases", [&o](const std::string& text) { set_phases(o, text); }, help)
+      ->check(CLI::Validator(refused_phases, ""))
+      ->type_name("creation[:MS]|synchronous|given|random|FILE|RUN");
+}
+
+CLI::Option* add_graph_option(CLI::App& command, std::string& graph) {
+  return add_text(command, "GRAPH,--graph", graph, "GRAPH", kGraphHelp);
 }
 
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {
@@ -188,15 +234,28 @@ void add_platform_options(CLI::App& command, setup::PlatformOptions& o) {
   command.option_defaults()->group(
       "Simulated machine, by default the graph's `platform`, otherwise one core without costs");
   add_cores_option(command, o.cores);
-  add_choice(command, "--timer-thread", o.timer_thread,
-             "Priority of the timer management thread: above the executor\n"
-             "thread, or equal to it; by_executor raises it under the\n"
-             "paper's executors only, as live runs do");
-  for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
-    const PlatformCost& cost = kPlatformCosts[i];
-    add_number(command, option_name(cost.key), o.costs_us[i], {0, kLargestCost_us}, "US",
-               std::string(cost.meaning));
-  }
+  std::string help =
+      "Costs in microseconds and the timer thread, separated by\n"
+      "commas, such as release_cost_us=3,timer_thread=raised";
+  for (const PlatformCost& cost : kPlatformCosts) help += program::concat("\n", cost.key, ": ", cost.meaning);
+  help += "\ntimer_thread: " + program::joined(words<TimerThread>()) +
+          "; by_executor raises it\nunder the paper's executors only, as live runs do";
+  const auto set = [&o](const std::vector<std::string>& lists) {
+    for (const std::string& list : lists) {
+      for (const std::string& item : list_items(list)) set_platform(o, item);
+    }
+  };
+  const auto check = [](const std::string& list) {
+    setup::PlatformOptions unused;
+    for (const std::string& item : list_items(list)) {
+      if (std::string refusal = set_platform(unused, item); !refusal.empty()) return refusal;
+    }
+    return std::string();
+  };
+  command.add_option_function<std::vector<std::string>>("--platform", set, help)
+      ->allow_extra_args(false)
+      ->check(CLI::Validator(check, ""))
+      ->type_name("KEY=VALUE");
 }
 
 void add_cores_option(CLI::App& command, std::optional<unsigned>& cores) {
@@ -220,9 +279,9 @@ void add_output_option(CLI::App& command, setup::CommonOptions& o, const std::st
   });
 }
 
-void add_executors_option(CLI::App& command, const std::string& option, setup::CommonOptions& o) {
+void add_executors_option(CLI::App& command, setup::CommonOptions& o) {
   command.option_defaults()->group(kSystemGroup);
-  add_list(command, option, o.executors, "NAMES",
+  add_list(command, "--executors", o.executors, "NAMES",
            "Executors (`hotpath list executors`), separated by commas,\n"
            "with variants such as rm-ro:first or multi:4; or `paper`\n"
            "(the paper's seven, the default), or `all`");
@@ -230,7 +289,7 @@ void add_executors_option(CLI::App& command, const std::string& option, setup::C
 }
 
 void add_deployments_option(CLI::App& command, setup::CommonOptions& o) {
-  add_list(command, "--deployments,--deployment", o.deployments, "NAMES",
+  add_list(command, "--deployments", o.deployments, "NAMES",
            "Deployments, separated by commas: names (`hotpath list\n"
            "deployments`), YAML files, or cie:FILE for a configuration of\n"
            "Autoware's CallbackIsolatedExecutor (docs/deployments.md)");

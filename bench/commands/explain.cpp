@@ -9,12 +9,12 @@ namespace hotpath::commands {
 void add_explain_command(CLI::App& app) {
   auto [command, o] = add_command<explain::Options>(
       app, "explain", "Account for the latency of a stored run's outputs, cause by cause",
-      "hotpath explain runs/first --executor rm-ro --worst", explain::explain);
+      "hotpath explain runs/first --executors rm-ro --worst", explain::explain);
   command.add_option("RUN", o.run, "Folder of a live, simulated or imported run")
       ->type_name("FOLDER")
       ->required();
   command.add_option("OTHER", o.other, "A second run, to explain why one is faster")->type_name("FOLDER");
-  add_list(command, "--executor", o.executors, "NAMES",
+  add_list(command, "--executors", o.executors, "NAMES",
            "Executor of the run; by default its first. Two, separated by\n"
            "a comma, to explain why one is faster");
   add_number(command, "--repetition", o.repetition, {0, 1e9}, "N", "Repetition of the run; by default all");

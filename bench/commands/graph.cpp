@@ -17,9 +17,16 @@ namespace hotpath::commands {
 
 namespace {
 
+/// What --as writes instead of the description.
+enum class Form : std::uint8_t { dot, svg, cie };
+
+constexpr auto enum_texts(Form) {
+  return std::to_array<EnumText<Form>>({{Form::dot, "dot"}, {Form::svg, "svg"}, {Form::cie, "cie"}});
+}
+
 struct GraphOptions {
   std::string graph, deployment;
-  bool dot = false, svg = false, cie = false;
+  std::optional<Form> as;
 };
 
 /// Graphviz inherits standard output and writes the SVG itself.
@@ -27,10 +34,11 @@ void draw_svg(const std::string& dot) {
   std::fflush(stdout);
   FILE* const graphviz = popen("dot -Tsvg", "w");
   if (graphviz == nullptr)
-    throw program::RunError("Graphviz (`dot`) could not be started; --dot prints its input");
+    throw program::RunError("Graphviz (`dot`) could not be started; --as dot prints its input");
   std::fputs(dot.c_str(), graphviz);
   if (const int status = pclose(graphviz); !program::exited_with(status, 0)) {
-    throw program::RunError("Graphviz (`dot`) " + program::how_it_ended(status) + "; --dot prints its input");
+    throw program::RunError("Graphviz (`dot`) " + program::how_it_ended(status) +
+                            "; --as dot prints its input");
   }
 }
 
@@ -58,18 +66,18 @@ void print_cie(const GraphOptions& options, const Graph& graph, const GraphTasks
 void print_graph(const GraphOptions& options) {
   const Graph graph = load_graph(find_graph(options.graph));
   const GraphTasks tasks = make_tasks(graph);
-  if (options.cie) return print_cie(options, graph, tasks);
-  if (options.dot || options.svg) {
+  if (options.as == Form::cie) return print_cie(options, graph, tasks);
+  if (options.as) {
     std::ostringstream dot;
     if (options.deployment.empty()) {
       write_dot(dot, graph);
     } else {
       write_dot(dot, graph, tasks, find_deployment(options.deployment, graph, tasks));
     }
-    options.svg ? draw_svg(dot.str()) : void(program::data_output() << dot.str());
+    options.as == Form::svg ? draw_svg(dot.str()) : void(program::data_output() << dot.str());
     return;
   }
-  if (!options.deployment.empty()) throw program::UsageError("--deployment: add --svg, --dot or --cie");
+  if (!options.deployment.empty()) throw program::UsageError("--deployments: add --as svg, dot or cie");
   std::size_t timers = 0;
   for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
   std::cout << program::text("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
@@ -88,15 +96,15 @@ void print_graph(const GraphOptions& options) {
 void add_graph_command(CLI::App& app) {
   auto [graph, o] = add_command<GraphOptions>(app, "graph", "Check a graph file and print or draw the graph",
                                               "", print_graph);
-  graph.add_option("GRAPH", o.graph, kGraphHelp)->type_name("")->required();
-  auto* dot = graph.add_flag("--dot", o.dot, "Print the graph for Graphviz, with its hot path marked");
-  graph.add_flag("--svg", o.svg, "Draw the graph with Graphviz, as SVG to standard output")->excludes(dot);
-  graph.add_flag("--cie", o.cie, "Print a YAML file for CallbackIsolatedExecutor")
-      ->excludes("--dot", "--svg");
+  add_graph_option(graph, o.graph)->required();
+  add_choice(graph, "--as", o.as,
+             "Write the graph for Graphviz with its hot path marked, as SVG\n"
+             "by Graphviz, or as YAML for Autoware's CallbackIsolatedExecutor,\n"
+             "to standard output");
   graph
-      .add_option("--deployment", o.deployment,
+      .add_option("--deployments", o.deployment,
                   "Deployment (`hotpath list deployments`, or a YAML file) that\n"
-                  "colours the nodes of --dot and --svg, or gives --cie its\nthreads")
+                  "colours the nodes of --as dot and svg, or gives --as cie its\nthreads")
       ->type_name("NAME")
       ->check(not_empty());
 }

@@ -14,9 +14,9 @@ void add_import_ctf_command(CLI::App& import) {
       "hotpath import ctf ~/traces/robot --output robot", imports::import_ctf);
   add_text(ctf, "TRACE", o.trace, "FOLDER", "Folder of the trace, or a parent folder")->required();
   add_text(ctf, "--output", o.output, "FOLDER", "New folder for the results; by default imports/TRACE");
-  add_text(ctf, "--executor", o.executor, "NAME",
+  add_text(ctf, "--executors", o.executor, "NAME",
            "Recorded executor (`hotpath list executors`), if the trace\ndoes not identify it");
-  add_text(ctf, "--deployment", o.deployment, "FILE",
+  add_text(ctf, "--deployments", o.deployment, "FILE",
            "Recorded deployment; a trace lacks thread policies and CPUs");
   ctf.add_option("--chain", o.chains,
                  "Chain to measure, from sources to a sink; several separated\n"
@@ -29,30 +29,12 @@ void add_import_ctf_command(CLI::App& import) {
              "First jobs of the trace, which determine rules, times,\nchains and self-check");
 }
 
-void add_export_ctf_command(CLI::App& parent) {
-  struct Options {
-    std::string run, output;
-  };
-  auto [ctf, o] =
-      add_command<Options>(parent, "ctf", "Export a run as a trace of ros2_tracing (CTF 1.8)",
-                           "hotpath export ctf runs/first --output traces/first",
-                           [](const Options& options) { imports::export_ctf(options.run, options.output); });
-  add_text(ctf, "RUN", o.run, "FOLDER", kRunHelp)->required();
-  add_text(ctf, "--output", o.output, "FOLDER", "New folder for the trace")->required();
-}
-
 }  // namespace
 
 void add_import_command(CLI::App& app) {
   CLI::App& import = *app.add_subcommand("import", "Create a graph from a recording of a real system");
   import.require_subcommand(1);
   add_import_ctf_command(import);
-}
-
-void add_export_command(CLI::App& app) {
-  CLI::App& parent = *app.add_subcommand("export", "Export a run to the format of another tool");
-  parent.require_subcommand(1);
-  add_export_ctf_command(parent);
 }
 
 }  // namespace hotpath::commands

@@ -8,6 +8,7 @@
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/json_output.hpp"
+#include "program/python_tool.hpp"
 #include "program/text_table.hpp"
 
 namespace hotpath::commands {
@@ -71,7 +72,8 @@ void print_deployments() {
 }  // namespace
 
 void add_list_command(CLI::App& app) {
-  CLI::App* list = app.add_subcommand("list", "List the available executors, graphs or deployments");
+  CLI::App* list =
+      app.add_subcommand("list", "List the available executors, graphs, deployments or figures of the paper");
   list->require_subcommand(1);
   const auto add = [list](const std::string& name, const std::string& description, void (*print)()) {
     CLI::App& command = *list->add_subcommand(name, description);
@@ -81,6 +83,9 @@ void add_list_command(CLI::App& app) {
   add("executors", "Executors: name, rclcpp class, scheduling policy", print_executors);
   add("graphs", "Graphs available by name", print_graphs);
   add("deployments", "Deployments available by name: presets and files", print_deployments);
+  list->add_subcommand("figures", "Items of `hotpath paper figures` with their durations")->callback([] {
+    program::become_python_tool("reproduce", {"--list"});
+  });
 }
 
 }  // namespace hotpath::commands

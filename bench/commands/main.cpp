@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -12,7 +13,6 @@
 #include <iostream>
 #include <new>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "commands/commands.hpp"
@@ -90,22 +90,35 @@ void occupy_standard_streams() {
 }
 
 std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
-  std::string command = app->get_name(), message = error.what();
-  for (const CLI::App* sub : app->get_subcommands()) {
-    command += " " + sub->get_name();
-    app = sub;
-  }
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError) &&
-      app->get_require_subcommand_min() > 0) {
-    const std::vector<std::string> words = app->remaining();
-    message = words.empty() ? "a command is missing; available:"
-                            : "unknown command `" + words.front() + "`; available:";
-    const char* separator = " ";
-    for (const CLI::App* sub : app->get_subcommands({})) {
-      message += std::exchange(separator, ", ") + sub->get_name();
+  std::string command = app->get_name(), message = hotpath::commands::unknown_word(*app);
+  if (message.empty()) message = error.what();
+  for (const CLI::App* sub : app->get_subcommands()) command += " " + sub->get_name();
+  return "hotpath: " + hotpath::printable(message, kLongestMessage) + "; see `" + command + " --help`\n";
+}
+
+/// The commands in the order of the help.
+void add_commands(CLI::App& app) {
+  using namespace hotpath::commands;
+  struct Group {
+    const char* name;
+    std::vector<void (*)(CLI::App&)> add;
+  };
+  const std::vector<Group> groups = {
+      {"Measure", {add_run_command, add_bench_command, add_doctor_command}},
+      {"Predict",
+       {add_simulate_command, add_analyze_command, add_sweep_command, add_capacity_command, add_graph_command,
+        add_list_command}},
+      {"Your robot", {add_import_command, add_advise_command, add_watch_command}},
+      {"Understand",
+       {add_explain_command, add_report_command, add_diff_command, add_replay_command, add_export_command}},
+      {"Paper", {add_paper_command}},
+      {"", {add_feed_command}}};
+  for (const Group& group : groups) {
+    for (const auto add : group.add) {
+      add(app);
+      app.get_subcommands({}).back()->group(group.name);
     }
   }
-  return "hotpath: " + hotpath::printable(message, kLongestMessage) + "; see `" + command + " --help`\n";
 }
 
 }  // namespace
@@ -125,25 +138,17 @@ int main(int argc, char** argv) {
       "Measure, simulate and bound the hot-path latency of a robot's node graph under ROS executors.",
       "hotpath");
   app.footer(
-      "First comparison, half a minute:  hotpath compare --quick\n"
-      "Options of a command:             hotpath compare --help");
+      "First comparison, half a minute:  hotpath run --quick\n"
+      "Options of a command:             hotpath run --help");
   app.set_version_flag("--version", HOTPATH_VERSION);
   app.failure_message(wrong_use);
   app.require_subcommand(1);
-  using namespace hotpath::commands;
-  const std::initializer_list<void (*)(CLI::App&)> commands = {
-      add_run_command,        add_compare_command,  add_simulate_command,
-      add_sweep_command,      add_capacity_command, add_timeline_command,
-      add_explain_command,    add_replay_command,   add_validate_command,
-      add_list_command,       add_graph_command,    add_analyze_command,
-      add_experiment_command, add_machine_command,  add_bench_command,
-      add_summarize_command,  add_report_command,   add_compare_results_command,
-      add_advise_command,     add_import_command,   add_export_command,
-      add_recover_command,    add_check_command,    add_watch_command,
-      add_completion_command};
-  for (const auto add : commands) add(app);
+  add_commands(app);
   try {
-    app.parse(argc, argv);
+    std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+    std::transform(words.begin(), std::ranges::find(words, "--"), words.begin(), commands::plural);
+    std::ranges::reverse(words);  // as CLI11 wants them
+    app.parse(words);
     std::cout << std::flush;
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
       throw program::RunError("standard output could not be written; files are not affected");

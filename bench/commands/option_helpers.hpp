@@ -191,16 +191,22 @@ void add_scaling_options(CLI::App& command, setup::CommonOptions& options);
 [[nodiscard]] std::vector<std::string> given_options(const CLI::App& command,
                                                      const std::vector<std::string>& without);
 
-/// Adds --graph, --load, --work, the phases, --rule, --entity-order and --ties; `options` must
-/// outlive the parse.
+/// Adds the graph, its scaling, --work, --phases and --entity-order; `options` must outlive the parse.
 void add_graph_options(CLI::App& command, setup::CommonOptions& options);
+/// Adds the graph, as a position or as --graph.
+CLI::Option* add_graph_option(CLI::App& command, std::string& graph);
+/// Adds --phases: a word, the step of `creation`, a file or a run.
+CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& options, const std::string& help);
+/// Why --phases refuses a text; empty for a valid one.
+[[nodiscard]] std::string refused_phases(const std::string& text);
+void set_phases(setup::CommonOptions& options, const std::string& text);
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& options);
 
 /// Adds --duration up to `longest_s`, --warm-up, --repetitions and --seed.
 void add_length_options(CLI::App& command, setup::CommonOptions& options, double longest_s);
 void add_warm_up_option(CLI::App& command, setup::CommonOptions& options);
 
-/// Adds --cores, --timer-thread and the costs of the simulated machine.
+/// Adds --cores and --platform, which describe the simulated machine.
 void add_platform_options(CLI::App& command, setup::PlatformOptions& options);
 void add_cores_option(CLI::App& command, std::optional<unsigned>& cores);
 CLI::Option* add_threads_option(CLI::App& command, unsigned& threads);
@@ -209,9 +215,8 @@ CLI::Option* add_threads_option(CLI::App& command, unsigned& threads);
 void add_output_option(CLI::App& command, setup::CommonOptions& options,
                        const std::string& default_folder = "runs/DATE-GRAPH");
 
-/// Adds `option`, a list of executors, and --deployments. executors_of() resolves `paper` and
-/// `all`.
-void add_executors_option(CLI::App& command, const std::string& option, setup::CommonOptions& options);
+/// Adds --executors and --deployments. executors_of() resolves `paper` and `all`.
+void add_executors_option(CLI::App& command, setup::CommonOptions& options);
 void add_deployments_option(CLI::App& command, setup::CommonOptions& options);
 /// The executors to run: the paper's seven for `paper` or without any executor or deployment, the
 /// whole registry for `all`.

@@ -16,22 +16,19 @@ namespace {
 
 struct RunArguments {
   live::Options options;
-  std::string executor = "rm-ro";
+  std::string against, junit, markdown;
 };
 
 void add_where_options(CLI::App& command, live::Options& o) {
   command.option_defaults()->group("Environment");
   add_list(command, "--stack", o.stacks, "native|rclcpp",
            "hotpath's own executors (native), or the ROS 2 stack of a\n"
-           "sourced workspace (rclcpp); compare accepts both",
+           "sourced workspace (rclcpp), or both",
            CLI::IsMember(words<setup::Stack>()));
   add_list(command, "--rmw", o.rmw, "NAMES",
            "Middlewares of --stack rclcpp, separated by commas, such as\n"
            "fastrtps,cyclonedds: each executor runs on each of them; by\n"
            "default that of RMW_IMPLEMENTATION or of ROS 2");
-  add_text(command, "--ros2-runner", o.ros2_runner, "FILE",
-           "Program that runs the graph on rclcpp; by default\n"
-           "$HOTPATH_ROS2_RUNNER, or the program of a sourced workspace");
   add_choice(command, "--transport", o.plan.transport,
              "Message transport: DDS, or pointers within one process");
   add_number(command, "--processes", o.plan.processes, {1, 100}, "N",
@@ -46,9 +43,6 @@ void add_where_options(CLI::App& command, live::Options& o) {
            "Scheduling class of the timer management thread; by default\n"
            "fifo:90 under the paper's executors if permitted");
   command.add_flag("--lock-memory", o.plan.lock_memory, "Lock all memory in RAM (mlockall)");
-  command.add_flag("--cpu-time", o.plan.measure_cpu_time,
-                   "Record the CPU time of every job (costs 1 us per job); work\n"
-                   "in CPU time (--work) always does");
 }
 
 void add_live_options(CLI::App& command, live::Options& o) {
@@ -58,17 +52,9 @@ void add_live_options(CLI::App& command, live::Options& o) {
                    "during the run, from a separate low-priority process; topics\n"
                    "hotpath/run, hotpath/statistics and hotpath/chain_samples in\n"
                    "the domain of --domain");
-  command
-      .add_flag("--live-alternate", o.live_alternate,
-                "Publish like --live in the 2nd and 3rd of every four\n"
-                "repetitions, and report the effect on the median hot-path\nlatency")
-      ->excludes("--live");
-  add_text(command, "--live-cpus", o.live_cpus, "LIST",
-           "CPUs of the publishing process; by default the CPUs that\n"
-           "--cpus leaves free, if any");
 }
 
-/// The options that `run` and `compare` share; `o` must outlive the parse.
+/// All options but --against and those of its gate; `o` must outlive the parse.
 void add_run_options(CLI::App& command, live::Options& o) {
   add_graph_options(command, o);
   command.add_flag("--quick", o.quick, "Short run: 1 repetition of 2 s after 0.5 s of warm-up")
@@ -84,36 +70,9 @@ void add_run_options(CLI::App& command, live::Options& o) {
   add_json_option(command);
 }
 
-}  // namespace
-
-void add_run_command(CLI::App& app) { add_run_command(app, live::run_live); }
-
-void add_run_command(CLI::App& app, const std::function<void(const live::Options&)>& measure) {
-  auto [run, o] = add_command<RunArguments>(app, "run", "Measure a graph live under one executor",
-                                            "hotpath run --executor edf-ro --duration 10 --output runs/first",
-                                            [measure](RunArguments& arguments) {
-                                              if (arguments.options.deployments.empty())
-                                                arguments.options.executors = {arguments.executor};
-                                              measure(arguments.options);
-                                            });
-  run.option_defaults()->group(kSystemGroup);
-  add_text(run, "--executor,--executors", o.executor, "NAME",
-           "Executor (`hotpath list executors`), with variants such as\nrm-ro:first");
-  add_deployments_option(run, o.options);
-  exclude(run, "--executor", {"--deployments"});
-  add_run_options(run, o.options);
-}
-
-namespace {
-
-struct CompareArguments {
-  live::Options options;
-  std::string against, junit, markdown;
-};
-
 /// Alternates between two builds, each repetition in its own process and folder, then runs the
 /// gate. `words`: the options of both.
-void compare_builds(const CompareArguments& a, const std::vector<std::string>& words) {
+void compare_builds(const RunArguments& a, const std::vector<std::string>& words) {
   const std::filesystem::path folder = setup::output_folder(a.options.output, "against");
   program::check_output_folder(folder);
   if (a.options.repetitions < 3)
@@ -123,7 +82,7 @@ void compare_builds(const CompareArguments& a, const std::vector<std::string>& w
     const auto [repetition, build] = order[i];
     const char* const name = build == 0 ? "new" : "old";
     std::cerr << program::text("[%zu/%zu] %s build, repetition %u\n", i + 1, order.size(), name, repetition);
-    std::vector<std::string> all = {"compare"};
+    std::vector<std::string> all = {"run"};
     all.insert(all.end(), words.begin(), words.end());
     all.insert(all.end(),
                {"--repetitions=1", program::concat("--seed=", a.options.seed + repetition),
@@ -139,37 +98,41 @@ void compare_builds(const CompareArguments& a, const std::vector<std::string>& w
   std::vector<std::string> gate = {folder / "old", folder / "new", "--gate"};
   if (!a.junit.empty()) gate.push_back("--junit=" + a.junit);
   if (!a.markdown.empty()) gate.push_back("--markdown=" + a.markdown);
-  program::become_python_tool("compare-results", gate);
+  program::become_python_tool("diff", gate);
 }
 
 }  // namespace
 
-void add_compare_command(CLI::App& app) {
+void add_run_command(CLI::App& app) { add_run_command(app, live::run_live); }
+
+void add_run_command(CLI::App& app, const std::function<void(const live::Options&)>& measure) {
   auto self = std::make_shared<const CLI::App*>();
-  auto [compare, arguments] = add_command<CompareArguments>(
-      app, "compare", "Measure a graph live under several executors, repetitions interleaved",
-      "hotpath compare --executors default,rm-ro,edf-ro --duration 10", [self](CompareArguments& a) {
+  auto [run, arguments] = add_command<RunArguments>(
+      app, "run", "Measure a graph live under several executors, repetitions interleaved",
+      "hotpath run autoware --executors default,rm-ro,edf-ro --duration 10",
+      [self, measure](RunArguments& a) {
         if (!a.against.empty()) {
           const std::vector<std::string> own = {"against",     "junit", "markdown",
                                                 "repetitions", "seed",  "output"};
           compare_builds(a, given_options(**self, own));
         }
         a.options.executors = executors_of(a.options);
-        live::run_live(a.options);
+        measure(a.options);
       });
-  *self = &compare;
+  *self = &run;
+  run.alias("compare");
   live::Options& o = arguments.options;
-  add_executors_option(compare, "--executors", o);
+  add_executors_option(run, o);
   o.repetitions = 3;
-  add_run_options(compare, o);
-  compare.option_defaults()->group("Two builds");
-  CLI::Option* const against = add_text(compare, "--against", arguments.against, "HOTPATH",
+  add_run_options(run, o);
+  run.option_defaults()->group("Two builds");
+  CLI::Option* const against = add_text(run, "--against", arguments.against, "HOTPATH",
                                         "Another build of this program: alternate the repetitions of\n"
-                                        "both builds, then run `compare-results --gate` with the other\n"
-                                        "build as baseline; exit code 1 on a regression");
-  exclude(compare, "--against", {"--quick", "--json"});
-  add_output_file(compare, "--junit", arguments.junit, kJunitHelp)->needs(against);
-  add_output_file(compare, "--markdown", arguments.markdown, kMarkdownHelp)->needs(against);
+                                        "both builds, then run `diff --gate` with the other build as\n"
+                                        "baseline; exit code 1 on a regression");
+  exclude(run, "--against", {"--quick", "--json"});
+  add_output_file(run, "--junit", arguments.junit, kJunitHelp)->needs(against);
+  add_output_file(run, "--markdown", arguments.markdown, kMarkdownHelp)->needs(against);
 }
 
 }  // namespace hotpath::commands

@@ -34,11 +34,8 @@ void add_simulate_command(CLI::App& app, const std::function<void(const simulate
 }
 
 void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
-  add_executors_option(simulate, "--executors,--executor", o);
+  add_executors_option(simulate, o);
   add_graph_options(simulate, o);
-  add_text(simulate, "--phases-of", o.phases_of, "RUN",
-           "Timer phases of the same executor and repetition in a stored\nrun");
-  exclude(simulate, "--phases-of", {"--phases", "--phases-file", "--phase-step"});
   add_length_options(simulate, o, kLongestSimulation_s);
   add_number(simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
              "Queued jobs above which the system counts as overloaded; by\ndefault 100 per task");

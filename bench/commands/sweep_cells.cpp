@@ -30,7 +30,14 @@ struct CellFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-std::string option_word(const sweep::Option& option) { return "--" + option.name + "=" + option.value; }
+/// The option of a key in a sweep's file: `platform.KEY` is one key of --platform.
+std::string option_of(const std::string& key) { return key.substr(0, key.find('.')); }
+
+std::string option_word(const sweep::Option& option) {
+  const std::size_t dot = option.name.find('.');
+  const std::string key = dot == std::string::npos ? "" : option.name.substr(dot + 1) + "=";
+  return plural("--" + option_of(option.name)) + "=" + key + option.value;
+}
 
 /// Parses the options of a command without running it.
 class OptionParser {
@@ -43,7 +50,9 @@ class OptionParser {
     sub_ = app_.get_subcommand(command_);
   }
 
-  bool has(const std::string& option) const { return sub_->get_option_no_throw("--" + option) != nullptr; }
+  bool has(const std::string& option) const {
+    return sub_->get_option_no_throw(plural("--" + option)) != nullptr;
+  }
   std::string all() const {
     Words names;
     for (const CLI::Option* option : sub_->get_options()) {
@@ -76,7 +85,8 @@ SweepCells::SweepCells(sweep::Design design, fs::path output)
     : design_(std::move(design)), output_(std::move(output)) {
   OptionParser parser(design_.command);
   const auto check_name = [&](const std::string& name, int line) {
-    if (parser.has(name) || (name == "graph" && design_.command == "analyze")) return;
+    const bool one_key = name.find('.') == std::string::npos || name.starts_with("platform.");
+    if (one_key && parser.has(option_of(name))) return;
     throw InputError(design_.file, line, "`" + design_.command + "` has no option --" + name,
                      "it has " + parser.all());
   };
@@ -105,10 +115,7 @@ void SweepCells::check_cell(const std::vector<sweep::Option>& at, int line) cons
 
 Words SweepCells::words_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const {
   Words words;
-  const auto add = [&](const sweep::Option& option) {
-    const bool positional = option.name == "graph" && design_.command == "analyze";
-    words.push_back(positional ? option.value : option_word(option));
-  };
+  const auto add = [&](const sweep::Option& option) { words.push_back(option_word(option)); };
   std::ranges::for_each(design_.fixed, add);
   const bool first = design_.repetition(cell) == 0;
   bool seeded = design_.command == "analyze";

@@ -13,7 +13,6 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
-#include "program/memory_limit.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -27,8 +26,6 @@ namespace hotpath::guarantees {
 
 namespace {
 
-constexpr const char* kGivePhases = "give --phases, --phases-file or --phases-of";
-
 class Analysis {
  public:
   Analysis(const AnalyzeOptions& options, std::ostream& out) : options_(options), out_(out) {
@@ -39,14 +36,11 @@ class Analysis {
     if (!options.page.empty()) program::check_output_folder(options.page, "bounds.json", "--page");
     if (!options.witness.empty()) {
       program::check_output_folder(options.witness, "", "--witness");
-      if (!options.known_phases && options.phases_of.empty()) {
-        throw program::UsageError(
-            "--witness: worst cases are exact for known phases; give --phases or --phases-of");
-      }
+      if (!options.known_phases)
+        throw program::UsageError("--witness: worst cases are exact for known phases; give --phases");
     }
-    if (options.phase_uncertainty_us && !phases_known()) {
-      throw program::UsageError(program::concat("--phase-uncertainty-us needs known phases: ", kGivePhases));
-    }
+    if (options.phase_uncertainty_us && !options.known_phases)
+      throw program::UsageError("--phase-uncertainty-us needs known phases; give --phases");
     if (options.phase_uncertainty_us && (trace_ || !options.chain.empty())) {
       throw program::UsageError("--phase-uncertainty-us excludes --trace and --chain; leave one of them out");
     }
@@ -55,7 +49,6 @@ class Analysis {
     if (!trace_) graph_ = setup::graph_to_run(options_);
     const GraphPlatform platform = graph_.platform;
     options_.apply_to(graph_.platform);
-    if (options.delta_us) graph_.platform.release_cost = from_ms(*options.delta_us / 1000);
     if (simulated()) {
       if (graph_.platform != platform) {
         throw program::UsageError(
@@ -80,9 +73,6 @@ class Analysis {
   }
 
   std::string run() {
-    constexpr double kBytesOfTask = 35000;  // measured with 20,000 nodes
-    program::check_memory(kBytesOfTask * tasks_.set.size(), "analyze " + options_.graph, "its bounds",
-                          "a part of the graph");
     out_ << program::text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
                           costs_text().c_str());
     bounds::Report report(tasks_.set, observed_, out_);
@@ -110,13 +100,14 @@ class Analysis {
     if (others) system.options.executors = options_.executors;
     if (!others) stored_ = std::move(system.executors);
     system.options.deployments = options_.deployments;
+    if (options_.known_phases) {
+      system.options.phases = options_.phases;
+      if (options_.phase_step_ms) system.options.phase_step_ms = options_.phase_step_ms;
+    }
     system.options.phases_file = options_.phases_file;
+    system.options.phases_of = options_.phases_of;
     static_cast<setup::CommonOptions&>(options_) = std::move(system.options);
     graph_ = std::move(system.graph);
-  }
-
-  bool phases_known() const {
-    return options_.known_phases || !options_.phases_file.empty() || !options_.phases_of.empty();
   }
 
   /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
@@ -142,7 +133,7 @@ class Analysis {
               std::max(Duration::zero(), callbacks.creation_spread - callbacks.set[b].period);
           if (first[a] - first[b] <= callbacks.set[a].period + apart) continue;
           trace_->fail("its timers " + callbacks.set[b].name + " and " + callbacks.set[a].name +
-                       " start further apart than bounds for any phases cover; give --phases-of " +
+                       " start further apart than bounds for any phases cover; give --phases " +
                        trace_->folder().string());
         }
       }
@@ -163,10 +154,9 @@ class Analysis {
     GraphTasks tasks = tasks_;
     bool known = true;
     if (!options_.phases_of.empty()) {
-      const results::StoredRun run(options_.phases_of, "--phases-of");
+      const results::StoredRun run(options_.phases_of, "--phases");
       setup::set_phases(tasks.set, run.first_timestamps(tasks.set, executor.label, 0));
-    } else if (phases_known()) {
-      options_.phases = options_.known_phases.value_or(Phases::given);
+    } else if (options_.known_phases) {
       setup::set_phases(tasks.set, setup::phases_of_repetition(options_, graph_, tasks, executor, 0));
     } else {
       known = false;
@@ -224,7 +214,7 @@ class Analysis {
     none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
     none.refusal = executor.deployment ? "several executors are not explored" : "";
     if (!callbacks.phases_known) {
-      none.refusal = program::concat("worst cases are exact for known phases only; ", kGivePhases);
+      none.refusal = "worst cases are exact for known phases only; give --phases";
     }
     if (!none.refusal.empty()) return none;
     const std::size_t limit = options_.exact ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);

@@ -12,10 +12,10 @@ namespace hotpath::guarantees {
 
 /// A graph or a stored run, the phases for which its bounds hold, and where they go.
 struct AnalyzeOptions : setup::CommonOptions, setup::PlatformOptions {
-  std::string trace, csv, page, phases_of, witness;
-  std::optional<Phases> known_phases;
+  std::string trace, csv, page, witness;
+  bool known_phases = false;  ///< Bounds hold for the phases of these options only.
   std::vector<std::string> chain;
-  std::optional<double> delta_us, phase_uncertainty_us;
+  std::optional<double> phase_uncertainty_us;
   bool strict = false, exact = false;
 };
 

@@ -139,10 +139,8 @@ class Witnesses {
     o.output = folder_ / name;
     // In the order of the options of `simulate`, so that the command's own run has the same run.json.
     o.command = {"simulate", "--executors=" + o.executors.front(), "--graph=" + o.graph,
-                 "--phases-file=" + o.phases_file};
-    if (o.rule != SubscriptionRule::inherit) o.command.push_back("--rule=" + std::string(to_string(o.rule)));
+                 "--phases=" + o.phases_file};
     if (o.entity_order != "creation") o.command.push_back("--entity-order=" + o.entity_order);
-    if (o.ties != Ties::lifo) o.command.push_back("--ties=" + std::string(to_string(o.ties)));
     o.command.insert(o.command.end(), {program::text("--duration=%.3f", seconds), "--warm-up=0",
                                        "--execution-times=" + *o.execution_times});
     simulated::store_simulation(o);

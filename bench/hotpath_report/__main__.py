@@ -42,8 +42,8 @@ COMMANDS: dict[str, tuple[str, str, Arguments]] = {
     "hot-path": ("figures.hot_path:draw_runs", HOT_PATH, RUNS),
     "timers-only": ("figures.timers:draw_runs", TIMERS, RUNS),
     "report": ("report:write", REPORT, RUNS),
-    "timeline": ("trace_events:show", "chart or Perfetto trace of `hotpath timeline`", OPTIONS),
-    "validate": ("pages.text:tell_validation", "print and draw `hotpath validate`", FOLDER),
+    "perfetto": ("perfetto:write", "trace of `hotpath export perfetto`", OPTIONS),
+    "validate": ("pages.text:tell_validation", "print and draw `hotpath paper golden`", FOLDER),
     "import-page": ("pages.text:write_import", "page of `hotpath import ctf`", FOLDER),
     "guarantees": ("pages.guarantees:write", "page of `hotpath analyze`", FOLDER),
     "capacity": ("pages.capacity_page:write", "levels and page of `hotpath capacity`", FOLDER),
@@ -52,7 +52,7 @@ COMMANDS: dict[str, tuple[str, str, Arguments]] = {
     "waters": ("figures.waters:draw", "reduction of bounds on WATERS task sets", FOLDER),
     "bench": ("bench_suite:bench", "run the programs of `hotpath bench`, or compare", OPTIONS),
     "bench-report": ("pages.bench_report:write", "report of `hotpath bench`", FOLDER),
-    "compare-results": ("comparison.compare:compare_results", "differences beyond noise", COMPARISON),
+    "diff": ("comparison.compare:compare_results", "differences beyond noise", COMPARISON),
 }
 
 

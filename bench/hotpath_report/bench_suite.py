@@ -96,7 +96,7 @@ def run_hot_path(program: Path, output: Path, options: dict[str, Any], values: B
     work; returns what failed."""
     for transport, idle in itertools.product(("intra_process", "fastdds"), (False, True)):
         folder = output.with_name(f"{output.stem}-{transport}{'-idle' if idle else ''}")
-        words = [str(program), "compare", "--repetitions", "1", "--transport", transport]
+        words = [str(program), "run", "--repetitions", "1", "--transport", transport]
         words += ["--load", "0"] if idle else []
         words += [
             "--duration",
@@ -131,12 +131,12 @@ def new_folder(name: str) -> Path:
 
 
 def read_machine(folder: Path) -> dict[str, Any]:
-    """What `hotpath machine` says, which notes on standard error what may disturb a measurement."""
+    """What `hotpath doctor` says, which notes on standard error what may disturb a measurement."""
     path = folder / "machine.json"
     program = [*hotpath_command.ENDS_WITH_US, str(hotpath_command.program())]
     command = [*program, "machine", "--duration", "0.2", "--output", str(path)]
     if subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode:
-        raise RunError("`hotpath machine` failed")
+        raise RunError("`hotpath doctor` failed")
     machine: dict[str, Any] = read_json(path)
     path.unlink()
     return machine

@@ -18,5 +18,5 @@ def write(folders: Sequence[str], output: str | None) -> None:
     elif len(folders) == 1:
         results.write_published(first, folder)
     else:
-        raise InputError(f"{first} is a reproduction; give it alone, or compare two with compare-results")
+        raise InputError(f"{first} is a reproduction; give it alone, or compare two with diff")
     print(f"{folder / 'report.html'} (and report.md)")

@@ -140,13 +140,13 @@ class Run:
 
     def jobs(self, executor: str, repetition: int, begin: float, end: float) -> pd.DataFrame:
         """Rows of jobs.csv that touch [begin, end), with times in ms (NaN if the event did not
-        happen). `late` marks a timer's job that finished after its deadline. `hotpath timeline` selects the
+        happen). `late` marks a timer's job that finished after its deadline. `hotpath` selects the
         rows, because a run can exceed memory. Raises InputError if the repetition did not run."""
         path = self.jobs_file()
-        words = ["--executor", executor, "--repetition", repetition, "--from", begin, "--csv", "-"]
+        words = ["--executors", executor, "--repetition", repetition, "--from", begin]
         if math.isfinite(end):
             words += ["--to", end]
-        text = hotpath_command.output_of("timeline", self.folder, *words)
+        text = hotpath_command.output_of("feed", "jobs", self.folder, *words)
         instants = ["timestamp", "release", "start", "finish", "deadline"]
         named = ["executor", "repetition", "task", "kind", "sequence", "outcome"]
         more = ["worker", "process", "parent_task", "parent_sequence"]
@@ -170,10 +170,10 @@ class Run:
         return "timer management thread" if worker == TIMER_MANAGEMENT else "executor thread"
 
     def all_responses(self) -> pd.DataFrame:
-        """Jobs that ran after the warm-up: executor, repetition, task, response_ms. `hotpath
-        summarize` computes them from jobs.csv."""
+        """Jobs that ran after the warm-up: executor, repetition, task, response_ms. `hotpath`
+        computes them from jobs.csv."""
         path = self.jobs_file()
-        text = hotpath_command.output_of("summarize", self.folder, "--responses", "-")
+        text = hotpath_command.output_of("feed", "responses", self.folder)
         columns = ["executor", "repetition", "task", "response_ns"]
         frame = read_table(path, columns, rows=io.StringIO(text))
         frame["response_ms"] = frame.pop("response_ns") / NS_PER_MS

@@ -39,26 +39,21 @@ void check_rclcpp_options(const Options& options, const Plan& plan) {
       {plan.fastdds.network != FastDdsOptions{}.network,
        "carries messages over the middleware of ROS 2; leave --network out"},
       {plan.graph->service_wait > Duration{},
-       "has subscriptions in place of the graph's services; take `service_wait_ms` out of the graph"},
-      {plan.measure_cpu_time, "does not measure the CPU time of a job; leave --cpu-time out"}};
+       "has subscriptions in place of the graph's services; take `service_wait_ms` out of the graph"}};
   for (const auto& [given, sentence] : unsupported) {
     if (given) throw program::UsageError(program::concat("--stack rclcpp ", sentence));
   }
 }
 
 void check_network_options(const Options& options, const Plan& plan) {
-  if (!options.ros2_runner.empty() && plan.rclcpp.runner.empty()) {
-    throw program::UsageError("--ros2-runner needs --stack rclcpp; add it, or leave --ros2-runner out");
-  }
   if (!options.rmw.empty() && plan.rclcpp.runner.empty()) {
     throw program::UsageError("--rmw needs --stack rclcpp; add it, or leave --rmw out");
   }
   if (plan.transport != TransportKind::intra_process) return;
-  const bool published = options.live || options.live_alternate;
   const std::pair<bool, const char*> unused[] = {
       {plan.fastdds.network != FastDdsOptions{}.network, "--network"},
-      {options.all_interfaces && !published, "--all-interfaces"},
-      {plan.fastdds.domain != FastDdsOptions{}.domain && !published, "--domain"}};
+      {options.all_interfaces && !options.live, "--all-interfaces"},
+      {plan.fastdds.domain != FastDdsOptions{}.domain && !options.live, "--domain"}};
   for (const auto& [given, option] : unused) {
     if (given) throw program::UsageError(program::concat(option, " needs --transport fastdds; leave it out"));
   }
@@ -71,7 +66,7 @@ void check_fastdds_options(const Options& options, const Plan& plan,
   if (native && plan.transport == TransportKind::fastdds) {
     throw program::UsageError("this hotpath was built without Fast DDS: take --transport intra_process");
   }
-  if (options.live || options.live_alternate) {
+  if (options.live) {
     throw program::UsageError(
         "--live needs Fast DDS, and this hotpath was built without it; leave --live out");
   }

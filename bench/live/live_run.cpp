@@ -13,7 +13,6 @@
 
 #include "hotpath/reference_system/graph_file.hpp"
 #include "live/live_checks.hpp"
-#include "live/publishing_effect.hpp"
 #include "live/rclcpp_process.hpp"
 #include "live/repetition_runner.hpp"
 #include "live/timer_grid.hpp"
@@ -55,6 +54,10 @@ class LiveRun {
       options_.repetitions = 1;
     }
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
+    if (!options_.phases_of.empty()) {
+      throw program::UsageError("--phases " + options_.phases_of +
+                                ": a live run cannot repeat the phases of a run; simulate takes them");
+    }
     graph_ = setup::graph_to_run(options_);
     plan_.graph = &graph_;
     tasks_ = plan_.tasks = make_tasks(graph_);
@@ -95,13 +98,10 @@ class LiveRun {
     }
 
     const results::Summary summary = results::summarize(tasks_.set, runs_, counting_);
-    std::vector<PublishingEffect> effects;
-    json summary_json = summary;
-    if (options_.live_alternate)
-      summary_json["live_publishing"] = effects = publishing_effects(runs_, counting_);
+    const json summary_json = summary;
     run_.partial = partial_;
     folder.close(run_, summary_json);
-    report(folder, summary, effects);
+    report(folder, summary);
     program::show_json(summary_json);
   }
 
@@ -114,8 +114,8 @@ class LiveRun {
     for (const std::string& text : options_.stacks) {
       const bool on_rclcpp = parse<setup::Stack>(text) == setup::Stack::rclcpp;
       if (on_rclcpp) {
-        plan_.rclcpp = {find_rclcpp_runner(options_.ros2_runner),
-                        std::filesystem::absolute(find_graph(options_.graph)), options_.load_percent};
+        plan_.rclcpp = {find_rclcpp_runner(), std::filesystem::absolute(find_graph(options_.graph)),
+                        options_.load_percent};
         check_rclcpp_options(options_, plan_);
       }
       std::vector<std::string> stacks = {on_rclcpp ? std::string(results::kRclcppStack) : ""};
@@ -148,7 +148,7 @@ class LiveRun {
     plan_.time_out = setup::seconds(options_.time_out_s);
     check_network_options(options_, plan_);
     check_fastdds_options(options_, plan_, executors_);
-    check_publishing();
+    choose_publisher_cpus();
     try {
       if (!options_.executor_policy.empty())
         plan_.executor_policy = parse_thread_policy(options_.executor_policy);
@@ -197,17 +197,10 @@ class LiveRun {
                               "a shorter --duration or fewer --repetitions");
   }
 
-  void check_publishing() {
-    publisher_cpus_ = parse_cpus("--live-cpus", options_.live_cpus);
-    if (!publisher_cpus_.empty() && !options_.live && !options_.live_alternate) {
-      throw program::UsageError("--live-cpus sets the processors of --live; add --live");
-    }
-    if (options_.live_alternate && options_.repetitions < 2) {
-      throw program::UsageError("--live-alternate compares repetitions; add --repetitions with 4 or more");
-    }
-    if (publisher_cpus_.empty() && !plan_.cpus.empty()) {
-      std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
-    }
+  /// The publishing process runs on the processors that --cpus leaves free.
+  void choose_publisher_cpus() {
+    if (plan_.cpus.empty()) return;
+    std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
   }
 
   /// Calibrates a fixed amount of work. Work in CPU time reads the clock anyway, so that the CPU time
@@ -240,7 +233,7 @@ class LiveRun {
     if (executor.deployment)
       p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
     p.repetition = repetition;
-    if (options_.live || (options_.live_alternate && published_by_turns(repetition))) {
+    if (options_.live) {
       json facts = run_;
       facts.erase("runs");
       p.publishing = {publisher_cpus_, setup::seconds(options_.warm_up_s), facts.dump()};
@@ -368,15 +361,13 @@ class LiveRun {
                                     .machine = machine_};
   }
 
-  void report(const results::RunFolder& folder, const results::Summary& summary,
-              const std::vector<PublishingEffect>& effects) {
+  void report(const results::RunFolder& folder, const results::Summary& summary) {
     if (nothing_measured()) {
       warn("Interrupted before anything was measured.");
       return;
     }
     folder.show([&] {
       results::write_table(std::cout, summary);
-      if (options_.live_alternate) write_publishing_effects(std::cout, effects);
       draw(folder, summary);
       if (partial_) warn("Interrupted: the measurements until then are kept and marked as partial.");
     });

@@ -9,7 +9,7 @@
 
 namespace hotpath::live {
 
-/// The command line of `run` and `compare`.
+/// The command line of `run`.
 struct Options : setup::CommonOptions {
   double time_out_s = 20;  ///< For set-up, and for answers after the end of a repetition.
   Plan plan;               ///< Common to all repetitions.
@@ -18,11 +18,7 @@ struct Options : setup::CommonOptions {
   std::string executor_policy, timer_policy;
   std::vector<std::string> stacks = {to_string(setup::Stack::native)};
   std::vector<std::string> rmw;  ///< Middlewares of rclcpp; empty: the default of ROS 2.
-  std::string ros2_runner;
-  bool live = false, live_alternate = false;
-  std::string live_cpus;
-
-  bool quick = false;
+  bool live = false, quick = false;
 };
 
 /// Parses `0,2-3` into a sorted list of processors without duplicates. Messages name `option`.

@@ -68,8 +68,8 @@ json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordin
 
 }  // namespace
 
-std::string find_rclcpp_runner(const std::string& given) {
-  std::string path = given.empty() ? environment("HOTPATH_ROS2_RUNNER") : given;
+std::string find_rclcpp_runner() {
+  const std::string path = environment("HOTPATH_ROS2_RUNNER");
   if (environment("AMENT_PREFIX_PATH").empty()) {
     throw program::UsageError(
         "--stack rclcpp needs ROS 2: source /opt/ros/DISTRO/setup.bash, and install/setup.bash of the "
@@ -87,7 +87,7 @@ std::string find_rclcpp_runner(const std::string& given) {
   }
   throw program::UsageError(
       "no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "
-      "and source its setup.bash, or name the program with --ros2-runner");
+      "and source its setup.bash, or name the program in $HOTPATH_ROS2_RUNNER");
 }
 
 void check_middleware(const std::string& name) {

@@ -10,7 +10,7 @@ namespace hotpath::live {
 
 /// The path of hotpath_rclcpp_runner: `given`, else HOTPATH_ROS2_RUNNER, else the program of a
 /// sourced ROS 2 workspace (AMENT_PREFIX_PATH). Throws UsageError with a remedy.
-[[nodiscard]] std::string find_rclcpp_runner(const std::string& given);
+[[nodiscard]] std::string find_rclcpp_runner();
 
 /// Rejects an executor that rclcpp lacks, in general or in the sourced ROS 2 (ROS_DISTRO). Throws
 /// UsageError that lists the available executors.

@@ -23,7 +23,7 @@ class JobColumns {
   void add(const JobRecord& job);
   [[nodiscard]] std::size_t size() const { return task_.size(); }
 
-  /// By property; docs/report.md explains them.
+  /// By property; bench/hotpath_report/web/README.md explains them.
   [[nodiscard]] nlohmann::json columns() const;
 
  private:

@@ -30,7 +30,7 @@ class ListedOutputs {
   /// `most` parts. Returns whether there are others.
   bool keep_parts(std::size_t most);
 
-  /// By property; docs/report.md explains them.
+  /// By property; bench/hotpath_report/web/README.md explains them.
   [[nodiscard]] nlohmann::json columns() const;
   /// The time from the origin to the end of the `most` worst outputs, with a margin, by repetition.
   [[nodiscard]] std::map<std::uint32_t, std::vector<Interval>> worst(std::size_t most) const;

@@ -63,7 +63,7 @@ Summary recover_run(const fs::path& folder) {
   const bool ended = before.complete || before.partial || !before.failures.empty();
   const bool grows = fs::exists(folder / "jobs.csv.part") || fs::exists(folder / "chains.csv.part");
   if (ended && !grows && fs::exists(folder / "summary.json")) {
-    killed.fail("nothing to recover: its results are complete; `hotpath summarize` reads them");
+    killed.fail("nothing to recover: its results are complete; `hotpath report --summary` reads them");
   }
   const int lock = RunFolder::lock(folder);
   if (lock < 0 && fs::exists(folder / "jobs.csv.part")) {

@@ -63,10 +63,6 @@ std::string output_folder(const CommonOptions& options, const Graph& graph) {
 }
 
 Graph graph_to_run(const CommonOptions& options) {
-  if (options.phase_step_ms && options.phases != Phases::creation) {
-    throw program::UsageError(program::concat("--phase-step applies to --phases creation only, not to ",
-                                              to_string(options.phases), "; leave one of the two out"));
-  }
   Graph graph = load_graph(find_graph(options.graph));
   if (options.work) graph.work = *options.work;
   if (options.load_percent) {

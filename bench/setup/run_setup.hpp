@@ -29,6 +29,7 @@ struct CommonOptions {
   std::optional<WorkMode> work;
   Phases phases = Phases::creation;
   std::string phases_file;
+  std::string phases_of;  ///< Folder of a run whose first timestamps are used.
   std::optional<double> phase_step_ms;
   SubscriptionRule rule = SubscriptionRule::inherit;
   Ties ties = Ties::lifo;

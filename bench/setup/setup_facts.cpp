@@ -114,20 +114,12 @@ void keep_inputs(const results::RunFolder& folder, const CommonOptions& options,
 
 std::vector<std::string> idle_options(const CommonOptions& options,
                                       const std::vector<ExecutorSpec>& executors) {
-  const auto none = [&](Family family) {
-    const auto is_of = [&](const ExecutorSpec& part) { return part.entry->traits.family == family; };
-    return std::ranges::none_of(
-        executors, [&](const ExecutorSpec& spec) { return std::ranges::any_of(parts(spec), is_of); });
-  };
+  const auto waits = [](const ExecutorSpec& part) { return part.entry->traits.family == Family::wait_set; };
+  const bool any = std::ranges::any_of(
+      executors, [&](const ExecutorSpec& spec) { return std::ranges::any_of(parts(spec), waits); });
   std::vector<std::string> sentences;
-  const auto add = [&](const std::string& option, const char* missing) {
-    sentences.push_back(option + " changes nothing: none of these executors has " + missing);
-  };
-  if (none(Family::priority_events)) {
-    if (options.rule != SubscriptionRule::inherit) add("--rule", "priorities");
-    if (options.ties != Ties::lifo) add("--ties", "priorities");
-  }
-  if (none(Family::wait_set) && options.entity_order != "creation") add("--entity-order", "a wait set");
+  if (!any && options.entity_order != "creation")
+    sentences.emplace_back("--entity-order changes nothing: none of these executors has a wait set");
   return sentences;
 }
 

@@ -101,9 +101,9 @@ std::unique_ptr<ExecutionTimes> replayed_times(const results::StoredRun& run, co
     return r.outcome == Outcome::ran && r.cpu_time < Duration{};
   };
   if (entry == nullptr && std::ranges::any_of(measured.jobs, lacks_cpu_time)) {
-    throw program::UsageError(
-        program::concat("deployment ", executor, " in ", run.folder().string(),
-                        " has no CPU times of its jobs, which preempt each other; measure with --cpu-time"));
+    throw program::UsageError(program::concat(
+        "deployment ", executor, " in ", run.folder().string(),
+        " has no CPU times of its jobs, which preempt each other; measure with --work cpu_time"));
   }
   Graph machine;
   if (run.record().simulation) machine.platform = run.record().simulation->platform;

@@ -109,7 +109,7 @@ class SimulatedRun {
 
   void prepare() {
     if (!options_.phases_file.empty()) options_.phases = Phases::given;
-    if (!options_.phases_of.empty()) phases_of_.emplace(options_.phases_of, "--phases-of");
+    if (!options_.phases_of.empty()) phases_of_.emplace(options_.phases_of, "--phases");
     const std::string times = execution_times_name();
     if (replayed_) {
       replayed_->load(tasks_.set);

@@ -8,7 +8,6 @@ namespace hotpath::simulated {
 
 /// The command line of `simulate`.
 struct Options : setup::CommonOptions, setup::PlatformOptions {
-  std::string phases_of;  ///< Folder of a run whose first timestamps are used.
   std::optional<std::string> execution_times;
   std::optional<std::uint64_t> max_backlog;
   unsigned threads = 0;  ///< 0: one per processor.

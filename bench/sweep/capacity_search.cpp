@@ -192,7 +192,7 @@ class CapacitySearch {
     words.push_back(program::concat("--repetitions=", options.repetitions));
     const bool deployed = !options.deployments.empty();
     words.push_back(deployed ? "--deployments=" + options.deployments[0]
-                             : "--executor=" + options.executors[0]);
+                             : "--executors=" + options.executors[0]);
     const double level = options_.over == Over::load   ? *options.load_percent
                          : options_.over == Over::rate ? *options.rate_percent
                                                        : options.copies;

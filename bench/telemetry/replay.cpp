@@ -137,10 +137,6 @@ class Replay {
 
 }  // namespace
 
-void replay_run(const ReplayOptions& options) {
-  if (!options.live)
-    throw program::UsageError("replay publishes a stored run over Fast DDS only; add --live");
-  Replay(options).run();
-}
+void replay_run(const ReplayOptions& options) { Replay(options).run(); }
 
 }  // namespace hotpath::telemetry

@@ -13,7 +13,7 @@ struct ReplayOptions {
   std::uint32_t repetition = 0, domain = 0;
   double speed = 1, start_s = 0;
   std::optional<double> duration_s;
-  bool live = false, all_interfaces = false;
+  bool all_interfaces = false;
 };
 
 /// Publishes a repetition of a live or simulated run like `run --live`, in scaled real time. Jobs

@@ -49,7 +49,9 @@ class AdvisePhases(CommandTest):
         return {row["kind"]: int(row["bound_ns"]) / 1e6 for row in rows}
 
     def test_chooses_phases_that_guarantee_less(self) -> None:
-        out, advice = self.advise(self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--draws", 4)
+        out, advice = self.advise(
+            self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--repetitions", 4
+        )
         (best,) = [c for c in advice["candidates"] if c["name"] == advice["recommended"]]
         for candidate in advice["candidates"]:
             self.assertTrue(candidate["complete"])
@@ -69,7 +71,17 @@ class AdvisePhases(CommandTest):
 
     def test_without_a_margin_exact_offsets_are_at_least_as_good_as_the_compared_ones(self) -> None:
         _, advice = self.advise(
-            *(self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--draws", 4, "--margin", 0)
+            *(
+                self.graph,
+                "--executors",
+                "rm-ro,default",
+                "--for",
+                "pq:age",
+                "--repetitions",
+                4,
+                "--margin",
+                0,
+            )
         )
         for candidate in advice["candidates"]:
             others = [v["objective"] for v in [*candidate["by_rule"].values(), *candidate["random"]]]
@@ -77,10 +89,10 @@ class AdvisePhases(CommandTest):
 
     def test_the_file_is_that_of_all_commands_and_its_witness_reaches_the_guarantee(self) -> None:
         _, advice = self.advise(
-            self.graph, "--executors", "rm-ro", "--now", "rm-ro", "--for", "pq:worst", "--draws", 2
+            self.graph, "--executors", "rm-ro", "--now", "rm-ro", "--for", "pq:worst", "--repetitions", 2
         )
         chosen, phases = advice["candidates"][0]["chosen"], self.folder / "advice" / "phases.csv"
-        found = self.guaranteed("--phases-file", phases)
+        found = self.guaranteed("--phases", phases)
         self.assertAlmostEqual(found["hot_path"], chosen["hot_path_ms"])
         self.assertAlmostEqual(found["chain"], chosen["age_ms"])
         creation = self.guaranteed("--phases", "creation")
@@ -93,7 +105,7 @@ class AdvisePhases(CommandTest):
         ((_, chains),) = witness.chains().items()
         self.assertAlmostEqual(max(c[2] for c in chains) / 1e6, chosen["hot_path_ms"])
         run = self.measure(
-            *("simulate", "--graph", self.graph, "--executors", "rm-ro", "--phases-file", phases),
+            *("simulate", "--graph", self.graph, "--executors", "rm-ro", "--phases", phases),
             *("--execution-times", "uniform", "--duration", 20, "--warm-up", 0),
         )
         self.assertEqual(run.run["runs"][0]["first_timestamps_ms"], rows)
@@ -105,7 +117,7 @@ class AdvisePhases(CommandTest):
         for threads in (1, 2):
             output = self.folder / f"by_{threads}"
             self.accepted(
-                *("advise", self.graph, "--phases", "--executors", "rm-ro", "--draws", 2),
+                *("advise", self.graph, "--phases", "--executors", "rm-ro", "--repetitions", 2),
                 *("--threads", threads, "--output", output),
             )
             texts.append((output / "phases.csv").read_text())
@@ -115,25 +127,25 @@ class AdvisePhases(CommandTest):
         self.assertEqual(*texts)
 
     def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:
-        _, advice = self.advise(self.graph, "--for", "pq:worst", "--draws", 2, "--duration", 2)
+        _, advice = self.advise(self.graph, "--for", "pq:worst", "--repetitions", 2, "--duration", 2)
         names = {c["name"]: c for c in advice["candidates"]}
         self.assertIn("fp-ro:chain", names)
         if advice["recommended"] == "fp-ro:chain":
             graph = self.folder / "advice" / "graph.yaml"
-            self.measure("simulate", "--graph", graph, "--executors", "fp-ro", "--phases-file",
+            self.measure("simulate", "--graph", graph, "--executors", "fp-ro", "--phases",
                          self.folder / "advice" / "phases.csv", "--duration", 1)  # fmt: skip
 
     def test_timers_alone_are_judged_by_lateness(self) -> None:
         timers, _, _ = GRAPH.partition("- {name: F,")
         self.graph.write_text(timers)
-        out, advice = self.advise(self.graph, "--executors", "rm-ro", "--draws", 2)
+        out, advice = self.advise(self.graph, "--executors", "rm-ro", "--repetitions", 2)
         self.assertEqual(advice["objective"], "worst lateness of timers")
         self.assertIn("guaranteed lateness of timers", out)
 
     def test_several_threads_and_deployments_are_refused_by_name(self) -> None:
         out, advice = self.advise(
             *(self.graph, "--cores", 2, "--executors", "rm-ro,multi:2", "--deployments", "isolated"),
-            *("--draws", 2, "--for", "pq<60"),
+            *("--repetitions", 2, "--for", "pq<60"),
         )
         refusals = {c["name"]: c["refusal"] for c in advice["candidates"]}
         self.assertIn("several threads", refusals["multi:2"])
@@ -146,7 +158,7 @@ class AdvisePhases(CommandTest):
 
     def test_constant_execution_times_are_said(self) -> None:
         self.graph.write_text(re.sub(", best_case_execution_time_ms: [0-9]+", "", GRAPH))
-        out, _ = self.advise(self.graph, "--executors", "rm-ro", "--now", "rm-ro", "--draws", 1)
+        out, _ = self.advise(self.graph, "--executors", "rm-ro", "--now", "rm-ro", "--repetitions", 1)
         self.assertIn("Execution times are constant in this graph", out)
 
     def test_wrong_use_is_refused(self) -> None:
@@ -154,7 +166,7 @@ class AdvisePhases(CommandTest):
             (("--phases", "--for", "pq:p99"), "CHAIN:worst or CHAIN:age"),
             (("--phases", "--for", "losses"), "not losses"),
             (("--phases", "nonsense"), "is none of creation, synchronous, given, random, chosen"),
-            (("--phases", "--phases-file", "x"), "--phases-file"),
+            (("--phases", "--phases", "x"), "--phases"),
             (("--phases", "--costs", "none"), "neither reference nor graph"),
             (("--phases", "--margin", 30), "half of the shortest period"),
             (("--margin", 1), "add --phases"),

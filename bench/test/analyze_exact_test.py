@@ -83,11 +83,11 @@ class ExactTest(AnalyzeCase):
             self.accepted(*json.loads((run / "run.json").read_text())["command"], "--output", again)
             for stored in ("jobs.csv", "chains.csv"):
                 self.assertEqual((again / stored).read_bytes(), (run / stored).read_bytes())
-            self.assertIn("a valid schedule", self.accepted("check", run))
-        self.accepted("timeline", folder / "rm-ro:fifo" / "age_chain")
+            self.assertIn("a valid schedule", self.accepted("doctor", run))
+        self.accepted("report", folder / "rm-ro:fifo" / "age_chain")
         code, _, err = self.command(*exact, self.folder / "w2")
         self.assertEqual(code, 2)
-        self.assertIn("give --phases or --phases-of", err)
+        self.assertIn("give --phases", err)
 
     def test_jittery_runs_stay_within_exact_values_and_repeat(self) -> None:
         nodes = [SENSOR.format("A", "20, release_jitter_ms: 5", 2), SENSOR.format("B", 30, 3)]
@@ -104,8 +104,8 @@ class ExactTest(AnalyzeCase):
         out = self.accepted("analyze", graph, "--trace", first, "--phases", "synchronous")
         self.assertIn("exploration: exact for these phases", out)
         self.assertIn("busy windows in any order", out)
-        self.assertIn("a valid schedule", self.accepted("check", first))
-        self.accepted("validate", first)
+        self.assertIn("a valid schedule", self.accepted("doctor", first))
+        self.accepted("diff", first, "--simulated")
         self.accepted("explain", first, "--executor", "default")
 
     def test_bounds_near_phases_exceed_the_exact_values_and_refuse_deadlines(self) -> None:

@@ -65,22 +65,28 @@ class AnalyzeTest(AnalyzeCase):
         self.check(graph, "rm-ro:fifo", "A", 20)
 
     def test_costs_count(self) -> None:
-        costs = ("--release-cost-us", 300, "--dispatch-cost-us", 500, "--wake-up-us", 400)
+        costs = (
+            "--platform",
+            "release_cost_us=300",
+            "--platform",
+            "dispatch_cost_us=500",
+            "--platform",
+            "wake_up_us=400",
+        )
         self.check("sequences", "rm-ro", "localization", 70, *costs)
         for executor in ("default", "events-ro", "edf-ro", "static"):
             with self.subTest(executor=executor):
                 run = self.simulated(
-                    "sequences", executor, *costs, "--wait-cost-us", 300, seconds=3, repetitions=10
+                    "sequences", executor, *costs, "--platform", "wait_cost_us=300", seconds=3, repetitions=10
                 )
                 rows = self.rows("sequences", executor, "--trace", run)
                 self.assertLessEqual(rows["localization"][1], rows["localization"][0])
-        one = self.rows("sequences", "rm-ro", "--delta-us", 100)
-        self.assertEqual(one, self.rows("sequences", "rm-ro", "--release-cost-us", 100))
+        one = self.rows("sequences", "rm-ro", "--platform", "release_cost_us=100")
         self.assertGreater(one["localization"], self.rows("sequences", "rm-ro")["localization"])
 
     def test_a_delay_of_delivery_is_refused_where_no_method_covers_it(self) -> None:
         out = self.accepted(
-            "analyze", "sequences", "--executors", "rm-ro,default", "--delivery-delay-us", 100
+            "analyze", "sequences", "--executors", "rm-ro,default", "--platform", "delivery_delay_us=100"
         )
         self.assertIn("rm-ro: no bound is known", out)
         self.assertIn("it does not cover a delay of delivery; no method here does", out)
@@ -100,7 +106,7 @@ class AnalyzeTest(AnalyzeCase):
         self.assertRegex(unknown, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover unknown phases")
         self.assertRegex(unknown, r"Duerr 2019, Davis 2007 \(exact\) +[0-9.]+")
         run = self.simulated(graph, "rm-ro", seconds=1, repetitions=1)
-        known = ("analyze", graph, "--executors", "rm-ro", "--chain", "A,B", "--phases-of", run)
+        known = ("analyze", graph, "--executors", "rm-ro", "--chain", "A,B", "--phases", run)
         shifted = self.accepted(*known)
         self.assertRegex(
             shifted, r"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover phases other than 0"
@@ -137,7 +143,7 @@ class AnalyzeTest(AnalyzeCase):
 
     def tampered(self, kind: str) -> Path:
         """A run with one impossible chain latency."""
-        costs = ("--dispatch-cost-us", 20) if kind == "simulated" else ()
+        costs = ("--platform", "dispatch_cost_us=20") if kind == "simulated" else ()
         run = self.simulated("sequences", "rm-ro", *costs, seconds=1, repetitions=1)
         lines = (run / "chains.csv").read_text().splitlines()
         cells = lines[-1].split(",")
@@ -161,7 +167,7 @@ class AnalyzeTest(AnalyzeCase):
             "hotpath simulate --executors=rm-ro --graph=sequences",
         )
         reproduce = err.strip().split("reproduces it: hotpath ")[1].split()
-        self.assertIn("--dispatch-cost-us=20", reproduce)
+        self.assertIn("--platform=dispatch_cost_us=20", reproduce)
         self.accepted(*reproduce, "--output", self.folder / "again")
 
     def test_a_live_run_may_exceed_bounds_unless_strict(self) -> None:
@@ -246,7 +252,7 @@ class AnalyzeTest(AnalyzeCase):
             (("--load", 10), "--load excludes --trace|--trace excludes --load"),
             (("--executors", "default"), "no bound covers its tasks under these executors; it ran rm-ro"),
             (("--phases", "synchronous"), "had other phases than these bounds assume"),
-            (("--phases-of", run), "its repetition 1 had other phases"),
+            (("--phases", run), "its repetition 1 had other phases"),
         ):
             code, _, err = self.command("analyze", graph, "--trace", run, *options)
             self.assertEqual(code, 2, err)
@@ -285,6 +291,8 @@ class AnalyzeTest(AnalyzeCase):
 
     def test_another_machine_than_that_of_the_run_is_refused(self) -> None:
         run = self.simulated("sequences", "rm-ro", seconds=1, repetitions=1)
-        code, _, err = self.command("analyze", "sequences", "--trace", run, "--dispatch-cost-us", 5)
+        code, _, err = self.command(
+            "analyze", "sequences", "--trace", run, "--platform", "dispatch_cost_us=5"
+        )
         self.assertEqual(code, 2)
         self.assertIn("leave out options that change it", err)

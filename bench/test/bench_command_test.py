@@ -132,7 +132,7 @@ class BenchCommand(CommandTest):
         self.assert_refused("bench", "--compare", "old", "old", words=["not written by `hotpath bench`"])
 
     def test_machine_prints_and_stores_the_noise_of_every_core(self) -> None:
-        code, out, err = self.command("machine", "--duration", 0.05, "--output", "machine.json")
+        code, out, err = self.command("doctor", "--duration", 0.05, "--output", "machine.json")
         self.assertEqual(code, 0, err)
         stored = json.loads((self.folder / "machine.json").read_text())
         cores = [h["cpu"] for h in stored["noise"]["hiccups"]]
@@ -150,7 +150,7 @@ class BenchCommand(CommandTest):
             self.assertRegex(line, r"^note: .*\.$")
 
     def test_machine_refuses_a_file_that_cannot_be_written(self) -> None:
-        arguments = ("machine", "--duration", 0.01, "--output", "nowhere/machine.json")
+        arguments = ("doctor", "--duration", 0.01, "--output", "nowhere/machine.json")
         self.assert_refused(*arguments, words=["nowhere/machine.json cannot be written"])
 
 

@@ -29,9 +29,11 @@ class Callbacks(CommandTest):
 
     def test_graph_says_what_it_describes_and_draws_it(self) -> None:
         self.assertIn("4 nodes, 5 subscriptions, 3 timers", self.accepted("graph", "callbacks"))
-        self.assertIn("diagnostics, every 500 ms, works 0.1 ms", self.accepted("graph", "callbacks", "--dot"))
+        self.assertIn(
+            "diagnostics, every 500 ms, works 0.1 ms", self.accepted("graph", "callbacks", "--as", "dot")
+        )
         if shutil.which("dot"):
-            self.assertIn("</svg>", self.accepted("graph", "callbacks", "--svg"))
+            self.assertIn("</svg>", self.accepted("graph", "callbacks", "--as", "svg"))
 
     def test_deployments_are_listed_and_colour_the_graph(self) -> None:
         listed = self.accepted("list", "deployments")
@@ -39,11 +41,11 @@ class Callbacks(CommandTest):
             self.assertRegex(listed, f"(?m)^{name} +{description}")
         self.assertIn(
             "<b>Localizer</b>: default",
-            self.accepted("graph", "callbacks", "--dot", "--deployment", "isolated"),
+            self.accepted("graph", "callbacks", "--as", "dot", "--deployments", "isolated"),
         )
         for arguments, reason in (
-            (("--deployment", "isolated"), "--deployment: add --svg, --dot or --cie"),
-            (("--dot", "--deployment", "isolatd"), "isolated"),
+            (("--deployments", "isolated"), "--deployments: add --as svg, dot or cie"),
+            (("--as", "dot", "--deployments", "isolatd"), "isolated"),
         ):
             code, out, err = self.command("graph", "callbacks", *arguments)
             self.assertEqual((code, out), (2, ""))
@@ -55,10 +57,10 @@ class Callbacks(CommandTest):
         )
         self.check(run)
         summary = run.summary()
-        self.accepted("summarize", run.path)
+        self.accepted("report", "--summary", run.path)
         self.assertEqual(run.summary(), summary)
         perfetto = self.folder / "trace.json"
-        self.accepted("timeline", run.path, "--executor", "rm-ro", "--perfetto", perfetto)
+        self.accepted("export", "perfetto", run.path, "--executors", "rm-ro", "--output", perfetto)
         self.assertIn("Localizer/points", perfetto.read_text())
 
     def test_measured_execution_times_are_drawn(self) -> None:

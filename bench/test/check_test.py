@@ -32,7 +32,7 @@ class Check(CommandTest):
 
     def assert_found(self, *parts: str, at: Any = None) -> None:
         self.write()
-        code, out, err = self.command("check", self.run_folder.path)
+        code, out, err = self.command("doctor", self.run_folder.path)
         self.assertEqual((code, out), (FAILURE, ""), err)
         for part in (f"jobs.csv:{'' if at is None else at + FIRST_LINE}", *parts):
             self.assertIn(part, err)
@@ -50,7 +50,7 @@ class Check(CommandTest):
         return self.started(at + 1, **{name: self.rows[at][name] for name in ("executor", *names)})
 
     def test_a_schedule_is_accepted(self) -> None:
-        out = self.accepted("check", self.run_folder.path)
+        out = self.accepted("doctor", self.run_folder.path)
         self.assertIn(f"{len(self.rows)} rows of jobs.csv, 2 repetitions", out)
         self.assertLess({"ran", "skipped", "overwritten"}, {row["outcome"] for row in self.rows})
 
@@ -148,18 +148,18 @@ class Check(CommandTest):
         failed = dict(self.run_folder.run["runs"][0], repetition=1, failure="It was killed.")
         facts = dict(self.run_folder.run, runs=[*self.run_folder.run["runs"], failed])
         (self.run_folder.path / "run.json").write_text(json.dumps(facts))
-        self.assertIn("2 repetitions", self.accepted("check", self.run_folder.path))
+        self.assertIn("2 repetitions", self.accepted("doctor", self.run_folder.path))
         self.rows.append(dict(self.rows[-1], executor=failed["executor"], repetition="1"))
         self.assert_found("names no such repetition", at=len(self.rows) - 1)
 
     def test_what_cannot_be_checked(self) -> None:
         facts = dict(self.run_folder.run, tasks=[])
         (self.run_folder.path / "run.json").write_text(json.dumps(facts))
-        code, out, err = self.command("check", self.run_folder.path)
+        code, out, err = self.command("doctor", self.run_folder.path)
         self.assertEqual((code, out), (WRONG_USE, ""))
         self.assertIn("stored less than this version needs", err)
         without = self.accepted("simulate", "--no-trace", "--duration", 0.1, "--output", "without")
         self.assertIn("Results", without)
-        code, _, err = self.command("check", "without")
+        code, _, err = self.command("doctor", "without")
         self.assertEqual(code, WRONG_USE)
         self.assertIn("jobs.csv: cannot be read (No such file", err)

@@ -117,7 +117,7 @@ class Deployments(CommandTest):
     def test_replay_takes_a_run_of_deployments(self) -> None:
         options = ("--cores", 2, "--duration", 1, "--copies", 2, "--load", 40)
         run = self.measure_into("run", "simulate", *options, "--deployments", "prioritized")
-        code, _, err = self.command("replay", run.path, "--live", "--duration", 0.3)
+        code, _, err = self.command("replay", run.path, "--duration", 0.3)
         self.assertEqual(code, 0, err)
 
     def test_refused_with_file_and_line_before_anything_runs(self) -> None:
@@ -137,10 +137,12 @@ class Deployments(CommandTest):
         self.assertFalse((self.folder / "none").exists())
 
     def test_callback_isolated_executor_configuration(self) -> None:
-        written = self.accepted("graph", "autoware", "--cie")
+        written = self.accepted("graph", "autoware", "--as", "cie")
         cie = self.folder / "threads.yaml"
         cie.write_text(written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1))
-        self.assertIn("callback group", self.refused("graph", "autoware", "--cie", "--deployment", "single"))
+        self.assertIn(
+            "callback group", self.refused("graph", "autoware", "--as", "cie", "--deployment", "single")
+        )
         run = self.measure_into(
             "cie", "simulate", "--cores", 2, "--duration", 1, "--warm-up", 0, "--deployments", f"cie:{cie}"
         )

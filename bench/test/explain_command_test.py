@@ -64,8 +64,8 @@ class Explain(CommandTest):
         self.assertTrue(any("; it adds" in sentence for sentence in told), told)
 
     def test_a_live_run(self) -> None:
-        live = ("--transport", "intra_process", "--load", 20, "--cpu-time")
-        self.accepted("run", "--executor", "default", *live, *BRIEF, "--output", "live")
+        live = ("--transport", "intra_process", "--load", 20)
+        self.accepted("run", "--executors", "default", "--repetitions", 1, *live, *BRIEF, "--output", "live")
         self.check_outputs("live")
 
     def field(self, graph: str, executor: str, *options: object) -> Any:
@@ -93,7 +93,7 @@ class Explain(CommandTest):
         self.assertEqual(parts[1]["behind"]["task"], "Hi")
 
     def test_a_timers_job_waits_for_two_wake_ups(self) -> None:
-        self.field("nothing_to_gain", "rm-ro,events-ro,events-re,default", "--wake-up-us", 50)
+        self.field("nothing_to_gain", "rm-ro,events-ro,events-re,default", "--platform", "wake_up_us=50")
         for executor in ("rm-ro", "events-ro", "events-re", "default"):
             causes = self.explained("run", "--task", "S", "--executor", executor)["all"]["causes_ns"]
             self.assertEqual(causes["unexplained"], 0, executor)

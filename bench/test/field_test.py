@@ -39,7 +39,7 @@ class FieldTest(CommandTest):
 
 class Judgements(FieldTest):
     def test_a_level_holds_if_every_repetition_does(self) -> None:
-        words = "--executors fp-ro --over rate --from 50 --to 100 --resolution 50 --coarse 2 --warm-up 0"
+        words = "--executors fp-ro --over rate --from 50 --to 100 --resolution 50 --warm-up 0"
         graph = FIELD / "no_output.yaml"
         require = ("--require", "no-loss,latency:50", "--repetitions", 20)
         self.accepted("capacity", "--graph", graph, *words.split(), *require, "--output", "levels")
@@ -146,7 +146,7 @@ class Judgements(FieldTest):
         self.assertEqual(starts[0], starts[1])
 
     def test_a_ratio_to_nothing_is_none(self) -> None:
-        words = "--executors default,fp-ro --duration 5 --warm-up 0 --dispatch-cost-us 4000"
+        words = "--executors default,fp-ro --duration 5 --warm-up 0 --platform dispatch_cost_us=4000"
         run = self.simulate("run", "--graph", FIELD / "silent_chain.yaml", *words.split())
         chains = {e["executor"]: e["chains"][0] for e in run.summary()["executors"]}
         self.assertEqual(chains["fp-ro"]["hot_path_latency_ms"]["n"], 0)
@@ -174,10 +174,10 @@ class ReadBack(FieldTest):
             with self.subTest(n=n, common=common, drawn=drawn):
                 first = self.simulate(f"first{n}", *common, *drawn)
                 again = self.simulate(
-                    f"again{n}", *common, "--phases-of", f"first{n}", "--execution-times", f"replay:first{n}"
+                    f"again{n}", *common, "--phases", f"first{n}", "--execution-times", f"replay:first{n}"
                 )
                 twice = self.simulate(
-                    f"twice{n}", *common, "--phases-of", f"again{n}", "--execution-times", f"replay:again{n}"
+                    f"twice{n}", *common, "--phases", f"again{n}", "--execution-times", f"replay:again{n}"
                 )
                 for run in (again, twice):
                     for name in ("jobs.csv", "chains.csv"):
@@ -237,14 +237,14 @@ class ReadBack(FieldTest):
         os.link(self.folder / "run" / "jobs.csv", self.folder / "hard")
         before = {path.name: path.read_bytes() for path in (self.folder / "run").iterdir()}
         for words in (
-            ("timeline", "run", "--svg", "run/jobs.csv"),
-            ("timeline", "run", "--svg", "link/run.json"),
-            ("timeline", "link", "--perfetto", f"{self.folder}/run/../run/chains.csv"),
-            ("summarize", "run", "--responses", "run/input_graph.yaml"),
-            ("compare-results", "run", "run", "--csv", "run/summary.json"),
+            ("export", "perfetto", "run", "--output", "run/jobs.csv"),
+            ("export", "perfetto", "run", "--output", "link/run.json"),
+            ("export", "perfetto", "link", "--output", f"{self.folder}/run/../run/chains.csv"),
+            ("diff", "run", "run", "--csv", "run/input_graph.yaml"),
+            ("diff", "run", "run", "--csv", "run/summary.json"),
         ):
             self.refused(*words, says="is an input of the command")
-        words = ("compare-results", "run", "run", "--gate", "--junit", "same", "--markdown", "./same")
+        words = ("diff", "run", "run", "--gate", "--junit", "same", "--markdown", "./same")
         self.refused(*words, says="would be written twice")
         after = {path.name: path.read_bytes() for path in (self.folder / "run").iterdir()}
         self.assertEqual(before, after)

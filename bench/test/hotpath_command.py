@@ -16,6 +16,7 @@ from typing import Any
 
 from shared_memory import expect_nothing_left_behind
 
+ONE = ("--executors", "rm-ro", "--repetitions", 1)  # of `run`, whose default is all of the paper's
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 TIME_LIMIT_S = 60
 
@@ -170,7 +171,7 @@ class CommandTest(unittest.TestCase):
 
     def checked(self, output: str | Path) -> Any:
         """The folder of a run whose schedule `hotpath check` accepts."""
-        self.accepted("check", self.folder / output)
+        self.accepted("doctor", self.folder / output)
         return RunFolder(self.folder / output)
 
     def wait_for(self, condition: Callable[[], Any], what: str) -> None:

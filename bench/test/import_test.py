@@ -68,7 +68,7 @@ class Truth(ImportTest):
         ran = sum(task["jobs"] for task in facts["tasks"])
         (jobs,) = run.jobs().values()
         self.assertEqual(sum(job.outcome == "ran" for job in jobs), ran)
-        self.accepted("summarize", output / "run")
+        self.accepted("report", "--summary", output / "run")
         for executor in run.summary()["executors"]:
             self.assertTrue(executor["loss_equations"]["hold"], executor["loss_equations"])
 
@@ -101,7 +101,7 @@ class Deliveries(ImportTest):
         for name, file in (("stated", graph), ("swapped", self.swapped(graph))):
             with self.subTest(name):
                 run = self.folder / name
-                plan = ("--graph", file, "--executors", "rm-ro", "--phases-of", other / "run")
+                plan = ("--graph", file, "--executors", "rm-ro", "--phases", other / "run")
                 self.accepted("simulate", *plan, "--duration", 15, "--warm-up", 1, "--output", run)
                 chain = RunFolder(run).summary()["executors"][0]["chains"][0]
                 true = recorded["self_check"]["chains"][0]["recorded_ms"]["p50"]

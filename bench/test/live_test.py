@@ -11,7 +11,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest, ONE, RunFolder
 
 LISTENER = os.environ.get("TELEMETRY_LISTENER", "telemetry_listener")
 WRONG_USE, FAILURE = 2, 1
@@ -78,10 +78,10 @@ class LiveTest(CommandTest):
         return Received(out)
 
     def measure_live(self, *arguments: object) -> Any:
-        return self.measure("run", "--domain", self.domain, "--live", *arguments)
+        return self.measure("run", *ONE, "--domain", self.domain, "--live", *arguments)
 
     def replay(self, *arguments: object, output: str = "run") -> None:
-        code, out, err = self.command("replay", output, "--live", "--domain", self.domain, *arguments)
+        code, out, err = self.command("replay", output, "--domain", self.domain, *arguments)
         self.assertEqual((code, out, err), (0, "", ""))
 
     def check_samples(self, received: Any, folder: RunFolder) -> None:
@@ -202,7 +202,7 @@ class Live(LiveTest):
 
     def test_a_late_listener_gets_what_runs(self) -> None:
         process = self.start(
-            "run", "--domain", self.domain, "--live", "--transport", "intra_process", "--load", 5,
+            "run", *ONE, "--domain", self.domain, "--live", "--transport", "intra_process", "--load", 5,
             "--duration", 30, "--warm-up", 0, "--output", "run",
         )  # fmt: skip
         self.addCleanup(process.kill)
@@ -219,24 +219,6 @@ class Live(LiveTest):
         self.assertEqual(received.run["executor"], "rm-ro")
         self.check_samples(received, self.checked("run"))
 
-    def test_alternate_publishes_half_of_the_repetitions_and_tells_the_difference(self) -> None:
-        output = self.folder / "run"
-        code, out, err = self.command(
-            "run", "--live-alternate", "--domain", self.domain, "--transport", "intra_process", "--repetitions", 4,
-            "--load", 5, "--duration", 0.5, "--warm-up", 0, "--output", output,
-        )  # fmt: skip
-        self.assertEqual(code, 0, err)
-        self.assertIn("rm-ro, hot_path: ", out)
-        folder = self.checked(output)
-        self.assertEqual(
-            {r["repetition"]: r["live"] for r in folder.run["runs"]}, {0: False, 1: True, 2: True, 3: False}
-        )
-        (effect,) = folder.summary()["live_publishing"]
-        low, high = effect["median_ratio"]["interval"]
-        self.assertLessEqual(low, high)
-        chains = folder.chains()
-        self.assertEqual(effect["n_live"], len(chains["rm-ro", 1]) + len(chains["rm-ro", 2]))
-
 
 class Faults(LiveTest):
     def child_named(self, process: Any, name: str) -> Any:
@@ -246,7 +228,7 @@ class Faults(LiveTest):
         return None
 
     def start_live(self, *arguments: object) -> Any:
-        process = self.start("run", "--live", "--domain", self.domain, "--output", "run", *arguments)
+        process = self.start("run", *ONE, "--live", "--domain", self.domain, "--output", "run", *arguments)
         self.addCleanup(process.kill)
         self.wait_for(lambda: self.child_named(process, "live_sender"), "nothing publishes")
         return process
@@ -277,9 +259,11 @@ class Faults(LiveTest):
         return listener.communicate(timeout=60)[0].splitlines()
 
     def test_an_interrupted_replay_ends_in_order(self) -> None:
-        self.measure("run", "--transport", "intra_process", "--load", 5, "--duration", 0.5, "--warm-up", 0)
+        self.measure(
+            "run", *ONE, "--transport", "intra_process", "--load", 5, "--duration", 0.5, "--warm-up", 0
+        )
         listener = self.listen()
-        process = self.start("replay", "run", "--live", "--domain", self.domain, "--speed", 0.01)
+        process = self.start("replay", "run", "--domain", self.domain, "--speed", 0.01)
         for line in listener.stdout:
             if '"clock"' in line:
                 break
@@ -298,7 +282,7 @@ class Replay(LiveTest):
         )
         self.assertEqual(code, 0, err)
         listener = self.listen()
-        self.replay("--executor", "default", "--start", 2, "--duration", 1, "--speed", 4)
+        self.replay("--executor", "default", "--from", 2, "--duration", 1, "--speed", 4)
         received = self.received(listener)
         self.assertEqual((received.run["executor"], received.run["transport"]), ("default", "simulated"))
         self.assertAlmostEqual(received.last["run_time_s"], 3)
@@ -327,7 +311,7 @@ class SlowReader(LiveTest):
         self.assertGreater(len(rows), kept + 500)
 
         stopped, healthy = self.listen(), self.listen()
-        process = self.start("replay", "run", "--live", "--domain", self.domain, "--speed", 60)
+        process = self.start("replay", "run", "--domain", self.domain, "--speed", 60)
         for line in stopped.stdout:
             if '"clock"' in line:
                 break

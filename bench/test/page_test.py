@@ -302,7 +302,7 @@ class Page(CommandTest):
 
     def test_a_live_run(self) -> None:
         live = ("--transport", "intra_process", "--load", 20, "--duration", 0.5, "--warm-up", 0)
-        self.accepted("run", "--executor", "default", *live, "--output", "live")
+        self.accepted("run", "--executors", "default", "--repetitions", 1, *live, "--output", "live")
         self.check_outputs(self.page("live"), "live")
 
     def test_an_imported_run(self) -> None:

@@ -95,7 +95,7 @@ class Periods(CommandTest):
         self.accepted("simulate", "--executors", "default", "--duration", 3, "--warm-up", 0, "--output", run)
         self.accepted("export", "ctf", run, "--output", trace)
         self.accepted("import", "ctf", trace, "--output", imported)
-        self.accepted("summarize", imported / "run")
+        self.accepted("report", "--summary", imported / "run")
         self.assertGreaterEqual(self.check_periods(RunFolder(imported / "run")), 7)
 
     def test_the_table_names_the_timer_that_varies_most(self) -> None:
@@ -127,7 +127,7 @@ class Periods(CommandTest):
                 "autoware",
                 "--executors",
                 "default,rm-ro",
-                "--draws",
+                "--repetitions",
                 2,
                 "--duration",
                 5,

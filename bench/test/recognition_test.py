@@ -62,7 +62,16 @@ class Recognition(CommandTest):
         for executor in self.executors():
             with self.subTest(executor):
                 facts = self.recognised(
-                    "autoware", executor, "--duration", 8, "--cores", 2, "--dispatch-cost-us", 5, "--load", 80
+                    "autoware",
+                    executor,
+                    "--duration",
+                    8,
+                    "--cores",
+                    2,
+                    "--platform",
+                    "dispatch_cost_us=5",
+                    "--load",
+                    80,
                 )
                 (found,) = facts["executors"]
                 self.assertIn(found["recognition"]["verdict"], ("recognised", "tie"), found["recognition"])
@@ -76,7 +85,7 @@ class Recognition(CommandTest):
         graph.write_text(json.dumps({"name": "random", "nodes": random_graph(random.Random(6060))}))
         facts = self.recognised(
             graph, "edf-ro", "--duration", 20, "--load", 63, "--phases", "random", "--seed", 60,
-            "--cores", 1, "--dispatch-cost-us", 5,
+            "--cores", 1, "--platform", "dispatch_cost_us=5",
         )  # fmt: skip
         found = facts["executors"][0]["recognition"]
         self.assertEqual(found["verdict"], "tie", found)
@@ -99,7 +108,7 @@ class Recognition(CommandTest):
             load = round(numbers.uniform(60, 95) * cores)
             facts = self.recognised(
                 graph, executor, "--duration", 20, "--load", load, "--cores", cores, "--phases", "random",
-                "--seed", i, "--dispatch-cost-us", 5,
+                "--seed", i, "--platform", "dispatch_cost_us=5",
             )  # fmt: skip
             found = [e["recognition"] for e in facts["executors"]]
             right = len(found) == 1 and executor in found[0]["executors"]

@@ -56,7 +56,7 @@ class Recover(CommandTest):
             return "rows and run.json name other repetitions"
         if not all(e["loss_equations"]["hold"] for e in run.summary()["executors"]):
             return "rows are missing"
-        code, _, err = self.command("check", folder)
+        code, _, err = self.command("doctor", folder)
         if code != 0:
             return err
         return ""
@@ -72,7 +72,7 @@ class Recover(CommandTest):
             self.kill_after(instants.uniform(0, whole_s), folder)
             if (folder / "run.json").exists() and RunFolder(folder).run["complete"]:
                 continue  # it ended before the kill
-            code, _, err = self.command("recover", folder)
+            code, _, err = self.command("doctor", "--recover", folder)
             if self.named_runs(folder):
                 self.assertEqual((code, self.defect_of(folder)), (0, ""), err)
                 recovered += 1
@@ -114,7 +114,7 @@ class Recover(CommandTest):
         with open(folder / "jobs.csv.part", "a", encoding="utf-8") as jobs:
             jobs.write("rm-ro,99,FrontLidarDriver,timer,0,ran,1,1,1,2,,3,0,0,0,,\nrm-ro,99,Front")
         (folder / ".run.json.Ab3dEf.part").write_text("{")  # of a replacement that was interrupted
-        self.accepted("recover", folder)
+        self.accepted("doctor", "--recover", folder)
         self.assertEqual(self.defect_of(folder), "")
 
     def test_failed_repetitions_are_not_recovered(self) -> None:
@@ -123,14 +123,14 @@ class Recover(CommandTest):
         for run in facts["runs"]:
             run["failure"] = "It was killed."
         (folder / "run.json").write_text(json.dumps(facts))
-        code, _, err = self.command("recover", folder)
+        code, _, err = self.command("doctor", "--recover", folder)
         self.assertEqual(code, WRONG_USE)
         self.assertIn("before its first repetition ended", err)
 
     def test_the_check_finds_rows_that_were_not_on_disk(self) -> None:
         """Emulates a run.json that names a repetition whose rows were not stored yet."""
         folder = self.killed_copy(0.9)
-        self.command("recover", folder)
+        self.command("doctor", "--recover", folder)
         self.assertIn(
             self.defect_of(folder), ("rows are missing", "rows and run.json name other repetitions")
         )
@@ -138,15 +138,15 @@ class Recover(CommandTest):
     def test_killed_before_it_said_how_it_ended(self) -> None:
         whole = self.whole_run()
         (whole.path / "run.json").write_text(json.dumps(dict(whole.run, complete=False)))
-        self.accepted("recover", whole.path)
+        self.accepted("doctor", "--recover", whole.path)
         self.assertEqual(self.defect_of(whole.path), "")
 
     def test_nothing_to_recover(self) -> None:
         whole = self.whole_run()
-        code, _, err = self.command("recover", whole.path)
+        code, _, err = self.command("doctor", "--recover", whole.path)
         self.assertEqual(code, WRONG_USE)
         self.assertIn("`hotpath summarize`", err)
-        code, _, err = self.command("recover", self.folder)
+        code, _, err = self.command("doctor", "--recover", self.folder)
         self.assertEqual(code, WRONG_USE)
         self.assertIn("run.json", err)
 

@@ -96,7 +96,7 @@ class Curves(CommandTest):
         self.assertEqual(browser.violations(), [])
 
     def test_of_a_capacity(self) -> None:
-        words = ("--executors", "default,rm-ro", "--duration", 1, "--coarse", 3, "--resolution", 20)
+        words = ("--executors", "default,rm-ro", "--duration", 1, "--resolution", 20)
         self.accepted("capacity", *words, "--repetitions", 3, "--output", "levels")
         rows = [row for row in self.rows("levels/levels.csv") if row["source"] == "simulated"]
         self.assertGreater(len(rows), 4)
@@ -156,7 +156,7 @@ class Distributions(CommandTest):
 
     def test_of_an_advice(self) -> None:
         del self.environment["HOTPATH_FIGURES"]  # the command writes the page
-        words = ("--executors", "default,rm-ro,events-ro", "--draws", 3, "--duration", 2)
+        words = ("--executors", "default,rm-ro,events-ro", "--repetitions", 3, "--duration", 2)
         out = self.accepted("advise", "autoware", *words, "--output", "advice")
         self.environment["HOTPATH_FIGURES"] = "none"
         folder = self.folder / "advice"
@@ -196,7 +196,18 @@ class Distributions(CommandTest):
             self.assertEqual(again, (folder / stored / "run" / "jobs.csv").read_bytes())
 
     def test_of_an_advice_with_deployments_and_requirements(self) -> None:
-        words = ("--cores", 2, "--draws", 2, "--duration", 2, "--now", "multi:2", "--for", "hot_path<150")
+        words = (
+            "--cores",
+            2,
+            "--repetitions",
+            2,
+            "--duration",
+            2,
+            "--now",
+            "multi:2",
+            "--for",
+            "hot_path<150",
+        )
         self.accepted("advise", "autoware", *words, "--output", "advice")
         package.write_advice(self.folder, self.environment, self.folder / "advice")
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
@@ -207,7 +218,7 @@ class Distributions(CommandTest):
         words = (
             "--cores",
             2,
-            "--draws",
+            "--repetitions",
             2,
             "--duration",
             2,
@@ -222,7 +233,7 @@ class Distributions(CommandTest):
         self.check_stored_draws(self.folder / "advice", advice)
 
     def test_no_stored_draws_of_split_groups(self) -> None:
-        words = ("--cores", 2, "--draws", 2, "--duration", 2, "--executors", "default")
+        words = ("--cores", 2, "--repetitions", 2, "--duration", 2, "--executors", "default")
         self.accepted("advise", "autoware", *words, "--now", "rm-threads", "--output", "advice")
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         self.assertEqual(advice["now"], "rm-threads")
@@ -234,7 +245,7 @@ class Distributions(CommandTest):
         for name, load in (("old", 80), ("new", 85)):
             words = ("--executors", "default,rm-ro", "--load", load, "--duration", 2, "--repetitions", 3)
             self.accepted("simulate", *words, "--phases", "random", "--output", name)
-        compare = ("compare-results", "old", "new", "--across-loads", "--page", "page")
+        compare = ("diff", "old", "new", "--across-loads", "--page", "page")
         judged = package.call(self.folder, self.environment, *compare, "--gate")
         self.assertEqual(judged.returncode, 1, judged.stderr)
         browser = opened(self, self.folder / "page" / "report.html", dark=True)

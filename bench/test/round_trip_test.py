@@ -37,7 +37,7 @@ EXECUTORS = {"picas": "fp-ro"}
 # several processors within an instant, so the import counts the first sample as overwritten.
 ONE_INSTANT = ("picas",)
 # Of each job of a timer and of a subscription, in microseconds.
-COSTS = ("--timer-dispatch-cost-us", 3, "--subscription-dispatch-cost-us", 9)
+COSTS = ("--platform", "timer_dispatch_cost_us=3", "--platform", "subscription_dispatch_cost_us=9")
 ENOUGH_DISPATCHES = 100
 # The export separates simultaneous events of several processors by a few nanoseconds.
 APART_NS = 100

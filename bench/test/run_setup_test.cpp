@@ -139,11 +139,8 @@ TEST(RunSetup, OptionsWithoutEffectAreReported) {
   setup::CommonOptions options;
   const std::vector<setup::ExecutorSpec> plain = {setup::parse_executor("events-ro", {})};
   EXPECT_THAT(setup::idle_options(options, plain), testing::IsEmpty());
-  options.rule = SubscriptionRule::first;
-  options.ties = Ties::fifo;
   options.entity_order = "reverse";
-  EXPECT_THAT(setup::idle_options(options, plain),
-              ElementsAre(HasSubstr("--rule"), HasSubstr("--ties"), HasSubstr("--entity-order")));
+  EXPECT_THAT(setup::idle_options(options, plain), ElementsAre(HasSubstr("--entity-order")));
   EXPECT_THAT(setup::idle_options(options,
                                   {setup::parse_executor("rm-ro", {}), setup::parse_executor("default", {})}),
               testing::IsEmpty());

@@ -9,7 +9,7 @@ import tempfile
 import unittest
 from typing import Any
 
-from hotpath_command import HOTPATH, CommandTest
+from hotpath_command import CommandTest, HOTPATH, ONE
 from sockets import groups_in, is_local, sockets_in
 from strangers_test import STRANGER
 
@@ -17,13 +17,13 @@ HERE, THERE = (f"hotpath{os.getpid()}{side}" for side in "ab")
 RUN = ("--load", 5, "--duration", 0.5, "--warm-up", 0)
 # Every command that uses the network, with the options that change which sockets listen.
 NETWORKED = {
-    "run": ("run", *RUN),
-    "live": ("run", *RUN, "--live"),
-    "processes": ("run", *RUN, "--processes", 2),
-    "shared memory": ("run", *RUN, "--processes", 2, "--network", "shared_memory", "--live"),
-    "compare": ("compare", "--executors", "default,rm-ro", "--live-alternate", "--repetitions", 2, *RUN),
-    "deployments": ("compare", "--deployments", "isolated", *RUN),
-    "replay": ("replay", "stored", "--live"),
+    "run": ("run", *ONE, *RUN),
+    "live": ("run", *ONE, *RUN, "--live"),
+    "processes": ("run", *ONE, *RUN, "--processes", 2),
+    "shared memory": ("run", *ONE, *RUN, "--processes", 2, "--network", "shared_memory", "--live"),
+    "compare": ("run", "--executors", "default,rm-ro", "--repetitions", 1, *RUN),
+    "deployments": ("run", "--repetitions", 1, "--deployments", "isolated", *RUN),
+    "replay": ("replay", "stored"),
 }
 
 
@@ -94,7 +94,7 @@ class SecondHost(CommandTest):
                 self.assertEqual({g for g in groups if g[0] != "lo"}, set())
 
     def test_the_check_finds_what_listens_everywhere(self) -> None:
-        sockets, groups = self.network_of("run", *RUN, "--all-interfaces", "--output", "run")
+        sockets, groups = self.network_of("run", *ONE, *RUN, "--all-interfaces", "--output", "run")
         self.assertTrue({s for s in sockets if not is_local(*s)})
         self.assertTrue({g for g in groups if g[0] == "wire"})
 
@@ -108,7 +108,7 @@ class SecondHost(CommandTest):
             )  # fmt: skip
             try:
                 code, _, err = self.finish(
-                    self.start_here("run", *RUN[:-1], 2, "--output", "run", *arguments)
+                    self.start_here("run", *ONE, *RUN[:-1], 2, "--output", "run", *arguments)
                 )
             finally:
                 stranger.send_signal(signal.SIGTERM)

@@ -3,7 +3,6 @@
 use."""
 
 import json
-import re
 from pathlib import Path
 from typing import Any
 
@@ -91,8 +90,8 @@ class Experiments(SimulateTest):
         of = ("--graph", graph, "--executors", "events-ro", *BRIEF)
         for options, latency_us in (
             ((), 4000),
-            (("--dispatch-cost-us", 10), 4020),
-            (("--delivery-delay-us", 100), 4200),
+            (("--platform", "dispatch_cost_us=10"), 4020),
+            (("--platform", "delivery_delay_us=100"), 4200),
             (("--load", 80), 8000),
         ):
             run = self.simulate(*of, *options, output=f"cost{latency_us}")
@@ -110,7 +109,7 @@ class Experiments(SimulateTest):
         self.assertEqual(run.run["execution_times"], "uniform")
         (chains,) = run.chains().values()
         self.assertEqual({latency for _, _, latency, _ in chains}, {4_220_000})
-        options = ("--cores", 1, "--dispatch-cost-us", 0, "--execution-times", "worst")
+        options = ("--cores", 1, "--platform", "dispatch_cost_us=0", "--execution-times", "worst")
         run = self.simulate("--graph", graph, "--executors", "events-ro", *options, *BRIEF, output="options")
         self.assertEqual(run.run["platform"]["cores"], 1)
         self.assertEqual(run.run["execution_times"], "worst")
@@ -145,7 +144,7 @@ class Experiments(SimulateTest):
             *options, "--phases", "random", "--seed", 3, "--execution-times", "uniform", output="first"
         )
         again = self.simulate(
-            *options, "--phases-of", first.path, "--execution-times", f"replay:{first.path}", output="again"
+            *options, "--phases", first.path, "--execution-times", f"replay:{first.path}", output="again"
         )
         self.assertEqual(self.files(first, "jobs.csv"), self.files(again, "jobs.csv"))
 
@@ -206,14 +205,18 @@ class Timeline(SimulateTest):
         file = self.folder / "trace.json"
         for executor in ("rm-re", "multi"):
             for part in ((), ("--from", 500, "--to", 900)):
-                self.accepted("timeline", run.path, "--executor", executor, *part, "--perfetto", file)
+                self.accepted(
+                    "export", "perfetto", run.path, "--executors", executor, *part, "--output", file
+                )
                 self.assertLessEqual(hot_path, set(self.assert_chrome_trace(file.read_text())))
 
     def test_perfetto_trace_has_every_job_and_the_flows_between_them(self) -> None:
         graph = self.write("chain.yaml", TINY_CHAIN % 4)
         run = self.simulate("--graph", graph, "--executors", "events-ro,rm-re", *BRIEF)
         file = self.folder / "trace.json"
-        code, out, err = self.command("timeline", run.path, "--executor", "rm-re", "--perfetto", file)
+        code, out, err = self.command(
+            "export", "perfetto", run.path, "--executors", "rm-re", "--output", file
+        )
         self.assertEqual((code, out), (0, f"{file}\n"), err)
         events = json.loads(file.read_text())["traceEvents"]
         slices = [e for e in events if e["ph"] == "X"]
@@ -231,7 +234,7 @@ class Timeline(SimulateTest):
     def test_part_of_a_trace(self) -> None:
         run = self.simulate("--graph", "timers_only_60", "--executors", "default", *BRIEF)
         file = self.folder / "part.json"
-        self.accepted("timeline", run.path, "--from", 1000, "--to", 1100, "--perfetto", file)
+        self.accepted("export", "perfetto", run.path, "--from", 1000, "--to", 1100, "--output", file)
         slices = [e for e in json.loads(file.read_text())["traceEvents"] if e["ph"] == "X"]
         self.assertGreater(len(slices), 5)
         for e in slices:
@@ -300,7 +303,7 @@ class Validate(SimulateTest):
                 *BRIEF,
             )
         )
-        code, out, err = self.command("validate", run.path, "--all", "--output", self.folder / "v")
+        code, out, err = self.command("paper", "golden", "--output", self.folder / "v")
         self.assertEqual(code, 0, err)
         result = json.loads((self.folder / "v" / "validation.json").read_text())
         golden = {(g["set"], g["executor"]): g for g in result["golden"]}
@@ -313,12 +316,14 @@ class Validate(SimulateTest):
         for entry in result["autoware"]:
             ratio = entry["simulated_ms"]["p50"] / entry["measured_ms"]["p50"]
             self.assertAlmostEqual(ratio, 1, delta=0.10 if entry["executor"] == "multi" else 0.05)
+        self.assertIn("which depends on the fork's heap", out)
         # A simulated run is predicted exactly, preempted jobs included.
+        self.accepted("diff", run.path, "--simulated", "--output", "of_run")
+        result = json.loads((self.folder / "of_run" / "validation.json").read_text())
         for entry in result["runs"]:
             self.assertEqual(entry["comparison"]["similarity"], 1, entry["executor"])
             self.assertIsNone(entry["comparison"]["first_difference"])
             self.assertEqual(entry["latencies"]["measured_ms"], entry["latencies"]["simulated_ms"])
-        self.assertIn("which depends on the fork's heap", out)
 
     def test_a_run_with_the_phases_of_a_golden_trace_is_shown_beside_it(self) -> None:
         trace = TRACES / "timers_only_80.edf-ro.csv"
@@ -332,9 +337,11 @@ class Validate(SimulateTest):
             "--warm-up",
             0,
         )
-        same = self.simulate(*options, "--phases-file", trace, output="same")
+        same = self.simulate(*options, "--phases", trace, output="same")
         other = self.simulate(*options, "--phases", "synchronous", output="other")
-        code, out, err = self.command("validate", same.path, other.path, "--output", self.folder / "v")
+        code, out, err = self.command(
+            "diff", same.path, other.path, "--simulated", "--output", self.folder / "v"
+        )
         self.assertEqual(code, 0, err)
         runs = json.loads((self.folder / "v" / "validation.json").read_text())["runs"]
         self.assertEqual(
@@ -347,7 +354,7 @@ class Validate(SimulateTest):
             real, live = (same["comparison"][side][quantity]["p50"] for side in ("measured", "other"))
             self.assertAlmostEqual(real, live, delta=0.5)
         self.assertGreater(other["phases_differ_ms"], 10)
-        self.assertIn("--phases-file timers_only_80.edf-ro.csv", out)
+        self.assertIn("--phases timers_only_80.edf-ro.csv", out)
 
 
 class WrongUse(SimulateTest):
@@ -363,11 +370,11 @@ class WrongUse(SimulateTest):
     def test_a_damaged_run_is_refused(self) -> None:
         run = self.simulate("--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF)
         (run.path / "run.json").write_text(json.dumps({k: v for k, v in run.run.items() if k != "tasks"}))
-        code, out, err = self.command("summarize", run.path)
+        code, out, err = self.command("report", "--summary", run.path)
         self.assertEqual((code, out), (2, ""))
         self.assertIn(f"was written by hotpath {run.run['version']}", err)
         (run.path / "run.json").write_text(json.dumps({"runs": [{"executor": 1}]}))
-        self.assert_refused("--graph", "timers_only_60", "--phases-of", run.path, says=["run.json"])
+        self.assert_refused("--graph", "timers_only_60", "--phases", run.path, says=["run.json"])
 
     def test_the_summary_of_a_stored_run_is_that_of_the_run(self) -> None:
         """Holds for any order of the repetitions in the files: live runs interleave them."""
@@ -375,7 +382,7 @@ class WrongUse(SimulateTest):
             several = ("--executors", "default,rm-ro,events-ro", "--repetitions", 2, "--phases", "random")
             run = self.simulate("--graph", graph, *several, "--duration", 3, "--warm-up", 0.5, output=graph)
             summary = (run.path / "summary.json").read_bytes()
-            responses = self.accepted("summarize", run.path, "--responses", "-")
+            responses = self.accepted("feed", "responses", run.path)
             files = {}
             for name in ("jobs.csv", "chains.csv"):
                 header, *rows = (run.path / name).read_text().splitlines()
@@ -388,15 +395,13 @@ class WrongUse(SimulateTest):
                     rows = [row for key in sorted(blocks, key=order) for row in blocks[key]]
                     (run.path / name).write_text("\n".join([header, *rows]) + "\n")
                 (run.path / "summary.json").unlink()
-                file = self.folder / "responses.csv"
-                self.accepted("summarize", run.path, "--responses", file)
+                self.accepted("report", "--summary", run.path)
                 self.assertEqual((run.path / "summary.json").read_bytes(), summary)
-                self.assertEqual(file.read_text(), responses)
-                self.assertEqual(self.accepted("summarize", run.path, "--responses", "-"), responses)
+                self.assertEqual(self.accepted("feed", "responses", run.path), responses)
             header, blocks = files["jobs.csv"]
             rows = [row for block in blocks.values() for row in block]
             (run.path / "jobs.csv").write_text("\n".join([header, *rows[1:], rows[0]]) + "\n")
-            code, _, err = self.command("summarize", run.path)
+            code, _, err = self.command("report", "--summary", run.path)
             self.assertEqual(code, 2)
             self.assertIn(f"jobs.csv:{len(rows) + 1}: ", err)
             self.assertIn("have ended before", err)
@@ -410,7 +415,7 @@ class WrongUse(SimulateTest):
             ([executor, repetition, "elsewhere", *cells[1:]], "no chain `elsewhere`"),
         ):
             (run.path / "chains.csv").write_text("\n".join([header, first, ",".join(other), *rows]) + "\n")
-            code, out, err = self.command("summarize", run.path)
+            code, out, err = self.command("report", "--summary", run.path)
             self.assertEqual((code, out), (2, ""))
             self.assertIn("chains.csv:3: ", err)
             self.assertIn(says, err)

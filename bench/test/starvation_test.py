@@ -63,7 +63,7 @@ class Starvation(CommandTest):
         self.assertAlmostEqual(waits["multi:2"][1], 16_500 - 1000.05)
         self.assertIn("\nmulti-fair:2: Node/timer2 waited up to 15", out)
         (run.path / "summary.json").unlink()
-        self.accepted("summarize", run.path)
+        self.accepted("report", "--summary", run.path)
         untraced, _ = self.simulate(4, "--executors", "multi:2,multi-fair:2", "--no-trace")
         for other in (run, untraced):
             self.assertEqual(

@@ -12,7 +12,7 @@ from hotpath_command import CommandTest
 
 STRANGER = os.environ.get("STRANGER", "stranger")
 DOMAIN = 100 + os.getpid() % 100
-PLAN = ("run", "--load", 5, "--warm-up", 0, "--domain", DOMAIN, "--duration")
+PLAN = ("run", *ONE, "--load", 5, "--warm-up", 0, "--domain", DOMAIN, "--duration")
 RUN = (*PLAN, 2, "--output", "run")
 
 

@@ -104,8 +104,10 @@ def make_inputs(hotpath: Any) -> Any:
     (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--cie"))
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
     call(hotpath, folder, "analyze", "sequences", "--executors", "rm-ro", "--page", "bounds")
-    call(hotpath, folder, "advise", "sequences", "--output", "advice", "--draws", "1", "--duration", "1")
-    call(hotpath, folder, "validate", "--output", "validation")
+    call(
+        hotpath, folder, "advise", "sequences", "--output", "advice", "--repetitions", "1", "--duration", "1"
+    )
+    call(hotpath, folder, "paper", "golden", "--output", "validation")
     (folder / "reference" / "traces").mkdir(parents=True)
     shutil.copy(folder / "golden.csv", folder / "reference" / "traces" / GOLDEN.name)
     for name in ("rclcpp_timers_only.csv", "rclcpp_autoware_phases.csv"):

@@ -117,7 +117,16 @@ class WholeProgram(CommandTest):
 
     def test_autoware_in_two_processes_over_shared_memory(self) -> None:
         folder = self.measure(
-            "run", "--executor", "events-ro", "--processes", 2, "--network", "shared_memory", *SHORT
+            "run",
+            "--executors",
+            "events-ro",
+            "--repetitions",
+            1,
+            "--processes",
+            2,
+            "--network",
+            "shared_memory",
+            *SHORT,
         )
         self.check(folder, ["events-ro"], processes=2)
 
@@ -159,7 +168,7 @@ class WholeProgram(CommandTest):
 
     def test_jobs_work_for_an_amount_of_cpu_time_by_default(self) -> None:
         """4.2 ms, whatever the processor's speed; only a fixed amount of work is calibrated."""
-        short = ("run", "--transport", "intra_process", "--duration", 0.3, "--warm-up", 0)
+        short = ("run", *ONE, "--transport", "intra_process", "--duration", 0.3, "--warm-up", 0)
         folder = self.measure(*short)
         self.assertEqual(folder.run["work"], "cpu_time")
         self.assertNotIn("calibration", folder.run)
@@ -181,7 +190,7 @@ class WholeProgram(CommandTest):
                 other.stdout.readline()
             output = self.folder / "disturbed"
             options = ("--transport", "intra_process", "--cpus", cpu, *SHORT, "--output", output)
-            table = self.accepted("run", "--executor", "rm-ro", *options)
+            table = self.accepted("run", *ONE, *options)
             other.kill()
         self.assertRegex(table, r"Disturbed: rm-ro, repetition 0: .*% of the time used by other processes")
         reported = Run(output)
@@ -192,5 +201,5 @@ class WholeProgram(CommandTest):
         self.assertIn("work in CPU time", reported.what_ran())
         before = (output / "summary.json").read_text()
         (output / "summary.json").unlink()
-        self.assertIn("Disturbed: rm-ro, repetition 0", self.accepted("summarize", output))
+        self.assertIn("Disturbed: rm-ro, repetition 0", self.accepted("report", "--summary", output))
         self.assertEqual((output / "summary.json").read_text(), before)

@@ -18,8 +18,9 @@
 #include "results/schedule.hpp"
 #include "setup/run_setup.hpp"
 
-/// The comparisons of `hotpath validate`; the template validation.txt.j2 of hotpath_report explains
-/// their quality and limits. The functions throw UsageError and InputError for unreadable files.
+/// The comparisons of `hotpath diff --simulated` and `paper golden`; the template validation.txt.j2 of
+/// hotpath_report explains their quality and limits. The functions throw UsageError and InputError for
+/// unreadable files.
 namespace hotpath::validation {
 
 /// One of two runs of a task set, until the shorter one's last start.
@@ -168,13 +169,21 @@ struct RunValidation {
 std::vector<RunValidation> validate_run(const std::filesystem::path& run,
                                         const std::filesystem::path& reference);
 
-/// The results of `hotpath validate`.
+/// The results of `hotpath diff --simulated` and `paper golden`.
 struct Validation {
   std::vector<GoldenValidation> golden;
   std::vector<TimersOnlyValidation> timers_only;
   std::vector<AutowareValidation> autoware;
   std::vector<RunValidation> runs;
 };
+
+/// Validates stored runs; stores the result in `output` (by default a new folder of runs/), prints
+/// and draws it. Throws UsageError, InputError.
+void validate_runs(const std::vector<std::string>& runs, const std::string& output);
+
+/// The same for the simulator against the real stack, on all reference measurements in `reference`
+/// (by default as installed with hotpath).
+void validate_simulator(const std::string& reference, const std::string& output);
 
 /// The content of validation.json. Keys end with their units.
 void to_json(nlohmann::json& j, const Validation& validation);

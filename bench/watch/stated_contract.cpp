@@ -357,7 +357,6 @@ std::string stated_contract(const guarantees::AnalyzeOptions& options) {
   }
   Graph graph = setup::graph_to_run(options);
   options.apply_to(graph.platform);
-  if (options.delta_us) graph.platform.release_cost = from_ms(*options.delta_us / 1000);
   const GraphTasks tasks = make_tasks(graph);
   const setup::ExecutorSpec executor = setup::executors_to_run(options, graph, tasks).front();
   return stated_contract(graph, tasks, executor);

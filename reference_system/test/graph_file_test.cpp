@@ -228,7 +228,7 @@ TEST_F(GraphFile, NodeNamesAreUniqueAndFitIntoMessagesAndColumns) {
   expect_error(error_of_nodes("- {name: " + std::string(48, 'n') + ", type: sensor, period_ms: 1}\n"), 3,
                {"48 bytes"});
   for (const std::string name : {"''", "a/b", "'a,b'", "'a\"b'", "\"a'b\"", "a b", "\"a\\nb\""}) {
-    expect_error(error_of_nodes("- {name: " + name + ", type: sensor, period_ms: 1}\n"), 3) << name;
+    expect_error(error_of_nodes("- {name: " + name + ", type: sensor, period_ms: 1}\n"), 3);
   }
 }
 
@@ -324,7 +324,7 @@ TEST_F(GraphFile, TimesAreNotNegativeAndPeriodsPositive) {
   expect_error(error_of_nodes(sensor("period_ms", "-10")), 5, {"is negative"});
   for (const std::string key :
        {"phase_ms", "deadline_ms", "execution_time_ms", "best_case_execution_time_ms", "release_jitter_ms"}) {
-    expect_error(error_of_nodes(sensor(key, "-0.5")), 6, {"is negative"}) << key;
+    expect_error(error_of_nodes(sensor(key, "-0.5")), 6, {"is negative"});
   }
   expect_error(error_of_nodes(sensor("deadline_ms", "0")), kAnyLine, {"is 0"});
   expect_error(error_of_nodes(sensor("release_jitter_ms", "10")), 6,

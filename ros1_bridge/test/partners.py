@@ -220,7 +220,19 @@ class BridgeTest(unittest.TestCase):
         self, duration: float, executor: str = "rm-ro", domain: Any = None, output: str = "run"
     ) -> Any:
         domain = self.domain if domain is None else domain
-        command = [HOTPATH, "run", "--live", "--domain", domain, "--executor", executor, "--load", 20]
+        command = [
+            HOTPATH,
+            "run",
+            "--repetitions",
+            "1",
+            "--live",
+            "--domain",
+            domain,
+            "--executor",
+            executor,
+            "--load",
+            20,
+        ]
         return self.start_process([*command, "--duration", duration, "--output", output])
 
     def listen(self, topics: Any) -> Any:

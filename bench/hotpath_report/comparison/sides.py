@@ -108,7 +108,7 @@ def losses(folder: Path) -> dict[Key, dict[int, float]]:
             of = found.setdefault(("lost", run["graph.name"], run.source, load, name, ""), {})
             if "losses" not in executor:
                 older = "an older version wrote it"
-                raise InputError(f"{part / 'summary.json'}: {older}; run `hotpath summarize {part}`")
+                raise InputError(f"{part / 'summary.json'}: {older}; run `hotpath report {part} --summary`")
             for r in executor["losses"]:
                 of[first_seed(run) + r["repetition"]] = r["skipped"] + r["overwritten"]
     return found

@@ -144,7 +144,7 @@ def rows_of_panels(result: Entry) -> list[list[Panel]]:
 
 def draw(folder: str) -> None:
     """Writes validate.svg and validate.png if there is data. Raises InputError."""
-    rows = rows_of_panels(read_json(Path(folder) / "validation.json", "hotpath validate"))
+    rows = rows_of_panels(read_json(Path(folder) / "validation.json", "hotpath diff --simulated"))
     if not rows:
         return
     heights = [0.9 + 0.34 * max(2, *(len(entries) for _, entries in row)) for row in rows]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of `hotpath compare-results`: both sides' distributions, and the table of differences or of
+"""The page of `hotpath diff`: both sides' distributions, and the table of differences or of
 the gate."""
 
 from collections.abc import Mapping, Sequence
@@ -58,7 +58,7 @@ def write(
         title=f"{folders[0].resolve().name} against {folders[1].resolve().name}",
         facts=[*names, *sentences],
         losses=[],
-        made_by="`hotpath compare-results`.",
+        made_by="`hotpath diff`.",
         interactive=interactive.embedded(document(folders, *sides)),
     )
     print(f"{folder / 'report.html'} (and report.md)")

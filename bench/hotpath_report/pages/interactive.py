@@ -149,7 +149,7 @@ def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
     """Jobs, outputs and causes of stored runs, without distributions."""
     if not runs:
         return {"causes": [], "rules": [], "runs": []}
-    stored = json.loads(hotpath_command.output_of("report", *(run.folder for run in runs), "--json"))
+    stored = json.loads(hotpath_command.output_of("feed", "page", *(run.folder for run in runs)))
     data: dict[str, Any] = printable_content(stored)
     for run, name, of in zip(runs, names, data["runs"]):
         of |= {"name": name, "source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}

@@ -55,8 +55,8 @@ def render(template: str, form: str, content: Mapping[str, Any]) -> str:
 
 
 def tell_validation(folder: str) -> None:
-    """Prints and draws the result of `hotpath validate`. Raises InputError."""
-    result: dict[str, Any] = read_json(Path(folder) / "validation.json", "hotpath validate")
+    """Prints and draws the result of `hotpath diff --simulated` and `paper golden`. Raises InputError."""
+    result: dict[str, Any] = read_json(Path(folder) / "validation.json", "hotpath diff --simulated")
     print(environment("txt").get_template("validation.txt.j2").render(result), flush=True)
     draw_if_possible("figures.validation:draw", folder)
     print(f"\nResults: {folder}")

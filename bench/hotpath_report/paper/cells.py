@@ -60,7 +60,11 @@ class Cell:
         """Arguments of `hotpath`; `place`: options for where a live cell runs."""
         if self.source == "analysis":
             return [*self.options, "--output", str(output)]
-        words = ["run", "--executor"] if self.source == "live" else ["simulate", "--executors"]
+        words = (
+            ["run", "--repetitions", "1", "--executors"]
+            if self.source == "live"
+            else ["simulate", "--executors"]
+        )
         words += [",".join(self.executors), "--graph", self.graph, "--duration", f"{self.duration_s:g}"]
         words += ["--warm-up", f"{self.warm_up_s:g}", "--seed", str(self.seed)]
         return [*words, *self.options, *place, "--output", str(output)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurements of the cells as frames; the warm-up is left out as in `hotpath summarize`."""
+"""Measurements of the cells as frames; the warm-up is left out as in summaries."""
 
 import functools
 import re

@@ -29,7 +29,7 @@ def our_name(executor: str) -> str:
 def traced_timers(path: Path) -> pd.DataFrame:
     """The timers of a golden trace timers_only_PERCENT.EXECUTOR.csv."""
     graph, executor = path.stem.split(".")
-    timers = pd.DataFrame(json.loads(output_of("summarize", "--golden", path))["tasks"])
+    timers = pd.DataFrame(json.loads(output_of("feed", "golden", path))["tasks"])
     worst = [response["max"] for response in timers["response_ms"]]
     return timers.assign(setting=int(graph.split("_")[-1]), executor=executor, response_max_ms=worst)
 

@@ -37,7 +37,7 @@ def parser() -> argparse.ArgumentParser:
     quick, full = "all items with short runs", "live runs as long as the paper's: 300 s and 600 s"
     length.add_argument("--quick", dest="mode", action="store_const", const="quick", help=quick)
     length.add_argument("--full", dest="mode", action="store_const", const="full", help=full)
-    only = "only this item, or several separated by commas; see --list"
+    only = "only this item, or several separated by commas; see `hotpath list figures`"
     made.add_argument("--only", metavar="ITEM", action="append", default=[], help=only)
     listed = "list the items with their durations and exit"
     made.add_argument("--list", action="store_true", help=listed)

@@ -220,7 +220,7 @@ class Simulations(unittest.TestCase):
         with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(
             io.StringIO()
         ) as err:
-            code = main(["compare-results", *words, "--gate"])
+            code = main(["diff", *words, "--gate"])
         return code, out.getvalue(), err.getvalue()
 
     def test_finds_five_percent_more_load_every_time(self) -> None:
@@ -252,7 +252,7 @@ class Simulations(unittest.TestCase):
         self.assertIn("compare them with --across-loads", err)
 
     def test_the_command_passes_the_option(self) -> None:
-        words = "compare-results", self.simulate(), self.simulate(load=84), "--gate", "--across-loads"
+        words = "diff", self.simulate(), self.simulate(load=84), "--gate", "--across-loads"
         done = subprocess.run(
             [hotpath_command.program(), *words], capture_output=True, text=True, check=False
         )
@@ -284,7 +284,7 @@ class Simulations(unittest.TestCase):
             code, out, err = self.gate(*words)
             self.assertEqual((code, out), (2, ""))
             self.assertIn(f"{older}/summary.json: an older version wrote it", err)
-        hotpath_command.output_of("summarize", older)
+        hotpath_command.output_of("report", "--summary", older)
         self.assertEqual(self.gate(self.simulate(), str(older))[0], 0)
 
     def field(self, graph: str, name: str, *words: str) -> str:
@@ -306,7 +306,7 @@ class Simulations(unittest.TestCase):
     def test_a_chain_that_falls_silent_is_worse(self) -> None:
         words = "--executors fp-ro --phases random --repetitions 5 --duration 5".split()
         old = self.field("silent_chain.yaml", "with_outputs", *words)
-        new = self.field("silent_chain.yaml", "silent", *words, "--dispatch-cost-us", "4000")
+        new = self.field("silent_chain.yaml", "silent", *words, "--platform", "dispatch_cost_us=4000")
         code, out, _ = self.gate(old, new)
         self.assertEqual(code, 1)
         self.assertRegex(out, r"hot path x .* outputs +49.2 +0 .*WORSE")
@@ -328,7 +328,7 @@ class Simulations(unittest.TestCase):
         self.assertEqual(code, 0, out)
 
     def test_raises_no_warning(self) -> None:
-        words = ["compare-results", self.simulate(), self.simulate(load=84), "--gate", "--across-loads"]
+        words = ["diff", self.simulate(), self.simulate(load=84), "--gate", "--across-loads"]
         command = [sys.executable, "-W", "error", "-I", "-B", str(BENCH), *words]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         self.assertEqual((done.returncode, done.stderr), (1, ""))

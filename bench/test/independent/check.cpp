@@ -45,8 +45,9 @@ class Check {
     graph_ = read_graph(file_);
     const Nanoseconds dispatch = seed % 3 == 0 ? 37'000 : 0,
                       of_timers = seed % 2 == 0 ? dispatch : 2 * dispatch;
-    options_ = " --phases given --timer-thread raised --dispatch-cost-us " + std::to_string(dispatch / 1000) +
-               " --timer-dispatch-cost-us " + std::to_string(of_timers / 1000);
+    options_ =
+        " --phases given --platform timer_thread=raised,dispatch_cost_us=" + std::to_string(dispatch / 1000) +
+        ",timer_dispatch_cost_us=" + std::to_string(of_timers / 1000);
     const std::string run = folder_ + "/run";
     std::filesystem::remove_all(run);
     if (!run_command(hotpath_ + " simulate --graph " + file_ + options_ +

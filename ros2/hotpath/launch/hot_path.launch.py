@@ -34,7 +34,7 @@ def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
     def value(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
 
-    words = [f"--{name}={value(name)}" for name in OPTIONS]
+    words = ["--repetitions=1", *(f"--{name}={value(name)}" for name in OPTIONS)]
     run = ExecuteProcess(cmd=["hotpath", "run", *words, *shlex.split(value("options"))], output="screen")
     end = RegisterEventHandler(OnProcessExit(target_action=run, on_exit=[EmitEvent(event=Shutdown())]))
     return [run, end]

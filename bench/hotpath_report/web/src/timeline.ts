@@ -181,7 +181,7 @@ export class Timeline {
   private tellView(): void {
     const { from, to } = this.view;
     const gap = this.panels.some((p) => !p.jobs.kept(from, Math.min(to, this.length)));
-    this.note.textContent = gap ? "Shaded times: the page leaves out these jobs; `hotpath timeline` shows them." : "";
+    this.note.textContent = gap ? "Shaded times: the page leaves out these jobs; `hotpath export perfetto` has them." : "";
     const names = this.panels.map((p) => p.series.label).join(" and ");
     const span = `${(from / 1e9).toFixed(6)} s to ${(to / 1e9).toFixed(6)} s`;
     this.canvas.setAttribute("aria-label", `Timeline of ${names}, ${span}`);

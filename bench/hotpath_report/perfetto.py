@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`hotpath timeline`: part of a trace as a chart or in Chrome's Trace Event Format."""
+"""`hotpath export perfetto`: part of a run in Chrome's Trace Event Format."""
 
 import json
 import math
@@ -9,13 +9,10 @@ from typing import Any
 
 import pandas as pd
 
-from hotpath_report.errors import InputError
-from hotpath_report.hotpath_command import load
 from hotpath_report.run import Run
 from hotpath_report.tables import write_output
 
 US_PER_MS = 1e3
-CHART_MS = 500  # default length
 INSTANTS = ("overwritten", "skipped")  # outcomes marked at their timestamp
 
 Event = dict[str, Any]
@@ -82,24 +79,13 @@ def events(run: Run, executor: str, repetition: int, begin: float, end: float) -
             yield marker(job, job.outcome, job.timestamp)
 
 
-def show(options: str) -> None:
-    """Runs `hotpath timeline` with its options as JSON. Raises InputError."""
+def write(options: str) -> None:
+    """Writes the window that the JSON `options` of `hotpath export perfetto` name. Raises InputError."""
     o: dict[str, Any] = json.loads(options)
-    begin, end, svg = o["from_ms"], o["to_ms"], Path(o["svg"] or Path(o["run"]) / "timeline.svg")
-    if end is not None and end <= begin:
-        raise InputError("--to must lie after --from")
-    if svg.suffix != ".svg":
-        raise InputError(f"--svg {svg}: the name must end in .svg; a .png is written beside it")
-    run = Run(o["run"])
-    executors = o["executors"] or run.executors[:1]
-    if o["perfetto"]:
-        found = events(run, executors[0], o["repetition"], begin, math.inf if end is None else end)
-        text = ",\n".join(map(json.dumps, found))
-        text = f'{{"displayTimeUnit": "ms", "traceEvents": [\n{text}\n]}}\n'
-        write_output(Path(o["perfetto"]), "--perfetto", text)
-        print(o["perfetto"])
-    if o["svg"] or not o["perfetto"]:
-        timeline = load("figures.timeline")  # takes a second to import
-        part = (begin, begin + CHART_MS if end is None else end)
-        windows = [timeline.Window(run, e, o["repetition"], part) for e in executors]
-        timeline.draw(windows, dict(o["chains"]), svg, "--svg" if o["svg"] else "")
+    run, end = Run(o["run"]), o["to_ms"]
+    executor = o["executor"] or run.executors[0]
+    found = events(run, executor, o["repetition"], o["from_ms"], math.inf if end is None else end)
+    text = ",\n".join(map(json.dumps, found))
+    text = f'{{"displayTimeUnit": "ms", "traceEvents": [\n{text}\n]}}\n'
+    write_output(Path(o["output"]), "--output", text)
+    print(o["output"])

@@ -18,6 +18,7 @@
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 #include "program/whole_file.hpp"
+#include "validation/validation.hpp"
 
 namespace hotpath::commands {
 
@@ -66,7 +67,7 @@ void write_rows(std::ostream& out, const WcrtTable& table) {
   }
 }
 
-void run_wcrt_table(const std::string& output) {
+void print_table1(const std::string& output) {
   if (!output.empty()) program::check_output_folder(output, "wcrt_table.csv");
   const machine::ReleaseCost measured = machine::measure_release_cost();
   const std::array tables = {
@@ -96,12 +97,9 @@ void run_wcrt_table(const std::string& output) {
   });
 }
 
-constexpr double kLeastUtilisation = 1e-6;
-
 struct WatersArguments {
   WatersOptions options;
   std::string output = "runs/waters";
-  bool paper_only = false;
 };
 
 std::string with_interval(const ClusteredEstimate& e) {
@@ -140,45 +138,87 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
 
 void run_waters_experiment(WatersArguments& arguments) {
   program::check_output_folder(arguments.output, "waters.csv");
-  if (!arguments.paper_only) {
-    arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
-                                 WatersMethod::davis_duerr, WatersMethod::davis_kloda,
-                                 WatersMethod::davis_guenzel};
-  }
+  arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
+                               WatersMethod::davis_duerr, WatersMethod::davis_kloda,
+                               WatersMethod::davis_guenzel};
   Crew crew({.threads = arguments.options.threads});
   const WatersResult result = run_waters(arguments.options, crew);
   if (crew.coordinates()) write_waters(arguments, result);
 }
 
-void add_waters_experiment(CLI::App& experiment) {
-  auto [waters, o] = add_command<WatersArguments>(experiment, "waters",
+void add_waters(CLI::App& paper) {
+  auto [waters, o] = add_command<WatersArguments>(paper, "waters",
                                                   "Section VII-B: end-to-end bounds on WATERS 2015 task sets",
                                                   "", run_waters_experiment);
   add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets per utilisation");
-  const CLI::Validator share(
-      [](std::string& text) {
-        return refused_number<double>(text, {kLeastUtilisation, 1});
-      },
-      "");
-  add_list(waters, "--utilisations", o.options.utilisations, "NUMBERS",
-           "Utilisations, separated by commas [above 0, up to 1]", share);
   add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "Seed of the task sets");
   add_threads_option(waters, o.options.threads);
-  waters.add_flag("--paper-only", o.paper_only, "Use the paper's method only, not the tighter methods");
   add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables and the figure");
   add_json_option(waters);
 }
 
+struct GoldenArguments {
+  std::string reference, output;
+};
+
+void add_golden(CLI::App& paper) {
+  auto [golden, o] = add_command<GoldenArguments>(
+      paper, "golden", "The simulator against schedules and latencies of the real ROS 2 stack", "",
+      [](const GoldenArguments& a) { validation::validate_simulator(a.reference, a.output); });
+  golden.add_option("FOLDER", o.reference, "Reference measurements; by default as installed with hotpath")
+      ->type_name("");
+  add_text(golden, "--output", o.output, "FOLDER",
+           "New folder for the results; by default runs/DATE-validate");
+  add_json_option(golden);
+}
+
+/// The input of hotpath_report/paper/reproduce.py.
+struct FigureArguments {
+  std::string live, output = "runs/paper";
+  bool quick = false;
+  std::vector<std::string> only;
+  unsigned jobs = 1;
+};
+
+void add_figures(CLI::App& paper) {
+  auto self = std::make_shared<const CLI::App*>();
+  auto [figures, o] = add_command<FigureArguments>(
+      paper, "figures", "All tables and figures of the evaluation, on one page",
+      "hotpath paper figures --only wcrt-table,hot-path", [self](const FigureArguments& a) {
+        std::vector<std::string> words = given_options(**self, {"live"});
+        if (!a.live.empty()) words.emplace_back("--live");
+        if (a.live == "full") words.emplace_back("--full");
+        program::become_python_tool("reproduce", words);
+      });
+  *self = &figures;
+  figures
+      .add_option("--live", o.live,
+                  "Also measure: takes hours, resumable (with --quick: minutes);\n"
+                  "full: as long as the paper's runs, 300 s and 600 s")
+      ->expected(0, 1)
+      ->default_str("standard")
+      ->check(CLI::IsMember({"standard", "full"}).description(""))
+      ->type_name("[standard|full]");
+  figures.add_flag("--quick", o.quick, "All items with short runs");
+  add_list(figures, "--only", o.only, "ITEMS",
+           "Only these items (`hotpath list figures`), separated by commas");
+  add_text(figures, "--output", o.output, "FOLDER", "Folder for results and for resuming");
+  add_number(figures, "--jobs", o.jobs, {1, 1024}, "N",
+             "Concurrent live repetitions on one core, each on its own\nprocessor");
+}
+
 }  // namespace
 
-void add_experiment_command(CLI::App& app) {
-  CLI::App* experiment = app.add_subcommand("experiment", "Reproduce the paper's analytical experiments");
-  experiment->require_subcommand(1);
+void add_paper_command(CLI::App& app) {
+  CLI::App& paper = *app.add_subcommand("paper", "Reproduce the tables and figures of the paper");
+  paper.require_subcommand(1);
+  add_figures(paper);
   auto [table, output] = add_command<std::string>(
-      *experiment, "wcrt-table", "Table I: analytical worst-case response times", "", run_wcrt_table);
+      paper, "table1", "Table I: analytical worst-case response times", "", print_table1);
   add_text(table, "--output", output, "FOLDER", "Folder for the table and this machine's release cost (CSV)");
   add_json_option(table);
-  add_waters_experiment(*experiment);
+  add_waters(paper);
+  add_golden(paper);
 }
 
 }  // namespace hotpath::commands

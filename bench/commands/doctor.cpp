@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
+#include "machine/machine.hpp"
+#include "program/json_output.hpp"
+#include "program/text.hpp"
+#include "program/text_table.hpp"
+#include "program/whole_file.hpp"
+#include "results/checked_run.hpp"
+#include "results/recovered_run.hpp"
+#include "results/summary_table.hpp"
+
+namespace hotpath::commands {
+
+namespace {
+
+struct DoctorArguments {
+  double seconds = 1;
+  std::string output, run;
+  bool recover = false;
+};
+
+std::string throttling(const machine::Machine& m) {
+  if (m.rt_runtime_us < 0) return "off";
+  return std::to_string(m.rt_runtime_us) + " of " + std::to_string(m.rt_period_us) + " us";
+}
+
+program::TextTable facts(const machine::Machine& m) {
+  program::TextTable table("", {"", ""});
+  const auto row = [&](const char* name, const std::string& value) {
+    table.add_row({name, value.empty() ? "unknown" : value});
+  };
+  row("processor", m.cpu_model + ", " + std::to_string(m.processors) + " cores");
+  row("kernel", m.kernel + (m.preempt_rt ? ", PREEMPT_RT" : ""));
+  row("distribution", m.distribution);
+  row("virtual machine", m.hypervisor.empty() ? "no" : m.hypervisor);
+  row("frequency governor", m.governor.empty() ? "none" : m.governor);
+  row("turbo", m.turbo);
+  row("boot parameters", m.boot_parameters.empty() ? "none for scheduling" : m.boot_parameters);
+  row("real-time throttling", throttling(m));
+  row("real-time threads", m.real_time_threads.empty() ? "no others" : program::joined(m.real_time_threads));
+  row("timer slack", std::to_string(m.timer_slack_ns) + " ns");
+  row("clock",
+      m.clock_source + program::text(", resolution %lld ns, %.0f ns per reading, %.0f ns for CPU time",
+                                     static_cast<long long>(m.noise.clock_resolution.count()),
+                                     m.noise.clock_cost_ns, m.noise.cpu_clock_cost_ns));
+  row("load average", program::fixed(m.load_average, 2));
+  row("stolen time", program::fixed(m.stolen_percent, 2) + " % since boot");
+  return table;
+}
+
+program::TextTable hiccups(const machine::Noise& noise) {
+  program::TextTable table(
+      "Hiccups of a busy thread in " + program::fixed(to_ms(noise.length) / 1000, 1) + " s, in microseconds",
+      {"core", "p99", "p99.9", "max", "lost"});
+  for (const machine::Hiccups& h : noise.cores) {
+    table.add_row({std::to_string(h.cpu), program::fixed(to_us(h.p99), 2), program::fixed(to_us(h.p999), 2),
+                   program::fixed(to_us(h.max), 1), program::fixed(h.lost_percent, 2) + " %"});
+  }
+  return table;
+}
+
+void examine_machine(const DoctorArguments& arguments) {
+  const machine::Machine m = machine::read_machine(from_ms(arguments.seconds * 1000));
+  std::cout << facts(m) << "\n" << hiccups(m.noise) << std::flush;
+  for (const std::string& sentence : machine::warnings(m)) std::cerr << "note: " << sentence << "\n";
+  program::show_json(m);
+  if (!arguments.output.empty()) program::write_output_file(arguments.output, "--output", nlohmann::json(m));
+}
+
+void recover(const std::string& run) {
+  const results::Summary summary = results::recover_run(run);
+  results::write_table(std::cout, summary);
+  program::show_json(summary);
+}
+
+void examine_run(const std::string& run) {
+  const results::CheckedRun checked = results::check_run(run);
+  std::cout << run << ": " << checked.rows << " rows of jobs.csv, " << checked.repetitions
+            << (checked.repetitions == 1 ? " repetition" : " repetitions")
+            << ": a valid schedule: one job per thread at a time, no early job, no job after the end, "
+               "nothing lost or duplicated\n";
+  program::show_json({{"rows", checked.rows}, {"repetitions", checked.repetitions}});
+}
+
+void examine(const DoctorArguments& arguments) {
+  if (arguments.run.empty()) return examine_machine(arguments);
+  arguments.recover ? recover(arguments.run) : examine_run(arguments.run);
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app) {
+  auto [doctor, o] = add_command<DoctorArguments>(
+      app, "doctor", "Examine this machine, or a stored run; recover a killed run",
+      "hotpath doctor runs/first", examine);
+  CLI::Option* const run = doctor
+                               .add_option("RUN", o.run,
+                                           "Folder of a run: check that its jobs form a valid schedule; by\n"
+                                           "default report this machine's configuration and how it disturbs\n"
+                                           "measurements")
+                               ->type_name("FOLDER");
+  doctor.add_flag("--recover", o.recover, "Write the summary of a killed run from its finished repetitions")
+      ->needs(run);
+  add_number(doctor, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to record hiccups on all cores")
+      ->excludes(run);
+  add_output_file(doctor, "--output", o.output, "Also write the report on the machine as JSON")
+      ->excludes(run);
+  add_json_option(doctor);
+}
+
+}  // namespace hotpath::commands

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "commands/commands.hpp"
+#include "commands/option_helpers.hpp"
+#include "import/import_ctf.hpp"
+#include "program/errors.hpp"
+#include "program/json_fields.hpp"
+#include "program/python_tool.hpp"
+
+namespace hotpath::commands {
+
+namespace {
+
+void add_export_ctf_command(CLI::App& parent) {
+  struct Options {
+    std::string run, output;
+  };
+  auto [ctf, o] =
+      add_command<Options>(parent, "ctf", "Export a run as a trace of ros2_tracing (CTF 1.8)",
+                           "hotpath export ctf runs/first --output traces/first",
+                           [](const Options& options) { imports::export_ctf(options.run, options.output); });
+  add_text(ctf, "RUN", o.run, "FOLDER", kRunHelp)->required();
+  add_text(ctf, "--output", o.output, "FOLDER", "New folder for the trace")->required();
+}
+
+/// The input of hotpath_report/perfetto.py.
+struct PerfettoOptions {
+  std::string run, executor, output;
+  std::uint32_t repetition = 0;
+  double from_ms = 0;
+  std::optional<double> to_ms;
+};
+HOTPATH_JSON_FIELDS(PerfettoOptions, run, executor, output, repetition, from_ms, to_ms);
+
+void add_export_perfetto_command(CLI::App& parent) {
+  auto [perfetto, o] = add_command<PerfettoOptions>(
+      parent, "perfetto", "Export jobs and messages of a run for ui.perfetto.dev",
+      "hotpath export perfetto runs/first --output first.json --to 1000", [](const PerfettoOptions& options) {
+        if (options.to_ms && *options.to_ms <= options.from_ms)
+          throw program::UsageError("export perfetto: --to must lie after --from");
+        program::become_python_tool("perfetto", {nlohmann::json(options).dump()});
+      });
+  add_text(perfetto, "RUN", o.run, "FOLDER", kRunHelp)->required();
+  add_output_file(perfetto, "--output", o.output, "New file in Chrome's Trace Event Format")->required();
+  add_text(perfetto, "--executors", o.executor, "NAME", kRunExecutorHelp);
+  add_number(perfetto, "--repetition", o.repetition, {0, 1e9}, "N", kRunRepetitionHelp);
+  add_number(perfetto, "--from", o.from_ms, {0, 1e12}, "MS", "Start of the window, after the run's epoch");
+  add_number(perfetto, "--to", o.to_ms, {0, 1e12}, "MS", "End of the window; by default the end of the run");
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app) {
+  CLI::App& parent = *app.add_subcommand("export", "Export a run to the format of another tool");
+  parent.require_subcommand(1);
+  add_export_ctf_command(parent);
+  add_export_perfetto_command(parent);
+}
+
+}  // namespace hotpath::commands

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <string_view>
+#include <vector>
+
+#include "commands/commands.hpp"
+#include "program/text.hpp"
+
+namespace hotpath::commands {
+
+namespace {
+
+/// A name of an earlier version: a command, or an option of any command or, after a blank, of one.
+struct OldName {
+  std::string_view name, now;
+};
+
+constexpr std::string_view kPlatform = "a key of --platform now, as in release_cost_us=3";
+constexpr std::array kOldNames = {
+    OldName{"machine", "`doctor` now"},
+    OldName{"check", "`doctor RUN` now"},
+    OldName{"recover", "`doctor RUN --recover` now"},
+    OldName{"summarize", "`report RUN --summary` now"},
+    OldName{"timeline", "part of the page of `report`, and `export perfetto RUN`, now"},
+    OldName{"compare-results", "`diff OLD NEW` now"},
+    OldName{"validate", "`diff RUN --simulated` now, and `paper golden` without a run"},
+    OldName{"experiment", "`paper table1` and `paper waters` now"},
+    OldName{"completion", "gone: the package installs completions for bash"},
+    OldName{"--phases-file", "`--phases FILE` now"},
+    OldName{"--phases-of", "`--phases RUN` now"},
+    OldName{"--phase-step", "`--phases creation:MS` now"},
+    OldName{"--timer-thread", kPlatform},
+    OldName{"--release-cost-us", kPlatform},
+    OldName{"--delta-us", "`--platform release_cost_us=US` now"},
+    OldName{"--pass-cost-us", kPlatform},
+    OldName{"--dispatch-cost-us", kPlatform},
+    OldName{"--timer-dispatch-cost-us", kPlatform},
+    OldName{"--subscription-dispatch-cost-us", kPlatform},
+    OldName{"--wait-cost-us", kPlatform},
+    OldName{"--wait-cost-per-entity-us", kPlatform},
+    OldName{"--wake-up-us", kPlatform},
+    OldName{"--delivery-delay-us", kPlatform},
+    OldName{"--live-alternate", "gone: use --live in one of two runs, and `diff` them"},
+    OldName{"--live-cpus", "gone: the publishing process runs where --cpus leaves processors free"},
+    OldName{"--ros2-runner", "the variable HOTPATH_ROS2_RUNNER now"},
+    OldName{"--coarse", "gone: a search begins with 12 levels"},
+    OldName{"--rank-time-out", "gone: a dead rank ends the sweep, and the same command resumes it"},
+    OldName{"--budget", "gone: choose --repetitions"},
+    OldName{"--draws", "`--repetitions` now"},
+    OldName{"--rule", "a variant of an executor now, as in rm-ro:first"},
+    OldName{"--ties", "a variant of an executor now, as in rm-ro:fifo"},
+    OldName{"--cpu-time", "gone: work in CPU time (--work) records it"},
+    OldName{"--dot", "`--as dot` now"},
+    OldName{"--svg", "`graph --as svg` now"},
+    OldName{"--cie", "`--as cie` now"},
+    OldName{"--perfetto", "`export perfetto RUN` now"},
+    OldName{"--start", "`--from` now"},
+    OldName{"replay --live", "gone: replay always publishes"},
+    OldName{"bench --compare", "gone: use `diff OLD NEW`, and compare.py of Google Benchmark for times"},
+};
+
+/// Levenshtein's distance.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t before = std::exchange(row[0], i);
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t other = before + (a[i - 1] != b[j - 1]);
+      before = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, other});
+    }
+  }
+  return row.back();
+}
+
+/// The most similar name; empty if none is similar.
+std::string similar(const std::string& word, const std::vector<std::string>& names) {
+  std::string best;
+  std::size_t least = word.size() / 3 + 1;  // changes that still look like a slip
+  for (const std::string& name : names) {
+    const std::size_t changes = name.starts_with(word) && word.size() > 2 ? 1 : distance(word, name);
+    if (changes < least) least = changes, best = name;
+  }
+  return best;
+}
+
+std::string text_of(const std::string& kind, const std::string& word, const std::vector<std::string>& names) {
+  const std::string best = similar(word, names);
+  return program::concat("unknown ", kind, " `", word, "`",
+                         best.empty() ? "" : "; did you mean `" + best + "`?");
+}
+
+}  // namespace
+
+std::string plural(const std::string& word) {
+  for (const std::string one : {"--executor", "--deployment"}) {
+    if (word == one || word.starts_with(one + "=")) return one + "s" + word.substr(one.size());
+  }
+  return word;
+}
+
+std::string unknown_word(const CLI::App& app) {
+  const CLI::App* command = &app;
+  std::string path;
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+    path = command->get_name();
+  }
+  const std::vector<std::string> words = app.remaining(true);
+  const bool wants_command = command->get_require_subcommand_min() > 0;
+  const auto option =
+      std::ranges::find_if(words, [](const std::string& word) { return word.starts_with("--"); });
+  if (wants_command ? words.empty() : option == words.end()) return "";
+  const std::string word = wants_command ? words.front() : option->substr(0, option->find('='));
+  for (const OldName& old : kOldNames) {
+    if (old.name == word || old.name == path + " " + word)
+      return program::concat("`", word, "` is ", old.now);
+  }
+  std::vector<std::string> names;
+  if (wants_command) {
+    for (const CLI::App* sub : command->get_subcommands({})) names.push_back(sub->get_name());
+    return text_of("command", word, names);
+  }
+  for (const CLI::Option* known : command->get_options()) {
+    for (const std::string& name : known->get_lnames()) names.push_back("--" + name);
+  }
+  return text_of("option", word, names);
+}
+
+}  // namespace hotpath::commands
