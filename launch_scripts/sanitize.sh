@@ -32,7 +32,7 @@ if [ "${1:-}" = --all ]; then
   # must report: the preset does not handle SIGFPE.
   export HOTPATH_MUTATIONS=0
   unity=ON  # a full build takes a third of the time
-  run asan all . 'bench_(disk|failing_calls|((machine|process)_)?faults|second_host)_test'
+  run asan all . 'bench_(adverse_runs|failing_calls|second_host)_test'
 else
   run asan 'hotpath_executor_core_test hotpath_executor_live_test' '^hotpath_executor_(core|live)_test$'
 fi

@@ -34,10 +34,7 @@ class ExactTest(AnalyzeCase):
             "[{timer: a, period_ms: 10, priority: 1, execution_time_ms: 1, publishes: {topic: t, every: 2}}]}",
             "{name: T, type: transform, input: t, execution_time_ms: 4}",
         ]
-        for nodes, why in (
-            (own, r"\nB +2\.000 "),
-            (sparse, r"\nA/a +1\.000 "),
-        ):
+        for nodes, why in ((own, r"\nB +2\.000 "), (sparse, r"\nA/a +1\.000 ")):
             exact = ("--executors", "fp-ro", "--phases", "synchronous", "--exact")
             out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertRegex(out.partition("exploration: exact")[2], why)

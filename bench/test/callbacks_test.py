@@ -107,18 +107,6 @@ class Callbacks(CommandTest):
         self.assertEqual((code, out), (2, ""))
         self.assertIn("no method covers callback Planner/odometry, which waits for a set", err)
 
-    def test_a_bad_file_is_refused_with_its_line(self) -> None:
-        bad = self.folder / "bad.yaml"
-        bad.write_text(
-            "name: bad\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
-            "      - {timer: t, period_ms: 10, publishes: {topic: x, when: all_new, of: [y]}}\n"
-        )
-        for command in (("graph", bad), ("simulate", "--graph", bad), ("run", "--graph", bad)):
-            code, _, err = self.command(*command)
-            self.assertEqual(code, 2, err)
-            self.assertIn("bad.yaml:6: ", err)
-            self.assertIn("does not subscribe", err)
-
     def test_timers_of_one_node_have_bounds(self) -> None:
         graph = self.folder / "timers.yaml"
         graph.write_text(

@@ -8,7 +8,7 @@ import unittest
 from pathlib import Path
 
 from hotpath_command import HOTPATH, CommandTest
-from option_cases import options_of
+from adverse_use_test import options_of
 
 
 SCRIPT = Path(__file__).resolve().parents[1] / "completion.bash"

@@ -126,15 +126,6 @@ class Deployments(CommandTest):
         for command in commands:
             err = self.refused(*command, "--deployments", far, "--output", "none")
             self.assertIn("far.yaml:4: executor b", err)
-        robin = self.write("robin.yaml", "name: a, policy: 'rr:1', owns: rest")
-        self.assertIn("robin.yaml:3: ", self.refused("simulate", "--deployments", robin, "--output", "none"))
-        unknown = self.write("unknown.yaml", "name: a, executor: fastest, owns: rest")
-        self.assertIn(
-            "unknown.yaml:3: ", self.refused("simulate", "--deployments", unknown, "--output", "none")
-        )
-        self.assertIn("isolated", self.refused("simulate", "--deployments", "isolatd", "--output", "none"))
-        budget = self.write("budget.yaml", "name: a, policy: 'deadline:20/10/10', owns: rest")
-        self.assertIn("budget.yaml:3: ", self.refused("compare", "--deployments", budget, "--output", "none"))
         # Exceeds the share of one CPU that Linux grants to deadline threads: denied like a missing
         # permission.
         cpus = self.write("cpus.yaml", "name: a, policy: 'deadline:10/10/10', owns: rest")
@@ -142,15 +133,7 @@ class Deployments(CommandTest):
         if len(os.sched_getaffinity(0)) > 1:
             pinned = ["--cpus", min(os.sched_getaffinity(0)), "--output", "none"]
             self.assertIn("cpus.yaml:3: ", self.refused("compare", "--deployments", cpus, *pinned))
-        cie = self.folder / "threads.yaml"
-        cie.write_text("callback_groups:\n  - {id: /Nobody@Timer(1), policy: SCHED_OTHER}\n")
-        self.assertIn(
-            "threads.yaml:2: ", self.refused("compare", "--deployments", f"cie:{cie}", "--output", "none")
-        )
         self.assertIn("--processes", self.refused("compare", "--processes", 2, "--deployments", "isolated"))
-        self.assertIn(
-            "named twice", self.refused("simulate", "--deployments", "single,single", "--output", "none")
-        )
         self.assertFalse((self.folder / "none").exists())
 
     def test_callback_isolated_executor_configuration(self) -> None:

@@ -137,29 +137,6 @@ class Explain(CommandTest):
         )
         self.assertFalse(self.explained("a", "c")["paired"])
 
-    def test_refusals(self) -> None:
-        self.accepted("simulate", "--executors", "default", *BRIEF, "--output", "run")
-        self.accepted(
-            "simulate", "--graph", "sequences", "--executors", "default", *BRIEF, "--output", "other"
-        )
-        for words, part in (
-            (("run", "--executor", "rm-ro"), "no executor rm-ro"),
-            (("run", "--executor", "default,default"), "the same"),
-            (("run", "--executor", "a,b,c"), "--executor"),
-            (("run", "--chain", "hot"), "hot_path"),
-            (("run", "--task", "RearLidar"), "RearLidarDriver"),
-            (("run", "--sequence", 100000), "--sequence"),
-            (("run", "--repetition", 3), "repetition 3"),
-            (("run", "other"), "different tasks"),
-            (("run", "run", "--worst"), "--worst"),
-            (("run", "--worst", "--quantile", 0.5), "--worst"),
-            (("run", "--chain", "hot_path", "--task", "RearLidarDriver"), "--chain"),
-        ):
-            with self.subTest(words=words):
-                code, _, err = self.command("explain", *words)
-                self.assertEqual((code, len(err.splitlines())), (2, 1), err)
-                self.assertIn(part, err)
-
     def test_rows_out_of_order_are_refused(self) -> None:
         self.accepted("simulate", "--executors", "default", *BRIEF, "--output", "run")
         file = self.folder / "run" / "jobs.csv"

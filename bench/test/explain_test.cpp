@@ -404,105 +404,72 @@ TEST(Explain, TheReleasesOfTheTimerThreadDisplaceAJob) {
   EXPECT_THAT(parts, Contains("displaced 1"));
 }
 
+/// A job that ran on thread `worker`.
+JobRecord ran(TaskId task, Duration start, Duration finish, std::uint32_t worker = 0) {
+  JobRecord r;
+  r.job.task = task;
+  r.start = Time{start};
+  r.finish = Time{finish};
+  r.worker = worker;
+  return r;
+}
+JobRecord sampled(JobRecord r, Duration at) {
+  r.job.parent = {0, 0};
+  r.job.timestamp = r.job.release = Time{at};
+  return r;
+}
+JobRecord with_cpu_time(JobRecord r, Duration time) {
+  r.cpu_time = time;
+  return r;
+}
+
+/// The parts of the only output, of these jobs.
+std::vector<Part> parts_of(const Graph& graph, const char* executor, results::RunKind kind, Target target,
+                           const Output& output, const std::vector<JobRecord>& jobs) {
+  const GraphTasks tasks = make_tasks(graph);
+  const setup::ExecutorSpec spec = setup::parse_executor(executor, {});
+  const System system(spec, graph, tasks, kind, 2);
+  std::vector<Part> parts;
+  Explainer explainer(system, target, {output}, "test", [&](const Explanation& e) { parts = e.parts; });
+  explainer.begin(0, nullptr);
+  for (const JobRecord& job : jobs) explainer.add(job);
+  explainer.end();
+  return parts;
+}
+
+auto part(Cause cause, Duration length) {
+  return testing::AllOf(testing::Field(&Part::cause, cause), testing::Field(&Part::length, length));
+}
+
 TEST(Explain, TimeWithoutAnyCauseIsUnexplained) {
   // The job that the sink waited for is taken out of the trace.
   const Graph graph =
       graph_of({timer("a", 1ms), timer("b", 2ms, 100ms, 1ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
-  const GraphTasks tasks = make_tasks(graph);
-  const setup::ExecutorSpec spec = setup::parse_executor("default", {});
-  const System system(spec, graph, tasks, results::RunKind::simulated, 1);
-  std::vector<Explanation> all;
-  Explainer explainer(system, {0, kNoTask}, {{0, 0, 3ms}}, "test",
-                      [&](const Explanation& e) { all.push_back(e); });
-  explainer.begin(0, nullptr);
-  JobRecord a, sink;
-  a.job.task = 0;
-  a.start = Time{};
-  a.finish = Time{1ms};
-  sink.job.task = 2;
-  sink.job.timestamp = sink.job.release = Time{1ms};
-  sink.job.parent = {0, 0};
-  sink.start = Time{3ms};
-  sink.finish = Time{4ms};
-  explainer.add(a);
-  explainer.add(sink);
-  explainer.end();
-  ASSERT_EQ(all.size(), 1U);
-  EXPECT_EQ(time_of(all[0], Cause::running), 1ms);
-  EXPECT_EQ(time_of(all[0], Cause::unexplained), 2ms);
+  EXPECT_THAT(parts_of(graph, "default", results::RunKind::simulated, {0, kNoTask}, {0, 0, 3ms},
+                       {ran(0, 0ms, 1ms), sampled(ran(2, 3ms, 4ms), 1ms)}),
+              ElementsAre(part(Cause::running, 1ms), part(Cause::unexplained, 2ms)));
 }
 
 TEST(Explain, TheProcessorIsWithheld) {
-  const Graph graph = graph_of({timer("a", 10ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
-  const GraphTasks tasks = make_tasks(graph);
-  const System system(setup::parse_executor("default", {}), graph, tasks, results::RunKind::live, 1);
-  const auto withheld = [&](Duration cpu_time) {
-    Duration found{};
-    Explainer explainer(system, {std::nullopt, 0}, {{0, 0, 10ms}}, "test",
-                        [&](const Explanation& e) { found = time_of(e, Cause::withheld); });
-    explainer.begin(0, nullptr);
-    JobRecord job;
-    job.job.task = 0;
-    job.finish = Time{10ms};
-    job.cpu_time = cpu_time;
-    job.cpu = 1;
-    explainer.add(job);
-    explainer.end();
-    return found;
+  const Graph follow = graph_of({timer("a", 10ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
+  const auto of_a = [&](Duration cpu_time) {
+    return parts_of(follow, "default", results::RunKind::live, {std::nullopt, 0}, {0, 0, 10ms},
+                    {with_cpu_time(ran(0, 0ms, 10ms), cpu_time)});
   };
-  EXPECT_EQ(withheld(7ms), 3ms);
-  EXPECT_EQ(withheld(Duration(-1)), 0ms) << "the record has no CPU time";
-}
-
-TEST(Explain, TheProcessorIsWithheldBeforeAPublicationToAnotherThread) {
-  const Graph graph = graph_of({timer("a", 10ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
-  const GraphTasks tasks = make_tasks(graph);
-  const System system(setup::parse_executor("multi:2", {}), graph, tasks, results::RunKind::live, 2);
-  std::vector<Part> parts;
-  Explainer explainer(system, {0, kNoTask}, {{0, 0, 9ms, 1}}, "test",
-                      [&](const Explanation& e) { parts = e.parts; });
-  explainer.begin(0, nullptr);
-  JobRecord a, sink;
-  a.job.task = 0;
-  a.finish = Time{10ms};
-  a.cpu_time = 4ms;
-  sink.job.task = 1;
-  sink.job.parent = {0, 0};
-  sink.job.timestamp = sink.job.release = sink.start = Time{9ms};  // before the end of `a`
-  sink.finish = Time{11ms};
-  sink.worker = 1;
-  explainer.add(a);
-  explainer.add(sink);
-  explainer.end();
-  ASSERT_EQ(parts.size(), 2U);
-  EXPECT_EQ(parts[0].length, 4ms);
-  EXPECT_EQ(parts[1].cause, Cause::withheld);
-  EXPECT_EQ(parts[1].length, 5ms);
-}
-
-TEST(Explain, TheProcessorIsWithheldFromAJobThatWentFirst) {
-  const Graph graph = graph_of({timer("a", 10ms), timer("b", 10ms)}, {"a"}, "b");
-  const GraphTasks tasks = make_tasks(graph);
-  const System system(setup::parse_executor("default", {}), graph, tasks, results::RunKind::live, 1);
-  std::vector<Part> parts;
-  Explainer explainer(system, {std::nullopt, 1}, {{0, 0, 11ms}}, "test",
-                      [&](const Explanation& e) { parts = e.parts; });
-  explainer.begin(0, nullptr);
-  JobRecord job;
-  job.job.task = 0;
-  job.finish = Time{10ms};
-  job.cpu_time = 4ms;
-  explainer.add(job);
-  job.job.task = 1;
-  job.start = Time{10ms};
-  job.finish = Time{11ms};
-  job.cpu_time = 1ms;
-  explainer.add(job);
-  explainer.end();
+  EXPECT_THAT(of_a(7ms), ElementsAre(part(Cause::running, 7ms), part(Cause::withheld, 3ms)));
+  EXPECT_THAT(of_a(Duration(-1)), ElementsAre(part(Cause::running, 10ms))) << "it has no CPU time";
+  // Before a publication to another thread, which comes before the end of `a`.
+  EXPECT_THAT(parts_of(follow, "multi:2", results::RunKind::live, {0, kNoTask}, {0, 0, 9ms, 1},
+                       {with_cpu_time(ran(0, 0ms, 10ms), 4ms), sampled(ran(1, 9ms, 11ms, 1), 9ms)}),
+              ElementsAre(part(Cause::running, 4ms), part(Cause::withheld, 5ms)));
+  // From a job that went first.
+  const Graph two = graph_of({timer("a", 10ms), timer("b", 10ms)}, {"a"}, "b");
+  const std::vector<Part> parts =
+      parts_of(two, "default", results::RunKind::live, {std::nullopt, 1}, {0, 0, 11ms},
+               {with_cpu_time(ran(0, 0ms, 10ms), 4ms), with_cpu_time(ran(1, 10ms, 11ms), 1ms)});
   ASSERT_EQ(parts.size(), 3U);
   EXPECT_EQ(parts[0].length, 4ms);
-  EXPECT_EQ(parts[1].cause, Cause::withheld);
-  EXPECT_EQ(parts[1].length, 6ms);
+  EXPECT_THAT(parts[1], part(Cause::withheld, 6ms));
   EXPECT_EQ(parts[1].behind, (JobRef{0, 0}));
   EXPECT_EQ(parts[2].cause, Cause::running);
 }

@@ -5,6 +5,7 @@
 import csv
 import json
 import os
+import re
 import subprocess
 import tempfile
 import time
@@ -97,6 +98,20 @@ def processes_of(session: int) -> Any:
         if int(fields[3]) == session and fields[0] != "Z":
             found.append(stat.parent.name)
     return found
+
+
+def commands_below(*above: str) -> dict[tuple[str, ...], str]:
+    """The help texts of all commands below one, by the words of the command."""
+    text = subprocess.run([HOTPATH, *above, "--help"], check=True, capture_output=True, text=True).stdout
+    names = re.findall(r"^  ([a-z][a-z-]+) ", text.partition("Subcommands:")[2], re.MULTILINE)
+    below = [entry for name in names for entry in commands_below(*above, name).items()]
+    return dict(below) if below else {above: text}
+
+
+def clean_up(case: unittest.TestCase) -> None:
+    """Ends the use of a case that no test runner runs."""
+    done: Any = case.doCleanups  # typeshed knows no result
+    assert done(), "a cleanup failed, or a file is left in /dev/shm"
 
 
 class CommandTest(unittest.TestCase):

@@ -221,24 +221,6 @@ class Live(LiveTest):
 
 
 class Faults(LiveTest):
-    def test_wrong_use(self) -> None:
-        self.measure(
-            "run", *ONE, "--transport", "intra_process", "--load", 5, "--duration", 0.2, "--warm-up", 0
-        )
-        for arguments, parts in {
-            ("replay", "absent"): ["absent", "run.json"],
-            ("replay", "run", "--executor", "best"): ["best", "rm-ro (repetition 0)"],
-            ("replay", "run", "--repetition", 1): ["repetition 1", "rm-ro (repetition 0)"],
-            ("replay", "run", "--from", 5): ["--from"],
-            ("replay", "run", "--speed", 0): ["--speed"],
-            ("replay", "run", "--graph", "sequences"): ["no task", "another graph"],
-        }.items():
-            with self.subTest(arguments=arguments):
-                code, out, err = self.command(*arguments)
-                self.assertEqual((code, out), (WRONG_USE, ""), err)
-                for part in parts:
-                    self.assertIn(part, err)
-
     def child_named(self, process: Any, name: str) -> Any:
         for child in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
             if Path(f"/proc/{child}/comm").read_text() == name + "\n":

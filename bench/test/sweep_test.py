@@ -240,27 +240,6 @@ class Capacities(SweepTest):
         self.assertGreater(most, 150)
         self.assertLessEqual(most, 250)
 
-    def test_wrong_use(self) -> None:
-        for words, said in (
-            (("--require", "fast"), "--require: `fast`"),
-            (("--over", "copies", "--from", "0.5"), "whole numbers"),
-            (("--from", "9", "--to", "5"), "--from is greater than --to"),
-            (("--live", "--cores", "2"), "--cores applies to simulations only"),
-            (
-                ("--live", "--live-options", "--graph x"),
-                "--live-options: --graph is an option of capacity itself",
-            ),
-            (("--live", "--live-options", "--nope x"), "--nope; see `hotpath run --help`"),
-            (("--live", "--live-options", "--domain x"), "--live-options: --domain"),
-            (("--over", "copies", "--from", "1", "--to", "2000"), "range of --copies, 1 to 1000"),
-            (("--over", "load", "--load", "50"), "--load is the searched quantity"),
-            (("--executors", "rm-ro,rm-ro"), "named twice"),
-            (("--executors", "rm-or"), "there is no executor `rm-or`"),
-        ):
-            code, _, err = self.command("capacity", *words)
-            self.assertEqual(code, 2, err)
-            self.assertIn(said, err)
-
 
 class ChildrenThatRefuse(SweepTest):
     """Wrong use that `run` or `analyze` rejects ends a search or a sweep without a result."""

@@ -26,7 +26,19 @@ nodes:
   callbacks:
   - {subscription: image, execution_time_ms: 1}
 """
+TINY = """name: tiny
+nodes:
+  - {name: S, type: sensor, period_ms: 100}
+  - {name: C, type: command, input: S}
+chains:
+  - {name: path, nodes: [S, C], sources: [S], sink: C}
+"""
 SWEEP = "command: simulate\nfixed: {graph: sequences, executor: rm-ro, duration: 1}\naxes: {load: [20, 40]}\n"
+RUNS = {
+    "autoware": "--executors default,rm-ro --repetitions 3 --phases random --seed 5",
+    "timers": "--graph timers_only_60 --executors default,rm-ro --phases synchronous",
+    "tiny": "--graph tiny.yaml --executors default,rm-ro",
+}
 LEVELS = "executor,source,load,holds,capacity,why\nrm-ro,simulated,20,1,1,\nrm-ro,simulated,40,0,0,losses\n"
 FIGURES = [
     {"benchmark": "push_pop/std::priority_queue/ready/100", "metric": "time_ns", "values": [50, 40, 60]}
@@ -65,6 +77,15 @@ def make_inputs(hotpath: Any) -> Any:
     texts = {
         "imported/deployment.yaml": "name: mine\nexecutors:\n  - {name: all, executor: rm-ro, owns: rest}\n",
         "callbacks.yaml": CALLBACKS,
+        "tiny.yaml": TINY,
+        "period.yaml": "name: mine\nnodes:\n  - {name: A, type: sensor, period: 100}\n",
+        "open.yaml": "name: [mine\n",
+        "nobody.yaml": "name: none\nexecutors:\n  - {name: a, owns: [Nobody]}\n",
+        "static.yaml": "name: mine\nexecutors:\n  - {name: all, executor: static, owns: rest}\n",
+        "long.yaml": "command: simulate\nfixed: {executors: default, duration: 1e5}\naxes: {load: [10, 20]}\n",
+        "short.yaml": "command: simulate\nfixed: {executors: default, duration: 0.1}\naxes: {load: [10, 20]}\n",
+        "json_ctf/metadata": '\x1e{"type": "preamble"}',
+        "text_ctf/metadata": "text",
         "times.csv": "execution_time_ms\n4.2\n4.5\n",
         "golden.csv": "".join(GOLDEN.read_text().splitlines(keepends=True)[:GOLDEN_LINES]),
         "sweep.yaml": SWEEP,
@@ -77,7 +98,10 @@ def make_inputs(hotpath: Any) -> Any:
     for name, text in texts.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
-    (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--as", "cie"))
+    for name, line in RUNS.items():
+        call(hotpath, folder, "simulate", *line.split(), "--duration", 1, "--warm-up", 0, "--output", name)
+    call(hotpath, folder, "export", "ctf", "autoware", "--output", "exported")
+    (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--cie"))
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
     call(hotpath, folder, "analyze", "sequences", "--executors", "rm-ro", "--page", "bounds")
     call(

@@ -120,10 +120,6 @@ class PriorityOrderTest : public testing::Test {
   TaskSet set;
 };
 
-TEST_F(PriorityOrderTest, RateMonotonicRunsTheShorterPeriodFirst) {
-  EXPECT_EQ(order(set, Policy::rm, {job(0), job(1)}), (std::vector<JobRef>{{1, 0}, {0, 0}}));
-}
-
 TEST_F(PriorityOrderTest, LevelsFollowTasksThatComeAndGo) {
   PriorityOrder order(set, Policy::rm, SubscriptionRule::inherit, Ties::lifo);
   EXPECT_EQ(order.level(3), to_ns(at(30ms)));
@@ -139,27 +135,6 @@ TEST_F(PriorityOrderTest, LevelsFollowTasksThatComeAndGo) {
   order.update(set);
   EXPECT_EQ(order.level(3), to_ns(at(30ms)));
   EXPECT_EQ(order.level(5), to_ns(at(30ms)));  // was task 1's level
-}
-
-TEST_F(PriorityOrderTest, DeadlineMonotonicRunsTheShorterRelativeDeadlineFirst) {
-  set.tasks[0].deadline = 5ms;
-  EXPECT_EQ(order(set, Policy::dm, {job(1), job(0)}), (std::vector<JobRef>{{0, 0}, {1, 0}}));
-}
-
-TEST_F(PriorityOrderTest, FixedPrioritiesRunTheSmallerNumberFirstAndNoNumberLast) {
-  set.tasks[0].priority = 1;
-  set.tasks[2].priority = -4;
-  EXPECT_EQ(order(set, Policy::fp, {job(1), job(0), job(2)}), (std::vector<JobRef>{{2, 0}, {0, 0}, {1, 0}}));
-}
-
-TEST_F(PriorityOrderTest, EdfRunsTheEarlierAbsoluteDeadlineFirst) {
-  EXPECT_EQ(order(set, Policy::edf, {job(1, 0, at(20ms)), job(0, 0, at(19ms)), job(3, 0, at(18ms))}),
-            (std::vector<JobRef>{{3, 0}, {0, 0}, {1, 0}}));
-}
-
-TEST_F(PriorityOrderTest, FifoPolicyIgnoresPeriods) {
-  EXPECT_EQ(order(set, Policy::fifo, {job(0), job(1), job(4)}),
-            (std::vector<JobRef>{{0, 0}, {1, 0}, {4, 0}}));
 }
 
 TEST_F(PriorityOrderTest, SubscriptionInheritsTheHighestTimerUpstream) {
@@ -186,32 +161,58 @@ TEST_F(PriorityOrderTest, GivenPriorityOfASubscriptionGoesBeforeTheInheritedOne)
   EXPECT_EQ(level[5], 2);
 }
 
-TEST_F(PriorityOrderTest, AtEqualPrioritySubscriptionsGoBeforeTimersTheYoungestFirst) {
-  EXPECT_EQ(order(set, Policy::rm, {job(1), job(4, 0), job(4, 1), job(5), job(2)}),
-            (std::vector<JobRef>{{5, 0}, {4, 1}, {4, 0}, {1, 0}, {2, 0}}));
-}
-
-TEST_F(PriorityOrderTest, AtEqualPriorityTimersGoByTaskThenByTimestamp) {
-  EXPECT_EQ(order(set, Policy::rm, {job(2, 0), job(1, 8), job(2, 1), job(1, 7)}),
-            (std::vector<JobRef>{{1, 7}, {1, 8}, {2, 0}, {2, 1}}));
-}
-
-TEST_F(PriorityOrderTest, EqualDeadlinesAreTiesToo) {
-  EXPECT_EQ(order(set, Policy::edf, {job(2, 0, at(9ms)), job(1, 0, at(9ms)), job(3, 0, at(9ms))}),
-            (std::vector<JobRef>{{3, 0}, {1, 0}, {2, 0}}));
-}
-
-TEST_F(PriorityOrderTest, FifoTiesGoByActivation) {
-  const auto inherit = SubscriptionRule::inherit;
-  EXPECT_EQ(order(set, Policy::rm, {job(2), job(4, 0), job(1), job(5), job(0)}, inherit, Ties::fifo),
-            (std::vector<JobRef>{{2, 0}, {4, 0}, {1, 0}, {5, 0}, {0, 0}}));
-}
-
-TEST_F(PriorityOrderTest, RuleFirstPutsEverySubscriptionAheadOfEveryTimer) {
-  for (const Policy policy : {Policy::rm, Policy::edf}) {
-    EXPECT_EQ(order(set, policy, {job(1, 0, at(1ms)), job(3, 0, at(9ms)), job(6, 0, at(8ms))},
-                    SubscriptionRule::first),
-              (std::vector<JobRef>{{6, 0}, {3, 0}, {1, 0}}));
+TEST_F(PriorityOrderTest, OrdersJobs) {
+  set.tasks[0].deadline = 5ms;
+  set.tasks[0].priority = 1;
+  set.tasks[2].priority = -4;
+  const auto due = [](TaskId task, Duration deadline) { return job(task, 0, at(deadline)); };
+  struct Case {
+    const char* what;
+    Policy policy;
+    std::vector<Job> pushed;
+    std::vector<JobRef> popped;
+    SubscriptionRule rule = SubscriptionRule::inherit;
+    Ties ties = Ties::lifo;
+  };
+  for (const Case& c : std::vector<Case>{
+           {"the shorter period", Policy::rm, {job(0), job(1)}, {{1, 0}, {0, 0}}},
+           {"the shorter relative deadline", Policy::dm, {job(1), job(0)}, {{0, 0}, {1, 0}}},
+           {"the smaller number, none last", Policy::fp, {job(1), job(0), job(2)}, {{2, 0}, {0, 0}, {1, 0}}},
+           {"the earlier absolute deadline",
+            Policy::edf,
+            {due(1, 20ms), due(0, 19ms), due(3, 18ms)},
+            {{3, 0}, {0, 0}, {1, 0}}},
+           {"no period", Policy::fifo, {job(0), job(1), job(4)}, {{0, 0}, {1, 0}, {4, 0}}},
+           {"at equal priority subscriptions, the youngest first",
+            Policy::rm,
+            {job(1), job(4, 0), job(4, 1), job(5), job(2)},
+            {{5, 0}, {4, 1}, {4, 0}, {1, 0}, {2, 0}}},
+           {"at equal priority timers by task, then by timestamp",
+            Policy::rm,
+            {job(2, 0), job(1, 8), job(2, 1), job(1, 7)},
+            {{1, 7}, {1, 8}, {2, 0}, {2, 1}}},
+           {"equal deadlines are ties",
+            Policy::edf,
+            {due(2, 9ms), due(1, 9ms), due(3, 9ms)},
+            {{3, 0}, {1, 0}, {2, 0}}},
+           {"ties by activation",
+            Policy::rm,
+            {job(2), job(4, 0), job(1), job(5), job(0)},
+            {{2, 0}, {4, 0}, {1, 0}, {5, 0}, {0, 0}},
+            SubscriptionRule::inherit,
+            Ties::fifo},
+           {"subscriptions ahead of timers by rule, rate-monotonic",
+            Policy::rm,
+            {job(1), job(3), job(6)},
+            {{6, 0}, {3, 0}, {1, 0}},
+            SubscriptionRule::first},
+           {"subscriptions ahead of timers by rule, by deadline",
+            Policy::edf,
+            {due(1, 1ms), due(3, 9ms), due(6, 8ms)},
+            {{6, 0}, {3, 0}, {1, 0}},
+            SubscriptionRule::first},
+       }) {
+    EXPECT_EQ(order(set, c.policy, c.pushed, c.rule, c.ties), c.popped) << c.what;
   }
 }
 

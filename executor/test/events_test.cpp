@@ -31,28 +31,6 @@ TEST_F(EventsExecutor, ReleaseOnlyReleasesOneTimerPerTurnAndWakesTheExecutorAfte
   EXPECT_TRUE(idle.decision.wake.empty());
 }
 
-TEST_F(EventsExecutor, ReleaseOnlyRunsInTheOrderOfReleaseWhateverThePeriod) {
-  const TaskId slow = add_timer(set, 100ms, 0ms);
-  const TaskId fast = add_timer(set, 10ms, 0ms, 1ms);
-  start("events-ro");
-  take_turn(*scheduler, kReleaser, at(0ms));
-  take_turn(*scheduler, kReleaser, at(1ms));
-  EXPECT_EQ(next(kExecutor, 2ms)->task, slow);
-  EXPECT_EQ(next(kExecutor, 3ms)->task, fast);
-  EXPECT_FALSE(next(kExecutor, 4ms));
-}
-
-TEST_F(EventsExecutor, ReleaseOnlyReleasesOnTimeAndCatchesUp) {
-  const TaskId fast = add_timer(set, 10ms, 0ms);
-  start("events-ro");
-  for (const Duration t : {0ms, 10ms, 20ms}) take_turn(*scheduler, kReleaser, at(t));
-  for (std::uint64_t i = 0; i < 3; ++i) {
-    const Job job = *next(kExecutor, 25ms);
-    EXPECT_EQ(job.ref(), (JobRef{fast, i}));
-    EXPECT_EQ(job.skipped, 0U);
-  }
-}
-
 TEST_F(EventsExecutor, ReleaseOnlySkipsOnlyIfTheReleaserItselfIsLateByAPeriod) {
   add_timer(set, 10ms, 0ms);
   start("events-ro");
@@ -60,16 +38,6 @@ TEST_F(EventsExecutor, ReleaseOnlySkipsOnlyIfTheReleaserItselfIsLateByAPeriod) {
   const Job job = *next(kExecutor, 25ms);
   EXPECT_EQ(job.timestamp, at(0ms));
   EXPECT_EQ(job.skipped, 2U);
-}
-
-TEST_F(EventsExecutor, TimersAndSamplesShareOneQueueWithoutKinds) {
-  const TaskId timer = add_timer(set, 10ms, 0ms);
-  const TaskId subscription = add_subscription(set, {timer}, 0ms);
-  start("events-ro");
-  EXPECT_EQ(scheduler->sample_arrived(subscription, {}, at(0ms)).wake, WorkerSet::of(kExecutor));
-  take_turn(*scheduler, kReleaser, at(0ms));
-  EXPECT_EQ(next(kExecutor, 1ms)->task, subscription);
-  EXPECT_EQ(next(kExecutor, 1ms)->task, timer);
 }
 
 TEST_F(EventsExecutor, ReleaseAndExecuteRunsTheEarliestNextCallInTheTimerThread) {
@@ -90,15 +58,6 @@ TEST_F(EventsExecutor, ReleaseAndExecuteSkipsOverdueReleases) {
   const Job late = *next(kReleaser, 35ms);
   EXPECT_EQ(late.timestamp, at(10ms));
   EXPECT_EQ(late.skipped, 2U);
-}
-
-TEST_F(EventsExecutor, ReleaseAndExecuteRunsSubscriptionsInTheExecutorThread) {
-  const TaskId timer = add_timer(set, 10ms, 0ms, 5ms);
-  const TaskId subscription = add_subscription(set, {timer}, 0ms);
-  start("events-re");
-  scheduler->sample_arrived(subscription, {}, at(0ms));
-  EXPECT_FALSE(next(kReleaser, 0ms));
-  EXPECT_EQ(next(kExecutor, 0ms)->task, subscription);
 }
 
 class EdgeTriggered : public EventsExecutor, public testing::WithParamInterface<const char*> {};
@@ -138,16 +97,6 @@ INSTANTIATE_TEST_SUITE_P(Registry, EdgeTriggered,
                            std::replace(n.begin(), n.end(), '-', '_');
                            return n;
                          });
-
-TEST(EventsExecutorSimulated, ReleaseAndExecuteOnTwoCoresOverlapsTimersAndSubscriptions) {
-  TaskSet set;
-  const TaskId timer = add_timer(set, 10ms, 6ms);
-  const TaskId subscription = add_subscription(set, {timer}, 6ms);
-  Platform two_cores;
-  two_cores.cores = 2;
-  EXPECT_EQ(schedule(run(set, "events-re", 20ms, two_cores)),
-            (std::vector<Ran>{{timer, 0, 0ms, 6ms}, {subscription, 0, 6ms, 12ms}, {timer, 1, 10ms, 16ms}}));
-}
 
 }  // namespace
 }  // namespace hotpath::test

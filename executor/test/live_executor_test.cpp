@@ -141,24 +141,6 @@ TEST_P(LiveExecutor, AccountsForEveryTimestampAndSample) {
   EXPECT_TRUE(all_ran);
 }
 
-TEST_P(LiveExecutor, StartsNoJobBeforeItsReleaseAndRunsOneAtATimePerWorker) {
-  const TaskSet set = two_timers_and_a_sequence();
-  Trace trace = run(std::string(GetParam()), set, std::chrono::milliseconds(100));
-  std::map<std::uint16_t, std::vector<JobRecord>> lanes;
-  for (const JobRecord& r : trace.jobs) {
-    if (r.outcome != Outcome::ran && r.outcome != Outcome::running) continue;
-    EXPECT_LE(r.job.timestamp, r.job.release);
-    EXPECT_LE(r.job.release, r.start);
-    EXPECT_LE(r.start, r.finish);
-    EXPECT_LE(r.job.release, trace.end);
-    lanes[r.worker].push_back(r);
-  }
-  for (auto& [worker, jobs] : lanes) {
-    std::sort(jobs.begin(), jobs.end(), [](const auto& a, const auto& b) { return a.start < b.start; });
-    for (std::size_t i = 1; i < jobs.size(); ++i) EXPECT_LE(jobs[i - 1].finish, jobs[i].start);
-  }
-}
-
 TEST_P(LiveExecutor, EndsEarlyOnRequestAndStillAccountsForEverything) {
   const TaskSet set = two_timers_and_a_sequence();
   const Trace trace = run(std::string(GetParam()), set, std::chrono::hours(1), std::chrono::milliseconds(50));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper's executors: Section IV (modifications), Section V-A (conditions C1 and C2), Section VI
-// (subscriptions), and textbook schedules.
+// The paper's executors: Section IV (modifications), Section V-A (condition C2) and Section VI
+// (subscriptions). bench/test/independent/ checks whole schedules.
 #include "events_fixture.hpp"
 
 namespace hotpath::test {
@@ -73,28 +73,6 @@ TEST_F(PaperExecutor, SectionVAConditionC2AllThatIsDueIsReleasedBeforeEachDecisi
   EXPECT_EQ(next(kReleaser, 5ms)->task, slow);
 }
 
-TEST_F(PaperExecutor, SectionVAConditionC1HoldsWhileJobsAreShorterThanPeriods) {
-  const TaskId slow = add_timer(set, 50ms, 0ms);
-  const TaskId fast = add_timer(set, 10ms, 0ms);
-  start("rm-re");
-  EXPECT_EQ(next(kReleaser, 0ms)->task, fast);
-  EXPECT_EQ(next(kReleaser, 1ms)->task, slow);
-  const Job after = *next(kReleaser, 10ms);  // 9 ms < 10 ms
-  EXPECT_EQ(after.ref(), (JobRef{fast, 1}));
-  EXPECT_EQ(after.skipped, 0U);
-}
-
-TEST_F(PaperExecutor, SectionVAConditionC1BreaksWhenAJobSpansTwoTimestamps) {
-  add_timer(set, 50ms, 0ms);
-  const TaskId fast = add_timer(set, 10ms, 0ms);
-  start("rm-re");
-  next(kReleaser, 0ms);
-  next(kReleaser, 1ms);
-  const Job after = *next(kReleaser, 26ms);
-  EXPECT_EQ(after.ref(), (JobRef{fast, 1}));
-  EXPECT_EQ(after.skipped, 1U);
-}
-
 TEST_F(PaperExecutor, SectionVIReleaseAndExecuteRunsSubscriptionsInTheExecutorWorkerByPriority) {
   const TaskId slow = add_timer(set, 50ms, 0ms);
   const TaskId fast = add_timer(set, 10ms, 0ms);
@@ -143,46 +121,6 @@ TEST(SectionIV, ReleaserIsNotHeldUpByTheJobInExecution) {
   EXPECT_EQ(skipped(trace, fast), 0U);
   EXPECT_EQ(schedule(trace)[0], (Ran{slow, 0, 0ms, 30ms}));
   EXPECT_EQ(schedule(trace)[3], (Ran{fast, 2, 32ms, 33ms}));  // caught up
-}
-
-// Three synchronous tasks (C, T) = (1, 4), (2, 6), (3, 8), utilisation 23/24, over their hyperperiod.
-TEST(Textbook, NonPreemptiveRateMonotonicSchedule) {
-  TaskSet set;
-  add_timer(set, 4ms, 1ms);
-  add_timer(set, 6ms, 2ms);
-  add_timer(set, 8ms, 3ms);
-  const std::vector<Ran> expected = {
-      {0, 0, 0ms, 1ms},   {1, 0, 1ms, 3ms},   {2, 0, 3ms, 6ms},   {0, 1, 6ms, 7ms},   {1, 1, 7ms, 9ms},
-      {0, 2, 9ms, 10ms},  {2, 1, 10ms, 13ms}, {0, 3, 13ms, 14ms}, {1, 2, 14ms, 16ms}, {0, 4, 16ms, 17ms},
-      {2, 2, 17ms, 20ms}, {0, 5, 20ms, 21ms}, {1, 3, 21ms, 23ms}};
-  EXPECT_EQ(schedule(run(set, "rm-ro", 24ms)), expected);
-  EXPECT_EQ(schedule(run(set, "rm-re", 24ms)), expected);
-  EXPECT_EQ(schedule(run(set, "edf-ro", 24ms)), expected);
-}
-
-// When the long job ends, the job with the longer period has the earlier absolute deadline (16
-// against 20 ms).
-TEST(Textbook, EdfMeetsADeadlineThatRateMonotonicMisses) {
-  TaskSet set;
-  const TaskId fast = add_timer(set, 10ms, 3ms, 10ms);
-  const TaskId slow = add_timer(set, 15ms, 6ms, 1ms);
-  const TaskId blocker = add_timer(set, 40ms, 10ms);
-  const Trace rm = run(set, "rm-ro", 20ms), edf = run(set, "edf-ro", 20ms);
-  EXPECT_EQ(schedule(rm),
-            (std::vector<Ran>{{blocker, 0, 0ms, 10ms}, {fast, 0, 10ms, 13ms}, {slow, 0, 13ms, 19ms}}));
-  EXPECT_EQ(schedule(edf),
-            (std::vector<Ran>{{blocker, 0, 0ms, 10ms}, {slow, 0, 10ms, 16ms}, {fast, 0, 16ms, 19ms}}));
-  EXPECT_GT(rm.jobs[2].finish, rm.jobs[2].job.deadline);
-  for (const JobRecord& r : edf.jobs) EXPECT_LE(r.finish, r.job.deadline);
-}
-
-TEST(Textbook, OneLowerPriorityJobBlocksAtMostOnce) {
-  TaskSet set;
-  const TaskId high = add_timer(set, 20ms, 1ms, 1ms);
-  add_timer(set, 50ms, 5ms);
-  add_timer(set, 50ms, 5ms);
-  add_timer(set, 50ms, 5ms);
-  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms))[1], (Ran{high, 0, 5ms, 6ms}));
 }
 
 TEST(Registry, EveryExecutorHasTheWorkersOfItsTraits) {

@@ -85,25 +85,6 @@ TEST(Simulator, SummaryWithoutSinkEqualsTheTrace) {
   EXPECT_EQ(summary.jobs, schedule(trace).size());
 }
 
-TEST(Simulator, SameInputGivesTheSameBytes) {
-  Random random(32);
-  const TaskSet set = random_graph(random, 5, 8, 1.2);
-  const UniformTimes times(set, 99);
-  for (const ExecutorEntry& executor : executors()) {
-    std::string first;
-    for (int i = 0; i < 2; ++i) {
-      PublishingWorkload workload(times);
-      SimulationOptions options;
-      options.duration = 300ms;
-      options.platform.cores = 2;
-      std::ostringstream out;
-      write_jobs_csv(out, set, simulate_trace(set, executor, {.workers = 3}, workload, options));
-      if (i == 0) first = out.str();
-      EXPECT_EQ(out.str(), first) << executor.name;
-    }
-  }
-}
-
 /// Counts message numbers to check that each has exactly one fate.
 class MessageWorkload final : public Workload {
  public:
@@ -233,26 +214,6 @@ TEST(ReplayedTimes, RepeatTheTraceAndFallBackToTheLastEarlierJob) {
   EXPECT_EQ(of(0, 6), 2ms);
   EXPECT_EQ(of(0, 0), 1ms);
   EXPECT_EQ(of(1, 0), 8ms);
-}
-
-TEST(ReplayedTimes, ReplayOfARunGivesTheSameRun) {
-  Random random(34);
-  const TaskSet set = random_graph(random, 4, 5, 0.9);
-  const UniformTimes random_times(set, 3);
-  PublishingWorkload original(random_times);
-  SimulationOptions options;
-  options.duration = 300ms;
-  const ExecutorEntry& executor = *find_executor("rm-ro");
-  const Trace trace = simulate_trace(set, executor, {}, original, options);
-  const ReplayedTimes replayed(set, trace);
-  PublishingWorkload replay(replayed);
-  // The execution time of the job cut off by the end is unknown.
-  options.duration = trace.jobs[trace.jobs.size() - 10].start - Time{};
-  const std::vector<Ran> again = schedule(simulate_trace(set, executor, {}, replay, options));
-  ASSERT_GT(again.size(), 30U);
-  std::vector<Ran> first = schedule(trace);
-  first.resize(again.size());
-  EXPECT_EQ(again, first);
 }
 
 class Refusal : public testing::Test {

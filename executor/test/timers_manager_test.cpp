@@ -17,43 +17,6 @@ TEST(TimersManager, WithoutTimersItIsNeverDue) {
   EXPECT_FALSE(manager.due(at(1000h)));
 }
 
-TEST(TimersManager, HeadIsTheEarliestNextCall) {
-  TaskSet set;
-  add_timer(set, 100ms, 0ms, 30ms);
-  add_timer(set, 100ms, 0ms, 10ms);
-  add_timer(set, 100ms, 0ms, 20ms);
-  TimersManager manager;
-  manager.begin(set, at(1ms));
-  EXPECT_EQ(manager.next_due(), at(11ms));
-  EXPECT_FALSE(manager.due(at(10ms)));
-  EXPECT_TRUE(manager.due(at(11ms)));
-  EXPECT_EQ(manager.call_head(at(11ms)).task, 1U);
-  EXPECT_EQ(manager.next_due(), at(21ms));
-}
-
-TEST(TimersManager, EqualNextCallsComeInTaskOrder) {
-  TaskSet set;
-  for (int i = 0; i < 9; ++i) add_timer(set, 10ms, 0ms);
-  TimersManager manager;
-  manager.begin(set, Time{});
-  for (const Duration t : {0ms, 10ms}) {
-    for (TaskId id = 0; id < 9; ++id) EXPECT_EQ(manager.call_head(at(t)).task, id);
-  }
-}
-
-TEST(TimersManager, LeavesSubscriptionsOut) {
-  TaskSet set;
-  const TaskId first = add_timer(set, 10ms, 0ms);
-  add_subscription(set, {first}, 0ms);
-  const TaskId second = add_timer(set, 10ms, 0ms, 1ms);
-  TimersManager manager;
-  manager.begin(set, Time{});
-  EXPECT_EQ(manager.timers().size(), 2U);
-  EXPECT_EQ(manager.call_head(at(1ms)).task, first);
-  EXPECT_EQ(manager.call_head(at(1ms)).task, second);
-  EXPECT_FALSE(manager.due(at(1ms)));
-}
-
 TEST(TimersManager, ReleasesAllTimestampsOfRandomTimersInOrder) {
   Random random(2);
   for (int i = 0; i < 100; ++i) {

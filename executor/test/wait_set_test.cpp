@@ -15,22 +15,6 @@ class SingleThreadedExecutor : public OneWorkerFixture<WaitSetScheduler> {
   WaitSetScheduler& start(unsigned workers = 1) { return OneWorkerFixture::start(workers); }
 };
 
-TEST_F(SingleThreadedExecutor, TimersGoBeforeSubscriptionsEachInCreationOrder) {
-  const TaskId publisher = add_timer(set, 100ms, 0ms, 50ms);
-  const TaskId s1 = add_subscription(set, {publisher}, 0ms);
-  const TaskId t1 = add_timer(set, 20ms, 0ms);
-  const TaskId s2 = add_subscription(set, {publisher}, 0ms);
-  const TaskId t2 = add_timer(set, 10ms, 0ms);
-  start();
-  scheduler->sample_arrived(s2, {}, at(0ms));
-  scheduler->sample_arrived(s1, {}, at(0ms));
-  EXPECT_EQ(next(0ms), t1);  // not t2, whose period is shorter
-  EXPECT_EQ(next(1ms), t2);
-  EXPECT_EQ(next(2ms), s1);
-  EXPECT_EQ(next(3ms), s2);
-  EXPECT_EQ(next(4ms), kNoTask);
-}
-
 TEST_F(SingleThreadedExecutor, WhatBecomesReadyAfterThePollingPointWaitsForTheNextOne) {
   const TaskId late = add_timer(set, 100ms, 0ms, 1ms);
   const TaskId first = add_timer(set, 100ms, 0ms);
@@ -45,51 +29,6 @@ TEST_F(SingleThreadedExecutor, WhatBecomesReadyAfterThePollingPointWaitsForTheNe
   EXPECT_EQ(job->release, at(6ms));
   EXPECT_EQ(next(7ms), subscription);
   EXPECT_EQ(job->release, at(6ms));
-}
-
-TEST_F(SingleThreadedExecutor, CallHappensAtThePickAndSkipsWhatIsOverdueThen) {
-  const TaskId blocking = add_timer(set, 100ms, 0ms);
-  const TaskId frequent = add_timer(set, 10ms, 0ms);
-  start();
-  EXPECT_EQ(next(0ms), blocking);
-  EXPECT_EQ(next(35ms), frequent);
-  EXPECT_EQ(job->timestamp, at(0ms));
-  EXPECT_EQ(job->skipped, 3U);
-  EXPECT_EQ(next(36ms), kNoTask);
-  EXPECT_EQ(next(40ms), frequent);
-  EXPECT_EQ(job->sequence, 4U);
-}
-
-TEST_F(SingleThreadedExecutor, TakesOneSamplePerReadySubscriptionAndWindow) {
-  const TaskId timer = add_timer(set, 10ms, 0ms);
-  const TaskId deep = add_subscription(set, {timer}, 0ms, 5);
-  const TaskId other = add_subscription(set, {timer}, 0ms);
-  start();
-  EXPECT_EQ(next(0ms), timer);
-  for (int i = 0; i < 3; ++i) scheduler->sample_arrived(deep, {at(1ms * i), kNever, {timer, 7}}, at(0ms));
-  scheduler->sample_arrived(other, {}, at(0ms));
-  EXPECT_EQ(next(2ms), deep);
-  EXPECT_EQ(job->sequence, 0U);  // the oldest
-  EXPECT_EQ(job->parent, (JobRef{timer, 7}));
-  EXPECT_EQ(next(3ms), other);
-  EXPECT_EQ(next(10ms), timer);  // a new window, timers first
-  EXPECT_EQ(next(11ms), deep);
-  EXPECT_EQ(next(12ms), deep);
-  EXPECT_EQ(scheduler->unread(deep), 0U);
-  EXPECT_EQ(next(13ms), kNoTask);
-}
-
-TEST_F(SingleThreadedExecutor, DepthOneKeepsTheNewestSample) {
-  const TaskId timer = add_timer(set, 10ms, 0ms, 5ms);
-  const TaskId subscription = add_subscription(set, {timer}, 0ms);
-  start();
-  EXPECT_FALSE(scheduler->sample_arrived(subscription, {}, at(0ms)).overwritten);
-  const Arrival second = scheduler->sample_arrived(subscription, {}, at(1ms));
-  ASSERT_TRUE(second.overwritten);
-  EXPECT_EQ(second.overwritten->sequence, 0U);
-  EXPECT_EQ(next(2ms), subscription);
-  EXPECT_EQ(job->sequence, 1U);
-  EXPECT_EQ(next(3ms), kNoTask);
 }
 
 TEST_F(SingleThreadedExecutor, SampleThatReplacesTheSnapshotsOneIsNotReleasedBeforeItsPublication) {
@@ -128,31 +67,6 @@ TEST_F(SingleThreadedExecutor, UnfinishedNamesWhatIsDueAndWhatIsUnread) {
   });
   EXPECT_EQ(left, (std::vector<std::pair<JobRef, std::uint32_t>>{
                       {{0, 0}, 2}, {{subscription, 0}, 0}, {{subscription, 1}, 0}}));
-}
-
-TEST(DefaultExecutorAnomaly, ReleaseIsDelayedByAWholeProcessingWindow) {
-  // The timer of 10 ms just misses the polling point and waits for all three long jobs.
-  TaskSet set;
-  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 2ms);
-  const TaskId short_period = add_timer(set, 10ms, 1ms, 100us);
-  const Trace trace = run(set, "default", 10ms);
-  ASSERT_EQ(schedule(trace).size(), 4U);
-  EXPECT_EQ(schedule(trace)[3], (Ran{short_period, 0, 6ms, 7ms}));
-  EXPECT_EQ(trace.jobs[3].job.release, at(6ms));
-  // A priority executor runs it after the job in execution.
-  EXPECT_EQ(schedule(run(set, "rm-ro", 10ms))[1], (Ran{short_period, 0, 2ms, 3ms}));
-}
-
-TEST(DefaultExecutorAnomaly, ReleasesAreSkippedWhenAWindowIsLongerThanAPeriod) {
-  TaskSet set;
-  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 9ms);
-  const TaskId short_period = add_timer(set, 10ms, 1ms, 1ms);
-  const Trace trace = run(set, "default", 100ms);
-  EXPECT_EQ(skipped(trace, short_period), 2U);  // 11 and 21 ms pass before the pick at 27 ms
-  EXPECT_EQ(count(trace, short_period, Outcome::ran), 8U);
-  const Trace priority = run(set, "rm-ro", 100ms);
-  EXPECT_EQ(skipped(priority, short_period), 0U);
-  EXPECT_EQ(count(priority, short_period, Outcome::ran), 10U);
 }
 
 class MultiThreadedExecutor : public SingleThreadedExecutor {

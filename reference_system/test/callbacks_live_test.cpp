@@ -110,33 +110,6 @@ TEST(LivePublications, FollowTheirInstantsWithinTheJob) {
   EXPECT_GT(before_the_end, 0U);
 }
 
-class LiveCallbacks : public testing::TestWithParam<std::tuple<const char*, TransportKind>> {};
-
-TEST_P(LiveCallbacks, LoseNothing) {
-  const auto& [executor, transport] = GetParam();
-  const Live live = run(load_graph(find_graph("callbacks")), executor, transport);
-  for (const TaskAccount& account : live.accounts) {
-    EXPECT_TRUE(account.balanced()) << live.tasks.set[account.task].name;
-    EXPECT_GT(account[Outcome::ran], 0U) << live.tasks.set[account.task].name;
-  }
-  EXPECT_GT(live.trace.chains.size(), 0U);
-  for (const ChainRecord& r : live.trace.chains) {
-    EXPECT_GT(r.hot_path_latency.count(), 0);
-    EXPECT_GE(r.end_to_end_latency, r.hot_path_latency);
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(All, LiveCallbacks,
-                         testing::Combine(testing::Values("default", "multi", "events-ro", "rm-re"),
-                                          testing::Values(TransportKind::intra_process,
-                                                          TransportKind::fastdds)),
-                         [](const auto& p) {
-                           std::string name =
-                               std::get<0>(p.param) + std::string("_") + to_string(std::get<1>(p.param));
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
-
 TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence) {
   Graph g;
   for (int i = 0; i < 150; ++i) {

@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "expect_error.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 
@@ -242,44 +243,44 @@ TEST_F(CieFile, IsWrittenAsItIsRead) {
 
 TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
   const std::string imu = "  - id: /Visualizer@Timer(60000000)\n";
-  EXPECT_THAT(cie_error("  - {id: /Visualizer@Timer(6000000), policy: SCHED_OTHER}\n"),
-              AllOf(HasSubstr(":2: "), HasSubstr("no callback group /Visualizer@Timer(6000000)"),
-                    HasSubstr("did you mean `/Visualizer@Timer(60000000)`")));
-  EXPECT_THAT(cie_error("  - {id: /Nobody@Service(/a), policy: SCHED_OTHER}\n"),
-              HasSubstr("no callback group /Nobody"));
-  EXPECT_THAT(cie_error(imu + "    policy: SCHED_FIFO\n"), HasSubstr("`priority` is missing"));
-  EXPECT_THAT(cie_error(imu + "    policy: SCHED_FIFO\n    priority: 100\n"), HasSubstr(":4: "));
-  EXPECT_THAT(cie_error(imu + "    policy: FIFO\n"), AllOf(HasSubstr(":3: "), HasSubstr("SCHED_FIFO")));
-  EXPECT_THAT(cie_error(imu + "    policy: SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n   "
-                              " period: 10000000\n"),
-              HasSubstr("at most the deadline"));
-  EXPECT_THAT(cie_error(imu + "    policy: SCHED_OTHER\n    colour: red\n"),
-              HasSubstr("unknown key `colour`"));
-  EXPECT_THAT(cie_error(imu + "    policy: SCHED_OTHER\n" + imu + "    policy: SCHED_OTHER\n"),
-              AllOf(HasSubstr(":4: "), HasSubstr("occurs twice")));
+  expect_error(
+      cie_error("  - {id: /Visualizer@Timer(6000000), policy: SCHED_OTHER}\n"), 2,
+      {"no callback group /Visualizer@Timer(6000000)", "did you mean `/Visualizer@Timer(60000000)`"});
+  expect_error(cie_error("  - {id: /Nobody@Service(/a), policy: SCHED_OTHER}\n"), kAnyLine,
+               {"no callback group /Nobody"});
+  expect_error(cie_error(imu + "    policy: SCHED_FIFO\n"), kAnyLine, {"`priority` is missing"});
+  expect_error(cie_error(imu + "    policy: SCHED_FIFO\n    priority: 100\n"), 4);
+  expect_error(cie_error(imu + "    policy: FIFO\n"), 3, {"SCHED_FIFO"});
+  expect_error(
+      cie_error(imu + "    policy: SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n   "
+                      " period: 10000000\n"),
+      kAnyLine, {"at most the deadline"});
+  expect_error(cie_error(imu + "    policy: SCHED_OTHER\n    colour: red\n"), kAnyLine,
+               {"unknown key `colour`"});
+  expect_error(cie_error(imu + "    policy: SCHED_OTHER\n" + imu + "    policy: SCHED_OTHER\n"), 4,
+               {"occurs twice"});
 }
 
 TEST_F(Deployments, MistakesAreReportedWithTheirLine) {
-  EXPECT_THAT(error("  - {name: a, owns: [FrontLidarDrivr]}\n"),
-              AllOf(HasSubstr(":3: "), HasSubstr("no node FrontLidarDrivr"), HasSubstr("did you mean")));
-  EXPECT_THAT(error("  - {name: a, owns: [Visualizer]}\n  - {name: b, owns: [Visualizer]}\n"),
-              AllOf(HasSubstr(":4: "), HasSubstr("belong to executor a already")));
-  EXPECT_THAT(error("  - {name: a, owns: [FrontLidarDriver]}\n"),
-              HasSubstr("no executor owns all callback groups of node"));
-  EXPECT_THAT(error("  - {name: a, owns: rest}\n  - {name: b, owns: rest}\n"),
-              HasSubstr("two executors own the rest"));
-  EXPECT_THAT(error("  - {name: a, owns: rest}\n  - {name: a, owns: [Visualizer]}\n"),
-              HasSubstr("occurs twice"));
-  EXPECT_THAT(error("  - {name: a, policy: 'fifo:100', owns: rest}\n"),
-              AllOf(HasSubstr(":3: "), HasSubstr("fifo:100")));
-  EXPECT_THAT(error("  - {name: a, policy: deadline, owns: rest}\n"), HasSubstr("is not one of other"));
-  EXPECT_THAT(error("  - {name: a, policy: 'deadline:20/10/10', owns: rest}\n"),
-              AllOf(HasSubstr(":3: "), HasSubstr("at most the deadline")));
-  EXPECT_THAT(error("  - {name: a, policy: 'deadline:1/10/10', processors: [0], owns: rest}\n"),
-              AllOf(HasSubstr(":3: "), HasSubstr("cannot pin SCHED_DEADLINE threads")));
-  EXPECT_THAT(error("  - {name: a, processors: [-1], owns: rest}\n"), HasSubstr(":3: "));
-  EXPECT_THAT(error("  - {name: a, processors: [0, 0], owns: rest}\n"), HasSubstr("occurs twice"));
-  EXPECT_THAT(error("  - {name: a, thread: 1, owns: rest}\n"), HasSubstr("thread"));
+  expect_error(error("  - {name: a, owns: [FrontLidarDrivr]}\n"), 3,
+               {"no node FrontLidarDrivr", "did you mean"});
+  expect_error(error("  - {name: a, owns: [Visualizer]}\n  - {name: b, owns: [Visualizer]}\n"), 4,
+               {"belong to executor a already"});
+  expect_error(error("  - {name: a, owns: [FrontLidarDriver]}\n"), kAnyLine,
+               {"no executor owns all callback groups of node"});
+  expect_error(error("  - {name: a, owns: rest}\n  - {name: b, owns: rest}\n"), kAnyLine,
+               {"two executors own the rest"});
+  expect_error(error("  - {name: a, owns: rest}\n  - {name: a, owns: [Visualizer]}\n"), kAnyLine,
+               {"occurs twice"});
+  expect_error(error("  - {name: a, policy: 'fifo:100', owns: rest}\n"), 3, {"fifo:100"});
+  expect_error(error("  - {name: a, policy: deadline, owns: rest}\n"), kAnyLine, {"is not one of other"});
+  expect_error(error("  - {name: a, policy: 'deadline:20/10/10', owns: rest}\n"), 3,
+               {"at most the deadline"});
+  expect_error(error("  - {name: a, policy: 'deadline:1/10/10', processors: [0], owns: rest}\n"), 3,
+               {"cannot pin SCHED_DEADLINE threads"});
+  expect_error(error("  - {name: a, processors: [-1], owns: rest}\n"), 3);
+  expect_error(error("  - {name: a, processors: [0, 0], owns: rest}\n"), kAnyLine, {"occurs twice"});
+  expect_error(error("  - {name: a, thread: 1, owns: rest}\n"), kAnyLine, {"thread"});
   EXPECT_THROW(static_cast<void>(find("isolatd")), InputError);
 }
 

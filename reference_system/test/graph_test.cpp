@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 
 #include <map>
-#include <set>
 #include <stdexcept>
 
 #include "hotpath/core/paper_timers.hpp"
@@ -45,25 +44,6 @@ double total(const std::vector<double>& rates, const GraphTasks& tasks, Duration
   return sum;
 }
 
-TEST(Autoware, HasUpstreams24Nodes23Topics29SubscriptionsAnd7Timers) {
-  const Graph graph = graph_named("autoware");
-  const GraphTasks tasks = make_tasks(graph);
-  std::set<std::string> topics;
-  std::size_t subscriptions = 0;
-  for (const Node& node : graph.nodes) {
-    topics.insert(node.outputs.begin(), node.outputs.end());
-    subscriptions += node.inputs.size();
-  }
-  std::size_t timers = 0;
-  for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
-  EXPECT_EQ(graph.nodes.size(), 24U);
-  EXPECT_EQ(topics.size(), 23U);
-  EXPECT_EQ(subscriptions, 29U);
-  EXPECT_EQ(timers, 7U);
-  EXPECT_EQ(tasks.set.size(), 36U);
-  EXPECT_EQ(tasks.set.groups.size(), 24U);
-}
-
 TEST(Autoware, CreatesNodesInTheOrderOfUpstreamsSystemBuilder) {
   std::vector<std::string> order;
   for (const Node& node : graph_named("autoware").nodes) order.push_back(node.name);
@@ -78,26 +58,12 @@ TEST(Autoware, CreatesNodesInTheOrderOfUpstreamsSystemBuilder) {
 }
 
 TEST(Autoware, HasTheSubscriberCountsOfUpstreamsTestRequirements) {
-  const std::map<std::string, int> expected = {{"FrontLidarDriver", 1},
-                                               {"RearLidarDriver", 1},
-                                               {"PointCloudMap", 1},
-                                               {"Visualizer", 1},
-                                               {"Lanelet2Map", 1},
-                                               {"PointsTransformerFront", 1},
-                                               {"PointsTransformerRear", 1},
-                                               {"VoxelGridDownsampler", 1},
-                                               {"PointCloudMapLoader", 1},
-                                               {"EuclideanClusterDetector", 1},
-                                               {"ObjectCollisionEstimator", 1},
-                                               {"MPCController", 1},
-                                               {"ParkingPlanner", 1},
-                                               {"LanePlanner", 1},
-                                               {"VehicleInterface", 1},
-                                               {"PointCloudFusion", 2},
-                                               {"NDTLocalizer", 2},
-                                               {"Lanelet2GlobalPlanner", 2},
-                                               {"BehaviorPlanner", 2},
-                                               {"Lanelet2MapLoader", 3}};
+  // The others have one or none.
+  const std::map<std::string, int> several = {{"PointCloudFusion", 2},
+                                              {"NDTLocalizer", 2},
+                                              {"Lanelet2GlobalPlanner", 2},
+                                              {"BehaviorPlanner", 2},
+                                              {"Lanelet2MapLoader", 3}};
   const Graph graph = graph_named("autoware");
   std::map<std::string, int> publishers, subscribers;
   for (const Node& node : graph.nodes) {
@@ -105,56 +71,20 @@ TEST(Autoware, HasTheSubscriberCountsOfUpstreamsTestRequirements) {
     for (const Input& input : node.inputs) ++subscribers[input.topic];
   }
   for (const auto& [topic, count] : publishers) EXPECT_EQ(count, 1) << topic;
-  for (const auto& [topic, count] : expected) EXPECT_EQ(subscribers[topic], count) << topic;
-}
-
-TEST(Autoware, CommandNodesKeepTenSamplesAndAllOthersOne) {
-  for (const Node& node : graph_named("autoware").nodes) {
-    for (const Input& input : node.inputs) {
-      EXPECT_EQ(input.depth, node.type == NodeType::command ? 10U : 1U) << node.name;
-    }
-  }
+  std::erase_if(subscribers, [](const auto& topic) { return topic.second == 1; });
+  EXPECT_EQ(subscribers, several);
 }
 
 TEST(Autoware, SubscriptionsInheritTheHighestUpstreamRateOfEachCallback) {
   const GraphTasks tasks = make_tasks(graph_named("autoware"));
   const std::map<std::string, int> period_ms = {{"EuclideanClusterSettings", 25},
-                                                {"EuclideanClusterDetector/EuclideanClusterSettings", 25},
                                                 {"IntersectionOutput/EuclideanIntersection", 25},
-                                                {"Visualizer", 60},
-                                                {"Lanelet2GlobalPlanner/Visualizer", 60},
                                                 {"Lanelet2MapLoader/Lanelet2GlobalPlanner", 60},
-                                                {"BehaviorPlanner/Lanelet2GlobalPlanner", 60},
-                                                {"ParkingPlanner/Lanelet2MapLoader", 60},
-                                                {"LanePlanner/Lanelet2MapLoader", 60},
-                                                {"BehaviorPlanner/Lanelet2MapLoader", 60},
-                                                {"BehaviorPlanner/ParkingPlanner", 60},
                                                 {"BehaviorPlanner/LanePlanner", 60},
-                                                {"BehaviorPlanner", 100},
-                                                {"MPCController/BehaviorPlanner", 100},
-                                                {"VehicleInterface/BehaviorPlanner", 100},
                                                 {"VehicleInterface/MPCController", 100},
-                                                {"VehicleDBWSystem/VehicleInterface", 100},
-                                                {"Lanelet2Map", 100},
                                                 {"Lanelet2MapLoader/Lanelet2Map", 100},
-                                                {"RearLidarDriver", 100},
-                                                {"PointsTransformerRear/RearLidarDriver", 100},
-                                                {"PointCloudFusion/PointsTransformerRear", 100},
-                                                {"FrontLidarDriver", 100},
-                                                {"PointsTransformerFront/FrontLidarDriver", 100},
-                                                {"PointCloudFusion/PointsTransformerFront", 100},
-                                                {"VoxelGridDownsampler/PointCloudFusion", 100},
-                                                {"RayGroundFilter/PointCloudFusion", 100},
-                                                {"NDTLocalizer/VoxelGridDownsampler", 100},
-                                                {"EuclideanClusterDetector/RayGroundFilter", 100},
-                                                {"Lanelet2GlobalPlanner/NDTLocalizer", 100},
-                                                {"BehaviorPlanner/NDTLocalizer", 100},
-                                                {"ObjectCollisionEstimator/EuclideanClusterDetector", 100},
                                                 {"BehaviorPlanner/ObjectCollisionEstimator", 100},
-                                                {"PointCloudMap", 120},
-                                                {"PointCloudMapLoader/PointCloudMap", 120},
                                                 {"NDTLocalizer/PointCloudMapLoader", 120}};
-  ASSERT_EQ(period_ms.size(), tasks.set.size());
   const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::rm);
   for (const auto& [name, period] : period_ms) {
     EXPECT_EQ(level[task_named(tasks, name)], period * 1'000'000) << name;
@@ -188,16 +118,6 @@ TEST(Autoware, Crunches190TimesASecondAndFillsOneCoreTo80Percent) {
   EXPECT_THAT(rates[task_named(tasks, "PointCloudFusion/PointsTransformerRear")], DoubleNear(5, 1e-9));
   EXPECT_THAT(rates[task_named(tasks, "EuclideanClusterDetector/EuclideanClusterSettings")],
               DoubleNear(40, 1e-9));
-}
-
-TEST(Autoware, SaturatesOneThreadAt5_26MsPerCrunch) {
-  Graph graph = graph_named("autoware");
-  scale_to_load(graph, 100);
-  EXPECT_NEAR(to_ms(graph.find("RayGroundFilter")->execution_time), 1000.0 / 190, 1e-5);
-  EXPECT_EQ(graph.find("RayGroundFilter")->best_case_execution_time,
-            graph.find("RayGroundFilter")->execution_time);
-  EXPECT_EQ(graph.find("FrontLidarDriver")->execution_time, Duration::zero());
-  EXPECT_NEAR(load_percent(graph), 100, 1e-3);
 }
 
 TEST(Autoware, DeclaresUpstreamsHotPath) {
@@ -344,33 +264,6 @@ TEST(Delivery, OfACopyIsThatOfTheGraph) {
   const GraphTasks tasks = make_tasks(g);
   EXPECT_THAT(names(tasks, tasks.set[task_named(tasks, "S_2")].feeds),
               ElementsAre("C_2/S_2", "A_2/S_2", "B_2/S_2"));
-}
-
-TEST(TimersOnly, HasSevenTimersInTheAuthorsCreationOrderAndNoSubscription) {
-  for (const std::string name :
-       {"timers_only_60", "timers_only_80", "timers_only_90", "timers_only_60_authors",
-        "timers_only_80_authors", "timers_only_90_authors"}) {
-    const Graph graph = graph_named(name);
-    std::vector<std::string> order;
-    for (const Task& task : make_tasks(graph).set.tasks) order.push_back(task.name);
-    EXPECT_THAT(order, ElementsAre("FrontLidarDriver", "RearLidarDriver", "FrontCamera", "RearCamera",
-                                   "LeftCamera", "RightCamera", "IMU"));
-    EXPECT_EQ(graph.work, WorkMode::wall) << name;
-    EXPECT_EQ(graph.find("IMU")->outputs.front(), "imu");
-  }
-}
-
-TEST(ManyToMany, EverySensorFeedsBothProcessorsAndTheirRatesAddUp) {
-  const Graph graph = graph_named("many_to_many");
-  const GraphTasks tasks = make_tasks(graph);
-  for (const std::string sensor : {"SensorA", "SensorB", "SensorC"}) {
-    EXPECT_THAT(names(tasks, tasks.set[task_named(tasks, sensor)].feeds),
-                ElementsAre("ProcessorX/Data", "ProcessorY/Data"));
-  }
-  const std::vector<double> rates = activation_rates(tasks);
-  const double data = 1 / 0.025 + 1 / 0.041 + 1 / 0.051;
-  EXPECT_THAT(rates[task_named(tasks, "ProcessorX/Data")], DoubleNear(data, 1e-9));
-  EXPECT_THAT(rates[task_named(tasks, "SinkLogger/Sink")], DoubleNear(2 * data, 1e-9));
 }
 
 TEST(TimersOnlyGraphs, AreThePapersTaskSetsAsWrittenInTheLibrary) {

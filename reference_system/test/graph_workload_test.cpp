@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes in virtual time. Compares small graphs with hand-computed results for the node types of
-// upstream's nodes/rclcpp/*.hpp, and Autoware with the real ROS 2 stack at the same phases.
+// Nodes in virtual time: ages of data, orders of delivery, and Autoware beside the real ROS 2 stack at the
+// same phases. bench/test/independent/ checks the node types.
 #include "hotpath/reference_system/graph_workload.hpp"
 
 #include <gtest/gtest.h>
@@ -72,28 +72,6 @@ Simulated simulate_graph(const Graph& graph, const std::string& executor, Durati
 
 Time at(Duration d) { return Time{} + d; }
 
-TEST(GraphWorkload, ChainOfTransformsWorkedOutByHand) {
-  Graph g;
-  g.nodes = {sensor("S", 100ms), worker("A", NodeType::transform, {"S"}, 3ms),
-             worker("B", NodeType::transform, {"A"}, 4ms), worker("C", NodeType::command, {"B"}, 1ms)};
-  g.nodes[0].execution_time = 2ms;
-  g.chains = {{"chain", {"S", "A", "B", "C"}, {"S"}, "C"}};
-  for (const ExecutorEntry& e : executors()) {
-    const Simulated s = simulate_graph(g, std::string(e.name), 1s);
-    ASSERT_EQ(s.ran("C/B").size(), 10U) << e.name;
-    for (std::size_t k = 0; k < 10; ++k) {
-      const Time epoch = at(k * 100ms);
-      EXPECT_EQ(s.ran("S")[k]->finish, epoch + 2ms) << e.name;
-      EXPECT_EQ(s.ran("A/S")[k]->finish, epoch + 5ms) << e.name;
-      EXPECT_EQ(s.ran("B/A")[k]->finish, epoch + 9ms) << e.name;
-      EXPECT_EQ(s.ran("C/B")[k]->finish, epoch + 10ms) << e.name;
-      EXPECT_EQ(s.chains[k].hot_path_latency, 9ms) << e.name;
-      EXPECT_EQ(s.chains[k].end_to_end_latency, 10ms) << e.name;
-      EXPECT_EQ(s.chains[k].dropped, 0U);
-    }
-  }
-}
-
 /// Samples reach B before A although A was created first. Executors that queue samples run B first,
 /// those that prefer the latest activation among equals run A first, and wait sets do not see it.
 TEST(GraphWorkload, OrderOfDeliveryDecidesBetweenSubscribersOfOneTopic) {
@@ -116,27 +94,6 @@ TEST(GraphWorkload, OrderOfDeliveryDecidesBetweenSubscribersOfOneTopic) {
   EXPECT_STREQ(first("rm-ro", fifo), "B");
   EXPECT_STREQ(first("default"), "A");
   EXPECT_STREQ(first("static"), "A");
-}
-
-TEST(GraphWorkload, FusionWorksWhenItHasBothAndItsNewestInputsWin) {
-  // P at 0, 10, 20 ... and Q at 25, 55 ...: the newest of P's three messages meets Q's.
-  Graph g;
-  g.nodes = {sensor("P", 10ms), sensor("Q", 30ms), worker("F", NodeType::fusion, {"P", "Q"}, 2ms),
-             worker("C", NodeType::command, {"F"}, 0ms)};
-  g.chains = {{"chain", {"P", "Q", "F", "C"}, {"P"}, "C"}};
-  const Simulated s = simulate_graph(g, "events-ro", 60ms, {0ms, 25ms});
-  const auto waiting = s.ran("F/P"), complete = s.ran("F/Q");
-  ASSERT_EQ(waiting.size(), 6U);
-  ASSERT_EQ(complete.size(), 2U);
-  for (const JobRecord* job : waiting) EXPECT_EQ(job->finish, job->start);  // waits, takes no time
-  for (const JobRecord* job : complete) EXPECT_EQ(job->finish - job->start, 2ms);
-  ASSERT_EQ(s.chains.size(), 2U);
-  EXPECT_EQ(s.chains[0].hot_path_latency, 27ms - 20ms);
-  EXPECT_EQ(s.chains[1].hot_path_latency, 57ms - 50ms);
-  // P's messages 0, 1 and 3, 4 were replaced in the slot. The first loss counts as one (upstream:
-  // the last seen sequence starts at 0, like the sequences), the second as two.
-  EXPECT_EQ(s.chains[0].dropped, 1U);
-  EXPECT_EQ(s.chains[1].dropped, 2U);
 }
 
 TEST(GraphWorkload, AgeCountsFromTheOldestJobOfASourceThatArrivesByTwoPaths) {
@@ -211,73 +168,6 @@ TEST(ChainJoin, KnowsNoEndToEndLatencyWithoutTheRecordsOfBothEnds) {
   o.sink.sequence = 1;
   add(sink, 60ms, Outcome::running);
   EXPECT_EQ(join.join(o).end_to_end_latency, Duration(-1)) << "the sink's job has no end";
-}
-
-TEST(GraphWorkload, CyclicNodeStoresAndPublishesEveryCycle) {
-  Graph g;
-  g.nodes = {sensor("S", 40ms), worker("B", NodeType::cyclic, {"S"}, 5ms),
-             worker("C", NodeType::command, {"B"}, 0ms)};
-  g.nodes[1].period = g.nodes[1].deadline = 20ms;
-  g.chains = {{"chain", {"S", "B", "C"}, {"S"}, "C"}};
-  const Simulated s = simulate_graph(g, "rm-ro", 80ms, {10ms, 0ms, 0ms});
-  for (const JobRecord* job : s.ran("B/S")) EXPECT_EQ(job->finish, job->start);
-  EXPECT_EQ(s.ran("B").size(), 4U);
-  EXPECT_EQ(s.ran("C/B").size(), 4U);
-  // Messages of 10 and 50 ms reach the command at 25 and 65 ms; the other two cycles have no
-  // source.
-  ASSERT_EQ(s.chains.size(), 2U);
-  EXPECT_EQ(s.chains[0].hot_path_latency, 15ms);
-  EXPECT_EQ(s.chains[1].hot_path_latency, 15ms);
-}
-
-TEST(GraphWorkload, ConnectionsOfAnIntersectionAreIndependent) {
-  Graph g;
-  g.nodes = {sensor("P", 50ms), sensor("Q", 50ms), worker("X", NodeType::intersection, {"P", "Q"}, 2ms),
-             worker("C", NodeType::command, {"X0"}, 0ms), worker("D", NodeType::command, {"X1"}, 0ms)};
-  g.nodes[2].outputs = {"X0", "X1"};
-  const Simulated s = simulate_graph(g, "default", 100ms, {0ms, 20ms});
-  ASSERT_EQ(s.ran("C/X0").size(), 2U);
-  ASSERT_EQ(s.ran("D/X1").size(), 2U);
-  EXPECT_EQ(s.ran("C/X0")[1]->start, at(52ms));
-  EXPECT_EQ(s.ran("D/X1")[1]->start, at(72ms));
-}
-
-TEST(GraphWorkload, OverwrittenMessageIsNotSeenDownstream) {
-  // The transform takes 25 ms for inputs every 10 ms: a history of depth 1 keeps the newest.
-  Graph g;
-  g.nodes = {sensor("S", 10ms), worker("A", NodeType::transform, {"S"}, 25ms),
-             worker("C", NodeType::command, {"A"}, 0ms)};
-  g.chains = {{"chain", {"S", "A", "C"}, {"S"}, "C"}};
-  Platform delayed;
-  delayed.delivery_delay = 1ms;
-  for (const Platform& platform : {Platform{}, delayed}) {
-    const Simulated s = simulate_graph(g, "rm-ro", 1s, {}, {}, platform);
-    for (const TaskAccount& a : account(s.tasks.set, s.trace)) EXPECT_TRUE(a.balanced());
-    ASSERT_GT(s.chains.size(), 30U);
-    for (std::size_t k = 0; k < s.chains.size(); ++k) {
-      // The chain's record identifies the source job of the message that the transform's job took.
-      const JobRecord& transform = *s.ran("A/S")[k];
-      const JobRecord& source = *s.ran("S")[transform.job.parent.sequence];
-      EXPECT_EQ(s.chains[k].hot_path_latency, s.ran("C/A")[k]->start - source.start);
-    }
-  }
-}
-
-TEST(GraphWorkload, AutowareBalancesUnderEveryExecutorOnOneToThreeCores) {
-  const Graph graph = load_graph(find_graph("autoware"));
-  const GraphTasks tasks = make_tasks(graph);
-  const auto phases = make_phases(graph, tasks, Phases::random, {std::nullopt, 7});
-  for (const ExecutorEntry& e : executors()) {
-    for (const unsigned cores : {1U, 2U, 3U}) {
-      Platform platform;
-      platform.cores = cores;
-      const Simulated s = simulate_graph(graph, std::string(e.name), 5s, phases, {}, platform);
-      for (const TaskAccount& a : account(s.tasks.set, s.trace)) {
-        EXPECT_TRUE(a.balanced()) << e.name << " " << s.tasks.set[a.task].name;
-      }
-      EXPECT_GT(s.chains.size(), 40U) << e.name;
-    }
-  }
 }
 
 TEST(WorkingJobs, FusionsReplayTheTimesOfJobsThatPublished) {

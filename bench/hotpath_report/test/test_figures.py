@@ -141,10 +141,6 @@ class HotPath(FigureTest):
         rows = chain_rows("default", [35.4, 36, 58.6, 40]) + chain_rows("rm-ro", [21.2, 21.5, 22.6, 21.3])
         self.write("chains.csv", CHAINS_HEADER + rows)
 
-    def test_writes_both_formats_next_to_the_data(self) -> None:
-        self.write_run()
-        self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
-
     def test_output_names_another_folder(self) -> None:
         self.write_run()
         other = self.folder / "figures" / "new"
@@ -180,48 +176,21 @@ class HotPath(FigureTest):
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         self.assertIn("no data", self.svg_texts("hot_path.svg"))
 
-    def test_missing_folder(self) -> None:
-        for call in (self.call, self.call_process):
-            self.assert_refused(call("hot-path", self.folder / "nowhere"), "run.json", "No such file")
-
-    def test_broken_run_json(self) -> None:
-        self.write("run.json", "{")
-        self.assert_refused(self.call("hot-path", self.folder), "run.json", "not valid JSON")
-
-    def test_missing_key(self) -> None:
-        self.write_run()
+    def test_refusals(self) -> None:
         facts = json.loads(run_json())
         del facts["machine"]["kernel"]
-        self.write("run.json", json.dumps(facts))
-        self.assert_refused(self.call("hot-path", self.folder), "`machine.kernel` is missing")
-
-    def test_repetitions_that_an_older_version_measured_again(self) -> None:
-        self.write_run(runs=[{"executor": "default", "repetition": 0, "replaced_by": 3}])
-        self.assert_refused(self.call("hot-path", self.folder), "run.json", "measure it again")
-
-    def test_missing_chains(self) -> None:
-        self.write("run.json", run_json())
-        self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "No such file")
-
-    def test_chains_without_rows(self) -> None:
-        self.write("run.json", run_json())
-        self.write("chains.csv", CHAINS_HEADER)
-        self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "no rows")
-
-    def test_wrong_column_short_row_and_bad_number(self) -> None:
-        self.write("run.json", run_json())
-        self.write("chains.csv", "executor,chain\n")
-        self.assert_refused(self.call("hot-path", self.folder), "chains.csv:1", "`hot_path_latency_ns`")
-        self.write("chains.csv", CHAINS_HEADER + "default,0,hot_path\n")
-        self.assert_refused(self.call("hot-path", self.folder), "chains.csv:2", "`hot_path_latency_ns`")
-        self.write("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2\n")
-        self.assert_refused(self.call("hot-path", self.folder), "chains.csv", "'fast'")
-
-    def test_output_that_is_a_file(self) -> None:
-        self.write_run()
-        self.write("taken", "")
-        result = self.call("hot-path", self.folder, "--output", self.folder / "taken")
-        self.assert_refused(result, "taken cannot be created")
+        again = run_json(runs=[{"executor": "default", "repetition": 0, "replaced_by": 3}])
+        for file, text, *parts in (
+            ("run.json", json.dumps(facts), "`machine.kernel` is missing"),
+            ("run.json", again, "run.json", "measure it again"),
+            ("chains.csv", CHAINS_HEADER, "chains.csv", "no rows"),
+            ("chains.csv", "executor,chain\n", "chains.csv:1", "`hot_path_latency_ns`"),
+            ("chains.csv", CHAINS_HEADER + "default,0,hot_path\n", "chains.csv:2", "`hot_path_latency_ns`"),
+            ("chains.csv", CHAINS_HEADER + "default,0,hot_path,1,fast,2\n", "chains.csv", "'fast'"),
+        ):
+            self.write_run()
+            self.write(file, text)
+            self.assert_refused(self.call("hot-path", self.folder), *parts)
 
     def test_live_and_simulated_runs_share_a_figure(self) -> None:
         runs = []
@@ -322,22 +291,18 @@ class TimersOnly(FigureTest):
         result = self.call("timers-only", run)
         self.assert_drawn(result, run, "timers_only_dropped", "timers_only_response")
 
-    def test_no_job_after_the_warm_up(self) -> None:
-        run = self.write_run("timers_only_60", {"rm-ro": [timer("IMU", [], skipped=1)]}, executors=["rm-ro"])
-        self.assert_refused(self.call("timers-only", run), "after the warm-up no timer ran")
-
-    def test_run_without_timers(self) -> None:
-        run = self.write_run("empty", {})
-        self.assert_refused(self.call("timers-only", run), "jobs.csv", "no row of a timer")
-
-    def test_missing_jobs(self) -> None:
-        run = self.write_run("empty", {})
-        (run / "jobs.csv").unlink()
-        self.assert_refused(self.call("timers-only", run), "jobs.csv", "kept no jobs")
-
-    def test_more_graphs_than_colours(self) -> None:
-        runs = [self.write_run(f"g{k}", {"rm-ro": [timer("IMU", [1] * 50)]}) for k in range(6)]
-        self.assert_refused(self.call("timers-only", *runs), "6 graphs", "at most 5")
+    def test_refusals(self) -> None:
+        some = {"rm-ro": [timer("IMU", [1] * 50)]}
+        idle = self.write_run("idle", {"rm-ro": [timer("IMU", [], skipped=1)]}, executors=["rm-ro"])
+        empty, without = self.write_run("empty", {}), self.write_run("without", {})
+        (without / "jobs.csv").unlink()
+        for runs, *parts in (
+            ([idle], "after the warm-up no timer ran"),
+            ([empty], "jobs.csv", "no row of a timer"),
+            ([without], "jobs.csv", "kept no jobs"),
+            ([self.write_run(f"g{k}", some) for k in range(6)], "6 graphs", "at most 5"),
+        ):
+            self.assert_refused(self.call("timers-only", *runs), *parts)
 
 
 class Advice(FigureTest):
@@ -375,7 +340,3 @@ class Advice(FigureTest):
         page = (folder / "report.md").read_text()
         self.assertIn("Take rm-ro.", page)
         self.assertIn("| static |  |  |  |  |  | it is too slow |", page)
-
-    def test_no_advice(self) -> None:
-        self.assert_refused(self.call("advice", self.write_advice("{")), "advice.json")
-        self.assert_refused(self.call("advice", self.folder / "none"), "advice.json")

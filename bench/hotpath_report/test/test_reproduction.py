@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+import browser
 import pandas as pd
 
 from hotpath_report.__main__ import main
@@ -276,45 +277,11 @@ class Simulated(ReproductionTest):
         self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result.stdout)
         self.assertIn("verdict of no-drops: reproduced before, not now", result.stdout)
 
-    def test_compare_results_refuses_a_damaged_file(self) -> None:
-        other = self.folder() / "other"
-        shutil.copytree(self.output / "data", other / "data")
-        samples = other / "data" / storage.HOT_PATH_FILE
-        samples.write_bytes(samples.read_bytes()[:-100])
-        refused = call_here([str(BENCH), "diff", self.output, other])
-        self.assertEqual(refused.returncode, 2, refused.stderr)
-        self.assertIn(storage.HOT_PATH_FILE, refused.stderr)
-
     def test_page_in_a_browser(self) -> None:
-        check_in_browser(self, self.output / "report.html")
-
-
-class Report(ReproductionTest):
-    def test_page_about_a_run(self) -> None:
-        folder = self.folder()
-        made = hotpath(
-            "simulate",
-            "--graph",
-            "sequences",
-            "--executors",
-            "default,edf-ro",
-            "--duration",
-            "5",
-            "--output",
-            folder / "run",
-        )
-        self.assertEqual(made.returncode, 0, made.stderr)
-        result = hotpath("report", folder / "run", "--output", folder / "page")
-        self.assertEqual(result.returncode, 0, result.stderr)
-        text = (folder / "page" / "report.md").read_text(encoding="utf-8")
-        for words in ("edf-ro", "sequences", "hotpath simulate", "figures/"):
-            self.assertIn(words, text)
-        check_in_browser(self, folder / "page" / "report.html")
-
-    def test_rejects_a_folder_without_a_run(self) -> None:
-        result = call_here([str(BENCH), "report", self.folder()])
-        self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertIn("run.json", result.stderr)
+        """At a phone's width: no fetches, no console messages, no overflow."""
+        shown = browser.opened(self, self.output / "report.html", started=False, width=390)
+        overflow = "return document.documentElement.scrollWidth - document.documentElement.clientWidth"
+        self.assertEqual(shown.run(overflow), 0, "wider than the screen")
 
 
 class Resumption(ReproductionTest):
@@ -405,50 +372,3 @@ class WrongUse(ReproductionTest):
         self.assertEqual(result.returncode, 0, result.stderr)
         for name in NAMES:
             self.assertIn(name, result.stdout)
-
-
-PHONE_WIDTH = 390
-# A frame, unlike a window, can be this narrow.
-FRAME = """<!DOCTYPE html><title>waiting</title>
-<script>addEventListener("message", e => document.title = e.data)</script>
-<iframe src="page.html" style="border: 0; width: %dpx; height: 844px"></iframe>"""
-# The page's policy, which allows only the page's own script.
-POLICY = re.compile('<meta http-equiv="Content-Security-Policy" [^>]*>')
-PROBE = """<script>addEventListener("load", () => setTimeout(() => {
-  const root = document.documentElement, fetched = performance.getEntriesByType("resource").map(e => e.name);
-  parent.postMessage(JSON.stringify({width: innerWidth, overflow: root.scrollWidth - root.clientWidth,
-    fetched: fetched.filter(name => !name.startsWith("data:"))}), "*");
-}, 1000));</script></body>"""
-
-
-def check_in_browser(test: Any, page: Any) -> None:
-    """Loads the page at a phone's width: no fetches, no console messages, no overflow."""
-    browser = shutil.which("chromium") or shutil.which("chromium-browser")
-    if browser is None:
-        test.skipTest("there is no chromium")
-    folder = test.folder()
-    text, policies = POLICY.subn("", page.read_text(encoding="utf-8"))
-    test.assertEqual(policies, 1)
-    (folder / "page.html").write_text(text.replace("</body>", PROBE), encoding="utf-8")
-    (folder / "frame.html").write_text(FRAME % PHONE_WIDTH, encoding="utf-8")
-    words = [
-        browser,
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--disable-dev-shm-usage",
-        f"--user-data-dir={folder / 'profile'}",
-    ]
-    words += [
-        "--enable-logging=stderr",
-        "--virtual-time-budget=5000",
-        "--dump-dom",
-        f"file://{folder / 'frame.html'}",
-    ]
-    result = call(words)
-    test.assertEqual(result.returncode, 0, result.stderr[-500:])
-    seen = json.loads(re.findall(r"<title>(\{.*?\})</title>", result.stdout)[0])
-    test.assertEqual(seen["width"], PHONE_WIDTH)
-    test.assertEqual(seen["overflow"], 0, "wider than the screen")
-    test.assertEqual(seen["fetched"], [])
-    test.assertNotIn("CONSOLE", result.stderr)

@@ -1,0 +1,576 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that are damaged, targets that cannot or must not be written, names with control sequences
+and markup, and folders full of traps."""
+
+import contextlib
+import io
+import json
+import os
+import re
+import resource
+import shutil
+import signal
+import stat
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+import adverse_tables as tables
+import package
+from adverse_tables import rows, words
+from adverse_use_test import OPTION, WRONG_USE, assert_says
+from ctf_trace import sensor_and_filter
+from hotpath_command import HOTPATH, CommandTest, processes_of
+from hotpath_report.__main__ import main
+
+BENCH = Path(__file__).resolve().parents[1]
+NOBODY = {"user": 65534, "group": 65534} if os.geteuid() == 0 else {}
+
+
+def state_of(folder: Path) -> Any:
+    """The state of everything below a folder: link targets, contents, kinds and permissions."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        content = os.readlink(path) if path.is_symlink() else path.read_bytes() if path.is_file() else None
+        found[str(path.relative_to(folder))] = (content, stat.filemode(path.lstat().st_mode))
+    return found
+
+
+# Damaged files: exit code 1 or 2 and one sentence that names the file; no crash, no hang, no
+# unbounded memory.
+
+MOST_MEMORY = 1 << 30
+MOST_SECONDS = 20  # a guard against hanging for ever
+DEEP = 200_000
+DAMAGES = ("empty", "cut", "nested", "types", "nothing", "bytes", "device", "fifo", "folder", "missing")
+OF_OTHER_READERS = ("cut", "types", "missing")
+ACCEPTED = {("empty", "order.txt")}  # names no task: all come in the order of creation
+
+
+def of_wrong_types(path: Path) -> str:
+    """Turns numbers into texts and texts into numbers; in a text file, adds wrong types to every
+    item."""
+    text = path.read_text(errors="replace")
+
+    def changed(value: Any) -> Any:
+        if isinstance(value, dict):
+            return {key: changed(item) for key, item in value.items()}
+        if isinstance(value, list):
+            return {"0": [changed(item) for item in value]}
+        return "text" if isinstance(value, (int, float)) else 5
+
+    if path.suffix == ".json":
+        return json.dumps(changed(json.loads(text)))
+    header, _, rest = text.partition("\n")
+    return header + "\n" + rest.replace(":", ": [x], y:").replace(",", ",?,") + "?"
+
+
+def damage(path: Path, kind: str) -> None:
+    text = path.read_bytes()
+    lines = text.splitlines(keepends=True)
+    half = len(lines) // 2
+    opening, closing = ("[", "]") if path.suffix in (".json", ".yaml") else ("a,", "")
+    contents: dict[str, Any] = {
+        "empty": lambda: b"",
+        "cut": lambda: b"".join(lines[:half]) + lines[half][: max(len(lines[half]) // 2, 1)],
+        "nested": lambda: (opening * DEEP + closing * DEEP).encode(),
+        "types": lambda: of_wrong_types(path).encode(),
+        "nothing": lambda: b"{}\n",
+        "bytes": lambda: b"\xff\x00\x1b[2J" * 1000,
+    }
+    content = contents[kind]() if kind in contents else None
+    path.unlink()
+    if content is not None:
+        path.write_bytes(content)
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    elif kind == "fifo":
+        os.mkfifo(path)
+    elif kind == "folder":
+        path.mkdir()
+
+
+def reads(table: str) -> list[tuple[str, str, str]]:
+    """(file, command, damage) of a table of readers."""
+    return [
+        (file, command, kind)
+        for file, *readers in rows(table)
+        for command in readers
+        for kind in (DAMAGES if command == readers[0] else OF_OTHER_READERS)
+    ]
+
+
+def limit(which: int, most: int) -> Any:
+    """Options of a command that limit a resource."""
+    return {"preexec_fn": lambda: resource.setrlimit(which, (most, most))}
+
+
+def assert_damage_is_reported(path: Path, kind: str, code: int, err: str) -> None:
+    if (kind, path.name) in ACCEPTED:
+        assert (code, err) == (0, "")
+        return
+    assert code in (1, WRONG_USE), err
+    assert len([line for line in err.splitlines() if not line.startswith("note: ")]) == 1, err
+    assert path.name in err or path.parent.name in err
+    assert "Traceback" not in err and "\x1b" not in err and len(err) < 5000
+
+
+def damaged_copy(stock: Path, folder: Path, file: str, kind: str) -> Path:
+    """The file, damaged, in a copy of all inputs that links to those outside its folder."""
+    for name in stock.iterdir():
+        if name.name == Path(file).parts[0]:
+            (shutil.copytree if name.is_dir() else shutil.copy)(name, folder / name.name)
+        else:
+            (folder / name.name).symlink_to(name)
+    damage(folder / file, kind)
+    return folder / file
+
+
+@pytest.mark.parametrize("file, command, kind", reads(tables.READERS))
+def test_a_damaged_file(shell: CommandTest, stock: Path, file: str, command: str, kind: str) -> None:
+    path = damaged_copy(stock, shell.folder, file, kind)
+    line = words(command, stock, f=path, d=path.parent, o="--output o")
+    code, _, err = shell.command(*line, errors="replace", **limit(resource.RLIMIT_AS, MOST_MEMORY))
+    assert_damage_is_reported(path, kind, code, err)
+
+
+@pytest.fixture
+def limited_process(monkeypatch: Any) -> Any:
+    """Limits the memory and the time of this process, in which the Python package runs."""
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_MEMORY, before[1]))
+    alarm = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.alarm(MOST_SECONDS)
+    for name, value in {"HOTPATH": HOTPATH, "HOTPATH_FIGURES": "none"}.items():
+        monkeypatch.setenv(name, value)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, alarm)
+    resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+@pytest.mark.parametrize("file, command, kind", reads(tables.PYTHON_READERS))
+def test_a_damaged_file_of_the_package(
+    limited_process: Any, stock: Path, tmp_path: Path, file: str, command: str, kind: str
+) -> None:
+    path = damaged_copy(stock, tmp_path, file, kind)
+    line = words(command, stock, f=path, d=path.parent, o=f"--output {tmp_path}/o")
+    line = tables.as_the_program_starts_it(line, tmp_path)
+    errors = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
+        code = main(line)
+    assert_damage_is_reported(path, kind, code, errors.getvalue())
+
+
+def test_a_stack_that_is_too_small(shell: CommandTest, stock: Path) -> None:
+    code, _, err = shell.command(*words(tables.REPORT, stock), **limit(resource.RLIMIT_STACK, 1 << 16))
+    assert (code, err.count("\n")) == (1, 1), err
+    assert "ulimit -s" in err
+
+
+def test_a_killed_report_leaves_no_program(shell: CommandTest, stock: Path) -> None:
+    program, started = shell.folder / "hotpath", shell.folder / "started"
+    program.write_text(f"#!/bin/sh\necho $$ >{started}\nexec sleep 60\n")
+    program.chmod(0o755)
+    library = Path(HOTPATH).with_name("libhotpath_python.so")
+    report = subprocess.Popen(
+        ["/usr/bin/python3", "-I", "-B", BENCH, *words(tables.REPORT, stock)],
+        env={**shell.environment, "HOTPATH": str(program), "HOTPATH_LIBRARY": str(library)},
+        start_new_session=True,
+    )
+    shell.wait_for(started.exists, "it asks the program")
+    report.kill()
+    report.wait()
+    shell.wait_for(lambda: not processes_of(report.pid), "its program lives on")
+
+
+# Targets of output: a device, a FIFO and an open descriptor are written to; a link is followed; a
+# file is replaced by a complete new one with the same permissions; neighbouring files stay. What
+# cannot be written, or holds other content, is rejected before anything is computed.
+
+
+def files(*tables_of_files: str) -> list[str]:
+    return [row[0] for table in tables_of_files for row in rows(table)]
+
+
+ANY_FILE = files(tables.FILES, tables.FILES_OF_PYTHON, tables.FILES_OF_LONG_RUNS)
+ANY_FOLDER = files(tables.FOLDERS)
+FIRST_FILES = [files(tables.FILES)[0], files(tables.FILES_OF_PYTHON)[0]]  # of the two functions that write
+
+
+class Place:
+    """An empty folder for the outputs of a command line that ends in an option."""
+
+    def __init__(self, shell: CommandTest, stock: Path) -> None:
+        self.shell, self.stock, self.path = shell, stock, shell.folder / "place"
+        self.path.mkdir()
+        self.path.chmod(0o777)
+
+    def run(self, line: str, target: Path, **options: Any) -> Any:
+        return self.shell.command(*words(line, self.stock), target, **options)
+
+    def assert_written(self, line: str, target: Path, **options: Any) -> Any:
+        code, out, err = self.run(line, target, **options)
+        assert code == 0, err
+        return out
+
+    def assert_refused(self, line: str, target: Any, **options: Any) -> None:
+        before = state_of(self.path)
+        code, out, err = self.run(line, target, **options)
+        assert (code, out) == (WRONG_USE, ""), err
+        assert_says(err, f"hotpath: {line.split()[-1]}: ")
+        assert state_of(self.path) == before
+
+
+@pytest.fixture
+def place(shell: CommandTest, stock: Path) -> Place:
+    return Place(shell, stock)
+
+
+def test_every_option_that_writes_has_a_table(commands: Any) -> None:
+    lines = [*ANY_FILE, *ANY_FOLDER]
+    for command, text in commands.items():
+        for option, kind in OPTION.findall(text):
+            if (
+                kind not in ("FILE", "FOLDER")
+                or option in tables.INPUTS
+                or (command[0], option) in tables.READ
+            ):
+                continue
+            assert [
+                line
+                for line in lines
+                if line.split()[: len(command)] == list(command) and line.endswith(option)
+            ], (command, option)
+
+
+def device(path: Path, major: int, minor: int) -> Path:
+    """A device made for the test, so that a defect cannot replace a device of the machine."""
+    try:
+        os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(major, minor))
+        path.open("wb").close()
+    except PermissionError:
+        pytest.skip("this user, or this file system, has no devices")
+    return path
+
+
+@pytest.mark.parametrize("line", [*files(tables.FILES), FIRST_FILES[1]])
+def test_a_full_device(place: Place, line: str) -> None:
+    full = device(place.path / "full", 1, 7)
+    code, _, err = place.run(line, full)
+    assert code == WRONG_USE, err
+    assert f"{line.split()[-1]}: {full} cannot be written (No space left on device)" in err
+    assert "Traceback" not in err
+    assert full.is_char_device()
+    assert list(place.path.iterdir()) == [full]
+
+
+def test_a_device_that_takes_all(place: Place) -> None:
+    null = device(place.path / "null", 1, 3)
+    place.assert_written(FIRST_FILES[0], null)
+    assert null.is_char_device()
+
+
+@pytest.mark.parametrize("line", files(tables.FILES))
+def test_standard_output(place: Place, line: str) -> None:
+    """A link like /dev/stdout, to a pipe and to a file; the file is not replaced."""
+    link, file = place.path / "out", place.path / "file"
+    place.assert_written(line, link)
+    content = link.read_bytes()
+    link.unlink()
+    link.symlink_to("/proc/self/fd/1")
+    out = place.assert_written(line, link).encode()
+    assert content[:5] in out
+    with open(file, "wb") as stream:
+        stream.write(b"before\n")
+        stream.flush()
+        place.assert_written(line, link, stdout=stream)
+        assert os.fstat(stream.fileno()).st_ino == file.stat().st_ino
+    found = file.read_bytes()
+    assert found.startswith(b"before\n" + out[:10])
+    assert content[:5] in found
+    assert len(found) > 0.9 * len(out), "output is lost"
+    assert link.is_symlink()
+
+
+def test_a_fifo(place: Place) -> None:
+    fifo = place.path / "out"
+    os.mkfifo(fifo)
+    with subprocess.Popen(["cat", fifo], stdout=subprocess.PIPE) as reader:
+        place.assert_written(FIRST_FILES[0], fifo)
+        assert len(reader.communicate(timeout=60)[0]) > 0
+    assert fifo.is_fifo()
+
+
+@pytest.mark.parametrize("line", FIRST_FILES)
+def test_links_are_followed_and_what_is_beside_stays(place: Place, line: str) -> None:
+    """Keeps the user's own FILE.part, and links with names that a writer might use for temporary
+    files."""
+    (place.path / "there").mkdir()
+    link, middle, file = place.path / "out", place.path / "middle", place.path / "there" / "file"
+    link.symlink_to(middle)
+    middle.symlink_to("there/file")
+    precious = place.path / "precious"
+    precious.write_text("years of work")
+    for target in (link, file):
+        target.with_name(f"{target.name}.part").write_text("mine")
+        for name in ("{}.tmp", ".{}.part", "{}~", "{}.new"):
+            target.with_name(name.format(target.name)).symlink_to(precious)
+    before = state_of(place.path)
+    place.assert_written(line, link)  # it is still dangling
+    after = state_of(place.path)
+    assert len(after.pop("there/file")[0]) > 0
+    assert after == before
+    file.write_text("old")
+    place.assert_written(line, link)
+    assert file.stat().st_size > len("old")
+    assert state_of(place.path).keys() == {*before, "there/file"}
+
+
+def test_permissions(place: Place) -> None:
+    """A new file is private to the user; a replaced file keeps its permissions."""
+    target = place.path / "out"
+    for mode in (0o600, 0o664):
+        if target.exists():
+            target.chmod(mode)
+        place.assert_written(FIRST_FILES[0], target)
+        assert target.stat().st_mode & 0o777 == mode
+
+
+@pytest.mark.parametrize("line", ANY_FILE)
+def test_a_file_that_cannot_be_written(place: Place, line: str) -> None:
+    name = "out.svg"  # a chart is told from its name
+    (place.path / "file").write_text("")
+    (place.path / "folder" / name).mkdir(parents=True)
+    (place.path / "loop").mkdir()
+    (place.path / "loop" / name).symlink_to(place.path / "loop" / name)
+    for where in (
+        ("folder", "missing", "file", "loop", "file/below") if line in FIRST_FILES else ("folder", "missing")
+    ):
+        place.assert_refused(line, place.path / where / name)
+
+
+@pytest.mark.parametrize("line", FIRST_FILES)
+def test_a_file_of_somebody_else(place: Place, line: str) -> None:
+    theirs, closed = place.path / "theirs" / "out", place.path / "closed" / "out"
+    for path in (theirs, closed):
+        path.parent.mkdir()
+        path.write_text("old")
+        path.chmod(0o444)
+    theirs.parent.chmod(0o777)
+    closed.chmod(0o666)
+    closed.parent.chmod(0o555)
+    shutil.copytree(place.stock / "run", place.shell.folder / "readable")  # by the other user
+    for path in (place.shell.folder / "readable", *(place.shell.folder / "readable").iterdir()):
+        path.chmod(0o755)
+    place.stock = place.shell.folder
+    (place.stock / "readable").rename(place.stock / "run")
+    for path in (theirs, closed, closed.with_name("new")):
+        place.assert_refused(line, path, **NOBODY)
+
+
+@pytest.mark.parametrize("line", ANY_FOLDER)
+def test_a_folder_that_is_no_place_for_results(place: Place, line: str) -> None:
+    (place.path / "file").write_text("mine")
+    (place.path / "theirs").mkdir()
+    (place.path / "theirs" / "thesis.tex").write_text("years of work")
+    (place.path / "link").symlink_to("theirs")
+    (place.path / "dangling").symlink_to("nowhere")
+    names = ["file/below", "theirs"]
+    if line == ANY_FOLDER[0]:
+        names += ["file", "file/far/below", "theirs/", "link", "dangling", "/dev/full", "/dev/full/below"]
+    for name in names:
+        place.assert_refused(line, place.path / name)
+
+
+@pytest.mark.parametrize("name", ["closed", "closed/far/below"])
+def test_a_folder_of_somebody_else(place: Place, name: str) -> None:
+    (place.path / "closed").mkdir(mode=0o555)
+    place.assert_refused(ANY_FOLDER[0], place.path / name, **NOBODY)
+
+
+@pytest.mark.parametrize("line, mark", rows(tables.FOLDERS, 2))
+def test_only_a_result_of_the_same_kind_is_replaced(place: Place, line: str, mark: str) -> None:
+    marks = {row[1] for row in rows(tables.FOLDERS, 2)} - {""}
+    for other in ({"run.json", *marks} if line == ANY_FOLDER[0] or mark else {"run.json"}) - {mark}:
+        (place.path / other).mkdir()
+        (place.path / other / other).write_text("{}")
+        place.assert_refused(line, place.path / other)
+
+
+@pytest.mark.parametrize("line, mark", rows(tables.REPLACES))
+def test_a_result_of_the_same_kind_is_replaced(place: Place, line: str, mark: str) -> None:
+    (place.path / mark).write_text("")
+    place.assert_written(line, place.path)
+    assert (place.path / mark).stat().st_size > 0
+
+
+@pytest.mark.parametrize("name", ["empty", "link"])
+@pytest.mark.parametrize("line", tables.INTO_EMPTY)
+def test_an_empty_folder_and_a_link_to_one_are_taken(place: Place, line: str, name: str) -> None:
+    (place.path / "empty").mkdir()
+    (place.path / "link").symlink_to("empty")
+    (place.path / "empty.part").mkdir()
+    (place.path / "empty.part" / "thesis.tex").write_text("years of work")
+    place.assert_written(line, place.path / name)
+    assert (place.path / "link").is_symlink()
+    assert any((place.path / "empty").iterdir())
+    assert {p.name for p in place.path.iterdir()} == {"empty", "link", "empty.part"}
+    assert (place.path / "empty.part" / "thesis.tex").read_text() == "years of work"
+
+
+# Hostile names: the output must neither control a terminal nor contain their markup. They clear the
+# screen, ring, overwrite the line, reverse the text; they are a script, a table cell, code, a link, a
+# formula.
+
+NAME = "x\x1b[2J\x07\r\u202e\u009b1m<script>alert(1)</script>|`a`](http://b)$y^{$*z*"
+LINES = NAME + "\n# heading\n```\n"
+SHORT = "x\x1b[2J\n# <script>|`a`"  # names of graphs and chains have at most 47 bytes
+CONTROL = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+SCRIPT, MARKUP = re.compile("<script"), re.compile(r"<script|(?<!\\)\]\(http|^# heading", re.MULTILINE)
+OWN_SCRIPTS = re.compile(  # of an interactive page: its data, and the bundle
+    r'<script type="application/octet-stream" id="hotpath-data">[A-Za-z0-9+/=]*</script>\n<script>\n'
+    + re.escape((BENCH / "hotpath_report" / "web" / "page.js").read_text(encoding="ascii").strip())
+    + "\n</script>"
+)
+
+
+def printed(shell: CommandTest, *line: object, codes: Any = (0,)) -> tuple[int, str, str]:
+    """(exit code, standard output, standard error) of a command; nothing controls a terminal."""
+    code, out, err = shell.command(*line, errors="replace")
+    assert code in codes, err
+    assert not CONTROL.search(out + err) and "Traceback" not in err
+    return code, out, err
+
+
+def check_pages(folder: Path) -> int:
+    """Checks all pages below a folder and returns their number."""
+    pages = [f for f in folder.rglob("*") if f.suffix in (".md", ".html", ".svg", ".xml")]
+    for page in pages:
+        text = OWN_SCRIPTS.sub("", page.read_text(encoding="utf-8"))
+        assert not CONTROL.search(text), page
+        if page.suffix == ".md":  # a fenced code block contains no markup
+            text = re.sub(r"^```\n.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+        assert (MARKUP if page.suffix == ".md" else SCRIPT).findall(text) == [], page
+        if page.suffix in (".svg", ".xml"):
+            ElementTree.fromstring(text)
+    return len(pages)
+
+
+@pytest.mark.parametrize("line", [cell for row in rows(tables.NAMED) for cell in row])
+def test_hostile_words(shell: CommandTest, line: str) -> None:
+    asked = (word.replace("NAME", NAME).replace("LINES", LINES) for word in line.split())
+    _, _, err = printed(shell, *asked, codes=(1, WRONG_USE))
+    assert len([line for line in err.splitlines() if not line.startswith("note: ")]) == 1, err
+
+
+def test_hostile_names_in_a_graph(shell: CommandTest) -> None:
+    nodes = [{"name": "a", "type": "sensor", "period_ms": 100}]
+    source = json.dumps({"name": "good", "description": LINES, "nodes": nodes})
+    graph = shell.folder / "graph.yaml"
+    shell.environment["HOTPATH_GRAPHS"] = str(shell.folder)
+    wrong = [source.replace(word, json.dumps(NAME)) for word in ('"a"', '"sensor"', '"nodes"')]
+    for text in (source, source.replace('"good"', json.dumps(SHORT)), *wrong):
+        graph.write_text(text)
+        for line in tables.PRINT_GRAPH:
+            code, _, err = printed(
+                shell, *line.format(graph=graph).split(), codes=(0 if text == source else WRONG_USE,)
+            )
+            assert ("<script>" in err) == (code != 0)  # an error names what it rejects
+        assert "\ngraph " in printed(shell, *tables.LIST_GRAPHS)[1]
+
+
+def test_hostile_names_in_a_run(shell: CommandTest, stock: Path) -> None:
+    run = Path(shutil.copytree(stock / "run", shell.folder / "run"))
+    for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
+        text = (run / name).read_text()
+        for word in ("localization", "LidarDriver"):
+            other = (NAME + word).replace("\r", "")
+            text = text.replace(word, json.dumps(other)[1:-1] if name.endswith(".json") else other)
+        (run / name).write_text(text)
+    facts = json.loads((run / "run.json").read_text())
+    facts["graph"]["name"], facts["warnings"], facts["version"], facts["phases"] = LINES, [LINES], NAME, LINES
+    (run / "run.json").write_text(json.dumps(facts))
+    for line, code, part in rows(tables.NAMED_RUN):
+        _, out, err = printed(shell, *words(line, stock, run=run), codes=(int(code),))
+        assert part in out + err
+    for line in tables.NAMED_RUN_OF_THE_PACKAGE:
+        done = package.call(shell.folder, shell.environment, *words(line, stock, run=run))
+        assert not CONTROL.search(done.stdout + done.stderr)
+    assert check_pages(shell.folder) > 5
+
+
+def test_hostile_names_in_a_trace(shell: CommandTest) -> None:
+    trace, _ = sensor_and_filter()
+    for *_, fields in trace.events:
+        for key, value in fields.items():
+            if value in ("sensor", "/points"):
+                fields[key] = value + LINES
+    folder = trace.write(shell.folder / NAME.replace("/", ""))
+    del shell.environment["HOTPATH_FIGURES"]
+    assert "Reproduction:" in printed(shell, *tables.IMPORT, folder, "--output", "imported")[1]
+    assert check_pages(shell.folder / "imported") == 1
+    printed(shell, *tables.PRINT_GRAPH[0].format(graph="imported/graph.yaml").split())
+    task = json.loads((shell.folder / "imported" / "run" / "run.json").read_text())["tasks"][0]["task"]
+    assert "finished" in printed(shell, *(tables.EXPLAIN_WORST.split()), "imported/run", "--task", task)[1]
+
+
+def test_hostile_names_in_a_page_of_capacities(shell: CommandTest) -> None:
+    (shell.folder / "x<script>.csv").write_text("task,first_release_ms\nnobody,0\n")
+    printed(shell, *tables.NAMED_CAPACITY.split())
+    assert check_pages(shell.folder / "capacity") == 1
+
+
+# Nothing is executed from the current folder, or from paths in Python's environment variables. The
+# test fills the folder with traps: every module that a report imports, the package itself, the modules
+# that Python imports at start-up, the program's own libraries, a matplotlibrc. Each would leave a mark.
+
+IMPORTED = """
+import runpy, sys
+sys.argv = sys.argv[1:]
+try:
+    runpy.run_path(sys.argv[0], run_name="__main__")
+finally:
+    print(*{name.partition(".")[0] for name in sys.modules}, file=sys.stderr)
+"""
+
+
+def test_nothing_is_executed_from_the_current_folder(shell: CommandTest, stock: Path) -> None:
+    run, mark, traps = (
+        shutil.copytree(stock / "run", shell.folder / "run"),
+        shell.folder / "executed",
+        shell.folder / "traps",
+    )
+    del shell.environment["HOTPATH_FIGURES"]
+    environment = shell.environment | {"HOTPATH": HOTPATH}
+    asked = ["/usr/bin/python3", "-I", "-B", "-c", IMPORTED, str(BENCH), *words(tables.REPORT, shell.folder)]
+    done = subprocess.run(asked, capture_output=True, text=True, check=True, env=environment)
+    names = {*done.stderr.split(), "sitecustomize", "usercustomize", "start"}
+    assert len(names) > 100
+    code = f"import os\nopen({str(mark)!r}, 'a').write(__name__ + ' ' + __file__ + chr(10))\nos._exit(9)\n"
+    site = (
+        shell.folder / "lib" / "python{}.{}".format(*sys.version_info) / "site-packages" / "usercustomize.py"
+    )
+    packages = [
+        traps / p / n
+        for p in ("hotpath_report", "matplotlib", "numpy")
+        for n in ("__init__.py", "__main__.py")
+    ]
+    for path in (*(traps / f"{name}.py" for name in names), *packages, site):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(code)
+    libraries = subprocess.run(["ldd", HOTPATH], capture_output=True, text=True, check=True).stdout
+    for library in re.findall(r"^\s+(\S+\.so\S*) =>", libraries, re.MULTILINE):
+        (traps / library).write_text("no library")  # the loader would abort the program
+    (traps / "matplotlibrc").write_text("no_such_key: 1\n")  # matplotlib would complain
+    shell.environment |= {name: str(traps) for name in ("PYTHONPATH", "PYTHONHOME", "MATPLOTLIBRC")}
+    shell.environment |= {"PYTHONSTARTUP": str(traps / "start.py"), "PYTHONUSERBASE": str(shell.folder)}
+    shell.folder = traps  # commands start here
+    for line in files(tables.STARTS_PYTHON):
+        exit_code, _, err = shell.command(*words(line, stock, run=run))
+        assert not mark.exists(), mark.read_text()
+        assert (exit_code, err) == (0, ""), line

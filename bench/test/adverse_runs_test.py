@@ -1,0 +1,500 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Faults during a command: what the machine refuses or takes away, processes that die or hang, a full
+disk, a stepped clock, a power loss. The command succeeds anyway, or ends with one clear sentence and no
+half result that looks whole.
+
+HOTPATH_KILLS (default 4) processes are killed or stopped at random instants; with HOTPATH_PUBLISH=1,
+the counts are published as results/reliability/process_faults.json."""
+
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import adverse_tables as tables
+from adverse_files_test import BENCH, NOBODY, limit
+from adverse_tables import rows, words
+from adverse_use_test import WRONG_USE, Results, assert_says, check_effect, effects
+from evidence import publish_on_request
+from hotpath_command import HOTPATH, CommandTest, RunFolder, processes_of
+
+WHOLE, FAILED = 0, 1
+KILLS = int(os.environ.get("HOTPATH_KILLS", "4"))
+needs_root = pytest.mark.skipif(not NOBODY, reason="needs root to become somebody else")
+
+
+def assert_nothing_looks_whole(shell: Any, output: str = "run") -> None:
+    path = shell.folder / output
+    assert not {"jobs.csv", "chains.csv", "summary.json"} & {f.name for f in path.glob("*")}
+    assert not (path / "run.json").exists() or not RunFolder(path).run["complete"]
+
+
+def children(process: Any) -> list[int]:
+    try:
+        return [
+            int(pid) for pid in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        ]
+    except OSError:
+        return []
+
+
+def lines_of(err: str) -> list[str]:
+    return [line for line in err.splitlines() if line.startswith("hotpath: ")]
+
+
+@pytest.mark.parametrize("use, effect", effects(tables.LIVE_EFFECTS))
+def test_each_option_of_a_live_run_has_its_effect(live_results: Results, use: str, effect: str) -> None:
+    check_effect(live_results, use, effect)
+
+
+@pytest.fixture(scope="session")
+def live_results(commands: Any, stock: Path, tmp_path_factory: Any) -> Results:
+    return Results(commands, stock, tmp_path_factory.mktemp("live"), live=True)
+
+
+def test_rows_have_cpu_times_where_work_counts_them(live_results: Results) -> None:
+    use = next(iter(tables.LIVE_EFFECTS))
+    for more, timed in tables.CPU_TIMES.items():
+        found = live_results.of(live_results.arguments(f"{use} {more}"))
+        assert found[1]["out/jobs.csv"] == timed, more
+
+
+# What this machine or this user does not permit.
+
+LIMITS = {
+    "no locked memory": limit(resource.RLIMIT_MEMLOCK, 0) | NOBODY,
+    "12 files": limit(resource.RLIMIT_NOFILE, 12),
+    "20 kB": limit(resource.RLIMIT_FSIZE, 20000),  # more than run.json
+    "no priority": NOBODY,
+}
+
+
+@needs_root
+@pytest.mark.parametrize("which, line, parts", [(*r[:2], r[2:]) for r in rows(tables.FAILS)])
+def test_what_the_machine_refuses(
+    shell: CommandTest, stock: Path, which: str, line: str, parts: list[str]
+) -> None:
+    code, out, err = shell.command(*words(line, stock), **LIMITS[which])
+    assert (code, out) == (FAILED, ""), err
+    assert_says(err, *parts)
+    assert_nothing_looks_whole(shell)
+
+
+@needs_root
+def test_a_default_policy_that_is_refused_is_noted(shell: CommandTest) -> None:
+    code, _, err = shell.command("run", *tables.BRIEF.split(), "--output", "run", **NOBODY)
+    assert code == WHOLE, err
+    assert "note: SCHED_FIFO was not permitted" in err
+    run = shell.checked("run").run
+    assert run["complete"] and "SCHED_FIFO" in " ".join(run["warnings"])
+    assert run["runs"][0]["thread_policies"] == ["executor other, timer_mgmt other"]
+
+
+def test_no_network_interface(shell: CommandTest) -> None:
+    if subprocess.run(["unshare", "-n", "true"], capture_output=True, check=False).returncode != 0:
+        pytest.skip("needs a separate network namespace")
+    asked = ["unshare", "-n", HOTPATH, *tables.WITHOUT_NETWORK.split()]
+    code, out, err = shell.finish(
+        subprocess.Popen(asked, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=shell.folder)
+    )
+    assert (code, out) == (FAILED, ""), err
+    assert_says(err, "DDS domain 0", "partners")
+    assert_nothing_looks_whole(shell)
+
+
+def test_a_full_disk(shell: CommandTest, stock: Path) -> None:
+    disk = shell.folder / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=12k", "tmpfs", str(disk)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode != 0:
+        pytest.skip("cannot mount a tiny disk")
+    shell.addCleanup(subprocess.check_call, ["umount", disk])
+    shell.accepted(*tables.TWENTY_SECONDS.split())
+    for line, *parts in rows(tables.FULL_DISK):
+        code, out, err = shell.command(*words(line, stock))
+        assert (code, out) == (FAILED, ""), err
+        assert_says(err, *parts)
+        assert_nothing_looks_whole(shell, "disk/run")
+        shutil.rmtree(disk / "run", ignore_errors=True)
+        assert list(disk.iterdir()) == []
+
+
+def test_closed_standard_streams(shell: CommandTest) -> None:
+    """The numbers of closed standard streams must not be reused for result files."""
+    output = shell.folder / "run"
+    process = subprocess.Popen(
+        [HOTPATH, "run", *tables.BRIEF.split(), "--repetitions", "1", "--output", output],
+        env=shell.environment, preexec_fn=lambda: os.closerange(0, 3),
+    )  # fmt: skip
+    assert shell.finish(process)[0] == WHOLE
+    assert shell.checked("run").run["complete"]
+    assert (output / "jobs.csv").read_text().startswith("executor,")
+
+
+def test_a_full_standard_output(shell: CommandTest) -> None:
+    with open("/dev/full", "w", encoding="ascii") as full:
+        code, _, err = shell.command("run", *tables.BRIEF.split(), "--output", "run", stdout=full)
+    assert code == FAILED
+    assert_says(err, "standard output")
+    assert shell.checked("run").run["complete"]
+
+
+def test_a_figure_that_cannot_be_drawn(shell: CommandTest) -> None:
+    del shell.environment["HOTPATH_FIGURES"]
+    shell.environment["HOTPATH_LIBRARY"] = str(shell.folder / "missing.so")
+    code, _, err = shell.command(*tables.WITHOUT_FIGURE.split())
+    assert code == WHOLE and "Traceback" not in err
+    assert "note: the figure was not drawn" in err
+    assert shell.checked("run").run["complete"]
+
+
+def assert_ended(shell: CommandTest, code: int, err: str, output: str) -> None:
+    """Checks for a whole result, or for one error sentence and no result that looks whole; stored rows
+    are right."""
+    folder = shell.folder / output
+    assert code in (WHOLE, FAILED, WRONG_USE) and len(lines_of(err)) == (code != WHOLE), err
+    for sign in ("terminate called", "what():", "internal error", "Traceback"):
+        assert sign not in err
+    file = folder / "run.json"
+    assert (file.exists() and json.loads(file.read_text())["complete"]) == (code == WHOLE), err
+    if (folder / "summary.json").exists():
+        run = shell.checked(output)
+        assert set(run.jobs()) == {
+            (r["executor"], r["repetition"]) for r in run.run["runs"] if not r["failure"]
+        }
+        assert all(e["loss_equations"]["hold"] for e in run.summary()["executors"]), err
+
+
+def test_few_open_files(shell: CommandTest) -> None:
+    codes = set()
+    for files in range(4, 40, 9):
+        for line in tables.FEW_FILES:
+            output = f"{line.split()[0]}{files}"
+            code, _, err = shell.command(
+                *line.split(), "--output", output, **limit(resource.RLIMIT_NOFILE, files)
+            )
+            assert_ended(shell, code, err, output)
+            codes.add(code)
+    assert {WHOLE, FAILED} <= codes
+
+
+# Processes that die, hang, or are asked to end.
+
+
+def started(shell: Any, line: str, work: bool = False) -> Any:
+    """Starts a run and waits until all of its processes have executor threads or, with `work`, have used
+    enough CPU time that jobs must have run."""
+    process = shell.start(*line.split(), "--output", "run")
+    shell.addCleanup(lambda: process.poll() is None and process.kill())
+    count = 2 if "--processes" in line else 1
+
+    def ready(pid: int) -> bool:
+        try:
+            names = [t.joinpath("comm").read_text() for t in Path(f"/proc/{pid}/task").iterdir()]
+            ticks = sum(map(int, Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[11:13]))
+        except OSError:
+            return False
+        return "executor\n" in names and (not work or ticks > 25)
+
+    def running() -> bool:
+        assert process.poll() is None, "the command ended early"
+        return len(children(process)) == count and all(map(ready, children(process)))
+
+    shell.wait_for(running, "the run did not begin")
+    return process
+
+
+@pytest.mark.parametrize("number, which, parts", [
+    (signal.SIGKILL, 1, ("process 2 of 2", "Killed")),
+    (signal.SIGSTOP, 0, ("process 1 of 2", "did not answer in time", "--time-out")),
+])  # fmt: skip
+def test_a_process_that_dies_or_hangs(shell: CommandTest, number: int, which: int, parts: Any) -> None:
+    process = started(shell, f"{tables.TWO_PROCESSES} --duration 1.5 --time-out 1")
+    os.kill(children(process)[which], number)
+    code, out, err = shell.finish(process)
+    assert (code, out) == (FAILED, "")
+    assert_says(err, *parts)
+    assert_nothing_looks_whole(shell)
+    assert parts[1] in RunFolder(shell.folder / "run").run["failures"][0]
+
+
+def test_a_failed_repetition_does_not_spoil_the_others(shell: CommandTest) -> None:
+    process = started(shell, f"{tables.TWO_EXECUTORS} --duration 0.8")
+    os.kill(children(process)[0], signal.SIGKILL)
+    code, _, err = shell.finish(process)
+    assert code == FAILED
+    assert_says(err, "1 of 2 runs failed")
+    folder = shell.checked("run")
+    assert not folder.run["complete"] and len(folder.run["failures"]) == 1
+    (whole,) = [r["executor"] for r in folder.run["runs"] if not r["failure"]]
+    assert folder.jobs().keys() == {(whole, 0)}
+    assert not {f for f in folder.files() if f.endswith(".part")}
+
+
+@pytest.mark.parametrize("line, number, processes", [
+    (tables.TWO_PROCESSES, signal.SIGINT, {0, 1}), (tables.TWO_EXECUTORS, signal.SIGTERM, {0})
+])  # fmt: skip
+def test_a_signal_keeps_what_was_measured(shell: CommandTest, line: str, number: int, processes: Any) -> None:
+    process = started(shell, f"{line} --duration 30", work=True)
+    (os.killpg if number == signal.SIGINT else os.kill)(process.pid, number)
+    code, _, err = shell.finish(process)
+    assert code == 128 + number, err
+    assert "partial" in err and not lines_of(err)
+    folder = shell.checked("run")
+    assert folder.run["partial"] and not folder.run["complete"] and folder.run["failures"] == []
+    assert not {f for f in folder.files() if f.endswith(".part")}
+    (jobs,) = folder.jobs().values()
+    assert "ran" in {j.outcome for j in jobs} and {j.process for j in jobs} == processes
+    assert folder.summary()["executors"][0]["loss_equations"]["hold"]
+
+
+def test_a_killed_command_leaves_no_process_and_no_shared_memory(shell: CommandTest) -> None:
+    process = started(shell, f"{tables.TWO_PROCESSES} --duration 30")
+    process.kill()
+    shell.finish(process)
+    shell.wait_for(lambda: not processes_of(process.pid), "a process lives on")
+    assert_nothing_looks_whole(shell)
+
+
+def hit(process: Any, number: int, seconds: float, choice: Any) -> bool:
+    """After `seconds`, sends a signal to one of the run's processes. Returns whether there was one."""
+    time.sleep(seconds)
+    while process.poll() is None:
+        try:
+            os.kill(choice(children(process)), number)
+            return True
+        except (IndexError, ProcessLookupError):
+            time.sleep(0.001)
+    return False
+
+
+def test_processes_killed_or_stopped_at_random_instants(shell: CommandTest) -> None:
+    draw = random.Random(KILLS)
+    hits = failed = 0
+    for k in range(KILLS):
+        process = shell.start(*tables.SHORT_RUNS.split(), "--output", f"run{k}")
+        hits += hit(process, (signal.SIGKILL, signal.SIGSTOP)[k % 2], draw.uniform(0, 2), draw.choice)
+        code, _, err = shell.finish(process)
+        assert_ended(shell, code, err, f"run{k}")
+        shell.wait_for(lambda: not processes_of(process.pid), "a process lives on")
+        failed += code != WHOLE
+    assert failed > 0
+    publish_on_request("reliability/process_faults.json", {"hits": hits, "failed": failed})
+
+
+# The machine's clock and memory.
+
+
+def stepped(shell: CommandTest, seconds: float, after: float) -> None:
+    shell.environment["LD_PRELOAD"] = os.environ["STEPPING_CLOCK"]
+    shell.environment |= {"HOTPATH_CLOCK_STEP": str(seconds), "HOTPATH_CLOCK_STEP_AFTER": str(after)}
+
+
+@pytest.mark.parametrize("seconds", [3600, -3600])
+def test_a_step_of_the_clock_during_a_live_run_changes_nothing(shell: CommandTest, seconds: int) -> None:
+    stepped(shell, seconds, after=1)
+    shell.accepted(*tables.LIVE_RUN.split(), "--output", "run")
+    run = shell.checked("run")
+    assert run.run["complete"] and all(e["loss_equations"]["hold"] for e in run.summary()["executors"])
+
+
+def test_the_library_steps_the_clock(shell: CommandTest) -> None:
+    stepped(shell, 3600, after=0)
+    asked = [sys.executable, "-c", "import time; print(time.time(), time.monotonic())"]
+    printed = subprocess.run(asked, env=shell.environment, capture_output=True, check=True).stdout.split()
+    assert float(printed[0]) > time.time() + 3000
+    assert float(printed[1]) < time.monotonic() + 1
+
+
+MEMORY = Path("/sys/fs/cgroup/memory")  # cgroup version 1, in which a test may create groups
+# Allocates memory in processes smaller than those of a run, until the kernel has killed a process of
+# the cgroup.
+HOG = """
+import os, signal, sys, time
+children = []
+while "oom_kill 0" in open(sys.argv[1]).read():
+    children.append(os.fork())
+    if children[-1] == 0:
+        kept = b"x" * (8 << 20)
+        signal.pause()
+    time.sleep(0.05)
+for child in children:
+    os.kill(child, signal.SIGKILL)
+"""
+
+
+@pytest.fixture
+def group(shell: CommandTest) -> Path:
+    """A cgroup with 300 MiB."""
+    path = MEMORY / f"hotpath_test_{os.getpid()}"
+    try:
+        path.mkdir()
+        shell.addCleanup(path.rmdir)
+        (path / "memory.limit_in_bytes").write_text(str(300 << 20))
+    except OSError as error:
+        pytest.skip(f"cannot limit memory: no cgroup can be made in {MEMORY} ({error.strerror})")
+    return path
+
+
+def inside(group: Path) -> Any:
+    return {"preexec_fn": lambda: (group / "cgroup.procs").write_text(str(os.getpid()))}
+
+
+@pytest.mark.parametrize("line", tables.TOO_LONG)
+def test_traces_that_would_not_fit_are_refused(shell: CommandTest, group: Path, line: str) -> None:
+    code, _, err = shell.command(*line.split(), "--output", "run", **inside(group))
+    assert code == WRONG_USE, err
+    assert_says(err, "--duration", " GB of memory, but 0.31 GB are available; take a shorter")
+    assert not (shell.folder / "run").exists()
+
+
+def test_the_limit_of_memory_is_reached_during_a_run(shell: CommandTest, group: Path) -> None:
+    process = shell.start(*tables.FOUR_RUNS.split(), "--output", "run", **inside(group))
+    shell.addCleanup(lambda: process.poll() is None and process.kill())
+    facts = shell.folder / "run" / "run.json"
+    shell.wait_for(lambda: facts.exists() and json.loads(facts.read_text())["runs"], "no repetition ends")
+    subprocess.run(["/usr/bin/python3", "-c", HOG, group / "memory.oom_control"], check=True, **inside(group))
+    code, _, err = shell.finish(process)
+    if code == -signal.SIGKILL:  # between two repetitions the command is the only process to kill
+        shell.accepted(*tables.RECOVER)
+        assert shell.checked("run").jobs()
+        return
+    assert code == FAILED, err
+    run = shell.checked("run")
+    failures = run.run["failures"]  # perhaps several: the next run may start before the memory is free
+    assert_says(err, f"{len(failures)} of 4 runs failed")
+    assert "Killed" in failures[0] and len(run.jobs()) == 4 - len(failures)
+    shell.wait_for(lambda: not processes_of(process.pid), "a process lives on")
+
+
+# A power loss. disk_calls.cpp logs each sync, mkdir and rename. A model disk keeps only synced content;
+# when the command has ended, it must hold the same content as the folder. During the command, a file is
+# renamed only after its content is synced; a new name is synced before another name is created in the
+# same folder or below; run.json names only repetitions whose rows are synced; a file that grows under
+# its final name has that name synced before its content. Without any sync of the log, there is a defect.
+
+
+class Event:
+    """An entry of the log."""
+
+    def __init__(self, line: bytes, content: bytes) -> None:
+        facts, path, renamed = line.decode().rstrip("\n").split("\t")
+        self.kind, inode, _ = facts.split(" ")
+        self.inode, self.content, self.path, self.named = (
+            int(inode),
+            content,
+            Path(path),
+            Path(renamed or path),
+        )
+
+
+def events_of(log: Path) -> list[Event]:
+    found = []
+    with open(log, "rb") as file:
+        while line := file.readline():
+            found.append(Event(line, file.read(int(line.split(b"\t")[0].split(b" ")[2]))))
+    return found
+
+
+def disk_state(folder: Path) -> Any:
+    """{path: (inode, content)}; a folder's content is its names with their inodes."""
+    return {
+        p: (p.stat().st_ino, {q.name: q.stat().st_ino for q in p.iterdir()} if p.is_dir() else p.read_bytes())
+        for p in [folder, *folder.rglob("*")]
+    }
+
+
+def defects_of(first: Any, events: list[Event], last: Any) -> list[str]:
+    """What is wrong with the model disk during these events and after them."""
+    kept = dict(first.values())  # by inode
+    names = {path: content for path, (_, content) in first.items() if isinstance(content, dict)}
+    stored = {path.name: content for path, (_, content) in first.items() if path.suffix == ".part"}
+    unkept_names: set[Path] = set()  # folders with a new name that is not synced
+    defects = []
+    for event in events:
+        if event.kind == "rename-file" and kept.get(event.inode) != event.content:
+            defects.append(f"{event.path} is renamed before its content was kept")
+        if event.kind.startswith(("rename", "make")) and event.named.suffix != ".part":
+            if unkept_names & set(event.named.parents):
+                defects.append(f"{event.path} is named before the name given before was kept")
+            unkept_names.add(event.named.parent)
+        elif event.kind == "wait-folder":
+            lines = (line.split(" ", 1) for line in event.content.decode().splitlines())
+            kept[event.inode] = names[event.path] = {name: int(inode) for inode, name in lines}
+            unkept_names.discard(event.path)
+        else:
+            kept[event.inode] = stored[event.path.name] = event.content
+            parts = any(name.endswith(".part") for name in event.path.parts)
+            if not parts and names.get(event.path.parent, {}).get(event.path.name) != event.inode:
+                defects.append(f"{event.path} is kept before its name was kept")
+            for run in (
+                json.loads(event.content).get("runs", []) if event.path.name.startswith(".run.json.") else []
+            ):
+                row = f"\n{run['executor']},{run['repetition']},".encode()
+                if any(row not in stored.get(name, b"") for name in ("jobs.csv.part", "chains.csv.part")):
+                    defects.append(f"{event.path} names rows that are not kept")
+    return defects + [
+        f"{p} is not kept as it is" for p, (inode, content) in last.items() if kept.get(inode) != content
+    ]
+
+
+def assert_survives(shell: CommandTest, line: list[Any], program: str = HOTPATH) -> None:
+    """Checks that the command's result survives a power loss."""
+    disk, log = shell.folder / "disk", shell.folder / "log"
+    log.write_bytes(b"")
+    first = disk_state(disk)
+    noted = {
+        "LD_PRELOAD": os.environ["DISK_CALLS"],
+        "HOTPATH_DISK_LOG": str(log),
+        "HOTPATH_DISK_FOLDER": str(disk),
+    }
+    done = subprocess.run(
+        [program, *line], cwd=shell.folder, env=shell.environment | noted, capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    events, last = events_of(log), disk_state(disk)
+    assert defects_of(first, events, last) == []
+    assert defects_of(
+        first, [e for e in events if not e.kind.startswith("wait")], last
+    ), "the check needs no sync"
+
+
+@pytest.mark.parametrize("lines", rows(tables.SURVIVE), ids=lambda lines: lines[0].split()[0])
+def test_a_power_loss(shell: CommandTest, stock: Path, lines: list[str]) -> None:
+    (shell.folder / "disk").mkdir()
+    shutil.copytree(stock / "run", shell.folder / "disk" / "run0")
+    for line in lines:
+        assert_survives(shell, words(line, stock))
+
+
+def test_a_power_loss_during_a_recovery(shell: CommandTest) -> None:
+    (shell.folder / "disk").mkdir()
+    process = shell.start(*tables.FOUR_RUNS.split(), "--output", "disk/run")
+    facts = shell.folder / "disk" / "run" / "run.json"
+    shell.wait_for(
+        lambda: facts.exists() and json.loads(facts.read_text())["runs"], "no repetition is stored"
+    )
+    process.kill()
+    shell.finish(process)
+    shell.wait_for(lambda: not processes_of(process.pid), "a process lives on")
+    assert_survives(shell, [word.replace("run", "disk/run") for word in tables.RECOVER])
+
+
+def test_a_power_loss_of_the_python_package(shell: CommandTest) -> None:
+    (shell.folder / "disk").mkdir()
+    shell.environment["PYTHONPATH"] = str(BENCH)
+    code = (
+        "import sys, pathlib; from hotpath_report import tables; f = pathlib.Path(sys.argv[1]);"
+        "tables.make_folder(f / 'a' / 'b'); tables.write_file(f / 'a' / 'b' / 'page', 'text');"
+        "tables.write_json(f / 'a' / 'facts', {'a': 1})"
+    )
+    assert_survives(shell, ["-B", "-c", code, shell.folder / "disk"], sys.executable)
