@@ -161,7 +161,7 @@ class ReadBack(FieldTest):
         for n in range(12):
             options: list[Any] = ["--executors", ",".join(generator.sample(executors, 3))]
             for cost in generator.sample(costs, 2):
-                options += [f"--{cost}-cost-us", generator.choice((20, 150, 333.3))]
+                options += ["--platform", f"{cost}_cost_us={generator.choice((20, 150, 333.3))}"]
             options += ["--cores", generator.choice((1, 2))]
             if generator.random() < 0.3:
                 options += ["--rate", 90]

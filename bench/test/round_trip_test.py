@@ -149,7 +149,7 @@ class RoundTrip(CommandTest):
         """A thread whose callbacks never wait for each other may be undecided."""
         for name in self.names("deployments"):
             with self.subTest(name):
-                plan = ("--deployments", name, "--dispatch-cost-us", 5, "--load", 80)
+                plan = ("--deployments", name, "--platform", "dispatch_cost_us=5", "--load", 80)
                 facts, run, found = self.imported(name, *plan, seconds=5)
                 self.check(facts, run, found)
                 for executor in facts["executors"]:
