@@ -157,7 +157,7 @@ class ReadBack(FieldTest):
     def test_a_replay_of_any_simulation_equals_it(self) -> None:
         generator = random.Random(45)
         executors = "default static multi:2 cbg:2 events-ro events-re rm-ro rm-re edf-re fp-ro".split()
-        costs = "release pass dispatch timer-dispatch wait".split()
+        costs = "release pass dispatch timer_dispatch wait".split()
         for n in range(12):
             options: list[Any] = ["--executors", ",".join(generator.sample(executors, 3))]
             for cost in generator.sample(costs, 2):
