@@ -136,7 +136,6 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"FILE": "{sweep}", "--output": "out"},
         {
             "--threads": Elsewhere("only the printed estimate depends on it", "sweep_test.py"),
-            "--rank-time-out": Elsewhere("it needs a rank that dies", "sweep_test.py"),
             "--yes": Elsewhere("it starts a sweep of more than an hour; sweep_test.py tests the rejection without it"),
             "--output": ELSEWHERE,
         },
