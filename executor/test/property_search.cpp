@@ -59,7 +59,7 @@ class Search {
 
   /// Exit code: 0 if no counter-example was found.
   int run() {
-    hotpath::Crew crew({.threads = options_.threads});
+    hotpath::Crew crew(options_.threads);
     hotpath::Campaign campaign;
     campaign.name = options_.only + " " + std::to_string(options_.sets) + " " + std::to_string(options_.seed);
     campaign.cells.resize((options_.sets + kSetsOfACell - 1) / kSetsOfACell);
@@ -71,7 +71,7 @@ class Search {
       show_progress(campaign.cells.size());
     };
     campaign.stopped = [this] { return first_is_known(); };
-    for (const std::string& note : crew.run(campaign)) std::fprintf(stderr, "note: %s\n", note.c_str());
+    crew.run(campaign);
     return crew.coordinates() ? report(crew) : 0;
   }
 
