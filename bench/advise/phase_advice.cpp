@@ -130,19 +130,18 @@ class PhaseAdviser : Question {
   }
 
  private:
+  Duration elapsed() const { return std::chrono::steady_clock::now() - begin_; }
   bool stopped(double share) const {
-    return program::interrupted() != 0 ||
-           std::chrono::steady_clock::now() - begin_ > setup::seconds(share * options.budget_s);
+    return program::interrupted() != 0 || elapsed() > setup::seconds(share * options.budget_s);
   }
 
   /// The values of the phases that the chosen ones are compared with, the best first.
   std::vector<PhaseValues> compared(const Candidate& c, double share) const {
-    const auto by = [&](Phases rule, std::size_t draw) {
+    const auto by = [&](Phases rule, std::uint32_t draw) {
       setup::CommonOptions o = options;
       o.phases = rule;
-      PhaseValues values = exact_values(
-          c, objective,
-          setup::phases_of_repetition(o, c.graph, c.tasks, c.spec, static_cast<std::uint32_t>(draw)));
+      const auto first = setup::phases_of_repetition(o, c.graph, c.tasks, c.spec, draw);
+      PhaseValues values = exact_values(c, objective, first);
       values.rule = rule;
       return values;
     };
@@ -151,7 +150,7 @@ class PhaseAdviser : Question {
     if (std::ranges::all_of(tasks.callbacks, is_given)) all.push_back(by(Phases::given, 0));
     std::vector<PhaseValues> draws(std::ranges::none_of(all, &PhaseValues::exact) ? 0 : options.draws);
     program::for_each_index(draws.size(), options.threads, [&](std::size_t d) {
-      if (!stopped(share)) draws[d] = by(Phases::random, d);
+      if (!stopped(share)) draws[d] = by(Phases::random, static_cast<std::uint32_t>(d));
     });
     std::ranges::copy_if(draws, std::back_inserter(all), &PhaseValues::exact);
     std::ranges::stable_sort(all, {}, &PhaseValues::score);
@@ -167,6 +166,7 @@ class PhaseAdviser : Question {
     double share = 0;
     for (const Candidate& c : all) {
       progress.begin("compared phases, " + c.name);
+      progress.update(elapsed(), setup::seconds(options.budget_s));
       compared_.push_back({&c, compared(c, share += kCompareShare / static_cast<double>(all.size()))});
     }
     std::ranges::stable_sort(compared_, {}, score);
@@ -174,12 +174,16 @@ class PhaseAdviser : Question {
       Compared& c = compared_[i];
       if (c.refused() || (i >= kSearched && c.candidate->name != options.now)) continue;
       progress.begin("search, " + c.candidate->name);
-      c.found = found(c, share += (1 - kCompareShare) / (kSearched + 1));
+      share += (1 - kCompareShare) / (kSearched + 1);
+      c.found = found(c, [&] {
+        progress.update(elapsed(), setup::seconds(options.budget_s));
+        return stopped(share);
+      });
     }
     std::ranges::stable_sort(compared_, {}, score);
   }
 
-  FoundPhases found(const Compared& c, double share) const {
+  FoundPhases found(const Compared& c, const std::function<bool()>& stop) const {
     const Candidate& candidate = *c.candidate;
     std::vector<FirstTimestamps> starts;
     for (const PhaseValues& v : c.phases) {
@@ -196,13 +200,12 @@ class PhaseAdviser : Question {
         for (TaskId id = 0; id < moved.size(); ++id) {
           if (tasks.set[id].kind == TaskKind::timer && random() % 2 != 0) moved[id] += 2 * margin_;
         }
-        values.within_margin =
-            std::max(values.within_margin, exact_values(candidate, objective, moved).score);
+        const PhaseScore score = exact_values(candidate, objective, moved).score;
+        values.within_margin = std::max(values.within_margin, score);
       }
       return values;
     };
-    FoundPhases found =
-        search_phases(tasks.set, sources, starts, evaluate, options.threads, [&] { return stopped(share); });
+    FoundPhases found = search_phases(tasks.set, sources, starts, evaluate, options.threads, stop);
     if (!found.values.exact()) found.values = c.phases.front();
     return found;
   }
@@ -212,9 +215,10 @@ class PhaseAdviser : Question {
     const Candidate& c = *best.candidate;
     std::vector<bounds::ReachedWorstCase> reached;
     (void)exact_values(c, objective, best.found->values.first, &reached);
+    if (reached.empty()) return;  // interrupted
     const bool of_tasks = objective.kind == Objective::Kind::worst_lateness;
     std::erase_if(reached, [&](const bounds::ReachedWorstCase& w) {
-      return of_tasks ? w.kind != "task" : w.kind == "task" || w.number != objective.chain;
+      return (w.kind == "task") != of_tasks || (!of_tasks && w.number != objective.chain);
     });
     GraphTasks proved = c.tasks;
     setup::set_phases(proved.set, best.found->values.first);
@@ -236,7 +240,8 @@ class PhaseAdviser : Question {
     const auto cell = [](double value) { return std::isfinite(value) ? fixed(value, 2) : ""; };
     for (const Compared& c : compared_) {
       if (c.refused()) continue;
-      std::vector<program::TextTable::Cell> row = {c.candidate->name};
+      const bool ended_early = c.found && !c.found->complete;
+      std::vector<program::TextTable::Cell> row = {c.candidate->name + (ended_early ? " (ended early)" : "")};
       for (const Phases rule : {Phases::creation, Phases::synchronous, Phases::given})
         row.push_back(c.by(rule).empty() ? "" : cell(c.by(rule).front().score.value));
       const std::vector<PhaseValues> random = c.by(Phases::random);
@@ -246,7 +251,7 @@ class PhaseAdviser : Question {
         const PhaseValues& v = c.found->values;
         for (const double value : {v.score.value, v.within_margin.value, v.hot_path_ms, v.age_ms})
           row.push_back(cell(value));
-        row.push_back(concat(v.score.late_timers, c.found->complete ? "" : ", ended early"));
+        row.push_back(std::to_string(v.score.late_timers));
       }
       row.resize(12, "");
       table.add_row(row);

@@ -15,8 +15,6 @@ namespace hotpath::advise {
 
 namespace {
 
-using namespace std::chrono_literals;
-
 constexpr int kPoints = 16;  // of a grid, in addition to the current phases
 constexpr std::array<std::int64_t, 3> kSteps = {16, 128, 1024};  // of the grids, as parts of a timer's range
 
@@ -51,14 +49,14 @@ PhaseValues exact_values(const Candidate& candidate, const Objective& objective,
   if (!values.exact()) return values;
 
   auto& [value, late_timers, tie] = values.score;
-  double lateness = -INFINITY, responses = 0;  // of timers, in ms
+  value = -INFINITY;  // the lateness of timers, decided by their response times, unless a chain is judged
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     if (tasks.set[id].kind != TaskKind::timer) continue;
     const double response = bounds.tasks[id] ? to_ms(Duration(*bounds.tasks[id])) : INFINITY;
     const double late = response - to_ms(tasks.set[id].deadline);
     late_timers += late > 0 ? 1 : 0;
-    lateness = std::max(lateness, late);
-    responses += response;
+    value = std::max(value, late);
+    tie += response;
   }
   const auto latencies = worst_latencies(candidate, bounds);
   if (!latencies.empty()) std::tie(values.hot_path_ms, values.age_ms) = latencies[objective.chain];
@@ -69,11 +67,8 @@ PhaseValues exact_values(const Candidate& candidate, const Objective& objective,
     value = 0;
     for (const Objective::Requirement& r : objective.requirements)
       value = std::max(value, 100 * latencies[r.chain].second / r.most_ms);
-  } else {
-    value = lateness;
-    tie = responses;
   }
-  if (std::isinf(values.score.value)) {
+  if (std::isinf(value)) {
     values.score = {};
     values.refusal = "a timer never runs, or the chain has no output or begins in a subscription";
   }
@@ -134,7 +129,7 @@ FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& togethe
       const auto step = std::chrono::floor<std::chrono::microseconds>(range_of_phases(set, move) / steps);
       std::vector<FirstTimestamps> points;
       for (int k = -kPoints / 2; k <= kPoints / 2; ++k)
-        points.push_back(moved(best.first, move, k * std::max(step, 1us)));
+        points.push_back(moved(best.first, move, k * std::max(step, std::chrono::microseconds(1))));
       std::vector<PhaseValues> values = evaluated(points, best.within_margin);
       if (!found.complete) break;
       const auto least = std::ranges::min_element(values, {}, &PhaseValues::within_margin)->within_margin;
