@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/advice.hpp"
-#include "advise/phase_advice.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
