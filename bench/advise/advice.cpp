@@ -217,7 +217,7 @@ class Adviser : Question {
     write_ranking(std::cout, advice);
     if (advice.draws < advice.asked_draws) {
       std::cout << "Only " << advice.draws << " of " << advice.asked_draws
-                << " draws: the budget ended (--budget SECONDS).\n";
+                << " draws: the budget ended (--time-out SECONDS).\n";
     }
     if (!graph.chains.empty()) program::draw_figure("advice", folder);
     if (!contract.empty()) std::cout << "\nContract for `hotpath watch`: " << contract << "\n";
@@ -231,6 +231,10 @@ void advise(const Options& options) {
   program::catch_interrupts();
   Options o = options;
   if (!o.phases_file.empty()) o.phases = Phases::given;
+  if (!o.phases_of.empty()) {
+    throw program::UsageError("--phases " + o.phases_of +
+                              ": draws take the phases of a CSV file, not of a run");
+  }
   Adviser(o).run();
 }
 
