@@ -42,7 +42,8 @@ class Ranks(unittest.TestCase):
                 [str(MPIRUN), *options, "sh", "-c", script, PROGRAM, others, *ARGUMENTS],
                 cwd=self.folder, env=environment, stdout=out, stderr=err,
             )  # fmt: skip
-        self.addCleanup(lambda: job.poll() is None and job.kill())
+        self.addCleanup(job.wait)
+        self.addCleanup(job.kill)
         return job
 
     def text(self, name: str) -> str:

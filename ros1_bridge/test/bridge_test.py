@@ -350,7 +350,9 @@ class StrangeRun(BridgeTest):
         bridge.says("waiting for a benchmark")
         listener = self.listen({"/hotpath/graph": GRAPH, "/diagnostics": DIAGNOSTICS, **RUN})
         strange = self.start_process([os.environ.get("STRANGE_RUN", "strange_run"), self.domain])
-        bridge.says("another program publishes the DDS topic hotpath/clock as hotpath::telemetry::ChainSample")
+        bridge.says(
+            "another program publishes the DDS topic hotpath/clock as hotpath::telemetry::ChainSample"
+        )
         bridge.says("has no place to draw it")
         graph = listener.wait_for("/hotpath/graph", lambda m: any(n["ns"] == "figures" for n in m["markers"]))
         nodes = listener.wait_for("/diagnostics", lambda m: not values_of(m, ": bridge"))
