@@ -87,7 +87,7 @@ void add_compare_results_command(CLI::App& app) {
         if (!a.markdown.empty()) words.push_back("--markdown=" + a.markdown);
         run_tool("compare-results", words, "--csv", a.output);
       });
-  command.add_option("OLD", o.before, "Baseline: folder of a run or of a reproduction")
+  command.add_option("OLD", o.before, "Baseline: folder of a run, a reproduction or `bench`")
       ->type_name("FOLDER")
       ->required();
   command.add_option("NEW", o.after, "Folder of the same kind, to compare with OLD")

@@ -64,7 +64,7 @@ class HostileNames(CommandTest):
             ("simulate", "--deployments", NAME), ("simulate", "--phases-file", NAME), ("simulate", "--load", NAME),
             ("simulate", "--entity-order", NAME), (f"--{NAME}",), ("check", NAME), ("summarize", NAME), ("sweep", NAME),
             ("summarize", "--golden", NAME), ("recover", NAME), ("compare-results", NAME, NAME),
-            ("timeline", NAME), ("bench", "--compare", NAME, NAME), ("bench", "--only", NAME), ("validate", NAME),
+            ("timeline", NAME), ("bench", "--only", NAME), ("validate", NAME),
             ("import", "ctf", NAME), ("export", "ctf", NAME),
             ("advise", NAME), ("advise", "--for", NAME), ("analyze", NAME), ("analyze", "--trace", NAME),
             ("capacity", "--require", NAME), ("capacity", "--executors", NAME), ("timeline", LINES),

@@ -219,10 +219,7 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {},
         {
             option: Elsewhere("its programs measure", "bench_command_test.py")
-            for option in ("--quick", "--repetitions", "--only", "--time-out", "--output", "--compare")
-        } | {
-            "--seed": Refused({"--seed": 2, "--compare": "a", "NEW": "b"}, "--compare"),
-            "--json": Refused({"--json": True}, "--compare"),
+            for option in ("--quick", "--repetitions", "--only", "--time-out", "--output", "--seed")
         },
     ),
     "summarize": (
@@ -393,7 +390,6 @@ class Contradictions(OptionTest):
             ("analyze autoware --chain a,b --csv x", ("--chain", "--csv")),
             ("analyze autoware --delta-us 1 --release-cost-us 2", ("--delta-us", "--release-cost-us")),
             ("analyze autoware --chain nope", ("--chain", "nope")),
-            ("bench --compare a b --repetitions 3", ("--compare", "--repetitions")),
             ("bench --quick --repetitions 3", ("--quick", "--repetitions")),
             ("summarize run --golden x", ("RUN", "--golden")),
             ("summarize --golden x --json", ("--golden", "--json")),

@@ -76,7 +76,7 @@ PYTHON_READERS = {
     ],
     "run/chains.csv": ["hot-path {d} --output p", "report {d} --output p"],
     "run/jobs.csv": ["timeline {d}"],
-    "bench/bench.json": ["bench-report {d}", "bench --compare {d}"],
+    "bench/bench.json": ["bench-report {d}", "compare-results {d} {d}"],
     "swept/table.csv": ["sweep {d}"],
     "capacity/levels.csv": ["capacity {d}"],
     "advice/advice.json": ["advice {d}"],
@@ -228,8 +228,6 @@ class Readers(CommandTest):
                 "svg": "",
             }
             words = ["timeline", json.dumps({**options, "perfetto": str(folder / "t.json")})]
-        elif words[0] == "bench":
-            words = ["bench", json.dumps({"compare": [words[2], words[2]]})]
         words = [str(folder / word) if word == "p" else word for word in words]
         output, errors = io.StringIO(), io.StringIO()
         with mock.patch.dict(os.environ, {**self.environment, "HOTPATH": HOTPATH}):
