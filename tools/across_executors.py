@@ -20,8 +20,7 @@ from hotpath_report.statistics import Samples
 RESULT = "import/across_executors.json"
 TRACES = ROOT / "reference_system/ros2_reference/ctf"
 CHAIN = "FrontLidarDriver,RearLidarDriver:ObjectCollisionEstimator"
-WARM_UP_S = 1
-PERIOD_S = 0.1  # of the LiDARs, and so of the outputs
+WARM_UP_S, PERIOD_S = 1, 0.1  # the period of the LiDARs, and so of the outputs
 DRAWS = 10
 QUIET, JAZZY, ROLLING = "upstream_jazzy_quiet_default", "jazzy_autoware_default", "autoware_default"
 GIVEN = "upstream_jazzy_quiet_fp-given"

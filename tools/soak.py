@@ -7,6 +7,7 @@ open files and threads of its processes must not grow from the second tenth of t
 """
 
 import contextlib
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -18,7 +19,6 @@ from typing import Any
 from evidence import hotpath, parser, publish
 from hotpath_report import hotpath_command
 from hotpath_report.run import Run
-from hotpath_report.statistics import Samples
 
 RESULT = "reliability/soak.json"
 EXECUTORS = ("default", "rm-ro", "cbg:2")
@@ -40,9 +40,8 @@ def usage_of(session: int) -> Counter[str]:
 
 def growth_percent(values: list[int]) -> float:
     """From the mean of the second tenth to that of the last."""
-    tenth = max(1, len(values) // 10)
-    early, late = (Samples([part]).mean for part in (values[tenth : 2 * tenth], values[-tenth:]))
-    return 100 * (late / early - 1)
+    tenth = len(values) // 10
+    return 100 * (statistics.fmean(values[-tenth:]) / statistics.fmean(values[tenth : 2 * tenth]) - 1)
 
 
 def main() -> int:
@@ -59,8 +58,9 @@ def main() -> int:
             runs[executor] = subprocess.Popen(list(map(str, words)), start_new_session=True)
         try:
             samples: dict[str, list[Counter[str]]] = {executor: [] for executor in runs}
-            for _ in range(1, SAMPLES):
-                time.sleep(seconds / SAMPLES)
+            begin = time.monotonic()
+            for k in range(1, SAMPLES):  # the last one before the runs end
+                time.sleep(max(0, begin + seconds * k / SAMPLES - time.monotonic()))
                 for executor, process in runs.items():
                     samples[executor].append(usage_of(process.pid))
             for domain, (executor, process) in enumerate(runs.items(), 40):
@@ -69,9 +69,10 @@ def main() -> int:
                 summary = Run(Path(f"{scratch}/{domain}")).summary()[0]
                 grown = {k: growth_percent([s[k] for s in samples[executor]]) for k in MOST_GROWTH_PERCENT}
                 failed |= any(grown[k] > most for k, most in MOST_GROWTH_PERCENT.items())
-                failed |= not summary["loss_equations"]["hold"]
-                facts = {"hours": o.hours, "jobs": summary["callbacks_executed"]}
-                facts["private_mib"] = round(samples[executor][-1]["private_kib"] / 1024, 1)
+                ended_early = samples[executor][-1]["threads"] == 0
+                failed |= ended_early or not summary["loss_equations"]["hold"]
+                mib = round(samples[executor][-1]["private_kib"] / 1024, 1)
+                facts = {"hours": o.hours, "jobs": summary["callbacks_executed"], "private_mib": mib}
                 facts["growth_percent"] = round(grown["private_kib"], 3)
                 print(executor, facts, grown)
                 if o.publish and not failed:

@@ -73,7 +73,7 @@ def main() -> None:
     compared = pairs[0][0].keys() - {"watcher", "events", "length"}
     rows = {f"{name}, %": [100 * (a[name] / b[name] - 1) for a, b in pairs] for name in sorted(compared)}
     rows["the watcher itself, % of one core"] = [100 * watched["watcher"] for watched, _ in pairs]
-    if not options.jobs:
+    if pairs[0][0]["events"] and not options.jobs:
         rows["cpu per event, ns"] = [1e9 * (a["cpu"] - b["cpu"]) / a["events"] for a, b in pairs]
     for title, values in rows.items():
         median = Samples([value] for value in values).estimate(0.5)

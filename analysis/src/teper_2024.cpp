@@ -14,7 +14,8 @@ using exact::add, exact::multiply, exact::subtract;
 constexpr std::string_view kMethod = "the default executor's bound (teper_2024)";
 
 /// Lemma VI.2: `all` is the length of a processing window, `higher` the part of it before the timer.
-std::int64_t until_timer_starts(std::int64_t period, std::int64_t cost, std::int64_t all, std::int64_t higher) {
+std::int64_t until_timer_starts(std::int64_t period, std::int64_t cost, std::int64_t all,
+                                std::int64_t higher) {
   return add(all, std::max<std::int64_t>(0, add(subtract(period, cost), higher)));
 }
 

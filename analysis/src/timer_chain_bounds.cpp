@@ -99,7 +99,7 @@ std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
       bounds.push_back({r.name, std::nullopt, error.what()});
       continue;
     }
-    const TaskChain chain = task_chain(response.tasks, names, Revisits::allowed);
+    const TaskChain chain = task_chain(response.tasks, names);
     for (const EndToEnd& e : kEndToEnd) {
       const std::uint32_t missing = present & kAnyPhases & ~(e.covers | also_covers);
       bounds.push_back(attempt(std::string(e.name) + ", " + r.name, missing, [&] {
@@ -114,7 +114,7 @@ std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
       PeriodicTasks in_order;
       for (const TaskId id : poll_order(set)) in_order.push_back({.name = set[id].name, .id = id});
       std::vector<TaskId> chain;
-      for (const std::size_t position : task_chain(in_order, names, Revisits::allowed)) {
+      for (const std::size_t position : task_chain(in_order, names)) {
         chain.push_back(in_order[position].id);
       }
       return teper_2024(set, chain);

@@ -6,11 +6,11 @@
 #include <array>
 #include <unordered_set>
 
+#include "george_1996.hpp"
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
-#include "george_1996.hpp"
-#include "nasri_2017.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
+#include "nasri_2017.hpp"
 #include "reference_simulation.hpp"
 
 namespace hotpath {

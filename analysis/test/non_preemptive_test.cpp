@@ -2,10 +2,10 @@
 // Published and recomputed values of the non-preemptive analyses on one processor.
 #include <gmock/gmock.h>
 
+#include "george_1996.hpp"
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
-#include "george_1996.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "task_sets.hpp"

@@ -2,13 +2,13 @@
 // Compares analysis, exploration and simulation of thousands of random sets.
 #include <gtest/gtest.h>
 
+#include "george_1996.hpp"
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
 #include "hotpath/analysis/exact.hpp"
-#include "george_1996.hpp"
-#include "nasri_2017.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
+#include "nasri_2017.hpp"
 #include "reference_simulation.hpp"
 
 namespace hotpath {

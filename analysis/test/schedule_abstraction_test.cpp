@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include "nasri_2017.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "hotpath/core/exploration.hpp"
 #include "hotpath/core/registry.hpp"
+#include "nasri_2017.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath {
