@@ -160,7 +160,7 @@ class RoundTrip(CommandTest):
     def test_other_graphs_and_options(self) -> None:
         two = self.folder / "two.yaml"
         two.write_text(TWO_PROCESSES)
-        costs = ("--dispatch-cost-us", 5)
+        costs = ("--platform", "dispatch_cost_us=5")
         cases: list[Any] = [(g, "--executors", e, *costs) for g, of in OTHERS.items() for e in of]
         cases += [
             ("autoware", "--executors", "events-ro", "--load", 0),
@@ -199,7 +199,7 @@ class RoundTrip(CommandTest):
         graph.write_text(AUTOWARE.read_text().replace("\nnodes:", f"\ntopics: {{{order}}}\nnodes:", 1))
         for executor in ("default", "events-ro", "rm-ro"):
             with self.subTest(executor):
-                plan = ("--executors", executor, "--dispatch-cost-us", 5)
+                plan = ("--executors", executor, "--platform", "dispatch_cost_us=5")
                 stated = ("--executor", executor)
                 _, run, found = self.imported(executor, *plan, graph=graph, options=stated)
                 self.check_instants(run, found, graph)
