@@ -8,6 +8,7 @@
 #include <limits>
 #include <sstream>
 
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -74,9 +75,7 @@ double worst_lateness(const results::ExecutorSummary& summary) {
   return worst;
 }
 
-}  // namespace
-
-Objective parse_objective(const std::string& text, const Graph& graph) {
+Objective objective_of(const std::string& text, const Graph& graph) {
   Objective objective;
   if (text == "worst_lateness" || text == "losses") {
     objective.kind = text == "losses" ? Objective::Kind::losses : Objective::Kind::worst_lateness;
@@ -96,6 +95,18 @@ Objective parse_objective(const std::string& text, const Graph& graph) {
   if (objective.requirements.empty())
     throw program::UsageError(program::concat("--for: `", text, "`: ", kForms));
   objective.chain = objective.requirements.front().chain;
+  return objective;
+}
+
+}  // namespace
+
+Objective parse_objective(const std::string& text, const Graph& graph) {
+  Objective objective = objective_of(text, graph);
+  const GraphTasks tasks = make_tasks(graph);
+  for (const ChainIndex& chain : index_chains(graph, tasks)) {
+    objective.from_timers.push_back(std::ranges::all_of(
+        chain.sources, [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; }));
+  }
   return objective;
 }
 

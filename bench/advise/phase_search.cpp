@@ -5,9 +5,9 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <numeric>
 
-#include "hotpath/reference_system/chain_observation.hpp"
 #include "program/parallel.hpp"
 #include "setup/run_setup.hpp"
 
@@ -20,13 +20,12 @@ constexpr std::array<std::int64_t, 3> kSteps = {16, 128, 1024};  // of the grids
 
 /// The worst hot path and age in ms, by chain of the graph; infinite: there is none. `bounds` has only the
 /// chains that begin in timers.
-std::vector<std::pair<double, double>> worst_latencies(const Candidate& candidate,
+std::vector<std::pair<double, double>> worst_latencies(const Objective& objective,
                                                        const GraphBounds& bounds) {
   std::vector<std::pair<double, double>> worst;
   auto row = bounds.chains.begin();
-  const auto is_timer = [&](TaskId id) { return candidate.tasks.set[id].kind == TaskKind::timer; };
-  for (const ChainIndex& chain : index_chains(candidate.graph, candidate.tasks)) {
-    const std::optional<ChainAge> age = std::ranges::all_of(chain.sources, is_timer) ? *row++ : std::nullopt;
+  for (const bool from_timers : objective.from_timers) {
+    const std::optional<ChainAge> age = from_timers ? *row++ : std::nullopt;
     worst.emplace_back(age && age->hot_path ? to_ms(Duration(*age->hot_path)) : INFINITY,
                        age ? to_ms(Duration(age->latency)) : INFINITY);
   }
@@ -58,7 +57,7 @@ PhaseValues exact_values(const Candidate& candidate, const Objective& objective,
     value = std::max(value, late);
     tie += response;
   }
-  const auto latencies = worst_latencies(candidate, bounds);
+  const auto latencies = worst_latencies(objective, bounds);
   if (!latencies.empty()) std::tie(values.hot_path_ms, values.age_ms) = latencies[objective.chain];
   if (objective.kind == Objective::Kind::latency) {
     value = objective.of_hot_path() ? values.hot_path_ms : values.age_ms;
@@ -111,15 +110,29 @@ FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& togethe
     return first;
   };
   FoundPhases found;
+  struct Known {
+    PhaseValues values;
+    PhaseScore enough;
+  };
+  std::map<FirstTimestamps, Known> known;
   // Empty: the search was stopped.
   const auto evaluated = [&](const std::vector<FirstTimestamps>& points, const PhaseScore& enough) {
     found.complete = found.complete && !stop();
     std::vector<PhaseValues> values(found.complete ? points.size() : 0);
-    found.evaluations += values.size();
-    program::for_each_index(values.size(), threads, [&](std::size_t i) {
-      values[i] = evaluate(points[i], enough);
-      values[i].first = points[i];
+    std::vector<std::pair<FirstTimestamps, Known>> news;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto before = known.find(points[i]);
+      const bool use = before != known.end() && (before->second.values.within_margin <= before->second.enough ||
+                                                 enough <= before->second.enough);
+      if (!use) news.push_back({points[i], {{}, enough}});
+    }
+    found.evaluations += news.size();
+    program::for_each_index(news.size(), threads, [&](std::size_t i) {
+      news[i].second.values = evaluate(news[i].first, enough);
+      news[i].second.values.first = news[i].first;
     });
+    for (auto& [point, value] : news) known.insert_or_assign(point, std::move(value));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = known.at(points[i]).values;
     return values;
   };
   // Moves one timer after the other until no timer improves the score.
