@@ -49,16 +49,11 @@ std::vector<std::vector<TaskId>> next_of(const Contract& contract,
   return next;
 }
 
-std::size_t depth_of(const CallbackContract& subscription) {
-  const auto depth = std::ranges::find(subscription.terms, Clause::depth, &Term::clause);
-  const std::int64_t samples = depth == subscription.terms.end() ? 0 : depth->limit;
-  return imports::ChainFollower::most_unread(static_cast<std::uint32_t>(samples));
-}
-
 }  // namespace
 
 ChainCheck::ChainCheck(const Contract& contract, const StatedNames& names)
-    : jobs_(contract.callbacks.size()),
+    : contract_(contract),
+      jobs_(contract.callbacks.size()),
       observed_(contract.chains.size()),
       follower_(follower(contract, names)) {}
 
@@ -68,7 +63,6 @@ imports::ChainFollower ChainCheck::follower(const Contract& contract, const Stat
     ChainIndex& index = chains.emplace_back();
     index.sources.assign(chain.sources.begin(), chain.sources.end());
     index.sink_tasks.assign(chain.sinks.begin(), chain.sinks.end());
-    sources_.push_back(index.sources);
     for (const std::uint32_t source : chain.sources) source_jobs_[source];
   }
   std::vector<std::size_t> unread(names.topics().size());
@@ -76,7 +70,10 @@ imports::ChainFollower ChainCheck::follower(const Contract& contract, const Stat
   for (const CallbackContract& callback : contract.callbacks) {
     publishing.push_back(!callback.publishes.empty());
     const std::uint32_t topic = taken_.emplace_back(names.number_of(callback.topic));
-    if (topic != tracing::kNone) unread[topic] = std::max(unread[topic], depth_of(callback));
+    const auto depth = std::ranges::find(callback.terms, Clause::depth, &Term::clause);
+    const std::int64_t samples = depth == callback.terms.end() ? 0 : depth->limit;
+    const std::size_t most = imports::ChainFollower::most_unread(static_cast<std::uint32_t>(samples));
+    if (topic != tracing::kNone) unread[topic] = std::max(unread[topic], most);
   }
   std::vector<imports::HeldInputs> held = held_inputs(contract, names);
   ChainLanes lanes(chains, next_of(contract, held));
@@ -98,30 +95,27 @@ void ChainCheck::started(std::uint32_t entry, const tracing::Job& job, std::uint
   follower_.start(job.ref, {entry, number}, job.start, taken);
 }
 
-const std::vector<ChainOutput>& ChainCheck::ended(const tracing::Job& job) {
-  outputs_.clear();
+std::vector<ChainOutput> ChainCheck::ended(const tracing::Job& job) {
+  std::vector<ChainOutput> outputs;
   const std::optional<JobRef> ref = follower_.end(job.ref, job.ended);
   std::erase_if(pending_, [&](const ChainObservation& o) {
     if (!ref || !(o.sink == *ref)) return false;
     if (!job.ended) return true;
-    ChainOutput& output = outputs_.emplace_back();
-    output.chain = o.chain;
-    output.start = o.sink_start;
-    output.finish = job.finish;
-    output.hot_path = o.sink_start - o.latest_source_start;
-    if (const std::optional<Time> oldest = oldest_source(o)) output.age = job.finish - *oldest;
+    const std::optional<Time> oldest = oldest_source(o);
+    const ChainOutput& output = outputs.emplace_back(
+        ChainOutput{o.chain, o.sink_start, job.finish, o.sink_start - o.latest_source_start,
+                    oldest ? std::optional(job.finish - *oldest) : std::nullopt});
     ObservedChain& observed = observed_[o.chain];
     observed.hot_path.add(output.hot_path);
-    if (!output.age) return true;
-    observed.age.add(*output.age);
+    if (output.age) observed.age.add(*output.age);
     return true;
   });
-  return outputs_;
+  return outputs;
 }
 
 std::optional<Time> ChainCheck::oldest_source(const ChainObservation& observation) const {
   std::optional<Time> oldest;
-  const std::vector<TaskId>& sources = sources_[observation.chain];
+  const std::vector<std::uint32_t>& sources = contract_.chains[observation.chain].sources;
   for (std::size_t s = 0; s < sources.size(); ++s) {
     if (((observation.sources_seen >> s) & 1U) == 0) continue;
     const std::deque<std::optional<Time>>& latest = source_jobs_.at(sources[s]);

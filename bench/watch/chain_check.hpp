@@ -42,8 +42,8 @@ class ChainCheck {
                std::optional<Time> timestamp);
   /// `topic`: its number among the stated ones.
   void published(const tracing::Job& job, std::uint32_t topic) { follower_.publish(job.ref, topic); }
-  /// The outputs of the job; valid until the next call.
-  const std::vector<ChainOutput>& ended(const tracing::Job& job);
+  /// The outputs of the job.
+  std::vector<ChainOutput> ended(const tracing::Job& job);
 
   /// By chain of the contract.
   [[nodiscard]] std::vector<ObservedChain>& chains() { return observed_; }
@@ -55,13 +55,12 @@ class ChainCheck {
   imports::ChainFollower follower(const Contract& contract, const StatedNames& names);
   [[nodiscard]] std::optional<Time> oldest_source(const ChainObservation& observation) const;
 
-  std::vector<std::vector<TaskId>> sources_;  // by chain
-  std::vector<std::uint32_t> taken_;          // by entry: the stated topic that it takes; kNone: none
-  std::vector<std::uint64_t> jobs_;           // by entry: number of the next job
+  const Contract& contract_;
+  std::vector<std::uint32_t> taken_;  // by entry: the stated topic that it takes; kNone: none
+  std::vector<std::uint64_t> jobs_;   // by entry: number of the next job
   /// By entry: timestamps of the latest jobs of a source.
   std::map<std::uint32_t, std::deque<std::optional<Time>>> source_jobs_;
   std::vector<ChainObservation> pending_;  // of jobs that have not ended
-  std::vector<ChainOutput> outputs_;
   std::vector<ObservedChain> observed_;
   imports::ChainFollower follower_;
 };

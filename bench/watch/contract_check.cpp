@@ -174,7 +174,7 @@ void ContractCheck::ended(const tracing::System& system, const tracing::Job& job
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   if (entry == kNone) return;
   Subject& subject = subjects_[entry];
-  const std::vector<ChainOutput>& outputs = chain_check_.ended(job);
+  const std::vector<ChainOutput> outputs = chain_check_.ended(job);
   if (!job.ended || is_doubtful(job.start)) return;
   if (JudgedTerm* const budget = subject.find(Clause::budget)) {
     const Duration length = job.finish - job.start - ran.displaced;
@@ -266,16 +266,15 @@ void ContractCheck::forget(const ThreadKey& ended) {
   thread_check_.forget(ended);
   const auto process = processes_.find(ended.first);
   if (ended.second != 0 || process == processes_.end()) return;
-  process->second.noticed = observed_until_.value_or(process->second.finish);
-  if (!ending_) gone_.push_back(process->second);
-  processes_.erase(process);
+  process->second.ended = observed_until_.value_or(process->second.finish);
 }
 
 /// At the end of a run, its processes end one after another.
 void ContractCheck::judge_processes(Time until) {
   constexpr auto kEnding = std::chrono::seconds(2);
-  std::erase_if(gone_, [&](const Process& process) {
-    if (until < process.noticed + kEnding) return false;
+  std::erase_if(processes_, [&](const auto& known) {
+    const Process& process = known.second;
+    if (ending_ || !process.ended || until < *process.ended + kEnding) return false;
     incidents_.add(
         {Role::standstill, process.finish, "the process of " + subjects_[process.entry].name + " has ended"});
     return true;

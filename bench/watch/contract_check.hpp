@@ -47,7 +47,6 @@ class ContractCheck {
   void end() {
     ending_ = true;
     lossless_ = false;
-    gone_.clear();
   }
   /// Facts of the system's threads, some times a second.
   void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at, incidents_); }
@@ -96,9 +95,9 @@ class ContractCheck {
   };
   /// A process that ran callbacks of the contract.
   struct Process {
-    std::uint32_t entry = 0;  ///< Of the first one.
-    Time finish{};            ///< Of its latest job.
-    Time noticed{};           ///< When it was seen to have ended.
+    std::uint32_t entry = 0;         ///< Of the first one.
+    Time finish{};                   ///< Of its latest job.
+    std::optional<Time> ended = {};  ///< When it was seen to have ended.
   };
   struct Verdict {
     const Subject& subject;
@@ -143,7 +142,6 @@ class ContractCheck {
   PublisherCheck publisher_check_;
   std::deque<PastJob> past_jobs_;               // of all callbacks, in the order of their ends
   std::map<std::uint32_t, Process> processes_;  // by id
-  std::vector<Process> gone_;
   std::optional<Time> begin_, observed_until_, searched_;
   std::uint64_t losses_ = 0;
   std::optional<Time> lost_at_;  // the latest loss

@@ -57,7 +57,7 @@ class Incident {
   [[nodiscard]] nlohmann::json json() const;
 
  private:
-  static constexpr std::size_t kMostFacts = 50;
+  static constexpr std::size_t kMostFacts = 20;
   void insert(Fact fact);
   [[nodiscard]] std::string stated(const Fact& fact) const;
 

@@ -186,16 +186,6 @@ const std::vector<tracing::Event>& Session::pass_on(tracing::Time until) {
   return passed_;
 }
 
-const std::vector<tracing::Event>& Session::poll(tracing::Time now) {
-  read(now);
-  return pass_on(now - kSettled);
-}
-
-const std::vector<tracing::Event>& Session::finish(tracing::Time now) {
-  read(now);
-  return pass_on(tracing::Time::max());
-}
-
 Losses Session::losses() const {
   Losses losses = ended_;
   losses.late = late_;

@@ -43,9 +43,15 @@ class Session {
   /// Reads what the programs have written, and passes on, in the order of time, events that happened
   /// kSettled or more before `now`: a thread may be displaced between reading the clock and writing
   /// the record. The result is valid until the next call; its texts live as long as the session.
-  const std::vector<tracing::Event>& poll(tracing::Time now);
+  const std::vector<tracing::Event>& poll(tracing::Time now) {
+    read(now);
+    return pass_on(now - kSettled);
+  }
   /// At the end: passes on all events that are left.
-  const std::vector<tracing::Event>& finish(tracing::Time now);
+  const std::vector<tracing::Event>& finish(tracing::Time now) {
+    read(now);
+    return pass_on(tracing::Time::max());
+  }
 
   [[nodiscard]] Losses losses() const;
   /// The processes of the rings that the last call of poll() found.

@@ -51,42 +51,28 @@ constexpr int kNice = 10;
 constexpr double kDefaultKeep_s = 10;
 constexpr const char* kClearTerminal = "\033[H\033[2J";
 
-std::unique_ptr<ContractCheck> contract_of(const WatchOptions& options) {
-  if (options.contract.empty()) return nullptr;
-  return std::make_unique<ContractCheck>(read_contract(options.contract), realtime_now());
-}
-
-std::optional<FlightRecorder> recorder_of(const WatchOptions& options) {
-  if (options.record.empty()) return std::nullopt;
-  return FlightRecorder(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
-}
-
 volatile std::sig_atomic_t snapshot_requested = 0;
 
-/// Whether snapshots are written.
-bool prepare_record(const WatchOptions& options) {
-  if (options.record.empty()) return false;
+std::unique_ptr<FlightRecorder> recorder_of(const WatchOptions& options) {
+  if (options.record.empty()) return nullptr;
   program::check_output_folder(options.record, "", "--record");
   program::create_folder(options.record, "--record");
   std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
-  return true;
-}
-
-std::unique_ptr<WatchedProgram> program_of(const WatchOptions& options, const std::string& session) {
-  return options.command.empty() ? nullptr : std::make_unique<WatchedProgram>(options.command, session);
+  return std::make_unique<FlightRecorder>(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
 }
 
 class Watch {
  public:
   explicit Watch(const WatchOptions& options)
       : options_(options),
-        contract_(contract_of(options)),
+        contract_(options.contract.empty()
+                      ? nullptr
+                      : std::make_unique<ContractCheck>(read_contract(options.contract), realtime_now())),
         session_(is_attached() ? Meeting::attachable : Meeting::own),
-        records_(prepare_record(options)),
-        program_(program_of(options, session_.name())),
         recorder_(recorder_of(options)),
-        observer_(contract_.get(), recorder_ ? &*recorder_ : nullptr,
-                  is_attached() ? std::optional(begin_) : std::nullopt) {
+        program_(is_attached() ? nullptr
+                               : std::make_unique<WatchedProgram>(options.command, session_.name())),
+        observer_(contract_.get(), recorder_.get(), is_attached() ? std::optional(begin_) : std::nullopt) {
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
     observer_.set_realtime(realtime_now());
   }
@@ -156,7 +142,7 @@ class Watch {
     if (contract_) contract_->note_losses(session_.losses().total(), now());
     if (contract_ && program_ && is_ending()) contract_->end();
     for (const tracing::Event& event : events) observer_.event(event);
-    if (records_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
+    if (recorder_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
   }
 
   void read_threads() {
@@ -186,7 +172,7 @@ class Watch {
     for (Incident& incident : contract_->incidents()) {
       if (!incident.take_news()) continue;
       nlohmann::json line = incident.json();
-      if (incident.number() > stated_ && records_ && incident.number() <= kMostIncidentSnapshots) {
+      if (incident.number() > stated_ && recorder_ && incident.number() <= kMostIncidentSnapshots) {
         recorder_->mark(incident.first().at, incident.text());
         const fs::path folder = write_snapshot(incident.text());
         if (!folder.empty()) line["snapshot"] = folder.string();
@@ -296,10 +282,9 @@ class Watch {
   const WatchOptions& options_;
   const Time begin_ = now();
   const std::unique_ptr<ContractCheck> contract_;
-  Session session_;  // keeps the texts of the recorder's events
-  const bool records_;
-  const std::unique_ptr<WatchedProgram> program_;  // nullptr: attached
-  std::optional<FlightRecorder> recorder_;
+  Session session_;                                 // keeps the texts of the recorder's events
+  const std::unique_ptr<FlightRecorder> recorder_;  // nullptr: no snapshots are written
+  const std::unique_ptr<WatchedProgram> program_;   // nullptr: attached
   Observer observer_;
   ThreadReader threads_;
   std::deque<ThreadReading> unjudged_;
