@@ -149,7 +149,7 @@ class RoundTrip(CommandTest):
         """A thread whose callbacks never wait for each other may be undecided."""
         for name in self.names("deployments"):
             with self.subTest(name):
-                plan = ("--deployments", name, "--dispatch-cost-us", 5, "--load", 80)
+                plan = ("--deployments", name, "--platform", "dispatch_cost_us=5", "--load", 80)
                 facts, run, found = self.imported(name, *plan, seconds=5)
                 self.check(facts, run, found)
                 for executor in facts["executors"]:
@@ -160,7 +160,7 @@ class RoundTrip(CommandTest):
     def test_other_graphs_and_options(self) -> None:
         two = self.folder / "two.yaml"
         two.write_text(TWO_PROCESSES)
-        costs = ("--dispatch-cost-us", 5)
+        costs = ("--platform", "dispatch_cost_us=5")
         cases: list[Any] = [(g, "--executors", e, *costs) for g, of in OTHERS.items() for e in of]
         cases += [
             ("autoware", "--executors", "events-ro", "--load", 0),
@@ -171,7 +171,7 @@ class RoundTrip(CommandTest):
         ]
         for number, (graph, kind, executor, *options) in enumerate(cases):
             with self.subTest(graph=graph, executor=executor, options=options):
-                stated = ("--executor", executor) if kind == "--executors" else ()
+                stated = ("--executors", executor) if kind == "--executors" else ()
                 plan = (kind, executor, *options)
                 facts, run, found = self.imported(str(number), *plan, graph=graph, options=stated)
                 self.check_instants(run, found, graph)
@@ -199,8 +199,8 @@ class RoundTrip(CommandTest):
         graph.write_text(AUTOWARE.read_text().replace("\nnodes:", f"\ntopics: {{{order}}}\nnodes:", 1))
         for executor in ("default", "events-ro", "rm-ro"):
             with self.subTest(executor):
-                plan = ("--executors", executor, "--dispatch-cost-us", 5)
-                stated = ("--executor", executor)
+                plan = ("--executors", executor, "--platform", "dispatch_cost_us=5")
+                stated = ("--executors", executor)
                 _, run, found = self.imported(executor, *plan, graph=graph, options=stated)
                 self.check_instants(run, found, graph)
                 self.assertIn(order, (found.path.parent / "graph.yaml").read_text())

@@ -241,54 +241,6 @@ class Timeline(SimulateTest):
             self.assertGreaterEqual(e["ts"] + e["dur"], 1e6)
             self.assertLess(e["ts"], 1.1e6)
 
-    def test_chart(self) -> None:
-        run = self.simulate(
-            *("--graph", "timers_only_80", "--executors", "default,rm-ro", "--release-cost-us", 300, *BRIEF)
-        )
-        for executor, marks in (
-            ("default", ["skipped timestamp", "IMU"]),
-            ("rm-ro", ["displaced", "FrontCamera"]),
-        ):
-            svg = self.folder / f"{executor}.svg"
-            code, _, err = self.command(
-                *("timeline", run.path, "--executor", executor, "--from", 600, "--to", 800, "--svg", svg)
-            )
-            self.assertEqual(code, 0, err)
-            self.assertTrue(svg.with_suffix(".png").exists())
-            for mark in [*marks, "release"]:
-                self.assertIn(f"<!-- {mark} -->", svg.read_text())
-
-    def chart(self, *arguments: object) -> tuple[set[str], str]:
-        """The texts in a chart from 1000 to 1100 ms, and what the command noted."""
-        svg = self.folder / "chart.svg"
-        code, _, err = self.command("timeline", *arguments, "--from", 1000, "--to", 1100, "--svg", svg)
-        self.assertEqual(code, 0, err)
-        return set(re.findall("<!-- (.*) -->", svg.read_text())), err
-
-    def test_charts_of_two_executors_show_the_hot_path_on_one_axis(self) -> None:
-        run = self.simulate("--executors", "default,rm-ro,multi", "--cores", 2, *BRIEF)
-        texts, err = self.chart(run.path, "--executor", "default", "--executor", "rm-ro")
-        path = {"RearLidarDriver", "ObjectCollisionEstimator/EuclideanClusterDetector"}
-        self.assertLess({"default", "rm-ro", "chain hot_path", "other tasks", *path}, texts, err)
-        self.assertFalse(texts & {"MPCController/BehaviorPlanner", "executor thread"})
-        texts, _ = self.chart(run.path, "--executor", "default")
-        self.assertLess({"chain hot_path", "MPCController/BehaviorPlanner", *path}, texts)
-        # Subscriptions finish after the deadlines that they inherit, which are no deadlines of theirs.
-        self.assertNotIn("deadline missed", texts)
-        self.assertLess({"worker 0", "worker 1"}, self.chart(run.path, "--executor", "multi")[0])
-
-    def test_a_chart_needs_no_graph(self) -> None:
-        graph = self.write("chain.yaml", TINY_CHAIN % 4)
-        run = self.simulate("--graph", graph, "--executors", "default", *BRIEF)
-        texts, _ = self.chart(run.path)
-        self.assertLess({"other tasks"}, texts)
-        graph.unlink()
-        self.assertEqual(self.chart(run.path), (texts, ""))  # the run has a copy
-        (run.path / "input_graph.yaml").unlink()
-        texts, err = self.chart(run.path)
-        self.assertIn("note: the chart does not show chains: ", err)
-        self.assertIn("worker 0", texts)
-
 
 class Validate(SimulateTest):
     def test_reference_and_a_run_against_their_simulations(self) -> None:
