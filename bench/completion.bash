@@ -12,7 +12,8 @@ _hotpath() {
   if [[ "$current" == -* ]]; then
     words=$(grep -oE -- '--[a-z][a-z0-9-]*' <<< "$help")
   elif [[ "$before" == --* ]]; then
-    words=$(grep -oE -- "^ +(-[a-z],)?$before(,--[a-z-]+)* [^ ]+" <<< "$help" | grep -oE '[^ ]+$' | tr -d '[]' | grep '|' | tr '|' '\n')
+    words=$(grep -oE -- "^ +(-[a-z],)?$before(,--[a-z-]+)* [^ ]+" <<< "$help" \
+      | sed -E 's/.* //; s/=.*//; s/\[:[A-Z]+\]//; s/[][]//g' | grep '|' | tr '|' '\n')
     if [[ "$before" == --executor* ]]; then words=$("$1" list executors | cut -d' ' -f1); fi
   else
     words=$(sed -n '/^[A-Z]/,$ s/^  \([a-z][a-z0-9]*\) .*/\1/p' <<< "$help")

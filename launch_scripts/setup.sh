@@ -13,7 +13,7 @@ packages=(
   build-essential cmake ninja-build
   libfastrtps-dev libfastcdr-dev fastddsgen default-jre-headless
   libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libboost-dev zlib1g-dev libopenmpi-dev openmpi-bin
-  pkg-config libbabeltrace2-dev libncurses-dev
+  pkg-config libbabeltrace2-dev
   python3-matplotlib python3-pandas python3-jinja2 python3-tqdm graphviz
 )
 ros=(

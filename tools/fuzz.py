@@ -101,7 +101,7 @@ def fuzz(target: str, seconds: float, seed: int) -> tuple[str, int, list[str]]:
 def add(counts: dict[str, int], seconds: float) -> None:
     """Adds the executions to those of earlier runs."""
     before = read(RESULT)
-    targets = before.get("targets", {})
+    targets = {name: facts for name, facts in before.get("targets", {}).items() if name in PROGRAMS}
     for target, count in counts.items():
         so_far = targets.get(target, {"executions": 0})["executions"]
         targets[target] = {"executions": so_far + count, "kept": len(corpus(target))}

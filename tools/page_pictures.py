@@ -50,16 +50,11 @@ return [from.top + scrollY, to.bottom + scrollY];
 """
 # By page: what to select in it, and the pictures.
 PARTS = {
-    "run": (
-        SELECT,
-        {
-            "page_distribution": ("#explore-title", ".list"),
-            "page_timeline": (".timeline", ".timeline .causes"),
-        },
-    ),
+    "run": (SELECT, {"page_distribution": ("#explore-title", ".list"),
+                     "page_timeline": (".timeline", ".timeline .causes")}),
     "advice": ("window.scrollTo(0, 0);", {"page_advice": ("#explore-title", ".timeline canvas")}),
     "sweep": (READ_CURVES, {"page_sweep": ("#explore-title", "#plot-keys")}),
-}
+}  # fmt: skip
 
 
 def take(browser: Browser, name: str, first: str, last: str) -> None:

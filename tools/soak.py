@@ -2,26 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs executors live for hours, all at the same time, and checks their memory, files and threads.
 
-Each run must end well, keep its loss equations and pass `hotpath doctor`; its processes' private
-memory, open files and threads must not grow after start-up. Exit code 1 if a run fails or its
-memory grows by more than --most-growth.
+Each run must end well, keep its loss equations and pass `hotpath doctor`. Private memory (at most 1 %),
+open files and threads of its processes must not grow from the second tenth of the time to the last.
 """
 
 import contextlib
-import json
+import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from evidence import ROOT, parser, publish
-from hotpath_report.statistics import Samples
+from evidence import hotpath, parser, publish
+from hotpath_report import hotpath_command
+from hotpath_report.run import Run
 
-SAMPLES = 720  # of memory, in each run
+RESULT = "reliability/soak.json"
+EXECUTORS = ("default", "rm-ro", "cbg:2")
+SAMPLES = 720
+MOST_GROWTH_PERCENT = {"private_kib": 1, "files": 0.01, "threads": 0.01}
 
 
 def usage_of(session: int) -> Counter[str]:
@@ -36,112 +38,50 @@ def usage_of(session: int) -> Counter[str]:
     return usage
 
 
-@dataclass
-class Soak:
-    """A run in progress."""
-
-    hotpath: str
-    executor: str
-    folder: Path
-    process: subprocess.Popen[str]
-    samples: list[Counter[str]] = field(default_factory=list)
-
-    def grown_percent(self, what: str) -> float:
-        """Growth of the average from the second tenth of the run to its last tenth."""
-        tenth = max(1, len(self.samples) // 10)
-        early, late = (
-            Samples([[usage[what] for usage in part]]).mean
-            for part in (self.samples[tenth : 2 * tenth], self.samples[-tenth:])
-        )
-        return 100 * (late / early - 1)
-
-    def result(self, hours: float) -> dict[str, Any]:
-        """Waits for the end. Raises RuntimeError if the run failed."""
-        out, err = self.process.communicate()
-        if self.process.returncode != 0 or "Loss equations hold" not in out:
-            raise RuntimeError(f"{self.executor}: exit code {self.process.returncode}\n{out}{err}")
-        if subprocess.run([self.hotpath, "doctor", self.folder], check=False).returncode != 0:
-            raise RuntimeError(f"{self.executor}: not a legal schedule")
-        with open(self.folder / "jobs.csv", "rb") as jobs:
-            count = sum(1 for _ in jobs) - 1
-        return {
-            "hours": hours,
-            "jobs": count,
-            "private_mib": round(self.samples[-1]["private_kib"] / 1024, 1),
-            "growth_percent": round(self.grown_percent("private_kib"), 3),
-            "files_grown": self.grown_percent("files") > 0.01,
-            "threads_grown": self.grown_percent("threads") > 0.01,
-        }
-
-
-def watch(soaks: list[Soak], seconds: float) -> None:
-    """Samples their usage until just before they end."""
-    begin = time.monotonic()
-    for k in range(1, SAMPLES):
-        time.sleep(max(0.0, begin + seconds * k / SAMPLES - time.monotonic()))
-        for soak in soaks:
-            if soak.process.poll() is not None:
-                raise RuntimeError(f"{soak.executor} ended early\n{''.join(soak.process.communicate())}")
-            soak.samples.append(usage_of(soak.process.pid))
-        if sys.stderr.isatty():
-            left = (seconds - (time.monotonic() - begin)) / 60
-            print(f"\r{left:.0f} min left ", end="", file=sys.stderr, flush=True)
+def growth_percent(values: list[int]) -> float:
+    """From the mean of the second tenth to that of the last."""
+    tenth = len(values) // 10
+    return 100 * (statistics.fmean(values[-tenth:]) / statistics.fmean(values[tenth : 2 * tenth]) - 1)
 
 
 def main() -> int:
-    """Exit code."""
-    arguments = parser(__doc__)
+    """Exit code: 1 if a run fails or grows."""
+    arguments = parser(__doc__, RESULT)
     arguments.add_argument("--hours", type=float, default=2)
-    arguments.add_argument("--executors", default="default,rm-ro,cbg:2", help="one run for each of them")
-    arguments.add_argument("--load", default="10", help="work of Autoware's nodes in percent of a core")
-    arguments.add_argument("--cpus", help="processors to run on, as in 1 or 0,2-3; by default all")
-    arguments.add_argument("--most-growth", type=float, default=1, metavar="PERCENT")
-    arguments.add_argument("--hotpath", default=str(ROOT / "build/bench/hotpath"), metavar="PROGRAM")
-    arguments.add_argument("--publish", type=Path, metavar="FOLDER", help="write the counts to its soak.json")
     o = arguments.parse_args()
-    if o.hours <= 0:
-        arguments.error("--hours: a positive number")
-    seconds = o.hours * 3600
+    seconds, failed = 3600 * o.hours, False
     with tempfile.TemporaryDirectory(prefix="hotpath_soak_") as scratch:
-        soaks = []
-        for domain, executor in enumerate(o.executors.split(","), 40):
-            folder = Path(scratch) / executor.replace(":", "_")
-            words = [
-                o.hotpath,
-                "run",
-                "--repetitions",
-                "1",
-                "--executors",
-                executor,
-                "--load",
-                o.load,
-                "--domain",
-                str(domain),
-            ]
-            words += ["--duration", f"{seconds:g}", "--output", str(folder)]
-            words += ["--cpus", o.cpus] if o.cpus else []
-            pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-            process = subprocess.Popen(words, text=True, start_new_session=True, **pipes)
-            soaks.append(Soak(o.hotpath, executor, folder, process))
+        runs = {}
+        for domain, executor in enumerate(EXECUTORS, 40):
+            words: list[Any] = [hotpath_command.program(), "run", "--repetitions", "1", "--executors", executor, "--load", 10]
+            words += ["--domain", domain, "--duration", f"{seconds:g}", "--output", f"{scratch}/{domain}"]
+            runs[executor] = subprocess.Popen(list(map(str, words)), start_new_session=True)
         try:
-            watch(soaks, seconds)
-            results = {soak.executor: soak.result(o.hours) for soak in soaks}
-        except RuntimeError as error:
-            print(error, file=sys.stderr)
-            return 1
+            samples: dict[str, list[Counter[str]]] = {executor: [] for executor in runs}
+            begin = time.monotonic()
+            for k in range(1, SAMPLES):  # the last one before the runs end
+                time.sleep(max(0, begin + seconds * k / SAMPLES - time.monotonic()))
+                for executor, process in runs.items():
+                    samples[executor].append(usage_of(process.pid))
+            for domain, (executor, process) in enumerate(runs.items(), 40):
+                failed |= process.wait() != 0
+                hotpath("doctor", f"{scratch}/{domain}")
+                summary = Run(Path(f"{scratch}/{domain}")).summary()[0]
+                grown = {k: growth_percent([s[k] for s in samples[executor]]) for k in MOST_GROWTH_PERCENT}
+                failed |= any(grown[k] > most for k, most in MOST_GROWTH_PERCENT.items())
+                ended_early = samples[executor][-1]["threads"] == 0
+                failed |= ended_early or not summary["loss_equations"]["hold"]
+                mib = round(samples[executor][-1]["private_kib"] / 1024, 1)
+                facts = {"hours": o.hours, "jobs": summary["callbacks_executed"], "private_mib": mib}
+                facts["growth_percent"] = round(grown["private_kib"], 3)
+                print(executor, facts, grown)
+                if o.publish and not failed:
+                    publish(RESULT, facts, executor)
         finally:
-            for soak in soaks:
-                soak.process.terminate()
-                soak.process.wait()
-    print(json.dumps(results, indent=1))
-    grown = any(
-        r["growth_percent"] > o.most_growth or r["files_grown"] or r["threads_grown"]
-        for r in results.values()
-    )
-    if not grown and o.publish:
-        for executor, result in results.items():
-            publish(o.publish.resolve() / "soak.json", result, executor)
-    return int(grown)
+            for process in runs.values():
+                process.terminate()
+                process.wait()
+    return int(failed)
 
 
 if __name__ == "__main__":

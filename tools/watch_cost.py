@@ -1,131 +1,84 @@
-#!/usr/bin/python3
+#!/usr/bin/env -S PYTHONPATH=bench /usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
 """Measures what `hotpath watch` costs a program: CPU time with and without the watcher, by turns.
 
     tools/watch_cost.py --pairs 40 -- chrt -f 50 faulty_program single load 35000 5 1000
-
-The command must do the same work in every run, and end by itself. CPU time is user and system time of
-the command and its children; the watcher's own CPU time is stated separately.
-
     tools/watch_cost.py --pairs 16 --jobs -- hotpath run --stack rclcpp --work fixed --load 45 --graph FILE
 
-With --jobs, the command is `hotpath run` with one executor, and only the CPU time of its callbacks
-and executor counts, per callback: not what hotpath itself needs to prepare the run and to draw. The
-medians of its chains' latencies are compared as well.
+The command must do the same work in every run, and end by itself. With --jobs, it is `hotpath run` with
+one executor, and only the CPU time of its callbacks and executor counts, per callback; the medians of
+its chains' latencies are compared as well.
 """
 
-import argparse
 import json
 import os
-import random
-import resource
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import NamedTuple
 
-DRAWS = 10_000  # of the bootstrap
+from evidence import parser
+from hotpath_report.run import Run
+from hotpath_report.statistics import Samples
 
-
-class Cost(NamedTuple):
-    """Seconds of one run, with --jobs `program` of one callback."""
-
-    program: float
-    watcher: float
-    length: float
-    events: int
-    chains: dict[str, float]  # with --jobs: median of each hot-path latency, ms
+Costs = dict[str, float]  # of one run: `cpu` (s; with --jobs, of a callback), `events`, medians of chains...
 
 
 def children_s() -> float:
     """CPU time of all children that have ended."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
+    return os.times().children_user + os.times().children_system
 
 
-def run_child(folder: Path, command: list[str]) -> None:
-    """Runs the command and stores its CPU time."""
-    code = subprocess.run(command, stdout=subprocess.DEVNULL).returncode
-    (folder / "cpu_s").write_text(str(children_s()))
-    sys.exit(code)
-
-
-def summary_of(run: Path) -> tuple[float, dict[str, float]]:
-    """Of a run with one executor: CPU time of one callback, executor included, and medians of chains."""
-    executor = json.loads((run / "summary.json").read_text())["executors"][0]
-    chains = {c["chain"]: float(c["hot_path_latency_ms"]["p50"]) for c in executor["chains"]}
-    return float(executor["cpu_per_callback_us"]) / 1e6, chains
-
-
-def measure(hotpath: str, command: list[str], watched: bool, jobs: bool) -> Cost:
-    """One run."""
+def measure(hotpath: str, command: list[str], watched: bool, jobs: bool) -> Costs:
+    """One run. A shell between watcher and command stores the CPU time of the command."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        words = [sys.executable, os.path.abspath(__file__), "--child", name, "--", *command]
-        if jobs:
-            words += ["--output", str(folder / "run")]
-        if watched:
-            words = [hotpath, "watch", "--json", "--", *words]
+        words = ["bash", "-c", 'file=$1; shift; "$@" >/dev/null; code=$?; times >"$file"; exit $code', "bash"]
+        words += [str(folder / "times"), *command, *(["--output", str(folder / "run")] if jobs else [])]
+        words = [hotpath, "watch", "--json", "--", *words] if watched else words
         before, began = children_s(), time.monotonic()
         done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        length = time.monotonic() - began
+        length, all_s = time.monotonic() - began, children_s() - before
         if done.returncode != 0:
             sys.exit(f"watch_cost.py: `{' '.join(words)}` failed with code {done.returncode}")
-        total = float((folder / "cpu_s").read_text())
-        program, chains = summary_of(folder / "run") if jobs else (total, {})
-    report = json.loads(done.stdout.splitlines()[-1]) if watched else {"events": 0}
-    if watched and report["dropped"] + report["damaged"] > 0:
-        print(f"watch_cost.py: note: {report['dropped']} events were dropped", file=sys.stderr)
-    return Cost(program, children_s() - before - total, length, report["events"], chains)
-
-
-def interval(values: list[float]) -> tuple[float, float, float]:
-    """Median, and its 95 % interval over pairs (bootstrap, percentiles)."""
-    draw = random.Random(1)
-    medians = sorted(statistics.median(draw.choices(values, k=len(values))) for _ in range(DRAWS))
-    return statistics.median(values), medians[int(DRAWS * 0.025)], medians[int(DRAWS * 0.975)]
+        # The second line of `times` is of the children: 0m1.234s 0m0.056s.
+        of_command = (folder / "times").read_text().splitlines()[1].replace("s", "").split()
+        cpu = sum(60 * float(m) + float(s) for m, s in (word.split("m") for word in of_command))
+        report = json.loads(done.stdout.splitlines()[-1]) if watched else {"events": 0}
+        costs = {"cpu": cpu, "watcher": (all_s - cpu) / length, "events": report["events"], "length": length}
+        if jobs:
+            executor = Run(folder / "run").summary()[0]
+            costs["cpu"] = executor["cpu_per_callback_us"] / 1e6
+            costs |= {c["chain"]: c["hot_path_latency_ms"]["p50"] for c in executor["chains"]}
+    return costs
 
 
 def main() -> None:
     """Prints the cost, with its interval over pairs."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--hotpath", default="hotpath", help="the command (default: along PATH)")
-    parser.add_argument("--pairs", type=int, default=20, help="of runs (default: 20)")
-    parser.add_argument("--jobs", action="store_true", help="the command is `hotpath run`; per callback")
-    parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
-    parser.add_argument("command", nargs="+", help="program and arguments, after --")
-    options = parser.parse_args()
-    if options.child:
-        run_child(options.child, options.command)
-    pairs: list[tuple[Cost, Cost]] = []
+    arguments = parser(__doc__)
+    arguments.add_argument("--hotpath", default="hotpath", help="the command (default: along PATH)")
+    arguments.add_argument("--pairs", type=int, default=20, help="of runs (default: 20)")
+    arguments.add_argument("--jobs", action="store_true", help="the command is `hotpath run`; per callback")
+    arguments.add_argument("command", nargs="+", help="program and arguments, after --")
+    options = arguments.parse_args()
+    pairs: list[tuple[Costs, Costs]] = []
     for pair in range(options.pairs):
-        first = measure(options.hotpath, options.command, pair % 2 == 0, options.jobs)
-        second = measure(options.hotpath, options.command, pair % 2 == 1, options.jobs)
-        pairs.append((first, second) if pair % 2 == 0 else (second, first))
-        with_it, without = pairs[-1]
-        ratio = with_it.program / without.program
-        print(
-            f"pair {pair + 1}: {with_it.program:.4g} s, without {without.program:.4g} s, {ratio:.4f}",
-            flush=True,
-        )
-    shares = [100 * (with_it.program / without.program - 1) for with_it, without in pairs]
-    each_ns = [1e9 * (with_it.program - without.program) / with_it.events for with_it, without in pairs]
-    own = [100 * with_it.watcher / with_it.length for with_it, _ in pairs]
-    rows = [("CPU time with the sensor", shares, "%"), ("the watcher itself, of one core", own, "%")]
-    if not options.jobs:
-        rows.append(("CPU time with the sensor, per event", each_ns, "ns"))
-    for chain in pairs[0][0].chains:
-        changes = [100 * (with_it.chains[chain] / without.chains[chain] - 1) for with_it, without in pairs]
-        rows.append((f"median latency of {chain}", changes, "%"))
-    for title, values, unit in rows:
-        middle, low, high = interval(values)
-        print(f"{title}: median {middle:+.2f} {unit} (95 % interval {low:+.2f} to {high:+.2f})")
-    events = sum(with_it.events / with_it.length for with_it, _ in pairs) / len(pairs)
+        costs = {
+            on: measure(options.hotpath, options.command, on, options.jobs)
+            for on in (pair % 2 == 0, pair % 2 == 1)
+        }
+        pairs.append((costs[True], costs[False]))
+        print(f"pair {pair + 1}: {costs[True]['cpu']:.4g} s, without {costs[False]['cpu']:.4g} s", flush=True)
+    compared = pairs[0][0].keys() - {"watcher", "events", "length"}
+    rows = {f"{name}, %": [100 * (a[name] / b[name] - 1) for a, b in pairs] for name in sorted(compared)}
+    rows["the watcher itself, % of one core"] = [100 * watched["watcher"] for watched, _ in pairs]
+    if pairs[0][0]["events"] and not options.jobs:
+        rows["cpu per event, ns"] = [1e9 * (a["cpu"] - b["cpu"]) / a["events"] for a, b in pairs]
+    for title, values in rows.items():
+        median = Samples([value] for value in values).estimate(0.5)
+        print(f"{title}: median {median.value:+.2f} (95 % interval {median.low:+.2f} to {median.high:+.2f})")
+    events = sum(watched["events"] / watched["length"] for watched, _ in pairs) / len(pairs)
     print(f"{options.pairs} pairs, {events:.0f} events a second, load average {os.getloadavg()[0]:.1f}")
 
 

@@ -21,19 +21,4 @@ std::int64_t duerr_2019_reaction_time(const PeriodicTasks& tasks, const Response
   return sum;
 }
 
-std::int64_t duerr_2019_reduced_data_age(const PeriodicTasks& tasks, const ResponseTimes& bounds,
-                                         const TaskChain& chain, Priorities priorities) {
-  check_chain(tasks, bounds, chain, "duerr_2019");
-  std::int64_t sum = *bounds[chain.back()];
-  for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
-    sum = add(sum, add(tasks[chain[i]].period, handover_delay(tasks, bounds, chain, i, priorities)));
-  }
-  return sum;
-}
-
-std::int64_t duerr_2019_data_age(const PeriodicTasks& tasks, const ResponseTimes& bounds,
-                                 const TaskChain& chain, Priorities priorities) {
-  return add(duerr_2019_reduced_data_age(tasks, bounds, chain, priorities), tasks[chain.back()].period);
-}
-
 }  // namespace hotpath

@@ -30,7 +30,7 @@ PeriodicTasks periodic_tasks(const TaskSet& set, Policy policy) {
     if (set[id].kind != TaskKind::timer) {
       throw AnalysisError("task '" + set[id].name +
                           "' is a subscription, and the methods for periodic tasks take timers only; the "
-                          "analyses of sequences and of the default executor take subscriptions");
+                          "analyses of whole graphs take subscriptions");
     }
     order.push_back(id);
   }
@@ -75,7 +75,6 @@ void check_tasks(const PeriodicTasks& tasks, const MethodScope& scope) {
              true);
     }
     if (!scope.jitter && t.jitter != 0) refuse(tasks, i, scope, "release jitter " + ns(t.jitter), true);
-    if (!scope.phases && t.phase != 0) refuse(tasks, i, scope, "phase " + ns(t.phase) + " is not 0", true);
     if (!scope.overload) utilisation.add(t.wcet, t.period);
   }
   if (!scope.overload && utilisation.compare_to_one() > 0) {
@@ -85,20 +84,6 @@ void check_tasks(const PeriodicTasks& tasks, const MethodScope& scope) {
                "overloaded";
     throw AnalysisError(message.str());
   }
-}
-
-std::int64_t hyperperiod(const PeriodicTasks& tasks, std::string_view method, std::string_view instead) {
-  std::int64_t h = 1;
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    try {
-      h = exact::lcm(h, tasks[i].period);
-    } catch (const AnalysisError&) {
-      throw AnalysisError(task_label(tasks, i) + ": with its period of " + ns(tasks[i].period) +
-                          " the hyperperiod exceeds 64-bit nanoseconds, which " + std::string(method) +
-                          " needs; " + std::string(instead) + " does without it");
-    }
-  }
-  return h;
 }
 
 bool schedulable(const PeriodicTasks& tasks, const ResponseTimes& bounds) {

@@ -35,11 +35,6 @@ void check_no_skips(const PeriodicTasks& tasks) {
 
 }  // namespace
 
-std::int64_t release_overhead_re(std::size_t tasks, std::int64_t delta) {
-  check_delta(delta);
-  return exact::multiply(static_cast<std::int64_t>(tasks), delta);
-}
-
 std::optional<ReleaseOverhead> release_overhead_ro(const PeriodicTasks& tasks, std::size_t position,
                                                    std::int64_t delta) {
   check_delta(delta);
@@ -59,8 +54,9 @@ std::optional<ReleaseOverhead> release_overhead_ro(const PeriodicTasks& tasks, s
 
 OverheadAwareResponse with_release_overhead(const PeriodicTasks& tasks, std::int64_t delta, ReleaseMode mode,
                                             const ResponseTimeAnalysis& analysis) {
+  check_delta(delta);
   check_tasks(tasks, kScope);
-  const std::int64_t once_each = release_overhead_re(tasks.size(), delta);
+  const std::int64_t once_each = exact::multiply(static_cast<std::int64_t>(tasks.size()), delta);
   OverheadAwareResponse tight{tasks, {}, false};
   for (PeriodicTask& t : tight.tasks) inflate(t, once_each);
   if (mode == ReleaseMode::release_and_execute) {

@@ -80,7 +80,7 @@ std::vector<std::int64_t> candidates(const std::vector<Group>& groups, const Per
 
 ResponseTimes spuri_1996(const PeriodicTasks& tasks, TimeModel model) {
   check_tasks(tasks, {.method = "the NP-EDF response time analysis (spuri_1996)",
-                      .instead = "nasri_2017 (schedule-abstraction graph)",
+                      .instead = "explore() (hotpath/core/exploration.hpp)",
                       .jitter = false,
                       .overload = false});
   const std::vector<Group> groups = group(tasks);

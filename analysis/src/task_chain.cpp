@@ -5,7 +5,7 @@
 
 namespace hotpath {
 
-TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names, Revisits repetition) {
+TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names) {
   if (names.empty()) throw AnalysisError("the chain is empty; name at least one task");
   TaskChain chain;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -17,12 +17,7 @@ TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> na
       for (const PeriodicTask& t : tasks) known.append(known.empty() ? "" : ", ").append(t.name);
       throw AnalysisError(where + " names the unknown task '" + names[i] + "'; the tasks are " + known);
     }
-    const auto position = static_cast<std::size_t>(entry - tasks.begin());
-    if (repetition == Revisits::forbidden && std::find(chain.begin(), chain.end(), position) != chain.end()) {
-      throw AnalysisError(where + " repeats the task '" + names[i] +
-                          "'; every task may appear in it only once");
-    }
-    chain.push_back(position);
+    chain.push_back(static_cast<std::size_t>(entry - tasks.begin()));
   }
   return chain;
 }

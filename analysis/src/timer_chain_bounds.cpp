@@ -99,7 +99,7 @@ std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
       bounds.push_back({r.name, std::nullopt, error.what()});
       continue;
     }
-    const TaskChain chain = task_chain(response.tasks, names, Revisits::allowed);
+    const TaskChain chain = task_chain(response.tasks, names);
     for (const EndToEnd& e : kEndToEnd) {
       const std::uint32_t missing = present & kAnyPhases & ~(e.covers | also_covers);
       bounds.push_back(attempt(std::string(e.name) + ", " + r.name, missing, [&] {
@@ -110,10 +110,14 @@ std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
   const std::uint32_t by_windows = bits({A::polling, A::subscriptions}) | kAnyPhases | also_covers;
   if ((present & bits({A::polling})) != 0) {
     bounds.push_back(attempt("Teper 2024", present & ~by_windows, [&] {
-      const ExecutorCallbacks callbacks = executor_callbacks(system.graph.set);
+      const TaskSet& set = system.graph.set;
       PeriodicTasks in_order;
-      for (const ExecutorCallback& c : callbacks) in_order.push_back({.name = c.name, .id = c.id});
-      return teper_2024(callbacks, task_chain(in_order, names, Revisits::allowed));
+      for (const TaskId id : poll_order(set)) in_order.push_back({.name = set[id].name, .id = id});
+      std::vector<TaskId> chain;
+      for (const std::size_t position : task_chain(in_order, names)) {
+        chain.push_back(in_order[position].id);
+      }
+      return teper_2024(set, chain);
     }));
   }
   return bounds.empty() ? refused : bounds;

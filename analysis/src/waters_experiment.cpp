@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <sstream>
 
@@ -131,12 +130,12 @@ WatersResult run_waters(const WatersOptions& options, Crew& crew) {
   campaign.gather = [&done](std::uint64_t, const std::string& bytes) {
     done.push_back(unpack_waters(bytes));
   };
-  for (const std::string& note : crew.run(campaign)) std::fprintf(stderr, "note: %s\n", note.c_str());
+  crew.run(campaign);
   return join_waters(done);
 }
 
 WatersResult run_waters(const WatersOptions& options) {
-  Crew crew({.threads = options.threads});
+  Crew crew(options.threads);
   return run_waters(options, crew);
 }
 

@@ -50,20 +50,12 @@ TEST(Davare2007, ChainsOfThePaperArtifact) {
   EXPECT_EQ(davare_2007(tasks, bounds, {4, 4}), 280);
 }
 
-TEST(Duerr2019, Theorem510DataAgeWithoutHandoverDelayAfterHigherPriority) {
-  EXPECT_EQ(duerr_2019_reduced_data_age(kTasks, kBounds, kForward), 3 + 10);
-  EXPECT_EQ(duerr_2019_reduced_data_age(kTasks, kBounds, kReversed), 1 + 20 + 3);
-  EXPECT_EQ(duerr_2019_data_age(kTasks, kBounds, kForward), 3 + 10 + 20);
-  EXPECT_EQ(duerr_2019_data_age(kTasks, kBounds, kReversed), 1 + 20 + 3 + 10);
-}
-
 TEST(Duerr2019, Theorem54TakesALongResponseTimeInPlaceOfAShortPeriod) {
   EXPECT_EQ(duerr_2019_reaction_time({task(1, 30), task(1, 20)}, {25, 3}, kForward), 30 + 3 + 25);
 }
 
 TEST(Duerr2019, DynamicPrioritiesAlwaysPayTheHandoverDelay) {
   EXPECT_EQ(duerr_2019_reaction_time(kTasks, kBounds, kForward, Priorities::dynamic), 10 + 3 + 20 + 1);
-  EXPECT_EQ(duerr_2019_reduced_data_age(kTasks, kBounds, kForward, Priorities::dynamic), 3 + 10 + 1);
 }
 
 TEST(Duerr2019, ReleaseJitterOfTheProducerPaysTheHandoverDelay) {

@@ -6,11 +6,11 @@
 #include <array>
 #include <unordered_set>
 
+#include "george_1996.hpp"
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
-#include "hotpath/analysis/george_1996.hpp"
-#include "hotpath/analysis/nasri_2017.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
+#include "nasri_2017.hpp"
 #include "reference_simulation.hpp"
 
 namespace hotpath {
@@ -197,7 +197,7 @@ std::vector<SagResult::Finish> enumerate(const std::vector<SagJob>& jobs) {
     }
     for (std::int64_t r = jobs[i].arrival_min; r <= jobs[i].arrival_max; ++r) {
       for (std::int64_t c = jobs[i].cost_min; c <= jobs[i].cost_max; ++c) {
-        run[i] = {.task = i, .nominal = jobs[i].arrival_min, .ready = r, .runs = {c}};
+        run[i] = {.task = i, .nominal = jobs[i].arrival_min, .ready = r, .execution = c};
         self(self, i + 1);
       }
     }

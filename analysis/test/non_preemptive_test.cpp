@@ -2,10 +2,10 @@
 // Published and recomputed values of the non-preemptive analyses on one processor.
 #include <gmock/gmock.h>
 
+#include "george_1996.hpp"
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
-#include "hotpath/analysis/george_1996.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "task_sets.hpp"
@@ -72,13 +72,9 @@ TEST(Theorem1, PaperTaskSetsForEveryOverheadOfTheFacts) {
   }
 }
 
-TEST(Theorem1, FixedPointsOfTheAuthorsFunctionBeyondTheDeadline) {
-  const PeriodicTasks tasks = {task(1, 10), task(2, 20), task(4, 20), task(8, 50), task(16, 100)};
-  const std::int64_t expected[] = {17, 20, 27, 40, 40};
-  for (std::size_t k = 0; k < tasks.size(); ++k) {
-    EXPECT_EQ(brueggen_2015_fixed_point(tasks, k, 1000), expected[k]) << "task " << k;
-  }
-  EXPECT_THAT(brueggen_2015(tasks), ElementsAre(kNone, 20, kNone, 40, 40));
+TEST(Theorem1, ATaskWhoseFixedPointLiesBeyondItsDeadlineHasNoBound) {
+  EXPECT_THAT(brueggen_2015({task(1, 10), task(2, 20), task(4, 20), task(8, 50), task(16, 100)}),
+              ElementsAre(kNone, 20, kNone, 40, 40));
 }
 
 TEST(ExactNpFp, PaperTaskSets) {
@@ -94,9 +90,6 @@ TEST(ExactNpFp, ResponseTimeAnalysisCrateFpNpRta1) {
   const PeriodicTasks tasks = {task(20, 70), task(20, 80), task(35, 200)};
   EXPECT_THAT(davis_2007(tasks, TimeModel::discrete), ElementsAre(54, 74, 75));
   EXPECT_THAT(davis_2007(tasks, TimeModel::continuous), ElementsAre(55, 75, 75));
-  EXPECT_EQ(brueggen_2015_fixed_point(tasks, 0, 1000), 55);
-  EXPECT_EQ(brueggen_2015_fixed_point(tasks, 1, 1000), 95);
-  EXPECT_EQ(brueggen_2015_fixed_point(tasks, 2, 1000), 115);
 }
 
 TEST(ExactNpFp, ResponseTimeAnalysisCrateFpNpRtaOverload) {

@@ -13,18 +13,15 @@ enum class Rule : std::uint8_t { fixed_priority, edf, fifo };
 
 struct SimulatedJob {
   std::size_t task = 0;
-  std::int64_t nominal = 0;             ///< Nominal release.
-  std::int64_t ready = 0;               ///< When the job (or its next segment) can start.
-  std::int64_t deadline = 0;            ///< Absolute.
-  std::vector<std::int64_t> runs = {};  ///< Execution times of its segments.
-  std::vector<std::int64_t> gaps = {};  ///< Delays between segments; empty: none.
+  std::int64_t nominal = 0;   ///< Nominal release.
+  std::int64_t ready = 0;     ///< When the job can start.
+  std::int64_t deadline = 0;  ///< Absolute.
+  std::int64_t execution = 0;
   std::uint64_t tie = 0;
-  std::size_t done = 0;  ///< Segments.
   std::int64_t start = -1, finish = -1;
 };
 
-/// Runs all jobs: whenever the processor is free, the first ready job by `rule` runs its next
-/// segment to completion.
+/// Runs all jobs: whenever the processor is free, the first ready job by `rule` runs to completion.
 inline void simulate(std::vector<SimulatedJob>& jobs, Rule rule) {
   const auto key = [&](const SimulatedJob& j) {
     const auto task = static_cast<std::int64_t>(j.task);
@@ -43,7 +40,7 @@ inline void simulate(std::vector<SimulatedJob>& jobs, Rule rule) {
     SimulatedJob* next = nullptr;
     std::int64_t wake = std::numeric_limits<std::int64_t>::max();
     for (SimulatedJob& j : jobs) {
-      if (j.done == j.runs.size()) continue;
+      if (j.start >= 0) continue;
       wake = std::min(wake, j.ready);
       if (j.ready <= now && (!next || key(j) < key(*next))) next = &j;
     }
@@ -52,10 +49,9 @@ inline void simulate(std::vector<SimulatedJob>& jobs, Rule rule) {
       now = wake;
       continue;
     }
-    if (next->done == 0) next->start = now;
-    now += next->runs[next->done++];
+    next->start = now;
+    now += next->execution;
     next->finish = now;
-    next->ready = now + (next->done <= next->gaps.size() ? next->gaps[next->done - 1] : 0);
   }
 }
 
@@ -76,7 +72,7 @@ inline std::vector<SimulatedJob> draw_jobs(const PeriodicTasks& tasks, std::int6
                       .nominal = r,
                       .ready = r + draw(0, tasks[i].jitter),
                       .deadline = r + tasks[i].deadline,
-                      .runs = {draw(tasks[i].bcet, tasks[i].wcet)},
+                      .execution = draw(tasks[i].bcet, tasks[i].wcet),
                       .tie = random.below(1000)});
     }
   }

@@ -27,10 +27,6 @@ TEST(SectionVB, ReleaseOnlyFixedPointOfTheFacts) {
   }
 }
 
-TEST(SectionVB, ReleaseAndExecuteAndTightenedFormsAreOneReleaseOfEachTask) {
-  EXPECT_EQ(release_overhead_re(7, kDelta), 840 * kUs);
-}
-
 TEST(SectionVB, ReleaseOnlyDivergesWhenReleasesAloneFillTheProcessor) {
   EXPECT_FALSE(release_overhead_ro({task(1, 10), task(1, 10)}, 0, 5));
   EXPECT_TRUE(release_overhead_ro({task(1, 10), task(1, 10)}, 0, 4));

@@ -2,15 +2,13 @@
 // Compares analysis, exploration and simulation of thousands of random sets.
 #include <gtest/gtest.h>
 
+#include "george_1996.hpp"
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/brueggen_2015.hpp"
-#include "hotpath/analysis/buttazzo_2013.hpp"
-#include "hotpath/analysis/chen_2019.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
 #include "hotpath/analysis/exact.hpp"
-#include "hotpath/analysis/george_1996.hpp"
-#include "hotpath/analysis/nasri_2017.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
+#include "nasri_2017.hpp"
 #include "reference_simulation.hpp"
 
 namespace hotpath {
@@ -25,10 +23,8 @@ RandomSet every_kind(RandomStream& random) {
   return parameters;
 }
 
-std::int64_t period_lcm(const PeriodicTasks& tasks) { return hyperperiod(tasks, "test", "test"); }
-
 std::vector<std::int64_t> simulated(const PeriodicTasks& tasks, Rule rule, RandomStream& random) {
-  auto jobs = draw_jobs(tasks, 2 * period_lcm(tasks), random);
+  auto jobs = draw_jobs(tasks, 2 * hyperperiod(tasks), random);
   simulate(jobs, rule);
   return largest_response_times(jobs, tasks.size());
 }
@@ -80,7 +76,7 @@ TEST(NonPreemptiveFp, ExactWithJitterAndOverrunDeadlinesBoundsSagBoundsSimulatio
     ++compared;
     const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
     const ResponseTimes sag = sag_response_times(jobs, nasri_2017(jobs), tasks.size());
-    auto run = draw_jobs(tasks, period_lcm(tasks), random);
+    auto run = draw_jobs(tasks, hyperperiod(tasks), random);
     simulate(run, Rule::fixed_priority);
     const auto largest = largest_response_times(run, tasks.size());
     for (std::size_t k = 0; k < tasks.size(); ++k) {
@@ -139,7 +135,7 @@ TEST(NonPreemptiveEdf, WcrtBoundsSagBoundsSimulationAndDecidesAsTheDemandTest) {
       ASSERT_TRUE(graph.schedulable) << as_graph(tasks);
     }
     const ResponseTimes sag = sag_response_times(jobs, graph, tasks.size());
-    auto run = draw_jobs(tasks, period_lcm(tasks), random);
+    auto run = draw_jobs(tasks, hyperperiod(tasks), random);
     simulate(run, Rule::edf);
     const auto largest = largest_response_times(run, tasks.size());
     for (std::size_t k = 0; k < tasks.size(); ++k) {
@@ -162,77 +158,6 @@ TEST(Fifo, BoundHoldsForEveryPhase) {
     for (const std::int64_t largest : simulated(tasks, Rule::fifo, random))
       ASSERT_GE(bound, largest) << as_graph(tasks);
   }
-}
-
-/// A random set whose jobs are split into segments.
-SequenceTasks random_sequences(RandomStream& random, std::int64_t longest_delay) {
-  RandomSet parameters;
-  parameters.max_tasks = 4;
-  SequenceTasks sequences;
-  for (const PeriodicTask& t : random_tasks(random, parameters)) {
-    SequenceTask s{.name = "s", .segments = {}, .period = t.period, .deadline = t.deadline};
-    for (std::int64_t left = t.wcet; left > 0; left -= s.segments.back()) {
-      s.segments.push_back(1 + static_cast<std::int64_t>(random.below(static_cast<std::uint64_t>(left))));
-    }
-    if (s.segments.size() > 1) s.suspension = static_cast<std::int64_t>(random.below(longest_delay + 1));
-    sequences.push_back(std::move(s));
-  }
-  return sequences;
-}
-
-std::vector<std::int64_t> simulated(const SequenceTasks& tasks, RandomStream& random) {
-  std::vector<SimulatedJob> jobs;
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    const SequenceTask& s = tasks[i];
-    for (auto r = static_cast<std::int64_t>(random.below(s.period)); r < 600; r += s.period) {
-      SimulatedJob job{.task = i, .nominal = r, .ready = r, .deadline = r + s.deadline, .runs = s.segments};
-      job.gaps.assign(s.segments.size() - 1, 0);
-      for (std::int64_t unit = 0; unit < s.suspension; ++unit) ++job.gaps[random.below(job.gaps.size())];
-      if (random.below(4) == 0) job.runs[random.below(job.runs.size())] = 0;
-      jobs.push_back(std::move(job));
-    }
-  }
-  simulate(jobs, Rule::fixed_priority);
-  return largest_response_times(jobs, tasks.size());
-}
-
-std::string as_text(const SequenceTasks& tasks) {
-  std::ostringstream out;
-  for (const SequenceTask& s : tasks) {
-    out << "\n  period " << s.period << ", suspension " << s.suspension << ", segments";
-    for (const std::int64_t c : s.segments) out << ' ' << c;
-  }
-  return out.str();
-}
-
-TEST(SectionVI, LimitedPreemptionBoundsSimulatedSequences) {
-  RandomStream random(6, {0});
-  for (int set = 0; set < kSets; ++set) {
-    const SequenceTasks tasks = random_sequences(random, 0);
-    const ResponseTimes bounds = buttazzo_2013(tasks, TimeModel::discrete);
-    const auto largest = simulated(tasks, random);
-    for (std::size_t k = 0; k < tasks.size(); ++k) {
-      if (bounds[k]) {
-        ASSERT_GE(*bounds[k], largest[k]) << "sequence " << k << as_text(tasks);
-      }
-    }
-  }
-}
-
-TEST(SectionVI, SelfSuspensionBoundsSimulatedSequencesWithDdsDelay) {
-  RandomStream random(7, {0});
-  int bounded = 0;
-  for (int set = 0; set < kSets; ++set) {
-    const SequenceTasks tasks = random_sequences(random, 4);
-    const ResponseTimes bounds = chen_2019(tasks);
-    const auto largest = simulated(tasks, random);
-    for (std::size_t k = 0; k < tasks.size(); ++k) {
-      if (!bounds[k]) continue;
-      ++bounded;
-      ASSERT_GE(*bounds[k], largest[k]) << "sequence " << k << as_text(tasks);
-    }
-  }
-  EXPECT_GT(bounded, kSets / 2);
 }
 
 }  // namespace

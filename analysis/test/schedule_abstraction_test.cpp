@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include <sstream>
-
-#include "hotpath/analysis/nasri_2017.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "hotpath/core/exploration.hpp"
-#include "hotpath/core/input_error.hpp"
 #include "hotpath/core/registry.hpp"
+#include "nasri_2017.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath {
@@ -208,47 +205,6 @@ TEST(Exploration, GivesTheSameForRandomTasks) {
     }
   }
   EXPECT_GT(compared, 100);
-}
-
-TEST(SagCsv, RoundTrip) {
-  PeriodicTasks tasks = {task(2, 4), task(1, 6)};
-  tasks[0].bcet = 1;
-  tasks[1].jitter = 1;
-  const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
-  std::ostringstream out;
-  write_sag_csv(out, jobs);
-  EXPECT_EQ(out.str().substr(0, out.str().find('\n', out.str().find('\n') + 1)),
-            "Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority\n"
-            "0, 0, 0, 0, 1, 2, 4, 0");
-  std::istringstream in(out.str());
-  const auto back = read_sag_csv(in, "jobs.csv");
-  ASSERT_EQ(back.size(), jobs.size());
-  std::ostringstream again;
-  write_sag_csv(again, back);
-  EXPECT_EQ(again.str(), out.str());
-}
-
-TEST(SagCsv, MalformedLinesAreNamed) {
-  const auto message = [](const std::string& text) -> std::string {
-    std::istringstream in(text);
-    try {
-      (void)read_sag_csv(in, "jobs.csv");
-    } catch (const InputError& e) {
-      return e.what();
-    }
-    return "";
-  };
-  const std::string header =
-      "Task ID, Job ID, Arrival min, Arrival max, Cost min, Cost max, Deadline, Priority\n";
-  EXPECT_THAT(message(header + "1,1,0,0,1,2,x,1\n"),
-              testing::HasSubstr("jobs.csv:2: column 7 (Deadline) is `x`"));
-  EXPECT_THAT(message(header + "1,1,0,0,1,2,9,1\n1,2,0,0\n"), testing::HasSubstr("jobs.csv:3: 4 columns"));
-  EXPECT_THAT(message(header + "1,1,0,0,1,2,9,1,1\n"), testing::HasSubstr("more than 8 columns"));
-  EXPECT_THAT(message("Task ID, Job ID\n1,1\n"),
-              testing::HasSubstr("jobs.csv:1: the header names 2 columns"));
-  EXPECT_THAT(message(header + "1,1,5,0,1,2,9,1\n"), testing::HasSubstr("Arrival min <= Arrival max"));
-  EXPECT_THAT(message(header + "1,1,0,0,3,2,9,1\n"), testing::HasSubstr("Cost min <= Cost max"));
-  EXPECT_THAT(message(header), testing::HasSubstr("no jobs"));
 }
 
 }  // namespace

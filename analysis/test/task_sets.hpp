@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "hotpath/analysis/exact.hpp"
 #include "hotpath/analysis/random_stream.hpp"
 #include "hotpath/analysis/task_chain.hpp"
 
@@ -15,8 +16,6 @@ inline constexpr std::int64_t kMs = 1'000'000;
 inline PeriodicTask task(std::int64_t wcet, std::int64_t period, std::int64_t deadline = 0) {
   return {.name = {}, .wcet = wcet, .period = period, .deadline = deadline > 0 ? deadline : period};
 }
-
-using Bounds = ResponseTimes;
 
 /// Prints a task set as a graph file, one millisecond per unit, so that a failing set can be passed
 /// to the command line.
@@ -68,6 +67,13 @@ inline PeriodicTasks random_tasks(RandomStream& random, const RandomSet& paramet
   std::stable_sort(tasks.begin(), tasks.end(),
                    [](const PeriodicTask& a, const PeriodicTask& b) { return a.period < b.period; });
   return tasks;
+}
+
+/// Least common multiple of the periods.
+inline std::int64_t hyperperiod(const PeriodicTasks& tasks) {
+  std::int64_t h = 1;
+  for (const PeriodicTask& t : tasks) h = exact::lcm(h, t.period);
+  return h;
 }
 
 inline double utilisation(const PeriodicTasks& tasks) {

@@ -7,16 +7,12 @@
 #include <thread>
 
 #include "advise/advice_report.hpp"
-#include "advise/advised_graph.hpp"
 #include "advise/executor_file.hpp"
+#include "advise/question.hpp"
 #include "advise/ranking.hpp"
 #include "advise/stored_draw.hpp"
 #include "explain/simulated_difference.hpp"
-#include "hotpath/reference_system/graph_writer.hpp"
-#include "program/errors.hpp"
 #include "program/interrupt.hpp"
-#include "program/json_output.hpp"
-#include "program/output_target.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
@@ -43,66 +39,47 @@ void check_memory(const Options& options, const GraphTasks& tasks) {
                             "a shorter --duration, fewer --threads, or a part of the graph");
 }
 
-class Adviser {
+class Adviser : Question {
  public:
-  explicit Adviser(const Options& options)
-      : options_(options),
-        graph_(advised_graph(options)),
-        objective_(advised_objective(options, graph_, "hot_path:p99")),
-        candidate_options_(candidate_options(options, graph_, "reference")) {
-    if (!options_.phases_file.empty()) options_.phases = Phases::given;
-    if (!options_.phases_of.empty())
-      throw program::UsageError("--phases " + options_.phases_of +
-                                ": draws take the phases of a CSV file, not of a run");
-    const GraphTasks tasks = make_tasks(graph_);
-    check_load(graph_, tasks);
-    check_memory(options_, tasks);
-  }
+  explicit Adviser(const Options& given) : Question(given, "hot_path:p99") { check_memory(options, tasks); }
 
   void run() {
-    program::check_output_folder(setup::output_folder(options_, graph_));
-    const std::vector<Candidate> candidates = make_candidates(graph_, objective_, candidate_options_);
-    Advice advice{graph_, objective_, {}, nullptr, nullptr, 0, 0, 0, {}, {}, {}, {}};
-    std::vector<Prediction> predictions = predicted("ranking", candidates, kRankingShare * options_.budget_s);
+    const std::vector<Candidate> all = candidates("reference");
+    Advice advice{graph, objective, {}, nullptr, nullptr, 0, 0, 0, {}, {}, {}, {}};
+    std::vector<Prediction> predictions = predicted("ranking", all, kRankingShare * options.budget_s);
     for (Prediction& p : predictions) {
-      if (p.overload.empty()) add_bound(p, objective_);
+      if (p.overload.empty()) add_bound(p, objective);
     }
-    advice.ranked = ranked(predictions, objective_);
-    advice.now = &*std::ranges::find_if(
-        predictions, [&](const Prediction& p) { return p.candidate->name == now_name(candidates); });
-    advice.best = recommended(advice.ranked, *advice.now, objective_);
+    advice.ranked = ranked(predictions, objective);
+    advice.now =
+        &*std::ranges::find_if(predictions, [&](const Prediction& p) { return p.candidate == &now(all); });
+    advice.best = recommended(advice.ranked, *advice.now, objective);
     for (const Prediction& p : predictions) {
       advice.draws = std::max(advice.draws, static_cast<std::uint32_t>(p.draws.size()));
     }
     advice.asked_draws = draws();
-    advice.seconds = options_.duration_s;
+    advice.seconds = options.duration_s;
     if (advice.best != nullptr && program::interrupted() == 0) doubt(advice);
     if (program::interrupted() == 0) explain_gain(advice);
     write(advice);
   }
 
  private:
-  /// A deployment from a file has the name in the file, and is the last candidate.
-  std::string now_name(const std::vector<Candidate>& candidates) const {
-    const auto now = std::ranges::find(candidates, options_.now, &Candidate::name);
-    return now == candidates.end() ? candidates.back().name : now->name;
-  }
-
   /// One draw suffices if nothing is random.
   std::uint32_t draws() const {
-    const bool random = options_.phases == Phases::random ||
-                        graph_.platform.execution_times != ExecutionTimeModel::worst ||
-                        !unknown_deliveries(graph_).empty();
-    return random ? options_.draws : 1;
+    const bool random = options.phases == Phases::random ||
+                        graph.platform.execution_times != ExecutionTimeModel::worst ||
+                        !unknown_deliveries(graph).empty();
+    return random ? options.draws : 1;
   }
 
   std::vector<Prediction> predicted(const std::string& title, const std::vector<Candidate>& candidates,
                                     double budget_s) const {
     PredictionOptions o;
-    o.common = options_;
+    o.common = options;
     o.draws = draws();
     o.budget = setup::seconds(budget_s);
-    o.threads = options_.threads;
+    o.threads = options.threads;
     program::Progress progress(1, o.budget);
     progress.begin(title);
     const auto begin = std::chrono::steady_clock::now();
@@ -129,13 +106,13 @@ class Adviser {
     }
     std::vector<std::pair<std::string, std::vector<Candidate>>> doubts = {
         {"execution times 20 % longer", std::move(longer)}, {"one more core", std::move(more_cores)}};
-    if (const std::size_t unknown = unknown_deliveries(graph_).size(); unknown > 0) {
+    if (const std::size_t unknown = unknown_deliveries(graph).size(); unknown > 0) {
       const std::string topics =
           program::concat(unknown, unknown == 1 ? " topic" : " topics", " of unknown delivery ");
       doubts.emplace_back(topics + "in the order of creation", delivered(kept, false));
       doubts.emplace_back(topics + "in the reverse order", delivered(kept, true));
     }
-    const double budget_s = options_.budget_s * (1 - kRankingShare) / static_cast<double>(doubts.size());
+    const double budget_s = options.budget_s * (1 - kRankingShare) / static_cast<double>(doubts.size());
     for (const auto& [assumption, candidates] : doubts)
       advice.doubts.push_back(doubted(advice, assumption, candidates, budget_s));
   }
@@ -156,10 +133,10 @@ class Adviser {
                 double budget_s) const {
     const std::vector<Prediction> predictions = predicted(assumption, candidates, budget_s);
     Doubt doubt{.assumption = assumption, .order = {}, .values = {}};
-    for (const Prediction* p : ranked(predictions, objective_)) {
+    for (const Prediction* p : ranked(predictions, objective)) {
       const std::string& name = p->candidate->name;
       doubt.order.push_back(name);
-      doubt.values.push_back(p->overload.empty() ? program::concat(name, " ", value_text(objective_, *p))
+      doubt.values.push_back(p->overload.empty() ? program::concat(name, " ", value_text(objective, *p))
                                                  : name + " cannot keep up");
     }
     // Candidates that cannot be recommended may have been ahead before.
@@ -179,39 +156,32 @@ class Adviser {
   /// Explains the difference between the current and the recommended executor in the first draw.
   void explain_gain(Advice& advice) const {
     const Prediction *const now = advice.now, *const best = advice.best;
-    if (best == nullptr || best == now || !now->overload.empty() || graph_.chains.empty()) return;
+    if (best == nullptr || best == now || !now->overload.empty() || graph.chains.empty()) return;
     const Candidate &a = *now->candidate, &b = *best->candidate;
-    const SimulatedDraw of_a = simulate_draw(a, options_, 0), of_b = simulate_draw(b, options_, 0);
+    const SimulatedDraw of_a = simulate_draw(a, options, 0), of_b = simulate_draw(b, options, 0);
     const auto run = [](const Candidate& c, const SimulatedDraw& d) {
       return explain::SimulatedRun{c.name, c.spec, c.graph, d.tasks, *d.times, d.repetition.trace};
     };
     advice.causes =
-        explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(objective_.chain));
+        explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(objective.chain));
   }
 
   /// Writes the recommended executors as files and returns the first.
-  std::string write_change(const Advice& advice, const fs::path& folder) const {
+  std::string write_change(const Advice& advice) const {
     if (advice.best == nullptr || advice.best == advice.now) return "";
     const Candidate& c = *advice.best->candidate;
     Deployment plan;
     if (c.spec.deployment) {
       plan = c.spec.deployment->plan;
     } else {
-      plan.executors.push_back(
-          {graph_.name, c.spec.entry->name == c.name ? c.name : executor_text(c), {}, {}, 0});
+      plan.executors.push_back({graph.name, c.executor(), {}, {}, 0});
       plan.executor_of.assign(c.tasks.set.size(), 0);
     }
     plan.name = "advice";
     plan.description = c.description;
     const fs::path file = folder / "deployment.yaml";
     program::write_whole_file(file, deployment_yaml(c.graph, c.tasks, plan));
-    const bool has_graph = !write_executor_files(c, graph_.platform, "", folder).empty();
-    if (c.sets_priorities && !has_graph) {
-      Graph graph = c.graph;
-      graph.platform = graph_.platform;
-      write_graph(folder / "graph.yaml", graph, {"With the priorities that deployment.yaml needs.", {}},
-                  program::write_with_folder);
-    }
+    (void)write_executor_files(c, graph.platform, "", folder);
     try {
       const auto cie = [&](std::ostream& out) { write_cie(out, c.graph, c.tasks, plan); };
       if (c.spec.deployment && plan.executors.size() > 1)
@@ -223,55 +193,49 @@ class Adviser {
   }
 
   /// Writes the contract of the recommended executor, and returns its file; empty: none is recommended.
-  std::string write_contract(const Advice& advice, const fs::path& folder) const {
-    if (advice.best == nullptr || !options_.contract) return "";
+  std::string write_contract(const Advice& advice) const {
+    if (advice.best == nullptr || !options.contract) return "";
     const Candidate& c = *advice.best->candidate;
-    Graph graph = c.graph;
-    graph.platform = graph_.platform;
+    Graph stated = c.graph;
+    stated.platform = graph.platform;
     const fs::path file = folder / "contract.yaml";
-    program::write_whole_file(file, options_.contract(graph, c.tasks, c.spec));
+    program::write_whole_file(file, options.contract(stated, c.tasks, c.spec));
     return file.string();
   }
 
-  /// The executor's name in a deployment file.
-  static std::string executor_text(const Candidate& c) {
-    return c.sets_priorities ? std::string(c.spec.entry->name) : c.name;
-  }
-
   void write(Advice& advice) const {
-    const fs::path folder = setup::output_folder(options_, graph_);
     program::create_folder(folder);
-    advice.change = write_change(advice, folder);
-    const std::string contract = write_contract(advice, folder);
+    advice.change = write_change(advice);
+    const std::string contract = write_contract(advice);
     if (!advice.causes.empty() && can_be_written(*advice.now->candidate)) {
-      advice.stored.push_back(store_first_draw(*advice.now->candidate, options_, folder / "now"));
-      advice.stored.push_back(store_first_draw(*advice.best->candidate, options_, folder / "recommended"));
+      advice.stored.push_back(store_first_draw(*advice.now->candidate, options, folder / "now"));
+      advice.stored.push_back(store_first_draw(*advice.best->candidate, options, folder / "recommended"));
     }
-    if (!graph_.chains.empty()) write_latencies(folder / "latencies.csv", advice.ranked, objective_.chain);
+    if (!graph.chains.empty()) write_latencies(folder / "latencies.csv", advice.ranked, objective.chain);
     const nlohmann::json content = advice_json(advice);
     program::write_whole_file(folder / "advice.json", content);
     write_ranking(std::cout, advice);
     if (advice.draws < advice.asked_draws) {
       std::cout << "Only " << advice.draws << " of " << advice.asked_draws
-                << " draws: the budget ended (--budget SECONDS).\n";
+                << " draws: the budget ended (--time-out SECONDS).\n";
     }
-    if (!graph_.chains.empty()) program::draw_figure("advice", folder);
+    if (!graph.chains.empty()) program::draw_figure("advice", folder);
     if (!contract.empty()) std::cout << "\nContract for `hotpath watch`: " << contract << "\n";
-    std::cout << "\nResults: " << folder.string() << "\n" << std::flush;
-    program::show_json(content);
+    finish(content);
   }
-
-  Options options_;
-  const Graph graph_;
-  const Objective objective_;
-  const CandidateOptions candidate_options_;
 };
 
 }  // namespace
 
 void advise(const Options& options) {
   program::catch_interrupts();
-  Adviser(options).run();
+  Options o = options;
+  if (!o.phases_file.empty()) o.phases = Phases::given;
+  if (!o.phases_of.empty()) {
+    throw program::UsageError("--phases " + o.phases_of +
+                              ": draws take the phases of a CSV file, not of a run");
+  }
+  Adviser(o).run();
 }
 
 }  // namespace hotpath::advise

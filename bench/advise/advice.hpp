@@ -29,4 +29,9 @@ struct Options : setup::CommonOptions {
 /// change. Throws UsageError, InputError, and RunError for an overloaded graph.
 void advise(const Options& options);
 
+/// Searches phases of timers that minimise a guaranteed latency, under each executor that the exact worst
+/// cases cover, and writes the best as a file for --phases-file, with schedules that reach the guarantee.
+/// Throws UsageError, InputError, and RunError if nothing is covered.
+void advise_phases(const Options& options);
+
 }  // namespace hotpath::advise

@@ -19,6 +19,11 @@ struct Candidate {
   bool sets_priorities = false;  ///< `graph` has other priorities than the user's graph.
   unsigned threads = 0;          ///< Number of threads that run jobs.
   std::string overload;          ///< Why the candidate cannot keep up; empty: it can.
+
+  /// The name of its executor for --executors and in files, unless it is a deployment.
+  [[nodiscard]] std::string executor() const {
+    return sets_priorities ? std::string(spec.entry->name) : name;
+  }
 };
 
 struct CandidateOptions {

@@ -29,6 +29,10 @@ struct Objective {
 
   /// Whether it is about the hot-path latency of the chain, not the end-to-end latency.
   [[nodiscard]] bool of_hot_path() const { return kind == Kind::latency && statistic != Statistic::age; }
+  /// Whether it is about worst cases of latencies or response times, which theory can guarantee.
+  [[nodiscard]] bool of_worst_cases() const {
+    return kind == Kind::latency ? statistic >= Statistic::worst : kind != Kind::losses;
+  }
 };
 
 /// Parses `hot_path:p99` (also median, worst, age) for the first chain, `CHAIN:p99` for another chain, a

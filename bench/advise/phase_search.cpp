@@ -2,168 +2,79 @@
 #include "advise/phase_search.hpp"
 
 #include <algorithm>
-#include <cassert>
+#include <array>
 #include <chrono>
-#include <map>
+#include <cmath>
 #include <numeric>
 
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "program/parallel.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath::advise {
 
 namespace {
 
-using Microseconds = std::chrono::microseconds;
+constexpr int kPoints = 16;  // of a grid, in addition to the current phases
+constexpr std::array<std::int64_t, 3> kSteps = {16, 128, 1024};  // of the grids, as parts of a timer's range
 
-constexpr int kPoints = 16;     // of the coarse grid
-constexpr int kRefinement = 4;  // the step of a grid to that of the next
-constexpr int kLevels = 4;
-constexpr int kMostSweeps = 4;  // over all timers on one grid
-
-/// Timers that move together.
-struct Move {
-  std::vector<TaskId> timers;
-  Duration range{};
-};
-
-std::vector<Move> moves_of(const TaskSet& set, const std::vector<TaskId>& together) {
-  std::vector<Move> moves;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer) moves.push_back({{id}, range_of_phases(set, {id})});
+/// The worst hot path and age in ms, by chain of the graph; infinite: there is none. `bounds` has only the
+/// chains that begin in timers.
+std::vector<std::pair<double, double>> worst_latencies(const Candidate& candidate,
+                                                       const GraphBounds& bounds) {
+  std::vector<std::pair<double, double>> worst;
+  auto row = bounds.chains.begin();
+  const auto is_timer = [&](TaskId id) { return candidate.tasks.set[id].kind == TaskKind::timer; };
+  for (const ChainIndex& chain : index_chains(candidate.graph, candidate.tasks)) {
+    const std::optional<ChainAge> age = std::ranges::all_of(chain.sources, is_timer) ? *row++ : std::nullopt;
+    worst.emplace_back(age && age->hot_path ? to_ms(Duration(*age->hot_path)) : INFINITY,
+                       age ? to_ms(Duration(age->latency)) : INFINITY);
   }
-  if (together.size() > 1 && together.size() < moves.size()) {
-    moves.push_back({together, range_of_phases(set, together)});
-  }
-  // Only differences of phases matter.
-  if (!moves.empty()) moves.erase(moves.begin());
-  return moves;
+  return worst;
 }
 
-class Search {
- public:
-  Search(const TaskSet& set, const std::vector<TaskId>& together, const ScorePhases& evaluate,
-         const PhaseSearchOptions& options)
-      : set_(set), moves_(moves_of(set, together)), evaluate_(evaluate), options_(options) {}
-
-  FoundPhases run(const std::vector<FirstTimestamps>& starts) {
-    for (const FirstTimestamps& start : starts) {
-      current_ = normal(start);
-      if (!evaluate({current_}, PhaseScore{}) || !descend(0)) break;
-    }
-    if (complete_) current_ = best_;
-    for (int level = 1; level < kLevels && complete_; ++level) descend(level);
-    if (best_.empty()) return {normal(starts.front()), {}, 0, false};
-    return {best_, known_.at(best_).score, known_.size(), complete_};
-  }
-
- private:
-  struct Known {
-    PhaseScore score;
-    bool whole = true;  // otherwise it may be greater
-  };
-
-  /// Takes the timers below their periods, on whole microseconds.
-  FirstTimestamps normal(FirstTimestamps first) const {
-    for (TaskId id = 0; id < first.size(); ++id) {
-      if (set_[id].kind != TaskKind::timer) continue;
-      first[id] = std::chrono::floor<Microseconds>(first[id]) % set_[id].period;
-    }
-    return first;
-  }
-
-  /// False: it was stopped.
-  bool descend(int level) {
-    bool better = true;
-    for (int sweep = 0; better && sweep < kMostSweeps; ++sweep) {
-      better = false;
-      for (const Move& move : moves_) {
-        const PhaseScore before = known_.at(current_).score;
-        if (!improve(move, level)) return false;
-        better = better || known_.at(current_).score < before;
-      }
-    }
-    return true;
-  }
-
-  bool improve(const Move& move, int level) {
-    std::int64_t fraction = kPoints;
-    for (int l = 0; l < level; ++l) fraction *= kRefinement;
-    const Duration step =
-        std::max<Duration>(Microseconds(1), std::chrono::floor<Microseconds>(move.range / fraction));
-    std::vector<FirstTimestamps> points;
-    const int least = level == 0 ? 0 : -kRefinement, most = level == 0 ? kPoints - 1 : kRefinement;
-    for (int k = least; k <= most; ++k) {
-      FirstTimestamps& point = points.emplace_back(current_);
-      for (const TaskId id : move.timers) {
-        point[id] = (point[id] + k * step) % set_[id].period;
-        if (point[id] < Duration::zero()) point[id] += set_[id].period;
-      }
-    }
-    if (!evaluate(points, known_.at(current_).score)) return false;
-    const std::size_t middle = middle_of_best(points, level == 0);
-    if (known_.at(points[middle]).score > known_.at(current_).score)
-      return true;  // the current phases are not on the grid
-    // Of equal phases, those that the search came to later lie further inside of their neighbours.
-    const bool of_best = current_ == best_;
-    current_ = points[middle];
-    const PhaseScore best = known_.at(best_).score, now = known_.at(current_).score;
-    if (now < best || (now == best && of_best)) best_ = current_;
-    return true;
-  }
-
-  /// The middle of the longest run of points with the best score.
-  std::size_t middle_of_best(const std::vector<FirstTimestamps>& points, bool circular) const {
-    std::vector<PhaseScore> scores;
-    scores.reserve(points.size());
-    for (const FirstTimestamps& point : points) scores.push_back(known_.at(point).score);
-    const PhaseScore best =
-        *std::ranges::min_element(scores, [](const auto& a, const auto& b) { return a < b; });
-    const std::size_t size = scores.size();
-    std::size_t longest = 0, middle = 0;
-    for (std::size_t begin = 0; begin < size; ++begin) {
-      std::size_t length = 0;
-      while (length < size && (circular || begin + length < size) &&
-             scores[(begin + length) % size] == best) {
-        ++length;
-      }
-      if (length <= longest) continue;
-      longest = length;
-      middle = (begin + (length - 1) / 2) % size;
-    }
-    return middle;
-  }
-
-  /// Makes the scores of all points known, as far as they are not greater than `enough`. False: it was
-  /// stopped.
-  bool evaluate(const std::vector<FirstTimestamps>& points, const PhaseScore& enough) {
-    std::vector<FirstTimestamps> unknown;
-    for (const FirstTimestamps& point : points) {
-      const auto known = known_.find(point);
-      if (known != known_.end() && (known->second.whole || known->second.score > enough)) continue;
-      if (std::ranges::count(unknown, point) == 0) unknown.push_back(point);
-    }
-    if (!unknown.empty() && options_.stop()) complete_ = false;
-    if (!complete_) return false;
-    std::vector<PhaseScore> scores(unknown.size());
-    program::for_each_index(unknown.size(), options_.threads,
-                            [&](std::size_t i) { scores[i] = evaluate_(unknown[i], enough); });
-    for (std::size_t i = 0; i < unknown.size(); ++i) {
-      known_[unknown[i]] = {scores[i], !(scores[i] > enough)};
-      if (best_.empty()) best_ = unknown[i];
-    }
-    return true;
-  }
-
-  const TaskSet& set_;
-  const std::vector<Move> moves_;
-  const ScorePhases& evaluate_;
-  const PhaseSearchOptions& options_;
-  std::map<FirstTimestamps, Known> known_;
-  FirstTimestamps current_, best_;
-  bool complete_ = true;
-};
-
 }  // namespace
+
+PhaseValues exact_values(const Candidate& candidate, const Objective& objective, const FirstTimestamps& first,
+                         std::vector<bounds::ReachedWorstCase>* reached) {
+  PhaseValues values{.first = first, .refusal = candidate.overload};
+  if (candidate.spec.deployment) values.refusal = "a deployment of executors is not explored";
+  if (!values.exact()) return values;
+  GraphTasks tasks = candidate.tasks;
+  setup::set_phases(tasks.set, first);
+  const GraphBounds bounds =
+      bounds::exact_worst_cases(candidate.graph, tasks, *candidate.spec.entry, candidate.spec.scheduler,
+                                {.max_states = bounds::usual_state_limit(tasks.set)}, reached);
+  values.refusal = bounds.refusal;
+  if (!values.exact()) return values;
+
+  auto& [value, late_timers, tie] = values.score;
+  value = -INFINITY;  // the lateness of timers, decided by their response times, unless a chain is judged
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].kind != TaskKind::timer) continue;
+    const double response = bounds.tasks[id] ? to_ms(Duration(*bounds.tasks[id])) : INFINITY;
+    const double late = response - to_ms(tasks.set[id].deadline);
+    late_timers += late > 0 ? 1 : 0;
+    value = std::max(value, late);
+    tie += response;
+  }
+  const auto latencies = worst_latencies(candidate, bounds);
+  if (!latencies.empty()) std::tie(values.hot_path_ms, values.age_ms) = latencies[objective.chain];
+  if (objective.kind == Objective::Kind::latency) {
+    value = objective.of_hot_path() ? values.hot_path_ms : values.age_ms;
+    tie = objective.of_hot_path() ? values.age_ms : values.hot_path_ms;
+  } else if (objective.kind == Objective::Kind::requirements) {
+    value = 0;
+    for (const Objective::Requirement& r : objective.requirements)
+      value = std::max(value, 100 * latencies[r.chain].second / r.most_ms);
+  }
+  if (std::isinf(value)) {
+    values.score = {};
+    values.refusal = "a timer never runs, or the chain has no output or begins in a subscription";
+  }
+  values.within_margin = values.score;
+  return values;
+}
 
 Duration range_of_phases(const TaskSet& set, const std::vector<TaskId>& moved) {
   std::int64_t range = 1, longest = 1;
@@ -174,17 +85,74 @@ Duration range_of_phases(const TaskSet& set, const std::vector<TaskId>& moved) {
       if (set[other].kind != TaskKind::timer || std::ranges::count(moved, other) > 0) continue;
       const std::int64_t common = std::gcd(period, set[other].period.count());
       if (__builtin_mul_overflow(range / std::gcd(range, common), common, &range)) return Duration(longest);
-      if (range >= longest) range = longest;
+      range = std::min(range, longest);
     }
   }
   return Duration(range);
 }
 
 FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& together,
-                          const std::vector<FirstTimestamps>& starts, const ScorePhases& evaluate,
-                          const PhaseSearchOptions& options) {
-  assert(!starts.empty());
-  return Search(set, together, evaluate, options).run(starts);
+                          const std::vector<FirstTimestamps>& starts, const EvaluatePhases& evaluate,
+                          unsigned threads, const std::function<bool()>& stop) {
+  std::vector<TaskId> timers;
+  std::vector<std::vector<TaskId>> moves;  // timers that move together
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind != TaskKind::timer) continue;
+    if (!timers.empty()) moves.push_back({id});  // the first timer stays: only differences matter
+    timers.push_back(id);
+  }
+  if (together.size() > 1 && together.size() < timers.size()) moves.push_back(together);
+  // Some timers later by a time, below their periods, on whole microseconds.
+  const auto moved = [&](FirstTimestamps first, const std::vector<TaskId>& later, Duration by) {
+    for (const TaskId id : later) {
+      first[id] = std::chrono::floor<std::chrono::microseconds>(first[id] + by) % set[id].period;
+      if (first[id] < Duration{}) first[id] += set[id].period;
+    }
+    return first;
+  };
+  FoundPhases found;
+  // Empty: the search was stopped.
+  const auto evaluated = [&](const std::vector<FirstTimestamps>& points, const PhaseScore& enough) {
+    found.complete = found.complete && !stop();
+    std::vector<PhaseValues> values(found.complete ? points.size() : 0);
+    found.evaluations += values.size();
+    program::for_each_index(values.size(), threads, [&](std::size_t i) {
+      values[i] = evaluate(points[i], enough);
+      values[i].first = points[i];
+    });
+    return values;
+  };
+  // Moves one timer after the other until no timer improves the score.
+  const auto descended = [&](PhaseValues best, std::int64_t steps) {
+    for (std::size_t i = 0, idle = 0; idle < moves.size(); ++i, ++idle) {
+      const std::vector<TaskId>& move = moves[i % moves.size()];
+      const auto step = std::chrono::floor<std::chrono::microseconds>(range_of_phases(set, move) / steps);
+      std::vector<FirstTimestamps> points;
+      for (int k = -kPoints / 2; k <= kPoints / 2; ++k)
+        points.push_back(moved(best.first, move, k * std::max(step, std::chrono::microseconds(1))));
+      std::vector<PhaseValues> values = evaluated(points, best.within_margin);
+      if (!found.complete) break;
+      const auto least = std::ranges::min_element(values, {}, &PhaseValues::within_margin)->within_margin;
+      std::size_t length = 0, longest = 0, middle = 0;  // of runs of points with this score
+      for (std::size_t p = 0; p < values.size(); ++p) {
+        length = values[p].within_margin == least ? length + 1 : 0;
+        if (length > longest) middle = p - length / 2;
+        longest = std::max(longest, length);
+      }
+      if (least < best.within_margin) idle = 0;
+      if (least <= best.within_margin) best = std::move(values[middle]);
+    }
+    return best;
+  };
+  for (const FirstTimestamps& start : starts) {
+    const std::vector<PhaseValues> values = evaluated({moved(start, timers, {})}, {});
+    if (!found.complete) break;
+    PhaseValues end = descended(values.front(), kSteps[0]);
+    if (end.within_margin < found.values.within_margin) found.values = std::move(end);
+  }
+  for (std::size_t s = 0; found.complete && s < kSteps.size(); ++s)
+    found.values = descended(std::move(found.values), kSteps[s]);
+  return found;
 }
 
 }  // namespace hotpath::advise

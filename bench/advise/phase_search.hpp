@@ -1,46 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
+#include <cmath>
+#include <compare>
 #include <functional>
 #include <vector>
 
-#include "advise/phase_evaluator.hpp"
-#include "hotpath/core/task.hpp"
+#include "advise/candidates.hpp"
+#include "bounds/exact_worst_cases.hpp"
+#include "hotpath/reference_system/phases.hpp"
 
 namespace hotpath::advise {
 
 /// First timestamps by task; 0 for subscriptions.
 using FirstTimestamps = std::vector<Duration>;
 
-struct PhaseSearchOptions {
-  unsigned threads = 0;  ///< 0: one for each processor. The result does not depend on it.
-  /// Asked between evaluations: whether to end with the best phases so far.
-  std::function<bool()> stop = [] { return false; };
+/// How good phases are; smaller is better. By default the worst.
+struct PhaseScore {
+  double value = INFINITY;      ///< A latency or lateness in ms, or the greatest age in percent of its limit.
+  std::size_t late_timers = 0;  ///< Timers whose worst response time exceeds their deadline.
+  double tie = 0;               ///< Decides between equal values.
+  friend std::partial_ordering operator<=>(const PhaseScore&, const PhaseScore&) = default;
 };
 
-struct FoundPhases {
-  FirstTimestamps first;  ///< Each less than the timer's period.
-  PhaseScore score;
-  std::size_t evaluations = 0;  ///< Different choices of phases.
-  bool complete = true;         ///< Not ended by PhaseSearchOptions::stop.
+/// The exact worst cases under one executor for one choice of phases.
+struct PhaseValues {
+  Phases rule = {};  ///< Of compared phases.
+  FirstTimestamps first = {};
+  std::string refusal = "not evaluated";  ///< Why there are no values; empty: there are.
+  PhaseScore score = {};
+  PhaseScore within_margin = {};                     ///< The worst score with offsets off by a margin.
+  double hot_path_ms = INFINITY, age_ms = INFINITY;  ///< Of the objective's chain; infinite: there is none.
+  [[nodiscard]] bool exact() const { return refusal.empty(); }
 };
+
+/// Explores all schedules (exact_worst_cases()), without a margin. `reached`, if given, gets a witness of
+/// each value.
+[[nodiscard]] PhaseValues exact_values(const Candidate& candidate, const Objective& objective,
+                                       const FirstTimestamps& first,
+                                       std::vector<bounds::ReachedWorstCase>* reached = nullptr);
 
 /// The phases that matter for a timer: shifting it by its range changes no distance to a job of another
 /// timer, since two timers repeat their distances modulo the greatest common divisor of their periods.
 /// `moved` are timers that move together, by the same time.
 [[nodiscard]] Duration range_of_phases(const TaskSet& set, const std::vector<TaskId>& moved);
 
-/// The score of phases. It may be too small if it is greater than `enough`, since such phases are not taken.
-using ScorePhases = std::function<PhaseScore(const FirstTimestamps&, const PhaseScore& enough)>;
+/// Called by several threads at once. PhaseValues::within_margin may be too small if it is greater than
+/// `enough`, since such phases are not taken.
+using EvaluatePhases = std::function<PhaseValues(const FirstTimestamps&, const PhaseScore& enough)>;
 
-/// Searches phases with a small score. From each of `starts`, a coordinate descent moves one timer after the
-/// other, and the timers of `together` as one, over a grid of sixteenths of their ranges; from the best of
-/// the ends it goes on with grids of a quarter of the step each. Among equally good neighbouring grid points,
-/// it takes the middle, where offsets may be off by most. Deterministic, unless `stop` ends it. `starts` must
-/// not be empty; `evaluate` may be called by several threads at once.
-[[nodiscard]] FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& together,
-                                        const std::vector<FirstTimestamps>& starts,
-                                        const ScorePhases& evaluate, const PhaseSearchOptions& options);
+struct FoundPhases {
+  PhaseValues values;  ///< Refused if the search was stopped before it evaluated any phases.
+  std::size_t evaluations = 0;
+  bool complete = true;  ///< Not ended by `stop`.
+};
+
+/// Searches phases with a small PhaseValues::within_margin. From each of `starts`, a coordinate descent moves
+/// one timer after the other, and those of `together` as one, over a grid of sixteenths of their ranges; from
+/// the best end, over grids of eighths of the step. Of equally good neighbours it takes the middle, where
+/// offsets may be off by most. The result does not depend on `threads` (0: one for each processor).
+[[nodiscard]] FoundPhases search_phases(
+    const TaskSet& set, const std::vector<TaskId>& together, const std::vector<FirstTimestamps>& starts,
+    const EvaluatePhases& evaluate, unsigned threads,
+    const std::function<bool()>& stop = [] { return false; });
 
 }  // namespace hotpath::advise

@@ -16,14 +16,6 @@ namespace hotpath::advise {
 
 namespace {
 
-/// One candidate in one draw.
-struct Drawn {
-  results::Repetition repetition;
-  std::unique_ptr<simulated::RunTotals> totals;
-  Duration work{};
-  std::string overload;
-};
-
 /// Sums the execution times of the jobs that ran.
 Duration work_of(const Trace& trace, const ExecutionTimes& times) {
   Duration sum{};
@@ -34,85 +26,33 @@ Duration work_of(const Trace& trace, const ExecutionTimes& times) {
   return sum;
 }
 
-class Draws {
- public:
-  Draws(const std::vector<Candidate>& candidates, const PredictionOptions& options)
-      : options_(options), predictions_(candidates.size()), totals_(candidates.size()) {
-    for (std::size_t c = 0; c < candidates.size(); ++c) {
-      predictions_[c].candidate = &candidates[c];
-      predictions_[c].overload = candidates[c].overload;
-    }
-  }
+using Totals = std::vector<std::unique_ptr<simulated::RunTotals>>;  // by draw
 
-  std::vector<Prediction> run(const std::function<void(std::uint32_t)>& progress) {
-    using Clock = std::chrono::steady_clock;
-    const Clock::time_point begin = Clock::now();
-    for (std::uint32_t d = 0; d < options_.draws; ++d) {
-      if (d > 0 && (Clock::now() - begin > options_.budget || program::interrupted() != 0)) break;
-      draw(d);
-      progress(d + 1);
-    }
-    for (std::size_t c = 0; c < predictions_.size(); ++c) summarise(c);
-    return std::move(predictions_);
-  }
+/// Simulates one more draw. Throws SimulationError if the candidate cannot keep up.
+void add_draw(Prediction& p, Totals& totals, const setup::CommonOptions& options, std::uint32_t d) {
+  const Candidate& candidate = *p.candidate;
+  SimulatedDraw drawn = simulate_draw(candidate, options, d);
+  Trace& trace = drawn.repetition.trace;
+  trace.repetition = d;
+  totals.push_back(std::make_unique<simulated::RunTotals>(
+      candidate.graph, candidate.tasks, setup::measured_chains(candidate.graph, candidate.tasks),
+      Time{} + setup::seconds(options.warm_up_s), trace.end));
+  for (const JobRecord& r : trace.jobs) totals.back()->ended(r);
+  p.cores_used += to_ms(work_of(trace, *drawn.times));
+  std::exchange(trace.jobs, {});  // frees the memory; chain records and totals remain
+  p.draws.push_back(std::move(drawn.repetition));
+}
 
- private:
-  /// Simulates all candidates in parallel; the result does not depend on the assignment to threads.
-  void draw(std::uint32_t d) {
-    std::vector<Drawn> drawn(predictions_.size());
-    program::for_each_index(predictions_.size(), options_.threads, [&](std::size_t c) {
-      if (predictions_[c].overload.empty()) drawn[c] = simulate(*predictions_[c].candidate, d);
-    });
-    for (std::size_t c = 0; c < drawn.size(); ++c) {
-      Prediction& p = predictions_[c];
-      if (p.overload.empty()) p.overload = drawn[c].overload;
-      if (!p.overload.empty()) continue;
-      p.cores_used += to_ms(drawn[c].work);
-      p.draws.push_back(std::move(drawn[c].repetition));
-      totals_[c].push_back(std::move(drawn[c]));
-    }
-  }
-
-  Drawn simulate(const Candidate& candidate, std::uint32_t d) const {
-    Drawn drawn;
-    SimulatedDraw simulated;
-    try {
-      simulated = simulate_draw(candidate, options_.common, d);
-    } catch (const SimulationError& error) {
-      drawn.overload = error.what();
-      return drawn;
-    }
-    drawn.repetition = std::move(simulated.repetition);
-    Trace& trace = drawn.repetition.trace;
-    trace.repetition = d;
-    drawn.totals = std::make_unique<simulated::RunTotals>(
-        candidate.graph, candidate.tasks, setup::measured_chains(candidate.graph, candidate.tasks),
-        Time{} + setup::seconds(options_.common.warm_up_s), trace.end);
-    for (const JobRecord& r : trace.jobs) drawn.totals->ended(r);
-    drawn.work = work_of(trace, *simulated.times);
-    std::exchange(trace.jobs, {});  // frees the memory; chain records and totals remain
-    return drawn;
-  }
-
-  void summarise(std::size_t c) {
-    Prediction& p = predictions_[c];
-    if (!p.overload.empty()) return;
-    const Candidate& candidate = *p.candidate;
-    p.cores_used /=
-        1e3 * static_cast<double>(p.draws.size()) * (options_.common.warm_up_s + options_.common.duration_s);
-    std::vector<results::ExecutorRuns> runs(1);
-    runs.front().executor = candidate.name;
-    runs.front().repetitions = p.draws;
-    results::Summary summary = results::summarize(candidate.tasks.set, runs,
-                                                  setup::summary_options(options_.common, candidate.graph));
-    p.summary = std::move(summary.executors.front());
-    for (std::size_t d = 0; d < totals_[c].size(); ++d) totals_[c][d].totals->add_to(p.summary, d);
-  }
-
-  const PredictionOptions& options_;
-  std::vector<Prediction> predictions_;
-  std::vector<std::vector<Drawn>> totals_;  // by candidate
-};
+void summarise(Prediction& p, const Totals& totals, const setup::CommonOptions& options) {
+  p.cores_used /= 1e3 * static_cast<double>(p.draws.size()) * (options.warm_up_s + options.duration_s);
+  std::vector<results::ExecutorRuns> runs(1);
+  runs.front().executor = p.candidate->name;
+  runs.front().repetitions = p.draws;
+  results::Summary summary =
+      results::summarize(p.candidate->tasks.set, runs, setup::summary_options(options, p.candidate->graph));
+  p.summary = std::move(summary.executors.front());
+  for (std::size_t d = 0; d < totals.size(); ++d) totals[d]->add_to(p.summary, d);
+}
 
 }  // namespace
 
@@ -132,7 +72,30 @@ SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptio
 
 std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const PredictionOptions& options,
                                 const std::function<void(std::uint32_t)>& progress) {
-  return Draws(candidates, options).run(progress);
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin = Clock::now();
+  std::vector<Prediction> predictions(candidates.size());
+  std::vector<Totals> totals(candidates.size());
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    predictions[c].candidate = &candidates[c];
+    predictions[c].overload = candidates[c].overload;
+  }
+  for (std::uint32_t d = 0; d < options.draws; ++d) {
+    if (d > 0 && (Clock::now() - begin > options.budget || program::interrupted() != 0)) break;
+    program::for_each_index(candidates.size(), options.threads, [&](std::size_t c) {
+      Prediction& p = predictions[c];
+      try {
+        if (p.overload.empty()) add_draw(p, totals[c], options.common, d);
+      } catch (const SimulationError& error) {
+        p.overload = error.what();
+      }
+    });
+    progress(d + 1);
+  }
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    if (predictions[c].overload.empty()) summarise(predictions[c], totals[c], options.common);
+  }
+  return predictions;
 }
 
 void add_bound(Prediction& prediction, const Objective& objective) {

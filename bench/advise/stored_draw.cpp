@@ -46,10 +46,10 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
   o.threads = 1;
   o.executors.clear();
   o.deployments.clear();
-  std::string label = candidate.sets_priorities ? std::string(candidate.spec.entry->name) : candidate.name;
+  const std::string label = candidate.executor();
   if (candidate.spec.deployment) {
     Deployment plan = candidate.spec.deployment->plan;
-    plan.name = label = candidate.name;
+    plan.name = candidate.name;
     o.deployments = {folder / "deployment.yaml"};
     program::write_whole_file(o.deployments.front(), deployment_yaml(candidate.graph, candidate.tasks, plan));
   } else {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/advice.hpp"
-#include "advise/phase_advice.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
@@ -72,6 +71,8 @@ void add_advise_command(CLI::App& app) {
   add_deployments_option(advise, o);
   advise.option_defaults()->group(kDurationGroup);
   add_number(advise, "--repetitions", o.draws, {1, 10000}, "N", "Random draws of phases and execution times");
+  add_number(advise, "--time-out", o.budget_s, {0.1, 1e6}, "SECONDS",
+             "Time limit of all simulations; reduces the draws to fit");
   add_number(advise, "--duration", o.duration_s, {0.1, 1e5}, "SECONDS", "Simulated time of each draw");
   add_warm_up_option(advise, o);
   add_number(advise, "--seed", o.seed, kAnySeed, "N", "Seed of all draws");

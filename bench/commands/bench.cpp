@@ -11,24 +11,24 @@ namespace {
 
 /// The input of hotpath_report/bench_suite.py.
 struct SuiteOptions {
-  std::vector<std::string> programs, compare;
+  std::vector<std::string> programs;
   std::uint32_t repetitions = 5;
   std::uint64_t seed = 1;
   bool quick = false;
   double time_out_s = 1200;  ///< Per program.
   std::string output;
 };
-HOTPATH_JSON_FIELDS(SuiteOptions, programs, compare, repetitions, seed, quick, time_out_s, output);
+HOTPATH_JSON_FIELDS(SuiteOptions, programs, repetitions, seed, quick, time_out_s, output);
 
 }  // namespace
 
 void add_bench_command(CLI::App& app) {
-  auto [bench, o] = add_command<SuiteOptions>(
-      app, "bench", "Benchmark executors and transports, or compare two benchmark results",
-      "hotpath bench --output before", [](const SuiteOptions& options) {
-        if (!options.output.empty()) program::check_output_folder(options.output);
-        program::become_python_tool("bench", {nlohmann::json(options).dump()});
-      });
+  auto [bench, o] =
+      add_command<SuiteOptions>(app, "bench", "Benchmark executors and transports",
+                                "hotpath bench --output before", [](const SuiteOptions& options) {
+                                  if (!options.output.empty()) program::check_output_folder(options.output);
+                                  program::become_python_tool("bench", {nlohmann::json(options).dump()});
+                                });
   bench.add_flag("--quick", o.quick, "Short run: fewer sizes, shorter measurements, 1 repetition");
   add_number(bench, "--repetitions", o.repetitions, {1, 100}, "N",
              "Runs of each benchmark program, each in a new process");
@@ -39,12 +39,7 @@ void add_bench_command(CLI::App& app) {
   add_number(bench, "--time-out", o.time_out_s, {1, 86400}, "SECONDS",
              "Time limit of each program; a slower one has hung and is\nkilled");
   add_text(bench, "--output", o.output, "FOLDER", "New folder for the results; by default runs/DATE-bench");
-  add_text(bench, "--compare", o.compare, "OLD NEW",
-           "Measure nothing; report which values differ between the\nfolders OLD and NEW, and by how much")
-      ->expected(2);
-  add_json_option(bench)->needs(bench.get_option("--compare"));
   exclude(bench, "--quick", {"--repetitions"});
-  exclude(bench, "--compare", {"--quick", "--repetitions", "--only", "--seed", "--time-out", "--output"});
 }
 
 }  // namespace hotpath::commands

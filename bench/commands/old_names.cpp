@@ -47,7 +47,7 @@ constexpr std::array kOldNames = {
     OldName{"--ros2-runner", "the variable HOTPATH_ROS2_RUNNER now"},
     OldName{"--coarse", "gone: a search begins with 12 levels"},
     OldName{"--rank-time-out", "gone: a dead rank ends the sweep, and the same command resumes it"},
-    OldName{"--budget", "gone: choose --repetitions"},
+    OldName{"--budget", "`--time-out` now"},
     OldName{"--draws", "`--repetitions` now"},
     OldName{"--rule", "a variant of an executor now, as in rm-ro:first"},
     OldName{"--ties", "a variant of an executor now, as in rm-ro:fifo"},

@@ -141,7 +141,7 @@ void run_waters_experiment(WatersArguments& arguments) {
   arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
                                WatersMethod::davis_duerr, WatersMethod::davis_kloda,
                                WatersMethod::davis_guenzel};
-  Crew crew({.threads = arguments.options.threads});
+  Crew crew(arguments.options.threads);
   const WatersResult result = run_waters(arguments.options, crew);
   if (crew.coordinates()) write_waters(arguments, result);
 }

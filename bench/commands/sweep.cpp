@@ -33,7 +33,6 @@ constexpr std::size_t kTimed = 4;
 struct SweepArguments {
   std::string file, output;
   unsigned threads = 0;
-  double rank_time_out_s = 20;
   bool yes = false;
 };
 
@@ -54,8 +53,7 @@ class Sweep {
   }
 
   void run() {
-    const auto silence = std::chrono::milliseconds(std::llround(arguments_.rank_time_out_s * 1000));
-    Crew crew({cells_.live() ? 1 : arguments_.threads, silence});
+    Crew crew(cells_.live() ? 1 : arguments_.threads);
     if (cells_.live() && crew.ranks_on_this_machine() > 1) {
       throw program::UsageError(
           "live cells need one machine per rank, but several ranks run on this machine; start one rank "
@@ -78,16 +76,14 @@ class Sweep {
       };
     }
     program::catch_interrupts();
-    std::vector<std::string> notes;
     try {
-      notes = crew.run(campaign);
+      crew.run(campaign);
     } catch (...) {
       if (journal) journal->flush();
       throw;
     }
     if (!crew.coordinates()) return;
     if (isatty(STDERR_FILENO) != 0) program::replace_terminal_line("");
-    for (const std::string& note : notes) std::cerr << "note: " << note << "\n";
     journal->flush();
     finish(*journal);
   }
@@ -172,8 +168,6 @@ void add_sweep_command(CLI::App& app) {
            "Folder for the table; resumes an unfinished sweep in it. By\ndefault runs/sweep-FILE");
   add_number(sweep, "--threads", o.threads, {0, 1024}, "N",
              "Parallel cells per rank, 0 for one per CPU; live cells run\none at a time");
-  add_number(sweep, "--rank-time-out", o.rank_time_out_s, {0.1, 3600}, "SECONDS",
-             "Silence after which other ranks take over a rank's cells");
   sweep.add_flag("--yes", o.yes, "Start even if the sweep takes more than 1 hour or 1 GB");
 }
 

@@ -50,7 +50,7 @@ COMMANDS: dict[str, tuple[str, str, Arguments]] = {
     "sweep": ("pages.sweep_page:write", "figures and page of `hotpath sweep`", FOLDER),
     "advice": ("pages.advice_page:write", "predictions and page of `hotpath advise`", FOLDER),
     "waters": ("figures.waters:draw", "reduction of bounds on WATERS task sets", FOLDER),
-    "bench": ("bench_suite:bench", "run the programs of `hotpath bench`, or compare", OPTIONS),
+    "bench": ("bench_suite:bench", "run the programs of `hotpath bench`", OPTIONS),
     "bench-report": ("pages.bench_report:write", "report of `hotpath bench`", FOLDER),
     "diff": ("comparison.compare:compare_results", "differences beyond noise", COMPARISON),
 }

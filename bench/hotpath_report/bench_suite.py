@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`hotpath bench`: runs the benchmark programs, a fresh process for each repetition, in seeded random order, into one
-folder: bench.json, the programs' own output below raw/, report.md with its pictures.
+folder: bench.json, the programs' own output below raw/, report.md.
 
 Google Benchmark's --benchmark_repetitions would repeat in one process: all repetitions would share
 its memory layout, no other program would run between them, and a hang or a signal would lose them
 all."""
 
 import contextlib
-import itertools
 import json
 import os
 import random
@@ -19,12 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from hotpath_report import hotpath_command
-from hotpath_report.bench_values import BenchValues, compare
+from hotpath_report.bench_data import FILE, name_of, values_of
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
 from hotpath_report.run import Run
 from hotpath_report.tables import make_folder, read_json, write_json
 
 HOT_PATH = "hot_path"  # no program, but `hotpath compare`
+Rows = list[dict[str, Any]]  # of Google Benchmark's JSON
 PROGRAMS = ("scheduler", "simulator", "executor", "transport", HOT_PATH)
 
 
@@ -83,43 +83,39 @@ def execute(words: list[str], log: Path, time_out_s: float) -> str:
     return "" if status == 0 else f"failed: it {how}; see its .txt in raw/"
 
 
-def run_program(program: Path, output: Path, options: dict[str, Any], values: BenchValues) -> list[str]:
-    """One repetition of a benchmark program; returns what failed."""
+def run_program(program: Path, output: Path, options: dict[str, Any], rows: Rows) -> list[str]:
+    """Adds one repetition of a benchmark program; returns what failed."""
     words = [str(program), f"--benchmark_out={output}", "--benchmark_out_format=json"]
     words += ["--benchmark_enable_random_interleaving=true", *(["--quick"] if options["quick"] else [])]
-    failure = execute(words, output.with_suffix(".txt"), options["time_out_s"])
-    return [f"bench_{output.stem} {failure}"] if failure else values.add(output)
+    if failure := execute(words, output.with_suffix(".txt"), options["time_out_s"]):
+        return [f"bench_{output.stem} {failure}"]
+    try:
+        found: Rows = read_json(output)["benchmarks"]
+        failed = [row for row in found if row.get("error_occurred")]
+        # compare.py compares rows of equal names, also of runs that measured for another time.
+        measured = [row | {"name": name_of(row)} for row in found if row not in failed]
+        for row in measured:
+            dict(values_of(row))
+    except (InputError, KeyError, TypeError, AttributeError) as error:
+        return [f"{output}: not written by Google Benchmark: {error!r}"]
+    rows += measured
+    return [f"{row['run_name']}: {row.get('error_message', '')}" for row in failed]
 
 
-def run_hot_path(program: Path, output: Path, options: dict[str, Any], values: BenchValues) -> list[str]:
-    """One repetition of the reference system: latency of the hot path, and CPU time of a callback of the graph without
-    work; returns what failed."""
-    for transport, idle in itertools.product(("intra_process", "fastdds"), (False, True)):
-        folder = output.with_name(f"{output.stem}-{transport}{'-idle' if idle else ''}")
-        words = [str(program), "run", "--repetitions", "1", "--transport", transport]
-        words += ["--load", "0"] if idle else []
-        words += [
-            "--duration",
-            "0.7" if options["quick"] else "2",
-            "--warm-up",
-            "0.3",
-            "--output",
-            str(folder),
-        ]
-        failure = execute(words, folder.with_suffix(".txt"), options["time_out_s"])
-        if failure:
-            return [f"{folder.name} {failure}"]
-        for executor in Run(folder).summary():
-            variant = f"executor:{executor['executor']}/transport:{transport}"
-            if idle:
-                each = {"cpu_per_callback_ns": 1e3 * executor["cpu_per_callback_us"]}
-                values.add_figures(
-                    f"callback/{variant}", each | {"callbacks": executor["callbacks_executed"]}
-                )
-            else:
-                latency = executor["chains"][0]["hot_path_latency_ms"]
-                found = {f"hot_path_{q}_ns": 1e6 * latency[q] for q in ("p50", "p99", "p999", "max")}
-                values.add_figures(f"hot_path/{variant}", found)
+def run_hot_path(program: Path, output: Path, options: dict[str, Any], rows: Rows) -> list[str]:
+    """Adds the CPU time of a callback of the reference system's graph without work; returns what failed."""
+    folder = output.with_suffix("")
+    words = [str(program), "run", "--repetitions", "1", "--load", "0", "--warm-up", "0.3"]
+    words += ["--duration", "0.7" if options["quick"] else "2", "--output", str(folder)]
+    if failure := execute(words, folder.with_suffix(".txt"), options["time_out_s"]):
+        return [f"{folder.name} {failure}"]
+    for executor in Run(folder).summary():
+        name, us = (
+            f"callback/executor:{executor['executor']}/transport:fastdds",
+            executor["cpu_per_callback_us"],
+        )
+        row = {"name": name, "run_name": name, "run_type": "iteration", "iterations": 1}
+        rows.append(row | {"real_time": us, "cpu_time": us, "time_unit": "us"})
     return []
 
 
@@ -134,7 +130,7 @@ def read_machine(folder: Path) -> dict[str, Any]:
     """What `hotpath doctor` says, which notes on standard error what may disturb a measurement."""
     path = folder / "machine.json"
     program = [*hotpath_command.ENDS_WITH_US, str(hotpath_command.program())]
-    command = [*program, "machine", "--duration", "0.2", "--output", str(path)]
+    command = [*program, "doctor", "--duration", "0.2", "--output", str(path)]
     if subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode:
         raise RunError("`hotpath doctor` failed")
     machine: dict[str, Any] = read_json(path)
@@ -148,7 +144,8 @@ def measure(options: dict[str, Any]) -> int:
 
     programs = options["programs"] or list(PROGRAMS)
     paths = {name: find_program(name) for name in programs}
-    folder, values, code = new_folder(options["output"]), BenchValues(), 0
+    folder, code = new_folder(options["output"]), 0
+    rows: Rows = []
     failures: list[str] = []
     facts: dict[str, Any] = {
         "machine": read_machine(folder),
@@ -167,14 +164,14 @@ def measure(options: dict[str, Any]) -> int:
             ):
                 output = folder / "raw" / f"{name}-{repetition}.json"
                 run = run_hot_path if name == HOT_PATH else run_program
-                failures += run(paths[name], output, options, values)
+                failures += run(paths[name], output, options, rows)
     except Interrupted as signalled:
         code = signalled.exit_code
-    if failures and not values.figures:
+    if failures and not rows:
         raise RunError(failures[0])
     facts |= {"complete": not failures and code == 0, "failures": failures}
-    write_json(folder / "bench.json", values.as_json() | facts)
-    if not values.figures:
+    write_json(folder / FILE, {"context": facts, "benchmarks": rows})
+    if not rows:
         print("note: Interrupted before anything was measured.", file=sys.stderr)
         return code
     hotpath_command.draw_if_possible("pages.bench_report:write", str(folder))
@@ -187,5 +184,4 @@ def measure(options: dict[str, Any]) -> int:
 
 def bench(options: str) -> int:
     """What `hotpath bench` was told, as JSON; the exit code. Raises InputError, RunError."""
-    found: dict[str, Any] = json.loads(options)
-    return compare(*found["compare"]) if found["compare"] else measure(found)
+    return measure(json.loads(options))

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "hotpath/core/utf8.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/tracing/assembler.hpp"
 #include "hotpath/tracing/ctf_trace.hpp"
 #include "import/import_page.hpp"
@@ -187,7 +188,7 @@ class CtfImport final : public tracing::Sink {
     repetition.trace = trace;
     repetition.trace.chains = results::counted_chains(trace, Time{});
     repetition.accounts = account(best.tasks.set, repetition.trace);
-    setup::keep_inputs(folder, common, record);
+    setup::keep_inputs(folder, common, load_graph(graph_file), record);
     record.runs.push_back(results::record_of(best.tasks.set, setup::chain_names(best.graph), repetition));
     folder.write("run.json", json(record));
     const results::Summary summary = results::summarize(best.tasks.set, {{trace.executor, {repetition}}},

@@ -87,7 +87,7 @@ class LiveRun {
     for (const std::string& sentence : machine::warnings(machine_)) warn(sentence);
     prepare_work();
     describe();
-    setup::keep_inputs(folder, options_, run_);
+    setup::keep_inputs(folder, options_, graph_, run_);
     folder.write("run.json", json(run_));
 
     measure(folder);

@@ -1,115 +1,179 @@
 // SPDX-License-Identifier: Apache-2.0
-// Costs of the scheduling core without threads: release, decision and finish of one job by number of tasks
-// and of ready jobs, with bare containers as yardsticks in the same program.
+// Costs of the scheduling core without threads: release, decision and finish of one job of 1000
+// tasks while 100 jobs wait, and the events queues with std::priority_queue as yardstick.
 #include <algorithm>
 #include <array>
-#include <string>
+#include <numeric>
+#include <queue>
+#include <random>
+#include <span>
 
-#include "hotpath/live/clock.hpp"
+#include "hotpath/core/priority_events_queue.hpp"
+#include "hotpath/core/registry.hpp"
 #include "microbench/measurement.hpp"
-#include "microbench/scheduler_cycles.hpp"
 
 namespace hotpath::microbench {
 namespace {
 
-/// Jobs of one timed block: enough to hide the cost of reading the clock, and few enough to hardly
-/// change the ready queue.
-constexpr std::int64_t kBlock = 50;
+constexpr std::uint32_t kTasks = 1000, kReady = 100;
 
-/// Time: mean of release, decision and finish of one job. Counters: the median of each over blocks,
-/// which is robust against the interruption of a block. `ready` jobs wait all the time, limited by
-/// the number of tasks.
-template <class Cycle>
-void cycle(benchmark::State& state, const ExecutorEntry& executor, std::int64_t ready) {
-  const std::int64_t tasks = state.range(0), block = std::min(kBlock, tasks / 2);
-  Cycle jobs(executor, tasks, std::min(ready, tasks - block));
+/// The numbers below `n` in random order.
+std::vector<std::uint32_t> shuffled(std::uint32_t n, std::uint64_t seed) {
+  std::vector<std::uint32_t> order(n);
+  std::iota(order.begin(), order.end(), 0U);
+  std::shuffle(order.begin(), order.end(), std::mt19937_64(seed));
+  return order;
+}
+
+/// `n` tasks, each in a separate callback group. One timer is due every microsecond.
+TaskSet task_set(std::uint32_t n, TaskKind kind) {
+  const std::vector<std::uint32_t> phase = shuffled(n, 1), urgency = shuffled(n, 2);
+  TaskSet set;
+  set.groups.assign(n, CallbackGroup::mutually_exclusive);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    Task& t = set.tasks.emplace_back();
+    t.kind = kind;
+    t.group = i;
+    t.priority = urgency[i];
+    if (kind != TaskKind::timer) continue;
+    t.period = n * 1us;
+    t.phase = phase[i] * 1us;
+    t.deadline = urgency[i] * 1us + 1us;
+  }
+  return set;
+}
+
+/// One scheduler in virtual time, with a microsecond per release, while kReady jobs wait: of timers
+/// that become due one after another, or of random subscriptions without a sample.
+class Cycle {
+ public:
+  Cycle(const ExecutorEntry& executor, TaskKind kind)
+      : timers_(kind == TaskKind::timer),
+        scheduler_(executor.make(task_set(kTasks, kind), {})),
+        worker_(timers_ ? executor.traits.timer_worker() : Worker{0}),
+        idle_(shuffled(kTasks, 3)) {
+    scheduler_->begin(now_ + 1us);
+    prepare(kReady);
+    for (std::uint32_t i = 0; i < kReady; ++i) release();
+  }
+
+  /// Chooses the next subscriptions.
+  void prepare(std::int64_t count) {
+    for (std::int64_t i = 0; i < count && !timers_; ++i) {
+      std::swap(idle_[random_() % idle_.size()], idle_.back());
+      next_.push_back(idle_.back());
+      idle_.pop_back();
+    }
+  }
+  void release() {
+    now_ += 1us;
+    if (timers_) {
+      const auto releaser = static_cast<Worker>(scheduler_->workers().size() - 1);
+      benchmark::DoNotOptimize(scheduler_->release_timers(releaser, now_));
+      return;
+    }
+    const SampleInfo sample{now_, now_ + (next_.back() % 1024) * 1us, {}};
+    benchmark::DoNotOptimize(scheduler_->sample_arrived(next_.back(), sample, now_));
+    next_.pop_back();
+  }
+  Job decide() { return *scheduler_->decide(worker_, now_).job; }
+  void finish(const Job& job) {
+    benchmark::DoNotOptimize(scheduler_->finished(worker_, job, now_));
+    if (!timers_) idle_.push_back(job.task);
+  }
+
+ private:
+  const bool timers_;
+  const std::unique_ptr<Scheduler> scheduler_;
+  const Worker worker_;
+  Time now_{};
+  std::vector<std::uint32_t> idle_, next_;
+  std::mt19937 random_{4};
+};
+
+/// Time: mean of release, decision and finish of one job. Counter: the median of the decision over
+/// blocks, which is robust against the interruption of a block. A block is large enough to hide the
+/// cost of reading the clock, and small enough to hardly change the ready queue.
+void cycle(benchmark::State& state, const ExecutorEntry& executor, TaskKind kind) {
+  constexpr std::int64_t kBlock = 50;
+  Cycle jobs(executor, kind);
   std::array<Job, kBlock> running;
-  const auto active = std::span(running).first(static_cast<std::size_t>(block));
-  constexpr std::size_t kKept = 100'000;
-  std::array<std::vector<double>, 3> per_job_ns;
-  for (auto& samples : per_job_ns) samples.reserve(kKept);
-  while (state.KeepRunningBatch(block)) {
-    jobs.prepare(block);
-    const Time t0 = now();
-    for (std::int64_t i = 0; i < block; ++i) jobs.release();
-    const Time t1 = now();
-    for (Job& job : active) job = *jobs.decide().job;
-    const Time t2 = now();
-    for (const Job& job : active) jobs.finish(job);
-    const Time t3 = now();
-    const std::array spent = {t1 - t0, t2 - t1, t3 - t2};
-    for (std::size_t i = 0; i < spent.size() && per_job_ns[i].size() < kKept; ++i) {
-      per_job_ns[i].push_back(ns(spent[i]) / static_cast<double>(block));
-    }
-    state.SetIterationTime(std::chrono::duration<double>(t3 - t0).count());
+  std::vector<double> decisions;
+  while (state.KeepRunningBatch(kBlock)) {
+    jobs.prepare(kBlock);
+    const Time begin = now();
+    for (std::int64_t i = 0; i < kBlock; ++i) jobs.release();
+    const Time released = now();
+    for (Job& job : running) job = jobs.decide();
+    const Time decided = now();
+    for (const Job& job : running) jobs.finish(job);
+    state.SetIterationTime(std::chrono::duration<double>(now() - begin).count());
+    decisions.push_back(ns(decided - released) / kBlock);
   }
-  state.counters["release_ns"] = quantiles(per_job_ns[0]).p50;
-  state.counters["decide_ns"] = quantiles(per_job_ns[1]).p50;
-  state.counters["finish_ns"] = quantiles(per_job_ns[2]).p50;
-  state.SetComplexityN(tasks);
+  state.counters["decide_ns"] = quantiles(std::move(decisions)).p50;
 }
 
-/// All timers are due at once: releases and decides all jobs.
-void drain(benchmark::State& state, const ExecutorEntry& executor) {
-  TaskSet set = task_set(state.range(0), TaskKind::timer);
-  for (Task& t : set.tasks) t.phase = 0us;
-  const Duration period = set.tasks.front().period;
-  const auto scheduler = executor.make(set, {});
-  const Worker releaser = static_cast<Worker>(scheduler->workers().size() - 1);
-  const Worker worker = executor.traits.timer_worker();
-  Time at{};
-  scheduler->begin(at);
-  for (auto _ : state) {
-    while (scheduler->release_timers(releaser, at).released > 0) {
-    }
-    while (const auto job = scheduler->decide(worker, at).job) {
-      benchmark::DoNotOptimize(scheduler->finished(worker, *job, at));
-    }
-    at += period;
+/// The queues' experiment: the first of kReady jobs leaves and returns with a later deadline.
+template <class Queue>
+void hold(benchmark::State& state, Queue queue) {
+  // Random distances from one deadline of a task to the next.
+  std::array<Duration, 4096> distances;
+  std::mt19937 random(5);
+  std::uniform_int_distribution<std::int64_t> distance(0, 2000 * kReady);
+  for (Duration& d : distances) d = Duration(distance(random));
+  std::size_t at = 0;
+  const auto next = [&] { return distances[at++ % distances.size()]; };
+  for (TaskId id = 0; id < kReady; ++id) {
+    Job job;
+    job.task = id;
+    job.deadline = Time{} + next();
+    queue.push(job);
   }
-  state.SetItemsProcessed(state.iterations() * state.range(0));
-  state.SetComplexityN(state.range(0));
+  for (auto _ : state) {
+    Job job = queue.pop();
+    job.deadline += next();
+    benchmark::DoNotOptimize(job);
+    queue.push(job);
+  }
 }
+
+/// Jobs by absolute deadline.
+struct StandardQueue {
+  struct KeyedJob {
+    PriorityKey key;
+    Job job;
+    bool operator<(const KeyedJob& other) const { return other.key < key; }
+  };
+  std::priority_queue<KeyedJob> queue;
+  void push(const Job& job) { queue.push({{to_ns(job.deadline), job.task}, job}); }
+  Job pop() {
+    const Job job = queue.top().job;
+    static_cast<void>(queue.pop());
+    return job;
+  }
+};
 
 }  // namespace
 
 void register_all(bool quick) {
-  const std::int64_t most = quick ? 10'000 : 100'000;
   const double min_time = quick ? 0.01 : 0.05;
-  const auto grow = [&](benchmark::internal::Benchmark* b, std::int64_t least, std::int64_t largest) {
-    return b->RangeMultiplier(10)->Range(least, largest)->MinTime(min_time)->Complexity();
+  const auto add = [=](const std::string& name, auto measure) {
+    return benchmark::RegisterBenchmark(name.c_str(), measure)->MinTime(min_time);
   };
-  // dm and fp differ from rm only in the table of priorities.
-  const std::array timers = {"default", "static", "multi", "cbg",    "events-ro", "events-re",
-                             "rm-ro",   "rm-re",  "fp-ro", "edf-ro", "edf-re"};
-  // Release-only and release-and-execute treat samples alike.
-  const std::array samples = {"default", "static", "multi", "cbg", "events-ro", "fp-ro", "edf-ro"};
-  const std::array levels = {std::pair{"empty", std::int64_t{0}}, std::pair{"100", std::int64_t{100}},
-                             std::pair{"full", most}};
-  const auto add_cycles = [&]<class Cycle>(const std::string& kind, const auto& names) {
-    for (const auto& [level_name, level] : levels) {
-      for (const char* name : names) {
-        const std::string benchmark = kind + "/" + name + "/ready:" + level_name + "/tasks";
-        grow(benchmark::RegisterBenchmark(benchmark.c_str(), cycle<Cycle>, std::ref(*find_executor(name)),
-                                          level),
-             level == 100 ? 1000 : 10, most)
-            ->UseManualTime();
-      }
-    }
-  };
-  add_cycles.operator()<TimerCycle>("timer_cycle", timers);
-  add_cycles.operator()<SampleCycle>("sample_cycle", samples);
-  for (const char* name : timers) {
-    const ExecutorEntry& e = *find_executor(name);
-    // Wait sets erase from the front of their snapshot, which is quadratic: the largest set would
-    // take a minute.
-    const bool wait_set = e.traits.family == Family::wait_set;
-    grow(benchmark::RegisterBenchmark(("drain/" + std::string(name) + "/tasks").c_str(),
-                                      [&e](benchmark::State& s) { drain(s, e); }),
-         100, wait_set ? std::min<std::int64_t>(most, 10'000) : most)
-        ->Unit(benchmark::kMicrosecond);
+  const std::array cycles = {std::pair{"rm-ro", TaskKind::timer}, std::pair{"fp-ro", TaskKind::timer},
+                             std::pair{"edf-ro", TaskKind::timer}, std::pair{"cbg", TaskKind::subscription}};
+  for (const auto& [name, kind] : cycles) {
+    const std::string what = kind == TaskKind::timer ? "timer_cycle/" : "sample_cycle/";
+    const ExecutorEntry& executor = *find_executor(name);
+    add(what + name + "/ready:100/tasks/1000", [&executor, kind = kind](benchmark::State& s) {
+      cycle(s, executor, kind);
+    })->UseManualTime();
   }
-  register_queues(most, min_time);
+  add("push_pop/std::priority_queue/ready/100", [](benchmark::State& s) { hold(s, StandardQueue{}); });
+  add("push_pop/PriorityEventsQueue/ready/100", [](benchmark::State& s) {
+    hold(s, PriorityEventsQueue(PriorityOrder(task_set(kReady, TaskKind::timer), Policy::edf,
+                                              SubscriptionRule::inherit, Ties::lifo)));
+  });
 }
 
 }  // namespace hotpath::microbench

@@ -19,34 +19,12 @@ inline void sleep_until(Time instant) {
   }
 }
 
-/// A bare loop of absolute sleeps: calls `tick` every `period` from `first` on, before `end`.
-void every(Duration period, Time first, Time end, auto tick) {
-  for (Time next = first; next < end; next += period) {
-    sleep_until(next);
-    tick(next);
-  }
-}
-
-/// A handler whose jobs do nothing.
-inline JobHandler& no_work() {
-  static class NoWork final : public JobHandler {
-    void run(const Job&, Time, Sample, Worker) override {}
-  } handler;
-  return handler;
-}
-
-/// A live executor and the memory of its records.
+/// A live executor whose jobs do nothing, and the memory of its records.
 class LiveRun {
  public:
-  LiveRun(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, JobHandler& handler,
-          const ExecutorOptions& options, std::uint64_t records_per_worker = 100'000)
-      : memory_({set.size(), static_cast<std::uint32_t>(scheduler->workers().size()), records_per_worker, 0}),
-        executor_(set, std::move(scheduler), handler, memory_.jobs(), options) {}
-
-  /// An executor with its defaults and jobs that do nothing.
-  LiveRun(const TaskSet& set, const setup::ExecutorSpec& executor)
-      : LiveRun(set, executor.entry->make(set, executor.scheduler), no_work(),
-                default_options(*executor.entry)) {}
+  LiveRun(const TaskSet& set, const setup::ExecutorSpec& executor, const ExecutorOptions& options,
+          std::uint64_t records_per_worker = 100'000)
+      : LiveRun(set, executor.entry->make(set, executor.scheduler), options, records_per_worker) {}
 
   Executor& executor() { return executor_; }
 
@@ -84,23 +62,19 @@ class LiveRun {
   }
 
  private:
+  struct NoWork final : JobHandler {
+    void run(const Job&, Time, Sample, Worker) override {}
+  };
+
+  LiveRun(const TaskSet& set, std::unique_ptr<Scheduler> scheduler, const ExecutorOptions& options,
+          std::uint64_t records_per_worker)
+      : memory_({set.size(), static_cast<std::uint32_t>(scheduler->workers().size()), records_per_worker, 0}),
+        executor_(set, std::move(scheduler), no_work_, memory_.jobs(), options) {}
+
+  NoWork no_work_;
   RunMemory memory_;
   Executor executor_;
   Time warm_{};
 };
-
-/// `n` subscriptions, each in a separate callback group.
-inline TaskSet subscriptions(std::uint32_t n, std::uint32_t depth = 1) {
-  TaskSet set;
-  set.groups.assign(n, CallbackGroup::mutually_exclusive);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    Task& t = set.tasks.emplace_back();
-    t.name = "subscription" + std::to_string(i);
-    t.kind = TaskKind::subscription;
-    t.group = i;
-    t.depth = depth;
-  }
-  return set;
-}
 
 }  // namespace hotpath::microbench

@@ -5,7 +5,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <ctime>
@@ -29,11 +28,14 @@ inline double ns(Duration d) { return static_cast<double>(d.count()); }
 /// CPU time of the calling process so far, all threads.
 inline Duration process_cpu_time() { return read_clock(CLOCK_PROCESS_CPUTIME_ID); }
 
-/// The samples without the first `share` of them, in which a measurement warms up.
-inline std::vector<double> warm(std::vector<double> samples, double share = 0.1) {
+/// Median without the first `share` of the samples, in which a measurement warms up. Throws
+/// std::runtime_error if there is no sample.
+inline double warm_median(std::vector<double> samples, double share = 0.1) {
   const auto skipped = static_cast<std::ptrdiff_t>(static_cast<double>(samples.size()) * share);
   samples.erase(samples.begin(), samples.begin() + skipped);
-  return samples;
+  const Quantiles q = quantiles(std::move(samples));
+  if (q.n == 0) throw std::runtime_error("nothing was measured");
+  return q.p50;
 }
 
 /// What one live measurement found: its time, and further values by name. Units are the
@@ -41,24 +43,6 @@ inline std::vector<double> warm(std::vector<double> samples, double share = 0.1)
 struct Measurement {
   double time_ns = 0;
   std::map<std::string, double> counters;
-
-  /// Adds NAME_p50_ns, NAME_p99_ns, NAME_p999_ns and NAME_max_ns, and makes the median the measurement's time
-  /// when there is none yet. Throws std::runtime_error when there are no samples.
-  Measurement& add_samples(const std::string& name, std::vector<double> samples_ns) {
-    const Quantiles q = quantiles(std::move(samples_ns));
-    if (q.n == 0) throw std::runtime_error("nothing was measured for " + name);
-    if (time_ns == 0) time_ns = q.p50;
-    counters.insert({{name + "_p50_ns", q.p50},
-                     {name + "_p99_ns", q.p99},
-                     {name + "_p999_ns", q.p999},
-                     {name + "_max_ns", q.max}});
-    return *this;
-  }
-
-  void report(benchmark::State& state) const {
-    state.SetIterationTime(time_ns / 1e9);
-    state.counters.insert(counters.begin(), counters.end());
-  }
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Measurement, time_ns, counters)
 
@@ -74,8 +58,7 @@ inline void run_isolated(benchmark::State& state, const std::function<Measuremen
       nlohmann::json found;
       try {
         found = measure();
-        if (!std::isfinite(found.at("time_ns").get<double>()))
-          throw std::runtime_error("nothing was measured");
+        if (!std::isfinite(found.at("time_ns").get<double>())) throw std::runtime_error("not a number");
       } catch (const std::exception& error) {
         found = std::string("failed ") + error.what();
       }
@@ -89,16 +72,18 @@ inline void run_isolated(benchmark::State& state, const std::function<Measuremen
     std::rewind(answer.get());
     const auto found = nlohmann::json::from_cbor(answer.get());
     if (found.is_string()) return state.SkipWithError(found.get<std::string>().c_str());
-    found.get<Measurement>().report(state);
+    const auto measured = found.get<Measurement>();
+    state.SetIterationTime(measured.time_ns / 1e9);
+    state.counters.insert(measured.counters.begin(), measured.counters.end());
   }
 }
 
 /// Registers a benchmark that run_isolated() runs once.
-inline benchmark::internal::Benchmark* register_isolated(const std::string& name,
-                                                         const std::function<Measurement()>& measure) {
-  return benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& s) { run_isolated(s, measure); })
+inline void register_isolated(const std::string& name, const std::function<Measurement()>& measure) {
+  benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& s) { run_isolated(s, measure); })
       ->Iterations(1)
-      ->UseManualTime();
+      ->UseManualTime()
+      ->Unit(benchmark::kMicrosecond);
 }
 
 /// Registers the benchmarks of a program: each defines it, and benchmark_main.cpp calls it.

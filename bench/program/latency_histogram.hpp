@@ -5,7 +5,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "hotpath/core/time.hpp"
@@ -24,14 +23,11 @@ class LatencyHistogram {
     ++counts_[bucket];
     ++count_;
     max_ = std::max(max_, sample);
-    latest_max_ = std::max(latest_max_, sample);
   }
 
   std::uint64_t count() const { return count_; }
   /// -1 ns when there are no samples.
   Duration max() const { return max_; }
-  /// The same of the samples since the previous call.
-  Duration take_latest_max() { return std::exchange(latest_max_, Duration(-1)); }
 
   /// The smallest sample that at least the share `probability` in (0, 1] of all samples do not
   /// exceed (nearest rank); -1 ns when there are no samples.
@@ -62,7 +58,7 @@ class LatencyHistogram {
 
   std::vector<std::uint64_t> counts_;
   std::uint64_t count_ = 0;
-  Duration max_{-1}, latest_max_{-1};
+  Duration max_{-1};
 };
 
 }  // namespace hotpath::program

@@ -85,12 +85,12 @@ results::RunRecord record_of(const CommonOptions& options, const Graph& graph, c
   return record;
 }
 
-void keep_inputs(const results::RunFolder& folder, const CommonOptions& options, results::RunRecord& record,
-                 const std::string& times) {
+void keep_inputs(const results::RunFolder& folder, const CommonOptions& options, const Graph& graph,
+                 results::RunRecord& record, const std::string& times) {
   record.inputs.clear();
   const std::filesystem::path file = find_graph(options.graph);
   std::set<std::filesystem::path> values;  // files of execution times, which the copy finds beside itself
-  for (const Node& node : load_graph(file).nodes) {
+  for (const Node& node : graph.nodes) {
     for (const Callback& callback : node.callbacks) {
       if (!callback.measured_file.empty()) values.insert(callback.measured_file);
     }

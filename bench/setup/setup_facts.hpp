@@ -12,10 +12,10 @@ namespace hotpath::setup {
 [[nodiscard]] results::RunRecord record_of(const CommonOptions& options, const Graph& graph,
                                            const TaskSet& set, const std::vector<ExecutorSpec>& executors);
 
-/// Stores copies of the graph, of the deployments and of the file `times` (empty: none) in the run's
-/// folder, and notes them in `record`. Throws RunError, InputError.
-void keep_inputs(const results::RunFolder& folder, const CommonOptions& options, results::RunRecord& record,
-                 const std::string& times = "");
+/// Stores copies of the graph, which was loaded from the file of the options, of the deployments and of the
+/// file `times` (empty: none) in the run's folder, and notes them in `record`. Throws RunError, InputError.
+void keep_inputs(const results::RunFolder& folder, const CommonOptions& options, const Graph& graph,
+                 results::RunRecord& record, const std::string& times = "");
 
 /// Warnings about options that have no effect under these executors.
 std::vector<std::string> idle_options(const CommonOptions& options,

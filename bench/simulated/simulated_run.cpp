@@ -209,7 +209,7 @@ class SimulatedRun {
   void store(const results::Summary& summary, results::RunFolder& folder) {
     results::RunRecord record = describe();
     const std::string times = execution_times_name();
-    setup::keep_inputs(folder, options_, record,
+    setup::keep_inputs(folder, options_, graph_, record,
                        times.starts_with(kListed) ? times.substr(kListed.size()) : "");
     folder.write("run.json", json(record));
     for (const Simulation& s : simulations_) {

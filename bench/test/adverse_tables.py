@@ -17,7 +17,7 @@ def rows(table: str, columns: int = 0) -> list[list[str]]:
 
 def words(line: str, stock: Any, **places: object) -> list[str]:
     """The words of a command line."""
-    return line.format(stock=stock, reference=REFERENCE, brief=BRIEF, **places).split()
+    return line.format(stock=stock, reference=REFERENCE, brief=BRIEF, one=ONE, **places).split()
 
 
 ONE = "--executors rm-ro --repetitions 1"  # of `run`, whose default is all of the paper's
@@ -559,7 +559,7 @@ def as_the_program_starts_it(line: list[str]) -> list[str]:
 FAILS = """
 no priority | run {brief} --timer-policy fifo:50 --output run | fifo:50 | refused
 no locked memory | run {brief} --lock-memory --output run | locking memory was refused
-12 files | run --executors rm-ro --repetitions 1 --duration 0.2 --warm-up 0 --output run | cannot be set up | Too many open files
+12 files | run {one} --duration 0.2 --warm-up 0 --output run | cannot be set up | Too many open files
 20 kB | simulate --executors default --duration 20 --output run | jobs.csv.part | File too large
 """
 FULL_DISK = """

@@ -168,6 +168,23 @@ class Advise(CommandTest):
             )
         self.assertEqual(*texts)
 
+    def test_the_budget_ends_it_after_a_whole_draw(self) -> None:
+        out, advice = self.advise(
+            *(
+                "autoware",
+                "--repetitions",
+                1000,
+                "--duration",
+                30,
+                "--time-out",
+                0.1,
+                "--executors",
+                "default,rm-ro",
+            )
+        )
+        self.assertLess(advice["draws"], 1000)
+        self.assertIn("draws: the budget ended", out)
+
     def test_wrong_use_is_refused(self) -> None:
         for message, *arguments in (
             ("hot_path:median", "autoware", "--for", "hot_path:p98"),

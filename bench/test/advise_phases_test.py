@@ -52,7 +52,6 @@ class AdvisePhases(CommandTest):
         out, advice = self.advise(
             self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--repetitions", 4
         )
-        (best,) = [c for c in advice["candidates"] if c["name"] == advice["recommended"]]
         for candidate in advice["candidates"]:
             self.assertTrue(candidate["complete"])
             self.assertLessEqual(candidate["chosen"]["objective"], candidate["within_margin"])
@@ -61,13 +60,7 @@ class AdvisePhases(CommandTest):
                 self.assertLess(candidate["chosen"]["age_ms"], candidate["by_rule"]["creation"]["age_ms"])
         for sentence in advice["sentences"]:
             self.assertIn(sentence, out)
-        simulated = advice["simulated"]
-        self.assertLessEqual(simulated["end_to_end_latency_ms"]["max"], best["chosen"]["age_ms"])
-        self.assertLessEqual(simulated["hot_path_latency_ms"]["max"], best["chosen"]["hot_path_ms"])
         self.assertEqual(advice["margin_ms"], 0.4, "1 % of the shortest period")
-        self.assertEqual([s["within_ms"] for s in advice["sensitivity"]], [0.08, 0.4, 1.6])
-        worst = advice["sensitivity"][1]["draws"][-1]["objective"]
-        self.assertLess(worst, best["random"][-1]["age_ms"])
 
     def test_without_a_margin_exact_offsets_are_at_least_as_good_as_the_compared_ones(self) -> None:
         _, advice = self.advise(
@@ -140,7 +133,7 @@ class AdvisePhases(CommandTest):
         self.graph.write_text(timers)
         out, advice = self.advise(self.graph, "--executors", "rm-ro", "--repetitions", 2)
         self.assertEqual(advice["objective"], "worst lateness of timers")
-        self.assertIn("guaranteed lateness of timers", out)
+        self.assertIn("guaranteed worst lateness of timers", out)
 
     def test_several_threads_and_deployments_are_refused_by_name(self) -> None:
         out, advice = self.advise(
@@ -164,7 +157,7 @@ class AdvisePhases(CommandTest):
     def test_wrong_use_is_refused(self) -> None:
         for words, message in (
             (("--phases", "--for", "pq:p99"), "CHAIN:worst or CHAIN:age"),
-            (("--phases", "--for", "losses"), "not losses"),
+            (("--phases", "--for", "losses"), "worst_lateness"),
             (("--phases", "nonsense"), "is none of creation, synchronous, given, random, chosen"),
             (("--phases", "--phases", "x"), "--phases"),
             (("--phases", "--costs", "none"), "neither reference nor graph"),

@@ -55,3 +55,18 @@ class Completion(CommandTest):
         (self.folder / "mine.csv").touch()
         self.assertEqual(self.completed("simulate", "--phases", "mi"), ["mine.csv"])
         self.assertEqual(self.completed("graph", "mi"), ["mine.csv"])
+
+
+class Size(CommandTest):
+    def test_a_person_can_read_the_help(self) -> None:
+        """At most eighteen commands, and eighty spellings of options in all of them."""
+        listed = re.findall(r"^  ([a-z]+)(?:, compare)?  +[A-Z]", self.accepted("--help"), re.MULTILINE)
+        self.assertLessEqual(len(listed), 18)
+        spellings = {"--version"}
+        for command in listed:
+            text = self.accepted(command, "--help")
+            inner = re.findall(r"^  ([a-z0-9]+)  +[A-Z]", text, re.MULTILINE) if "SUBCOMMAND" in text else []
+            for page in [text, *(self.accepted(command, name, "--help") for name in inner)]:
+                spellings |= set(re.findall(r"^  (?:-h,)?(--[a-z0-9-]+)", page, re.MULTILINE))
+        self.assertGreater(len(spellings), 60)
+        self.assertLessEqual(len(spellings), 80)

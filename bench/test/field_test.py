@@ -157,11 +157,11 @@ class ReadBack(FieldTest):
     def test_a_replay_of_any_simulation_equals_it(self) -> None:
         generator = random.Random(45)
         executors = "default static multi:2 cbg:2 events-ro events-re rm-ro rm-re edf-re fp-ro".split()
-        costs = "release pass dispatch timer-dispatch wait".split()
+        costs = "release pass dispatch timer_dispatch wait".split()
         for n in range(12):
             options: list[Any] = ["--executors", ",".join(generator.sample(executors, 3))]
             for cost in generator.sample(costs, 2):
-                options += [f"--{cost}-cost-us", generator.choice((20, 150, 333.3))]
+                options += ["--platform", f"{cost}_cost_us={generator.choice((20, 150, 333.3))}"]
             options += ["--cores", generator.choice((1, 2))]
             if generator.random() < 0.3:
                 options += ["--rate", 90]

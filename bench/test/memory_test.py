@@ -97,6 +97,6 @@ class Memory(CommandTest):
         code, err = self.limited(400, *asked, "--duration", 100000, "--output", self.folder / "long")
         self.assertEqual(code, 2, err)
         self.assertIn("--duration 1e+05: the traces would take about", err)
-        code, err = self.limited(80, "analyze", graph)
+        code, err = self.limited(20, "analyze", graph)
         self.assertEqual(code, 1, err)
         self.assertIn("out of memory", err)

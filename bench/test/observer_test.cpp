@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "watch/live_view.hpp"
 #include "watched_system.hpp"
 
 namespace hotpath::watch {
@@ -52,24 +51,6 @@ TEST_F(Observing, MatchesSamplesOfHumble) {
   observe();
   EXPECT_EQ(observer.callbacks()[1].response.max(), 2 * kMs);
   EXPECT_EQ(observer.system().callbacks[1].strangers, 0U);
-}
-
-TEST_F(Observing, TellsTheLongestJobOfAnInterval) {
-  system.run(10, 4);
-  system.run(20, 2);
-  observe();
-  program::LatencyHistogram& execution = observer.callbacks()[0].execution;
-  EXPECT_EQ(execution.take_latest_max(), 4 * kMs);
-  EXPECT_LT(execution.take_latest_max(), Duration::zero()) << "no job since then";
-  execution.add(kMs);
-  EXPECT_EQ(execution.take_latest_max(), kMs);
-  EXPECT_EQ(execution.max(), 4 * kMs);
-}
-
-TEST(Sparkline, ShowsValuesRelativeToTheLargest) {
-  EXPECT_EQ(sparkline({0, 1, -1, 2}), "▁▅ █");
-  EXPECT_EQ(sparkline({0}), "▁");
-  EXPECT_EQ(sparkline({}), "");
 }
 
 TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {

@@ -145,7 +145,7 @@ class Recover(CommandTest):
         whole = self.whole_run()
         code, _, err = self.command("doctor", "--recover", whole.path)
         self.assertEqual(code, WRONG_USE)
-        self.assertIn("`hotpath summarize`", err)
+        self.assertIn("`hotpath report --summary`", err)
         code, _, err = self.command("doctor", "--recover", self.folder)
         self.assertEqual(code, WRONG_USE)
         self.assertIn("run.json", err)

@@ -13,7 +13,6 @@
 #include <random>
 
 #include "watch/contract_check.hpp"
-#include "watch/mapped_ring.hpp"
 #include "watch/observer.hpp"
 
 namespace hotpath::watch {
@@ -131,7 +130,7 @@ Contract small_contract() {
 
 TEST_F(RingReading, SurvivesAnyBytes) {
   std::mt19937_64 random(1);
-  ContractCheck check(small_contract(), WallClock(tracing::Duration{}));
+  ContractCheck check(small_contract(), tracing::Duration{});
   Observer observer(&check, nullptr);
   std::uint64_t events = 0;
   for (int round = 0; round < 50; ++round) {
@@ -164,7 +163,7 @@ TEST_F(RingReading, SurvivesAnyBytes) {
   EXPECT_GT(reader.damaged(), 0U);
   EXPECT_FALSE(observer.callbacks().empty());
   observer.observed_until(kNow, {.dropped = 1});
-  EXPECT_EQ(check.json({})["terms"].size(), 13U) << check.incident({});
+  EXPECT_EQ(check.json({})["terms"].size(), 13U) << check.incident();
 }
 
 TEST(RingKinds, HaveTheNamesOfTheirTracepoints) {

@@ -40,9 +40,12 @@ RUNS = {
     "tiny": "--graph tiny.yaml --executors default,rm-ro",
 }
 LEVELS = "executor,source,load,holds,capacity,why\nrm-ro,simulated,20,1,1,\nrm-ro,simulated,40,0,0,losses\n"
-FIGURES = [
-    {"benchmark": "push_pop/std::priority_queue/ready/100", "metric": "time_ns", "values": [50, 40, 60]}
-]
+MEASURED = {
+    "name": "push_pop/std::priority_queue/ready/100",
+    "real_time": 50,
+    "cpu_time": 50,
+    "time_unit": "ns",
+}
 
 
 def call(hotpath: Any, folder: Path, *words: object) -> Any:
@@ -91,8 +94,10 @@ def make_inputs(hotpath: Any) -> Any:
         "sweep.yaml": SWEEP,
         "capacity/levels.csv": LEVELS,
         "bench/bench.json": json.dumps(
-            {"complete": True, "date": "today", "repetitions": 3, "machine": Report.MACHINE}
-            | {"figures": FIGURES, "complexities": []}
+            {
+                "context": {"complete": True, "date": "today", "repetitions": 3, "machine": Report.MACHINE},
+                "benchmarks": [MEASURED | {"run_name": MEASURED["name"]}],
+            }
         ),
     }
     for name, text in texts.items():

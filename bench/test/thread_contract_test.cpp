@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST_F(Watching, NamesAWithheldProcessor) {
+TEST_F(Watching, ListsAWaitThatBreaksNoTerm) {
   system.run(10, 1);
   system.run(22.5, 1);
   until(30);
@@ -20,147 +20,73 @@ TEST_F(Watching, NamesAWithheldProcessor) {
   ThreadFacts waited = facts();
   waited.waited = from_ms(0.4);
   waited.stolen = from_ms(0.1);
-  check.threads({waited}, at_ms(501));  // 1 ms in a second, within the limit, but as long as the excess
-  EXPECT_THAT(incident(),
-              HasSubstr("00:00:00.001 main thread spin waited 0.500 ms of 500.000 ms for a processor "
-                        "(the hypervisor withheld it 0.100 ms), limit 1.000 ms in a second; "));
-  EXPECT_EQ(verdict("main", "wait_ms"), "broken");
+  check.threads({waited}, at_ms(501));
+  EXPECT_EQ(incident(), "00:00:00.024 path took 4.500 ms, bound 4.000 ms (derived)");
+  EXPECT_THAT(others(), testing::Contains("00:00:00.001 main thread spin waited 0.500 ms of 500.000 ms for a "
+                                          "processor (the hypervisor withheld it 0.100 ms)"));
+  EXPECT_EQ(verdict("main", "wait_ms"), "held");
 }
 
-/// The source exceeds a limit by 1 ms or more; what happened to its thread meanwhile is read later.
-class Withheld : public Watching {
+/// Threads may wait 60 ms in a second; there are no bounds of chains.
+class Tolerant : public Watching {
  protected:
-  Withheld() : Watching(tolerant()) {}
-  /// The same contract without bounds of chains; threads may wait 60 ms in a second.
-  static std::string tolerant() {
+  Tolerant() : Watching(contract()) {}
+  static std::string contract() {
     std::string contract = kContract;
     contract.erase(contract.find("chains:"), contract.find("threads:") - contract.find("chains:"));
     return contract.replace(contract.find("wait_ms: {value: 1,"), 19, "wait_ms: {value: 60,");
   }
-  /// A job takes 1 ms too long, as do `further` ones after it.
-  void overrun(int further = 0) {
-    system.run(10, 1);
-    for (int i = 0; i <= further; ++i) system.run(20 + 10 * i, 3);
-    system.run(30 + 10 * further, 1);
-  }
-  /// `ran`: without `further`, jobs last 8 ms.
-  std::string cause(Duration waited, Duration withheld = {}, Duration ran = from_ms(7),
-                    std::uint32_t thread = 7) {
-    until(observed_until);
+  void read(double ms, char state, Duration ran, Duration waited = {}) {
     ThreadFacts f = facts();
-    f.thread = thread;
-    check.threads({f}, at_ms(1));
-    f.waited = waited;
-    f.stolen = withheld;
+    f.state = state;
     f.ran = ran;
-    check.threads({f}, at_ms(201));
-    return incident();
+    f.waited = waited;
+    check.threads({f}, at_ms(ms));
   }
-  double observed_until = 75;
 };
 
-TEST_F(Withheld, TimeIsNotBlamedOnTheCallback) {
-  overrun();
-  EXPECT_THAT(cause(from_ms(1)),
-              HasSubstr("00:00:00.001 main thread spin waited 1.000 ms of 200.000 ms for a "
-                        "processor, limit 60.000 ms in a second"));
-}
-
-TEST_F(Withheld, TimeOfTheHypervisorIsNotBlamedOnTheCallback) {
-  overrun();
-  EXPECT_THAT(cause({}, from_ms(10)),
-              HasSubstr("00:00:00.001 main thread spin waited 10.000 ms of 200.000 ms for a processor (the "
-                        "hypervisor withheld it 10.000 ms)"));
-}
-
-TEST_F(Withheld, TimeThatIsTooShortExplainsNothing) {
-  overrun();
-  EXPECT_THAT(cause(from_ms(0.5), from_ms(0.4)), HasSubstr("source (timer) ran 3.000 ms"));
-}
-
-TEST_F(Withheld, TimeInWhichTheThreadRanExplainsNothing) {
-  overrun();
-  EXPECT_THAT(cause({}, from_ms(1000), from_ms(199.5)), HasSubstr("source (timer) ran 3.000 ms"));
-}
-
-TEST_F(Withheld, TimeBesideItsJobsExplainsNoOverrun) {
-  overrun();
-  EXPECT_THAT(cause(from_ms(1), {}, from_ms(8.5)), HasSubstr("source (timer) ran 3.000 ms"));
-}
-
-/// Linux does not count at once what a job runs.
-TEST_F(Withheld, TimeIsKnownOnceTheThreadIsIdle) {
-  overrun();
-  until(observed_until);
-  ThreadFacts f = facts();
-  const auto read = [&](double at, double ran, double waited) {
-    f.ran = from_ms(ran);
-    f.waited = from_ms(waited);
-    check.threads({f}, at_ms(at));
-    return incident();
-  };
-  read(1, 0, 0);
-  read(21.5, 2, 0);
-  EXPECT_THAT(read(23.5, 4, 1), HasSubstr("source (timer) ran 3.000 ms"));
-  EXPECT_THAT(read(24.5, 5, 1), HasSubstr("00:00:00.001 main thread spin waited 1.000 ms of 22.500 ms"));
-}
-
 /// A cgroup lets the thread run for a millisecond in between.
-TEST_F(Withheld, TimeIsOneCauseWhereItIsCountedInParts) {
+TEST_F(Tolerant, BeginsWithAThreadThatWaitsLong) {
   system.run(10, 1);
   system.run(20, 194);
   for (int i = 0; i < 5; ++i) system.run(220 + 10 * i, 1);
   std::size_t next = 0;
-  ThreadFacts f = facts();
   for (int ms = 1; ms < 260; ms += 20) {
     for (; next < system.events.size() && system.events[next].at <= at_ms(ms); ++next)
       observer.event(system.events[next]);
     observer.observed_until(at_ms(ms), losses);
-    f.waited = from_ms(ms > 213 ? 192.5 : ms > 62 ? 40 : 0);
-    f.ran = from_ms(ms > 213 ? 4.5 : ms > 62 ? 3 : ms > 12 ? 2 : 0);
-    check.threads({f}, at_ms(ms));
+    read(ms, 'S', from_ms(ms > 213 ? 4.5 : 2), from_ms(ms > 213 ? 192.5 : ms > 62 ? 40 : 0));
   }
-  EXPECT_THAT(incident(), HasSubstr("main thread spin waited 192.500 ms"));
+  EXPECT_EQ(
+      incident(),
+      "00:00:00.068 main thread spin waited 152.500 ms of 152.500 ms for a processor, limit 60.000 ms in "
+      "a second");
+  EXPECT_THAT(others(),
+              testing::Contains("00:00:00.022 source (timer) ran 194.000 ms, budget 2.000 ms (measured)"));
 }
 
-TEST_F(Withheld, TimeOfAnotherThreadExplainsNoBudget) {
-  overrun();
-  system.add(tracing::EventKind::callback_start, 35, {11});
-  system.events.back().thread = 8;
-  EXPECT_THAT(cause(from_ms(1), {}, {}, 8), HasSubstr("source (timer) ran 3.000 ms"));
-}
-
-TEST_F(Withheld, TimeExplainsNoCallbackThatOverrunsAgain) {
-  overrun(1);
-  EXPECT_THAT(cause(from_ms(1)), HasSubstr("source (timer) ran 3.000 ms"));
-}
-
-TEST_F(Withheld, TimeExplainsSilence) {
+TEST_F(Tolerant, BeginsWithAThreadThatRunsNothing) {
   system.run(10, 1);
   until(45);
-  EXPECT_THAT(incident(), HasSubstr("00:00:00.023 source (timer) got nothing for 35.000 ms"));
-  system.run(60, 1);
-  until(65);
-  EXPECT_THAT(incident(), HasSubstr("00:00:00.023 source (timer) got nothing for 50.000 ms"));
-  system.run(70, 1);
-  EXPECT_THAT(cause(from_ms(37)), HasSubstr("00:00:00.001 main thread spin waited 37.000 ms of 200.000 ms"));
-  EXPECT_EQ(check.incidents().kept().back().breaches(), 2U);
+  EXPECT_THAT(incident(), HasSubstr("source (timer) got nothing for 35.000 ms"));
+  for (double ms = 20; ms <= 1700; ms += 20) read(ms, 'R', from_ms(1));
+  EXPECT_EQ(incident(),
+            "00:00:00.020 main thread spin has run nothing for 1500.000 ms, although it is ready");
 }
 
-TEST_F(Withheld, TimeThatIsShorterThanTheSilenceExplainsNothing) {
-  for (const double ms : {10.0, 60.0, 70.0}) system.run(ms, 1);
-  EXPECT_THAT(cause(from_ms(36)), HasSubstr("source (timer) got nothing for 50.000 ms"));
-}
-
-TEST_F(Withheld, TimeExplainsNoTimerThatStops) {
+TEST_F(Tolerant, BeginsWithAThreadThatIsStopped) {
   system.run(10, 1);
-  until(45);
-  EXPECT_THAT(cause(from_ms(37)), HasSubstr("source (timer) got nothing for 35.000 ms"));
+  until(15);
+  for (double ms = 20; ms <= 1700; ms += 20) read(ms, 'T', from_ms(1));
+  EXPECT_EQ(incident(),
+            "00:00:00.020 main thread spin has run nothing for 1500.000 ms, because it is stopped");
 }
 
-TEST_F(Withheld, TimeExplainsNoOtherPeriod) {
-  for (int i = 1; i <= 5; ++i) system.run(15.0 * i, 1);
-  EXPECT_THAT(cause(from_ms(2)), HasSubstr("source (timer) got nothing for 15.000 ms"));
+TEST_F(Tolerant, TakesAThreadThatSleepsOrRunsForNoStandstill) {
+  system.run(10, 1);
+  until(15);
+  for (double ms = 20; ms <= 5000; ms += 20) read(ms, ms < 2500 ? 'S' : 'R', from_ms(ms < 2500 ? 0 : ms));
+  EXPECT_FALSE(check.broken()) << incident();
 }
 
 TEST_F(Watching, TakesNoAlarmFromTheHypervisorsCounterAlone) {
@@ -171,34 +97,6 @@ TEST_F(Watching, TakesNoAlarmFromTheHypervisorsCounterAlone) {
   later.stolen = from_ms(1000);
   check.threads({later}, at_ms(1001));
   EXPECT_EQ(verdict("main", "wait_ms"), "held");
-}
-
-/// The hypervisor's counter grows after 20 ms; at `late_ms` a job starts 2.5 ms late.
-class LateJob : public Watching {
- protected:
-  std::string incident_at(int late_ms) {
-    ThreadFacts later = facts();
-    later.stolen = from_ms(10);
-    for (int ms = 10; ms < late_ms; ms += 10) system.run(ms, 1);
-    system.run(late_ms + 2.5, 1);
-    until(late_ms + 10);
-    check.threads({facts()}, at_ms(1));
-    check.threads({later}, at_ms(20));
-    check.threads({later}, at_ms(late_ms - 10));
-    check.threads({later}, at_ms(late_ms + 10));
-    return incident();
-  }
-};
-
-TEST_F(LateJob, IsNoDefectWhereTheHypervisorWithholdsTime) {
-  EXPECT_THAT(incident_at(60'000),
-              HasSubstr("path took 4.500 ms, bound 4.000 ms (derived), while no assumption "
-                        "was seen to be broken; not observable: less than 10 ms that the "
-                        "hypervisor withheld"));
-}
-
-TEST_F(LateJob, IsADefectWhereTheHypervisorWithheldTimeLongAgo) {
-  EXPECT_THAT(incident_at(60'100), HasSubstr("a defect of hotpath"));
 }
 
 TEST_F(Watching, AddsTheWaitsOfASecond) {
@@ -232,7 +130,7 @@ TEST(AThreadThatTheContractLacks, IsNotJudged) {
   std::string text = kContract;
   text.replace(text.find("[source (timer), space.sink/a]"), 30, "[absent (timer)]");
   text.insert(text.find("- node: source"), "- node: absent\n  publishes: []\n");
-  ContractCheck check(parse_contract("a contract", text), WallClock(Duration{}));
+  ContractCheck check(parse_contract("a contract", text), Duration{});
   Observer observer(&check, nullptr);
   WatchedSystem system;
   system.run(10, 1);
@@ -241,7 +139,7 @@ TEST(AThreadThatTheContractLacks, IsNotJudged) {
   f.process = f.thread = 7;
   check.threads({f}, at_ms(200));
   check.threads({f}, at_ms(400));
-  EXPECT_FALSE(check.broken()) << check.incident({});
+  EXPECT_FALSE(check.broken()) << check.incident();
 }
 
 TEST_F(Watching, NamesChangesOfATimerThread) {
@@ -261,15 +159,13 @@ TEST_F(Watching, NamesChangesOfATimerThread) {
                                     "fifo:81"));
 }
 
-TEST_F(Watching, BlamesNoWaitThatMayBeOlderThanTheThreadsJobs) {
+TEST_F(Watching, CountsNoWaitThatMayBeOlderThanTheThreadsJobs) {
   system.run(10, 1);
-  system.run(22.5, 1);
   until(30);
   ThreadFacts waited = facts();
   waited.waited = std::chrono::seconds(60);  // since the thread was created
   check.threads({waited}, at_ms(500));
   check.threads({waited}, at_ms(520));
-  EXPECT_THAT(incident(), HasSubstr("00:00:00.024 path took 4.500 ms, bound 4.000 ms (derived)"));
   EXPECT_EQ(verdict("main", "wait_ms"), "held");
 }
 
@@ -282,7 +178,7 @@ TEST_F(Watching, NamesChangesOfThreads) {
   check.threads({changed}, at_ms(1001));
   EXPECT_THAT(incident(), HasSubstr("main thread spin has the policy other instead of fifo:80"));
   EXPECT_EQ(verdict("main", "processors"), "held");
-  changed.processors = 2;
+  changed.processors = {1};
   check.threads({changed}, at_ms(2001));
   EXPECT_THAT(check.json({}).dump(), HasSubstr("main thread spin may run on processors 1, contract 1,2"));
 }
@@ -306,6 +202,7 @@ TEST(ThreadFactsOfProc, AreRead) {
   ThreadFacts facts;
   EXPECT_TRUE(parse_stat(text + " 3 0", facts));
   EXPECT_EQ(facts.name, "a (b) c");
+  EXPECT_EQ(facts.state, 'S');
   EXPECT_EQ(facts.started, 9U);
   EXPECT_EQ(facts.processor, 3);
   EXPECT_FALSE(parse_stat("12 (a) S 1", facts));

@@ -12,7 +12,6 @@ import select
 import shutil
 import signal
 import subprocess
-import termios
 from pathlib import Path
 from typing import Any
 from hotpath_command import HOTPATH, CommandTest, RunFolder
@@ -340,15 +339,12 @@ class WatchTest(CommandTest):
         self.assertEqual(ended.returncode, 1)
         self.assertIn("`sh` ended with exit code 3", ended.stderr)
 
-    def test_shows_a_screen_on_a_terminal(self) -> None:
+    def test_refreshes_its_tables_on_a_terminal(self) -> None:
         terminal, slave = pty.openpty()
         self.addCleanup(os.close, terminal)
-        termios.tcsetwinsize(slave, (30, 160))
         self.environment["TERM"] = "xterm"
         process = self.start(
-            *("watch", "--contract", self.contract(1), "--", TRACED_SYSTEM, 1_000_000, 1, 10, 2),
-            stdin=slave,
-            stdout=slave,
+            *("watch", "--contract", self.contract(1), "--", TRACED_SYSTEM, 1_000_000, 1, 10, 2), stdout=slave
         )
         os.close(slave)
         screen = ""
@@ -360,16 +356,11 @@ class WatchTest(CommandTest):
                     screen += os.read(terminal, 65536).decode(errors="replace")
             return text in screen
 
-        for text in ("CALLBACK", "/source (timer 10 ms)", "/space/sink /a", "THREAD", "Incident", "\u2588"):
+        for text in ("\033[2J", "/source (timer 10 ms)", "/space/sink /a", "Threads", "Incident: "):
             self.wait_for(functools.partial(shows, text), text)
-        for key, text in (("o", "order: execution"), ("f", "go on"), ("s", "a snapshot needs --record")):
-            os.write(terminal, key.encode())
-            self.wait_for(functools.partial(shows, text), text)
-        os.write(terminal, b"q")
-        for text in ("Contract", "Incident: "):  # the result, after the screen
-            self.wait_for(functools.partial(shows, text), text)
+        process.send_signal(signal.SIGTERM)
+        self.wait_for(functools.partial(shows, "Contract"), "the verdicts at the end")
         self.wait_for(lambda: (shows(""), process.poll() is not None)[1], "the end")
-        self.assertEqual(process.wait(), 0)
         process.stderr.close()
 
     def attachable(self, *arguments: object) -> subprocess.Popen[str]:

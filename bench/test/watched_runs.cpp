@@ -59,7 +59,8 @@ class SimulatedFacts {
       const setup::ExecutorSpec& part = executor.deployment->executors[e];
       const DeployedExecutor& plan = executor.deployment->plan.executors[e];
       watch::ThreadFacts facts{.process = kProcess, .policy = plan.policy};
-      for (const int processor : plan.processors) facts.processors |= std::uint64_t{1} << processor;
+      facts.processors = plan.processors;
+      std::ranges::sort(facts.processors);
       for (std::uint32_t w = worker_count(*part.entry, part.scheduler); w > 0; --w) {
         facts.thread = kProcess + static_cast<std::uint32_t>(facts_.size());
         facts_.push_back(facts);
@@ -172,7 +173,7 @@ class WatchedCase {
         watch::parse_contract("a contract", watch::stated_contract(graph_, tasks_, executor_));
     if (!culprit.empty() && !has_budget(stated, culprit)) return {};
     planted_faults += culprit.empty() ? 0 : 1;
-    watch::ContractCheck contract(stated, watch::WallClock(Duration{}));
+    watch::ContractCheck contract(stated, Duration{});
     watch::Observer observer(&contract, nullptr);
     SimulatedFacts facts(executor_, trace_, times);
     CaseResult result;
@@ -185,7 +186,7 @@ class WatchedCase {
       observer.event(event);
       result.jobs += event.kind == tracing::EventKind::callback_end ? 1 : 0;
     }
-    const std::string said = contract.incident({});
+    const std::string said = contract.incident();
     if (culprit.empty()) {
       if (!said.empty()) result.wrong = "a false alarm: " + said;
       // rcl derives a timestamp before the cost of the dispatch, the watcher at the start after it.
@@ -221,7 +222,7 @@ class WatchedCase {
     const std::size_t subject = std::min(sentence.find(' '), sentence.size() - 1) + 1;
     const std::size_t deed =
         std::min(sentence.find(" ran ", subject), sentence.find(" has run for ", subject));
-    return sentence.substr(subject).starts_with(name) && deed < sentence.find(';', subject);
+    return sentence.substr(subject).starts_with(name) && deed != std::string::npos;
   }
 
   /// Whether several executors run callbacks of one node. Those that only store a sample take no time: a

@@ -7,6 +7,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "watch/contract_check.hpp"
 #include "watch/observer.hpp"
@@ -47,7 +48,7 @@ threads:
 class Watching : public testing::Test {
  protected:
   explicit Watching(const std::string& contract = kContract)
-      : check(parse_contract("a contract", contract), WallClock(Duration{})) {}
+      : check(parse_contract("a contract", contract), Duration{}) {}
   static void SetUpTestSuite() {
     setenv("TZ", "UTC", 1);
     tzset();
@@ -66,13 +67,18 @@ class Watching : public testing::Test {
         if (t.value(kind, "") == of && t["term"] == term) return t["verdict"];
     return "no such term";
   }
-  std::string incident() const { return check.incident({}); }
+  std::string incident() const { return check.incident(); }
+  /// The other facts of the latest incident.
+  std::vector<std::string> others() {
+    check.describe(observer.system(), true);
+    return check.incidents().back().facts();
+  }
   ThreadFacts facts() const {
     ThreadFacts f;
     f.process = f.thread = 7;
     f.name = "spin";
     f.policy = parse_thread_policy("fifo:80");
-    f.processors = 6;
+    f.processors = {1, 2};
     return f;
   }
 

@@ -105,7 +105,8 @@ class ContractReader {
     if (traits.unit == Unit::count) term.limit = limit.integer(traits.zero ? 0 : 1, kMostCount);
     if (traits.unit == Unit::processors)
       for (const YamlValue& processor : limit.list("a processor"))
-        term.limit |= static_cast<std::int64_t>(std::uint64_t{1} << processor.integer(0, kMaxProcessor));
+        term.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
+    std::ranges::sort(term.processors);
     if (traits.unit != Unit::policy) return;
     try {
       term.policy = parse_thread_policy(limit.text());

@@ -42,10 +42,16 @@ enum class Clause : std::uint8_t {
   publishers,  ///< No others publish the topic.
 };
 
-/// What it means if a term is broken.
-enum class Role : std::uint8_t { assumption, bound, requirement };
+/// What a fact of an incident is. Terms are assumptions, bounds or requirements.
+enum class Role : std::uint8_t {
+  standstill,  ///< A process is gone, or a callback or a thread does not run.
+  assumption,
+  bound,
+  requirement,
+  circumstance,  ///< A wait of a thread, or a job.
+};
 
-/// Of a limit: ns, a count, a bit for each processor, a scheduling policy, or what the contract lists.
+/// Of a limit: ns, a count, processors, a scheduling policy, or what the contract lists.
 enum class Unit : std::uint8_t { ms, count, processors, policy, stated };
 
 /// How an observed value has to compare with the limit.
@@ -95,11 +101,12 @@ constexpr auto enum_texts(Clause) { return kClauses; }
 
 struct Term {
   Clause clause;
-  std::int64_t limit = 0;  ///< In its unit.
+  std::int64_t limit = 0;  ///< ns or a count.
   Origin origin = Origin::given;
   /// minimum_distance: the limits from one publication to the second, third ... after it, in ns.
   std::vector<std::int64_t> further = {};
-  ThreadPolicy policy = {};  ///< policy.
+  ThreadPolicy policy = {};          ///< policy.
+  std::vector<int> processors = {};  ///< processors: ascending.
 };
 
 /// A topic that a callback publishes, at most once in each job.

@@ -2,6 +2,7 @@
 #include "watch/contract_check.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "program/text.hpp"
@@ -11,14 +12,14 @@ namespace hotpath::watch {
 using tracing::CallbackKind;
 using tracing::kNone;
 
-ContractCheck::ContractCheck(Contract contract, const WallClock& clock)
+ContractCheck::ContractCheck(Contract contract, Duration realtime)
     : contract_(std::move(contract)),
-      clock_(clock),
       states_(contract_.callbacks.size()),
       names_(contract_),
       chain_check_(contract_, names_),
       thread_check_(contract_),
       publisher_check_(contract_, names_) {
+  set_realtime(realtime);
   for (const CallbackContract& callback : contract_.callbacks)
     subjects_.emplace_back("callback", callback.name(), callback.terms, "no such callback has run");
   for (const ChainContract& chain : contract_.chains)
@@ -86,6 +87,7 @@ void ContractCheck::started(const tracing::System& system, const tracing::Job& j
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   thread_check_.started(system, job, entry, incidents_);
   if (entry == kNone) return;
+  processes_.try_emplace(system.threads[job.thread].process, Process{entry, job.start});
   const bool traced = job.has_sample && job.sample.parent.callback != kNone;
   chain_check_.started(entry, job, traced ? entry_of(system, job.sample.parent.callback) : kNone, timestamp);
   Subject& subject = subjects_[entry];
@@ -157,8 +159,18 @@ void ContractCheck::published(const tracing::System& system, const tracing::Job&
   if (entry != kNone) chain_check_.published(job, topic);
 }
 
+void ContractCheck::remember(const tracing::System& system, const tracing::Job& job) {
+  constexpr Duration kLength = std::chrono::seconds(5);
+  constexpr std::size_t kMost = 10'000;
+  past_jobs_.push_back({job.ref.callback, job.start, job.finish});
+  while (past_jobs_.size() > kMost || past_jobs_.front().finish + kLength < job.finish)
+    past_jobs_.pop_front();
+  const auto process = processes_.find(system.threads[job.thread].process);
+  if (process != processes_.end()) process->second.finish = std::max(process->second.finish, job.finish);
+}
+
 void ContractCheck::ended(const tracing::System& system, const tracing::Job& job, const RunningJob& ran) {
-  thread_check_.ended(system, job);
+  if (job.ended) remember(system, job);
   const std::uint32_t entry = entry_of(system, job.ref.callback);
   if (entry == kNone) return;
   Subject& subject = subjects_[entry];
@@ -166,11 +178,10 @@ void ContractCheck::ended(const tracing::System& system, const tracing::Job& job
   if (!job.ended || is_doubtful(job.start)) return;
   if (JudgedTerm* const budget = subject.find(Clause::budget)) {
     const Duration length = job.finish - job.start - ran.displaced;
-    const ThreadKey thread = key_of(system.threads[job.thread]);
     if (ran.overdue) {
-      budget->judge_ended(*ran.overdue, std::max(length, ran.judged), incidents_, thread);
+      budget->judge_ended(*ran.overdue, std::max(length, ran.judged), incidents_);
     } else {
-      budget->compare(length.count(), job.finish, incidents_, thread);
+      budget->compare(length.count(), job.finish, incidents_);
     }
   }
   if (JudgedTerm* const publishes = subject.find(Clause::publishes); publishes && job.published.empty())
@@ -216,6 +227,9 @@ void ContractCheck::observed_until(const tracing::System& system, RunningJobs& r
   lossless_ = !ending_ && (!lost_at_ || until > *lost_at_ + kDoubt);
   if (observed_until_ && until < *observed_until_ + kPause) return;
   observed_until_ = until;
+  begin_ = begin_.value_or(until);
+  judge_processes(until);
+  if (lossless_) judge_never_run(system, until);
   publisher_check_.created(system, names_, until, incidents_);
   judge_running(system, running, until);
   for (std::uint32_t entry = 0; lossless_ && entry < states_.size(); ++entry)
@@ -248,16 +262,124 @@ void ContractCheck::judge_silence(const tracing::System& system, std::uint32_t e
   distance->judge_lasting(since, until, incidents_);
 }
 
-bool ContractCheck::settled(const Incident& incident) const {
-  return contract_.threads.empty() || (thread_check_.at() && *thread_check_.at() >= incident.begin().at);
+void ContractCheck::forget(const ThreadKey& ended) {
+  thread_check_.forget(ended);
+  const auto process = processes_.find(ended.first);
+  if (ended.second != 0 || process == processes_.end()) return;
+  process->second.noticed = observed_until_.value_or(process->second.finish);
+  if (!ending_) gone_.push_back(process->second);
+  processes_.erase(process);
 }
 
-std::string ContractCheck::imported_chain(const std::string& name) const {
-  const auto chain = std::ranges::find(contract_.chains, name, &ChainContract::name);
-  std::string sources;
-  for (const std::uint32_t source : chain->sources)
-    sources += (sources.empty() ? "" : ",") + names_.imported(contract_.callbacks[source].node);
-  return sources + ":" + names_.imported(contract_.callbacks[chain->sinks.front()].node);
+/// At the end of a run, its processes end one after another.
+void ContractCheck::judge_processes(Time until) {
+  constexpr auto kEnding = std::chrono::seconds(2);
+  std::erase_if(gone_, [&](const Process& process) {
+    if (until < process.noticed + kEnding) return false;
+    incidents_.add(
+        {Role::standstill, process.finish, "the process of " + subjects_[process.entry].name + " has ended"});
+    return true;
+  });
+}
+
+/// A program may create its nodes long before it runs them.
+void ContractCheck::judge_never_run(const tracing::System& system, Time until) {
+  constexpr Duration kSearch = std::chrono::seconds(1), kPatience = std::chrono::seconds(10);
+  if (!names_.kept() || (searched_ && until < *searched_ + kSearch)) return;
+  searched_ = until;
+  for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
+    const tracing::Callback& callback = system.callbacks[c];
+    const bool timer = callback.kind == CallbackKind::timer;
+    if (callback.jobs > 0 || (timer ? callback.created + kPatience > until : callback.samples == 0)) continue;
+    const std::uint32_t entry = entry_of(system, c);
+    if (entry == kNone || subjects_[entry].seen || states_[entry].never_ran) continue;
+    std::optional<Time>& since = states_[entry].waited_for;
+    if (!since) since = timer ? std::max(callback.created, *begin_) : callback.published_for_it;
+    const JudgedTerm* const distance = subjects_[entry].find(Clause::maximum_distance);
+    if (timer && distance == nullptr) continue;
+    const Time latest = timer ? until - 2 * Duration(distance->term().limit) : callback.published_for_it;
+    if (latest < *since + kPatience) continue;
+    states_[entry].never_ran = true;
+    incidents_.add(
+        {Role::standstill, *since,
+         subjects_[entry].name + (timer ? " has never run" : " has never run, although it got samples"),
+         nullptr, *since, until});
+  }
+}
+
+std::vector<Fact> ContractCheck::jobs(const tracing::System& system, Time since, Time until,
+                                      const std::string& except) {
+  constexpr std::size_t kMostShown = 5;
+  std::vector<PastJob> meanwhile;
+  for (const PastJob& job : past_jobs_)
+    if (job.finish > since && job.start < until) meanwhile.push_back(job);
+  std::ranges::stable_sort(meanwhile, std::greater(), [](const PastJob& j) { return j.finish - j.start; });
+  std::vector<Fact> facts;
+  for (const PastJob& job : meanwhile) {
+    const std::uint32_t entry = entry_of(system, job.callback);
+    const std::string name =
+        entry == kNone ? callback_name(system, system.callbacks[job.callback]) : subjects_[entry].name;
+    if (name == except || facts.size() == kMostShown) continue;
+    facts.push_back({Role::circumstance, job.finish,
+                     name + " ran " + program::fixed(to_ms(job.finish - job.start), 3) + " ms"});
+  }
+  return facts;
+}
+
+void ContractCheck::describe(const tracing::System& system, bool at_end) {
+  for (Incident& incident : incidents_.kept()) {
+    const Fact& first = incident.first();
+    const bool read = contract_.threads.empty() || thread_check_.at() >= first.at;
+    if (incident.is_described() || (!read && !at_end)) continue;
+    const bool tells_job = first.term != nullptr && first.term->clause() == Clause::budget;
+    std::vector<Fact> meanwhile =
+        jobs(system, first.since, first.until, tells_job ? first.term->subject() : "");
+    const std::vector<Fact> waits = thread_check_.waits(first.since, first.until);
+    meanwhile.insert(meanwhile.end(), waits.begin(), waits.end());
+    incident.describe(meanwhile);
+  }
+}
+
+ContractCheck::Verdict ContractCheck::verdict(const Subject& subject, const JudgedTerm& term,
+                                              const Losses& losses) const {
+  constexpr const char* kUnseen = "not observable";
+  if (const std::optional<Fact>& first = term.first())
+    return {subject, term, "broken",
+            program::concat(term.broken(), " of ", term.checked(), "; first at ",
+                            time_of_day(first->at, incidents_.realtime()), ": ", first->sentence)};
+  if (!subject.seen) return {subject, term, kUnseen, subject.unseen};
+  if (term.checked() == 0) return {subject, term, kUnseen, "no event tells it"};
+  if (losses.total() > 0) return {subject, term, kUnseen, "events were lost"};
+  return {subject, term, "held", program::concat(term.checked(), " of ", term.checked())};
+}
+
+std::vector<ContractCheck::Verdict> ContractCheck::verdicts(const Losses& losses) const {
+  std::vector<Verdict> all;
+  for (const auto* subjects : {&subjects_, &thread_check_.subjects(), &publisher_check_.subjects()})
+    for (const Subject& subject : *subjects)
+      for (const JudgedTerm& term : subject.terms) all.push_back(verdict(subject, term, losses));
+  return all;
+}
+
+program::TextTable ContractCheck::table(const Losses& losses) const {
+  program::TextTable table("Contract", {"of", "term", "limit", "observed", "verdict", "reason"});
+  for (const auto& [subject, term, word, reason] : verdicts(losses))
+    table.add_row({subject.kind == "callback" ? subject.name : subject.kind + " " + subject.name,
+                   term.title(), term.limit_text(), term.extreme_text(), word, reason});
+  return table;
+}
+
+nlohmann::json ContractCheck::json(const Losses& losses) const {
+  nlohmann::json terms = nlohmann::json::array();
+  for (const auto& [subject, term, word, reason] : verdicts(losses)) {
+    nlohmann::json& stored = terms.emplace_back(term.json());
+    stored[subject.kind] = subject.name;
+    stored["verdict"] = word;
+    stored["reason"] = reason;
+  }
+  nlohmann::json incidents = nlohmann::json::array();
+  for (const Incident& incident : incidents_.kept()) incidents.push_back(incident.json());
+  return {{"terms", terms}, {"incident", incident()}, {"incidents", incidents}};
 }
 
 }  // namespace hotpath::watch

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -22,7 +23,8 @@ namespace hotpath::watch {
 /// Compares the jobs, chains, threads and publishers of a running system with a contract.
 class ContractCheck {
  public:
-  ContractCheck(Contract contract, const WallClock& clock);
+  /// `realtime`: the real-time clock minus that of Time.
+  ContractCheck(Contract contract, Duration realtime);
   ContractCheck(const ContractCheck&) = delete;
   ContractCheck& operator=(const ContractCheck&) = delete;
 
@@ -36,6 +38,8 @@ class ContractCheck {
   /// Events that were lost so far, until this instant, before those that follow are passed. For some
   /// seconds after a loss, the absence of events shows nothing.
   void note_losses(std::uint64_t losses, Time until);
+  /// A thread that has ended; id 0: a process with all of its threads.
+  void forget(const ThreadKey& ended);
   /// All events before this instant were passed: judges what has not happened. `running`: the jobs that have
   /// not ended; `losses`: as for note_losses().
   void observed_until(const tracing::System& system, RunningJobs& running, Time until, std::uint64_t losses);
@@ -43,23 +47,22 @@ class ContractCheck {
   void end() {
     ending_ = true;
     lossless_ = false;
+    gone_.clear();
   }
   /// Facts of the system's threads, some times a second.
   void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at, incidents_); }
-  /// From `from` on, instants are shown by this clock.
-  void follow(const WallClock& clock, Time from) { clock_.follow(clock, from); }
+  /// From now on.
+  void set_realtime(Duration offset) { incidents_.set_realtime(offset); }
 
   /// Whether any term is broken.
   [[nodiscard]] bool broken() const { return incidents_.count() > 0; }
-  [[nodiscard]] const Incidents& incidents() const { return incidents_; }
-  /// Whether the facts of threads can no longer show an earlier cause of an incident.
-  [[nodiscard]] bool settled(const Incident& incident) const;
-  /// The first broken assumption and the first exceeded bound of an incident, in one sentence.
-  [[nodiscard]] std::string text(const Incident& incident, const Losses& losses) const;
-  /// The same of the first incident; empty: there is none.
-  [[nodiscard]] std::string incident(const Losses& losses) const;
-  /// `text`: of the incident.
-  [[nodiscard]] nlohmann::json json(const Incident& incident, const std::string& text) const;
+  /// The first one and the latest ones.
+  [[nodiscard]] std::deque<Incident>& incidents() { return incidents_.kept(); }
+  /// Adds waits and jobs to new incidents, as soon as the threads have been read after their beginning, or
+  /// `at_end`.
+  void describe(const tracing::System& system, bool at_end);
+  /// What broke first in the first incident; empty: there is none.
+  [[nodiscard]] std::string incident() const { return broken() ? incidents_.kept().front().text() : ""; }
   /// Lost events make terms that are not broken unobservable.
   [[nodiscard]] program::TextTable table(const Losses& losses) const;
   [[nodiscard]] nlohmann::json json(const Losses& losses) const;
@@ -71,16 +74,8 @@ class ContractCheck {
   [[nodiscard]] std::string executor_of(const ThreadKey& thread) const {
     return thread_check_.name_of(thread);
   }
-  /// A chain as option of `hotpath import ctf --chain`.
-  [[nodiscard]] std::string imported_chain(const std::string& name) const;
   /// Index of the contract's entry for a callback of the system; kNone: none.
   std::uint32_t entry_of(const tracing::System& system, std::uint32_t callback);
-  /// The largest share of a limit that a callback or chain of the contract has reached; above 1 if it
-  /// is broken, -1: unknown.
-  [[nodiscard]] double nearness_of_callback(std::uint32_t entry) const { return subjects_[entry].nearness(); }
-  [[nodiscard]] double nearness_of_chain(std::uint32_t chain) const {
-    return subjects_[contract_.callbacks.size() + chain].nearness();
-  }
 
  private:
   struct CallbackState {
@@ -91,6 +86,19 @@ class ContractCheck {
     std::deque<tracing::Sample> samples;  ///< The latest ones.
     bool watched = false;                 ///< A sample came from a watched job.
     std::uint64_t lost = 0;
+    std::optional<Time> waited_for;  ///< Never run: since when its samples have been published.
+    bool never_ran = false;          ///< That was reported.
+  };
+  /// A job that has ended.
+  struct PastJob {
+    std::uint32_t callback;  ///< Of the system.
+    Time start{}, finish{};
+  };
+  /// A process that ran callbacks of the contract.
+  struct Process {
+    std::uint32_t entry = 0;  ///< Of the first one.
+    Time finish{};            ///< Of its latest job.
+    Time noticed{};           ///< When it was seen to have ended.
   };
   struct Verdict {
     const Subject& subject;
@@ -109,17 +117,21 @@ class ContractCheck {
                const tracing::Sample& sample);
   /// Whether the end of a job that started then may be among lost events.
   [[nodiscard]] bool is_doubtful(Time start) const { return lost_at_ && start <= *lost_at_; }
+  void remember(const tracing::System& system, const tracing::Job& job);
   void judge(const ChainOutput& output);
   void judge_running(const tracing::System& system, RunningJobs& running, Time until);
   void judge_silence(const tracing::System& system, std::uint32_t entry, Time until);
+  /// Processes that have ended while others go on.
+  void judge_processes(Time until);
+  /// Callbacks that have never run, although they are due, or samples are published for them.
+  void judge_never_run(const tracing::System& system, Time until);
+  /// The longest jobs from `since` until then, except those of the callback.
+  [[nodiscard]] std::vector<Fact> jobs(const tracing::System& system, Time since, Time until,
+                                       const std::string& except);
   [[nodiscard]] Verdict verdict(const Subject& subject, const JudgedTerm& term, const Losses& losses) const;
   [[nodiscard]] std::vector<Verdict> verdicts(const Losses& losses) const;
-  /// An assumption that is neither held nor broken, or may have been broken unseen before the incident;
-  /// empty: none.
-  [[nodiscard]] std::string unseen(const Incident& incident, const Losses& losses) const;
 
   const Contract contract_;
-  WallClock clock_;
   Incidents incidents_;
   std::vector<Subject> subjects_;  // callbacks, then chains, as in the contract
   std::vector<CallbackState> states_;
@@ -129,7 +141,10 @@ class ContractCheck {
   ChainCheck chain_check_;
   ThreadCheck thread_check_;
   PublisherCheck publisher_check_;
-  std::optional<Time> observed_until_;
+  std::deque<PastJob> past_jobs_;               // of all callbacks, in the order of their ends
+  std::map<std::uint32_t, Process> processes_;  // by id
+  std::vector<Process> gone_;
+  std::optional<Time> begin_, observed_until_, searched_;
   std::uint64_t losses_ = 0;
   std::optional<Time> lost_at_;  // the latest loss
   bool lossless_ = true;         // lately

@@ -3,27 +3,19 @@
 
 #include <algorithm>
 #include <ctime>
+#include <tuple>
 
 #include "program/text.hpp"
 
 namespace hotpath::watch {
 
-WallClock WallClock::now() {
+Duration realtime_now() {
   using namespace std::chrono;
-  return WallClock(system_clock::now().time_since_epoch() - steady_clock::now().time_since_epoch());
+  return system_clock::now().time_since_epoch() - steady_clock::now().time_since_epoch();
 }
 
-void WallClock::follow(const WallClock& clock, Time from) {
-  const Duration offset = clock.offsets_.back().second;
-  if (std::chrono::abs(offset - offsets_.back().second) < kStep) return;
-  offsets_.emplace_back(from, offset);
-  if (offsets_.size() > kMost) offsets_.pop_front();
-}
-
-std::string WallClock::text(Time at) const {
-  const auto after = std::ranges::upper_bound(offsets_, at, {}, [](const auto& o) { return o.first; });
-  const Duration offset = (after == offsets_.begin() ? after : std::prev(after))->second;
-  const auto ms = std::chrono::floor<std::chrono::milliseconds>(at.time_since_epoch() + offset);
+std::string time_of_day(Time at, Duration realtime) {
+  const auto ms = std::chrono::floor<std::chrono::milliseconds>(at.time_since_epoch() + realtime);
   const auto s = std::chrono::floor<std::chrono::seconds>(ms);
   const std::time_t seconds = s.count();
   std::tm local{};
@@ -32,60 +24,69 @@ std::string WallClock::text(Time at) const {
                        static_cast<int>((ms - s).count()));
 }
 
-void Incident::add(Role role, const Breach& breach) {
-  ++breaches_;
-  last_ = std::max(last_, breach.at);
-  std::optional<Breach>& first = first_[static_cast<std::size_t>(role)];
-  if (first && first->at <= breach.at) return;
-  first = breach;
-  ++changes_;
+namespace {
+
+/// In this order a fact is what broke first: a standstill precedes terms, and these circumstances.
+auto order_of(const Fact& fact) {
+  const bool is_term = fact.role != Role::standstill && fact.role != Role::circumstance;
+  return std::tuple(is_term ? Role::assumption : fact.role, fact.at, fact.role);
 }
 
-void Incident::correct(Role role, const Breach& breach) {
-  if (breach.at < begin().at || breach.at > last_) return;  // of another incident
+}  // namespace
+
+void Incident::insert(Fact fact) {
+  facts_.insert(std::ranges::upper_bound(facts_, fact.at, {}, &Fact::at), std::move(fact));
+}
+
+void Incident::add(Fact breach, bool is_new) {
   last_ = std::max(last_, breach.until);
-  std::optional<Breach>& first = first_[static_cast<std::size_t>(role)];
-  if (!first || !first->continues(breach)) return;
-  first = breach;
-  ++changes_;
-}
-
-const Breach& Incident::begin() const {
-  const auto at = [](const auto& first) { return first ? first->at : Time::max(); };
-  return **std::ranges::min_element(first_, {}, at);
-}
-
-/// The first exceeded bound, or else the first missed requirement.
-const std::optional<Breach>& Incident::effect() const {
-  return first(Role::bound) ? first(Role::bound) : first(Role::requirement);
-}
-
-std::string Incident::text(const WallClock& clock, const std::string& unseen) const {
-  const std::optional<Breach>& cause = first(Role::assumption);
-  const auto stated = [&](const Breach& breach) { return clock.text(breach.at) + " " + breach.sentence; };
-  if (!effect()) return cause ? stated(*cause) : "";
-  if (cause && cause->at <= effect()->at) {
-    return stated(*cause) + "; " + program::fixed(to_ms(effect()->at - cause->at), 3) + " ms later " +
-           effect()->sentence;
+  const auto same =
+      std::ranges::find_if(facts_, [&](const Fact& f) { return f.term != nullptr && f.term == breach.term; });
+  breaches_ += is_new ? 1 : 0;
+  if (same != facts_.end() && order_of(*same) < order_of(breach)) return;
+  const bool is_first =
+      facts_.empty() || order_of(breach) < order_of(first()) || (same != facts_.end() && &*same == &first());
+  if (same != facts_.end()) facts_.erase(same);
+  if (is_first) {
+    std::erase_if(facts_, [](const Fact& f) { return f.role == Role::circumstance; });
+    described_ = false;
   }
-  if (!first(Role::bound)) return stated(*effect()) + ", while no bound was exceeded";
-  if (!unseen.empty())
-    return stated(*effect()) + ", while no assumption was seen to be broken; not observable: " + unseen;
-  return stated(*effect()) +
-         ", while every assumption that the contract states held: a defect of hotpath, or the contract "
-         "lacks an assumption; please report it with a snapshot (--record)";
+  if (is_first || facts_.size() < kMostFacts) insert(std::move(breach));
 }
 
-void Incidents::add(Role role, const Breach& breach) {
+void Incident::describe(const std::vector<Fact>& circumstances) {
+  for (const Fact& fact : circumstances) insert(fact);
+  described_ = news_ = true;
+}
+
+const Fact& Incident::first() const { return *std::ranges::min_element(facts_, {}, order_of); }
+
+std::string Incident::stated(const Fact& fact) const {
+  return time_of_day(fact.at, realtime_) + " " + fact.sentence;
+}
+
+std::vector<std::string> Incident::facts() const {
+  std::vector<std::string> others;
+  for (const Fact& fact : facts_)
+    if (&fact != &first()) others.push_back(stated(fact));
+  return others;
+}
+
+nlohmann::json Incident::json() const {
+  return {{"number", number_},
+          {"at", time_of_day(first().at, realtime_)},
+          {"last", time_of_day(last_, realtime_)},
+          {"breaches", breaches_},
+          {"incident", text()},
+          {"facts", facts()}};
+}
+
+void Incidents::add(Fact breach, bool is_new) {
   if (kept_.empty() || breach.at > kept_.back().last() + kPause) {
-    kept_.emplace_back(count() + 1);
+    kept_.emplace_back(count() + 1, realtime_);
     if (kept_.size() > kMost) kept_.erase(kept_.begin() + 1);
   }
-  kept_.back().add(role, breach);
-}
-
-void Incidents::correct(Role role, const Breach& breach) {
-  for (Incident& incident : kept_) incident.correct(role, breach);
+  kept_.back().add(std::move(breach), is_new);
 }
 
 }  // namespace hotpath::watch

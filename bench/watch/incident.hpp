@@ -1,93 +1,72 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <deque>
-#include <optional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "watch/contract.hpp"
 
 namespace hotpath::watch {
 
-/// Shows instants as times of day, also after the real-time clock was set.
-class WallClock {
- public:
-  /// `offset`: the real-time clock minus that of Time.
-  explicit WallClock(Duration offset) : offsets_{{Time::min(), offset}} {}
-  /// Of this moment.
-  [[nodiscard]] static WallClock now();
-
-  [[nodiscard]] Duration offset() const { return offsets_.back().second; }
-
-  /// From this instant on the offset is that of `clock`.
-  void follow(const WallClock& clock, Time from);
-
-  /// Local time, `12:00:01.123`, by the offset of that instant.
-  [[nodiscard]] std::string text(Time at) const;
-
- private:
-  /// Adjustments below this are those of a clock that runs on.
-  static constexpr Duration kStep = std::chrono::milliseconds(1);
-  static constexpr std::size_t kMost = 1000;
-
-  std::deque<std::pair<Time, Duration>> offsets_;  // by the instant of their beginning
-};
+/// The real-time clock minus that of Time, at this moment.
+[[nodiscard]] Duration realtime_now();
+/// Local time, `12:00:01.123`. `realtime`: the real-time clock minus that of Time.
+[[nodiscard]] std::string time_of_day(Time at, Duration realtime);
 
 class JudgedTerm;
-/// A thread by the ids of its process and of itself.
-using ThreadKey = std::pair<std::uint32_t, std::uint32_t>;
 
-/// A broken term at the instant of the breach.
-struct Breach {
+/// What was observed of a system at one instant.
+struct Fact {
+  Role role;
   Time at{};
-  std::string sentence;                  ///< `Filter ran 6.1 ms, budget 5.0 ms (measured)`.
-  const JudgedTerm* term = nullptr;      ///< That is broken; its lifetime is that of the contract.
-  Duration excess = {};                  ///< By which a duration exceeded its limit; 0: it is no duration.
-  Time since = {}, until = {};           ///< When that duration began, and when it ended or was judged.
-  std::optional<ThreadKey> thread = {};  ///< The only thread whose waits can explain the breach.
-
-  /// Whether both are of one duration, of which one was judged before its end.
-  [[nodiscard]] bool continues(const Breach& other) const {
-    return term == other.term && at == other.at && since == other.since && excess > Duration::zero();
-  }
+  std::string sentence;              ///< `Filter ran 6.1 ms, budget 5.0 ms (measured)`.
+  const JudgedTerm* term = nullptr;  ///< That is broken; its lifetime is that of the contract.
+  Time since = at, until = at;       ///< Begin and end of what the sentence tells.
 };
 
-/// Breaches that followed one another: the first broken assumption, exceeded bound and missed
-/// requirement.
+/// What broke first, and what else was observed meanwhile.
 class Incident {
  public:
-  explicit Incident(std::uint64_t number) : number_(number) {}
+  /// `realtime`: for times of day.
+  Incident(std::uint64_t number, Duration realtime) : number_(number), realtime_(realtime) {}
 
-  void add(Role role, const Breach& breach);
-  /// A duration that was judged before its end has ended: the incident goes on until then, and its first
-  /// breach of the role is corrected, if it is this one.
-  void correct(Role role, const Breach& breach);
+  /// A broken term, of which only the first breach is a fact, or a standstill. `is_new`: false: a breach that
+  /// was added before its end has ended.
+  void add(Fact breach, bool is_new);
+  /// Adds the circumstances of what broke first.
+  void describe(const std::vector<Fact>& circumstances);
+  /// Whether it has the circumstances of what broke first so far.
+  [[nodiscard]] bool is_described() const { return described_; }
 
   /// Counts the incidents of a system from 1.
   [[nodiscard]] std::uint64_t number() const { return number_; }
   [[nodiscard]] Time last() const { return last_; }
   [[nodiscard]] std::uint64_t breaches() const { return breaches_; }
-  /// Counts how often the first breach of a role changed, and so the text.
-  [[nodiscard]] std::uint64_t changes() const { return changes_; }
-  [[nodiscard]] const std::optional<Breach>& first(Role role) const {
-    return first_[static_cast<std::size_t>(role)];
-  }
-  /// The first of all roles.
-  [[nodiscard]] const Breach& begin() const;
-  /// Cause and effect in one sentence. `unseen`: an assumption that could not be observed, if there is
-  /// one.
-  [[nodiscard]] std::string text(const WallClock& clock, const std::string& unseen) const;
+  /// Whether what broke first has circumstances that it had not the last time.
+  bool take_news() { return std::exchange(news_, false); }
+  /// The first standstill, or else the first broken term.
+  [[nodiscard]] const Fact& first() const;
+  /// The instant and the sentence of what broke first.
+  [[nodiscard]] std::string text() const { return stated(first()); }
+  /// The same of all other facts, in the order of time.
+  [[nodiscard]] std::vector<std::string> facts() const;
+  [[nodiscard]] nlohmann::json json() const;
 
  private:
-  [[nodiscard]] const std::optional<Breach>& effect() const;
+  static constexpr std::size_t kMostFacts = 50;
+  void insert(Fact fact);
+  [[nodiscard]] std::string stated(const Fact& fact) const;
 
   std::uint64_t number_;
-  std::array<std::optional<Breach>, 3> first_;  // by role
+  Duration realtime_;        // of its beginning: somebody may set the clock later
+  std::vector<Fact> facts_;  // in the order of time
   Time last_ = Time::min();
-  std::uint64_t breaches_ = 0, changes_ = 0;
+  std::uint64_t breaches_ = 0;
+  bool described_ = false, news_ = false;
 };
 
 /// The incidents of a system: an incident ends when no term breaks for kPause.
@@ -96,16 +75,19 @@ class Incidents {
   static constexpr Duration kPause = std::chrono::seconds(2);
   static constexpr std::size_t kMost = 100;
 
-  void add(Role role, const Breach& breach);
-  /// A duration that was judged before its end has ended.
-  void correct(Role role, const Breach& breach);
+  void add(Fact breach, bool is_new = true);
+  /// Of incidents that begin from now on.
+  void set_realtime(Duration offset) { realtime_ = offset; }
+  [[nodiscard]] Duration realtime() const { return realtime_; }
 
   /// The first one and the latest kMost - 1, in the order of time.
+  [[nodiscard]] std::deque<Incident>& kept() { return kept_; }
   [[nodiscard]] const std::deque<Incident>& kept() const { return kept_; }
   [[nodiscard]] std::uint64_t count() const { return kept_.empty() ? 0 : kept_.back().number(); }
 
  private:
   std::deque<Incident> kept_;
+  Duration realtime_{};
 };
 
 }  // namespace hotpath::watch

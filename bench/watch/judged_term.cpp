@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "program/text.hpp"
-#include "watch/thread_facts.hpp"
 
 namespace hotpath::watch {
 
@@ -24,13 +23,13 @@ bool is_duration(Clause clause) { return traits_of(clause).unit == Unit::ms; }
 
 std::string JudgedTerm::shown(std::int64_t value) const {
   if (is_duration(term_.clause)) return program::fixed(to_ms(Duration(value)), 3) + " ms";
-  if (term_.clause == Clause::processors) return shown_processors(static_cast<std::uint64_t>(value));
   return program::concat(value);
 }
 
 std::string JudgedTerm::limit_text() const {
   const Unit unit = traits_of(term_.clause).unit;
   if (unit == Unit::policy) return to_string(term_.policy);
+  if (unit == Unit::processors) return program::joined(term_.processors, ",");
   return unit == Unit::stated ? "as stated" : shown(term_.limit);
 }
 
@@ -61,117 +60,79 @@ void JudgedTerm::observe(std::int64_t value) {
   if (nearer) extreme_ = value;
 }
 
-Breach JudgedTerm::breach(std::int64_t observed, Time at, std::size_t further,
-                          std::optional<ThreadKey> thread) const {
-  Breach breach{at, sentence(observed, further), this};
-  if (!is_duration(term_.clause)) return breach;
-  breach.excess = std::chrono::abs(Duration(observed - limit(further)));
-  breach.since = at - Duration(std::max(observed, limit(further)));
-  breach.until = at;
-  breach.thread = thread;
-  return breach;
+Fact JudgedTerm::breach(std::int64_t observed, Time at, std::size_t further) const {
+  Fact fact{role_of(clause()), at, sentence(observed, further), this};
+  if (is_duration(clause())) fact.since = at - Duration(std::max(observed, limit(further)));
+  return fact;
 }
 
-void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents,
-                         std::optional<ThreadKey> thread) {
+void JudgedTerm::compare(std::int64_t observed, Time at, Incidents& incidents) {
   const Comparison comparison = comparison_of(term_.clause);
   observe(observed);
   const bool continues = comparison == Comparison::equal && state_ == observed;
   state_ = observed;
   if (holds(comparison, observed, term_.limit)) return hold();
-  count(breach(observed, at, 0, thread), continues, incidents);
+  fail(breach(observed, at), incidents, continues);
 }
 
-/// A late sample shortens the distance to the next one, and by as much the longer distances that begin
-/// with it. So the excesses of consecutive samples add up, but those of longer distances do not.
 void JudgedTerm::compare_distances(const std::vector<Duration>& distances, Time at, Incidents& incidents) {
   if (distances.empty()) return;
   observe(distances.front().count());
-  std::optional<Breach> first;
-  Duration excess = latest_ && !over_ ? latest_->excess : Duration::zero();
   for (std::size_t k = 0; k < distances.size(); ++k) {
     const std::int64_t observed = distances[k].count();
-    if (holds(Comparison::at_least, observed, limit(k))) continue;
-    Breach found = breach(observed, at, k, {});
-    excess = k == 0 ? excess + found.excess : std::max(excess, found.excess);
-    if (!first) first = std::move(found);
+    if (!holds(Comparison::at_least, observed, limit(k))) return fail(breach(observed, at, k), incidents);
   }
-  if (!first) return hold();
-  count(*std::move(first), false, incidents);
-  latest_->excess = excess;
+  hold();
+}
+
+Fact JudgedTerm::lasting(Time since, Duration length, std::string sentence) const {
+  return {role_of(clause()), since + Duration(term_.limit), std::move(sentence), this, since, since + length};
 }
 
 void JudgedTerm::judge_lasting(Time since, Time until, Incidents& incidents) {
-  const Duration limit(term_.limit), length = until - since;
+  const Duration length = until - since;
   observe(length.count());
   std::string said = sentence(length.count());
   if (clause() == Clause::budget)
     said = program::concat(subject_, " has run for ", shown(length.count()), " without an end, budget ",
                            limit_text());
-  count({since + limit, std::move(said), this, length - limit, since, until}, false, incidents);
-  latest_->excess -= length - limit;  // its end tells
+  fail(lasting(since, length, std::move(said)), incidents);
 }
 
-void JudgedTerm::judge_ended(Time since, Duration length, Incidents& incidents,
-                             std::optional<ThreadKey> thread) {
-  const Duration limit(term_.limit);
+void JudgedTerm::judge_ended(Time since, Duration length, Incidents& incidents) {
   observe(length.count());
-  const Breach breach{since + limit, sentence(length.count()), this,  length - limit,
-                      since,         since + length,           thread};
-  if (first_->continues(breach)) first_ = breach;
-  latest_->excess += breach.excess;
-  latest_->until = breach.until;
-  incidents.correct(role_of(clause()), breach);
+  const Fact breach = lasting(since, length, sentence(length.count()));
+  if (first_->at == breach.at && first_->since == since) first_ = breach;
+  incidents.add(breach, false);
 }
 
 void JudgedTerm::judge(bool holds, const std::string& observed, Time at, Incidents& incidents,
                        bool continues) {
   constexpr std::size_t kMostSaid = 1000;
   if (holds) return hold();
-  Breach breach{at, subject_ + " " + observed, this};
+  std::string said = subject_ + " " + observed;
   if (clause() == Clause::serves || clause() == Clause::publishers)
-    continues = said_.size() >= kMostSaid || !said_.insert(breach.sentence).second;
-  count(std::move(breach), continues, incidents);
+    continues = said_.size() >= kMostSaid || !said_.insert(said).second;
+  fail({role_of(clause()), at, std::move(said), this}, incidents, continues);
 }
 
-void JudgedTerm::restate(const std::string& observed, Time at, Incidents& incidents) const {
-  incidents.add(role_of(clause()), {at, subject_ + " " + observed, this});
-}
-
-void JudgedTerm::count(Breach breach, bool continues, Incidents& incidents) {
+void JudgedTerm::fail(Fact breach, Incidents& incidents, bool continues) {
   ++checked_;
   ++broken_;
-  if (!continues) incidents.add(role_of(term_.clause), breach);
-  if (!latest_ || std::exchange(over_, false)) {
-    latest_ = breach;
-  } else {
-    latest_->excess += breach.excess;
-    latest_->until = breach.until;
-  }
+  if (!continues) incidents.add(breach);
   if (!first_ || breach.at < first_->at) first_ = std::move(breach);
-}
-
-double JudgedTerm::nearness() const {
-  const Comparison comparison = comparison_of(term_.clause);
-  if (!extreme_ || !is_duration(term_.clause) || comparison == Comparison::equal) return broken_ > 0 ? 2 : -1;
-  if (broken_ > 0 && holds(comparison, *extreme_, term_.limit)) return 2;  // by a shorter wait, for example
-  const auto limit = static_cast<double>(term_.limit), value = static_cast<double>(*extreme_);
-  if (comparison == Comparison::at_least) return value > 0 ? limit / value : 2;
-  return limit > 0 ? value / limit : value > 0 ? 2 : 0;
 }
 
 nlohmann::json JudgedTerm::json() const {
   const auto number = [&](std::int64_t value) -> nlohmann::json {
     if (is_duration(term_.clause)) return to_ms(Duration(value));
-    if (term_.clause == Clause::processors) return processor_list(static_cast<std::uint64_t>(value));
     return value;
   };
-  nlohmann::json limit;  // null: a list that the contract states
-  if (term_.clause == Clause::policy) {
-    limit = to_string(term_.policy);
-  } else if (limit_text() != "as stated") {
-    limit = number(term_.limit);
-  }
+  nlohmann::json limit = number(term_.limit);
+  const Unit unit = traits_of(term_.clause).unit;
+  if (unit == Unit::policy) limit = to_string(term_.policy);
+  if (unit == Unit::processors) limit = term_.processors;
+  if (unit == Unit::stated) limit = nullptr;  // a list
   return {{"term", to_string(term_.clause)},
           {"limit", limit},
           {"from", to_string(term_.origin)},
@@ -188,12 +149,6 @@ Subject::Subject(std::string of_kind, std::string named, const std::vector<Term>
 JudgedTerm* Subject::find(Clause clause) {
   const auto at = std::ranges::find(terms, clause, &JudgedTerm::clause);
   return at == terms.end() ? nullptr : &*at;
-}
-
-double Subject::nearness() const {
-  double nearest = -1;
-  for (const JudgedTerm& term : terms) nearest = std::max(nearest, term.nearness());
-  return nearest;
 }
 
 void Subject::compare(Clause clause, std::int64_t observed, Time at, Incidents& incidents) {

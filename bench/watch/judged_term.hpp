@@ -18,43 +18,33 @@ class JudgedTerm {
   /// `subject`: of sentences, `Filter/points`.
   JudgedTerm(Term term, std::string subject) : term_(std::move(term)), subject_(std::move(subject)) {}
 
-  /// Compares an observed value in the unit of the limit. `thread`: that alone can explain a breach by
-  /// its waits.
-  void compare(std::int64_t observed, Time at, Incidents& incidents, std::optional<ThreadKey> thread = {});
+  /// Compares an observed value in the unit of the limit.
+  void compare(std::int64_t observed, Time at, Incidents& incidents);
   /// Compares the distances between a sample and those before it, the nearest one first, with the limits
   /// of a minimum_distance. Together they are one comparison.
   void compare_distances(const std::vector<Duration>& distances, Time at, Incidents& incidents);
   /// A duration from `since` that has not ended by `until`, and exceeds its limit.
   void judge_lasting(Time since, Time until, Incidents& incidents);
   /// It has ended, not earlier than when it was judged.
-  void judge_ended(Time since, Duration length, Incidents& incidents, std::optional<ThreadKey> thread = {});
+  void judge_ended(Time since, Duration length, Incidents& incidents);
   /// Shows the value, without a comparison.
   void observe(std::int64_t value);
   /// Counts a comparison that holds.
-  void hold() {
-    ++checked_;
-    over_ = true;
-  }
-  /// Compares by other means; `observed` completes the sentence. `continues`: a state that was broken
-  /// before, which begins no incident.
+  void hold() { ++checked_; }
+  /// Counts one that does not. `continues`: a state that was broken before, which begins no incident.
+  void fail(Fact breach, Incidents& incidents, bool continues = false);
+  /// Compares by other means; `observed` completes the sentence.
   void judge(bool holds, const std::string& observed, Time at, Incidents& incidents, bool continues = false);
-  /// An earlier instant of a breach that was counted.
-  void restate(const std::string& observed, Time at, Incidents& incidents) const;
 
   [[nodiscard]] Clause clause() const { return term_.clause; }
   [[nodiscard]] const Term& term() const { return term_; }
   [[nodiscard]] const std::string& subject() const { return subject_; }
   [[nodiscard]] std::uint64_t checked() const { return checked_; }
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
-  [[nodiscard]] const std::optional<Breach>& first() const { return first_; }
-  /// The latest breaches without a check between them that held, as one breach whose excess is their sum.
-  /// nullptr: no check that held has followed them.
-  [[nodiscard]] const Breach* ended_breaches() const { return over_ && latest_ ? &*latest_ : nullptr; }
+  [[nodiscard]] const std::optional<Fact>& first() const { return first_; }
   /// The observed value that came nearest to breaking the term, or broke it most; std::nullopt: it is
   /// no number.
   [[nodiscard]] std::optional<std::int64_t> extreme() const { return extreme_; }
-  /// The extreme as a share of the limit, above 1 if broken; -1: unknown.
-  [[nodiscard]] double nearness() const;
   /// `5.000 ms`, `fifo:80`.
   [[nodiscard]] std::string limit_text() const;
   /// The extreme in the same form; empty: none.
@@ -67,12 +57,12 @@ class JudgedTerm {
   [[nodiscard]] std::string shown(std::int64_t value) const;
 
  private:
-  void count(Breach breach, bool continues, Incidents& incidents);
   /// `further`: of the limits for a minimum_distance, 0: the first one.
   [[nodiscard]] std::int64_t limit(std::size_t further) const;
   [[nodiscard]] std::string sentence(std::int64_t observed, std::size_t further = 0) const;
-  [[nodiscard]] Breach breach(std::int64_t observed, Time at, std::size_t further,
-                              std::optional<ThreadKey> thread) const;
+  [[nodiscard]] Fact breach(std::int64_t observed, Time at, std::size_t further = 0) const;
+  /// Of a duration that exceeds its limit from the returned instant on.
+  [[nodiscard]] Fact lasting(Time since, Duration length, std::string sentence) const;
 
   Term term_;
   std::string subject_;
@@ -80,8 +70,7 @@ class JudgedTerm {
   std::optional<std::int64_t> extreme_;
   std::optional<std::int64_t> state_;  // the latest value, where all values have to be equal
   std::set<std::string> said_;         // of terms about what exists
-  std::optional<Breach> first_, latest_;
-  bool over_ = false;  // a check has held since `latest_`
+  std::optional<Fact> first_;
 };
 
 /// A callback, chain, executor's threads or topic of a contract.
@@ -97,8 +86,6 @@ struct Subject {
   [[nodiscard]] JudgedTerm* find(Clause clause);
   /// Compares with the term, if there is one.
   void compare(Clause clause, std::int64_t observed, Time at, Incidents& incidents);
-  /// The largest of its terms.
-  [[nodiscard]] double nearness() const;
 };
 
 }  // namespace hotpath::watch

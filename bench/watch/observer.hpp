@@ -46,6 +46,7 @@ class Observer : public tracing::Sink {
 
   /// A thread that has ended; id 0: a process with all of its threads.
   void forget(const ThreadKey& thread) {
+    if (contract_ != nullptr) contract_->forget(thread);
     if (thread.second == 0) return assembler_.forget_process(thread.first);
     assembler_.forget_thread(thread.first, thread.second);
     rounds_.erase(thread);

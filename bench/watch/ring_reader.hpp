@@ -2,13 +2,52 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "hotpath/sensor/ring.hpp"
 #include "hotpath/tracing/event.hpp"
-#include "watch/texts.hpp"
 
 namespace hotpath::watch {
+
+/// A ring of a watched program in the memory of this process. The program may change or cut the
+/// memory at any time: bytes beyond its end read as zero, instead of a SIGBUS.
+class MappedRing {
+ public:
+  /// The shared memory object of this name. Without a ring: it is not (yet) one, belongs to
+  /// another user, or too many rings are mapped.
+  explicit MappedRing(const std::string& name);
+  MappedRing(const MappedRing&) = delete;
+  MappedRing& operator=(const MappedRing&) = delete;
+  ~MappedRing();
+
+  /// nullptr: none.
+  [[nodiscard]] sensor::Ring* get() const { return ring_; }
+  /// Whether it has descriptions, which stay in it for other readers.
+  [[nodiscard]] bool describes() const { return describes_; }
+
+  static constexpr std::size_t kMost = 2048;  ///< Rings that this process maps at a time.
+
+ private:
+  sensor::Ring* ring_ = nullptr;
+  bool describes_ = false;
+};
+
+/// Keeps the texts of events, each once, for its own lifetime.
+class Texts {
+ public:
+  /// Empty once kMost different texts were kept.
+  const char* keep(std::string text) {
+    if (const auto kept = texts_.find(text); kept != texts_.end()) return kept->c_str();
+    return texts_.size() < kMost ? texts_.insert(std::move(text)).first->c_str() : "";
+  }
+
+ private:
+  static constexpr std::size_t kMost = 100'000;  // nodes and topics of a system: some thousands
+  std::unordered_set<std::string> texts_;
+};
 
 /// The kind of event that a tracepoint becomes; `id` is not Id::text.
 [[nodiscard]] tracing::EventKind kind_of(sensor::Id id);

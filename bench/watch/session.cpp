@@ -19,8 +19,6 @@
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "watch/flight_recorder.hpp"
-#include "watch/mapped_ring.hpp"
-#include "watch/ring_reader.hpp"
 
 namespace hotpath::watch {
 

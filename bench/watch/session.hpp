@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hotpath/tracing/event.hpp"
-#include "watch/texts.hpp"
+#include "watch/ring_reader.hpp"
 
 namespace hotpath::watch {
 

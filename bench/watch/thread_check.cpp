@@ -9,6 +9,7 @@
 
 #include "import/recorded_graph.hpp"
 #include "program/text.hpp"
+#include "watch/stated_names.hpp"
 
 namespace hotpath::watch {
 
@@ -25,21 +26,23 @@ bool is_of_every_node(const std::string& service) {
   return kNames.contains(service.substr(service.rfind('/') + 1));
 }
 
-/// The callback in sentences, if it needs to be in the contract.
-std::string uncovered(const tracing::System& system, const tracing::Callback& callback) {
-  const std::string node = callback.node < system.nodes.size() ? system.nodes[callback.node] : "a node";
-  if (callback.kind == CallbackKind::timer)
-    return program::concat(node, " (timer ", to_ms(callback.period), " ms)");
+/// Whether the callback needs to be in the contract.
+bool needs_entry(const tracing::System& system, const tracing::Callback& callback) {
+  if (callback.kind == CallbackKind::timer) return true;
   const bool service = callback.kind == CallbackKind::service;
-  if ((!service && callback.kind != CallbackKind::subscription) || callback.topic == kNone) return "";
+  if ((!service && callback.kind != CallbackKind::subscription) || callback.topic == kNone) return false;
   const std::string& topic = system.topics[callback.topic].name;
-  if (service) return is_of_every_node(topic) ? "" : program::concat(node, " ", topic, " (service)");
-  return imports::is_housekeeping(topic) ? "" : node + " " + topic;
+  return service ? !is_of_every_node(topic) : !imports::is_housekeeping(topic);
 }
 
 constexpr Duration kSecond = std::chrono::seconds(1);
-/// What an executor runs beside a job, at least.
-constexpr Duration kExecutor = std::chrono::microseconds(100);
+/// A thread that waits as long in a second does not run.
+constexpr Duration kStandstill = std::chrono::milliseconds(100);
+/// For which a thread that could run is seen to run nothing: Linux counts what it runs at least once in a
+/// second.
+constexpr Duration kNoProgress = std::chrono::milliseconds(1500);
+/// Shorter waits are no circumstance.
+constexpr Duration kShortestWait = std::chrono::microseconds(100);
 
 std::string with_unit(Duration duration) { return program::fixed(to_ms(duration), 3) + " ms"; }
 
@@ -49,10 +52,7 @@ ThreadCheck::ThreadCheck(const Contract& contract) : of_entry_(contract.callback
   for (std::uint32_t t = 0; t < contract.threads.size(); ++t) {
     const ThreadContract& thread = contract.threads[t];
     subjects_.emplace_back("thread", thread.name, thread.terms, "no thread ran its callbacks");
-    for (const std::uint32_t callback : thread.callbacks) {
-      of_entry_[callback] = t;
-      if (contract.callbacks[callback].topic.empty()) of_timer_[contract.callbacks[callback].name()] = t;
-    }
+    for (const std::uint32_t callback : thread.callbacks) of_entry_[callback] = t;
   }
 }
 
@@ -71,24 +71,15 @@ void ThreadCheck::started(const tracing::System& system, const tracing::Job& job
     const auto [of_process, first] = of_process_.try_emplace(thread.first, state.owner);
     if (of_process->second != state.owner) of_process->second = kNone;
   }
-  if (state.work.open++ == 0) state.work.since = job.start;
   if (state.owner == kNone) return;
   Subject& subject = subjects_[state.owner];
   subject.seen = true;
   JudgedTerm* const serves = subject.find(Clause::serves);
   if (serves == nullptr) return;
-  const std::string extra = entry != kNone ? "" : uncovered(system, system.callbacks[job.ref.callback]);
-  if (extra.empty()) return serves->hold();
-  serves->judge(false, "ran " + extra + ", which the contract lacks", job.start, incidents);
-}
-
-void ThreadCheck::ended(const tracing::System& system, const tracing::Job& job) {
-  const auto state = states_.find(key_of(system.threads[job.thread]));
-  if (state == states_.end() || state->second.work.open == 0) return;
-  Work& work = state->second.work;
-  if (--work.open > 0 || !job.ended) return;
-  work.ended.emplace_back(work.since, job.finish);
-  if (work.ended.size() > kMostJobs) work.ended.pop_front();  // there are no readings of this thread
+  const tracing::Callback& callback = system.callbacks[job.ref.callback];
+  if (entry != kNone || !needs_entry(system, callback)) return serves->hold();
+  serves->judge(false, "ran " + callback_name(system, callback) + ", which the contract lacks", job.start,
+                incidents);
 }
 
 void ThreadCheck::facts(const std::vector<ThreadFacts>& facts, Time at, Incidents& incidents) {
@@ -104,30 +95,22 @@ void ThreadCheck::facts(const std::vector<ThreadFacts>& facts, Time at, Incident
     Subject* const subject = state.owner == kNone ? nullptr : &subjects_[state.owner];
     if (subject != nullptr) {
       judge(*subject, now, state, incidents);
+      judge_progress(*subject, now, state, incidents);
       note_wait(now, state);
     }
     state.before = now;
     JudgedTerm* const wait = subject == nullptr ? nullptr : subject->find(Clause::wait);
-    if (wait == nullptr) continue;
-    explain(*wait, state, incidents);
-    judge_wait(*wait, state, incidents);
+    if (wait != nullptr) judge_wait(*wait, state, incidents);
   }
-  forget(facts);
 }
 
-/// Threads and processes that have ended, unless all have.
-void ThreadCheck::forget(const std::vector<ThreadFacts>& facts) {
-  if (facts.empty()) return;
-  std::set<ThreadKey> living;
-  for (const ThreadFacts& now : facts) living.insert(now.key());
-  std::erase_if(states_, [&](const auto& state) {
-    const bool is_old = state.second.before || state.second.first_start + kForgotten < *at_;
-    return is_old && !living.contains(state.first);
-  });
-  std::erase_if(of_process_, [&](const auto& process) {
-    const auto thread = states_.lower_bound({process.first, 0});
-    return thread == states_.end() || thread->first.first != process.first;
-  });
+void ThreadCheck::forget(const ThreadKey& ended) {
+  if (ended.second != 0) {
+    states_.erase(ended);
+    return;
+  }
+  of_process_.erase(ended.first);
+  std::erase_if(states_, [&](const auto& state) { return state.first.first == ended.first; });
 }
 
 /// The policy and the processors of a timer thread are not stated: it only must not change.
@@ -148,87 +131,74 @@ void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& s
                 (changed ? " instead of " + to_string(before->policy) : std::string()));
   }
   if (JudgedTerm* const processors = subject.find(Clause::processors)) {
-    const auto allowed = static_cast<std::uint64_t>(processors->term().limit);
-    compare(*processors, before != nullptr && now.processors != before->processors, now.processors == allowed,
-            " may run on processors " + shown_processors(now.processors) +
+    compare(*processors, before != nullptr && now.processors != before->processors,
+            now.processors == processors->term().processors,
+            " may run on processors " + program::joined(now.processors, ",") +
                 (now.timers ? ", before on others" : ""));
   }
 }
 
+void ThreadCheck::judge_progress(const Subject& subject, const ThreadFacts& now, State& state,
+                                 Incidents& incidents) const {
+  constexpr char kReady = 'R', kStopped = 'T';
+  const bool could_run = now.state == kReady || now.state == kStopped;
+  if (!could_run || !state.before || now.ran != state.before->ran) {
+    state.stands.reset();
+    state.stood = false;
+    return;
+  }
+  state.stands = state.stands.value_or(*previous_);
+  if (state.stood || *at_ - *state.stands < kNoProgress) return;
+  state.stood = true;
+  incidents.add({Role::standstill, *state.stands,
+                 program::concat(subject.name, " thread ", now.name, " has run nothing for ",
+                                 with_unit(*at_ - *state.stands), ", ",
+                                 now.state == kStopped ? "because it is stopped" : "although it is ready"),
+                 nullptr, *state.stands, *at_});
+}
+
 /// Adds what the thread waited until now. The hypervisor's counter may grow late, or by more than
 /// passed: the thread cannot have run in time that was withheld.
-void ThreadCheck::note_wait(const ThreadFacts& now, State& state) {
-  Readings& readings = state.readings;
+void ThreadCheck::note_wait(const ThreadFacts& now, State& state) const {
+  std::deque<Reading>& readings = state.readings;
   Reading next{*at_, now.waited};
   if (!readings.empty()) {
-    const Reading& last = readings.back();
-    const Duration ran = now.ran - state.before->ran, idle = *at_ - last.at - ran;
-    next.stolen = last.stolen;
-    next.ran_aside = last.ran_aside + ran;
-    next.jobs = last.jobs;
+    const Duration idle = *at_ - readings.back().at - (now.ran - state.before->ran);
     const bool stayed = state.before->processor == now.processor;  // each has a counter of its own
-    if (stayed && now.stolen > state.before->stolen) {
-      withheld_ = at_;
+    next.stolen = readings.back().stolen;
+    if (stayed && now.stolen > state.before->stolen)
       next.stolen += std::clamp(idle, Duration::zero(), now.stolen - state.before->stolen);
-    }
   }
-  note_work(state.work, readings.empty() ? *at_ : readings.back().at, next);
   readings.push_back(next);
   if (readings.size() > kMostReadings) readings.pop_front();
 }
 
-/// Takes the lengths of jobs from what the thread ran since an instant, until the reading.
-void ThreadCheck::note_work(Work& work, Time since, Reading& now) {
-  const auto take = [&](Time start, Time finish) {
-    now.ran_aside -= std::max(std::min(finish, now.at) - std::max(start, since), Duration::zero());
-    now.idle = now.idle && (start >= now.at || finish <= now.at);
-  };
-  for (const auto& [start, finish] : work.ended) {
-    take(start, finish);
-    now.jobs += finish <= now.at ? 1 : 0;
-  }
-  std::erase_if(work.ended, [&](const auto& job) { return job.second <= now.at; });
-  if (work.open > 0) take(work.since, Time::max());
-}
-
-/// What the jobs of the thread have lasted at most while it did not run, between two readings, extended
-/// to readings at which it was idle: beside its jobs, it runs the executor, for each job as long as it
-/// lately did. std::nullopt: a later reading may tell.
-std::optional<Duration> ThreadCheck::most_waited_in_jobs(const Readings& readings,
-                                                         Readings::const_iterator from,
-                                                         Readings::const_iterator to) {
-  while (from != readings.begin() && !from->idle) --from;
-  const Time end = to->at;
-  to = std::find_if(to, readings.end(), [](const Reading& r) { return r.idle; });
-  if (to == readings.end()) {
-    if (readings.back().at < end + kSecond) return std::nullopt;
-    --to;
-  }
-  std::vector<Duration> executor = {kExecutor};
-  for (auto r = readings.begin(); std::next(r) != readings.end(); ++r) {
-    const auto next = std::next(r);
-    if (r->idle && next->idle && next->jobs > r->jobs)
-      executor.push_back((next->ran_aside - r->ran_aside) / static_cast<std::int64_t>(next->jobs - r->jobs));
-  }
-  const auto median = executor.begin() + static_cast<std::ptrdiff_t>(executor.size() / 2);
-  std::ranges::nth_element(executor, median);
-  return static_cast<std::int64_t>(to->jobs - from->jobs) * std::max(*median, kExecutor) -
-         (to->ran_aside - from->ran_aside);
-}
-
-std::string ThreadCheck::sentence(const JudgedTerm& wait, const State& state, const Reading& from,
-                                  const Reading& to) {
+std::string ThreadCheck::sentence(const State& state, const Reading& from, const Reading& to) {
   const Duration stolen = to.stolen - from.stolen, waited = to.waited - from.waited + stolen;
   return program::concat(
       "thread ", state.before->name, " waited ", with_unit(waited), " of ",
       with_unit(std::max(to.at - from.at, waited)), " for a processor",
-      stolen > Duration::zero() ? " (the hypervisor withheld it " + with_unit(stolen) + ")" : std::string(),
-      ", limit ", wait.limit_text(), " in a second");
+      stolen > Duration::zero() ? " (the hypervisor withheld it " + with_unit(stolen) + ")" : std::string());
+}
+
+std::vector<Fact> ThreadCheck::waits(Time since, Time until) const {
+  std::vector<Fact> all;
+  for (const auto& [key, state] : states_) {
+    if (state.readings.empty() || state.owner == kNone || state.judged >= since) continue;
+    auto from = std::ranges::upper_bound(state.readings, since, {}, &Reading::at);
+    const auto to = std::ranges::lower_bound(from, state.readings.end(), until, {}, &Reading::at);
+    if (from != state.readings.begin()) --from;
+    const Reading& last = to == state.readings.end() ? state.readings.back() : *to;
+    if (last.waited + last.stolen - from->waited - from->stolen >= kShortestWait)
+      all.push_back(
+          {Role::circumstance, from->at, subjects_[state.owner].name + " " + sentence(state, *from, last)});
+  }
+  return all;
 }
 
 /// A wait that is too long within a second breaks the term.
 void ThreadCheck::judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const {
-  const Readings& readings = state.readings;
+  const std::deque<Reading>& readings = state.readings;
   auto from = readings.begin();
   while (std::next(from) != readings.end() && from->at < state.judged) ++from;
   if (std::next(from) == readings.end()) return;
@@ -245,47 +215,14 @@ void ThreadCheck::judge_wait(JudgedTerm& wait, State& state, Incidents& incident
   // Linux counts a wait when it ends: it may have begun before the facts that precede its end.
   const auto end = std::next(longest);
   const Time begin = std::min(longest->at, end->at - (end->waited - longest->waited));
-  wait.judge(false, sentence(wait, state, *longest, readings.back()), begin, incidents);
+  const Role role =
+      readings.back().waited - longest->waited < kStandstill ? Role::assumption : Role::standstill;
+  wait.fail({role, begin,
+             wait.subject() + " " + sentence(state, *longest, readings.back()) + ", limit " +
+                 wait.limit_text() + " in a second",
+             &wait, begin, *at_},
+            incidents);
   state.judged = *at_;  // each wait counts once
-}
-
-/// Whether a wait of the thread can delay what broke the term: for budgets it is the thread that ran the
-/// job, for the distance between two jobs of a timer one of its executor.
-bool ThreadCheck::may_explain(const Breach& breach, const State& state) const {
-  if (breach.thread) return *breach.thread == state.before->key();
-  const auto timer = of_timer_.find(breach.term->subject());
-  return breach.term->clause() != Clause::maximum_distance || timer == of_timer_.end() ||
-         timer->second == state.owner;
-}
-
-/// A wait that explains what began an incident breaks the term as well, and is its cause. It explains an
-/// exceeded bound at once, but broken assumptions only if they held as soon as the wait was over: a timer
-/// of another period breaks them again.
-void ThreadCheck::explain(JudgedTerm& wait, State& state, Incidents& incidents) const {
-  if (incidents.kept().empty()) return;
-  const Breach& begin = incidents.kept().back().begin();
-  const bool assumption = role_of(begin.term->clause()) == Role::assumption;
-  const Breach* const breach = assumption ? begin.term->ended_breaches() : &begin;
-  if (begin.excess <= Duration::zero() || breach == nullptr || breach->at != begin.at ||
-      breach->excess <= Duration::zero() || !may_explain(begin, state))
-    return;
-  const auto first = state.readings.cbegin();
-  const auto after =
-      std::find_if(first, state.readings.cend(), [&](const Reading& r) { return r.at >= breach->until; });
-  if (after == state.readings.cend() || after == first) return;
-  auto before = after;
-  do --before;
-  while (before != first && before->at > breach->since);
-  if (before->at > begin.at ||
-      after->waited - before->waited + after->stolen - before->stolen < breach->excess)
-    return;
-  if (begin.thread &&
-      most_waited_in_jobs(state.readings, before, after).value_or(Duration::zero()) < breach->excess)
-    return;
-  const std::string said = sentence(wait, state, *before, *after);
-  if (before->at < state.judged) return wait.restate(said, before->at, incidents);
-  state.judged = after->at;
-  wait.judge(false, said, before->at, incidents);
 }
 
 }  // namespace hotpath::watch

@@ -22,70 +22,51 @@ class ThreadCheck {
   /// A job starts. `entry`: its callback in the contract; kNone: none.
   void started(const tracing::System& system, const tracing::Job& job, std::uint32_t entry,
                Incidents& incidents);
-  /// Follows each started(), also for a job whose end was lost.
-  void ended(const tracing::System& system, const tracing::Job& job);
   /// Facts of the system's threads. They cover the time since the previous ones.
   void facts(const std::vector<ThreadFacts>& facts, Time at, Incidents& incidents);
+  /// A thread that has ended; id 0: a process with all of its threads.
+  void forget(const ThreadKey& ended);
 
   /// Of the latest facts.
   [[nodiscard]] std::optional<Time> at() const { return at_; }
   [[nodiscard]] const std::vector<Subject>& subjects() const { return subjects_; }
-  /// When the hypervisor's counter of withheld time of a thread's processor was last seen to grow.
-  [[nodiscard]] std::optional<Time> withheld() const { return withheld_; }
   /// The name of the thread's executor; empty: unknown.
   [[nodiscard]] std::string name_of(const ThreadKey& thread) const;
+  /// How long threads waited, from the reading before the first instant to the one after the second, unless
+  /// that broke a term.
+  [[nodiscard]] std::vector<Fact> waits(Time since, Time until) const;
 
  private:
-  /// What a thread waited, and what it ran beside its jobs, from its first reading until another one.
+  /// What a thread waited since its first reading.
   struct Reading {
     Time at{};
     Duration waited{}, stolen{};
-    Duration ran_aside{};    ///< What it ran, without the lengths of its jobs: less by what these waited.
-    std::uint64_t jobs = 0;  ///< That ended.
-    bool idle = true;        ///< No job runs, so that Linux has counted all that the thread ran.
-  };
-  using Readings = std::deque<Reading>;
-  /// Jobs of a thread; those of executors that spin in a job are part of it.
-  struct Work {
-    std::uint32_t open = 0;                        ///< That have not ended.
-    Time since{};                                  ///< The start of the first of these.
-    std::deque<std::pair<Time, Time>> ended = {};  ///< After the latest reading.
   };
   /// A thread that ran a job.
   struct State {
     Time first_start{};                      ///< Of a job of its executor, if it has one.
     std::uint32_t owner = tracing::kNone;    ///< Its executor; kNone: none, or several.
     std::optional<ThreadFacts> before = {};  ///< The previous facts.
-    Readings readings = {};                  ///< The latest ones.
-    Work work = {};
-    Time judged = {};  ///< Before this instant, waits were counted as too long.
+    std::deque<Reading> readings = {};       ///< The latest ones.
+    Time judged = {};                        ///< Before this instant, waits were counted as too long.
+    std::optional<Time> stands = {};         ///< Since when it has run nothing, although it could.
+    bool stood = false;                      ///< That was reported.
   };
   /// At the shortest distance of facts, five seconds.
   static constexpr std::size_t kMostReadings = 256;
-  /// Between two readings.
-  static constexpr std::size_t kMostJobs = 10'000;
-  /// A thread without facts for as long as this has ended before any were read.
-  static constexpr Duration kForgotten = std::chrono::seconds(10);
 
   void judge(Subject& subject, const ThreadFacts& now, const State& state, Incidents& incidents) const;
-  void note_wait(const ThreadFacts& now, State& state);
+  void judge_progress(const Subject& subject, const ThreadFacts& now, State& state,
+                      Incidents& incidents) const;
+  void note_wait(const ThreadFacts& now, State& state) const;
   void judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const;
-  [[nodiscard]] static std::string sentence(const JudgedTerm& wait, const State& state, const Reading& from,
-                                            const Reading& to);
-  static void note_work(Work& work, Time since, Reading& now);
-  [[nodiscard]] static std::optional<Duration> most_waited_in_jobs(const Readings& readings,
-                                                                   Readings::const_iterator from,
-                                                                   Readings::const_iterator to);
-  void explain(JudgedTerm& wait, State& state, Incidents& incidents) const;
-  [[nodiscard]] bool may_explain(const Breach& breach, const State& state) const;
-  void forget(const std::vector<ThreadFacts>& facts);
+  [[nodiscard]] static std::string sentence(const State& state, const Reading& from, const Reading& to);
 
   std::vector<Subject> subjects_;                      // as in the contract
   std::vector<std::uint32_t> of_entry_;                // by callback of the contract: its threads
-  std::map<std::string, std::uint32_t> of_timer_;      // the same, by the timer's name
   std::map<std::uint32_t, std::uint32_t> of_process_;  // kNone: of several executors
   std::map<ThreadKey, State> states_;
-  std::optional<Time> previous_, at_, withheld_;
+  std::optional<Time> previous_, at_;
 };
 
 }  // namespace hotpath::watch

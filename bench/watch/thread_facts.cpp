@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/thread_facts.hpp"
 
-#include <fcntl.h>
 #include <sched.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
+#include <fstream>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -21,56 +20,32 @@ namespace hotpath::watch {
 
 namespace {
 
-/// A file of this user in /proc; empty: there is none.
-std::string content_of(const std::string& path, uid_t user) {
-  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return "";
-  struct stat status {};
-  std::array<char, 16384> bytes;
-  const bool own = fstat(file, &status) == 0 && status.st_uid == user;
-  std::string content;
-  auto length = static_cast<ssize_t>(own ? bytes.size() : 0);
-  while (length == static_cast<ssize_t>(bytes.size())) {  // less: its end
-    length = ::read(file, bytes.data(), bytes.size());
-    content.append(bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(length, 0)));
-  }
-  close(file);
-  return content;
+std::string content_of(const std::string& path) {
+  std::ostringstream content;
+  content << std::ifstream(path).rdbuf();
+  return content.str();
 }
 
 /// The names that hotpath's executors give to their timer threads, on rclcpp and of their own.
-bool is_timer_thread(const std::string& name) { return name == "hotpath_timers\n" || name == "timer_mgmt\n"; }
+bool is_timer_thread(const std::string& name) { return name == "hotpath_timers" || name == "timer_mgmt"; }
 
 std::string folder_of(const ThreadKey& thread) {
   return program::concat("/proc/", thread.first, "/task/", thread.second);
 }
 
-std::optional<std::uint64_t> processors_of(pid_t thread) {
+std::vector<int> processors_of(pid_t thread) {
   cpu_set_t set;
-  if (sched_getaffinity(thread, sizeof set, &set) != 0) return std::nullopt;
-  std::uint64_t processors = 0;
-  for (int p = 0; p < 64; ++p)
-    if (CPU_ISSET(p, &set)) processors |= std::uint64_t{1} << p;
+  std::vector<int> processors;
+  if (sched_getaffinity(thread, sizeof set, &set) != 0) return processors;
+  for (int p = 0; p < CPU_SETSIZE; ++p)
+    if (CPU_ISSET(p, &set)) processors.push_back(p);
   return processors;
 }
 
 }  // namespace
 
 std::string process_name(std::uint32_t process) {
-  std::string name = content_of(program::concat("/proc/", process, "/comm"), geteuid());
-  while (name.ends_with('\n')) name.pop_back();
-  return name;
-}
-
-std::vector<int> processor_list(std::uint64_t processors) {
-  std::vector<int> list;
-  for (int p = 0; p < 64; ++p)
-    if (((processors >> p) & 1) != 0) list.push_back(p);
-  return list;
-}
-
-std::string shown_processors(std::uint64_t processors) {
-  return program::joined(processor_list(processors), ",");
+  return machine::first_line(program::concat("/proc/", process, "/comm"));
 }
 
 bool parse_stat(const std::string& text, ThreadFacts& facts) {
@@ -79,8 +54,9 @@ bool parse_stat(const std::string& text, ThreadFacts& facts) {
   facts.name = text.substr(open + 1, close - open - 1);
   std::istringstream rest(text.substr(close + 1));
   std::string field;
-  constexpr int kAfterName = 3, kStart = 22, kProcessor = 39;  // proc(5) counts fields from 1
-  for (int f = kAfterName; f < kStart; ++f) rest >> field;
+  constexpr int kStart = 22, kProcessor = 39;  // proc(5) counts fields from 1; the state is the third
+  rest >> facts.state;
+  for (int f = 4; f < kStart; ++f) rest >> field;
   rest >> facts.started;
   for (int f = kStart + 1; f < kProcessor; ++f) rest >> field;
   return static_cast<bool>(rest >> facts.processor);
@@ -97,15 +73,16 @@ bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited) {
 
 std::optional<ThreadFacts> ThreadReader::read(const ThreadKey& key) const {
   const std::string folder = folder_of(key);
+  struct stat status {};
+  if (stat(folder.c_str(), &status) != 0 || status.st_uid != geteuid()) return std::nullopt;
   ThreadFacts facts{key.first, key.second};
   const auto id = static_cast<pid_t>(key.second);
   const auto policy = thread_policy(id);
-  const auto processors = processors_of(id);
-  if (!policy || !processors || !parse_stat(content_of(folder + "/stat", geteuid()), facts) ||
-      !parse_schedstat(content_of(folder + "/schedstat", geteuid()), facts.ran, facts.waited))
+  facts.processors = processors_of(id);
+  if (!policy || facts.processors.empty() || !parse_stat(content_of(folder + "/stat"), facts) ||
+      !parse_schedstat(content_of(folder + "/schedstat"), facts.ran, facts.waited))
     return std::nullopt;
   facts.policy = *policy;
-  facts.processors = *processors;
   if (const auto stolen = stolen_.find(facts.processor); stolen != stolen_.end())
     facts.stolen = stolen->second;
   return facts;
@@ -125,7 +102,7 @@ void ThreadReader::search(const tracing::System& system, std::vector<ThreadKey>&
   for (const std::uint32_t process : processes) {
     for (const std::string& id : machine::names_in(program::concat("/proc/", process, "/task"))) {
       const ThreadKey thread(process, std::atol(id.c_str()));
-      if (is_timer_thread(content_of(folder_of(thread) + "/comm", geteuid()))) timer_threads_.insert(thread);
+      if (is_timer_thread(machine::first_line(folder_of(thread) + "/comm"))) timer_threads_.insert(thread);
     }
   }
 }
@@ -137,7 +114,7 @@ void ThreadReader::read_stolen(Time at) {
       std::ranges::any_of(stolen_, [](const auto& s) { return s.second > Duration::zero(); });
   if (!withholds && at < stolen_read_ + kStolen) return;
   stolen_read_ = at;
-  stolen_ = machine::stolen_times(content_of("/proc/stat", 0));
+  stolen_ = machine::stolen_times(content_of("/proc/stat"));
 }
 
 ThreadReading ThreadReader::read(const tracing::System& system, Time at) {

@@ -6,15 +6,16 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/thread_policy.hpp"
 #include "hotpath/tracing/system.hpp"
-#include "watch/incident.hpp"
 
 namespace hotpath::watch {
 
-/// By the ids of its process and of itself.
+/// A thread by the ids of its process and of itself.
+using ThreadKey = std::pair<std::uint32_t, std::uint32_t>;
 [[nodiscard]] inline ThreadKey key_of(const tracing::Thread& thread) { return {thread.process, thread.id}; }
 
 /// What the operating system says of a thread at one instant.
@@ -22,13 +23,14 @@ struct ThreadFacts {
   std::uint32_t process = 0, thread = 0;  ///< Ids.
   bool timers = false;                    ///< The timer thread of one of hotpath's executors.
   std::string name = {};                  ///< Of the thread (comm).
+  char state = 'S';                       ///< As in proc(5): R: runs or could run; T: stopped.
   ThreadPolicy policy = {};
-  std::uint64_t processors = 0;  ///< On which it may run, a bit for each of the first 64.
-  Duration ran{};                ///< Since its beginning.
-  Duration waited{};             ///< Ready to run, without a processor.
-  int processor = -1;            ///< On which it ran last.
-  Duration stolen{};             ///< Withheld by the hypervisor from that processor.
-  std::uint64_t started = 0;     ///< Clock ticks since the boot.
+  std::vector<int> processors = {};  ///< On which it may run, ascending.
+  Duration ran{};                    ///< Since its beginning.
+  Duration waited{};                 ///< Ready to run, without a processor.
+  int processor = -1;                ///< On which it ran last.
+  Duration stolen{};                 ///< Withheld by the hypervisor from that processor.
+  std::uint64_t started = 0;         ///< Clock ticks since the boot.
 
   [[nodiscard]] ThreadKey key() const { return {process, thread}; }
   /// Ids are used again.
@@ -67,11 +69,6 @@ class ThreadReader {
 
 /// The name of a process (comm); empty: it has ended.
 [[nodiscard]] std::string process_name(std::uint32_t process);
-
-/// The numbers of the set bits, ascending.
-[[nodiscard]] std::vector<int> processor_list(std::uint64_t processors);
-/// `0,2`.
-[[nodiscard]] std::string shown_processors(std::uint64_t processors);
 
 /// Facts from the content of /proc/PID/task/TID/stat and schedstat; false: invalid.
 [[nodiscard]] bool parse_stat(const std::string& text, ThreadFacts& facts);

@@ -10,7 +10,6 @@
 #include <deque>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <set>
 #include <thread>
@@ -24,10 +23,8 @@
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "watch/chain_explanation.hpp"
 #include "watch/contract_check.hpp"
 #include "watch/flight_recorder.hpp"
-#include "watch/live_view.hpp"
 #include "watch/observation_report.hpp"
 #include "watch/observer.hpp"
 #include "watch/session.hpp"
@@ -42,8 +39,7 @@ using std::chrono::seconds;
 
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr seconds kReport{1};
-/// Between two readings of policies, processors and waits: long for many threads. Few are read often,
-/// because a wait explains only what happened between two readings.
+/// Between two readings of policies, processors and waits: long for many threads.
 constexpr auto kFacts = std::chrono::milliseconds(200), kFactsOfEach = std::chrono::milliseconds(2);
 /// Further ones are not written, so that they do not fill the disk.
 constexpr std::size_t kMostIncidentSnapshots = 20;
@@ -57,12 +53,11 @@ constexpr const char* kClearTerminal = "\033[H\033[2J";
 
 std::unique_ptr<ContractCheck> contract_of(const WatchOptions& options) {
   if (options.contract.empty()) return nullptr;
-  return std::make_unique<ContractCheck>(read_contract(options.contract), WallClock::now());
+  return std::make_unique<ContractCheck>(read_contract(options.contract), realtime_now());
 }
 
-/// `explains`: the screen explains chains from the last events.
-std::optional<FlightRecorder> recorder_of(const WatchOptions& options, bool explains) {
-  if (options.record.empty() && !explains) return std::nullopt;
+std::optional<FlightRecorder> recorder_of(const WatchOptions& options) {
+  if (options.record.empty()) return std::nullopt;
   return FlightRecorder(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
 }
 
@@ -89,12 +84,11 @@ class Watch {
         session_(is_attached() ? Meeting::attachable : Meeting::own),
         records_(prepare_record(options)),
         program_(program_of(options, session_.name())),
-        view_(is_refreshed() ? open_live_view() : nullptr),
-        recorder_(recorder_of(options, view_ && contract_)),
+        recorder_(recorder_of(options)),
         observer_(contract_.get(), recorder_ ? &*recorder_ : nullptr,
                   is_attached() ? std::optional(begin_) : std::nullopt) {
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
-    observer_.set_realtime(WallClock::now().offset());
+    observer_.set_realtime(realtime_now());
   }
 
   void run() {
@@ -103,7 +97,6 @@ class Watch {
       const Time polled = now();
       observe(session_.poll(polled));
       name_programs();
-      if (view_) handle(view_->poll_keys());
       if (writer_ && writer_->result()) end_snapshot();
       if (!is_ending()) observer_.observed_until(polled - Session::kSettled, session_.losses());
       judge_threads(polled - Session::kSettled);
@@ -113,15 +106,13 @@ class Watch {
       if (program_) end_program_if_due();
     }
     observe(session_.finish(now()));
+    if (contract_ && program_) contract_->end();
     read_threads();
     judge_threads(Time::max());
     state_incidents(true);
     report();
     if (options_.json && options_.once) print_json();
-    const bool had_view = view_ != nullptr;
-    view_.reset();
     while (writer_) end_snapshot();
-    if (had_view) print_tables();
     print_result();
     const int status = program_ ? *program_->ended() : 0;
     if (!is_ending() && status != 0)
@@ -130,14 +121,12 @@ class Watch {
       throw program::RunError("nothing was observed, so the contract " + options_.contract +
                               " could not be judged");
     if (options_.fail_on && contract_->broken())
-      throw ContractBroken("the contract " + options_.contract +
-                           " is broken: " + contract_->incident(session_.losses()));
+      throw ContractBroken("the contract " + options_.contract + " is broken: " + contract_->incident());
   }
 
  private:
   bool is_attached() const { return options_.command.empty(); }
   bool is_time_over() const {
-    if (quit_) return true;
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
   }
   bool over() {
@@ -146,32 +135,6 @@ class Watch {
 
   /// Whether the program was asked to end. A terminal sends an interrupt to the program as well.
   bool is_ending() const { return due_ || program::interrupted() != 0; }
-
-  void handle(ViewAction action) {
-    if (action == ViewAction::quit) quit_ = true;
-    if (action == ViewAction::explain) start_explanation();
-    if (const auto lines = explanation_ ? explanation_->lines() : std::nullopt) {
-      view_->explain(explained_, *lines);
-      explanation_.reset();
-    }
-    if (action != ViewAction::snapshot) return;
-    if (records_) {
-      write_snapshot("requested by a key");
-    } else {
-      view_->say("a snapshot needs --record");
-    }
-  }
-
-  void start_explanation() {
-    explained_ = view_->chain();
-    try {
-      explanation_.reset();
-      explanation_ = std::make_unique<ChainExplanation>(*recorder_, contract_->imported_chain(explained_));
-      view_->explain(explained_, {"explaining " + explained_ + " ..."});
-    } catch (const std::exception& error) {
-      say(error.what());
-    }
-  }
 
   /// Of the programs to which it attaches.
   void name_programs() {
@@ -199,11 +162,10 @@ class Watch {
   void read_threads() {
     const ThreadReading& reading = unjudged_.emplace_back(threads_.read(observer_.system(), now()));
     report_.follow(reading);
-    const WallClock clock = WallClock::now();
-    observer_.set_realtime(clock.offset());
+    observer_.set_realtime(realtime_now());
     next_reading_ = reading.at + kFacts;
-    if (!contract_) return;  // no wait is to be explained
-    contract_->follow(clock, reading.at);
+    if (!contract_) return;
+    contract_->set_realtime(realtime_now());
     const auto of_each = kFactsOfEach * static_cast<int>(reading.facts.size());
     next_reading_ = std::min(next_reading_, reading.at + of_each);
   }
@@ -217,77 +179,67 @@ class Watch {
     }
   }
 
-  /// States new incidents, and those that are known better, as soon as their causes are known.
+  /// States new incidents, and those of which something else broke first.
   void state_incidents(bool at_end) {
     if (!contract_) return;
-    for (const Incident& incident : contract_->incidents().kept()) {
-      const auto stated = stated_.find(incident.number());
-      const bool is_new = stated == stated_.end();
-      if (!is_new && stated->second == incident.changes()) continue;
-      if (!at_end && !contract_->settled(incident)) continue;
-      stated_[incident.number()] = incident.changes();
-      const std::string text = contract_->text(incident, session_.losses());
-      nlohmann::json line = contract_->json(incident, text);
-      if (is_new && records_ && incident.number() <= kMostIncidentSnapshots) {
-        recorder_->mark(incident.begin().at, text);
-        if (const fs::path folder = write_snapshot(text); !folder.empty()) line["snapshot"] = folder.string();
+    contract_->describe(observer_.system(), at_end);
+    for (Incident& incident : contract_->incidents()) {
+      if (!incident.take_news()) continue;
+      nlohmann::json line = incident.json();
+      if (incident.number() > stated_ && records_ && incident.number() <= kMostIncidentSnapshots) {
+        recorder_->mark(incident.first().at, incident.text());
+        const fs::path folder = write_snapshot(incident.text());
+        if (!folder.empty()) line["snapshot"] = folder.string();
       }
+      stated_ = std::max(stated_, incident.number());
       line["event"] = "incident";
       line["time_s"] = to_ms(elapsed()) / 1000;
       if (options_.json && !options_.once) print_line(line);
     }
-    std::erase_if(stated_, [&](const auto& stated) {  // which are no longer kept
-      return stated.first > 1 && stated.first + Incidents::kMost <= contract_->incidents().count();
-    });
+  }
+
+  fs::path snapshot(std::size_t number) const {
+    return fs::path(options_.record) / program::concat("snapshot_", number);
   }
 
   /// Writes it now, or as soon as the one that is being written is complete: requests until then share
   /// it. Returns its folder; empty: it cannot begin.
   fs::path write_snapshot(const std::string& reason) {
-    if (snapshots_.size() > 1) {
-      snapshots_.back().reason += "; " + reason;
-      return snapshots_.back().folder;
-    }
-    fs::path folder = fs::path(options_.record) / program::concat("snapshot_", ++last_snapshot_);
-    snapshots_.push_back({folder, reason});
-    return writer_ || begin_snapshot() ? folder : fs::path();
+    requested_ += (requested_.empty() ? "" : "; ") + reason;
+    if (writer_) return snapshot(snapshots_ + 1);
+    begin_snapshot();
+    return writer_ ? snapshot(snapshots_) : fs::path();
   }
 
   /// In a process of its own, because rings hold events for less than a second.
-  bool begin_snapshot() {
+  void begin_snapshot() {
+    reason_ = std::exchange(requested_, "");
+    ++snapshots_;
     try {
-      writer_.emplace([&] { recorder_->write(snapshots_.front().folder); });
+      writer_.emplace([&] { recorder_->write(snapshot(snapshots_)); });
     } catch (const std::exception& error) {
       say(error.what());
-      snapshots_.pop_front();
     }
-    return writer_.has_value();
   }
 
   /// A disk that is full does not end the watch.
   void end_snapshot() {
-    const auto& [folder, reason] = snapshots_.front();
     const std::string error = writer_->wait();
-    say(error.empty() ? folder.string() + ": " + reason : error);
+    say(error.empty() ? snapshot(snapshots_).string() + ": " + reason_ : error);
     writer_.reset();
-    snapshots_.pop_front();
-    if (!snapshots_.empty()) begin_snapshot();
+    if (!requested_.empty()) begin_snapshot();
   }
 
-  void say(const std::string& sentence) {
-    if (view_) return view_->say(sentence);
-    std::cerr << "hotpath: " << sentence << std::endl;
-  }
+  static void say(const std::string& sentence) { std::cerr << "hotpath: " << sentence << std::endl; }
 
   void print_result() const {
     if (!is_refreshed() && !options_.json) print_tables();
     if (contract_ && !options_.json) {
       std::cout << contract_->table(session_.losses());
-      const std::deque<Incident>& incidents = contract_->incidents().kept();
-      for (std::size_t i = 0; i < std::min(incidents.size(), kMostPrinted); ++i)
-        std::cout << "Incident: " << contract_->text(incidents[i], session_.losses()) << "\n";
-      if (const std::uint64_t count = contract_->incidents().count(); count > kMostPrinted)
-        std::cout << count - kMostPrinted << " further incidents\n";
+      const std::deque<Incident>& incidents = contract_->incidents();
+      for (std::size_t i = 0; i < std::min(incidents.size(), kMostPrinted); ++i) print_incident(incidents[i]);
+      if (incidents.size() > kMostPrinted)
+        std::cout << incidents.back().number() - kMostPrinted << " further incidents\n";
     }
     if (session_.threads() == 0 && program_) {
       std::cerr << "hotpath: no tracepoint was recorded: a program without tracetools, of a distribution "
@@ -298,17 +250,17 @@ class Watch {
   void report() {
     reported_ = elapsed();
     report_.update(observer_, session_, contract_.get(), reported_);
-    if (view_) return view_->show(report_, latest_incident());
     if (options_.json && !options_.once) print_json();
     if (!is_refreshed()) return;
     program::data_output() << kClearTerminal << std::flush;
     print_tables();
+    if (contract_ && contract_->broken()) print_incident(contract_->incidents().back());
     std::cout << std::flush;
   }
 
-  std::string latest_incident() const {
-    if (!contract_ || !contract_->broken()) return "";
-    return contract_->text(contract_->incidents().kept().back(), session_.losses());
+  void print_incident(const Incident& incident) const {
+    std::cout << "Incident: " << incident.text() << "\n";
+    for (const std::string& fact : incident.facts()) std::cout << "  " << fact << "\n";
   }
 
   void print_tables() const {
@@ -341,18 +293,12 @@ class Watch {
     *due_ = elapsed() + kPatience;
   }
 
-  struct Snapshot {
-    fs::path folder;
-    std::string reason;
-  };
-
   const WatchOptions& options_;
   const Time begin_ = now();
   const std::unique_ptr<ContractCheck> contract_;
   Session session_;  // keeps the texts of the recorder's events
   const bool records_;
   const std::unique_ptr<WatchedProgram> program_;  // nullptr: attached
-  std::unique_ptr<LiveView> view_;                 // nullptr: none
   std::optional<FlightRecorder> recorder_;
   Observer observer_;
   ThreadReader threads_;
@@ -362,14 +308,12 @@ class Watch {
   Time next_reading_{};
   std::optional<Duration> due_;  // the next request to end
   std::size_t asked_to_end_ = 0;
-  std::deque<Snapshot> snapshots_;  // the one that is being written, and the one that is asked for meanwhile
-  std::optional<program::ForkedTask> writer_;
-  std::size_t last_snapshot_ = 0;                  // its number
-  std::map<std::uint64_t, std::uint64_t> stated_;  // incidents, and their changes until then
-  std::set<std::uint32_t> named_;                  // processes
-  bool waits_ = false, quit_ = false;
-  std::unique_ptr<ChainExplanation> explanation_;  // that was asked for
-  std::string explained_;                          // its chain
+  std::optional<program::ForkedTask> writer_;  // of a snapshot
+  std::size_t snapshots_ = 0;
+  std::string reason_, requested_;  // of the latest snapshot, and of the one that follows it
+  std::uint64_t stated_ = 0;        // incidents
+  std::set<std::uint32_t> named_;   // processes
+  bool waits_ = false;
 };
 
 }  // namespace

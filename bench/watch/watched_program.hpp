@@ -1,32 +1,104 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <iterator>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include "hotpath/sensor/ring.hpp"
+#include "program/child_process.hpp"
+#include "program/errors.hpp"
+#include "program/new_files.hpp"
 
 namespace hotpath::watch {
 
+/// Beside the installed command, or in the build tree.
+inline std::string sensor_library() {
+  namespace fs = std::filesystem;
+  const fs::path installed =
+      fs::path(program::own_program()).parent_path().parent_path() / "lib" / "libhotpath_watch.so";
+  std::string library = fs::exists(installed) ? installed.string() : HOTPATH_SENSOR;
+  if (!fs::exists(library))
+    throw program::RunError("the sensor " + library + " does not exist; install the package hotpath_sensor");
+  if (library.find_first_of(" :") != std::string::npos)
+    throw program::RunError("the sensor cannot be preloaded, because its path has a blank or colon: " +
+                            library);
+  return library;
+}
+
+inline const std::string kPreload = "LD_PRELOAD=", kSession = std::string(sensor::kSessionVariable) + "=";
+
+/// The variables of the sensor; other preloaded libraries stay.
+inline std::vector<std::string> sensor_variables(const std::string& library, const std::string& session) {
+  const char* const others = std::getenv("LD_PRELOAD");
+  std::string rest = others == nullptr || *others == '\0' ? "" : ":" + std::string(others);
+  std::ranges::replace(rest, ' ', ':');  // a shell splits `env $(...)` at blanks
+  return {kPreload + library + rest, kSession + session};
+}
+
+inline std::vector<std::string> environment_with(const std::string& library, const std::string& session) {
+  std::vector<std::string> words;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string word = *variable;
+    if (!word.starts_with(kPreload) && !word.starts_with(kSession)) words.push_back(word);
+  }
+  std::ranges::copy(sensor_variables(library, session), std::back_inserter(words));
+  return words;
+}
+
 /// The variables with which programs run with the sensor, so that `hotpath watch` can attach to them:
 /// `NAME=VALUE`, one a line. Throws RunError.
-[[nodiscard]] std::string attachable_environment();
+inline std::string attachable_environment() {
+  std::string lines;
+  for (const std::string& variable : sensor_variables(sensor_library(), sensor::kAttachable))
+    lines += variable + "\n";
+  return lines;
+}
 
 /// A program that runs with the sensor. It keeps running if the watcher is killed.
 class WatchedProgram {
  public:
   /// Starts the program, found along PATH, with its arguments. Its standard output goes to standard
   /// error, because the watcher writes to standard output. Throws RunError if it cannot be started.
-  WatchedProgram(std::vector<std::string> words, const std::string& session);
+  WatchedProgram(std::vector<std::string> words, const std::string& session) {
+    std::vector<std::string> environment = environment_with(sensor_library(), session);
+    const auto prepare = [] {
+      std::signal(SIGPIPE, SIG_DFL);  // this program ignores both
+      std::signal(SIGXFSZ, SIG_DFL);
+      umask(program::inherited_umask);
+      dup2(STDERR_FILENO, STDOUT_FILENO);
+    };
+    id_ = program::start_program(std::move(words), prepare, program::argument_list(environment).data());
+  }
   WatchedProgram(const WatchedProgram&) = delete;
   WatchedProgram& operator=(const WatchedProgram&) = delete;
   /// Kills it if it still runs.
-  ~WatchedProgram();
+  ~WatchedProgram() {
+    if (ended()) return;
+    signal(SIGKILL);
+    int status = 0;
+    program::await_process(id_, &status);
+  }
 
   /// The status as from waitpid(), once it has ended; the first call after the end waits for it.
-  [[nodiscard]] std::optional<int> ended();
-  void signal(int number) const;
+  [[nodiscard]] std::optional<int> ended() {
+    int status = 0;
+    if (!status_ && program::await_process(id_, &status, WNOHANG) == id_) status_ = status;
+    return status_;
+  }
+  void signal(int number) const {
+    if (!status_) kill(id_, number);
+  }
 
  private:
   pid_t id_ = -1;

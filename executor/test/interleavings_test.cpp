@@ -6,7 +6,7 @@
 // HOTPATH_INTERLEAVINGS (default 2000). Then it runs the same number of random interleavings,
 // alternating between two longer runs. The invariants of simulated schedules must hold for each,
 // and no thread may sleep while work waits for it. The counts are properties of the test program;
-// tools/interleavings.py publishes them.
+// launch_scripts/nightly.sh stores them.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -19,10 +19,20 @@ class BoundedQueue {
 
   /// Returns false and drops the item if the queue is full. An empty queue takes an item of any
   /// size.
-  bool push(Item item, std::size_t bytes) { return push_within(1, std::move(item), bytes); }
-
-  /// Like push(), but with twice the bounds: rare items are not lost among frequent ones.
-  bool push_rare(Item item, std::size_t bytes) { return push_within(2, std::move(item), bytes); }
+  /// Rare items have twice the bounds, so that they are not lost among frequent ones.
+  bool push(Item item, std::size_t bytes, bool rare = false) {
+    const std::size_t times = rare ? 2 : 1;
+    {
+      const std::lock_guard lock(mutex_);
+      const bool too_large = bytes_ + bytes > times * max_bytes_ && !items_.empty();
+      if (items_.size() >= times * max_items_ || too_large) return false;
+      items_.push_back({std::move(item), bytes});
+      bytes_ += bytes;
+      if (items_.size() > longest_) longest_ = items_.size();
+    }
+    arrived_.notify_one();
+    return true;
+  }
 
   /// std::nullopt if no item arrives by `deadline`.
   std::optional<Item> pop(std::chrono::steady_clock::time_point deadline) {
@@ -45,19 +55,6 @@ class BoundedQueue {
     Item item;
     std::size_t bytes;
   };
-
-  bool push_within(std::size_t times, Item item, std::size_t bytes) {
-    {
-      const std::lock_guard lock(mutex_);
-      const bool too_large = bytes_ + bytes > times * max_bytes_ && !items_.empty();
-      if (items_.size() >= times * max_items_ || too_large) return false;
-      items_.push_back({std::move(item), bytes});
-      bytes_ += bytes;
-      if (items_.size() > longest_) longest_ = items_.size();
-    }
-    arrived_.notify_one();
-    return true;
-  }
 
   const std::size_t max_items_, max_bytes_;
   mutable std::mutex mutex_;

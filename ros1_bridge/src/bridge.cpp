@@ -1,27 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bridge.hpp"
 
+#include <diagnostic_msgs/DiagnosticArray.h>
+#include <rosgraph_msgs/Clock.h>
+#include <std_msgs/Float64.h>
+#include <std_msgs/String.h>
+#include <tf2_msgs/TFMessage.h>
+
 #include <algorithm>
-#include <limits>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 
 #include "graph_markers.hpp"
 #include "lidar.hpp"
+#include "messages.hpp"
 #include "names.hpp"
 #include "node_health.hpp"
-#include "run_check.hpp"
-#include "run_metadata.hpp"
+#include "run_info.hpp"
 #include "text.hpp"
 
 namespace hotpath {
 
 namespace {
 
-using Severity = RosNode::Severity;
+/// The nodes' health is published with every n-th statistics: once a second.
+constexpr std::uint64_t kDiagnosticsEvery = 10;
 
-double to_ms(std::int64_t ns) { return static_cast<double>(ns) / 1e6; }
+std_msgs::Float64 milliseconds_message(std::int64_t ns) {
+  return message_of<std_msgs::Float64>(static_cast<double>(ns) / 1e6);
+}
 
 template <class Items>
 std::vector<std::string> names_of(const Items& items) {
@@ -30,68 +37,50 @@ std::vector<std::string> names_of(const Items& items) {
   return names;
 }
 
-std::vector<std::string> with_prefix(const std::string& prefix, const std::vector<std::string>& names) {
-  std::vector<std::string> result;
-  for (const std::string& name : names) result.push_back(prefix + name);
-  return result;
-}
-
 std::vector<std::string> unique_names(const std::vector<std::string>& names, const std::string& what) {
   RosNames result = ros_names(names);
   if (!result.clashes.empty()) {
-    RosNode::log(Severity::warning,
-                 what + " with the same ROS name: " + printable(joined(result.clashes), kMostOfList) +
-                     "; the later topic gets a numeric suffix, and hotpath/run maps the names");
+    ROS_WARN_STREAM(what << " with the same ROS name: " << printable(joined(result.clashes), kMostOfList)
+                         << "; the later topic gets a numeric suffix, and hotpath/run maps the names");
   }
   return std::move(result.names);
 }
 
 }  // namespace
 
-Bridge::Bridge(const RosNode& node, const Parameters& parameters, TelemetryInput& input)
-    : node_(node),
-      parameters_(parameters),
+Bridge::Bridge(const Parameters& parameters, TelemetryInput& input)
+    : parameters_(parameters),
       input_(input),
-      graph_("hotpath/graph", {parameters.ros_queue, true}),
-      metadata_("hotpath/run", {1, true}),
-      diagnostics_("/diagnostics", {parameters.ros_queue, false}) {
-  for (const std::string& name :
-       unique_names(parameters.telemetry.bytes_topics, "DDS topics of ~bytes_topics")) {
-    bytes_.emplace_back("hotpath/bytes/" + name,
-                        RosPublisher<ByteArray>::Options{parameters.bytes_ros_queue, false});
-  }
-}
+      name_(ros::this_node::getName().substr(1)),
+      graph_(advertise<visualization_msgs::MarkerArray>("hotpath/graph", parameters.ros_queue, true)),
+      metadata_(advertise<std_msgs::String>("hotpath/run", 1, true)),
+      diagnostics_(advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", parameters.ros_queue)) {}
 
 void Bridge::handle(Event event) {
-  if (auto* run = std::get_if<telemetry::RunInfo>(&event)) {
-    begin(std::move(*run));
-  } else if (of_this_run(event)) {
-    std::visit(
-        [this](auto& sample) {
-          if constexpr (!std::is_same_v<std::decay_t<decltype(sample)>, telemetry::RunInfo>) show(sample);
-        },
-        event);
+  const bool of_any_run =
+      std::holds_alternative<telemetry::RunInfo>(event) || std::holds_alternative<LidarSample>(event);
+  if (of_any_run || (run_ && run_of(event) == run_->run_id())) {
+    std::visit([this](auto& sample) { show(sample); }, event);
   } else {
     pending_.keep(std::move(event), Clock::now());
   }
 }
 
-void Bridge::begin(telemetry::RunInfo run) {
+void Bridge::show(telemetry::RunInfo& run) {
   if (run_ && run_->run_id() == run.run_id()) return;
   const std::string defect = run_defect(run);
   if (!defect.empty()) {
     ++counts_.malformed;
     // A foreign program may publish invalid runs at any rate: log at most one per second.
     if (!std::exchange(refusal_known_, true)) {
-      RosNode::log(Severity::error,
-                   "a run of graph " + printable(run.graph(), kMostOfName) + " cannot be shown: " + defect);
+      ROS_ERROR_STREAM("a run of graph " << printable(run.graph(), kMostOfName)
+                                         << " cannot be shown: " << defect);
     }
     return;
   }
   make_printable(run);
-  RosNode::log(Severity::info, "showing " + run.graph() + ", " + run.executor() + ", repetition " +
-                                   std::to_string(run.repetition()) + " (" + run.origin() + ", " +
-                                   run.transport() + ")");
+  ROS_INFO_STREAM("showing " << run.graph() << ", " << run.executor() << ", repetition " << run.repetition()
+                             << " (" << run.origin() << ", " << run.transport() << ")");
   ++counts_.runs;
   run_ = std::move(run);
   diagnosed_.reset();
@@ -99,71 +88,65 @@ void Bridge::begin(telemetry::RunInfo run) {
   next_statistics_.reset();
   not_published_ = 0;
   other_run_known_ = false;
-  advertise();
-  metadata_.publish({run_metadata(*run_, node_names_, chain_names_)});
-  draw(nullptr);
-  for (Event& event : pending_.take(run_->run_id())) handle(std::move(event));
-}
-
-void Bridge::advertise() {
   node_names_ = unique_names(names_of(run_->nodes()), "nodes");
-  response_times_ = response_time_topics_.advertise(with_prefix("hotpath/response_time/", node_names_),
-                                                    parameters_.ros_queue);
+  response_times_ = advertise_all<std_msgs::Float64>(response_time_topics_, "hotpath/response_time/",
+                                                     node_names_, parameters_.ros_queue);
   advertise_chains();
   advertise_points();
+  metadata_.publish(message_of<std_msgs::String>(run_metadata(*run_, node_names_, chain_names_)));
+  graph_.publish(graph_markers(*run_, nullptr, parameters_.frame));
+  for (Event& event : pending_.take(run_->run_id())) handle(std::move(event));
 }
 
 void Bridge::advertise_chains() {
   const std::vector<std::string> all = names_of(run_->chains());
+  const std::vector<std::string>& wanted = parameters_.chains;
   chain_names_ = unique_names(all, "chains");
-  std::vector<std::string> shown, unknown;
+  std::vector<std::size_t> shown;  // indices
+  std::vector<std::string> shown_names, unknown;
   for (std::size_t c = 0; c < all.size(); ++c) {
-    const auto& wanted = parameters_.chains;
-    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), all[c]) != wanted.end()) {
-      shown.push_back(chain_names_[c]);
-    }
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), all[c]) == wanted.end()) continue;
+    shown.push_back(c);
+    shown_names.push_back(chain_names_[c]);
   }
-  for (const std::string& name : parameters_.chains) {
+  for (const std::string& name : wanted) {
     if (std::find(all.begin(), all.end(), name) == all.end()) unknown.push_back("`" + name + "`");
   }
   unknown_chains_ = printable(joined(unknown), kMostOfList);
   if (!unknown.empty()) {
-    RosNode::log(Severity::error, "parameter ~chains names " + unknown_chains_ + ", which graph " +
-                                      run_->graph() + " does not have; it has " +
-                                      printable(joined(all), kMostOfList));
+    ROS_ERROR_STREAM("parameter ~chains names " << unknown_chains_ << ", which graph " << run_->graph()
+                                                << " does not have; it has "
+                                                << printable(joined(all), kMostOfList));
   }
-  const auto latencies =
-      latency_topics_.advertise(with_prefix("hotpath/latency/", shown), parameters_.ros_queue);
-  const auto stamped =
-      stamped_topics_.advertise(with_prefix("hotpath/latency_stamped/", shown), parameters_.ros_queue);
+  const auto latencies = advertise_all<std_msgs::Float64>(latency_topics_, "hotpath/latency/", shown_names,
+                                                          parameters_.ros_queue);
   chains_.assign(all.size(), {});
-  for (std::size_t c = 0, s = 0; c < all.size(); ++c) {
-    chains_[c].frame = chain_names_[c];
-    if (s == shown.size() || shown[s] != chain_names_[c]) continue;
-    chains_[c].latency = latencies[s];
-    chains_[c].stamped = stamped[s];
-    ++s;
-  }
+  for (std::size_t i = 0; i < shown.size(); ++i) chains_[shown[i]].latency = latencies[i];
 }
 
 void Bridge::advertise_points() {
   std::vector<Lidar> found;
   if (parameters_.points && !run_->topic_prefix().empty()) found = lidars(*run_);
-  std::vector<std::string> ros_topics, dds_topics;
-  StaticTransforms transforms{run_->epoch_ns(), {}};
-  point_frames_.clear();
+  std::vector<std::string> names, dds_topics;
+  tf2_msgs::TFMessage transforms;
   for (const Lidar& lidar : found) {
-    const std::string& name = node_names_[lidar.node];
+    names.push_back(node_names_[lidar.node]);
     dds_topics.push_back(run_->topic_prefix() + lidar.topic);
-    ros_topics.push_back("hotpath/points/" + name);
-    point_frames_.push_back(parameters_.frame + "/" + name);
-    transforms.all.push_back(
-        {parameters_.frame, point_frames_.back(), scan_position(run_->nodes()[lidar.node])});
+    const geometry_msgs::Point place = scan_position(run_->nodes()[lidar.node]);
+    geometry_msgs::TransformStamped& transform = transforms.transforms.emplace_back();
+    transform.header = header(run_->epoch_ns(), parameters_.frame);
+    transform.child_frame_id = parameters_.frame + "/" + names.back();
+    transform.transform.translation = at<geometry_msgs::Vector3>(place.x, place.y, place.z);
+    transform.transform.rotation.w = 1;
   }
-  scans_.assign(found.size(), 0);
-  points_ = points_topics_.advertise(ros_topics, parameters_.ros_queue);
+  points_.clear();
+  for (ros::Publisher& publisher : advertise_all<sensor_msgs::PointCloud2>(points_topics_, "hotpath/points/",
+                                                                           names, parameters_.ros_queue)) {
+    const std::string& frame = transforms.transforms[points_.size()].child_frame_id;
+    points_.push_back({std::move(publisher), frame});
+  }
   if (!found.empty()) {
-    if (!transforms_) transforms_ = RosPublisher<StaticTransforms>("/tf_static", {1, true});
+    if (!transforms_) transforms_ = advertise<tf2_msgs::TFMessage>("/tf_static", 1, true);
     transforms_.publish(transforms);
   }
   input_.read_points(dds_topics);
@@ -182,20 +165,11 @@ void Bridge::show(const telemetry::Statistics& statistics) {
   not_published_ = statistics.samples_lost();
   for (std::size_t i = 0; i < response_times_.size(); ++i) {
     const std::int64_t mean = statistics.nodes()[i].response_window_ns();
-    if (mean >= 0) response_times_[i].publish({to_ms(mean)});
+    if (mean >= 0) response_times_[i].publish(milliseconds_message(mean));
   }
-  // Always show the last statistics of a run: they stay visible.
-  if (statistics.last() || statistics_shown_ % parameters_.graph_every == 0) {
-    draw(&statistics);
-  } else {
-    ++counts_.graph_left_out;
-  }
-  if (statistics.last() || statistics_shown_ % parameters_.diagnostics_every == 0) {
-    diagnose(statistics);
-  } else {
-    ++counts_.diagnostics_left_out;
-  }
-  ++statistics_shown_;
+  graph_.publish(graph_markers(*run_, &statistics, parameters_.frame));
+  // The last statistics of a run stay visible.
+  if (statistics_shown_++ % kDiagnosticsEvery == 0 || statistics.last()) diagnose(statistics);
 }
 
 void Bridge::show(const telemetry::ChainSample& sample) {
@@ -207,60 +181,110 @@ void Bridge::show(const telemetry::ChainSample& sample) {
   if (!chain.next) counts_.before_first += sample.number();
   if (chain.next && sample.number() > *chain.next) counts_.lost += sample.number() - *chain.next;
   chain.next = sample.number() + 1;
-  const double latency = to_ms(sample.hot_path_latency_ns());
-  const double end_to_end = sample.end_to_end_latency_ns() < 0 ? std::numeric_limits<double>::quiet_NaN()
-                                                               : to_ms(sample.end_to_end_latency_ns());
-  chain.latency.publish({latency});
-  chain.stamped.publish(
-      {sample.stamp_ns(), chain.frame, {latency, end_to_end, static_cast<double>(sample.number())}});
+  if (chain.latency) chain.latency.publish(milliseconds_message(sample.hot_path_latency_ns()));
 }
 
 void Bridge::show(const telemetry::Clock& clock) {
   if (!parameters_.clock) return;
-  if (!clock_) clock_ = RosPublisher<ClockTime>("/clock", {parameters_.ros_queue, false});
-  if (!clock_known_ && !RosNode::uses_simulated_time()) {
-    RosNode::log(
-        Severity::info,
+  if (!clock_) clock_ = advertise<rosgraph_msgs::Clock>("/clock", parameters_.ros_queue);
+  bool followed = false;
+  if (!std::exchange(clock_known_, true) && !(ros::param::get("/use_sim_time", followed) && followed)) {
+    ROS_INFO_STREAM(
         "a replay drives /clock: to follow it, run `rosparam set use_sim_time true`, then start nodes");
   }
-  clock_known_ = true;
-  clock_.publish({clock.time_ns()});
+  rosgraph_msgs::Clock message;
+  message.clock = to_time(clock.time_ns());
+  clock_.publish(message);
 }
 
 void Bridge::show(const LidarSample& sample) {
   if (sample.topic >= points_.size()) return;
-  if (scans_[sample.topic]++ % parameters_.points_every != 0) {
-    ++counts_.points_left_out;
-    return;
-  }
-  points_[sample.topic].publish(stand_in_scan(sample, point_frames_[sample.topic]));
-}
-
-void Bridge::show(BytesSample& sample) { bytes_[sample.topic].publish({std::move(sample.data)}); }
-
-void Bridge::draw(const telemetry::Statistics* statistics) {
-  MarkerSet set = graph_markers(*run_, statistics, parameters_.frame);
-  set.replaces_all = statistics == nullptr;
-  graph_.publish(set);
+  const Points& points = points_[sample.topic];
+  points.publisher.publish(stand_in_scan(sample, points.frame));
 }
 
 void Bridge::diagnose(const telemetry::Statistics& statistics) {
-  Diagnoses diagnoses{statistics.stamp_ns(), {}};
+  std::vector<diagnostic_msgs::DiagnosticStatus> statuses;
   const telemetry::Statistics& before = diagnosed_ ? *diagnosed_ : statistics;
   const double seconds = statistics.run_time_s() - before.run_time_s();
   for (std::size_t i = 0; i < run_->nodes().size(); ++i) {
-    Diagnosis& diagnosis = diagnoses.all.emplace_back(
-        node_health(node_.name().substr(1) + ": " + run_->nodes()[i].name(), before.nodes()[i],
-                    statistics.nodes()[i], seconds, parameters_.limits));
-    diagnosis.hardware_id = run_->graph() + ", " + run_->executor();
+    statuses.push_back(node_health(name_ + ": " + run_->nodes()[i].name(), before.nodes()[i],
+                                   statistics.nodes()[i], seconds));
+    statuses.back().hardware_id = run_->graph() + ", " + run_->executor();
   }
-  diagnostics_.publish(diagnoses);
+  publish_status(statistics.stamp_ns(), statuses);
   diagnosed_ = statistics;
 }
 
-bool Bridge::of_this_run(const Event& event) const {
-  const std::string_view run = run_of(event);
-  return run.empty() || (run_ && run == run_->run_id());
+void Bridge::publish_status(std::int64_t stamp_ns,
+                            const std::vector<diagnostic_msgs::DiagnosticStatus>& statuses) {
+  diagnostic_msgs::DiagnosticArray message;
+  message.header = header(stamp_ns, "");
+  message.status = statuses;
+  diagnostics_.publish(message);
+}
+
+void Bridge::tick(Clock::time_point now) {
+  constexpr std::chrono::seconds kPatience{5};
+  pending_.forget(now - kPatience);
+  refusal_known_ = false;
+  for (const std::string& complaint : input_.take_complaints()) ROS_ERROR_STREAM(complaint);
+  report_partners();
+  publish_status(now_ns(), {own_health()});
+}
+
+void Bridge::report_partners() {
+  const std::string domain = "DDS domain " + std::to_string(parameters_.telemetry.domain);
+  const std::int32_t benchmarks = input_.benchmarks();
+  if (benchmarks == 0 && benchmarks_ != 0) {
+    ROS_INFO_STREAM((benchmarks_ > 0 ? "the benchmark has gone; " : "")
+                    << "waiting for a benchmark (`hotpath run --live`) in " << domain);
+  }
+  benchmarks_ = benchmarks;
+  if (pending_.forgotten() != other_run_reported_ && !other_run_known_) {
+    ROS_WARN_STREAM("ignored samples in "
+                    << domain
+                    << " that belong to another run than the last one started: give each benchmark and its "
+                       "bridge their own domain (--domain)");
+    other_run_known_ = true;
+  }
+  other_run_reported_ = pending_.forgotten();
+}
+
+diagnostic_msgs::DiagnosticStatus Bridge::own_health() {
+  using Status = diagnostic_msgs::DiagnosticStatus;
+  Status health;
+  health.name = name_ + ": bridge";
+  health.hardware_id = "DDS domain " + std::to_string(parameters_.telemetry.domain);
+  health.message = benchmarks_ > 0 && run_ ? "showing " + run_->graph() + ", " + run_->executor()
+                                           : "waiting for a benchmark (`hotpath run --live`)";
+  const auto value = [&](const std::string& key, std::uint64_t number) {
+    add_value(health, key, std::to_string(number));
+  };
+  std::uint64_t losses = counts_.lost + counts_.malformed;
+  for (std::size_t stream = 0; stream < kStreams.size(); ++stream) {
+    const TelemetryInput::Counts counts = input_.counts(stream);
+    value(std::string(kStreams[stream]) + " received", counts.received);
+    value(std::string(kStreams[stream]) + " dropped, queue full", counts.dropped);
+    losses += counts.dropped;
+  }
+  value("longest queue", input_.longest_queue());
+  value("runs", counts_.runs);
+  value("samples before the first", counts_.before_first);
+  value("lost on the way", counts_.lost);
+  value("chain samples not published by the benchmark", not_published_);
+  value("samples of another run", pending_.forgotten());
+  value("malformed", counts_.malformed);
+
+  if (losses > losses_reported_) {
+    health.level = Status::WARN;
+    health.message = std::to_string(losses - losses_reported_) + " samples lost in the last second";
+  } else if (!unknown_chains_.empty()) {
+    health.level = Status::WARN;
+    health.message = "unknown in ~chains: " + unknown_chains_;
+  }
+  losses_reported_ = losses;
+  return health;
 }
 
 }  // namespace hotpath

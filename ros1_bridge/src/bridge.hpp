@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <diagnostic_msgs/DiagnosticStatus.h>
+
 #include <chrono>
 #include <optional>
 #include <string>
@@ -8,9 +10,8 @@
 
 #include "parameters.hpp"
 #include "pending_samples.hpp"
-#include "ros_publisher.hpp"
+#include "ros_node.hpp"
 #include "telemetry_input.hpp"
-#include "topic_set.hpp"
 
 namespace hotpath {
 
@@ -19,7 +20,7 @@ class Bridge {
  public:
   using Clock = std::chrono::steady_clock;
 
-  Bridge(const RosNode& node, const Parameters& parameters, TelemetryInput& input);
+  Bridge(const Parameters& parameters, TelemetryInput& input);
 
   /// May block until the master is back, if a new graph needs topics.
   void handle(Event event);
@@ -28,10 +29,12 @@ class Bridge {
 
  private:
   struct Chain {
-    RosPublisher<Scalar> latency;
-    RosPublisher<StampedVector> stamped;
-    std::string frame;
+    ros::Publisher latency;             ///< Invalid for a chain that is not in ~chains.
     std::optional<std::uint64_t> next;  ///< Expected number of the next sample.
+  };
+  struct Points {
+    ros::Publisher publisher;
+    std::string frame;
   };
   /// Counts since the start of this process.
   struct Counts {
@@ -39,27 +42,23 @@ class Bridge {
     std::uint64_t lost = 0;          ///< Missing numbers: samples lost between benchmark and bridge.
     std::uint64_t before_first = 0;  ///< Chain samples published before the bridge discovered the benchmark.
     std::uint64_t malformed = 0;     ///< Samples that do not match their run.
-    std::uint64_t graph_left_out = 0, points_left_out = 0, diagnostics_left_out = 0;  ///< By decimation.
   };
 
-  void begin(telemetry::RunInfo run);
-  void advertise();
+  void show(telemetry::RunInfo& run);
   void advertise_chains();
   void advertise_points();
   void show(const telemetry::Statistics& statistics);
   void show(const telemetry::ChainSample& sample);
   void show(const telemetry::Clock& clock);
   void show(const LidarSample& sample);
-  void show(BytesSample& sample);
-  void draw(const telemetry::Statistics* statistics);
   void diagnose(const telemetry::Statistics& statistics);
-  bool of_this_run(const Event& event) const;
+  void publish_status(std::int64_t stamp_ns, const std::vector<diagnostic_msgs::DiagnosticStatus>& statuses);
   void report_partners();
-  Diagnosis own_health();
+  diagnostic_msgs::DiagnosticStatus own_health();
 
-  const RosNode& node_;
   const Parameters parameters_;
   TelemetryInput& input_;
+  const std::string name_;  ///< Of the node, without the first slash.
 
   std::optional<telemetry::RunInfo> run_;
   std::optional<telemetry::Statistics> diagnosed_;  ///< Statistics of the last diagnosis.
@@ -75,20 +74,12 @@ class Bridge {
   std::string unknown_chains_;
 
   std::vector<std::string> node_names_, chain_names_;  ///< ROS names; parallel to the run's.
-  TopicSet<Scalar> latency_topics_, response_time_topics_;
-  TopicSet<StampedVector> stamped_topics_;
-  TopicSet<PointCloud> points_topics_;
-  std::vector<Chain> chains_;  ///< Parallel to the run's; without publisher if not in ~chains.
-  std::vector<RosPublisher<Scalar>> response_times_;  ///< Parallel to the run's nodes.
-  std::vector<RosPublisher<PointCloud>> points_;
-  std::vector<std::string> point_frames_;
-  std::vector<std::uint64_t> scans_;  ///< Parallel to points_.
-  std::vector<RosPublisher<ByteArray>> bytes_;
-  RosPublisher<MarkerSet> graph_;
-  RosPublisher<Text> metadata_;
-  RosPublisher<Diagnoses> diagnostics_;
-  RosPublisher<StaticTransforms> transforms_;
-  RosPublisher<ClockTime> clock_;
+  Topics latency_topics_, response_time_topics_, points_topics_;
+  std::vector<Chain> chains_;                   ///< Parallel to the run's.
+  std::vector<ros::Publisher> response_times_;  ///< Parallel to the run's nodes.
+  std::vector<Points> points_;
+  ros::Publisher graph_, metadata_, diagnostics_;
+  ros::Publisher transforms_, clock_;  ///< Advertised when they are needed.
 };
 
 }  // namespace hotpath

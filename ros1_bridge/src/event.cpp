@@ -5,6 +5,7 @@ namespace hotpath {
 
 namespace {
 
+/// Bytes of texts and sequences.
 std::size_t beyond(const telemetry::RunInfo& run) {
   std::size_t bytes = run.run_id().size() + run.graph().size() + run.executor().size() +
                       run.transport().size() + run.topic_prefix().size() + run.origin().size() +
@@ -21,17 +22,6 @@ std::size_t beyond(const telemetry::Statistics& s) {
 std::size_t beyond(const telemetry::ChainSample& s) { return s.run_id().size(); }
 std::size_t beyond(const telemetry::Clock& s) { return s.run_id().size(); }
 std::size_t beyond(const LidarSample&) { return 0; }
-std::size_t beyond(const BytesSample& s) { return s.data.size(); }
-
-struct RunOf {
-  std::string_view operator()(const telemetry::Statistics& s) const { return s.run_id(); }
-  std::string_view operator()(const telemetry::ChainSample& s) const { return s.run_id(); }
-  std::string_view operator()(const telemetry::Clock& s) const { return s.run_id(); }
-  template <class Other>
-  std::string_view operator()(const Other&) const {
-    return "";
-  }
-};
 
 }  // namespace
 
@@ -39,6 +29,13 @@ std::size_t bytes_of(const Event& event) {
   return sizeof event + std::visit([](const auto& sample) { return beyond(sample); }, event);
 }
 
-std::string_view run_of(const Event& event) { return std::visit(RunOf{}, event); }
+std::string run_of(const Event& event) {
+  return std::visit(
+      [](const auto& sample) -> std::string {
+        if constexpr (requires { sample.run_id(); }) return sample.run_id();
+        return "";
+      },
+      event);
+}
 
 }  // namespace hotpath

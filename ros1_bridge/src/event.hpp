@@ -6,9 +6,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
+#include <string>
 #include <variant>
-#include <vector>
 
 namespace hotpath {
 
@@ -19,21 +18,15 @@ struct LidarSample {
   std::uint64_t sequence = 0;  ///< Number of earlier publications of that driver.
 };
 
-/// A sample of a ~bytes_topics topic.
-struct BytesSample {
-  std::uint32_t topic = 0;
-  std::vector<std::uint8_t> data;
-};
-
 using Event = std::variant<telemetry::RunInfo, telemetry::Statistics, telemetry::ChainSample,
-                           telemetry::Clock, LidarSample, BytesSample>;
+                           telemetry::Clock, LidarSample>;
 inline constexpr std::array<const char*, std::variant_size_v<Event>> kStreams = {
-    "run", "statistics", "chain_samples", "clock", "points", "bytes"};
+    "run", "statistics", "chain_samples", "clock", "points"};
 
 /// Memory of the event in bytes, including its texts and sequences.
 std::size_t bytes_of(const Event& event);
 
 /// The run id of a sample; empty if the sample has none.
-std::string_view run_of(const Event& event);
+std::string run_of(const Event& event);
 
 }  // namespace hotpath

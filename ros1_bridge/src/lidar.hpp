@@ -2,12 +2,12 @@
 #pragma once
 
 #include <Telemetry.h>
+#include <sensor_msgs/PointCloud2.h>
 
 #include <string>
 #include <vector>
 
 #include "event.hpp"
-#include "outputs.hpp"
 
 namespace hotpath {
 
@@ -24,6 +24,6 @@ std::vector<Lidar> lidars(const telemetry::RunInfo& run);
 /// A substitute for a scan, since the reference system's messages hold no points: 256 points on a
 /// circle, of the message's size in bytes. The circle turns with the sequence number. Intensity is
 /// the angle from the scan's start, 0 to 1.
-PointCloud stand_in_scan(const LidarSample& sample, const std::string& frame);
+sensor_msgs::PointCloud2 stand_in_scan(const LidarSample& sample, const std::string& frame);
 
 }  // namespace hotpath

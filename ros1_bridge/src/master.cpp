@@ -35,7 +35,7 @@ HostAndPort parse_uri(const std::string& uri) {
   static const std::regex kForm("http://([^/:]+):([0-9]{1,5})/?");
   std::smatch parts;
   if (!std::regex_match(uri, parts, kForm))
-    throw std::invalid_argument("`" + uri + "` is not of the form http://HOST:PORT");
+    throw std::invalid_argument("`" + uri + "` is no ROS_MASTER_URI; usually it is http://localhost:11311");
   return {parts[1], parts[2]};
 }
 

@@ -6,6 +6,9 @@
 
 namespace hotpath {
 
+/// Longest wait for an answer of the master, and time between two looks whether it is there.
+inline constexpr std::chrono::milliseconds kMasterTimeOut{1000}, kMasterPoll{500};
+
 struct HostAndPort {
   std::string host, port;
 };

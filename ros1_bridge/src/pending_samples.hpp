@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <string_view>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "event.hpp"
@@ -21,18 +22,14 @@ class PendingSamples {
   void keep(Event event, Time arrived);
   void forget(Time arrived_before);
   /// Removes and returns the samples of this run, in order.
-  std::vector<Event> take(std::string_view run);
+  std::vector<Event> take(const std::string& run);
   /// Number of samples dropped since the start.
   std::uint64_t forgotten() const { return forgotten_; }
 
  private:
-  struct Sample {
-    Event event;
-    Time arrived;
-  };
   void forget_oldest();
 
-  std::deque<Sample> samples_;
+  std::deque<std::pair<Time, Event>> samples_;
   std::size_t bytes_ = 0;
   std::uint64_t forgotten_ = 0;
 };

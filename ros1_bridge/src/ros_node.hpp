@@ -1,71 +1,78 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
-#include <memory>
-#include <optional>
-#include <stdexcept>
+#include <ros/ros.h>
+
+#include <atomic>
+#include <map>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
+
+#include "master.hpp"
 
 namespace hotpath {
 
-/// A parameter has an invalid value.
-struct ParameterError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+/// The URI of the node that the master knows by the name of this process; empty: none.
+std::string registered_uri();
 
-/// The arguments without ROS remappings (`name:=value`).
-std::vector<std::string> without_ros_arguments(int argc, char** argv);
-
-/// This process as a ROS 1 node, without ROS headers. Does not handle signals.
-class RosNode {
+/// Registers all topics of this node again whenever roscore is restarted, in a thread of its own,
+/// until it is destroyed. Connections to subscribers persist.
+class Registration {
  public:
-  /// Parses the ROS arguments; `name` is the default of `__name:=`. Blocks until a master answers.
-  RosNode(int& argc, char** argv, const std::string& name);
-  ~RosNode();
-  RosNode(const RosNode&) = delete;
-  RosNode& operator=(const RosNode&) = delete;
-
-  /// Registers with the master, which shuts down a node of the same name.
-  void start();
-
-  std::string name() const;        ///< With its namespace: /left/hotpath_ros1_bridge
-  std::string name_space() const;  ///< /left, or / without a namespace.
-
-  /// Ends calls that wait for the master. Callable from any thread.
-  static void request_shutdown();
-  /// False once ROS has shut the node down: by `rosnode kill`, or because of another node with its
-  /// name.
-  static bool ok();
-
-  // Private parameters; call after start(). Each returns std::nullopt if unset and throws
-  // ParameterError for a wrong type.
-  std::optional<bool> boolean(const std::string& parameter) const;
-  std::optional<double> number(const std::string& parameter) const;
-  std::optional<std::int64_t> integer(const std::string& parameter) const;
-  std::optional<std::string> string(const std::string& parameter) const;
-  /// A list of strings, or one comma-separated string.
-  std::optional<std::vector<std::string>> strings(const std::string& parameter) const;
-  /// Names of all private parameters that are set, as `a` or `a/b`.
-  std::vector<std::string> parameters() const;
-  static bool uses_simulated_time();
-
-  enum class Registration { no_master, unknown, registered };
-  /// Whether the master knows this node.
-  Registration registration() const;
-  /// Registers all topics with a new master; connections to subscribers persist. Returns false if
-  /// the master is gone.
-  bool register_again() const;
-  /// URI of the registered node with the name of this process; empty: none.
-  std::string namesake() const;
-
-  enum class Severity { info, warning, error };
-  static void log(Severity severity, const std::string& text);
+  explicit Registration(const HostAndPort& master);
+  ~Registration();
+  Registration(const Registration&) = delete;
+  Registration& operator=(const Registration&) = delete;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  void watch();
+
+  const HostAndPort master_;
+  std::atomic<bool> ended_{false};
+  std::thread thread_;
 };
+
+/// Logs publishers of `topic` with another type: subscribers accept only one type, and roscpp does
+/// not report it to publishers.
+void report_other_type(const std::string& topic, const std::string& type);
+
+/// `topic` is relative to the node's namespace unless it starts with a slash. roscpp drops the oldest
+/// message if a subscriber falls `queue` behind. A new subscriber of a `latched` topic gets the last
+/// message. Waits for the master.
+template <class Message>
+ros::Publisher advertise(const std::string& topic, std::uint32_t queue, bool latched = false) {
+  ros::NodeHandle node;
+  report_other_type(node.resolveName(topic), ros::message_traits::DataType<Message>::value());
+  return node.advertise<Message>(topic, queue, latched);
+}
+
+/// The topics of one type, which change with the run.
+using Topics = std::map<std::string, ros::Publisher>;
+
+/// Makes `topics` exactly `prefix` with each of these names, and returns their publishers in this
+/// order. Existing topics keep their publishers, so that their subscribers stay connected.
+template <class Message>
+std::vector<ros::Publisher> advertise_all(Topics& topics, const std::string& prefix,
+                                          const std::vector<std::string>& names, std::uint32_t queue) {
+  Topics now;
+  std::vector<ros::Publisher> publishers;
+  for (const std::string& name : names) {
+    const auto known = topics.find(prefix + name);
+    publishers.push_back(known != topics.end() ? known->second : advertise<Message>(prefix + name, queue));
+    now.emplace(prefix + name, publishers.back());
+  }
+  topics = std::move(now);
+  return publishers;
+}
+
+/// A message whose only field is `data`.
+template <class Message, class Data>
+Message message_of(const Data& data) {
+  Message message;
+  message.data = data;
+  return message;
+}
 
 }  // namespace hotpath

@@ -68,11 +68,11 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
   /// Passes on the samples of one topic one by one.
   struct Reader final : dds::DataReaderListener {
     std::function<void(dds::DataReader&)> take_all;
-    std::function<void(std::int32_t)> writers = [](std::int32_t) {};
+    std::atomic<std::int32_t> writers{0};
 
     void on_data_available(dds::DataReader* reader) override { take_all(*reader); }
     void on_subscription_matched(dds::DataReader*, const dds::SubscriptionMatchedStatus& status) override {
-      writers(status.current_count);
+      writers = status.current_count;
     }
   };
   using Readers = std::deque<Reader>;
@@ -90,9 +90,8 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
 
   /// `enqueue` gets each sample, which it may move from, and its publication instant.
   template <class PubSubType, class Enqueue>
-  void read(
-      Readers& into, dds::Subscriber& from, const std::string& topic, const dds::DataReaderQos& qos,
-      Enqueue enqueue, std::function<void(std::int32_t)> writers = [](std::int32_t) {}) {
+  void read(Readers& into, dds::Subscriber& from, const std::string& topic, const dds::DataReaderQos& qos,
+            Enqueue enqueue) {
     dds::TypeSupport type(new GuardedType<PubSubType>);
     type->auto_fill_type_information(false);
     type->auto_fill_type_object(false);
@@ -102,7 +101,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
       const std::string& known = types.try_emplace(topic, type.get_type_name()).first->second;
       if (known != type.get_type_name()) {
         owner.complain("the bridge already reads the DDS topic " + printable(topic, kMostOfName) + " as " +
-                       known + ", not as " + type.get_type_name() + ": remove it from ~bytes_topics");
+                       known + ", not as " + type.get_type_name());
         return;
       }
     }
@@ -112,7 +111,6 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
                             "the topic " + printable(topic, kMostOfName));
     }
     Reader& reader = into.emplace_back();
-    reader.writers = std::move(writers);
     reader.take_all = [enqueue](dds::DataReader& endpoint) {
       typename PubSubType::type sample;
       dds::SampleInfo info;
@@ -160,7 +158,8 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
   TelemetryInput& owner;
   std::mutex mutex;
   std::map<std::string, std::string> types;  // by topic
-  // The participant calls these readers; the destructor deletes it first.
+  // The participant calls these readers; the destructor deletes it first. The last of `readers` is
+  // that of the runs.
   Readers readers, points_readers;
   std::vector<std::string> points_topics;
   dds::DomainParticipant* participant = nullptr;
@@ -170,27 +169,21 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
 
 TelemetryInput::TelemetryInput(const TelemetryOptions& options) : queue_(options.queue, options.queue_bytes) {
   dds_ = std::make_unique<Dds>(*this, options);
-  const auto hand_on = [this](auto& sample, std::int64_t) { enqueue(std::move(sample)); };
-  const auto read = [&]<class PubSubType>(const std::string& topic, std::int32_t depth, PubSubType*) {
-    dds_->read<PubSubType>(dds_->readers, *dds_->subscriber, topic, reader_qos(depth, true, false), hand_on);
+  const auto read = [&]<class PubSubType>(const std::string& topic, std::int32_t depth, bool transient_local,
+                                          PubSubType*) {
+    dds_->read<PubSubType>(dds_->readers, *dds_->subscriber, topic, reader_qos(depth, true, transient_local),
+                           [this](auto& sample, std::int64_t) { enqueue(std::move(sample)); });
   };
-  read(telemetry::STATISTICS_TOPIC, 16, static_cast<telemetry::StatisticsPubSubType*>(nullptr));
-  read(telemetry::CHAIN_SAMPLES_TOPIC, 1024, static_cast<telemetry::ChainSamplePubSubType*>(nullptr));
-  read(telemetry::CLOCK_TOPIC, 16, static_cast<telemetry::ClockPubSubType*>(nullptr));
-  dds_->read<telemetry::RunInfoPubSubType>(dds_->readers, *dds_->subscriber, telemetry::RUN_TOPIC,
-                                           reader_qos(1, true, true), hand_on,
-                                           [this](std::int32_t count) { benchmarks_ = count; });
-  for (std::uint32_t i = 0; i < options.bytes_topics.size(); ++i) {
-    dds_->read<telemetry::BytesPubSubType>(dds_->readers, *dds_->subscriber, options.bytes_topics[i],
-                                           reader_qos(1024, true, false),
-                                           [this, i](telemetry::Bytes& sample, std::int64_t) {
-                                             enqueue(BytesSample{i, std::move(sample.data())});
-                                           });
-  }
+  read(telemetry::STATISTICS_TOPIC, 16, false, static_cast<telemetry::StatisticsPubSubType*>(nullptr));
+  read(telemetry::CHAIN_SAMPLES_TOPIC, 1024, false, static_cast<telemetry::ChainSamplePubSubType*>(nullptr));
+  read(telemetry::CLOCK_TOPIC, 16, false, static_cast<telemetry::ClockPubSubType*>(nullptr));
+  read(telemetry::RUN_TOPIC, 1, true, static_cast<telemetry::RunInfoPubSubType*>(nullptr));
   dds_->participant->set_listener(dds_.get(), dds::StatusMask::none());
 }
 
 TelemetryInput::~TelemetryInput() = default;
+
+std::int32_t TelemetryInput::benchmarks() const { return dds_->readers.back().writers; }
 
 void TelemetryInput::read_points(const std::vector<std::string>& topics) {
   dds_->forget_points();
@@ -223,8 +216,7 @@ void TelemetryInput::enqueue(Event event) {
   counters.received.fetch_add(1, std::memory_order_relaxed);
   const std::size_t bytes = bytes_of(event);
   const bool rare = std::holds_alternative<telemetry::RunInfo>(event);
-  const bool taken = rare ? queue_.push_rare(std::move(event), bytes) : queue_.push(std::move(event), bytes);
-  if (!taken) counters.dropped.fetch_add(1, std::memory_order_relaxed);
+  if (!queue_.push(std::move(event), bytes, rare)) counters.dropped.fetch_add(1, std::memory_order_relaxed);
 }
 
 void TelemetryInput::complain(const std::string& text) {

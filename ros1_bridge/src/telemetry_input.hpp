@@ -21,7 +21,6 @@ struct TelemetryOptions {
   bool all_interfaces = false;  ///< False: only this machine's loopback.
   std::size_t queue = 4096;     ///< Capacity of the queue, in samples.
   std::size_t queue_bytes = 64 << 20;
-  std::vector<std::string> bytes_topics;
 };
 
 /// Receives a benchmark's telemetry from Fast DDS. Its listeners run in Fast DDS threads and only
@@ -40,7 +39,7 @@ class TelemetryInput {
   void read_points(const std::vector<std::string>& topics);
 
   /// Number of benchmarks now in the domain.
-  std::int32_t benchmarks() const { return benchmarks_.load(); }
+  std::int32_t benchmarks() const;
 
   struct Counts {
     std::uint64_t received = 0;
@@ -63,7 +62,6 @@ class TelemetryInput {
 
   BoundedQueue<Event> queue_;
   std::array<Counters, std::variant_size_v<Event>> counters_;
-  std::atomic<std::int32_t> benchmarks_{0};
   std::mutex mutex_;
   std::set<std::string> known_complaints_;
   std::vector<std::string> new_complaints_;

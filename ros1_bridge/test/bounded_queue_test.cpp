@@ -27,7 +27,7 @@ TEST(BoundedQueue, RefusesWhatIsTooMany) {
   EXPECT_TRUE(queue.push(1, 1));
   EXPECT_TRUE(queue.push(2, 1));
   EXPECT_FALSE(queue.push(3, 1));
-  EXPECT_TRUE(queue.push_rare(4, 1));
+  EXPECT_TRUE(queue.push(4, 1, true));
   EXPECT_EQ(queue.longest(), 3U);
   EXPECT_EQ(queue.pop(kNow), 1);
   EXPECT_FALSE(queue.push(5, 1));
@@ -39,10 +39,10 @@ TEST(BoundedQueue, TakesTwiceAsMuchOfWhatIsRare) {
   BoundedQueue<int> queue(3, 100);
   EXPECT_TRUE(queue.push(1, 100));
   EXPECT_FALSE(queue.push(2, 1));
-  EXPECT_TRUE(queue.push_rare(3, 100));
-  EXPECT_FALSE(queue.push_rare(4, 1));
-  for (int i = 0; i < 4; ++i) EXPECT_TRUE(queue.push_rare(5, 0));
-  EXPECT_FALSE(queue.push_rare(6, 0));
+  EXPECT_TRUE(queue.push(3, 100, true));
+  EXPECT_FALSE(queue.push(4, 1, true));
+  for (int i = 0; i < 4; ++i) EXPECT_TRUE(queue.push(5, 0, true));
+  EXPECT_FALSE(queue.push(6, 0, true));
 }
 
 TEST(BoundedQueue, RefusesTooManyBytesUnlessAlone) {
@@ -57,8 +57,9 @@ TEST(BoundedQueue, RefusesTooManyBytesUnlessAlone) {
 
 TEST(BoundedQueue, WakesWhoWaits) {
   BoundedQueue<int> queue(1, 100);
-  std::jthread sender([&] { queue.push(7, 1); });
+  std::thread sender([&] { queue.push(7, 1); });
   EXPECT_EQ(queue.pop(std::chrono::steady_clock::now() + 60s), 7);
+  sender.join();
 }
 
 }  // namespace hotpath

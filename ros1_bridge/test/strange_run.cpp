@@ -76,7 +76,7 @@ int main(int, char** argv) {
   {
     Writer<telemetry::RunInfoPubSubType> runs(*participant, telemetry::RUN_TOPIC);
     Writer<telemetry::StatisticsPubSubType> statistics(*participant, telemetry::STATISTICS_TOPIC);
-    const Writer<telemetry::ClockPubSubType> other_type(*participant, "strange");
+    const Writer<telemetry::ChainSamplePubSubType> other_type(*participant, telemetry::CLOCK_TOPIC);
     telemetry::RunInfo refused = strange_run("refused");
     refused.nodes()[0].layout_x(std::numeric_limits<double>::quiet_NaN());
     const telemetry::RunInfo shown = strange_run("shown");

@@ -3,14 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "graph_markers.hpp"
 #include "lidar.hpp"
+#include "messages.hpp"
 #include "node_health.hpp"
-#include "run_check.hpp"
-#include "run_metadata.hpp"
+#include "run_info.hpp"
 #include "text.hpp"
 
 namespace hotpath {
@@ -64,21 +65,25 @@ telemetry::Statistics statistics(const telemetry::RunInfo& info) {
   return s;
 }
 
-std::vector<Marker> of_group(const MarkerSet& set, const std::string& group) {
+using diagnostic_msgs::DiagnosticStatus;
+using visualization_msgs::Marker;
+using visualization_msgs::MarkerArray;
+
+std::vector<Marker> of_group(const MarkerArray& set, const std::string& group) {
   std::vector<Marker> result;
   std::copy_if(set.markers.begin(), set.markers.end(), std::back_inserter(result),
-               [&](const Marker& m) { return m.group == group; });
+               [&](const Marker& m) { return m.ns == group; });
   return result;
 }
 
-bool is_red(const Color& c) { return c.red > 0.7F && c.green < 0.3F && c.blue < 0.3F; }
+bool is_red(const std_msgs::ColorRGBA& c) { return c.r > 0.7F && c.g < 0.3F && c.b < 0.3F; }
 
 }  // namespace
 
 TEST(GraphMarkers, DrawEachNodeAndEdgeAndTheHotPathInRed) {
   const auto info = run();
   const auto now = statistics(info);
-  const MarkerSet set = graph_markers(info, &now, "frame");
+  const MarkerArray set = graph_markers(info, &now, "frame");
   const auto rims = of_group(set, "rims"), edges = of_group(set, "edges");
   ASSERT_EQ(rims.size(), info.nodes().size());
   ASSERT_EQ(edges.size(), info.edges().size());
@@ -92,30 +97,33 @@ TEST(GraphMarkers, DrawEachNodeAndEdgeAndTheHotPathInRed) {
 TEST(GraphMarkers, KeepTheirIdentities) {
   const auto info = run();
   auto now = statistics(info);
-  const MarkerSet first = graph_markers(info, &now, "frame");
+  const MarkerArray first = graph_markers(info, &now, "frame");
   now.nodes()[0].utilization(0.5);
-  const MarkerSet second = graph_markers(info, &now, "frame");
+  const MarkerArray second = graph_markers(info, &now, "frame");
   ASSERT_EQ(first.markers.size(), second.markers.size());
   for (std::size_t i = 0; i < first.markers.size(); ++i) {
-    EXPECT_EQ(std::pair(first.markers[i].group, first.markers[i].id),
-              std::pair(second.markers[i].group, second.markers[i].id));
+    EXPECT_EQ(std::pair(first.markers[i].ns, first.markers[i].id),
+              std::pair(second.markers[i].ns, second.markers[i].id));
   }
 }
 
 TEST(GraphMarkers, AreThereBeforeTheFirstStatistics) {
   const auto info = run();
   const auto now = statistics(info);
-  const MarkerSet before = graph_markers(info, nullptr, "frame"), after = graph_markers(info, &now, "frame");
+  const MarkerArray before = graph_markers(info, nullptr, "frame"),
+                    after = graph_markers(info, &now, "frame");
   EXPECT_EQ(of_group(before, "nodes").size(), info.nodes().size());
   EXPECT_TRUE(of_group(before, "figures").empty());
+  EXPECT_EQ(before.markers[0].action, Marker::DELETEALL);
+  EXPECT_EQ(after.markers[0].action, Marker::ADD);
   EXPECT_EQ(of_group(before, "title")[0].id, of_group(after, "title")[0].id);
 }
 
 TEST(GraphMarkers, ShowUtilizationByColour) {
-  EXPECT_GT(utilization_color(0).blue, utilization_color(0.2).blue);
-  EXPECT_GT(utilization_color(0.3).green, utilization_color(1).green);
-  EXPECT_EQ(utilization_color(5).green, utilization_color(1).green);
-  EXPECT_EQ(utilization_color(std::nan("")).green, utilization_color(0).green);
+  EXPECT_GT(utilization_color(0).b, utilization_color(0.2).b);
+  EXPECT_GT(utilization_color(0.3).g, utilization_color(1).g);
+  EXPECT_EQ(utilization_color(5).g, utilization_color(1).g);
+  EXPECT_EQ(utilization_color(std::nan("")).g, utilization_color(0).g);
 }
 
 TEST(GraphMarkers, BreakLongNamesBetweenWords) {
@@ -129,24 +137,26 @@ TEST(NodeHealth, IsOkBelowAllLimits) {
   telemetry::NodeStatistics before, now;
   before.skipped(5);
   now.skipped(5);
-  const Diagnosis health = node_health("n", before, now, 1, {});
-  EXPECT_EQ(health.level, Diagnosis::Level::ok);
+  now.queued(4);
+  const DiagnosticStatus health = node_health("n", before, now, 1);
+  EXPECT_EQ(health.level, DiagnosticStatus::OK);
   EXPECT_EQ(health.message, "OK");
 }
 
 TEST(NodeHealth, ComparesRatesAndTheQueueWithTheLimits) {
-  HealthLimits limits;
-  limits.skipped = {1, 4};
-  limits.queue = {3, 10};
   telemetry::NodeStatistics before, now;
-  now.skipped(4);
-  EXPECT_EQ(node_health("n", before, now, 2, limits).level, Diagnosis::Level::warn);
-  EXPECT_EQ(node_health("n", before, now, 1, limits).level, Diagnosis::Level::error);
-  EXPECT_EQ(node_health("n", before, now, 5, limits).level, Diagnosis::Level::ok);
-  EXPECT_THAT(node_health("n", before, now, 2, limits).message, HasSubstr("2.0 skipped jobs per second"));
-  now.skipped(0);
-  now.queued(3);
-  EXPECT_EQ(node_health("n", before, now, 0, limits).level, Diagnosis::Level::warn);
+  now.skipped(10);
+  EXPECT_EQ(node_health("n", before, now, 5).level, DiagnosticStatus::WARN);
+  EXPECT_EQ(node_health("n", before, now, 2).level, DiagnosticStatus::ERROR);
+  EXPECT_EQ(node_health("n", before, now, 11).level, DiagnosticStatus::OK);
+  now.overruns(5);
+  EXPECT_EQ(node_health("n", before, now, 5).message,
+            "2.0 skipped jobs per second, 1.0 deadline overruns per second");
+  now = {};
+  now.queued(5);
+  EXPECT_EQ(node_health("n", before, now, 0).level, DiagnosticStatus::WARN);
+  now.queued(20);
+  EXPECT_EQ(node_health("n", before, now, 0).level, DiagnosticStatus::ERROR);
 }
 
 TEST(Lidars, AreNotMoreThan1000) {
@@ -164,11 +174,24 @@ TEST(Lidars, AreTheSensorsOfTheHotPathOnceEach) {
 }
 
 TEST(StandInScan, HasTheSizeOfTheMessageAndTurns) {
-  const PointCloud first = stand_in_scan({0, 17, 0}, "lidar"), second = stand_in_scan({0, 18, 25}, "lidar");
-  EXPECT_EQ(first.points.size() * sizeof(first.points[0]), 4096U);
-  EXPECT_EQ(first.stamp_ns, 17);
-  EXPECT_GT(first.points[0][0], 0.9F);   // x of the scan's start
-  EXPECT_GT(second.points[0][1], 0.9F);  // after a quarter turn, y
+  const auto number = [](const sensor_msgs::PointCloud2& cloud, std::size_t index) {
+    float value = 0;
+    std::memcpy(&value, cloud.data.data() + index * sizeof value, sizeof value);
+    return value;
+  };
+  const auto first = stand_in_scan({0, 17, 0}, "lidar"), second = stand_in_scan({0, 18, 25}, "lidar");
+  EXPECT_EQ(first.data.size(), 4096U);
+  EXPECT_EQ(first.width * first.point_step, first.row_step);
+  EXPECT_EQ(first.header.stamp.toNSec(), 17U);
+  EXPECT_EQ(first.header.frame_id, "lidar");
+  EXPECT_GT(number(first, 0), 0.9F);   // x of the scan's start
+  EXPECT_GT(number(second, 1), 0.9F);  // after a quarter turn, y
+}
+
+TEST(ToTime, StaysWithinTheRangeOfRos1) {
+  EXPECT_EQ(to_time(1'500'000'000).toNSec(), 1'500'000'000U);
+  EXPECT_TRUE(to_time(-1).isZero());
+  EXPECT_EQ(to_time(std::numeric_limits<std::int64_t>::max()).sec, std::numeric_limits<std::uint32_t>::max());
 }
 
 TEST(RunMetadata, IsJsonWithRosNames) {

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Percentiles of OLD and NEW, their difference with its interval, and whether it lies beyond noise;
-for reproductions also drop rates and verdicts."""
+for reproductions also drop rates and verdicts, and for benchmarks their counters."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -9,9 +9,11 @@ from typing import Any
 
 import pandas as pd
 
+from hotpath_report.bench_data import FILE, TIME, Bench, three_digits
 from hotpath_report.comparison import sides
 from hotpath_report.comparison.gate import gate as judge
 from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key, Side
+from hotpath_report.errors import InputError
 from hotpath_report.pages import comparison_page
 from hotpath_report.pages.writer import Table
 from hotpath_report.paper.storage import IN_FRAMES, TIMERS_FILE
@@ -43,6 +45,28 @@ def compare(old: Mapping[Key, Samples], new: Mapping[Key, Samples]) -> pd.DataFr
             what = verdict(old[key], new[key], d)
             rows.append([*key, PERCENTILES[p], *values, f"{d.value:+.3f}", interval, what])
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def compare_counters(old: Path, new: Path) -> int:
+    """Prints the medians of all counters of two `hotpath bench` folders. Raises InputError."""
+    before, after = (Bench(folder).values for folder in (old, new))
+    rows = []
+    for key in sorted(before.keys() & after.keys()):
+        if key[1] == TIME:  # compare.py of libbenchmark-tools compares times
+            continue
+        old_samples, new_samples = (Samples([v] for v in side[key]) for side in (before, after))
+        d = difference(new_samples, old_samples, 0.5)
+        cells = [three_digits(samples.quantile(0.5)) for samples in (old_samples, new_samples)]
+        cells += [f"{d.value:+.3g}", f"[{d.low:+.3g}, {d.high:+.3g}]" if d.has_interval else ""]
+        rows.append([" ".join(key), *cells, verdict(old_samples, new_samples, d)])
+    if not rows:
+        raise InputError(f"{old} and {new} have no counter in common, there is nothing to compare")
+    header = ["counter", "old", "new", "difference", "95 % interval", ""]
+    print(text_table(header, rows))
+    print(f"{sum(row[-1] == 'beyond noise' for row in rows)} of {len(rows)} counters differ beyond noise.")
+    print(f"Times: /usr/share/benchmark/compare.py benchmarks {old / FILE} {new / FILE}")
+    show_json(pd.DataFrame(rows, columns=[*header[:-1], "verdict"]))
+    return 0
 
 
 def drop_rates(folder: Path) -> dict[Key, float]:
@@ -102,6 +126,8 @@ def compare_results(
     if gate:
         return judge(old, new, across_loads, outputs | {"page": page})
     folders = Path(old), Path(new)
+    if all((folder / FILE).exists() for folder in folders):
+        return compare_counters(*folders)
     before: Mapping[Key, Samples]
     after: Mapping[Key, Samples]
     before, after = map(sides.read, folders)

@@ -1,21 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values from Google Benchmark's JSON and `hotpath compare`, and their differences."""
+"""Values from Google Benchmark's JSON and `hotpath compare`, and the differences of their counters."""
 
 import contextlib
 import io
 import json
+import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from hotpath_report.bench_suite import run_hot_path
-from hotpath_report.bench_values import NOT_COMPARABLE, BenchValues, change, compare
+from hotpath_report.bench_data import FILE, Bench
+from hotpath_report.bench_suite import run_hot_path, run_program
+from hotpath_report.comparison.compare import compare_results
 from hotpath_report.errors import InputError
 
+COMPARE = Path("/usr/share/benchmark/compare.py")  # of libbenchmark-tools
+OPTIONS = {"quick": True, "time_out_s": 1}
 
-def row(name: str, time: Any, unit: str, **more: Any) -> dict[Any, Any]:
+
+def row(name: str, time: Any, unit: str = "ns", **more: Any) -> dict[str, Any]:
     fixed = {"run_type": "iteration", "iterations": 1, "cpu_time": 1.0, "family_index": 0, "threads": 1}
     return {"name": name, "run_name": name, "real_time": time, "time_unit": unit, **fixed, **more}
 
@@ -24,62 +29,46 @@ class BenchTest(unittest.TestCase):
     def setUp(self) -> None:
         self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
-    def add(self, values: Any, *rows: Any) -> Any:
-        path = self.folder / "output.json"
-        path.write_text(json.dumps({"context": {}, "benchmarks": rows}))
-        return values.add(path)
-
-    def parsed(self, *rows: Any) -> Any:
-        values = BenchValues()
-        self.assertEqual(self.add(values, *rows), [])
-        return values
-
-    def stored(self, name: str, figures: Any) -> str:
+    def stored(self, name: str, *rows: Any) -> str:
         (self.folder / name).mkdir()
-        rows = [{"benchmark": b, "metric": "time_ns", "values": v} for b, v in figures.items()]
-        facts = {"figures": rows, "complexities": [], "machine": {}}
-        (self.folder / name / "bench.json").write_text(json.dumps(facts))
+        content = {"context": {"machine": {}}, "benchmarks": rows}
+        (self.folder / name / FILE).write_text(json.dumps(content))
         return str(self.folder / name)
+
+    def repetitions(self, name: str, **counters: list[float]) -> str:
+        count = len(next(iter(counters.values())))
+        of = [{name: values[k] for name, values in counters.items()} for k in range(count)]
+        return self.stored(name, *(row("a", 5) | values for values in of))
 
 
 class Values(BenchTest):
     def test_times_become_nanoseconds_named_by_benchmark(self) -> None:
-        rows = (
-            row("a/tasks:10/iterations:1/manual_time", 2, "us"),
-            row("b/min_time:0.010", 3, "ns"),
-            row("c", 1, "ms"),
-        )
-        figures = {("a/tasks:10", "time_ns"): [2000], ("b", "time_ns"): [3], ("c", "time_ns"): [1e6]}
-        self.assertEqual(self.parsed(*rows).figures, figures)
+        rows = row("a/x:10/iterations:1/manual_time", 2, "us"), row("b/min_time:0.010", 3), row("c", 1, "ms")
+        found = {("a/x:10", "time_ns"): [2000], ("b", "time_ns"): [3], ("c", "time_ns"): [1e6]}
+        self.assertEqual(Bench(self.stored("x", *rows)).values, found)
 
-    def test_counters_are_metrics_without_bookkeeping(self) -> None:
-        figures = self.parsed(row("a", 2, "ns", delta_p50_ns=12.5)).figures
-        self.assertEqual(figures, {("a", "time_ns"): [2], ("a", "delta_p50_ns"): [12.5]})
+    def test_counters_are_metrics_without_bookkeeping_and_repetitions_are_grouped(self) -> None:
+        rows = [row("a", time, delta_p50_ns=12.5) for time in (3, 1, 2)]
+        found = {("a", "time_ns"): [3, 1, 2], ("a", "delta_p50_ns"): [12.5, 12.5, 12.5]}
+        self.assertEqual(Bench(self.stored("x", *rows)).values, found)
 
-    def test_repetitions_are_grouped(self) -> None:
-        values = BenchValues()
-        for time in (3, 1, 2):
-            self.add(values, row("a", time, "ns"))
-        self.assertEqual(values.figures["a", "time_ns"], [3, 1, 2])
+    def program(self, content: str) -> tuple[list[str], list[Any]]:
+        output = self.folder / "a-0.json"
+        rows: list[Any] = []
+        output.write_text(content)
+        with mock.patch("hotpath_report.bench_suite.execute", return_value=""):
+            return run_program(Path("bench_a"), output, OPTIONS, rows), rows
 
     def test_a_failed_benchmark_is_an_error_without_a_value(self) -> None:
-        values = BenchValues()
-        failed = row("a", 0, "ns", error_occurred=True, error_message="no result")
-        self.assertEqual(self.add(values, failed), ["a: no result"])
-        self.assertEqual((values.figures, values.errors), ({}, ["a: no result"]))
-
-    def test_keeps_the_complexity_fit(self) -> None:
-        name = {"run_name": "drain/manual_time", "run_type": "aggregate"}
-        fit = {**name, "aggregate_name": "BigO", "real_coefficient": 0.5, "big_o": "NlgN", "time_unit": "us"}
-        found = self.parsed(fit, {**name, "aggregate_name": "RMS", "rms": 0.07}).as_json()["complexities"]
-        self.assertAlmostEqual(found[0].pop("rms_percent"), 7)
-        self.assertEqual(found, [{"benchmark": "drain", "order": "NlgN", "coefficient_ns": 500}])
+        failed = row("a", 0, error_occurred=True, error_message="no result")
+        found = self.program(json.dumps({"benchmarks": [failed, row("b", 1)]}))
+        self.assertEqual(found, (["a: no result"], [row("b", 1)]))
 
     def test_rejects_output_of_other_programs(self) -> None:
-        path = self.folder / "output.json"
-        for content in ("{}", "no JSON", '{"benchmarks": [{}]}'):
-            path.write_text(content)
-            self.assertIn("not written by Google Benchmark", BenchValues().add(path)[0])
+        for content in ("{}", "no JSON", '{"benchmarks": [{}]}', '{"benchmarks": [5]}'):
+            failures, rows = self.program(content)
+            self.assertIn("not written by Google Benchmark", failures[0])
+            self.assertEqual(rows, [])
 
 
 class HotPath(BenchTest):
@@ -87,67 +76,55 @@ class HotPath(BenchTest):
         """Stands in for `hotpath compare`."""
         folder = Path(words[words.index("--output") + 1])
         folder.mkdir()
-        latency = {"p50": 20, "p99": 21, "p999": 22, "max": 23}
-        executor = {"executor": "rm-ro", "cpu_per_callback_us": 47.5, "callbacks_executed": 995}
-        executor["chains"] = [{"hot_path_latency_ms": latency}]
+        executor = {"executor": "rm-ro", "cpu_per_callback_us": 47.5}
         (folder / "run.json").write_text(json.dumps({"executors": ["rm-ro"]}))
         (folder / "summary.json").write_text(json.dumps({"executors": [executor]}))
-        return "" if "--load" not in words or self.succeeds else "failed"
+        return "" if self.succeeds else "failed"
 
-    def measured(self, succeeds: Any) -> tuple[Any, Any]:
-        self.succeeds, values = succeeds, BenchValues()
+    def measured(self, succeeds: bool) -> tuple[list[str], list[Any]]:
+        self.succeeds = succeeds
+        rows: list[Any] = []
         with mock.patch("hotpath_report.bench_suite.execute", self.compare):
-            options = {"quick": True, "time_out_s": 1}
-            failures = run_hot_path(Path("hotpath"), self.folder / "hot_path-0.json", options, values)
-        return failures, values.figures
+            return run_hot_path(Path("hotpath"), self.folder / "hot_path-0.json", OPTIONS, rows), rows
 
-    def test_takes_the_values_of_compare_with_and_without_work(self) -> None:
-        failures, figures = self.measured(True)
+    def test_takes_the_cpu_time_of_a_callback_of_compare(self) -> None:
+        failures, rows = self.measured(True)
         self.assertEqual(failures, [])
-        for transport in ("intra_process", "fastdds"):
-            variant = f"executor:rm-ro/transport:{transport}"
-            self.assertEqual(figures[f"hot_path/{variant}", "time_ns"], [20e6])
-            self.assertEqual(figures[f"hot_path/{variant}", "hot_path_max_ns"], [23e6])
-            self.assertEqual(figures[f"callback/{variant}", "time_ns"], [47500])
-            self.assertEqual(figures[f"callback/{variant}", "callbacks"], [995])
+        found = {("callback/executor:rm-ro/transport:fastdds", "time_ns"): [47500]}
+        self.assertEqual(Bench(self.stored("x", *rows)).values, found)
 
     def test_reports_failures(self) -> None:
-        self.assertEqual(self.measured(False)[0], ["hot_path-0-intra_process-idle failed"])
+        self.assertEqual(self.measured(False)[0], ["hot_path-0 failed"])
 
 
 class Compare(BenchTest):
-    def test_a_large_shift_is_beyond_noise_in_its_direction(self) -> None:
-        slow, fast = [100.0, 101, 99, 100, 102], [50.0, 51, 49, 50, 52]
-        ratio: Any
-        ratio, verdict = change(slow, fast)
-        self.assertEqual((round(ratio.value, 3), verdict), (0.502, "smaller"))
-        self.assertTrue(ratio.low < ratio.value < ratio.high < 1)
-        self.assertEqual(change(fast, slow)[1], "larger")
-
-    def test_a_shift_smaller_than_the_spread_is_noise(self) -> None:
-        ratio: Any
-        ratio, verdict = change([100, 80, 120, 95, 105], [103, 84, 118, 99, 101])
-        self.assertEqual(verdict, "within noise")
-        self.assertTrue(ratio.low < 1 < ratio.high)
-
-    def test_equal_values_do_not_differ(self) -> None:
-        for values in ([100.0, 80, 120], [7.0, 7, 7]):
-            self.assertEqual(change(values, values)[1], "within noise")
-
-    def test_too_few_repetitions_and_values_without_a_ratio_are_not_comparable(self) -> None:
-        for values in ([1.0, 1], [0.0, 0, 0]):
-            self.assertEqual(change(values, [9, 9, 9]), (None, NOT_COMPARABLE))
-
-    def test_lists_changes_first_and_skips_values_of_one_side(self) -> None:
-        before = self.stored("before", {"a": [100, 101, 102], "b": [100, 101, 102]})
-        after = self.stored("after", {"a": [100, 101, 102], "b": [200, 201, 202], "new": [1, 2, 3]})
+    def compared(self, old: str, new: str) -> str:
         with contextlib.redirect_stdout(io.StringIO()) as printed:
-            self.assertEqual(compare(before, after), 0)
-        text = printed.getvalue()
-        self.assertLess(text.index("b time_ns"), text.index("a time_ns"))
-        self.assertIn("1 of 2 values differ beyond noise.", text)
-        self.assertIn("larger", text)
+            self.assertEqual(compare_results(old, new, None, False, False, None), 0)
+        return printed.getvalue()
 
-    def test_rejects_folders_without_common_values(self) -> None:
-        with self.assertRaisesRegex(InputError, "no value in common"):
-            compare(self.stored("before", {"a": [1]}), self.stored("after", {"b": [1]}))
+    def test_a_counter_that_changed_is_beyond_noise(self) -> None:
+        old = self.repetitions("old", decide_ns=[100, 101, 99, 100, 102], delta_ns=[100, 80, 120, 95, 105])
+        new = self.repetitions("new", decide_ns=[50, 51, 49, 50, 52], delta_ns=[103, 84, 118, 99, 101])
+        text = self.compared(old, new)
+        self.assertRegex(text, r"a decide_ns +100 +50\.0 +-50 +\[-5\d(\.\d)?, -4\d(\.\d)?\] +beyond noise")
+        self.assertRegex(text, r"a delta_ns .* within noise")
+        self.assertIn("1 of 2 counters differ beyond noise.", text)
+        self.assertNotIn("time_ns", text)
+
+    def test_one_repetition_has_no_interval(self) -> None:
+        self.assertIn("no interval", self.compared(*(self.repetitions(n, decide_ns=[5]) for n in ("a", "b"))))
+
+    def test_rejects_folders_without_a_common_counter(self) -> None:
+        with self.assertRaisesRegex(InputError, "no counter in common"):
+            self.compared(self.repetitions("old", x_ns=[1]), self.repetitions("new", y_ns=[1]))
+
+    @unittest.skipUnless(COMPARE.exists(), "libbenchmark-tools is not installed")
+    def test_google_benchmark_compares_the_times_of_two_results(self) -> None:
+        files = [
+            Path(self.stored(name, *(row("a", t + k, cpu_time=t + k) for k in range(9)))) / FILE
+            for name, t in (("old", 100.0), ("new", 200.0))
+        ]
+        words = ["/usr/bin/python3", str(COMPARE), "--no-color", "benchmarks", *map(str, files)]
+        done = subprocess.run(words, capture_output=True, text=True, check=True)
+        self.assertRegex(done.stdout, r"a_pvalue +0\.000")

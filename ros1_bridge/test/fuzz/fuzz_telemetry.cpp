@@ -11,8 +11,7 @@
 #include "lidar.hpp"
 #include "names.hpp"
 #include "node_health.hpp"
-#include "run_check.hpp"
-#include "run_metadata.hpp"
+#include "run_info.hpp"
 
 namespace {
 
@@ -47,7 +46,7 @@ void show_statistics(Payload& payload) {
   if (!statistics) return;
   const telemetry::NodeStatistics before;
   for (const auto& node : statistics->nodes()) {
-    static_cast<void>(node_health("node", before, node, statistics->run_time_s(), {}));
+    static_cast<void>(node_health("node", before, node, statistics->run_time_s()));
   }
 }
 
@@ -58,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Payload payload(static_cast<std::uint32_t>(size));
   payload.length = static_cast<std::uint32_t>(size - 1);
   std::copy_n(data + 1, size - 1, payload.data);
-  switch (data[0] % 5) {
+  switch (data[0] % 4) {
     case 0:
       show_run(payload);
       break;
@@ -68,11 +67,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 2:
       read<telemetry::ChainSamplePubSubType>(payload);
       break;
-    case 3:
-      read<telemetry::ClockPubSubType>(payload);
-      break;
     default:
-      read<telemetry::BytesPubSubType>(payload);
+      read<telemetry::ClockPubSubType>(payload);
   }
   return 0;
 }

@@ -10,9 +10,4 @@ namespace hotpath {
 /// t >= C_k + max_{i>k} C_i + sum_{i<k} ceil(t / T_i) C_i. Sporadic tasks, D <= T, no jitter.
 ResponseTimes brueggen_2015(const PeriodicTasks& tasks);
 
-/// The smallest t of the same inequality up to `limit` instead of D_k. A value above D_k is not a
-/// bound.
-std::optional<std::int64_t> brueggen_2015_fixed_point(const PeriodicTasks& tasks, std::size_t k,
-                                                      std::int64_t limit);
-
 }  // namespace hotpath

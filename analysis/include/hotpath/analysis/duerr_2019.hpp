@@ -12,12 +12,4 @@ namespace hotpath {
 std::int64_t duerr_2019_reaction_time(const PeriodicTasks& tasks, const ResponseTimes& bounds,
                                       const TaskChain& chain, Priorities priorities = Priorities::fixed);
 
-/// Theorem 5.10, reduced maximum data age: R_n + sum_{i<n} (T_i + x_i R_i).
-std::int64_t duerr_2019_reduced_data_age(const PeriodicTasks& tasks, const ResponseTimes& bounds,
-                                         const TaskChain& chain, Priorities priorities = Priorities::fixed);
-
-/// Maximum data age: the reduced data age plus one period of the last task.
-std::int64_t duerr_2019_data_age(const PeriodicTasks& tasks, const ResponseTimes& bounds,
-                                 const TaskChain& chain, Priorities priorities = Priorities::fixed);
-
 }  // namespace hotpath

@@ -34,8 +34,7 @@ using PeriodicTasks = std::vector<PeriodicTask>;
 enum class TimeModel : std::uint8_t { continuous, discrete };
 
 /// The timers of `set` in the order of `policy`: level, then task id; under edf and fifo by task
-/// id. Throws AnalysisError if the set has subscriptions, which are not periodic tasks
-/// (sequence_tasks() accepts some of them).
+/// id. Throws AnalysisError if the set has subscriptions, which are not periodic tasks.
 PeriodicTasks periodic_tasks(const TaskSet& set, Policy policy);
 
 /// The inputs that a method accepts; check_tasks() rejects all others.
@@ -44,7 +43,6 @@ struct MethodScope {
   std::string_view instead;         ///< Methods that accept the rejected inputs.
   bool arbitrary_deadlines = true;  ///< D > T allowed.
   bool jitter = true;               ///< J > 0 allowed.
-  bool phases = true;               ///< Phases other than 0 allowed.
   bool overload = true;             ///< Utilisation above 1 allowed (overloaded tasks then have no bound).
 };
 
@@ -53,8 +51,5 @@ void check_tasks(const PeriodicTasks& tasks, const MethodScope& scope);
 
 /// The task's name, or its position if it has none.
 std::string task_label(const PeriodicTasks& tasks, std::size_t position);
-
-/// Least common multiple of the periods; throws AnalysisError on overflow.
-std::int64_t hyperperiod(const PeriodicTasks& tasks, std::string_view method, std::string_view instead);
 
 }  // namespace hotpath

@@ -10,9 +10,6 @@ namespace hotpath {
 /// Section V-B of the paper: releasing one job takes up to delta ns; Delta_i prolongs the jobs of
 /// tau_i. For release-and-execute, and in the tightened form for release-only: n * delta.
 
-/// Release-and-execute, and the tightened form of release-only: n * delta.
-std::int64_t release_overhead_re(std::size_t tasks, std::int64_t delta);
-
 /// Release-only, Equation (3): the fixed point t_0 and the overhead of one task.
 struct ReleaseOverhead {
   std::int64_t t0 = 0;        ///< Longest time a job executes, releases included.

@@ -10,12 +10,8 @@ namespace hotpath {
 /// A cause-effect chain: positions in a PeriodicTasks, from source to sink. Tasks may repeat.
 using TaskChain = std::vector<std::size_t>;
 
-/// Whether a chain may visit a task twice.
-enum class Revisits : std::uint8_t { allowed, forbidden };
-
-/// Positions of the named tasks. Throws AnalysisError for an empty chain, an unknown name, or a forbidden
-/// repetition.
-TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names, Revisits repetition);
+/// Positions of the named tasks. Throws AnalysisError for an empty chain or an unknown name.
+TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names);
 
 /// Whether positions represent fixed priorities. Under `dynamic` (EDF, FIFO) the position does not
 /// determine the order of jobs.

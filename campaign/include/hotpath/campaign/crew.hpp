@@ -1,58 +1,60 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
-
-#include "hotpath/campaign/campaign.hpp"
 
 namespace hotpath {
 
-class Link;
-
-/// Parameters of a Crew.
-struct CrewOptions {
-  unsigned threads = 0;  ///< Threads per rank; 0: one per available processor.
-  /// A rank that is silent for longer counts as lost. Ranks report four times as often.
-  std::chrono::milliseconds silence{20'000};
-  /// The clock for `silence`.
-  std::function<std::chrono::steady_clock::time_point()> now = std::chrono::steady_clock::now;
+/// Numbered cells that are computed in parallel and gathered in one place. A cell depends on its
+/// number only, so results depend neither on threads nor on ranks nor on order.
+struct Campaign {
+  std::string name;  ///< Identifies the work: ranks with different names do not work together.
+  std::vector<std::uint64_t> cells;  ///< Distinct numbers, handed out in this order.
+  /// Computes a cell's row. Called by any thread of any rank. An exception ends the campaign.
+  std::function<std::string(std::uint64_t cell)> work;
+  /// Receives a row on the coordinating rank: each cell once, one at a time, in order of
+  /// completion.
+  std::function<void(std::uint64_t cell, const std::string& row)> gather;
+  std::function<bool()> stopped = [] { return false; };  ///< Polled regularly: whether to end early.
 };
 
-/// The threads that work on a campaign: those of this process and, if it was started by mpirun (or
-/// another MPI launcher, in builds with MPI), those of all ranks. Only one Crew may exist at a
-/// time.
+/// The threads that work on a campaign: those of this process and, if an MPI launcher started it (in
+/// builds with MPI), those of all ranks, once in a process.
 ///
-/// Rank 0 coordinates and also works. Ranks request cells when they run short; the fewer cells
-/// remain, the fewer they get at once. The cells of a silent rank are handed out again. For the
-/// others to survive a rank that dies, the launcher must allow it (`mpirun --enable-recovery`). If
-/// rank 0 dies, the others end.
+/// Rank 0 coordinates and also works. It hands out cells to ranks that run short; the fewer remain,
+/// the fewer at once. If a rank dies, the launcher ends the job; a rank that leaves an incomplete
+/// campaign ends the job when its process exits.
 class Crew {
  public:
-  explicit Crew(const CrewOptions& options);
-  /// If run() was not called, tells the other ranks to end.
+  explicit Crew(unsigned threads = 0);  ///< Threads per rank; 0: one per available processor.
+  /// After a complete campaign, waits until every rank has ended.
   ~Crew();
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
 
   /// Whether this rank gathers the results. Other ranks have no results after run().
-  [[nodiscard]] bool coordinates() const;
-  [[nodiscard]] unsigned ranks() const;
-  [[nodiscard]] unsigned threads() const { return options_.threads; }  ///< Threads of this rank.
-  [[nodiscard]] unsigned ranks_on_this_machine() const;
+  [[nodiscard]] bool coordinates() const { return rank_ == 0; }
+  [[nodiscard]] unsigned ranks() const { return static_cast<unsigned>(threads_of_.size()); }
+  [[nodiscard]] unsigned ranks_on_this_machine() const { return ranks_on_this_machine_; }
+  [[nodiscard]] unsigned threads() const { return threads_; }  ///< Threads of this rank.
 
   /// Works until every cell is gathered or the campaign is stopped; all ranks must call it once.
-  /// Returns messages about lost ranks. Throws the exception of a cell of this rank or of `gather`,
-  /// and CampaignError.
-  std::vector<std::string> run(const Campaign& campaign);
+  /// Throws the exception of a cell of this rank or of `gather`, and std::runtime_error if ranks run
+  /// different programs or campaigns.
+  void run(const Campaign& campaign);
 
  private:
-  CrewOptions options_;
-  std::unique_ptr<Link> link_;  // nullptr: a single process
-  bool ran_ = false;
+  class Messages;
+  void work_for_coordinator(const Campaign& campaign);
+
+  unsigned threads_, rank_ = 0, ranks_on_this_machine_ = 1;
+  std::unique_ptr<Messages> messages_;
+  std::vector<std::size_t> threads_of_;  // by rank; 0: it has not reported yet
+  bool complete_ = false;
 };
 
 /// A hash that differs between builds of the running program.

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "parameters.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+namespace hotpath {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using XmlRpc::XmlRpcValue;
+
+Parameters read(const XmlRpcValue& given, const std::string& node = "/bridge") {
+  std::string unknown;
+  const Parameters parameters = read_parameters(given, node, unknown);
+  EXPECT_EQ(unknown, "");
+  return parameters;
+}
+
+std::string refusal(const std::string& name, const XmlRpcValue& value) {
+  XmlRpcValue given;
+  given[name] = value;
+  try {
+    read(given);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Parameters, HaveDefaults) {
+  const Parameters p = read({});
+  EXPECT_EQ(p.telemetry.domain, 0U);
+  EXPECT_TRUE(p.points && p.clock && !p.telemetry.all_interfaces);
+  EXPECT_THAT(p.chains, IsEmpty());
+  EXPECT_EQ(p.frame, "hotpath");
+  EXPECT_EQ(read({}, "/left/bridge").frame, "left/hotpath");
+}
+
+TEST(Parameters, AreTakenFromTheDictionary) {
+  XmlRpcValue given;
+  given["domain"] = 7;
+  given["clock"] = false;
+  given["frame"] = "map";
+  given["queue_mib"] = 2;
+  given["chains"] = "a, b c,";
+  EXPECT_THAT(read(given).chains, ElementsAre("a", "b c"));
+  given["chains"].clear();
+  given["chains"][0] = "x";
+  const Parameters p = read(given);
+  EXPECT_EQ(p.telemetry.domain, 7U);
+  EXPECT_EQ(p.telemetry.queue_bytes, 2U << 20);
+  EXPECT_FALSE(p.clock);
+  EXPECT_EQ(p.frame, "map");
+  EXPECT_THAT(p.chains, ElementsAre("x"));
+}
+
+TEST(Parameters, OfAnotherTypeOrRangeAreRefused) {
+  for (const XmlRpcValue& wrong : {XmlRpcValue(-1), XmlRpcValue(233), XmlRpcValue(7.5), XmlRpcValue("7")})
+    EXPECT_THAT(refusal("domain", wrong), HasSubstr("/bridge/domain must be a whole number, 0 to 232"));
+  EXPECT_THAT(refusal("points", 1), HasSubstr("true or false"));
+  EXPECT_THAT(refusal("frame", 1), HasSubstr("a text"));
+  EXPECT_THAT(refusal("chains", 1), HasSubstr("comma-separated"));
+  XmlRpcValue list;
+  list[0] = 1;
+  EXPECT_THAT(refusal("chains", list), HasSubstr("comma-separated"));
+}
+
+TEST(Parameters, ThatDoNotExistAreReported) {
+  XmlRpcValue given;
+  given["graph_every"] = 2;
+  given["domain"] = 1;
+  std::string unknown;
+  read_parameters(given, "/bridge", unknown);
+  EXPECT_THAT(unknown, HasSubstr("ignored unknown parameters ~graph_every (`rosparam delete /bridge`"));
+}
+
+}  // namespace
+}  // namespace hotpath
