@@ -344,7 +344,8 @@ class WatchTest(CommandTest):
         self.addCleanup(os.close, terminal)
         self.environment["TERM"] = "xterm"
         process = self.start(
-            *("watch", "--contract", self.contract(1), "--", TRACED_SYSTEM, 1_000_000, 1, 10, 2), stdout=slave
+            *("watch", "--contract", self.contract(1), "--", TRACED_SYSTEM, 1_000_000, 1, 10, 2),
+            stdout=slave,
         )
         os.close(slave)
         screen = ""
