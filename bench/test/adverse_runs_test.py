@@ -61,13 +61,6 @@ def live_results(commands: Any, stock: Path, tmp_path_factory: Any) -> Results:
     return Results(commands, stock, tmp_path_factory.mktemp("live"), live=True)
 
 
-def test_rows_have_cpu_times_where_work_counts_them(live_results: Results) -> None:
-    use = next(iter(tables.LIVE_EFFECTS))
-    for more, timed in tables.CPU_TIMES.items():
-        found = live_results.of(live_results.arguments(f"{use} {more}"))
-        assert found[1]["out/jobs.csv"] == timed, more
-
-
 # What this machine or this user does not permit.
 
 LIMITS = {
@@ -132,7 +125,7 @@ def test_closed_standard_streams(shell: CommandTest) -> None:
     """The numbers of closed standard streams must not be reused for result files."""
     output = shell.folder / "run"
     process = subprocess.Popen(
-        [HOTPATH, "run", *tables.BRIEF.split(), "--repetitions", "1", "--output", output],
+        [HOTPATH, "run", *tables.BRIEF.split(), "--output", output],
         env=shell.environment, preexec_fn=lambda: os.closerange(0, 3),
     )  # fmt: skip
     assert shell.finish(process)[0] == WHOLE

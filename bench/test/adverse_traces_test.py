@@ -197,7 +197,7 @@ def test_a_chain_without_outputs_is_not_green(shell: CommandTest) -> None:
 
 def test_a_failed_import_keeps_an_empty_folder(shell: CommandTest, stock: Path) -> None:
     (shell.folder / "old").mkdir()
-    asked = ("import", "ctf", stock / "ctf" / "rm-ro-0", "--deployment", stock / "nobody.yaml")
+    asked = ("import", "ctf", stock / "ctf" / "rm-ro-0", "--deployments", stock / "nobody.yaml")
     assert shell.command(*asked, "--output", "old")[0] == WRONG_USE
     assert list((shell.folder / "old").iterdir()) == []
 

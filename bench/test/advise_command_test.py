@@ -170,7 +170,17 @@ class Advise(CommandTest):
 
     def test_the_budget_ends_it_after_a_whole_draw(self) -> None:
         out, advice = self.advise(
-            *("autoware", "--repetitions", 1000, "--duration", 30, "--time-out", 0.1, "--executors", "default,rm-ro")
+            *(
+                "autoware",
+                "--repetitions",
+                1000,
+                "--duration",
+                30,
+                "--time-out",
+                0.1,
+                "--executors",
+                "default,rm-ro",
+            )
         )
         self.assertLess(advice["draws"], 1000)
         self.assertIn("draws: the budget ended", out)

@@ -103,7 +103,9 @@ def processes_of(session: int) -> Any:
 def commands_below(*above: str) -> dict[tuple[str, ...], str]:
     """The help texts of all commands below one, by the words of the command."""
     text = subprocess.run([HOTPATH, *above, "--help"], check=True, capture_output=True, text=True).stdout
-    names = re.findall(r"^  ([a-z][a-z-]+) ", text.partition("Subcommands:")[2], re.MULTILINE)
+    names = (
+        re.findall(r"^  ([a-z][a-z0-9]+)(?:, [a-z]+)? ", text, re.MULTILINE) if "SUBCOMMAND" in text else []
+    )
     below = [entry for name in names for entry in commands_below(*above, name).items()]
     return dict(below) if below else {above: text}
 

@@ -171,7 +171,7 @@ class RoundTrip(CommandTest):
         ]
         for number, (graph, kind, executor, *options) in enumerate(cases):
             with self.subTest(graph=graph, executor=executor, options=options):
-                stated = ("--executor", executor) if kind == "--executors" else ()
+                stated = ("--executors", executor) if kind == "--executors" else ()
                 plan = (kind, executor, *options)
                 facts, run, found = self.imported(str(number), *plan, graph=graph, options=stated)
                 self.check_instants(run, found, graph)
@@ -200,7 +200,7 @@ class RoundTrip(CommandTest):
         for executor in ("default", "events-ro", "rm-ro"):
             with self.subTest(executor):
                 plan = ("--executors", executor, "--platform", "dispatch_cost_us=5")
-                stated = ("--executor", executor)
+                stated = ("--executors", executor)
                 _, run, found = self.imported(executor, *plan, graph=graph, options=stated)
                 self.check_instants(run, found, graph)
                 self.assertIn(order, (found.path.parent / "graph.yaml").read_text())

@@ -8,7 +8,7 @@ import signal
 import subprocess
 from typing import Any
 
-from hotpath_command import CommandTest
+from hotpath_command import ONE, CommandTest
 
 STRANGER = os.environ.get("STRANGER", "stranger")
 DOMAIN = 100 + os.getpid() % 100

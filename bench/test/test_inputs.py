@@ -106,12 +106,11 @@ def make_inputs(hotpath: Any) -> Any:
     for name, line in RUNS.items():
         call(hotpath, folder, "simulate", *line.split(), "--duration", 1, "--warm-up", 0, "--output", name)
     call(hotpath, folder, "export", "ctf", "autoware", "--output", "exported")
-    (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--cie"))
+    (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--as", "cie"))
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
     call(hotpath, folder, "analyze", "sequences", "--executors", "rm-ro", "--page", "bounds")
-    call(
-        hotpath, folder, "advise", "sequences", "--output", "advice", "--repetitions", "1", "--duration", "1"
-    )
+    brief = ("--repetitions", 1, "--duration", 1)
+    call(hotpath, folder, "advise", "sequences", "--output", "advice", *brief)
     call(hotpath, folder, "paper", "golden", "--output", "validation")
     (folder / "reference" / "traces").mkdir(parents=True)
     shutil.copy(folder / "golden.csv", folder / "reference" / "traces" / GOLDEN.name)

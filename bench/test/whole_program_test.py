@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
-from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, CommandTest, RunFolder
+from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, ONE, CommandTest, RunFolder
 
 from hotpath_report.run import Run
 
@@ -106,13 +106,13 @@ class WholeProgram(CommandTest):
 
     def test_autoware_on_fastdds_with_figure(self) -> None:
         del self.environment["HOTPATH_FIGURES"]
-        folder = self.measure("run", *SHORT)
+        folder = self.measure("run", *ONE, *SHORT)
         self.check(folder, figures=True)
         self.assertEqual(folder.run["transport"], "fastdds")
         self.assertGreater(len(folder.chains()["rm-ro", 0]), 0)
 
     def test_autoware_in_two_processes_over_udp(self) -> None:
-        folder = self.measure("run", "--processes", 2, "--network", "udp", *SHORT)
+        folder = self.measure("run", *ONE, "--processes", 2, "--network", "udp", *SHORT)
         self.check(folder, processes=2)
 
     def test_autoware_in_two_processes_over_shared_memory(self) -> None:
@@ -155,7 +155,7 @@ class WholeProgram(CommandTest):
         self.assertLessEqual({j.worker for j in folder.jobs()["multi:3", 0]} - {None}, {0, 1, 2})
 
     def test_many_to_many_on_fastdds(self) -> None:
-        self.check(self.measure("run", "--graph", "many_to_many", *SHORT))
+        self.check(self.measure("run", *ONE, "--graph", "many_to_many", *SHORT))
 
     def test_timers_only_has_no_chain_and_no_figure(self) -> None:
         executors = ["default", "dm-ro"]

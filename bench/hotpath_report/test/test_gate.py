@@ -318,7 +318,7 @@ class Simulations(unittest.TestCase):
         code, _, err = self.gate(*jittered)
         self.assertEqual(code, 2)
         self.assertIn("the gate needs 3 repetitions", err)
-        phases = "--executors default,rm-ro --repetitions 3 --duration 2 --phases-of".split()
+        phases = "--executors default,rm-ro --repetitions 3 --duration 2 --phases".split()
         runs = [self.field("autoware", f"of_{n}", *phases, self.simulate(seed=n)) for n in (1, 11)]
         self.assertIn("independent repetitions", self.gate(*runs)[1])
 
