@@ -12,6 +12,7 @@
 #include "advise/ranking.hpp"
 #include "advise/stored_draw.hpp"
 #include "explain/simulated_difference.hpp"
+#include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/progress.hpp"
 #include "program/python_tool.hpp"
