@@ -83,11 +83,11 @@ def test_the_hot_path_is_simulated_then_measured(tmp_path: Path) -> None:
     simulated, measured = commands()
     assert simulated == f"ran simulate {executors} --duration 60 --no-trace --output out-simulated"
     assert measured.startswith(
-        f"ran compare {executors} --repetitions 3 --duration 5.5 --warm-up 0.5 --cpus "
+        f"ran run {executors} --repetitions 3 --duration 5.5 --warm-up 0.5 --cpus "
     )
     assert measured.endswith(" --output out")
     simulated, measured = commands("--all", "--load", "50", "--cpus", "0", "--quick", "--stack=native")
     assert (
         simulated == "ran simulate --executors all --load 50 --duration 60 --no-trace --output out-simulated"
     )
-    assert measured == "ran compare --executors all --output out --load 50 --cpus 0 --quick --stack=native"
+    assert measured == "ran run --executors all --output out --load 50 --cpus 0 --quick --stack=native"
