@@ -30,7 +30,7 @@ struct Options : setup::CommonOptions {
 void advise(const Options& options);
 
 /// Searches phases of timers that minimise a guaranteed latency, under each executor that the exact worst
-/// cases cover, and writes the best as a file for --phases-file, with schedules that reach the guarantee.
+/// cases cover, and writes the best as a file for --phases, with schedules that reach the guarantee.
 /// Throws UsageError, InputError, and RunError if nothing is covered.
 void advise_phases(const Options& options);
 

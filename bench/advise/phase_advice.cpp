@@ -116,7 +116,7 @@ class PhaseAdviser : Question {
     if (std::ranges::all_of(tasks.set.tasks, [](const Task& task) { return task.bcet == task.wcet; }))
       sentences.push_back(
           "Execution times are constant in this graph and the guarantee (no best_case_execution_time_ms).");
-    std::cout << "\n" << program::joined(sentences, "\n") << "\n\nPhases: --phases-file " << file << "\n";
+    std::cout << "\n" << program::joined(sentences, "\n") << "\n\nPhases: --phases " << file << "\n";
     const json content = {{"graph", graph.name},
                           {"objective", objective.text},
                           {"margin_ms", to_ms(margin_)},

@@ -23,7 +23,7 @@ from hotpath_report.errors import InputError, Interrupted, RunError, interruptib
 from hotpath_report.run import Run
 from hotpath_report.tables import make_folder, read_json, write_json
 
-HOT_PATH = "hot_path"  # no program, but `hotpath compare`
+HOT_PATH = "hot_path"  # no program, but `hotpath run`
 Rows = list[dict[str, Any]]  # of Google Benchmark's JSON
 PROGRAMS = ("scheduler", "simulator", "executor", "transport", HOT_PATH)
 

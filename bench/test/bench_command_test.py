@@ -121,7 +121,7 @@ class BenchCommand(CommandTest):
             ('{"context": {"machine": {}}, "benchmarks": []}', "nothing to report"),
         ):
             (folder / "bench.json").write_text(content)
-            self.assert_refused("compare-results", "old", "old", words=["old/bench.json: ", words])
+            self.assert_refused("diff", "old", "old", words=["old/bench.json: ", words])
 
     def test_machine_prints_and_stores_the_noise_of_every_core(self) -> None:
         code, out, err = self.command("doctor", "--duration", 0.05, "--output", "machine.json")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The interactive pages of `advise`, `sweep`, `capacity` and `compare-results` in headless Chromium: what
+"""The interactive pages of `advise`, `sweep`, `capacity` and `diff` in headless Chromium: what
 they show is read back and compared with the files of the results."""
 
 import csv

@@ -86,7 +86,7 @@ def power(judgements: Sequence[Judgement]) -> str:
 
 
 def interleaved(old: Path, new: Path) -> bool:
-    """Whether `hotpath compare --against` measured both sides by turns, in sibling folders."""
+    """Whether `hotpath run --against` measured both sides by turns, in sibling folders."""
     parts = [sides.parts_of(folder) for folder in (old, new)]
     return all(parts) and old.resolve().parent == new.resolve().parent
 

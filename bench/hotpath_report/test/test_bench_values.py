@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values from Google Benchmark's JSON and `hotpath compare`, and the differences of their counters."""
+"""Values from Google Benchmark's JSON and `hotpath run`, and the differences of their counters."""
 
 import contextlib
 import io
@@ -73,7 +73,7 @@ class Values(BenchTest):
 
 class HotPath(BenchTest):
     def compare(self, words: Any, _log: Any, _time_out_s: Any) -> str:
-        """Stands in for `hotpath compare`."""
+        """Stands in for `hotpath run`."""
         folder = Path(words[words.index("--output") + 1])
         folder.mkdir()
         executor = {"executor": "rm-ro", "cpu_per_callback_us": 47.5}

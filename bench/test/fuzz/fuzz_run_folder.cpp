@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the work of `hotpath summarize` on a run's folder, in which the input replaces the file
+// Does the work of `hotpath report --summary` on a run's folder, in which the input replaces the file
 // HOTPATH_FUZZED_FILE.
 #include <sstream>
 
