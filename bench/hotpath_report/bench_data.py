@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measurements of one `hotpath bench` folder: bench.json, in the format of Google Benchmark, whose compare.py
-therefore compares the times of two folders. `hotpath compare-results` compares the other values."""
+therefore compares the times of two folders. `hotpath diff` compares the other values."""
 
 import math
 import re
