@@ -123,7 +123,8 @@ def damaged_copy(stock: Path, folder: Path, file: str, kind: str) -> Path:
     """The file, damaged, in a copy of all inputs that links to those outside its folder."""
     for name in stock.iterdir():
         if name.name == Path(file).parts[0]:
-            (shutil.copytree if name.is_dir() else shutil.copy)(name, folder / name.name)
+            copy: Any = shutil.copytree if name.is_dir() else shutil.copy
+            copy(name, folder / name.name)
         else:
             (folder / name.name).symlink_to(name)
     damage(folder / file, kind)

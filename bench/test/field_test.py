@@ -244,8 +244,8 @@ class ReadBack(FieldTest):
             ("diff", "run", "run", "--csv", "run/summary.json"),
         ):
             self.refused(*words, says="is an input of the command")
-        words = ("diff", "run", "run", "--gate", "--junit", "same", "--markdown", "./same")
-        self.refused(*words, says="would be written twice")
+        twice = ("diff", "run", "run", "--gate", "--junit", "same", "--markdown", "./same")
+        self.refused(*twice, says="would be written twice")
         after = {path.name: path.read_bytes() for path in (self.folder / "run").iterdir()}
         self.assertEqual(before, after)
 

@@ -22,7 +22,7 @@ BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 # Replaces `hotpath`: returns the response times stored in the folder.
 STAND_IN = """#!/bin/sh
-if [ "$1" = summarize ]; then exec cat "$2/responses.csv"; fi
+if [ "$1 $2" = "feed responses" ]; then exec cat "$3/responses.csv"; fi
 exec {} "$@"
 """
 CHAINS_HEADER = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns\n"
