@@ -90,7 +90,7 @@ class RunCheck {
 }  // namespace
 
 CheckedRun check_run(const std::filesystem::path& folder) {
-  const StoredRun run(folder, "check");
+  const StoredRun run(folder, "doctor");
   std::ifstream rows = run.open("jobs.csv");
   return run.check([&] { return RunCheck(run).check(rows); });
 }

@@ -57,7 +57,7 @@ void remove_unfinished(const fs::path& folder) {
 }  // namespace
 
 Summary recover_run(const fs::path& folder) {
-  StoredRun killed(folder, "recover");
+  StoredRun killed(folder, "doctor --recover");
   // A run records its end last: if killed just before, it has all files but no recorded end.
   const RunRecord& before = killed.record();
   const bool ended = before.complete || before.partial || !before.failures.empty();
@@ -81,7 +81,7 @@ Summary recover_run(const fs::path& folder) {
   if (lock >= 0) close(lock);
   remove_unfinished(folder);
 
-  const StoredRun run(folder, "recover");
+  const StoredRun run(folder, "doctor --recover");
   Summary summary = summarize(run, run.summary_options());
   program::write_whole_file(folder / "summary.json", json(summary));
   RunRecord record = run.record();

@@ -37,7 +37,7 @@ class Replay {
         end_(options.duration_s ? std::min(trace_.end, start_ + setup::seconds(*options.duration_s))
                                 : trace_.end) {
     if (start_ >= trace_.end) {
-      throw program::UsageError(program::text("--start is after the end of the run, which lasted %.0f s",
+      throw program::UsageError(program::text("--from is after the end of the run, which lasted %.0f s",
                                               to_ms(trace_.end - Time{}) / 1000));
     }
   }

@@ -44,7 +44,7 @@ std::set<std::string> recorded_sets(const fs::path& traces) {
   for (const auto& file : fs::directory_iterator(traces, error)) {
     if (file.path().extension() == ".csv") sets.insert(file.path().stem().stem());
   }
-  const std::string remedy = "name a folder of golden traces with --reference";
+  const std::string remedy = "name the folder of the reference measurements";
   if (error) refuse_input(traces.string(), error.message(), remedy);
   if (sets.empty()) throw InputError(traces.string(), 0, "has no file SET.EXECUTOR.csv", remedy);
   return sets;
