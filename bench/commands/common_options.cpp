@@ -237,7 +237,10 @@ void add_platform_options(CLI::App& command, setup::PlatformOptions& o) {
   std::string help =
       "Costs in microseconds and the timer thread, separated by\n"
       "commas, such as release_cost_us=3,timer_thread=raised";
-  for (const PlatformCost& cost : kPlatformCosts) help += program::concat("\n", cost.key, ": ", cost.meaning);
+  for (const PlatformCost& cost : kPlatformCosts) {
+    const bool fits = cost.key.size() + cost.meaning.size() + 2 <= kHelpColumns;
+    help += program::concat("\n", cost.key, fits ? ": " : ":\n  ", cost.meaning);
+  }
   help += "\ntimer_thread: " + program::joined(words<TimerThread>()) +
           "; by_executor raises it\nunder the paper's executors only, as live runs do";
   const auto set = [&o](const std::vector<std::string>& lists) {

@@ -113,17 +113,18 @@ std::string unknown_word(const CLI::App& app) {
   const bool wants_command = command->get_require_subcommand_min() > 0;
   const auto option =
       std::ranges::find_if(words, [](const std::string& word) { return word.starts_with("--"); });
-  if (wants_command ? words.empty() : option == words.end()) return "";
+  if (!wants_command && option == words.end()) return "";
+  std::vector<std::string> names;
+  for (const CLI::App* sub : command->get_subcommands({})) {
+    if (!sub->get_group().empty()) names.push_back(sub->get_name());
+  }
+  if (wants_command && words.empty()) return "a command is missing; available: " + program::joined(names);
   const std::string word = wants_command ? words.front() : option->substr(0, option->find('='));
   for (const OldName& old : kOldNames) {
     if (old.name == word || old.name == path + " " + word)
       return program::concat("`", word, "` is ", old.now);
   }
-  std::vector<std::string> names;
-  if (wants_command) {
-    for (const CLI::App* sub : command->get_subcommands({})) names.push_back(sub->get_name());
-    return text_of("command", word, names);
-  }
+  if (wants_command) return text_of("command", word, names);
   for (const CLI::Option* known : command->get_options()) {
     for (const std::string& name : known->get_lnames()) names.push_back("--" + name);
   }

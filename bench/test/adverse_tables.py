@@ -80,7 +80,7 @@ SUMMARISED = "simulate --executors rm-ro --duration 1"
 
 # Words that are rejected before anything happens | parts of the one sentence.
 REJECTED = """
-| A subcommand is required
+| a command is missing; available: run, bench
 rum | `rum` | did you mean `run`?
 run --fast | --fast | hotpath run --help
 run --duration soon | --duration | `soon` | 0.1
