@@ -83,7 +83,8 @@ class Cell:
 
 def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
     """The cells of an entry: one per label of the entry or of the mode."""
-    labels = spec.get("labels", [""])
+    on_timers = spec["study"].startswith("timers")
+    labels = spec.get("labels", UTILISATIONS if on_timers else [""])
     given = {key: spec[key] for key in ("cores", "alone") if key in spec}
     for label in getattr(mode, labels) if isinstance(labels, str) else labels:
         yield Cell(
@@ -91,7 +92,7 @@ def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
             source,
             str(label),
             executors=EXECUTORS.get(spec.get("executors", ""), ()),
-            graph=spec.get("graph", Cell.graph).format(label=label),
+            graph=f"timers_only_{label}" if on_timers else Cell.graph,
             load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
             duration_s=getattr(mode, spec.get("duration_s", ""), 0),
             warm_up_s=mode.warm_up_s,

@@ -220,7 +220,7 @@ def majority(evidence: Evidence, _source: str) -> Finding:
     return Finding(graded(lower.min() > 50, True), f"{shares} of the chains are lower", shares)
 
 
-def negative_grow(evidence: Evidence, _source: str) -> Finding:
+def negative(evidence: Evidence, _source: str) -> Finding:
     """Share of chains without a lower bound, over utilisation."""
     higher = list(100 * (1 - reductions(evidence)["positive_share"]))
     rising = all(a < b for a, b in itertools.pairwise(higher))
@@ -254,7 +254,7 @@ def total_delta(evidence: Evidence, _source: str) -> Finding:
     return Finding(graded(near, True), text, f"{LIMITS.tasks * one:.3f} ms")
 
 
-COMPUTED = (table, schedulable, majority, negative_grow, almost_90, delta, total_delta)  # need no run
+COMPUTED = (table, schedulable, majority, negative, almost_90, delta, total_delta)  # need no run
 
 
 def hot_paths(evidence: Evidence, source: str, *executors: str) -> list[Samples]:

@@ -55,7 +55,7 @@ def claims() -> Iterator[Claim]:
             why = entry.get("why", {}).get(executor, why)
             yield Claim(
                 name=f"{entry['name']}-{executor}" if executor else entry["name"],
-                check=getattr(checks, entry["check"]),
+                check=getattr(checks, entry.get("check", entry["name"].replace("-", "_"))),
                 options=entry.get("options", {}) | ({"executor": executor} if executor else {}),
                 why={verdict: reasons.get(text, text).strip() for verdict, text in why.items() if text},
                 **texts,

@@ -66,7 +66,7 @@ def responses(evidence: Evidence, width: float, group: str) -> Drawing:
     return Drawing(figure, table)
 
 
-def tightness(evidence: Evidence, width: float) -> Drawing:
+def wcrt(evidence: Evidence, width: float) -> Drawing:
     """Worst responses in percent of their bounds."""
     with_cost = evidence.timer_runs(WITH_COST).counts
     bound = with_cost[with_cost["executor"] == EXECUTORS["with_bounds"][0]][["setting", "task", "bound_ms"]]

@@ -35,7 +35,7 @@ from hotpath_report.samples import GROUPS
 from hotpath_report.statistics import Estimate
 from hotpath_report.tables import make_folder, write_file, write_json
 
-OVER_LOAD = next(item.figure for item in ITEMS if item.draw == "over_load")
+OVER_LOAD = next(item.figure for item in ITEMS if item.shows == "over_load")
 # Figures at the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
 
@@ -103,12 +103,12 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     made = []
     for item in (item for item in ITEMS if item.name in items):
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
-        draw = partial(getattr(drawings, item.draw), evidence, **item.options)
+        draw = partial(getattr(drawings, item.shows), evidence, **item.options)
         with suppress(Missing):
             commands = command_lines(evidence, item.studies)
             section.figures.append(make_figure(item.figure, item.caption, draw, commands))
         with suppress(Missing):
-            table = getattr(tables, item.table)(evidence, **item.options)
+            table = getattr(tables, item.shows)(evidence, **item.options)
             section.tables += [table] if table.rows else []
         made.append(section)
     return made
