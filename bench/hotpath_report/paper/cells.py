@@ -18,13 +18,18 @@ def read_spec(name: str) -> dict[str, Any]:
 
 
 SPEC = read_spec("cells.toml")
-MODES = {name: SimpleNamespace(name=name, **values) for name, values in SPEC["mode"].items()}
-MODES["full"] = SimpleNamespace(**vars(MODES["standard"]) | vars(MODES["full"]))
+MODES = {
+    name: SimpleNamespace(name=name, **{key: values[: k + 1][-1] for key, values in SPEC["modes"].items()})
+    for k, name in enumerate(("quick", "standard", "full"))
+}
 EXECUTORS: dict[str, tuple[str, ...]] = {name: tuple(found) for name, found in SPEC["executors"].items()}
 UTILISATIONS = (60, 80, 90)
 PAPER_LOAD_PERCENT = 80
 # In the order of the page.
-ITEMS = [SimpleNamespace(**{"paper": "", "options": {}} | item) for item in read_spec("items.toml")["item"]]
+ITEMS = [
+    SimpleNamespace(**{"paper": "", "options": {}, "figure": item["name"].replace("-", "_")} | item)
+    for item in read_spec("items.toml")["item"]
+]
 NAMES = tuple(item.name for item in ITEMS)
 
 # Attributes of a cell in results.
@@ -85,13 +90,14 @@ def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
     """The cells of an entry: one per label of the entry or of the mode."""
     on_timers = spec["study"].startswith("timers")
     labels = spec.get("labels", UTILISATIONS if on_timers else [""])
+    executors = spec.get("executors", ())
     given = {key: spec[key] for key in ("cores", "alone") if key in spec}
     for label in getattr(mode, labels) if isinstance(labels, str) else labels:
         yield Cell(
             spec["study"],
             source,
             str(label),
-            executors=EXECUTORS.get(spec.get("executors", ""), ()),
+            executors=EXECUTORS[executors] if isinstance(executors, str) else tuple(executors),
             graph=f"timers_only_{label}" if on_timers else Cell.graph,
             load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
             duration_s=getattr(mode, spec.get("duration_s", ""), 0),
