@@ -96,7 +96,7 @@ def judged(folders: tuple[Path, Path], across_loads: bool) -> tuple[Side, Side, 
         before, after = sides.regardless_of_load(before, after)
     if not before.outputs.keys() & after.outputs.keys():
         raise sides.nothing_in_common(str(folders[0]), str(folders[1]), before.outputs, after.outputs)
-    # `hotpath compare --against` measured both sides by turns, in sibling folders.
+    # `hotpath run --against` measured both sides by turns, in sibling folders.
     by_turns = all(map(sides.parts_of, folders)) and len({folder.resolve().parent for folder in folders}) == 1
     judgements = judge(before, after, by_turns)
     if not judgements:

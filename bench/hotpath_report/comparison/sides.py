@@ -74,7 +74,7 @@ def timers_of(folder: Path) -> pd.DataFrame:
 
 
 def parts_of(folder: Path) -> list[Path]:
-    """Folders of one build's repetitions, measured by turns with `hotpath compare --against`."""
+    """Folders of one build's repetitions, measured by turns with `hotpath run --against`."""
     return [] if (folder / "run.json").exists() else sorted(p.parent for p in folder.glob("*/run.json"))
 
 
