@@ -12,13 +12,13 @@ import pandas as pd
 from hotpath_report.bench_data import FILE, TIME, Bench, three_digits
 from hotpath_report.comparison import sides
 from hotpath_report.comparison.gate import gate as judge
-from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key, Side
+from hotpath_report.comparison.sides import KEYS, NOTHING_MS, Key, Side, text_of
 from hotpath_report.errors import InputError
 from hotpath_report.pages import comparison_page
 from hotpath_report.pages.writer import Table
-from hotpath_report.paper.storage import IN_FRAMES, TIMERS_FILE
+from hotpath_report.paper.storage import TIMERS_FILE
 from hotpath_report.statistics import PERCENTILES, Estimate, Samples, difference, percent_of
-from hotpath_report.tables import read_json, read_table, show_json, text_table, write_output
+from hotpath_report.tables import read_json, show_json, text_table, write_output
 
 COMPARED = (0.5, 0.99, 1.0)
 TOLD_DROP_POINTS = 0.1
@@ -71,46 +71,27 @@ def compare_counters(old: Path, new: Path) -> int:
 
 def drop_rates(folder: Path) -> dict[Key, float]:
     """Dropped timestamps in percent, by study, source, setting, executor and group of timers."""
-    path = folder / "data" / TIMERS_FILE
-    if not path.exists():
+    if not (folder / "data" / TIMERS_FILE).exists():
         return {}
-    rows = sides.with_keys(read_table(path).rename(columns=IN_FRAMES), "")
-    sums = rows.groupby(KEYS[1:])[["skipped", "reached"]].sum()
+    sums = sides.timers_of(folder).groupby(KEYS[1:])[["skipped", "reached"]].sum()
     return {key: percent_of(skipped, reached) for key, skipped, reached in sums.itertuples() if reached}
 
 
-def other_differences(old: Path, new: Path) -> Iterator[str]:
+def other_differences(folders: tuple[Path, Path]) -> Iterator[str]:
     """Sentences about differences in drop rates, verdicts and modes."""
-    before, after = drop_rates(old), drop_rates(new)
+    before, after = map(drop_rates, folders)
     for key in sorted(before.keys() & after.keys()):
         if abs(after[key] - before[key]) >= TOLD_DROP_POINTS:
             yield f"dropped jobs, {' '.join(key)}: {before[key]:.2f} % before, {after[key]:.2f} % now"
-    if all((folder / "claims.json").exists() for folder in (old, new)):
-        claims: Any = [{c["claim"]: c["verdict"] for c in read_json(f / "claims.json")} for f in (old, new)]
-        for claim in sorted(claims[0].keys() & claims[1].keys()):
-            if claims[0][claim] != claims[1][claim]:
-                yield f"verdict of {claim}: {claims[0][claim]} before, {claims[1][claim]} now"
-    if all((folder / "facts.json").exists() for folder in (old, new)):
-        modes = [read_json(folder / "facts.json")["mode"] for folder in (old, new)]
+    if all((folder / "claims.json").exists() for folder in folders):
+        found: Any = [{c["claim"]: c["verdict"] for c in read_json(f / "claims.json")} for f in folders]
+        for claim in sorted(found[0].keys() & found[1].keys()):
+            if found[0][claim] != found[1][claim]:
+                yield f"verdict of {claim}: {found[0][claim]} before, {found[1][claim]} now"
+    if all((folder / "facts.json").exists() for folder in folders):
+        modes = [read_json(folder / "facts.json")["mode"] for folder in folders]
         if modes[0] != modes[1]:
-            yield f"the modes differ ({modes[0]}, {modes[1]}): maxima depend on the length of runs"
-
-
-def table_of(rows: pd.DataFrame) -> Iterator[str]:
-    """Lines of a table for a terminal, with the number of rows per verdict."""
-    names = (" ".join(filter(None, key)) for key in rows[KEYS].to_numpy())
-    cells = [[name, *row] for name, row in zip(names, rows[COLUMNS[6:]].to_numpy())]
-    yield text_table(["", "", "old ms", "new ms", "difference", "95 % interval", ""], cells)
-    counts = sorted(Counter(rows["verdict"]).items())
-    yield "\n" + ", ".join(f"{n} {word}" for word, n in counts) + f", of {len(rows)} percentiles"
-
-
-def page_table(rows: pd.DataFrame) -> Table:
-    """The same for a page."""
-    names = (" ".join(filter(None, key)) for key in rows[KEYS].to_numpy())
-    cells = [[name, *row] for name, row in zip(names, rows[COLUMNS[6:]].to_numpy())]
-    header = ["", "percentile", "old ms", "new ms", "difference ms", "95 % interval", ""]
-    return Table("Differences", header, cells, numbers=True)
+            yield f"the modes differ ({', '.join(modes)}): maxima depend on the length of runs"
 
 
 def compare_results(
@@ -128,24 +109,24 @@ def compare_results(
     folders = Path(old), Path(new)
     if all((folder / FILE).exists() for folder in folders):
         return compare_counters(*folders)
-    before: Mapping[Key, Samples]
-    after: Mapping[Key, Samples]
-    before, after = map(sides.read, folders)
-    if across_loads:
-        both = sides.regardless_of_load(*(Side(samples, {}, {}) for samples in (before, after)))
-        before, after = (side.samples for side in both)
+    both = [Side(sides.read(folder), {}, {}) for folder in folders]
+    before, after = (side.samples for side in (sides.regardless_of_load(*both) if across_loads else both))
     rows = compare(before, after)
     if rows.empty:
         raise sides.nothing_in_common(old, new, before, after)
     if csv:
         write_output(Path(csv), "--csv", rows.to_csv(index=False))
-    print(*table_of(rows), *other_differences(*folders), sep="\n")
+    cells = [[text_of(key), *row] for key, row in zip(rows[KEYS].to_numpy(), rows[COLUMNS[6:]].to_numpy())]
+    counts = ", ".join(f"{n} {word}" for word, n in sorted(Counter(rows["verdict"]).items()))
+    sentences = list(other_differences(folders))
+    print(text_table(["", "", "old ms", "new ms", "difference", "95 % interval", ""], cells))
+    print(f"\n{counts}, of {len(rows)} percentiles", *sentences, sep="\n")
     show_json(rows)
     for folder, keys in zip(folders, (before.keys() - after.keys(), after.keys() - before.keys())):
-        alone = sorted({" ".join(filter(None, key[:3])) for key in keys})
-        if alone:
-            print(f"only in {folder}: {', '.join(alone)}")
+        if keys:
+            print(f"only in {folder}: {', '.join(sorted({text_of(key[:3]) for key in keys}))}")
     if page:
-        sentences = list(other_differences(*folders))
-        comparison_page.write(Path(page), folders, (before, after), sentences, page_table(rows))
+        header = ["", "percentile", "old ms", "new ms", "difference ms", "95 % interval", ""]
+        table = Table("Differences", header, cells, numbers=True)
+        comparison_page.write(Path(page), folders, (before, after), sentences, table)
     return 0

@@ -85,12 +85,6 @@ def power(judgements: Sequence[Judgement]) -> str:
     return said if len(noisy) == sum(not j.counted for j in judgements) else f"{exact} {said}"
 
 
-def interleaved(old: Path, new: Path) -> bool:
-    """Whether `hotpath run --against` measured both sides by turns, in sibling folders."""
-    parts = [sides.parts_of(folder) for folder in (old, new)]
-    return all(parts) and old.resolve().parent == new.resolve().parent
-
-
 def judged(folders: tuple[Path, Path], across_loads: bool) -> tuple[Side, Side, list[Judgement]]:
     """Both sides, counts scaled to the shorter repetition, and their comparisons. Raises InputError."""
     before, after = (of_hot_paths(sides.side(folder)) for folder in folders)
@@ -102,7 +96,9 @@ def judged(folders: tuple[Path, Path], across_loads: bool) -> tuple[Side, Side, 
         before, after = sides.regardless_of_load(before, after)
     if not before.outputs.keys() & after.outputs.keys():
         raise sides.nothing_in_common(str(folders[0]), str(folders[1]), before.outputs, after.outputs)
-    judgements = judge(before, after, interleaved(*folders))
+    # `hotpath run --against` measured both sides by turns, in sibling folders.
+    by_turns = all(map(sides.parts_of, folders)) and len({folder.resolve().parent for folder in folders}) == 1
+    judgements = judge(before, after, by_turns)
     if not judgements:
         raise InputError(f"{folders[0]}: no output and no job after the warm-up, there is nothing to judge")
     return before, after, judgements
@@ -112,15 +108,15 @@ def gate(old: str, new: str, across_loads: bool, outputs: Mapping[str, Any]) -> 
     """Prints the table, writes the requested reports. Returns 1 if anything became worse."""
     folders = Path(old), Path(new)
     before, after, judgements = judged(folders, across_loads)
+    sentences = [verdict(judgements), power(judgements)]
     print(text_table(HEADER, [j.cells() for j in judgements]), end="\n\n")
-    print(verdict(judgements), power(judgements), sep="\n")
+    print(*sentences, sep="\n")
     show_json([j.facts() for j in judgements])
     if outputs.get("junit"):
         write_output(Path(outputs["junit"]), "--junit", junit(judgements))
     if outputs.get("markdown"):
         write_output(Path(outputs["markdown"]), "--markdown", markdown(judgements, old, new))
     if outputs.get("page"):
-        sentences = [verdict(judgements), power(judgements)]
-        page, samples = Path(outputs["page"]), (before.samples, after.samples)
-        comparison_page.write(page, folders, samples, sentences, worst_first(judgements))
+        samples, table = (before.samples, after.samples), worst_first(judgements)
+        comparison_page.write(Path(outputs["page"]), folders, samples, sentences, table)
     return int(any(j.worse for j in judgements))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cells of a reproduction, from cells.toml: each is one invocation of `hotpath` with a fixed
-seed and its own folder. A live cell is one repetition in a fresh process. The order of live cells
-is drawn once from the seed and kept in the plan."""
+"""The items of a reproduction, and its cells: each is one invocation of `hotpath` with a fixed seed and its own
+folder. A live cell is one repetition in a fresh process. The order of live cells is drawn once from the seed and
+kept in the plan."""
 
 import random
 import tomllib
@@ -11,18 +11,33 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-SPEC: dict[str, Any] = tomllib.loads(Path(__file__).with_name("cells.toml").read_text(encoding="utf-8"))
-MODES = {name: SimpleNamespace(name=name, **values) for name, values in SPEC["mode"].items()}
+
+def read_spec(name: str) -> dict[str, Any]:
+    """A TOML file beside this one."""
+    return tomllib.loads(Path(__file__).with_name(name).read_text(encoding="utf-8"))
+
+
+SPEC = read_spec("cells.toml")
+MODES = {
+    name: SimpleNamespace(name=name, **{key: values[: k + 1][-1] for key, values in SPEC["modes"].items()})
+    for k, name in enumerate(("quick", "standard", "full"))
+}
 EXECUTORS: dict[str, tuple[str, ...]] = {name: tuple(found) for name, found in SPEC["executors"].items()}
 UTILISATIONS = (60, 80, 90)
 PAPER_LOAD_PERCENT = 80
+# In the order of the page.
+ITEMS = [
+    SimpleNamespace(**{"paper": "", "options": {}, "figure": item["name"].replace("-", "_")} | item)
+    for item in read_spec("items.toml")["item"]
+]
+NAMES = tuple(item.name for item in ITEMS)
 
 # Attributes of a cell in results.
 FACTS = ["name", "study", "source", "executors", "graph", "load_percent", "duration_s", "warm_up_s"]
 FACTS += ["repetition", "seed"]
 
-# Between two live cells: measuring noise, discovery, writing.
-LIVE_OVERHEAD_S = 2.8
+# Expected durations: of a simulation or analysis, and between two live cells (noise, discovery, writing).
+OFFLINE_S, LIVE_OVERHEAD_S = 2, 2.8
 
 
 @dataclass(frozen=True)
@@ -32,7 +47,7 @@ class Cell:
     study: str
     source: str  # simulated, live or analysis
     label: str  # distinguishes cells of a study; may be empty
-    seconds: float  # expected
+    seconds: float = OFFLINE_S  # expected
     executors: tuple[str, ...] = ()
     graph: str = "autoware"
     load_percent: int = PAPER_LOAD_PERCENT  # of one core; for a timers-only set its utilisation
@@ -58,16 +73,13 @@ class Cell:
 
     def command(self, output: object, place: Iterable[str] = ()) -> list[str]:
         """Arguments of `hotpath`; `place`: options for where a live cell runs."""
-        if self.source == "analysis":
-            return [*self.options, "--output", str(output)]
-        words = (
-            ["run", "--repetitions", "1", "--executors"]
-            if self.source == "live"
-            else ["simulate", "--executors"]
-        )
-        words += [",".join(self.executors), "--graph", self.graph, "--duration", f"{self.duration_s:g}"]
-        words += ["--warm-up", f"{self.warm_up_s:g}", "--seed", str(self.seed)]
-        return [*words, *self.options, *place, "--output", str(output)]
+        words = list(self.options)
+        if self.source != "analysis":
+            kind = ["run", "--repetitions", "1"] if self.source == "live" else ["simulate"]
+            kind += ["--executors", ",".join(self.executors), "--graph", self.graph]
+            kind += ["--duration", f"{self.duration_s:g}", "--warm-up", f"{self.warm_up_s:g}"]
+            words = [*kind, "--seed", str(self.seed), *words]
+        return [*words, *place, "--output", str(output)]
 
     def facts(self) -> dict[str, Any]:
         """The cell's attributes in results."""
@@ -76,21 +88,22 @@ class Cell:
 
 def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
     """The cells of an entry: one per label of the entry or of the mode."""
-    labels = spec.get("labels", [""])
+    on_timers = spec["study"].startswith("timers")
+    labels = spec.get("labels", UTILISATIONS if on_timers else [""])
+    executors = spec.get("executors", ())
+    given = {key: spec[key] for key in ("cores", "alone") if key in spec}
     for label in getattr(mode, labels) if isinstance(labels, str) else labels:
         yield Cell(
-            study=spec["study"],
-            source=source,
-            label=str(label),
-            seconds=spec.get("seconds", 0),
-            executors=EXECUTORS[spec["executors"]] if "executors" in spec else (),
-            graph=spec.get("graph", Cell.graph).format(label=label),
+            spec["study"],
+            source,
+            str(label),
+            executors=EXECUTORS[executors] if isinstance(executors, str) else tuple(executors),
+            graph=f"timers_only_{label}" if on_timers else Cell.graph,
             load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
-            duration_s=getattr(mode, spec["duration_s"]) if "duration_s" in spec else 0,
+            duration_s=getattr(mode, spec.get("duration_s", ""), 0),
             warm_up_s=mode.warm_up_s,
             options=tuple(option.format(label=label, mode=mode) for option in spec.get("options", [])),
-            cores=spec.get("cores", 1),
-            alone=spec.get("alone", False),
+            **given,
         )
 
 
@@ -99,11 +112,11 @@ def live_cells(mode: Any) -> list[Cell]:
     cells = []
     for spec in SPEC["live"]:
         repetitions, duration_s = getattr(mode, spec["lengths"])
-        seconds = duration_s + mode.warm_up_s + LIVE_OVERHEAD_S
+        length = {"duration_s": duration_s, "seconds": duration_s + mode.warm_up_s + LIVE_OVERHEAD_S}
         for repetition in range(repetitions):
             for cell in cells_of(spec, "live", mode):
-                cell = replace(cell, duration_s=duration_s, repetition=repetition, seconds=seconds)
-                cells += [replace(cell, executors=(executor,)) for executor in cell.executors]
+                of_each = ({"executors": (e,), "repetition": repetition} for e in cell.executors)
+                cells += [replace(cell, **one, **length) for one in of_each]
     return cells
 
 

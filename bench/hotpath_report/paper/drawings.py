@@ -10,9 +10,8 @@ from hotpath_report.errors import Missing
 from hotpath_report.figures import bounds, hot_path, maps, timers, violins, waters
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.paper.cells import EXECUTORS, PAPER_LOAD_PERCENT, UTILISATIONS
-from hotpath_report.paper.checks_timers import WITH_COST
+from hotpath_report.paper.checks import WITH_COST, need
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import need
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import Samples, percent_of
 
@@ -67,7 +66,7 @@ def responses(evidence: Evidence, width: float, group: str) -> Drawing:
     return Drawing(figure, table)
 
 
-def tightness(evidence: Evidence, width: float) -> Drawing:
+def wcrt(evidence: Evidence, width: float) -> Drawing:
     """Worst responses in percent of their bounds."""
     with_cost = evidence.timer_runs(WITH_COST).counts
     bound = with_cost[with_cost["executor"] == EXECUTORS["with_bounds"][0]][["setting", "task", "bound_ms"]]

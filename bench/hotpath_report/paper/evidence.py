@@ -93,17 +93,18 @@ class Evidence:
         self, studies: Iterable[str], source: str, executor: str = "", setting: Any = None
     ) -> str:
         """Names of the cells behind a number; several repetitions as `NAME.{1,2,3}`."""
-        repetitions: dict[str, list[str]] = {}
+        names: dict[str, list[int]] = {}
         for c in self.cells:
             of_executor = not executor or executor in map(base_name, c["executors"])
-            if c["study"] in studies and c["source"] == source and of_executor:
-                if setting in (None, c["load_percent"]):
-                    name, _, number = c["name"].rpartition(".") if source == "live" else (c["name"], "", "")
-                    repetitions.setdefault(name, []).append(number)
+            of_setting = setting in (None, c["load_percent"])
+            if c["study"] in studies and c["source"] == source and of_executor and of_setting:
+                name = c["name"].rpartition(".")[0] if source == "live" else c["name"]
+                names.setdefault(name, []).append(c["repetition"] + 1)
         texts = []
-        for name, numbers in repetitions.items():
-            several = f"{{{','.join(sorted(numbers, key=int))}}}" if len(numbers) > 1 else numbers[0]
-            texts.append(f"{name}.{several}" if several else name)
+        for name, numbers in names.items():
+            text = ",".join(map(str, sorted(numbers)))
+            ending = f".{{{text}}}" if len(numbers) > 1 else f".{text}"
+            texts.append(name + (ending if source == "live" else ""))
         return " ".join(sorted(texts))
 
 
@@ -127,12 +128,12 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
         facts["date"] = run.facts.get("date", "")
         if cell.study.startswith("timers"):
             keys["setting"] = cell.load_percent
-            responses = run.responses().assign(**keys)  # rewrites the summary
+            frames["responses"].append(run.responses().assign(**keys))
             frames["timers"].append(run.timer_counts().assign(**keys | {"repetition": cell.repetition}))
-            frames["responses"].append(responses)
         else:
             frame = run.latencies().assign(load_percent=cell.load_percent, **keys)
             frames["hot_path"].append(frame.assign(executor=frame["executor"].map(base_name)))
-    for name in (name for name, found in frames.items() if found):
-        setattr(made, name, pd.concat(frames[name], ignore_index=True)[COLUMNS[name]])
+    for name, found in frames.items():
+        if found:
+            setattr(made, name, pd.concat(found, ignore_index=True)[COLUMNS[name]])
     return made

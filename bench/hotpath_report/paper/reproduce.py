@@ -11,14 +11,14 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
 from hotpath_report.paper import publish
-from hotpath_report.paper.cells import MODES, Cell, all_cells, duration_text
-from hotpath_report.paper.items import ITEMS, NAMES
+from hotpath_report.paper.cells import ITEMS, MODES, NAMES, Cell, all_cells, duration_text
 from hotpath_report.paper.runner import Runner, facts_of
 from hotpath_report.tables import make_folder, write_json
 
@@ -26,6 +26,8 @@ SEED = 1
 SIMULATIONS_AT_ONCE = 2
 EXIT_FAILED = 1
 BAR = "{percentage:3.0f} %, {remaining} left{postfix}"
+
+tell = partial(print, file=sys.stderr)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -47,9 +49,8 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--jobs", metavar="N", type=int, default=1, help=jobs)
     copy = "then copy the publishable results to this folder, as results/paper"
     made.add_argument("--publish", metavar="FOLDER", type=Path, help=copy)
-    made.add_argument(
-        "--hotpath", metavar="PROGRAM", help="the hotpath program (default: from the build tree)"
-    )
+    program = "the hotpath program (default: from the build tree)"
+    made.add_argument("--hotpath", metavar="PROGRAM", help=program)
     return made
 
 
@@ -75,19 +76,17 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def list_items(options: argparse.Namespace, cells: list[Cell]) -> None:
+def list_items(mode: str, cells: list[Cell]) -> None:
     """Prints the items with their cells and durations."""
     print(f"{'item':<16} {'simulated':>10} {'live':>16}  what")
     for item in ITEMS:
         mine = [c for c in cells if c.study in item.studies]
-        live = [c for c in mine if c.source == "live"]
-        length = duration_text(sum(c.seconds for c in live)) if live else ""
+        live = [c.seconds for c in mine if c.source == "live"]
+        length = duration_text(sum(live)) if live else ""
         what = item.title + ("" if item.paper else " (beyond the paper)")
         print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {what}")
     live_s = sum(c.seconds for c in cells if c.source == "live")
-    print(
-        f"All live repetitions in mode {options.mode.name}: {duration_text(live_s)}; items share repetitions."
-    )
+    print(f"All live repetitions in mode {mode}: {duration_text(live_s)}; items share repetitions.")
 
 
 def build_of(hotpath: str) -> str:
@@ -102,8 +101,8 @@ def build_of(hotpath: str) -> str:
 
 
 def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
-    """Writes the plan at the first start and rejects a different plan later. The open file locks
-    the folder: another process would remove running measurements. Raises InputError."""
+    """Writes the plan at the first start and rejects a different plan later. The open file locks the folder: another
+    process would remove running measurements. Raises InputError."""
     folder, path = options.output, options.output / "plan.json"
     where = f"--output {folder}"
     plan = {"mode": options.mode.name, "seed": SEED, "order": [c.name for c in cells]}
@@ -127,22 +126,15 @@ def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
 
 
 def run_cells(runner: Runner, todo: list[Cell], jobs: int) -> None:
-    """Runs simulations first, then measurements."""
-    live = [c for c in todo if c.source == "live"]
+    """Runs simulations first, then measurements: repetition by repetition if several run at once, since cells of
+    several cores run alone."""
     runner.run_all([c for c in todo if c.source != "live" and not c.alone], SIMULATIONS_AT_ONCE)
     runner.run_all([c for c in todo if c.alone], 1)
-    if jobs == 1:
-        runner.run_all(live, 1)
-        return
+    live = [c for c in todo if c.source == "live"]
     for repetition in sorted({c.repetition for c in live}):
         cells = [c for c in live if c.repetition == repetition]
-        runner.run_all([c for c in cells if c.cores == 1], jobs)
-        runner.run_all([c for c in cells if c.cores > 1], 1)
-
-
-def tell(sentence: str) -> None:
-    """Prints to standard error."""
-    print(sentence, file=sys.stderr)
+        runner.run_all([c for c in cells if c.cores == 1 or jobs == 1], jobs)
+        runner.run_all([c for c in cells if c.cores > 1 and jobs > 1], 1)
 
 
 def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> None:
@@ -152,18 +144,16 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
     todo = [c for c in wanted if not runner.complete(c)]
     if len(todo) < len(wanted):
         tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
-    live = [runner.facts(c) for c in todo if c.source == "live"]
-    before = [facts["build"] for facts in live if facts.get("complete")]
-    elsewhere = before.count(runner.build)
-    for count, how in (
-        (len(before) - elsewhere, f"by another build than {runner.build}"),
-        (elsewhere, f"on other processors than {','.join(map(str, runner.cpus))}"),
+    live = (runner.facts(c) for c in todo if c.source == "live")
+    builds = Counter(facts["build"] == runner.build for facts in live if facts.get("complete"))
+    processors = ",".join(map(str, runner.cpus))
+    for same, how in (
+        (False, f"by another build than {runner.build}"),
+        (True, f"on other processors than {processors}"),
     ):
-        if count:
-            tell(
-                f"{count} live cells were measured {how}: measuring them again; the old results move to"
-                f" {options.output}/superseded"
-            )
+        if builds[same]:
+            again = f"measuring them again; the old results move to {options.output}/superseded"
+            tell(f"{builds[same]} live cells were measured {how}: {again}")
     total, on_terminal = sum(c.seconds for c in todo), sys.stderr.isatty()
     bar: Any = tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=not on_terminal)
 
@@ -191,13 +181,12 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
     planned = sum(c.source == "live" for c in cells)
     verdicts = results.write_results(collected, shown, options.output, planned)
     if options.publish:
-        missing = len(set(wanted) - set(complete))
-        if missing:
+        if missing := len(set(wanted) - set(complete)):
             why = f"{missing} of {len(wanted)} cells are missing"
             raise RunError(f"--publish: {why}; nothing was copied; run the command again")
         publish.publish(options.output, options.publish)
     for v in verdicts:
-        text = next((f.text for f in reversed(list(v.findings.values())) if f is not None), "")
+        text = next((f.text for f in reversed(v.known.values())), "")
         print(f"{v.verdict:<10}  {v.claim.name:<22} {text}")
     print(", ".join(f"{count} {word}" for word, count in Counter(v.verdict for v in verdicts).items()))
     if collected.machine is not None:
@@ -210,7 +199,7 @@ def reproduce(arguments: Sequence[str]) -> int:
     began, options = time.monotonic(), parse(arguments)
     cells = all_cells(options.mode, SEED)
     if options.list:
-        list_items(options, cells)
+        list_items(options.mode.name, cells)
         return 0
     studies = {study for item in ITEMS if item.name in options.items for study in item.studies}
     wanted = [c for c in cells if c.study in studies and (options.live or c.source != "live")]
@@ -221,10 +210,9 @@ def reproduce(arguments: Sequence[str]) -> int:
             measure(options, runner, wanted)
             present(options, runner, cells, wanted)
         except Interrupted as signalled:
-            complete = sum(map(runner.complete, cells))
+            done = f"{sum(map(runner.complete, cells))} cells are complete"
             tell(
-                f"Interrupted; {complete} cells are complete. The same command resumes; without --live it shows the"
-                " results so far."
+                f"Interrupted; {done}. The same command resumes; without --live it shows the results so far."
             )
             return signalled.exit_code
         except KeyboardInterrupt:

@@ -21,19 +21,21 @@ from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
 from hotpath_report.paper import drawings, storage, tables
-from hotpath_report.paper.cells import EXECUTORS, MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS, duration_text
+
+from hotpath_report.paper.cells import (
+    EXECUTORS, ITEMS, MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS, duration_text
+)  # fmt: skip
+from hotpath_report.paper.checks import LIMITS
 from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.findings import LIMITS
-from hotpath_report.paper.items import ITEMS
-from hotpath_report.paper.noise import CAUSES
 from hotpath_report.paper.reference import REAL
+from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
 from hotpath_report.statistics import Estimate
 from hotpath_report.tables import make_folder, write_file, write_json
 
-OVER_LOAD = next(item.figure for item in ITEMS if item.draw == "over_load")
+OVER_LOAD = next(item.figure for item in ITEMS if item.shows == "over_load")
 # Figures at the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
 
@@ -61,13 +63,13 @@ def prose(part: str, *arguments: Any) -> str:
 
 def slowdowns(evidence: Evidence) -> dict[str, Estimate]:
     """By source: worst hot-path latency of the default executor divided by that of rm-ro."""
-    found = {}
+    found, pair = {}, ("default", "rm-ro")
     for source in SOURCES:
-        default, ours = (evidence.latencies("autoware", source, e) for e in ("default", "rm-ro"))
+        default, ours = (evidence.latencies("autoware", source, e) for e in pair)
         if default and ours:
             found[source] = statistics.ratio(default, ours, 1.0)
     real = evidence.reference.hot_path_ms("max")
-    if {"default", "rm-ro"} <= real.keys():
+    if real.keys() >= set(pair):
         found[REAL] = Estimate(real["default"] / real["rm-ro"])
     return found
 
@@ -77,7 +79,7 @@ def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
     found = []
     for study, name in SPEC["study_names"].items():
         mine = [c for c in evidence.live_cells if c["study"] == study]
-        counts = Counter(c["name"].rsplit(".", 1)[0] for c in mine).values()
+        counts = Counter(c["name"].rpartition(".")[0] for c in mine).values()
         if mine:
             times = sorted({min(counts), max(counts)})
             found.append({"name": name, "times": times, "lengths": sorted({c["duration_s"] for c in mine})})
@@ -86,15 +88,12 @@ def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
 
 def noise_table(evidence: Evidence) -> Table:
     """Disturbances of the live repetitions."""
-    rows = [
-        [c["name"].removeprefix("live."), c.get("at_once", 1)]
-        + [
-            f"{share:.2f}" if (share := c["noise"].get(f"{cause}_percent")) is not None else ""
-            for cause in CAUSES
-        ]
-        + ["; ".join(c["noise"]["marks"])]
-        for c in sorted(evidence.live_cells, key=lambda c: str(c["name"]))
-    ]
+    rows = []
+    for c in sorted(evidence.live_cells, key=lambda c: str(c["name"])):
+        percent = (c["noise"].get(f"{cause}_percent") for cause in CAUSES)
+        shares = ["" if share is None else f"{share:.2f}" for share in percent]
+        name, marks = c["name"].removeprefix("live."), "; ".join(c["noise"]["marks"])
+        rows.append([name, c.get("at_once", 1), *shares, marks])
     header = ["repetition", "at once", "stolen %", "throttled %", "used by others %", "marks"]
     return Table("All live repetitions", header, rows, folded=True)
 
@@ -104,12 +103,12 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     made = []
     for item in (item for item in ITEMS if item.name in items):
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
-        draw = partial(getattr(drawings, item.draw), evidence, **item.options)
+        draw = partial(getattr(drawings, item.shows), evidence, **item.options)
         with suppress(Missing):
             commands = command_lines(evidence, item.studies)
             section.figures.append(make_figure(item.figure, item.caption, draw, commands))
         with suppress(Missing):
-            table = getattr(tables, item.table)(evidence, **item.options)
+            table = getattr(tables, item.shows)(evidence, **item.options)
             section.tables += [table] if table.rows else []
         made.append(section)
     return made
@@ -117,17 +116,20 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
 
 def measured(evidence: Evidence) -> list[Measured]:
     """The hot path, and the response times of each group of timers in each task set, by source."""
-    latencies = [
-        {e: s for (study, of, load, e), s in evidence.all_latencies.items()
-         if (study, of, load) == ("autoware", source, PAPER_LOAD_PERCENT)}
-        for source in SOURCES
-    ]  # fmt: skip
-    made = [Measured("chain", "hot path", "Hot path", "hot-path latency (ms)", "hot_path", latencies)]
     runs = evidence.timer_runs()
-    for group, setting in itertools.product(GROUPS.values(), UTILISATIONS):
-        name = f"{group}, {setting} % set"
+    latencies = [
+        {
+            e: s
+            for (*of, e), s in evidence.all_latencies.items()
+            if of == ["autoware", source, PAPER_LOAD_PERCENT]
+        }
+        for source in SOURCES
+    ]
+    made = [Measured("chain", "hot path", "Hot path", "hot-path latency (ms)", "hot_path", latencies)]
+    for group, percent in itertools.product(GROUPS.values(), UTILISATIONS):
+        name = f"{group}, {percent} % set"
         of = [
-            {e: s for e in runs.executors if (s := runs.samples(setting, source, e, group))}
+            {e: s for e in runs.executors if (s := runs.samples(percent, source, e, group))}
             for source in SOURCES
         ]
         made.append(Measured("task", name, f"Timers: {name}", "response time (ms)", "", of))
@@ -141,10 +143,9 @@ def plots(evidence: Evidence) -> list[dict[str, Any]]:
         points = drawings.load_points(evidence)
         for p, title in ((0.5, "median hot-path latency (ms)"), (1.0, "worst hot-path latency (ms)")):
             lines = [
-                (e, f"{e}, {source}", {float(x): s.estimate(p) for x, s in found.items()})
-                for source in SOURCES
-                for e in EXECUTORS["map"]
-                if (found := points.get((source, e)))
+                (e, f"{e}, {source}", {float(load): s.estimate(p) for load, s in points[source, e].items()})
+                for source, e in itertools.product(SOURCES, EXECUTORS["map"])
+                if (source, e) in points
             ]
             made.append(curves.plot(title, "load in % of one core", curves.lines(lines), OVER_LOAD))
     return made
@@ -152,17 +153,17 @@ def plots(evidence: Evidence) -> list[dict[str, Any]]:
 
 def percentiles(evidence: Evidence) -> pd.DataFrame:
     """A row per percentile of each distribution, with the cells behind it."""
-    found = [(("hot path", *key, ""), samples) for key, samples in sorted(evidence.all_latencies.items())]
+    found = {("hot path", *key, ""): samples for key, samples in sorted(evidence.all_latencies.items())}
     for study in sorted(set(evidence.timers["study"])):
         runs = evidence.timer_runs(study)
         keys = sorted(runs.counts.groupby(runs.KEY).groups, key=str)
         for (setting, source, executor), group in itertools.product(keys, GROUPS):
             samples = runs.samples(setting, source, executor, group)
-            found.append((("response", study, source, setting, executor, group), samples))
+            found["response", study, source, setting, executor, group] = samples
     names = ("quantity", "study", "source", "setting", "executor", "tasks")
-    table = percentile_table((dict(zip(names, key)), samples) for key, samples in found)
+    table = percentile_table((dict(zip(names, key)), samples) for key, samples in found.items())
     if len(table):
-        cells = {key: evidence.names_of_cells((key[1],), key[2], key[4], key[3]) for key, _ in found}
+        cells = {key: evidence.names_of_cells((key[1],), key[2], key[4], key[3]) for key in found}
         table["cells"] = [cells[key] for key in zip(*(table[name] for name in names))]
         table["setting"] = table["setting"].map("{} %".format)
     return table
@@ -171,13 +172,13 @@ def percentiles(evidence: Evidence) -> pd.DataFrame:
 def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
     """Writes page, figures, claims.json and percentiles into `folder`; returns the verdicts."""
     make_folder(folder / "data")
-    write_file(
-        folder / "data" / "percentiles.csv", percentiles(evidence).to_csv(index=False, float_format="%.6f")
-    )
+    rows = percentiles(evidence).to_csv(index=False, float_format="%.6f")
+    write_file(folder / "data" / "percentiles.csv", rows)
     verdicts = judge(evidence, items)
     write_json(folder / "claims.json", [v.as_json() for v in verdicts])
     made = sections(evidence, items)
     figures = {figure.name: figure for section in made for figure in section.figures}
+    shown = interactive.distributions(SOURCES, measured(evidence)) | {"plots": plots(evidence)}
     write_page(
         folder,
         "reproduction",
@@ -193,9 +194,7 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
         live_runs=live_runs(evidence),
         statistics=statistics,
         noise_table=noise_table(evidence),
-        interactive=interactive.embedded(
-            interactive.distributions(SOURCES, measured(evidence)) | {"plots": plots(evidence)}
-        ),
+        interactive=interactive.embedded(shown),
     )
     return verdicts
 
@@ -204,14 +203,13 @@ def write_results(evidence: Evidence, items: Collection[str], folder: Path, plan
     """Writes all results; `planned`: number of live repetitions in the plan."""
     storage.write(evidence, folder / "data")
     verdicts = write_page_of(evidence, items, folder, planned)
-    live = evidence.live_cells
-    seconds = sum(c["duration_s"] for c in live)
+    seconds = sum(c["duration_s"] for c in evidence.live_cells)
     facts = {
         "mode": evidence.mode,
         "machine": evidence.machine,
         "where": prose("where", evidence, planned),
         "cells": len(evidence.cells),
-        "live_cells": len(live),
+        "live_cells": len(evidence.live_cells),
         "live_planned": planned,
         "live_runs": prose("runs", live_runs(evidence)),
         "live_measured_s": seconds,

@@ -18,25 +18,32 @@ from typing import Any
 from hotpath_report.errors import InputError, RunError
 from hotpath_report.hotpath_command import ENDS_WITH_US
 from hotpath_report.paper.cells import Cell
-from hotpath_report.paper.noise import noise_of
 from hotpath_report.tables import name_durably, read_json, write_json
+
+CAUSES = ("stolen", "throttled", "others")  # of disturbances: the kernel's counters in run.json
+
+
+def noise_of(run: dict[str, Any], summary: dict[str, Any]) -> dict[str, Any]:
+    """Disturbances of a live repetition in percent of its time, and the marks that `hotpath` gave it. Marked
+    repetitions are shown and counted like all others."""
+    usage = [r["usage"] for r in run["runs"]]
+    wall_ms = sum(u["wall_ms"] for u in usage)
+    shares = {f"{cause}_percent": 100 * sum(u[f"{cause}_ms"] for u in usage) / wall_ms for cause in CAUSES}
+    return {**shares, "marks": [m for e in summary["executors"] for r in e["disturbed"] for m in r["marks"]]}
 
 
 def facts_of(path: Path) -> dict[str, Any]:
     """Content of a JSON file; empty if it cannot be read."""
-    try:
-        content: dict[str, Any] = read_json(path)
-        return content
-    except InputError:
-        return {}
+    with contextlib.suppress(InputError):
+        return dict(read_json(path))
+    return {}
 
 
 class Runner:
     """Runs cells in output/cells; live cells use `cpus` in this order."""
 
     def __init__(self, hotpath: str, build: str, output: Path, cpus: list[int]) -> None:
-        self.hotpath, self.build, self.cpus = hotpath, build, cpus
-        self.folder = Path(output) / "cells"
+        self.hotpath, self.build, self.cpus, self.folder = hotpath, build, cpus, output / "cells"
         # Called when a cell starts (0) or ends (its expected seconds).
         self.on_change: Callable[[float], None] = lambda seconds: None
         self.running: dict[str, subprocess.Popen[str]] = {}
@@ -58,9 +65,8 @@ class Runner:
 
     def command(self, cell: Cell, slot: int, output: object) -> list[str]:
         """Arguments of `hotpath`. Concurrent live cells use different DDS domains."""
-        cpus = self.cpus_of(cell, slot)
-        place = ("--cpus", ",".join(map(str, cpus)), "--domain", str(slot)) if cpus else ()
-        return cell.command(output, place)
+        cpus = ",".join(map(str, self.cpus_of(cell, slot)))
+        return cell.command(output, ("--cpus", cpus, "--domain", str(slot)) if cpus else ())
 
     def identity(self, cell: Cell, slot: int) -> dict[str, Any]:
         """Facts that two equivalent results of a cell share."""
@@ -77,8 +83,10 @@ class Runner:
         # Any of several equal processors will do.
         return any(self.identity(cell, k).items() <= facts.items() for k in range(max(1, len(self.cpus))))
 
-    def set_aside(self, cell: Cell) -> None:
-        """Moves a live result of another build aside; deletes a simulated one."""
+    def store(self, cell: Cell, part: Path, facts: dict[str, Any]) -> None:
+        """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
+        part.mkdir(parents=True, exist_ok=True)
+        write_json(part / "cell.json", facts)
         folder, aside = self.folder / cell.name, self.folder.parent / "superseded"
         if cell.source != "live":
             shutil.rmtree(folder, ignore_errors=True)
@@ -86,6 +94,7 @@ class Runner:
             aside.mkdir(exist_ok=True)
             names = (aside / f"{cell.name}.{attempt}" for attempt in itertools.count(1))
             os.replace(folder, next(name for name in names if not name.exists()))
+        name_durably(part, folder)
 
     def start(self, cell: Cell, command: list[str]) -> subprocess.Popen[str] | None:
         """Starts a cell's process; None after an interruption. Raises RunError."""
@@ -93,10 +102,9 @@ class Runner:
             if self.stopped:
                 return None
             if self.signature() != self.command_file:
-                raise RunError(
-                    f"{self.hotpath} was replaced during the measurement; complete cells are kept. The same command"
-                    " measures everything again with the new program"
-                )
+                kept = "was replaced during the measurement; complete cells are kept"
+                again = "The same command measures everything again with the new program"
+                raise RunError(f"{self.hotpath} {kept}. {again}")
             self.running[cell.name] = subprocess.Popen(
                 [*ENDS_WITH_US, self.hotpath, *command],
                 stdin=subprocess.DEVNULL,
@@ -112,15 +120,12 @@ class Runner:
     def run(self, cell: Cell, slot: int, at_once: int) -> None:
         """Runs one cell to completion."""
         part = self.folder / f".{cell.name}.{os.getpid()}.part"
-        used = self.cpus_of(cell, slot)
         started = time.time()
         process = self.start(cell, self.command(cell, slot, part))
-        if process is None or process.stderr is None:
+        if process is None:
             return
         self.on_change(0)
-        with process.stderr:
-            errors = process.stderr.read()
-        process.wait()
+        _, errors = process.communicate()
         elapsed = time.time() - started
         with self.lock:
             del self.running[cell.name]
@@ -128,22 +133,21 @@ class Runner:
                 return
         run = facts_of(part / "run.json")
         if process.returncode != 0 or run.get("complete", True) is not True:
-            lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
-            self.failed.append((cell, lines[-1]))
+            self.failed.append(
+                (cell, (errors.strip().splitlines() or [f"exit code {process.returncode}"])[-1])
+            )
             shutil.rmtree(part, ignore_errors=True)
         else:
-            part.mkdir(parents=True, exist_ok=True)
-            facts = self.identity(cell, slot) | cell.facts() | {"cpus": used, "elapsed_s": elapsed}
+            facts = self.identity(cell, slot) | cell.facts()
+            facts |= {"cpus": self.cpus_of(cell, slot), "elapsed_s": elapsed}
             if cell.source == "live":
                 facts |= {"at_once": at_once, "noise": noise_of(run, facts_of(part / "summary.json"))}
-            write_json(part / "cell.json", facts)
-            self.set_aside(cell)
-            name_durably(part, self.folder / cell.name)
+            self.store(cell, part, facts)
         self.on_change(cell.seconds / at_once)
 
     def run_all(self, cells: list[Cell], workers: int) -> None:
-        """Runs the cells in order, `workers` at once. An exception, such as a signal's, interrupts
-        all processes and skips the remaining cells; complete cells stay."""
+        """Runs the cells in order, `workers` at once. An exception, such as a signal's, interrupts all processes and
+        skips the remaining cells; complete cells stay."""
         for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
             shutil.rmtree(part, ignore_errors=True)
         slots: queue.SimpleQueue[int] = queue.SimpleQueue()

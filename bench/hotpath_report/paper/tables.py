@@ -10,13 +10,12 @@ from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cell
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS
 from hotpath_report.paper.drawings import SETS, latencies
 from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.reference import Reference
 from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS
 from hotpath_report.statistics import median
 
 
-def drop_rates(evidence: Evidence) -> Table:
+def dropped_jobs(evidence: Evidence) -> Table:
     """Drop rates by group of timers."""
     runs, rows = evidence.timer_runs(), []
     for executor, source, percent in itertools.product(EXECUTORS["timers"], SOURCES, UTILISATIONS):
@@ -44,19 +43,18 @@ def wcrt(evidence: Evidence) -> Table:
     return Table(title, ["δ of", "task", *SETS.values()], rows)
 
 
-def response_times(evidence: Evidence, group: str) -> Table:
+def responses(evidence: Evidence, group: str) -> Table:
     """Response times of a group of timers."""
     runs, rows = evidence.timer_runs(), []
     for executor, percent, source in itertools.product(EXECUTORS["timers"], UTILISATIONS, SOURCES):
-        samples = runs.samples(percent, source, executor, group)
-        if samples:
+        if samples := runs.samples(percent, source, executor, group):
             late = int(runs.rows(percent, source, executor, group)["deadline_overruns"].sum())
             rows.append([executor, f"{percent} %", source, len(samples), *percentile_cells(samples), late])
     header = ["executor", "set", "source", "jobs", "median ms", "p99 ms", "worst ms", "late"]
     return Table("Response times", header, rows, folded=True)
 
 
-def bounds_reduction(evidence: Evidence) -> Table:
+def reductions(evidence: Evidence) -> Table:
     """Reduction of end-to-end bounds."""
     table = evidence.table("waters_summary.csv")
     rows = [
@@ -76,34 +74,30 @@ def bounds_reduction(evidence: Evidence) -> Table:
     return Table("Reduction of end-to-end bounds", [*header, "lower, % of chains"], rows)
 
 
-def real_row(reference: Reference, executor: str, baseline: str) -> list[str]:
-    """The real ROS 2 stack's row in a hot-path table."""
-    worst = reference.hot_path_ms("max")
-    texts = [f"{reference.hot_path_ms(q)[executor]:.1f}" for q in ("p50", "p99", "max")]
-    ratio = "" if executor == baseline else f"{worst.get(baseline, 0) / worst[executor]:.2f}"
-    count = f"{reference.hot_path.loc[executor, 'samples']} / 1"
-    return [executor, "real ROS 2", count, *texts, texts[-1], ratio, "", ""]
-
-
-def hot_path(evidence: Evidence, executors: str, study: str = "autoware", baseline: str = BASELINE) -> Table:
+def hot_path_of(
+    evidence: Evidence, executors: str, study: str = "autoware", baseline: str = BASELINE
+) -> Table:
     """Hot-path latencies compared with a baseline."""
     rows, names = [], EXECUTORS[executors]
     for source, executor in itertools.product(SOURCES, names):
-        samples = latencies(evidence, study, source, executor)
-        if samples:
+        if samples := latencies(evidence, study, source, executor):
             base = evidence.latencies("autoware", source, baseline)
             cells = compared(samples, None if executor == baseline else base)
             cells.insert(4, f"{samples.middle_worst():.1f}")
             rows.append([executor, source, *cells])
     if study == "autoware":
-        known = evidence.reference.hot_path_ms("p50")
-        rows += [real_row(evidence.reference, executor, baseline) for executor in names if executor in known]
+        median_ms, p99_ms, worst_ms = map(evidence.reference.hot_path_ms, ("p50", "p99", "max"))
+        for executor in (name for name in names if name in worst_ms):
+            count = f"{evidence.reference.hot_path.loc[executor, 'samples']} / 1"
+            texts = [f"{of[executor]:.1f}" for of in (median_ms, p99_ms, worst_ms, worst_ms)]
+            slower = "" if executor == baseline else f"{worst_ms.get(baseline, 0) / worst_ms[executor]:.2f}"
+            rows.append([executor, "real ROS 2", count, *texts, slower, "", ""])
     header = ["executor", "source", *HEADER[:4], "median of runs' worst", *HEADER[4:]]
     title = "Hot-path latency; ratio of worst cases, Cliff's delta and rank test: against "
     return Table(f"{title}{baseline}; above 1 and above 0 are better", header, rows)
 
 
-def release(evidence: Evidence) -> Table:
+def release_cost(evidence: Evidence) -> Table:
     """Cost of a release."""
     table = evidence.table("release_cost.csv")
     delta, constant = fit_release_cost(table)
@@ -112,24 +106,24 @@ def release(evidence: Evidence) -> Table:
     return Table(title, ["timers", "passes", "median ns", "p99 ns", "max ns"], rows)
 
 
-def against_load(evidence: Evidence) -> Table:
+def over_load(evidence: Evidence) -> Table:
     """Hot path over load."""
-    found = sorted(evidence.all_latencies.items(), key=lambda pair: (pair[0][1], pair[0][3], pair[0][2]))
+    found = {
+        (s, e, load): of for (study, s, load, e), of in evidence.all_latencies.items() if study == "load"
+    }
     rows = [
         [executor, source, f"{load} %", len(samples), *percentile_cells(samples)]
-        for (study, source, load, executor), samples in found
-        if study == "load"
+        for (source, executor, load), samples in sorted(found.items())
     ]
     header = ["executor", "source", "load", "samples", "median ms", "p99 ms", "worst ms"]
     return Table("Hot-path latency over load", header, rows, folded=True)
 
 
-def against_phases(evidence: Evidence) -> Table:
+def over_phases(evidence: Evidence) -> Table:
     """Hot path over random phases."""
     rows = []
     for source, executor in itertools.product(SOURCES, EXECUTORS["all_on_autoware"]):
-        draws = evidence.draws(source, executor)
-        if draws:
+        if draws := evidence.draws(source, executor):
             medians, worst = (sorted(values) for values in zip(*draws))
             row = [executor, source, len(draws), f"{medians[0]:.1f} to {medians[-1]:.1f}"]
             rows.append(row + [f"{w:.1f}" for w in (worst[0], median(worst), worst[-1])])

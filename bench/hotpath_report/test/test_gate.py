@@ -268,7 +268,7 @@ class Simulations(unittest.TestCase):
         counts = lost.groupby(["executor", "repetition"]).size()
         self.assertGreater(counts.sum(), 10)
         for folder in (with_jobs, without):
-            for (*_, executor, _), of_repetition in sides.losses(folder).items():
+            for (*_, executor, _), of_repetition in sides.side(folder).losses.items():
                 expected = {1 + r: counts.get((executor, r), 0) for r in range(5)}
                 self.assertEqual(of_repetition, expected)
         code, out, err = self.gate(self.simulate(), self.simulate(more=("--no-trace",)))

@@ -29,8 +29,8 @@ from hotpath_report.paper import cells
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import storage
 from hotpath_report.paper.claims import judge
-from hotpath_report.paper.findings import NO_DATA, NOT, PARTLY, REPRODUCED
-from hotpath_report.paper.items import NAMES
+from hotpath_report.paper.checks import NO_DATA, NOT, PARTLY, REPRODUCED
+from hotpath_report.paper.cells import NAMES
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")

@@ -11,7 +11,6 @@ from typing import Any
 
 from hotpath_report.paper import cells
 from hotpath_report.paper import evidence as evidence_of
-from hotpath_report.paper import noise
 from hotpath_report.paper import runner as runner_of
 
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
@@ -58,7 +57,7 @@ class Live(unittest.TestCase):
         marks = ["0.6 % of the time stolen by the hypervisor"]
         summary = {"executors": [{"disturbed": [{"repetition": 0, "marks": marks}]}]}
         self.assertEqual(
-            noise.noise_of({"runs": [{"usage": usage}]}, summary),
+            runner_of.noise_of({"runs": [{"usage": usage}]}, summary),
             {"stolen_percent": 0.6, "throttled_percent": 0, "others_percent": 2.5, "marks": marks},
         )
 
