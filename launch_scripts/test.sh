@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# test.sh: all checks from scratch: installs missing packages, checks the format, builds the colcon
+# test.sh: all checks from scratch: installs missing packages, checks the format and the ceilings of lines, builds the colcon
 # packages with assertions and with warnings as errors, and runs all tests.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
@@ -9,6 +9,7 @@ cd "$(dirname "$0")/.."
 
 step install launch_scripts/setup.sh test
 step format launch_scripts/format.sh --check
+step ceilings tools/ceilings.py
 # Like the preset `release`, but with assertions. A unity build takes a third of the time; tidy.sh
 # and the sanitizers compile each file alone, and find missing includes.
 step build launch_scripts/colcon_build.sh \
