@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hotpath_report.figures.violins import Drawing
+from hotpath_report.pages import interactive
 from hotpath_report.pages.svg import for_page, svg_of
 from hotpath_report.pages.text import TEMPLATES, render
 from hotpath_report.statistics import Samples, rank_test, ratio
@@ -105,3 +106,11 @@ def write_page(folder: Path, template: str, sections: list[Section], **content: 
     for suffix in ("html", "md"):
         page = render(template, suffix, {"style": style, "sections": sections, **content})
         write_file(folder / f"report.{suffix}", page)
+
+
+def write_report(
+    folder: Path, sections: list[Section], data: dict[str, Any] | None = None, **content: Any
+) -> None:
+    """Writes a page with the interactive part that shows `data`; see report.j2 for the content."""
+    embedded = {"interactive": interactive.embedded(data)} if data else {}
+    write_page(folder, "report", sections, **{"losses": [], **content, **embedded})
