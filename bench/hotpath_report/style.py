@@ -7,17 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (needs the backend)
-from matplotlib.axes import Axes  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
-from matplotlib.textpath import TextPath  # noqa: E402
-from matplotlib.transforms import Affine2D  # noqa: E402
-
-from hotpath_report.hotpath_command import executor_named, registry  # noqa: E402
-from hotpath_report.tables import make_folder, write_file, write_output  # noqa: E402
+from hotpath_report.hotpath_command import executor_named, registry
+from hotpath_report.tables import make_folder, write_file, write_output
 
 WIDE, NARROW = 9.2, 4.3  # inches
 PNG_DPI = 150
@@ -124,16 +119,9 @@ def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
     narrow = is_narrow(figure.get_figwidth())
     columns = 2 if narrow else min(columns, len(handles))
     reserve(figure, below=0.1 + 0.2 * -(-len(handles) // columns))
-    figure.legend(
-        handles=list(handles),
-        loc="lower left",
-        bbox_to_anchor=(0, 0),
-        ncol=columns,
-        columnspacing=1.3,
-        handlelength=1.6,
-        borderaxespad=0.2,
-        fontsize=8.5 if narrow else 9,
-    )
+    look: Any = {"columnspacing": 1.3, "handlelength": 1.6, "borderaxespad": 0.2}
+    look |= {"loc": "lower left", "bbox_to_anchor": (0, 0), "fontsize": 8.5 if narrow else 9}
+    figure.legend(handles=list(handles), ncol=columns, **look)
 
 
 def rows_of_labels(axes: Axes, labels: Sequence[str], **look: Any) -> None:
@@ -158,13 +146,6 @@ def patch(label: str, **look: Any) -> Any:
 def line(label: str, **look: Any) -> Any:
     """Line for a legend."""
     return plt.Line2D([], [], label=label, **({"color": INK} | look))
-
-
-def glyph(character: str) -> Any:
-    """A character as a marker."""
-    path = TextPath((0, 0), character)
-    box = path.get_extents()
-    return path.transformed(Affine2D().translate(-(box.x0 + box.x1) / 2, -(box.y0 + box.y1) / 2))
 
 
 def dot(label: str, marker: Any = "o", **look: Any) -> Any:
