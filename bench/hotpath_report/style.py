@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hotpath_report.hotpath_command import executor_named, registry
-from hotpath_report.tables import make_folder, write_file, write_output
+from hotpath_report.tables import make_folder, write_file
 
 WIDE, NARROW = 9.2, 4.3  # inches
 PNG_DPI = 150
@@ -53,21 +53,16 @@ CAUSES = {
 DASHES: list[list[int]] = [[], [8, 3], [2, 3], [8, 3, 2, 3], [14, 4], [4, 2, 1, 2], [10, 2, 2, 2, 2, 2]]
 
 
-def dash_of(executor: str, number: int = 0) -> list[int]:
-    """The executor's dash in curves: neighbours in the registry, whose colours are similar, differ.
-    `number` counts curves of one colour, which differ as well."""
-    known = executor_named(executor)
-    place = list(registry()).index(known.name) if known else 0
-    return DASHES[(place + 2 * number) % len(DASHES)]
-
-
 def dashes_of(executors: Sequence[str]) -> list[list[int]]:
-    """The dashes of the curves of a figure, in which an executor can occur several times."""
+    """The dashes of the curves of a figure: neighbours in the registry, whose colours are similar,
+    differ, and so do curves of one colour."""
     seen: Counter[str] = Counter()
     made = []
     for executor in executors:
-        made.append(dash_of(executor, seen[colour_of(executor)]))
-        seen[colour_of(executor)] += 1
+        known, colour = executor_named(executor), colour_of(executor)
+        place = list(registry()).index(known.name) if known else 0
+        made.append(DASHES[(place + 2 * seen[colour]) % len(DASHES)])
+        seen[colour] += 1
     return made
 
 
@@ -169,18 +164,13 @@ def settle(figure: Figure) -> None:
         axes.set_position([round(share, 4) for share in axes.get_position().bounds])
 
 
-def save(figure: Figure, folder: str | Path, name: str, option: str = "") -> None:
-    """Writes name.svg and name.png, each renamed only when complete, and prints their names. Raises
-    InputError if `option` named the file and it cannot be written."""
-    folder = Path(folder)
-    make_folder(folder)
+def save(figure: Figure, folder: str | Path, name: str) -> None:
+    """Writes name.svg and name.png, each renamed only when complete, and prints their names."""
+    make_folder(Path(folder))
     settle(figure)
     for suffix, metadata in (("svg", {"Date": None, "Creator": "hotpath"}), ("png", {"Software": None})):
-        stream, path = io.BytesIO(), folder / f"{name}.{suffix}"
+        stream, path = io.BytesIO(), Path(folder) / f"{name}.{suffix}"
         figure.savefig(stream, format=suffix, dpi=PNG_DPI, metadata=metadata, facecolor="white")
-        if option:
-            write_output(path, option, stream.getvalue())
-        else:
-            write_file(path, stream.getvalue())
+        write_file(path, stream.getvalue())
         print(path)
     plt.close(figure)

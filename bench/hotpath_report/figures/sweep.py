@@ -188,4 +188,3 @@ def heat_map(table: Table, width: float) -> Figure:
         failed = style.patch("run not finished: overload", facecolor=GRID, edgecolor=FAINT)
         style.add_key(figure, [failed], 1)
     return figure
-
