@@ -3,6 +3,7 @@
 
 import functools
 import io
+import itertools
 import math
 import shlex
 from pathlib import Path
@@ -36,13 +37,9 @@ COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]  # per timer
 
 def cpu_list(cpus: list[int]) -> str:
     """CPU numbers in the kernel's list format: 0-3,8."""
-    ranges: list[list[int]] = []
-    for cpu in sorted(cpus):
-        if ranges and cpu == ranges[-1][1] + 1:
-            ranges[-1][1] = cpu
-        else:
-            ranges.append([cpu, cpu])
-    return ",".join(f"{low}-{high}" if low < high else str(low) for low, high in ranges)
+    neighbours = itertools.groupby(enumerate(sorted(cpus)), lambda place: place[1] - place[0])
+    ranges = [[cpu for _, cpu in found] for _, found in neighbours]
+    return ",".join(f"{cpus[0]}-{cpus[-1]}" if len(cpus) > 1 else str(cpus[0]) for cpus in ranges)
 
 
 class Run:

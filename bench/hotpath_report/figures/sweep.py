@@ -93,11 +93,11 @@ def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -
         if not points:
             continue
         colour, x = style.colour_of(executor), list(points)
-        low = [e.low if e.has_interval else e.value for e in points.values()]
-        high = [e.high if e.has_interval else e.value for e in points.values()]
-        axes.fill_between(x, low, high, color=colour, alpha=0.18, linewidth=0)
+        value, low, high = np.array(list(points.values())).T
+        ends = [np.where(np.isnan(end), value, end) for end in (low, high)]
+        axes.fill_between(x, *ends, color=colour, alpha=0.18, linewidth=0)
         look: Any = {"linestyle": dashes(executor), "marker": "o" if len(x) < 30 else ""}
-        axes.plot(x, [e.value for e in points.values()], color=colour, markersize=2.8, **look)
+        axes.plot(x, value, color=colour, markersize=2.8, **look)
     axes.set(xlabel=table.x)
     if measure.column.endswith("_ms") and axes.get_ylim()[1] > 8 * max(axes.get_ylim()[0], 1e-9):
         axes.set_yscale("log")

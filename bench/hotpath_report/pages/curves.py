@@ -19,8 +19,10 @@ def lines(found: Sequence[tuple[str, str, Points]]) -> list[dict[str, Any]]:
     for (executor, label, points), dash in zip(found, style.dashes_of([e for e, *_ in found])):
         xs = sorted(points)
         rows = [[None if math.isnan(v) else round(v, 6) for v in points[x]] for x in xs]
-        columns = {key: [row[k] for row in rows] for k, key in enumerate(("value", "low", "high"))}
-        look = {"label": label, "colour": style.colour_of(executor), "dash": dash}
+        columns: dict[str, Any] = {
+            key: [row[k] for row in rows] for k, key in enumerate(("value", "low", "high"))
+        }
+        look: dict[str, Any] = {"label": label, "colour": style.colour_of(executor), "dash": dash}
         made.append({**look, "x": list(map(float, xs)), **columns})
     return made
 

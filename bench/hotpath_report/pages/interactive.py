@@ -98,23 +98,22 @@ def marks_of(
     measured: Measured, runs: Sequence[Run], bounds: Sequence[dict[tuple[str, str, str], float]], series: Any
 ) -> list[dict[str, Any]]:
     """Bounds, deadlines and the computation on the path."""
-    marks: set[tuple[str, float, int | None]] = set()
+    marks: set[tuple[float, str, int | None]] = set()
     if measured.kind == "chain" and runs[0].facts.get("chains", [measured.name])[:1] == [measured.name]:
-        marks |= {(x["label"], x["ms"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
+        marks |= {(x["ms"], x["label"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
     if measured.kind == "task":
+        with_summary = [run for run in runs if (run.folder / "summary.json").exists()]
+        rows = (row for run in with_summary for row in run.timer_counts().itertuples())
         marks |= {
-            ("deadline", row.deadline_ms, None)
-            for run in runs
-            if (run.folder / "summary.json").exists()
-            for row in run.timer_counts().itertuples()
+            (row.deadline_ms, "deadline", None)
+            for row in rows
             if row.task == measured.name and row.deadline_ms
         }
     for number, of in enumerate(series):
         if bound := bounds[of["run"]].get((of["executor"], measured.kind, measured.name)):
-            marks.add((f"bound of {of['label']}", round(bound, 6), number))
-    return [
-        {"label": a, "ms": b, "series": c} for a, b, c in sorted(marks, key=lambda mark: (mark[1], mark[0]))
-    ]
+            marks.add((round(bound, 6), f"bound of {of['label']}", number))
+    ordered = sorted(marks, key=lambda mark: mark[:2])
+    return [{"label": label, "ms": ms, "series": of_series} for ms, label, of_series in ordered]
 
 
 def target_of(
