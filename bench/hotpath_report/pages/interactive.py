@@ -112,8 +112,7 @@ def marks_of(
     for number, of in enumerate(series):
         if bound := bounds[of["run"]].get((of["executor"], measured.kind, measured.name)):
             marks.add((round(bound, 6), f"bound of {of['label']}", number))
-    ordered = sorted(marks, key=lambda mark: mark[:2])
-    return [{"label": label, "ms": ms, "series": of_series} for ms, label, of_series in ordered]
+    return [{"label": label, "ms": ms, "series": number} for ms, label, number in sorted(marks)]
 
 
 def target_of(
