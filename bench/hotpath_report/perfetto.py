@@ -3,11 +3,10 @@
 
 import json
 import math
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 from hotpath_report.run import Run
 from hotpath_report.tables import write_output
@@ -23,30 +22,15 @@ def event(job: Any, phase: str, name: str, **more: Any) -> Event:
     return {"ph": phase, "name": name, "pid": 100 * (job.process + 1), **more}
 
 
-def thread(job: Any) -> int:
-    """Id of the job's thread."""
-    return int(100 * (job.process + 1) + job.worker)
-
-
-def names(run: Run, title: str, ran: pd.DataFrame, timer_thread: bool) -> Iterator[Event]:
-    """Names of processes and threads."""
-    for job in ran.drop_duplicates(["process"]).itertuples():
-        yield event(job, "M", "process_name", args={"name": f"{title}, process {job.process}"})
-    for job in ran.drop_duplicates(["process", "worker"]).itertuples():
-        called = run.worker_name(job.worker, timer_thread)
-        yield event(job, "M", "thread_name", tid=thread(job), args={"name": called})
-
-
 def slices(job: Any, ends: dict[str, list[int]]) -> Iterator[Event]:
     """A job that ran, with its flow ends by phase; a flow end binds to the preceding slice."""
-    place = {"tid": thread(job), "ts": job.start * US_PER_MS}
+    place = {"tid": int(100 * (job.process + 1) + job.worker), "ts": job.start * US_PER_MS}
     args = {f"{name}_ms": getattr(job, name) for name in ("timestamp", "release", "deadline")}
     args = {"sequence": job.sequence} | {name: ms for name, ms in args.items() if not math.isnan(ms)}
-    yield event(
-        job, "X", job.task, cat=job.kind, dur=(job.finish - job.start) * US_PER_MS, args=args, **place
-    )
-    for phase, numbers in ends.items():
-        for number in numbers:
+    length = (job.finish - job.start) * US_PER_MS
+    yield event(job, "X", job.task, cat=job.kind, dur=length, args=args, **place)
+    for phase in ("f", "s"):
+        for number in ends[phase]:
             yield event(job, phase, "message", cat="flow", id=number, bp="e", **place)
     if job.late:
         yield marker(job, "deadline missed", job.finish)
@@ -63,9 +47,14 @@ def events(run: Run, executor: str, repetition: int, begin: float, end: float) -
     jobs = run.jobs(executor, repetition, begin, end)
     shown = (jobs["outcome"] == "ran") & (jobs["finish"] >= begin) & (jobs["start"] < end)
     ran = jobs[shown]
-    yield from names(run, f"{executor}, repetition {repetition}", ran, run.has_timer_thread(executor))
+    for job in ran.drop_duplicates(["process"]).itertuples():
+        name = f"{executor}, repetition {repetition}, process {job.process}"
+        yield event(job, "M", "process_name", args={"name": name})
+    for job in ran.drop_duplicates(["process", "worker"]).itertuples():
+        thread, name = int(100 * (job.process + 1) + job.worker), run.worker_name(executor, job.worker)
+        yield event(job, "M", "thread_name", tid=thread, args={"name": name})
     keys = set(zip(ran["task"], ran["sequence"]))
-    flows: dict[Any, dict[str, list[int]]] = {key: {"f": [], "s": []} for key in keys}
+    flows: dict[Any, dict[str, list[int]]] = defaultdict(lambda: {"f": [], "s": []})
     for number, job in enumerate(ran.itertuples(), 1):
         parent = (job.parent_task, job.parent_sequence)
         if parent in keys:

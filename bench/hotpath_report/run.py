@@ -3,6 +3,7 @@
 
 import functools
 import io
+import itertools
 import math
 import shlex
 from pathlib import Path
@@ -36,13 +37,9 @@ COUNTS = ["reached", "ran", "skipped", "deadline_overruns"]  # per timer
 
 def cpu_list(cpus: list[int]) -> str:
     """CPU numbers in the kernel's list format: 0-3,8."""
-    ranges: list[list[int]] = []
-    for cpu in sorted(cpus):
-        if ranges and cpu == ranges[-1][1] + 1:
-            ranges[-1][1] = cpu
-        else:
-            ranges.append([cpu, cpu])
-    return ",".join(f"{low}-{high}" if low < high else str(low) for low, high in ranges)
+    neighbours = itertools.groupby(enumerate(sorted(cpus)), lambda place: place[1] - place[0])
+    ranges = [[cpu for _, cpu in found] for _, found in neighbours]
+    return ",".join(f"{cpus[0]}-{cpus[-1]}" if len(cpus) > 1 else str(cpus[0]) for cpus in ranges)
 
 
 class Run:
@@ -158,14 +155,10 @@ class Run:
             jobs[name] = jobs[name].fillna(0).astype(int)
         return jobs
 
-    def has_timer_thread(self, executor: str) -> bool:
-        """Whether a separate thread releases timers; false for deployments, where it is unknown."""
-        traits = hotpath_command.executor_named(executor)
-        return traits is not None and traits.family != "wait_set"
-
-    def worker_name(self, worker: int, timer_thread: bool) -> str:
-        """Display name of a worker."""
-        if not timer_thread:
+    def worker_name(self, executor: str, worker: int) -> str:
+        """Display name of a worker. Events executors release timers in a thread of their own."""
+        traits = hotpath_command.executor_named(executor)  # None: a deployment
+        if traits is None or traits.family == "wait_set":
             return f"worker {worker}"
         return "timer management thread" if worker == TIMER_MANAGEMENT else "executor thread"
 
@@ -184,21 +177,15 @@ class Run:
         timers = self.timer_counts()[["executor", "task"]]
         return self.all_responses().merge(timers, on=["executor", "task"])  # keeps the left frame's order
 
+    @functools.cache
     def summary(self) -> list[dict[str, Any]]:
         """The executors of summary.json."""
-        return self._summary
-
-    @functools.cached_property
-    def _summary(self) -> list[dict[str, Any]]:
         executors: list[dict[str, Any]] = read_json(self.folder / "summary.json")["executors"]
         return executors
 
+    @functools.cache
     def timer_counts(self) -> pd.DataFrame:
         """Timers after the warm-up: executor, task, COUNTS, deadline_ms, response_max_ms, bound_ms."""
-        return self._timer_counts
-
-    @functools.cached_property
-    def _timer_counts(self) -> pd.DataFrame:
         bounds = {(b["executor"], b["task"]): b["ms"] for b in self.facts.get("bounds", [])}
         rows = [
             t

@@ -9,6 +9,7 @@ import enum
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +22,16 @@ LEAST_FOR_BLOCKS = 4 * BLOCKS
 PERCENTILES = {0.5: "p50", 0.9: "p90", 0.99: "p99", 0.999: "p99.9", 1.0: "max"}
 
 Values = NDArray[np.float64]
-_Result = ctypes.c_double * 3
 
 
-@dataclass(frozen=True)
-class Estimate:
+def results(number: int, function: str, *arguments: object) -> list[float]:
+    """The numbers that the library's `function` writes behind its last argument."""
+    found = (ctypes.c_double * number)()
+    getattr(library(), f"hotpath_{function}")(*arguments, found)
+    return list(found)
+
+
+class Estimate(NamedTuple):
     """A value with its 95 % interval, in the unit of the samples; NaN: no interval."""
 
     value: float
@@ -82,9 +88,7 @@ class Samples:
     def estimate(self, p: float) -> Estimate:
         """Quantile at probability `p` (type 7) with its interval."""
         if p not in self._estimates:
-            result = _Result()
-            library().hotpath_quantile_estimate(self._handle, p, result)
-            self._estimates[p] = Estimate(*result)
+            self._estimates[p] = Estimate(*results(3, "quantile_estimate", self._handle, p))
         return self._estimates[p]
 
     def estimates(self, probabilities: Values) -> Values:
@@ -114,9 +118,7 @@ class Samples:
 
     def of_two(self, function: str, other: "Samples", *arguments: float) -> Estimate:
         """Estimate of the library's `function` for these samples and others."""
-        result = _Result()
-        getattr(library(), function)(self._handle, other._handle, *arguments, result)
-        return Estimate(*result)
+        return Estimate(*results(3, function, self._handle, other._handle, *arguments))
 
 
 def median(values: Iterable[float]) -> float:
@@ -131,24 +133,17 @@ def percent_of(part: int, whole: int) -> float:
 
 def ratio(a: Samples, b: Samples, p: float, confidence: float = CONFIDENCE_PERCENT / 100) -> Estimate:
     """Quantile of `a` divided by that of `b`."""
-    return a.of_two("hotpath_quantile_ratio", b, p, confidence)
+    return a.of_two("quantile_ratio", b, p, confidence)
 
 
 def difference(a: Samples, b: Samples, p: float) -> Estimate:
     """Quantile of `a` minus that of `b`, in the unit of the samples."""
-    return a.of_two("hotpath_quantile_difference", b, p)
+    return a.of_two("quantile_difference", b, p)
 
 
-class Pairing(enum.IntEnum):
-    """How the repetitions of two sides are paired; see hotpath::Pairing."""
-
-    INDEPENDENT, PAIRED, EXACT = range(3)
-
-
-class Scale(enum.IntEnum):
-    """Unit of a difference; see hotpath::Scale."""
-
-    DIFFERENCE, RATIO = range(2)
+# How the repetitions of two sides are paired, and the unit of a difference; see C++'s enumerations.
+Pairing = enum.IntEnum("Pairing", "INDEPENDENT PAIRED EXACT", start=0)
+Scale = enum.IntEnum("Scale", "DIFFERENCE RATIO", start=0)
 
 
 @dataclass(frozen=True)
@@ -169,12 +164,11 @@ def growth(
     before: Values, after: Values, pairing: Pairing, scale: Scale, alarm_rate: float, power: float
 ) -> Growth:
     """Tests one value per repetition; `alarm_rate` and `power` define the detectable growth."""
-    result = (ctypes.c_double * len(fields(Growth)))()
     values = np.concatenate([before, after]).astype(float)
     sizes = (ctypes.c_size_t * 2)(len(before), len(after))
     detection = (ctypes.c_double * 2)(alarm_rate, power)
-    library().hotpath_growth(values.ctypes.data, sizes, pairing, scale, detection, result)
-    return Growth(*result)
+    found = results(len(fields(Growth)), "growth", values.ctypes.data, sizes, pairing, scale, detection)
+    return Growth(*found)
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
@@ -184,8 +178,7 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return [float(p) for p in adjusted]
 
 
-@dataclass(frozen=True)
-class RankTest:
+class RankTest(NamedTuple):
     """Rank test of Mann and Whitney of `a` against `b`, with its effect size."""
 
     p_value: float
@@ -200,14 +193,13 @@ class RankTest:
 
 def rank_test(a: Samples, b: Samples) -> RankTest:
     """Whether the samples of `a` are smaller than those of `b`, and how often."""
-    return RankTest(
-        float(library().hotpath_rank_test(a._handle, b._handle)), a.of_two("hotpath_cliffs_delta", b)
-    )
+    p_value = float(library().hotpath_rank_test(a._handle, b._handle))
+    return RankTest(p_value, a.of_two("cliffs_delta", b))
 
 
 def fit_line(x: Sequence[float], y: Sequence[float], weights: Sequence[float]) -> tuple[float, float]:
     """Slope and intercept of the weighted least-squares line; one single x: through the origin."""
-    result = (ctypes.c_double * 2)()
     columns = [np.ascontiguousarray(column, dtype=float) for column in (x, y, weights)]
-    library().hotpath_fit_line(*(column.ctypes.data for column in columns), len(columns[0]), result)
-    return result[0], result[1]
+    data = [column.ctypes.data for column in columns]
+    slope, intercept = results(2, "fit_line", *data, len(columns[0]))
+    return slope, intercept

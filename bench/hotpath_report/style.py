@@ -7,17 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (needs the backend)
-from matplotlib.axes import Axes  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
-from matplotlib.textpath import TextPath  # noqa: E402
-from matplotlib.transforms import Affine2D  # noqa: E402
-
-from hotpath_report.hotpath_command import executor_named, registry  # noqa: E402
-from hotpath_report.tables import make_folder, write_file, write_output  # noqa: E402
+from hotpath_report.hotpath_command import executor_named, registry
+from hotpath_report.tables import make_folder, write_file
 
 WIDE, NARROW = 9.2, 4.3  # inches
 PNG_DPI = 150
@@ -58,21 +53,16 @@ CAUSES = {
 DASHES: list[list[int]] = [[], [8, 3], [2, 3], [8, 3, 2, 3], [14, 4], [4, 2, 1, 2], [10, 2, 2, 2, 2, 2]]
 
 
-def dash_of(executor: str, number: int = 0) -> list[int]:
-    """The executor's dash in curves: neighbours in the registry, whose colours are similar, differ.
-    `number` counts curves of one colour, which differ as well."""
-    known = executor_named(executor)
-    place = list(registry()).index(known.name) if known else 0
-    return DASHES[(place + 2 * number) % len(DASHES)]
-
-
 def dashes_of(executors: Sequence[str]) -> list[list[int]]:
-    """The dashes of the curves of a figure, in which an executor can occur several times."""
+    """The dashes of the curves of a figure: neighbours in the registry, whose colours are similar,
+    differ, and so do curves of one colour."""
     seen: Counter[str] = Counter()
     made = []
     for executor in executors:
-        made.append(dash_of(executor, seen[colour_of(executor)]))
-        seen[colour_of(executor)] += 1
+        known, colour = executor_named(executor), colour_of(executor)
+        place = list(registry()).index(known.name) if known else 0
+        made.append(DASHES[(place + 2 * seen[colour]) % len(DASHES)])
+        seen[colour] += 1
     return made
 
 
@@ -124,16 +114,9 @@ def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
     narrow = is_narrow(figure.get_figwidth())
     columns = 2 if narrow else min(columns, len(handles))
     reserve(figure, below=0.1 + 0.2 * -(-len(handles) // columns))
-    figure.legend(
-        handles=list(handles),
-        loc="lower left",
-        bbox_to_anchor=(0, 0),
-        ncol=columns,
-        columnspacing=1.3,
-        handlelength=1.6,
-        borderaxespad=0.2,
-        fontsize=8.5 if narrow else 9,
-    )
+    look: Any = {"columnspacing": 1.3, "handlelength": 1.6, "borderaxespad": 0.2}
+    look |= {"loc": "lower left", "bbox_to_anchor": (0, 0), "fontsize": 8.5 if narrow else 9}
+    figure.legend(handles=list(handles), ncol=columns, **look)
 
 
 def rows_of_labels(axes: Axes, labels: Sequence[str], **look: Any) -> None:
@@ -160,13 +143,6 @@ def line(label: str, **look: Any) -> Any:
     return plt.Line2D([], [], label=label, **({"color": INK} | look))
 
 
-def glyph(character: str) -> Any:
-    """A character as a marker."""
-    path = TextPath((0, 0), character)
-    box = path.get_extents()
-    return path.transformed(Affine2D().translate(-(box.x0 + box.x1) / 2, -(box.y0 + box.y1) / 2))
-
-
 def dot(label: str, marker: Any = "o", **look: Any) -> Any:
     """Marker for a legend."""
     return line(label, **({"linestyle": "", "marker": marker} | look))
@@ -188,18 +164,13 @@ def settle(figure: Figure) -> None:
         axes.set_position([round(share, 4) for share in axes.get_position().bounds])
 
 
-def save(figure: Figure, folder: str | Path, name: str, option: str = "") -> None:
-    """Writes name.svg and name.png, each renamed only when complete, and prints their names. Raises
-    InputError if `option` named the file and it cannot be written."""
-    folder = Path(folder)
-    make_folder(folder)
+def save(figure: Figure, folder: str | Path, name: str) -> None:
+    """Writes name.svg and name.png, each renamed only when complete, and prints their names."""
+    make_folder(Path(folder))
     settle(figure)
     for suffix, metadata in (("svg", {"Date": None, "Creator": "hotpath"}), ("png", {"Software": None})):
-        stream, path = io.BytesIO(), folder / f"{name}.{suffix}"
+        stream, path = io.BytesIO(), Path(folder) / f"{name}.{suffix}"
         figure.savefig(stream, format=suffix, dpi=PNG_DPI, metadata=metadata, facecolor="white")
-        if option:
-            write_output(path, option, stream.getvalue())
-        else:
-            write_file(path, stream.getvalue())
+        write_file(path, stream.getvalue())
         print(path)
     plt.close(figure)

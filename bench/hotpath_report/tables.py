@@ -87,43 +87,34 @@ def read_table(
     return frame
 
 
-def call_writer(function: str, *arguments: str | Path | bytes | int) -> str:
-    """Calls a function of bench/program/files_c.cpp; returns its message, empty if it succeeded."""
-    values = [os.fsencode(a) if isinstance(a, (str, Path)) else a for a in arguments]
-    failure: bytes | None = getattr(library(), f"hotpath_{function}")(*values)
-    return os.fsdecode(failure or b"")
-
-
-def encoded(content: str | bytes) -> tuple[bytes, int]:
-    """The content as UTF-8, and its size in bytes."""
+def call_writer(function: str, kind: type[Exception], *names: str | Path, content: str | bytes = "") -> None:
+    """Calls a function of bench/program/files_c.cpp; raises an error of this kind with its message."""
     data = content.encode() if isinstance(content, str) else content
-    return data, len(data)
+    written = (data, len(data)) if function.startswith("write") else ()
+    if failure := getattr(library(), f"hotpath_{function}")(*map(os.fsencode, names), *written):
+        raise kind(os.fsdecode(failure))
 
 
 def write_file(path: Path, content: str | bytes) -> None:
     """Replaces a file, or a link, by a complete new file and syncs it. Raises RunError."""
-    if failure := call_writer("write_file", path, *encoded(content)):
-        raise RunError(failure)
+    call_writer("write_file", RunError, path, content=content)
 
 
 def write_output(path: Path, option: str, content: str | bytes) -> None:
     """Writes the file that the user named in `option`. Unlike write_file(), it follows symbolic
     links and writes into devices and FIFOs. Raises InputError."""
     sys.stdout.flush()  # earlier output comes first
-    if failure := call_writer("write_output", path, option, *encoded(content)):
-        raise InputError(failure)
+    call_writer("write_output", InputError, path, option, content=content)
 
 
 def make_folder(folder: Path) -> None:
     """Creates a folder with its parents and syncs their entries. Raises InputError."""
-    if failure := call_writer("make_folder", folder):
-        raise InputError(failure)
+    call_writer("make_folder", InputError, folder)
 
 
 def name_durably(part: Path, path: Path) -> None:
     """Syncs `part`, renames it to `path` and syncs the folder. Raises RunError."""
-    if failure := call_writer("name_durably", part, path):
-        raise RunError(failure)
+    call_writer("name_durably", RunError, part, path)
 
 
 def write_json(path: Path, value: Any) -> None:

@@ -2,7 +2,8 @@
 """Figures of `hotpath sweep`: lines with intervals, heat maps and small multiples."""
 
 import math
-from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -14,12 +15,75 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from hotpath_report import style
+from hotpath_report.errors import InputError
 from hotpath_report.figures.maps import dashes
-from hotpath_report.figures.sweep_table import Measure, Table
+from hotpath_report.statistics import Estimate, Samples
 from hotpath_report.style import FAINT, GRID, INK
+from hotpath_report.tables import read_json, read_table
 
 MOST_PANELS = 9  # small multiples
 MOST_NUMBERED = 20  # columns of a map with room for numbers in its cells
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A column of the table; a point is its quantile `over_repetitions`."""
+
+    column: str
+    title: str
+    over_repetitions: float = 0.5
+
+
+OF_CHAINS = [
+    Measure("hot_path_p50_ms", "median hot-path latency (ms)"),
+    Measure("hot_path_max_ms", "worst hot-path latency (ms)", 1.0),
+    Measure("lost", "lost: skipped and overwritten", 1.0),
+]
+OF_TIMERS = [
+    Measure("response_share_max", "worst response time / deadline", 1.0),
+    Measure("deadline_overruns", "deadline overruns", 1.0),
+    Measure("lost", "lost: skipped and overwritten", 1.0),
+]
+
+
+class Table:
+    """table.csv: rows of one chain, or of timers without chains."""
+
+    def __init__(self, folder: Path) -> None:
+        self.rows = read_table(folder / "table.csv", ["executor"])
+        facts = read_json(folder / "sweep.json", "hotpath sweep")
+        chains = self.rows["chain"].dropna().unique() if "chain" in self.rows else []
+        self.chain = str(chains[0]) if len(chains) else ""
+        if self.chain:
+            self.rows = self.rows[(self.rows["chain"] == self.chain) | self.rows["failure"].notna()]
+        self.measures = OF_CHAINS if self.chain else OF_TIMERS
+        self.repetitions: int = facts["repetitions"]
+        self.axes = [a for a in facts["axes"] if a in self.rows and self.rows[a].nunique() > 1]
+        numeric = [a for a in self.axes if pd.api.types.is_numeric_dtype(self.rows[a])]
+        if not numeric:
+            raise InputError(f"{folder / 'table.csv'}: no numeric axis to draw over")
+        self.x = numeric[0]
+        self.others = [a for a in self.axes if a != self.x]
+        self.executors = list(self.rows["executor"].unique())
+        self.failed = int(self.rows["failure"].notna().sum())
+        self.what = "Latency" if self.chain else "Response times"
+        self.multiplied = self.measures[1] if self.chain else self.measures[0]  # by the second axis
+
+    def points(self, rows: pd.DataFrame, measure: Measure) -> dict[float, Estimate]:
+        """{x: quantile over the repetitions with its interval}"""
+        found = {}
+        for x, at in rows.groupby(self.x):
+            values = at[measure.column].dropna()
+            if len(values):
+                found[float(x)] = Samples([v] for v in values).estimate(measure.over_repetitions)
+        return found
+
+    def subtitle(self) -> str:
+        """Axes and size of the sweep."""
+        cells = f"{self.rows['cell'].nunique()} cells, {self.repetitions} repetitions"
+        chain = f"chain {self.chain} · " if self.chain else ""
+        fails = f" · {self.failed} cells not finished (overload)" if self.failed else ""
+        return f"{chain}over {', '.join(self.axes)} · {cells}{fails}"
 
 
 def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -> None:
@@ -29,11 +93,11 @@ def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -
         if not points:
             continue
         colour, x = style.colour_of(executor), list(points)
-        low = [e.low if e.has_interval else e.value for e in points.values()]
-        high = [e.high if e.has_interval else e.value for e in points.values()]
-        axes.fill_between(x, low, high, color=colour, alpha=0.18, linewidth=0)
+        value, low, high = np.array(list(points.values())).T
+        ends = [np.where(np.isnan(end), value, end) for end in (low, high)]
+        axes.fill_between(x, *ends, color=colour, alpha=0.18, linewidth=0)
         look: Any = {"linestyle": dashes(executor), "marker": "o" if len(x) < 30 else ""}
-        axes.plot(x, [e.value for e in points.values()], color=colour, markersize=2.8, **look)
+        axes.plot(x, value, color=colour, markersize=2.8, **look)
     axes.set(xlabel=table.x)
     if measure.column.endswith("_ms") and axes.get_ylim()[1] > 8 * max(axes.get_ylim()[0], 1e-9):
         axes.set_yscale("log")
@@ -49,7 +113,7 @@ def key(figure: Figure, table: Table) -> None:
     style.add_key(figure, [*handles, style.patch("95 % interval over repetitions", alpha=0.3)], 6)
 
 
-def lines(table: Table, width: float = style.WIDE) -> Figure:
+def lines(table: Table, width: float) -> Figure:
     """Median and worst case over x; other axes are pooled."""
     figure, panels = style.new_figure(width, 3.6, 1, 2)
     for axes, measure in zip(panels, table.measures):
@@ -59,7 +123,7 @@ def lines(table: Table, width: float = style.WIDE) -> Figure:
     return figure
 
 
-def multiples(table: Table, width: float = style.WIDE) -> Figure:
+def multiples(table: Table, width: float) -> Figure:
     """A small panel per value of the second axis."""
     axis, measure = table.others[0], table.multiplied
     values = list(table.rows[axis].unique())[:MOST_PANELS]
@@ -84,11 +148,9 @@ def number_text(value: float) -> str:
 def draw_map(axes: Axes, table: Table, measure: Measure) -> None:
     """Executors in rows, x in columns; grey cells could not run."""
     xs = sorted(table.rows[table.x].unique())
-    grid = np.full((len(table.executors), len(xs)), np.nan)
-    for i, executor in enumerate(table.executors):
-        points = table.points(table.rows[table.rows["executor"] == executor], measure)
-        for x, estimate in points.items():
-            grid[i, xs.index(x)] = estimate.value
+    rows = dict(list(table.rows.groupby("executor")))
+    points = [table.points(rows[executor], measure) for executor in table.executors]
+    grid = np.array([[of[x].value if x in of else math.nan for x in xs] for of in points])
     positive = grid[np.isfinite(grid) & (grid > 0)]
     axes.set_facecolor(GRID)
     norm: Any = LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)) if len(positive) else None
@@ -111,12 +173,11 @@ def write_numbers(axes: Axes, grid: Any, norm: Any) -> None:
         if math.isnan(value):
             continue
         dark = norm is not None and value > 0 and norm(value) > 0.7
-        axes.text(
-            j, i, number_text(value), ha="center", va="center", fontsize=7.5, color="white" if dark else INK
-        )
+        look: Any = {"fontsize": 7.5, "color": "white" if dark else INK}
+        axes.text(j, i, number_text(value), ha="center", va="center", **look)
 
 
-def heat_map(table: Table, width: float = style.WIDE) -> Figure:
+def heat_map(table: Table, width: float) -> Figure:
     """Median, worst case and losses over x and executor."""
     rows = 0.5 + 0.27 * len(table.executors)
     figure, panels = style.new_figure(width, rows, len(table.measures))
@@ -124,17 +185,6 @@ def heat_map(table: Table, width: float = style.WIDE) -> Figure:
         draw_map(axes, table, measure)
     panels[-1].set_xlabel(table.x)
     if table.failed:
-        style.add_key(
-            figure,
-            [style.patch("run not finished: overload", facecolor=GRID, edgecolor=FAINT)],
-            1,
-        )
+        failed = style.patch("run not finished: overload", facecolor=GRID, edgecolor=FAINT)
+        style.add_key(figure, [failed], 1)
     return figure
-
-
-def draw(table: Table, figures: Sequence[tuple[str, str, Callable[[Table], Figure]]], folder: str) -> None:
-    """Writes sweep_NAME.svg and .png for each name, title and function that draws."""
-    for name, title, made in figures:
-        figure = made(table)
-        style.add_title(figure, title, table.subtitle())
-        style.save(figure, folder, f"sweep_{name}")

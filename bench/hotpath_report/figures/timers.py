@@ -63,7 +63,7 @@ def drops(runs: TimerRuns, labels: Mapping[Any, str], width: float) -> Figure:
         handles += [style.patch("bar: simulated", alpha=0.6), style.dot("live", markersize=5)]
     if "real" in sources:
         handles.append(style.dot("real ROS 2 stack", **style.reference_mark()))
-    handles.append(style.dot("no job dropped", style.glyph("✓"), markersize=7))
+    handles.append(style.patch("✓ no job dropped", alpha=0))
     style.add_key(figure, handles, 7)
     return figure
 

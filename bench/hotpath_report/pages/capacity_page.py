@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of `hotpath capacity`."""
+"""The figure and the page of `hotpath capacity`: tried levels, and the capacity of each executor."""
 
 import math
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from hotpath_report.figures import capacity
+from hotpath_report import style
+from hotpath_report.errors import InputError
 from hotpath_report.figures.violins import Drawing
-from hotpath_report.pages import curves, interactive
-from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.pages import curves
+from hotpath_report.pages.writer import Section, Table, make_figure, write_report
 from hotpath_report.statistics import Estimate
+from hotpath_report.style import FAINT, INK, WARNING
 from hotpath_report.tables import read_table
 
+ANALYSIS = "analysis"
 # Column of levels.csv and title of each plot; latencies have the columns of an interval.
 LATENCIES = {"p99": "p99 of the hot-path latency (ms)", "worst": "worst hot-path latency (ms)"}
 COUNTS = {
@@ -25,61 +29,83 @@ COUNTS = {
 TEXT = "Each point is a tried level, over all repetitions; bands are 95 % intervals."
 
 
-def estimate(row: dict[str, Any], column: str) -> Estimate:
-    """What a level measured; NaN if it did not."""
-    if column in LATENCIES:
-        return Estimate(*(float(row[f"{column}_{part}ms"]) for part in ("", "low_", "high_")))
-    return Estimate(float(row[column]))
+def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str) -> None:
+    """Bar: capacity; dots: passing levels; crosses: failing levels; triangle: analysis."""
+    measured, bounds = rows[rows["source"] != ANALYSIS], rows[rows["source"] == ANALYSIS]
+    colour = style.colour_of(executor)
+    for capacity in measured[measured["capacity"] == 1][over]:
+        axes.barh(y, capacity, height=0.5, color=colour, alpha=0.3, linewidth=0)
+        style.note(axes, f"{capacity:g}", (capacity, y - 0.33), (0, 0), ha="right")
+    for rows, shift, marker, colour in (
+        (measured[measured["holds"] == 1], 0, "o", colour),
+        (measured[measured["holds"] == 0], 0, "x", WARNING),
+        (bounds[bounds["capacity"] == 1], 0.36, "^", INK),
+    ):
+        size = 6 if marker == "^" else 4
+        axes.plot(rows[over], [y + shift] * len(rows), marker, color=colour, markersize=size)
+
+
+def levels(rows: pd.DataFrame, width: float) -> Figure:
+    """A row of marks per executor."""
+    over, by_executor = rows.columns[2], dict(list(rows.groupby("executor", sort=False)))
+    figure, (axes,) = style.new_figure(width, 0.9 + 0.5 * len(by_executor))
+    style.rows_of_labels(axes, list(by_executor), xlabel=over)
+    for y, (executor, found) in enumerate(by_executor.items()):
+        draw_row(axes, y, executor, found, over)
+    axes.set_xlim(left=0)
+    marks = [style.patch("capacity", alpha=0.3), style.dot("passes", color=FAINT)]
+    marks += [style.dot("fails", "x", color=WARNING)]
+    style.add_key(figure, [*marks, style.dot("largest level that an analysis accepts", "^")], 4)
+    return figure
 
 
 def plots(rows: pd.DataFrame, over: str) -> list[dict[str, Any]]:
-    """A plot per measure that any level has."""
+    """A plot per measure that any level has; results of older versions lack some."""
     made = []
     for column, title in (LATENCIES | COUNTS).items():
+        parts = [f"{column}_{part}ms" for part in ("", "low_", "high_")] if column in LATENCIES else [column]
+        if not set(parts) <= set(rows.columns):
+            continue
         lines: list[tuple[str, str, curves.Points]] = []
-        for executor, of in rows[rows["source"] != capacity.ANALYSIS].groupby("executor", sort=False):
-            points = {float(row[over]): estimate(row, column) for row in of.to_dict("records")}
-            points = {x: e for x, e in points.items() if not math.isnan(e.value)}
+        for executor, of in rows[rows["source"] != ANALYSIS].groupby("executor", sort=False):
+            found = zip(of[over].astype(float), *(of[part].astype(float) for part in parts))
+            points = {x: Estimate(*values) for x, *values in found if not math.isnan(values[0])}
             lines.append((str(executor), str(executor), points))
         made.append(curves.plot(title, over, curves.lines(lines)))
     return [p for p in made if p["lines"]]
 
 
-def levels(rows: pd.DataFrame, over: str) -> Table:
+def table(rows: pd.DataFrame, over: str) -> Table:
     """The levels that were tried, with the reason of each failure."""
-    shown = rows.fillna({"why": ""})
     cells = [
         [r["executor"], r["source"], f"{r[over]:g}", "holds" if r["holds"] else "fails", r["why"]]
-        for r in shown.to_dict("records")
+        for r in rows.fillna({"why": ""}).to_dict("records")
     ]
     return Table("Tried levels", ["executor", "source", over, "", "why"], cells, folded=True)
 
 
 def write(folder: str) -> None:
     """Draws the figure of a search, and writes report.html and report.md. Raises InputError."""
-    capacity.draw(folder)
-    rows = read_table(Path(folder) / "levels.csv", ["executor", "source", "holds", "capacity"])
+    path = Path(folder) / "levels.csv"
+    rows = read_table(path, ["executor", "source", "holds", "capacity"])
+    if rows.empty:
+        raise InputError(f"{path}: no rows, there is nothing to draw")
     over = rows.columns[2]
-    measures = [f"{name}_{part}ms" for name in LATENCIES for part in ("", "low_", "high_")] + [*COUNTS]
-    rows = rows.reindex(columns=list(dict.fromkeys([*rows.columns, *measures])))  # older: without measures
-    drawn = plots(rows, over)
     title = f"Highest {over} that each executor sustains"
-    figure = make_figure("capacity", title, partial(drawing, rows), [])
-    tables = [levels(rows, over), *map(curves.table, drawn)]
+    figure = levels(rows, style.WIDE)
+    source = "live" if (rows["source"] == "live").any() else "simulated"
+    style.add_title(figure, title, f"{source}; each mark is a tried level")
+    style.save(figure, folder, "capacity")
+    drawn = plots(rows, over)
+    made = make_figure("capacity", title, lambda width: Drawing(levels(rows, width), rows), [])
     executors = ", ".join(rows["executor"].unique())
-    write_page(
+    tables = [table(rows, over), *map(curves.table, drawn)]
+    write_report(
         Path(folder),
-        "report",
-        [Section("levels", "Levels", executors, TEXT, [figure], tables)],
+        [Section("levels", "Levels", executors, TEXT, [made], tables)],
         title=title,
         facts=[f"{executors}; the table with confidence: capacity.md"],
-        losses=[],
         made_by="`hotpath capacity`. Every tried level: levels.csv.",
-        **({"interactive": interactive.embedded(curves.document(drawn))} if drawn else {}),
+        data=curves.document(drawn) if drawn else None,
     )
     print(Path(folder) / "report.html")
-
-
-def drawing(rows: pd.DataFrame, width: float) -> Drawing:
-    """The levels with their data."""
-    return Drawing(capacity.levels(rows, width), rows)

@@ -10,7 +10,7 @@ from hotpath_report.comparison.sides import KEYS, Key
 from hotpath_report.pages import interactive, run_report
 from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.run_report import CHAIN, TIMER, ReportedRun
-from hotpath_report.pages.writer import Section, Table, write_page
+from hotpath_report.pages.writer import Section, Table, write_report
 from hotpath_report.statistics import Samples
 
 EXECUTOR = KEYS.index("executor")
@@ -51,14 +51,12 @@ def write(
 ) -> None:
     """Writes report.html and report.md. Raises InputError."""
     names = [f"{side}: {path}" for side, path in zip(("Old", "New"), folders)]
-    write_page(
+    write_report(
         folder,
-        "report",
         [Section("comparison", "Comparison", "of the measures that both sides have", TEXT, [], [table])],
         title=f"{folders[0].resolve().name} against {folders[1].resolve().name}",
         facts=[*names, *sentences],
-        losses=[],
         made_by="`hotpath diff`.",
-        interactive=interactive.embedded(document(folders, *sides)),
+        data=document(folders, *sides),
     )
     print(f"{folder / 'report.html'} (and report.md)")

@@ -13,29 +13,18 @@ Points = Mapping[float, Estimate]  # by x
 LOGARITHMIC = 8  # ratio of the largest to the least value from which an axis is logarithmic
 
 
-def finite(values: Sequence[float]) -> list[float | None]:
-    """Numbers for JSON; None for NaN."""
-    return [None if math.isnan(value) else round(value, 6) for value in values]
-
-
 def lines(found: Sequence[tuple[str, str, Points]]) -> list[dict[str, Any]]:
-    """The lines of a plot, given as executor, label and points."""
-    dashes = style.dashes_of([executor for executor, *_ in found])
-    return [line(*of, dash) for of, dash in zip(found, dashes)]
-
-
-def line(executor: str, label: str, points: Points, dash: list[int]) -> dict[str, Any]:
-    """A line with its intervals."""
-    estimates = [points[x] for x in sorted(points)]
-    return {
-        "label": label,
-        "colour": style.colour_of(executor),
-        "dash": dash,
-        "x": list(map(float, sorted(points))),
-        "value": finite([e.value for e in estimates]),
-        "low": finite([e.low for e in estimates]),
-        "high": finite([e.high for e in estimates]),
-    }
+    """The lines of a plot with their intervals, given as executor, label and points."""
+    made = []
+    for (executor, label, points), dash in zip(found, style.dashes_of([e for e, *_ in found])):
+        xs = sorted(points)
+        rows = [[None if math.isnan(v) else round(v, 6) for v in points[x]] for x in xs]
+        columns: dict[str, Any] = {
+            key: [row[k] for row in rows] for k, key in enumerate(("value", "low", "high"))
+        }
+        look: dict[str, Any] = {"label": label, "colour": style.colour_of(executor), "dash": dash}
+        made.append({**look, "x": list(map(float, xs)), **columns})
+    return made
 
 
 def plot(title: str, x: str, lines: Sequence[dict[str, Any]], figure: str = "") -> dict[str, Any]:
@@ -59,15 +48,13 @@ def document(plots: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def table(of: Mapping[str, Any]) -> Table:
-    """The values of a plot, with a row for each x."""
-    xs = sorted({x for a in of["lines"] for x in a["x"]})
-    rows = [[f"{x:g}", *(cell(a, x) for a in of["lines"])] for x in xs]
-    return Table(of["title"], [of["x"], *(a["label"] for a in of["lines"])], rows, folded=True, numbers=True)
-
-
-def cell(of: Mapping[str, Any], x: float) -> str:
-    """Value and interval of a line at x; empty if it has none."""
-    if x not in of["x"]:
-        return ""
-    value, low, high = (of[key][of["x"].index(x)] for key in ("value", "low", "high"))
-    return Estimate(value, *(math.nan if v is None else v for v in (low, high))).text(3)
+    """The values of a plot with their intervals, with a row for each x."""
+    cells: dict[float, list[str]] = {x: [] for x in sorted({x for line in of["lines"] for x in line["x"]})}
+    for line in of["lines"]:
+        points = {x: values for x, *values in zip(line["x"], line["value"], line["low"], line["high"])}
+        for x, row in cells.items():
+            values = [math.nan if v is None else v for v in points.get(x, [])]
+            row.append(Estimate(*values).text(3) if values else "")
+    rows = [[f"{x:g}", *row] for x, row in cells.items()]
+    header = [of["x"], *(line["label"] for line in of["lines"])]
+    return Table(of["title"], header, rows, folded=True, numbers=True)

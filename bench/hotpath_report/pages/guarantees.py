@@ -10,10 +10,9 @@ import pandas as pd
 from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.violins import Drawing
-from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.pages.writer import Section, Table, make_figure, write_report
 from hotpath_report.tables import read_json, read_table
 
-MADE_BY = "hotpath analyze --page"
 TEXTS = ["executor", "method", "kind", "name"]
 NUMBERS = ["bound_ns", "observed_ns", "deadline_ns", "response_ns", "waiting_ns"]
 EXPLANATION = (
@@ -65,7 +64,7 @@ def table(rows: pd.DataFrame) -> Table:
 
 def write(folder: str) -> None:
     """Writes report.html and report.md. Raises InputError."""
-    found: dict[str, Any] = read_json(Path(folder) / "bounds.json", MADE_BY)
+    found: dict[str, Any] = read_json(Path(folder) / "bounds.json", "hotpath analyze --page")
     rows = read_table(Path(folder) / "bounds.csv", TEXTS, [*NUMBERS, "tightness", "dominated_by"])
     if rows.empty:
         raise InputError(f"{folder}: nothing to draw: no method bounds this graph under these executors")
@@ -80,13 +79,11 @@ def write(folder: str) -> None:
         sections.append(Section(figure_name, name, "bounds (ms)", EXPLANATION, [made], tables))
     facts = [f"{found['graph']}, {found['load_percent']:.1f} % load, {found['costs']}"]
     facts += [f"Observed in {found['trace']}"] if found["trace"] else []
-    write_page(
+    write_report(
         Path(folder),
-        "report",
         sections,
         title=f"Guaranteed bounds of {found['graph']}",
         facts=facts,
-        losses=[],
         made_by="`hotpath analyze`. Every bound: bounds.csv.",
     )
     print(f"\n{Path(folder) / 'report.html'} (and report.md)")

@@ -68,16 +68,6 @@ def curve(series: int, samples: Samples) -> dict[str, Any]:
     }
 
 
-def series_of(runs: Sequence[Run], names: Sequence[str]) -> list[dict[str, Any]]:
-    """The curves of a page: each executor of each run."""
-    found = [
-        (number, executor, f"{executor} in {names[number]}" if len(runs) > 1 else executor)
-        for number, run in enumerate(runs)
-        for executor in run.executors
-    ]
-    return curves_of(found)
-
-
 def curves_of(found: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
     """The looks of curves, given as number of the run, executor and label."""
     dashes = style.dashes_of([executor for _, executor, _ in found])
@@ -108,41 +98,34 @@ def marks_of(
     measured: Measured, runs: Sequence[Run], bounds: Sequence[dict[tuple[str, str, str], float]], series: Any
 ) -> list[dict[str, Any]]:
     """Bounds, deadlines and the computation on the path."""
-    marks: set[tuple[str, float, int | None]] = set()
+    marks: set[tuple[float, str, int | None]] = set()
     if measured.kind == "chain" and runs[0].facts.get("chains", [measured.name])[:1] == [measured.name]:
-        marks |= {(x["label"], x["ms"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
+        marks |= {(x["ms"], x["label"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
     if measured.kind == "task":
+        with_summary = [run for run in runs if (run.folder / "summary.json").exists()]
+        rows = (row for run in with_summary for row in run.timer_counts().itertuples())
         marks |= {
-            ("deadline", row.deadline_ms, None)
-            for run in runs
-            if (run.folder / "summary.json").exists()
-            for row in run.timer_counts().itertuples()
+            (row.deadline_ms, "deadline", None)
+            for row in rows
             if row.task == measured.name and row.deadline_ms
         }
     for number, of in enumerate(series):
         if bound := bounds[of["run"]].get((of["executor"], measured.kind, measured.name)):
-            marks.add((f"bound of {of['label']}", round(bound, 6), number))
-    return [
-        {"label": a, "ms": b, "series": c} for a, b, c in sorted(marks, key=lambda mark: (mark[1], mark[0]))
-    ]
-
-
-def target(measured: Measured, series: list[dict[str, Any]], marks: list[dict[str, Any]]) -> dict[str, Any]:
-    """The distributions of one chain or task."""
-    curves = [
-        curve(number, samples)
-        for number, of in enumerate(series)
-        if (samples := measured.runs[of["run"]].get(of["executor"]))
-    ]
-    return target_of(measured, curves, marks)
+            marks.add((round(bound, 6), f"bound of {of['label']}", number))
+    return [{"label": label, "ms": ms, "series": number} for ms, label, number in sorted(marks)]
 
 
 def target_of(
-    measured: Measured, curves: list[dict[str, Any]], marks: list[dict[str, Any]]
+    measured: Measured, samples: Sequence[Samples | None], marks: list[dict[str, Any]]
 ) -> dict[str, Any]:
-    """The same for curves that are made already."""
+    """The distributions of one chain or task, given for each series."""
     names = {key: getattr(measured, key) for key in ("kind", "name", "title", "measure", "figure")}
-    return names | {"curves": curves, "marks": marks}
+    return names | {"curves": [curve(k, s) for k, s in enumerate(samples) if s], "marks": marks}
+
+
+def samples_of(measured: Measured, series: Sequence[dict[str, Any]]) -> list[Samples | None]:
+    """The samples of each series."""
+    return [measured.runs[of["run"]].get(of["executor"]) for of in series]
 
 
 def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
@@ -161,30 +144,43 @@ def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
 def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
     """Everything that the interactive part shows; web/src/data.ts describes it."""
     data = stored_part(runs, names)
-    series = series_of(runs, names)
-    data["series"] = series
+    data["series"] = series = curves_of(
+        [
+            (number, executor, f"{executor} in {names[number]}" if len(runs) > 1 else executor)
+            for number, run in enumerate(runs)
+            for executor in run.executors
+        ]
+    )
     bounds = [bounds_of(run) for run in runs]
-    data["targets"] = [target(m, series, marks_of(m, runs, bounds, series)) for m in measured]
+    data["targets"] = [
+        target_of(m, samples_of(m, series), marks_of(m, runs, bounds, series)) for m in measured
+    ]
     return data
 
 
+def run_of_samples(name: str, source: str, executors: Sequence[str]) -> dict[str, Any]:
+    """What stands in the place of a run that is known by its samples alone."""
+    return {
+        "name": name,
+        "source": source,
+        "executors": executors,
+        "tasks": [],
+        "notes": [],
+        "warm_up_ns": 0,
+    }
+
+
 def distributions(sources: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
-    """As document(), of samples alone: a series for each executor of each source, which has the place
-    of a run."""
+    """As document(), of samples alone: a series for each executor of each source."""
     executors = [list(dict.fromkeys(e for m in measured for e in m.runs[k])) for k in range(len(sources))]
-    series = curves_of(
-        [
-            (k, executor, f"{executor}, {source}")
-            for k, source in enumerate(sources)
-            for executor in executors[k]
-        ]
-    )
-    runs = [
-        {"name": source, "source": source, "executors": names, "tasks": [], "notes": [], "warm_up_ns": 0}
-        for source, names in zip(sources, executors)
-    ]
-    targets = [target(m, series, []) for m in measured]
-    return {"causes": [], "rules": [], "series": series, "targets": targets, "runs": runs}
+    series = curves_of([(k, e, f"{e}, {s}") for k, s in enumerate(sources) for e in executors[k]])
+    return {
+        "causes": [],
+        "rules": [],
+        "series": series,
+        "targets": [target_of(m, samples_of(m, series), []) for m in measured],
+        "runs": [run_of_samples(s, s, names) for s, names in zip(sources, executors)],
+    }
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,17 @@
 
 import contextlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError
 from hotpath_report.figures import hot_path
 from hotpath_report.pages import interactive
 from hotpath_report.pages.interactive import Measured
-from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_page
+from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_report
 from hotpath_report.run import Run
 from hotpath_report.samples import samples_of_run
 from hotpath_report.shown_text import printable_content
@@ -54,18 +55,6 @@ class ReportedRun:
         return f"{self.name}: {partial_run}{self.run.what_ran()}. {warnings}".replace("\n", " · ").strip()
 
 
-def comparison(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Table:
-    """Percentiles of each executor of each run, compared with the run's first executor."""
-    rows = []
-    for run in runs:
-        executors = run.samples.get(key, {})
-        baseline = next(iter(executors.values()), None)
-        for executor, samples in executors.items():
-            cells = compared(samples, None if samples is baseline else baseline)
-            rows.append([run.name, executor, run.run.source, *cells])
-    return Table(COMPARED, ["run", "executor", "source", *HEADER], rows)
-
-
 def figure_name(key: tuple[str, str]) -> str:
     """Name of the figure of a chain or timer."""
     return "".join(c.lower() if c.isalnum() else "_" for c in " ".join(key))
@@ -73,78 +62,76 @@ def figure_name(key: tuple[str, str]) -> str:
 
 def measured(runs: Sequence[ReportedRun]) -> list[Measured]:
     """The chains, then all tasks."""
-    made = []
-    for key in dict.fromkeys(key for run in runs for key in run.samples if key[0] == "Chain"):
-        of_runs = [run.samples.get(key, {}) for run in runs]
-        made.append(Measured("chain", key[1], " ".join(key), CHAIN[0], figure_name(key), of_runs))
+    keys = dict.fromkeys(key for run in runs for key in run.samples)
+    made = [
+        Measured(
+            "chain", key[1], " ".join(key), CHAIN[0], figure_name(key), [r.samples.get(key, {}) for r in runs]
+        )
+        for key in keys
+        if key[0] == "Chain"
+    ]
     for name in dict.fromkeys(name for run in runs for name in run.tasks):
-        key = ("Timer", name)
-        figure = figure_name(key) if any(key in run.samples for run in runs) else ""
+        figure = figure_name(("Timer", name)) if ("Timer", name) in keys else ""
         of_runs = [run.tasks.get(name, {}) for run in runs]
         made.append(Measured("task", name, f"Task {name}", TIMER[0], figure, of_runs))
     return made
 
 
-def losses(runs: Sequence[ReportedRun]) -> list[Table]:
-    """Losses of each executor; for timers after the warm-up."""
-    keys = ["callbacks_executed", "skipped", "overwritten", "deadline_overruns"]
-    rows = [
-        [run.name, e["executor"], *(e[key] for key in keys)]
+# Key in summary.json and column of the losses of an executor, and of its tasks.
+LOSSES = {
+    "callbacks_executed": "callbacks",
+    "skipped": "skipped timestamps",
+    "overwritten": "overwritten samples",
+    "deadline_overruns": "deadline overruns",
+}
+LOSSES_OF_TASK = {
+    "ran": "jobs",
+    "skipped": "skipped timestamps",
+    "overwritten": "overwritten samples",
+    "queued": "queued at the end",
+}
+PERIODS = ["least ms", "greatest ms", "p99 off its period by ms"]
+
+
+def period_cells(task: dict[str, Any]) -> list[str]:
+    """Distances between the starts of a timer's jobs."""
+    period, off = task["period_ms"], task["period_deviation_ms"]["p99"]
+    return [f"{period['min']:.2f}", f"{period['max']:.2f}", "" if off is None else f"{off:.2f}"]
+
+
+def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
+    """Losses (of timers after the warm-up), then losses and periods of tasks over the whole run, and
+    the repetitions that the kernel's counters call disturbed; without empty tables."""
+    executors = [
+        ([run.name, e["executor"]], e)
         for run in runs
         if (run.run.folder / "summary.json").exists()
         for e in run.run.summary()
     ]
-    header = ["run", "executor", "callbacks", "skipped timestamps", "overwritten samples"]
-    return [Table("Losses", [*header, "deadline overruns"], rows)] if rows else []
-
-
-def losses_by_task(runs: Sequence[ReportedRun]) -> list[Table]:
-    """The tasks that lost timestamps or samples, over the whole run."""
-    keys = ["ran", "skipped", "overwritten", "queued"]
-    rows = [
-        [run.name, e["executor"], task["task"], *(task.get(key, "") for key in keys)]
-        for run in runs
-        if (run.run.folder / "summary.json").exists()
-        for e in run.run.summary()
-        for task in e["tasks"]
+    tasks = [([*names, task["task"]], task) for names, e in executors for task in e["tasks"]]
+    losses = [[*names, *(e[key] for key in LOSSES)] for names, e in executors]
+    lost = [
+        [*names, *(task.get(key, "") for key in LOSSES_OF_TASK)]
+        for names, task in tasks
         if task.get("skipped") or task.get("overwritten")
     ]
-    header = [
-        "run",
-        "executor",
-        "task",
-        "jobs",
-        "skipped timestamps",
-        "overwritten samples",
-        "queued at the end",
-    ]
-    return [Table("Losses by task", header, rows, folded=len(rows) > 12)] if rows else []
-
-
-def periods(runs: Sequence[ReportedRun]) -> list[Table]:
-    """Distances between the starts of each timer's jobs. Runs of older versions have none."""
-    keys = ["min", "max"]
-    rows = [
-        [run.name, e["executor"], task["task"], *(f"{task['period_ms'][key]:.2f}" for key in keys)]
-        + [f"{off:.2f}" if (off := task["period_deviation_ms"]["p99"]) is not None else ""]
-        for run in runs
-        if (run.run.folder / "summary.json").exists()
-        for e in run.run.summary()
-        for task in e["tasks"]
+    # Runs of older versions have no periods.
+    periods = [
+        [*names, *period_cells(task)]
+        for names, task in tasks
         if (task.get("period_deviation_ms") or {}).get("n")
     ]
-    header = ["run", "executor", "timer", "least ms", "greatest ms", "p99 off its period by ms"]
-    return [Table("Periods of timers, from start to start", header, rows, folded=True)] if rows else []
-
-
-def disturbances(runs: Sequence[ReportedRun]) -> list[Table]:
-    """What disturbed repetitions, by the counters of the kernel."""
-    rows = [
-        [run.name, executor, repetition, "; ".join(marks)]
-        for run in runs
-        for executor, repetition, marks in run.run.disturbances()
+    marks = [[run.name, e, n, "; ".join(marks)] for run in runs for e, n, marks in run.run.disturbances()]
+    run, task = ["run", "executor"], ["run", "executor", "task"]
+    timer = ["run", "executor", "timer"]
+    title = "Periods of timers, from start to start"
+    made = [
+        Table("Losses", run + [*LOSSES.values()], losses),
+        Table("Losses by task", task + [*LOSSES_OF_TASK.values()], lost, folded=len(lost) > 12),
+        Table(title, timer + PERIODS, periods, folded=True),
+        Table("Disturbed repetitions", [*run, "repetition", "marks"], marks),
     ]
-    return [Table("Disturbed repetitions", ["run", "executor", "repetition", "marks"], rows)] if rows else []
+    return (table for table in made if table.rows)
 
 
 def causes(runs: Sequence[ReportedRun], chain: str) -> list[str]:
@@ -165,36 +152,40 @@ def causes(runs: Sequence[ReportedRun], chain: str) -> list[str]:
     return made
 
 
-def sections(runs: Sequence[ReportedRun]) -> list[Section]:
-    """A section per chain and timer."""
-    made: list[Section] = []
-    for key in dict.fromkeys(key for run in runs for key in run.samples):
-        label, text = CHAIN if key[0] == "Chain" else TIMER
-        title, name = " ".join(key), figure_name(key)
-        rows = hot_path.rows_of_runs([run.samples.get(key, {}) for run in runs], [run.run for run in runs])
-        draw = partial(hot_path.draw_rows, hot_path.with_ratios(rows), label=label)
-        figure = make_figure(name, f"{title}: {label}", draw, [])
-        made.append(Section(f"about_{name}", title, label, text, [figure], [comparison(runs, key)]))
-        made[-1].notes += causes(runs, key[1]) if key[0] == "Chain" else []
-    return made
+def section(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Section:
+    """A chain or timer: the distributions of each executor of each run, compared with those of the
+    run's first executor."""
+    label, text = CHAIN if key[0] == "Chain" else TIMER
+    title, name = " ".join(key), figure_name(key)
+    found = [run.samples.get(key, {}) for run in runs]
+    rows = hot_path.with_ratios(hot_path.rows_of_runs(found, [run.run for run in runs]))
+    draw = partial(hot_path.draw_rows, rows, label=label)
+    figure = make_figure(name, f"{title}: {label}", draw, [])
+    cells = []
+    for run, executors in zip(runs, found):
+        baseline = next(iter(executors.values()), None)
+        for executor, samples in executors.items():
+            compared_cells = compared(samples, None if samples is baseline else baseline)
+            cells.append([run.name, executor, run.run.source, *compared_cells])
+    table = Table(COMPARED, ["run", "executor", "source", *HEADER], cells)
+    notes = causes(runs, key[1]) if key[0] == "Chain" else []
+    return Section(f"about_{name}", title, label, text, [figure], [table], notes)
 
 
 def write(folders: Sequence[str], folder: Path) -> None:
     """Writes report.html and report.md into `folder`. Raises InputError."""
     runs = [ReportedRun(name) for name in folders]
-    made = sections(runs)
-    if not made:
+    sections = [section(runs, key) for key in dict.fromkeys(key for run in runs for key in run.samples)]
+    if not sections:
         raise InputError(f"{folders[0]}: nothing to report: no samples of chains or timers after the warm-up")
     graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
-    facts = [run.facts() for run in runs]
-    tables = losses(runs) + losses_by_task(runs) + periods(runs) + disturbances(runs)
-    commands = list(dict.fromkeys(command for run in runs if (command := run.run.command())))
-    data = interactive.document([run.run for run in runs], [run.name for run in runs], measured(runs))
-    content = {
-        "facts": facts,
-        "losses": tables,
-        "commands": commands,
-        "interactive": interactive.embedded(data),
-        "made_by": "`hotpath report`. Every job: jobs.csv of the run.",
-    }
-    write_page(folder, "report", made, title=f"Executors on {graphs}", **content)
+    write_report(
+        folder,
+        sections,
+        title=f"Executors on {graphs}",
+        facts=[run.facts() for run in runs],
+        losses=list(tables(runs)),
+        commands=list(dict.fromkeys(command for run in runs if (command := run.run.command()))),
+        data=interactive.document([run.run for run in runs], [run.name for run in runs], measured(runs)),
+        made_by="`hotpath report`. Every job: jobs.csv of the run.",
+    )

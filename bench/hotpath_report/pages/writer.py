@@ -2,16 +2,22 @@
 """Writes a page as report.html (a single file) and as report.md with figures beside it."""
 
 import base64
+import html
+import io
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import matplotlib.figure
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+
 from hotpath_report.figures.violins import Drawing
-from hotpath_report.pages.svg import for_page, svg_of
+from hotpath_report.pages import interactive
 from hotpath_report.pages.text import TEMPLATES, render
 from hotpath_report.statistics import Samples, rank_test, ratio
-from hotpath_report.style import NARROW, WIDE
+from hotpath_report.style import FAINT, GRID, GROUND, INK, NARROW, WIDE, plt, settle
 from hotpath_report.tables import make_folder, write_file
 
 
@@ -45,6 +51,43 @@ def compared(samples: Samples, baseline: Samples | None) -> list[Any]:
     delta = f"{test.cliffs_delta.text(2)} ({test.magnitude})"
     p_value = "< 0.001" if test.p_value < 0.001 else f"{test.p_value:.3f}"
     return [*cells, ratio(baseline, samples, 1.0).text(2), delta, p_value]
+
+
+THEMED = {INK: "var(--ink)", FAINT: "var(--faint)", GRID: "var(--grid)", GROUND: "var(--ground)"}
+
+
+def svg_of(figure: matplotlib.figure.Figure) -> str:
+    """A figure as SVG with text elements and coordinates rounded to 0.1 points."""
+    settle(figure)
+    stream = io.StringIO()
+    with plt.rc_context({"svg.fonttype": "none"}):
+        # savefig() would draw everything again, although the layout is fixed.
+        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": "hotpath"})
+    plt.close(figure)
+    return re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
+
+
+def _rounded(attribute: re.Match[str]) -> str:
+    """Shortens coordinates: a page of many figures shrinks by a third."""
+    text = re.sub(r"(\.\d)\d+", r"\1", attribute[0])
+    # Without curves, L is the default command after the first point.
+    return text if re.search("[CQ]", text) else re.sub(r"\s+L ", " ", text)
+
+
+def for_page(svg: str, prefix: str, label: str) -> str:
+    """An <svg> element with the page's colours, scalable, and with unique ids."""
+    svg = svg[svg.index("<svg") :]
+    for colour, variable in THEMED.items():
+        svg = svg.replace(colour, variable)
+    for pattern, replacement in (
+        (r'\bid="', f'id="{prefix}-'),
+        (r"url\(#", f"url(#{prefix}-"),
+        (r'href="#', f'href="#{prefix}-'),
+        (r"(?s)<metadata>.*?</metadata>", ""),
+    ):
+        svg = re.sub(pattern, replacement, svg)
+    svg = re.sub(r' (width|height)="[^"]*"', "", svg, count=2)  # of the <svg> element
+    return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(label)}"', 1)
 
 
 @dataclass(frozen=True)
@@ -105,3 +148,12 @@ def write_page(folder: Path, template: str, sections: list[Section], **content: 
     for suffix in ("html", "md"):
         page = render(template, suffix, {"style": style, "sections": sections, **content})
         write_file(folder / f"report.{suffix}", page)
+
+
+def write_report(
+    folder: Path, sections: list[Section], data: dict[str, Any] | None = None, **content: Any
+) -> None:
+    """Writes a page with the interactive part that shows `data`; see report.j2 for the content."""
+    if data:
+        content["interactive"] = interactive.embedded(data)
+    write_page(folder, "report", sections, **{"losses": [], **content})

@@ -64,7 +64,7 @@ class Palette(unittest.TestCase):
 
     def test_executors_differ_in_colour_or_dash(self) -> None:
         for (a, b), deficiency in itertools.product(itertools.combinations(registry(), 2), DEFICIENCIES):
-            if style.dash_of(a) == style.dash_of(b):
+            if style.dashes_of([a]) == style.dashes_of([b]):
                 found = distance(style.colour_of(a), style.colour_of(b), deficiency)
                 self.assertGreaterEqual(found, LEAST, f"{a} and {b} with {deficiency}")
 

@@ -11,9 +11,8 @@ from unittest.mock import patch
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
-from hotpath_report.figures import capacity
-from hotpath_report.figures.sweep_table import Table
-from hotpath_report.pages import sweep_page
+from hotpath_report.pages import capacity_page, sweep_page
+from hotpath_report.figures.sweep import Table
 
 COLUMNS = "cell,load,phases,repetition,seed,failure,executor,chain,"
 COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_overruns"
@@ -76,7 +75,7 @@ class SweepFigures(unittest.TestCase):
         lines += ["rm-ro,analysis,10,1,1,"]
         (self.folder / "levels.csv").write_text("\n".join(lines) + "\n")
         with patch.object(style, "save") as save:
-            capacity.draw(str(self.folder))
+            capacity_page.write(str(self.folder))
         (axes,) = save.call_args[0][0].axes
         self.assertEqual([bar.get_width() for bar in axes.patches], [20])
         self.assertEqual([text.get_text() for text in axes.texts], ["20"])
