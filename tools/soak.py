@@ -53,7 +53,16 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="hotpath_soak_") as scratch:
         runs = {}
         for domain, executor in enumerate(EXECUTORS, 40):
-            words: list[Any] = [hotpath_command.program(), "run", "--repetitions", "1", "--executors", executor, "--load", 10]
+            words: list[Any] = [
+                hotpath_command.program(),
+                "run",
+                "--repetitions",
+                "1",
+                "--executors",
+                executor,
+                "--load",
+                10,
+            ]
             words += ["--domain", domain, "--duration", f"{seconds:g}", "--output", f"{scratch}/{domain}"]
             runs[executor] = subprocess.Popen(list(map(str, words)), start_new_session=True)
         try:

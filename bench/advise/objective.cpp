@@ -104,8 +104,8 @@ Objective parse_objective(const std::string& text, const Graph& graph) {
   Objective objective = objective_of(text, graph);
   const GraphTasks tasks = make_tasks(graph);
   for (const ChainIndex& chain : index_chains(graph, tasks)) {
-    objective.from_timers.push_back(std::ranges::all_of(
-        chain.sources, [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; }));
+    objective.from_timers.push_back(
+        std::ranges::all_of(chain.sources, [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; }));
   }
   return objective;
 }

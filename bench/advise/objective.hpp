@@ -25,7 +25,8 @@ struct Objective {
   Statistic statistic = Statistic::p99;  ///< latency.
   std::size_t chain = 0;                 ///< latency: index into the graph's chains.
   std::vector<Requirement> requirements;
-  std::vector<bool> from_timers;  ///< By chain of the graph: has exact worst cases, since all sources are timers.
+  std::vector<bool>
+      from_timers;   ///< By chain of the graph: has exact worst cases, since all sources are timers.
   std::string text;  ///< In words, such as `p99 of hot_path`.
 
   /// Whether it is about the hot-path latency of the chain, not the end-to-end latency.

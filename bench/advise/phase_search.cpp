@@ -122,8 +122,9 @@ FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& togethe
     std::vector<std::pair<FirstTimestamps, Known>> news;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const auto before = known.find(points[i]);
-      const bool use = before != known.end() && (before->second.values.within_margin <= before->second.enough ||
-                                                 enough <= before->second.enough);
+      const bool use =
+          before != known.end() &&
+          (before->second.values.within_margin <= before->second.enough || enough <= before->second.enough);
       if (!use) news.push_back({points[i], {{}, enough}});
     }
     found.evaluations += news.size();

@@ -49,7 +49,9 @@ class AdvisePhases(CommandTest):
         return {row["kind"]: int(row["bound_ns"]) / 1e6 for row in rows}
 
     def test_chooses_phases_that_guarantee_less(self) -> None:
-        out, advice = self.advise(self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--repetitions", 4)
+        out, advice = self.advise(
+            self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--repetitions", 4
+        )
         for candidate in advice["candidates"]:
             self.assertTrue(candidate["complete"])
             self.assertLessEqual(candidate["chosen"]["objective"], candidate["within_margin"])

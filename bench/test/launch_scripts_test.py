@@ -82,9 +82,7 @@ def test_the_hot_path_is_simulated_then_measured(tmp_path: Path) -> None:
     executors = "--executors default,static,events-ro,rm-ro,edf-ro"
     simulated, measured = commands()
     assert simulated == f"ran simulate {executors} --duration 60 --no-trace --output out-simulated"
-    assert measured.startswith(
-        f"ran run {executors} --repetitions 3 --duration 5.5 --warm-up 0.5 --cpus "
-    )
+    assert measured.startswith(f"ran run {executors} --repetitions 3 --duration 5.5 --warm-up 0.5 --cpus ")
     assert measured.endswith(" --output out")
     simulated, measured = commands("--all", "--load", "50", "--cpus", "0", "--quick", "--stack=native")
     assert (
