@@ -29,19 +29,15 @@ class Matching {
   };
 
   void add(const Endpoint& endpoint) {
-    const bool with_id =
-        endpoint.kind == Endpoint::Kind::publisher || endpoint.kind == Endpoint::Kind::subscription;
+    const bool writer = endpoint.kind == Endpoint::Kind::publisher;
+    const bool with_id = writer || endpoint.kind == Endpoint::Kind::subscription;
     if (with_id) {
-      is_fast_dds_ = endpoint.id.vendor() == kFastDds;
       // A gap: an endpoint of which the trace has no event.
-      complete_ = complete_ && is_fast_dds_ && (next_ == 0 || endpoint.id.number() == next_);
+      complete_ =
+          complete_ && endpoint.id.vendor() == kFastDds && (next_ == 0 || endpoint.id.number() == next_);
       next_ = endpoint.id.number();
     }
-    if (endpoint.kind == Endpoint::Kind::publisher) {
-      add_writer(endpoint);
-    } else {
-      add_reader(endpoint);
-    }
+    writer ? add_writer(endpoint) : add_reader(endpoint);
     // rmw_fastrtps creates the reader of a service or a client before its writer.
     next_ += with_id ? 1 : 2;
   }
@@ -72,7 +68,7 @@ class Matching {
       if (writer.topic == endpoint.topic) writer.readers.push_back(endpoint.callback);
   }
 
-  bool is_fast_dds_ = true, complete_ = true;
+  bool complete_ = true;
   std::uint32_t next_ = 0;  // number of the next endpoint; 0: unknown
   std::unordered_map<std::size_t, Reader> readers_{1};
   std::vector<Writer> writers_;
@@ -123,10 +119,11 @@ std::map<std::uint32_t, std::map<Order, std::uint64_t>> started_orders(
   return orders;
 }
 
-std::string named(const std::vector<std::string>& topics) {
-  std::string text;
-  for (std::size_t i = 0; i < std::min(kNamed, topics.size()); ++i) text += (i > 0 ? ", " : "") + topics[i];
-  return topics.size() > kNamed ? program::concat(text, " and ", topics.size() - kNamed, " more") : text;
+std::string named(std::vector<std::string> topics) {
+  const std::size_t more = topics.size() - std::min(kNamed, topics.size());
+  topics.resize(topics.size() - more);
+  const std::string text = program::joined(topics, ", ");
+  return more > 0 ? program::concat(text, " and ", more, " more") : text;
 }
 
 }  // namespace
@@ -203,19 +200,19 @@ std::vector<std::string> delivery_notes(const tracing::System& system, const Rec
     }
   }
   std::vector<std::string> notes;
-  if (!unknown.empty())
-    notes.push_back(
-        program::concat("The order in which samples reach subscribers is not known, and simulations use the "
-                        "order of creation: ",
-                        named(unknown), "."));
-  if (!several.empty())
-    notes.push_back(
-        program::concat("Publishers of one topic reach its subscribers in different orders; the graph has "
-                        "the order of the publisher with the most messages: ",
-                        named(several), "."));
-  if (!other.empty())
-    notes.push_back(program::concat("Not all messages were read in the graph's order of delivery: ",
-                                    named(other), ". Another executor may have run."));
+  const auto note = [&](const std::vector<std::string>& topics, const char* text, const char* end) {
+    if (!topics.empty()) notes.push_back(program::concat(text, named(topics), end));
+  };
+  note(unknown,
+       "The order in which samples reach subscribers is not known, and simulations use the order of "
+       "creation: ",
+       ".");
+  note(several,
+       "Publishers of one topic reach its subscribers in different orders; the graph has the order of the "
+       "publisher with the most messages: ",
+       ".");
+  note(other,
+       "Not all messages were read in the graph's order of delivery: ", ". Another executor may have run.");
   return notes;
 }
 

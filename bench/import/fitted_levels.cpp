@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/fitted_levels.hpp"
-
 #include <algorithm>
 #include <set>
+
+#include "import/hypothesis.hpp"
 
 namespace hotpath::imports {
 
@@ -14,75 +14,62 @@ constexpr std::size_t kComparisons = 100, kDecisions = 2000;
 constexpr std::size_t kPairs = 4;
 
 using Levels = std::vector<std::int64_t>;
+using Pair = std::pair<TaskId, TaskId>;
 
-class Fit {
- public:
-  Fit(const TaskSet& set, const RecordedSteps& steps, Hypothesis& hypothesis, std::size_t starts)
-      : set_(set), steps_(steps), hypothesis_(hypothesis), starts_(std::min(starts, kDecisions)) {}
+/// Levels of timers as 2, 4, 6, ..., so that each has a free level before and after it.
+Levels ranks(const TaskSet& set, const Levels& levels) {
+  std::set<std::int64_t> distinct;
+  for (TaskId id = 0; id < set.size(); ++id)
+    if (set[id].kind == TaskKind::timer) distinct.insert(levels[id]);
+  Levels ranks(levels.size(), 0);
+  for (TaskId id = 0; id < set.size(); ++id)
+    if (set[id].kind == TaskKind::timer)
+      ranks[id] = 2 * (1 + std::distance(distinct.begin(), distinct.find(levels[id])));
+  return ranks;
+}
 
-  void run() {
-    Levels by_period(set_.size(), 0);
-    for (TaskId id = 0; id < set_.size(); ++id) by_period[id] = set_[id].period.count();
-    best_levels_ = by_period;
-    best_ = attempt(by_period);
-    keep_better(Levels(set_.size(), 1));
-    while (improve()) {
-    }
-    hypothesis_.levels = ranks(best_levels_);
+/// The pairs of timers whose jobs, or whose readers' jobs, contradict the levels most: the one that ran, and
+/// the one ahead of it.
+std::vector<Pair> most_wrong(TaskSet set, const Levels& levels, const Agreement& agreement) {
+  for (TaskId id = 0; id < set.size(); ++id) {
+    set.tasks[id].priority.reset();
+    if (set[id].kind == TaskKind::timer) set.tasks[id].priority = levels[id];
   }
-
- private:
-  Agreement attempt(const Levels& levels) {
-    ++comparisons_;
-    hypothesis_.levels = ranks(levels);
-    return follow(set_, steps_, hypothesis_, 0, starts_);
+  const std::vector<TaskId> origin = most_urgent_timers(set, Policy::fp);
+  std::map<Pair, std::uint32_t> wrong;
+  for (const auto& [pair, count] : agreement.before) {
+    const TaskId ran = origin[pair.first], ahead = origin[pair.second];
+    if (ran != ahead && ran != kNoTask && ahead != kNoTask) wrong[{ran, ahead}] += count;
   }
+  std::vector<Pair> most;
+  for (const auto& [pair, count] : wrong) most.push_back(pair);
+  std::ranges::stable_sort(most, std::ranges::greater{}, [&](const Pair& pair) { return wrong.at(pair); });
+  most.resize(std::min(most.size(), kPairs));
+  return most;
+}
 
-  bool keep_better(const Levels& levels) {
-    if (comparisons_ >= kComparisons) return false;
-    Agreement agreement = attempt(levels);
-    if (agreement.contradictions >= best_.contradictions) return false;
-    best_ = std::move(agreement);
-    best_levels_ = levels;
+}  // namespace
+
+void fit_levels(const TaskSet& set, const RecordedSteps& steps, Hypothesis& hypothesis, std::size_t starts) {
+  std::size_t comparisons = 0;
+  Levels best;
+  Agreement of_best;
+  const auto keep_better = [&](const Levels& levels) {
+    if (comparisons == kComparisons) return false;
+    hypothesis.levels = ranks(set, levels);
+    Agreement agreement = follow(set, steps, hypothesis, 0, std::min(starts, kDecisions));
+    if (comparisons++ > 0 && agreement.contradictions >= of_best.contradictions) return false;
+    of_best = std::move(agreement);
+    best = hypothesis.levels;
     return true;
-  }
-
-  /// Levels of timers as 2, 4, 6, ..., so that each has a free level before and after it.
-  Levels ranks(const Levels& levels) const {
-    std::set<std::int64_t> distinct;
-    for (TaskId id = 0; id < set_.size(); ++id)
-      if (set_[id].kind == TaskKind::timer) distinct.insert(levels[id]);
-    Levels ranks(levels.size(), 0);
-    for (TaskId id = 0; id < set_.size(); ++id)
-      if (set_[id].kind == TaskKind::timer)
-        ranks[id] = 2 * (1 + std::distance(distinct.begin(), distinct.find(levels[id])));
-    return ranks;
-  }
-
-  /// Tries to reorder the timers whose jobs, or whose readers' jobs, contradict the levels most.
-  bool improve() {
-    hypothesis_.levels = ranks(best_levels_);
-    TaskSet leveled = set_;
-    for (TaskId id = 0; id < set_.size(); ++id) {
-      if (set_[id].kind == TaskKind::timer)
-        leveled.tasks[id].priority = hypothesis_.levels[id];
-      else
-        leveled.tasks[id].priority.reset();
-    }
-    const std::vector<TaskId> origin = most_urgent_timers(leveled, Policy::fp);
-    std::map<std::pair<TaskId, TaskId>, std::uint32_t> wrong;
-    for (const auto& [pair, count] : best_.before) {
-      const TaskId ran = origin[pair.first], ahead = origin[pair.second];
-      if (ran != ahead && ran != kNoTask && ahead != kNoTask) wrong[{ran, ahead}] += count;
-    }
-    std::vector<std::pair<std::uint32_t, std::pair<TaskId, TaskId>>> most;
-    most.reserve(wrong.size());
-    for (const auto& [pair, count] : wrong) most.emplace_back(count, pair);
-    std::ranges::stable_sort(most, std::ranges::greater{}, [](const auto& m) { return m.first; });
-    if (most.size() > kPairs) most.resize(kPairs);
-    for (const auto& [count, pair] : most) {
-      const Levels from = ranks(best_levels_);
-      const auto [ran, ahead] = pair;
+  };
+  Levels by_period;
+  for (const Task& task : set.tasks) by_period.push_back(task.period.count());
+  keep_better(by_period);
+  keep_better(Levels(set.size(), 1));
+  const auto improve = [&] {
+    const Levels from = best;
+    for (const auto& [ran, ahead] : most_wrong(set, from, of_best)) {
       for (const auto& [timer, level] : {std::pair(ran, from[ahead] - 1), std::pair(ran, from[ahead]),
                                          std::pair(ahead, from[ran] + 1), std::pair(ahead, from[ran])}) {
         Levels to = from;
@@ -91,21 +78,10 @@ class Fit {
       }
     }
     return false;
+  };
+  while (improve()) {
   }
-
-  const TaskSet& set_;
-  const RecordedSteps& steps_;
-  Hypothesis& hypothesis_;
-  const std::size_t starts_;
-  std::size_t comparisons_ = 0;
-  Levels best_levels_;
-  Agreement best_;
-};
-
-}  // namespace
-
-void fit_levels(const TaskSet& set, const RecordedSteps& steps, Hypothesis& hypothesis, std::size_t starts) {
-  Fit(set, steps, hypothesis, starts).run();
+  hypothesis.levels = best;
 }
 
 }  // namespace hotpath::imports

@@ -94,10 +94,8 @@ class Follower {
 
   /// When the thread sleeps, at `wake_at_` or later, before its next job becomes ready.
   [[nodiscard]] Time sleeps_at(Worker w) const {
-    if (std::ranges::find(running_, w, &Running::worker) != running_.end()) return kNever;
-    const std::vector<Time>& ready = recorded_.ready_on[w];
-    const Time next = started_on_[w] == ready.size() ? kNever : ready[started_on_[w]];
-    const Time at = std::max(wake_at_, free_[w]);
+    if (runs(w)) return kNever;
+    const Time next = next_ready(w), at = std::max(wake_at_, free_[w]);
     return next > at || (next == at && at > free_[w]) ? at : kNever;
   }
 
@@ -163,14 +161,26 @@ class Follower {
     wanted_ = kNoTask;
     for (std::size_t asked = 0; !woken.empty() && asked < 2 * started_on_.size(); ++asked) {
       const Worker worker = woken.pop_first();
-      const std::vector<Time>& ready = recorded_.ready_on[worker];
-      const bool sleeps = started_on_[worker] == ready.size() || ready[started_on_[worker]] > now_;
-      const bool runs = std::ranges::find(running_, worker, &Running::worker) != running_.end();
-      if (sleeps && !runs) woken |= take_turn(*scheduler_, worker, now_).decision.wake;
+      if (next_ready(worker) > now_ && !runs(worker))
+        woken |= take_turn(*scheduler_, worker, now_).decision.wake;
     }
   }
 
   [[nodiscard]] bool is_subscription(TaskId at) const { return set_[at].kind == TaskKind::subscription; }
+
+  /// With a thread for timers alone, the kind of the job tells the worker.
+  [[nodiscard]] Worker worker_of(std::uint32_t thread, TaskId at) const {
+    const bool timers_apart = traits_.timers == TimerHandling::release_and_execute;
+    return timers_apart ? Worker{!is_subscription(at)} : thread;
+  }
+  [[nodiscard]] bool runs(Worker w) const {
+    return std::ranges::find(running_, w, &Running::worker) != running_.end();
+  }
+  /// When the next job of the thread becomes ready.
+  [[nodiscard]] Time next_ready(Worker w) const {
+    const std::vector<Time>& ready = recorded_.ready_on[w];
+    return started_on_[w] == ready.size() ? kNever : ready[started_on_[w]];
+  }
 
   /// The scheduler's question whether it may run a job of the task.
   bool may_run(TaskId at) {
@@ -199,8 +209,7 @@ class Follower {
       slice_began_[step.thread] = step.ready;
     }
     wanted_ = place_[step.task];
-    const bool timers_apart = traits_.timers == TimerHandling::release_and_execute;
-    const Worker worker = timers_apart ? (set_[wanted_].kind == TaskKind::timer ? 1 : 0) : step.thread;
+    const Worker worker = worker_of(step.thread, wanted_);
     for (bool slept = false;;) {
       preferred_ = kNoTask;
       asked_.clear();
@@ -261,9 +270,7 @@ class Follower {
     free_[step.thread] = step.at;
     const auto running = std::ranges::find(running_, step.job, &Running::job);
     if (running == running_.end()) return;
-    const bool timers_apart = traits_.timers == TimerHandling::release_and_execute;
-    const bool timer = set_[running->scheduled.task].kind == TaskKind::timer;
-    const Worker worker = timers_apart ? (timer ? 1 : 0) : step.thread;
+    const Worker worker = worker_of(step.thread, running->scheduled.task);
     WorkerSet wake = scheduler_->finished(worker, running->scheduled, now_).wake;
     running_.erase(running);
     note_wake_up(wake);

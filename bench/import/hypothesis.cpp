@@ -23,15 +23,10 @@ constexpr std::array<std::pair<int, RosDistro>, 5> kReleases = {{{5, RosDistro::
 bool can_have(const std::string& rcl_version, const RosDistros& releases) {
   const int version = std::atoi(rcl_version.c_str());
   if (version < kReleases.front().first) return true;  // unknown
-  bool can = false;
-  for (std::size_t i = 0; i < kReleases.size(); ++i) {
-    const bool last = i + 1 == kReleases.size();
-    const bool from = kReleases[i].first <= version && (last || version < kReleases[i + 1].first);
-    if (!from) continue;
-    can = releases.has(kReleases[i].second) ||
-          (!last && version > kReleases[i].first && releases.has(kReleases[i + 1].second));
-  }
-  return can;
+  const auto later = std::ranges::upper_bound(kReleases, version, {}, [](const auto& r) { return r.first; });
+  const auto release = std::prev(later);
+  return releases.has(release->second) ||
+         (later != kReleases.end() && version > release->first && releases.has(later->second));
 }
 
 /// Whether an executor with these traits can have run the threads, each of which ran a job.

@@ -69,4 +69,9 @@ struct Agreement {
 [[nodiscard]] std::vector<Hypothesis> possible_hypotheses(const RecordedSteps& recorded, bool waits,
                                                           const std::string& rcl_version);
 
+/// Fits the order of the timers' given priorities, or relative deadlines, to the first `starts`
+/// decisions by local search from two sides: by period, and all equal. Subscriptions have none of
+/// their own.
+void fit_levels(const TaskSet& set, const RecordedSteps& steps, Hypothesis& hypothesis, std::size_t starts);
+
 }  // namespace hotpath::imports

@@ -106,30 +106,25 @@ class CtfImport final : public tracing::Sink {
                                                        .deployment_file = output_ / "deployment.yaml"});
     interpretations_ = interpret(*recording_, options_);
     folder_ = std::make_unique<results::RunFolder>(output_ / "run");
-    append_window();
-  }
-
-  std::string no_jobs() const {
-    if (!reading_.broken_off.empty() && assembler_.system().nodes.empty())
-      return options_.trace + " has no event of ros2_tracing before it breaks off (" + reading_.broken_off +
-             "); record it again";
-    if (assembler_.system().nodes.empty()) {
-      return options_.trace +
-             " has no events of ros2_tracing; record user-space events `ros2:*` (`lttng enable-event -u "
-             "'ros2:*'`, or `ros2 trace`)";
-    }
-    return options_.trace +
-           " has nodes, but no callback runs; record for longer, and enable the events "
-           "ros2:callback_start and ros2:callback_end";
-  }
-
-  void append_window() {
     const Interpretation& best = interpretations_.best;
     Trace rows = best.trace;
     std::ranges::stable_sort(rows.jobs, {},
                              [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
     rows.chains = results::counted_chains(best.trace, Time{});
     folder_->append(best.tasks.set, setup::chain_names(best.graph), rows);
+  }
+
+  std::string no_jobs() const {
+    if (!assembler_.system().nodes.empty())
+      return options_.trace +
+             " has nodes, but no callback runs; record for longer, and enable the events "
+             "ros2:callback_start and ros2:callback_end";
+    if (!reading_.broken_off.empty())
+      return options_.trace + " has no event of ros2_tracing before it breaks off (" + reading_.broken_off +
+             "); record it again";
+    return options_.trace +
+           " has no events of ros2_tracing; record user-space events `ros2:*` (`lttng enable-event -u "
+           "'ros2:*'`, or `ros2 trace`)";
   }
 
   /// Appends the jobs after the window.
@@ -153,18 +148,18 @@ class CtfImport final : public tracing::Sink {
   void write() {
     if (!jobs_.empty() || !lost_.empty()) append();
     const Interpretation& best = interpretations_.best;
-    const fs::path graph_file = output_ / "graph.yaml";
     if (best.executor->deployment && !recording_->deployment) {
       const Deployment& plan = best.executor->deployment->plan;
       program::write_whole_file(plan.file,
                                 kDeploymentComment + deployment_yaml(best.graph, best.tasks, plan));
     }
-    write_graph(graph_file, best.graph, import_comments(*recording_, best), program::write_with_folder);
-    write_run(*folder_, graph_file, best.trace, results::RunKind::recorded);
+    write_graph(output_ / "graph.yaml", best.graph, import_comments(*recording_, best),
+                program::write_with_folder);
+    write_run(*folder_, best.trace, results::RunKind::recorded);
     if (best.check.failure.empty()) {
       results::RunFolder simulated(output_ / "simulated");
       simulated.append(best.tasks.set, setup::chain_names(best.graph), best.check.simulated);
-      write_run(simulated, graph_file, best.check.simulated, results::RunKind::simulated);
+      write_run(simulated, best.check.simulated, results::RunKind::simulated);
     }
     const Facts facts{reading_, *recording_, interpretations_, later_jobs_, options_.trace};
     program::write_whole_file(output_ / "import.json", "--output", import_json(facts));
@@ -172,11 +167,10 @@ class CtfImport final : public tracing::Sink {
     print_import(std::cout, facts, output_);
   }
 
-  void write_run(results::RunFolder& folder, const fs::path& graph_file, const Trace& trace,
-                 results::RunKind kind) {
+  void write_run(results::RunFolder& folder, const Trace& trace, results::RunKind kind) {
     const Interpretation& best = interpretations_.best;
     setup::CommonOptions common;
-    common.graph = graph_file;
+    common.graph = output_ / "graph.yaml";
     common.phases = Phases::given;
     common.warm_up_s = 0;
     common.duration_s = to_ms(trace.end - Time{}) / 1000;
@@ -188,7 +182,7 @@ class CtfImport final : public tracing::Sink {
     repetition.trace = trace;
     repetition.trace.chains = results::counted_chains(trace, Time{});
     repetition.accounts = account(best.tasks.set, repetition.trace);
-    setup::keep_inputs(folder, common, load_graph(graph_file), record);
+    setup::keep_inputs(folder, common, load_graph(common.graph), record);
     record.runs.push_back(results::record_of(best.tasks.set, setup::chain_names(best.graph), repetition));
     folder.write("run.json", json(record));
     const results::Summary summary = results::summarize(best.tasks.set, {{trace.executor, {repetition}}},

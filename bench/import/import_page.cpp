@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "import/recognition_text.hpp"
+#include "import/recognition.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::imports {
@@ -21,33 +21,34 @@ constexpr int kGap = 10;
 double seconds_of(Duration d) { return static_cast<double>(d.count()) / 1e9; }
 
 std::string rule_text(const Recording& recording, const InferredRule& rule) {
-  const auto topics = [&] {
-    std::vector<std::string> names;
-    for (const std::uint32_t c : rule.of)
-      names.push_back(recording.system.topics[recording.system.callbacks[c].topic].name);
-    return program::joined(names, ", ");
-  };
+  std::vector<std::string> names;
+  for (const std::uint32_t c : rule.of)
+    names.push_back(recording.system.topics[recording.system.callbacks[c].topic].name);
+  const std::string topics = program::joined(names);
   switch (rule.rule) {
     case PublishRule::always:
       return "with every job";
     case PublishRule::every:
       return program::concat("with one in ", rule.n, " jobs");
     case PublishRule::all_new:
-      return "when all are new: " + topics();
+      return "when all are new: " + topics;
     case PublishRule::last_of:
-      return "with every job, with the last of " + topics() + " (assumed)";
+      return "with every job, with the last of " + topics + " (assumed)";
   }
   return {};
+}
+
+std::vector<std::string> publishers_of(const RecordedGraph& graph, const InferredRule& rule) {
+  std::vector<std::string> names;
+  for (const std::uint32_t c : rule.publishers) names.push_back(graph.tasks.set[graph.task_of[c]].name);
+  return names;
 }
 
 json rules_json(const Recording& recording) {
   json rules = json::array();
   for (const InferredRule& rule : recording.graph.rules) {
-    json publishers = json::array();
-    for (const std::uint32_t c : rule.publishers)
-      publishers.push_back(recording.graph.tasks.set[recording.graph.task_of[c]].name);
     rules.push_back({{"topic", recording.system.topics[rule.topic].name},
-                     {"publishers", publishers},
+                     {"publishers", publishers_of(recording.graph, rule)},
                      {"rule", rule_text(recording, rule)},
                      {"jobs", rule.jobs},
                      {"explained", rule.explained},
@@ -63,29 +64,29 @@ json cost_json(const MeasuredCost& cost) {
 
 json executors_json(const Facts& facts) {
   json executors = json::array();
-  for (std::size_t e = 0; e < facts.recording.executors.executors.size(); ++e) {
-    const RecordedExecutor& executor = facts.recording.executors.executors[e];
+  const Recording& recording = facts.recording;
+  for (std::size_t e = 0; e < recording.executors.executors.size(); ++e) {
+    const RecordedExecutor& executor = recording.executors.executors[e];
     const RecordedCosts& costs = facts.interpretations.best.costs[e];
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
-      const tracing::Thread& thread = facts.recording.system.threads[t];
+      const tracing::Thread& thread = recording.system.threads[t];
       threads.push_back(
           {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
     }
-    executors.push_back(
-        {{"name", executor.name},
-         {"process", executor.process},
-         {"executor", facts.interpretations.best.labels[e]},
-         {"given", !facts.recording.given.empty()},
-         {"recognition", recognition_json(facts.recording.recognitions[e], facts.recording.first_graph)},
-         {"threads", threads},
-         {"dispatch", cost_json(costs.dispatch)},
-         {"timer_dispatch", cost_json(costs.timer_dispatch)},
-         {"subscription_dispatch", cost_json(costs.subscription_dispatch)},
-         {"timer_wake_up", cost_json(costs.timer_wake_up)},
-         {"wait", cost_json(costs.wait)},
-         {"wake_up", cost_json(costs.wake_up)},
-         {"delivery", cost_json(costs.delivery)}});
+    executors.push_back({{"name", executor.name},
+                         {"process", executor.process},
+                         {"executor", facts.interpretations.best.labels[e]},
+                         {"given", !recording.given.empty()},
+                         {"recognition", recognition_json(recording.recognitions[e], recording.first_graph)},
+                         {"threads", threads},
+                         {"dispatch", cost_json(costs.dispatch)},
+                         {"timer_dispatch", cost_json(costs.timer_dispatch)},
+                         {"subscription_dispatch", cost_json(costs.subscription_dispatch)},
+                         {"timer_wake_up", cost_json(costs.timer_wake_up)},
+                         {"wait", cost_json(costs.wait)},
+                         {"wake_up", cost_json(costs.wake_up)},
+                         {"delivery", cost_json(costs.delivery)}});
   }
   return executors;
 }
@@ -150,14 +151,12 @@ json housekeeping_json(const Facts& facts) {
 std::vector<std::string> warnings(const Facts& facts) {
   std::vector<std::string> all;
   const tracing::TraceReading& r = facts.reading;
-  if (!r.broken_off.empty())
-    all.push_back("The trace breaks off: " + r.broken_off + ". The events before are used.");
-  if (r.discarded_events + r.discarded_packets > 0) {
-    all.push_back(program::concat(
-        "The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
-        " packets; the numbers of jobs, messages and losses are unreliable. Record with larger buffers "
-        "(`--subbuf-size`, `--num-subbuf`)."));
-  }
+  const auto warn = [&](const auto&... parts) { all.push_back(program::concat(parts...)); };
+  if (!r.broken_off.empty()) warn("The trace breaks off: ", r.broken_off, ". The events before are used.");
+  if (r.discarded_events + r.discarded_packets > 0)
+    warn("The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
+         " packets; the numbers of jobs, messages and losses are unreliable. Record with larger buffers "
+         "(`--subbuf-size`, `--num-subbuf`).");
   const tracing::System& system = facts.recording.system;
   Duration longest_period = std::chrono::milliseconds(100);
   for (const tracing::Callback& c : system.callbacks) longest_period = std::max(longest_period, c.period);
@@ -168,16 +167,13 @@ std::vector<std::string> warnings(const Facts& facts) {
         seconds_of(r.longest_gap), seconds_of(r.gap_begin - r.first)));
   }
   if (system.reused_handles > 0)
-    all.push_back(program::concat(
-        system.reused_handles,
-        " addresses of callbacks were reused after the end of their callback; jobs are told apart by time."));
-  if (system.ends_without_start > 0)
-    all.push_back(program::concat(system.ends_without_start, " ends of callbacks have no start."));
+    warn(system.reused_handles,
+         " addresses of callbacks were reused after the end of their callback; jobs are told apart by time.");
+  if (system.ends_without_start > 0) warn(system.ends_without_start, " ends of callbacks have no start.");
   std::uint64_t never_ended = 0;
   for (const tracing::Callback& c : system.callbacks) never_ended += c.never_ended;
-  if (never_ended > 0)
-    all.push_back(program::concat(never_ended, " jobs have no end in the trace; they count as running."));
-  for (const std::string& note : facts.recording.graph.notes) all.push_back(note);
+  if (never_ended > 0) warn(never_ended, " jobs have no end in the trace; they count as running.");
+  all.insert(all.end(), facts.recording.graph.notes.begin(), facts.recording.graph.notes.end());
   return all;
 }
 
@@ -190,8 +186,8 @@ GraphComments import_comments(const Recording& recording, const Interpretation& 
       "Recorded executor: ",
       best.executor->label, ".");
   for (const InferredRule& rule : recording.graph.rules) {
-    for (const std::uint32_t c : rule.publishers) {
-      std::string& text = comments.of[recording.graph.tasks.set[recording.graph.task_of[c]].name];
+    for (const std::string& publisher : publishers_of(recording.graph, rule)) {
+      std::string& text = comments.of[publisher];
       if (!text.empty()) text += "; ";
       text += program::concat(recording.system.topics[rule.topic].name, " ", rule_text(recording, rule),
                               ": explains ", rule.explained, " of ", rule.jobs, " jobs");

@@ -9,12 +9,10 @@
 #include "hotpath/core/platform.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "import/chain_option.hpp"
-#include "import/distinguishing_load.hpp"
-#include "import/recognition_text.hpp"
-#include "import/service_calls.hpp"
-#include "import/time_slices.hpp"
-#include "import/unmodelled.hpp"
+#include "import/recognition.hpp"
+#include "import/recorded_executors.hpp"
+#include "import/recorded_graph.hpp"
+#include "import/recorded_window.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "setup/run_setup.hpp"
@@ -93,10 +91,7 @@ class Interpreter {
     }
     result_.rows = std::make_unique<RecordedTrace>(recording_.system, recording_.graph, recording_.timers,
                                                    std::move(release_only));
-    for (const tracing::Job& job : recording_.jobs) {
-      const bool in_graph = recording_.graph.task(job.ref) != kNoTask;
-      result_.records.push_back(in_graph ? result_.rows->job(job) : JobRecord{});
-    }
+    result_.records = result_.rows->jobs(recording_.jobs);
     displacement_ = recorded_displacement(recording_.system, window());
     const bool timers_apart = std::ranges::any_of(result_.labels, [](const std::string& label) {
       return entry_of(label).traits.timers == TimerHandling::release_and_execute;
@@ -170,8 +165,7 @@ class Interpreter {
       times[r.job.task].push_back(r.cpu_time >= Duration{} ? r.cpu_time : r.finish - r.start);
     for (TaskId id = 0; id < times.size(); ++id) {
       if (times[id].empty()) continue;
-      const TaskOrigin& origin = result_.tasks.origin[id];
-      Callback& callback = result_.graph.nodes[origin.node].callbacks[origin.callback];
+      Callback& callback = callback_of_task(result_.graph, result_.tasks.origin[id]);
       const auto [least, most] = std::ranges::minmax(times[id]);
       callback.best = least;
       callback.worst = most;
@@ -303,8 +297,7 @@ Interpretations best_interpretation(const Recording& recording, const std::vecto
 void set_phases(Recording& recording) {
   RecordedGraph& graph = recording.graph;
   for (TaskId id = 0; id < graph.callback_of.size(); ++id) {
-    const TaskOrigin& origin = graph.tasks.origin[id];
-    Callback& callback = graph.graph.nodes[origin.node].callbacks[origin.callback];
+    Callback& callback = graph.callback(id);
     if (callback.input) continue;
     const bool recorded = graph.callback_of[id] != kNone;
     Duration phase = (recorded ? recording.timers.first[id] : Time{} + *callback.phase) - graph.epoch;
@@ -322,20 +315,16 @@ struct Findings {
   std::map<std::uint32_t, std::int64_t> priorities;  // by callback
 };
 
-void set_priorities(RecordedGraph& graph, const std::map<std::uint32_t, std::int64_t>& priorities) {
-  for (const auto& [callback, priority] : priorities) {
-    const TaskOrigin& origin = graph.tasks.origin[graph.task_of[callback]];
-    graph.graph.nodes[origin.node].callbacks[origin.callback].priority = priority;
-  }
-}
-
 /// Makes the graph with nodes and callbacks in that order.
 void arrange(Recording& r, const ServiceOrder& order, const Findings& findings, const CtfOptions& options) {
   const std::string name = std::filesystem::path(options.trace).lexically_normal().filename();
   r.graph = make_recorded_graph(r.system, r.jobs, r.executors.of_callback, name, order);
   r.graph.graph.delivery = delivery_of_graph(r.deliveries, r.graph);
-  set_priorities(r.graph, findings.priorities);
-  set_publication_instants(early_publications(r.graph, r.jobs), r.graph);
+  for (const auto& [callback, priority] : findings.priorities)
+    r.graph.callback(r.graph.task_of[callback]).priority = priority;
+  for (const auto& [from, share] : early_publications(r.graph, r.jobs))
+    for (Publication& p : r.graph.callback(from.first).publishes)
+      if (std::ranges::count(r.graph.topic_names[from.second], p.topic) > 0) p.at = share;
   r.timers = recorded_timers(r.system, r.graph, r.jobs, r.end);
   set_phases(r);
   Graph& graph = r.graph.graph;
@@ -344,71 +333,52 @@ void arrange(Recording& r, const ServiceOrder& order, const Findings& findings, 
   if (!options.deployment.empty()) r.deployment = find_deployment(options.deployment, graph, r.graph.tasks);
 }
 
-/// The description that an executor gives of itself, if hotpath knows such an executor.
-struct Stated {
-  std::string name;
-  setup::ExecutorSpec executor;
-  const std::map<std::uint32_t, std::int64_t>& levels;  // by callback
-};
-
-std::optional<Stated> stated_executor(const tracing::System& system, const RecordedExecutor& executor) {
-  for (const tracing::StatedExecutor& stated : system.stated_executors) {
-    const bool ran =
-        std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return stated.threads.contains(t); });
-    if (!ran) continue;
+/// The name that an executor gives itself, if hotpath knows it, and its hypothesis, with its levels.
+std::pair<std::string, std::vector<Hypothesis>> stated_executor(const Recording& recording,
+                                                                const RecordedExecutor& executor,
+                                                                const RecordedSteps& steps) {
+  const RecordedGraph& graph = recording.graph;
+  for (const tracing::StatedExecutor& stated : recording.system.stated_executors) {
+    if (!executor.is(stated)) continue;
     try {
-      return Stated{stated.name, setup::parse_executor(stated.name, {}), stated.levels};
+      const setup::ExecutorSpec spec = setup::parse_executor(stated.name, {});
+      // It emits no waits; an executor of rclcpp may have waited on its thread before.
+      std::vector<Hypothesis> possible = possible_hypotheses(steps, false, recording.system.rcl_version);
+      std::erase_if(possible, [&](const Hypothesis& h) {
+        return h.entry != spec.entry || h.options.rule != spec.scheduler.rule ||
+               h.options.ties != spec.scheduler.ties;
+      });
+      for (Hypothesis& hypothesis : possible) {
+        if (!hypothesis.needs_levels()) continue;
+        hypothesis.levels.assign(graph.tasks.set.size(), kLast);
+        for (const auto& [callback, level] : stated.levels)
+          if (graph.task_of[callback] != kNoTask) hypothesis.levels[graph.task_of[callback]] = level;
+      }
+      return {stated.name, std::move(possible)};
     } catch (const program::UsageError&) {  // of a later version
     }
   }
-  return std::nullopt;
-}
-
-/// The hypothesis of the stated executor alone, with its levels.
-std::vector<Hypothesis> as_stated(const Stated& stated, const RecordedGraph& graph,
-                                  std::vector<Hypothesis> possible) {
-  const SchedulerOptions& options = stated.executor.scheduler;
-  std::erase_if(possible, [&](const Hypothesis& h) {
-    return h.entry != stated.executor.entry || h.options.rule != options.rule ||
-           h.options.ties != options.ties;
-  });
-  for (Hypothesis& hypothesis : possible) {
-    if (!hypothesis.needs_levels()) continue;
-    hypothesis.levels.assign(graph.tasks.set.size(), kLast);
-    for (const auto& [callback, level] : stated.levels)
-      if (graph.task_of[callback] != kNoTask) hypothesis.levels[graph.task_of[callback]] = level;
-  }
-  return possible;
+  return {};
 }
 
 /// Compares the possible executors of each group of threads with its decisions. An executor that
 /// describes itself is believed.
 void recognise_executors(Recording& recording) {
   RecordedTrace rows(recording.system, recording.graph, recording.timers, recording.timers.released);
-  std::vector<JobRecord> records;
-  for (const tracing::Job& job : recording.jobs) {
-    const bool in_graph = recording.graph.task(job.ref) != kNoTask;
-    records.push_back(in_graph ? rows.job(job) : JobRecord{});
-  }
+  const std::vector<JobRecord> records = rows.jobs(recording.jobs);
   const RecordedWindow window{recording.jobs, records};
   for (const RecordedExecutor& executor : recording.executors.executors) {
     const RecordedSteps steps = recorded_steps(recording.graph, window, recording.lost, executor, kTried);
     const bool waits = std::ranges::any_of(
         executor.threads, [&](std::uint32_t t) { return recording.system.threads[t].waits > 0; });
-    std::vector<Hypothesis> possible = possible_hypotheses(steps, waits, recording.system.rcl_version);
-    const std::optional<Stated> stated = stated_executor(recording.system, executor);
-    // It emits no waits; an executor of rclcpp may have waited on its thread before.
-    std::vector<Hypothesis> alone;
-    if (stated) {
-      alone = as_stated(*stated, recording.graph,
-                        possible_hypotheses(steps, false, recording.system.rcl_version));
-    }
-    const bool believed = alone.size() == 1;
-    if (!alone.empty()) possible = std::move(alone);
-    recording.recognitions.push_back(recognise(recording.system, recording.graph, steps, possible));
+    auto [name, possible] = stated_executor(recording, executor, steps);
+    const bool believed = possible.size() == 1;
+    if (possible.empty()) possible = possible_hypotheses(steps, waits, recording.system.rcl_version);
+    Recognition& found =
+        recording.recognitions.emplace_back(recognise(recording.system, recording.graph, steps, possible));
     if (!believed) continue;
-    recording.recognitions.back().stated = stated->name;
-    recording.recognitions.back().verdict = Verdict::recognised;
+    found.stated = name;
+    found.verdict = Verdict::recognised;
   }
 }
 
@@ -479,8 +449,7 @@ Interpretations interpret(Recording& recording, const CtfOptions& options) {
   Recognition& first = recording.recognitions.front();
   if (recording.recognitions.size() == 1)
     first.remedy = distinguishing_load(all.best.graph, all.best.tasks, first.open_names(),
-                                       recording.executors.executors.front().threads.size())
-                       .sentence();
+                                       recording.executors.executors.front().threads.size());
   for (const Recognition& recognition : recording.recognitions) {
     if (!recording.given.empty() || recognition.verdict != Verdict::none_fits) continue;
     all.best.check.doubt(sentence(recognition, recording.first_graph));

@@ -2,7 +2,12 @@
 #include "import/publication_rules.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
+#include <utility>
+
+#include "import/recorded_graph.hpp"
 
 namespace hotpath::imports {
 
@@ -50,19 +55,11 @@ class TopicOfNode {
     });
     if (subscriptions_only) add_sets();
     const auto most = std::ranges::max(candidates_, {}, &InferredRule::explained).explained;
-    InferredRule best;
-    bool has_best = false;
+    std::erase_if(candidates_, [&](const InferredRule& c) { return c.explained != most; });
+    InferredRule best = candidates_.front();
     std::vector<std::string> others;
-    for (const InferredRule& c : candidates_) {
-      if (c.explained != most) continue;
-      if (!has_best || worth(c) > worth(best)) {
-        if (has_best) others.push_back(words_for(best));
-        best = c;
-        has_best = true;
-      } else {
-        others.push_back(words_for(c));
-      }
-    }
+    for (const InferredRule& c : std::span(candidates_).subspan(1))
+      others.push_back(words_for(worth(c) > worth(best) ? std::exchange(best, c) : c));
     best.as_good = std::move(others);
     return best;
   }
@@ -191,6 +188,19 @@ void keep_samples(const tracing::System& system, const Callbacks& callbacks, std
   }
 }
 
+/// A task publishes early if it does so before this share of its jobs, and by more than kSoon.
+constexpr double kLate = 0.9;
+constexpr Duration kSoon = std::chrono::microseconds(100);
+/// Shares are rounded to this: jobs of one task vary by more.
+constexpr double kStep = 1e-4;
+
+template <class T>
+T median(std::vector<T>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
 }  // namespace
 
 std::vector<InferredRule> infer_rules(const tracing::System& system, std::span<const tracing::Job> jobs,
@@ -213,6 +223,31 @@ std::vector<InferredRule> infer_rules(const tracing::System& system, std::span<c
     keep_samples(system, callbacks[node], std::span(rules).subspan(before));
   }
   return rules;
+}
+
+EarlyPublications early_publications(const RecordedGraph& graph, std::span<const tracing::Job> jobs) {
+  struct Instants {
+    std::vector<Duration> before_end;
+    std::vector<double> share;
+  };
+  std::map<std::pair<TaskId, std::uint32_t>, Instants> all;  // by task and topic
+  for (const tracing::Job& job : jobs) {
+    const TaskId task = graph.task(job.ref);
+    if (task == kNoTask || !job.ended || job.finish <= job.start) continue;
+    std::map<std::uint32_t, Time> last;  // by topic: a job that publishes twice sends its last message
+    for (const tracing::Publication& p : job.published) last[p.topic] = p.at;
+    for (const auto& [topic, at] : last) {
+      Instants& instants = all[{task, topic}];
+      instants.before_end.push_back(job.finish - at);
+      instants.share.push_back(to_ms(at - job.start) / to_ms(job.finish - job.start));
+    }
+  }
+  EarlyPublications early;
+  for (auto& [from, instants] : all) {
+    const double share = std::round(median(instants.share) / kStep) * kStep;
+    if (share < kLate && median(instants.before_end) > kSoon) early[from] = std::clamp(share, 0.0, 1.0);
+  }
+  return early;
 }
 
 }  // namespace hotpath::imports

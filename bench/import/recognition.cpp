@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "hotpath/core/platform.hpp"
-#include "import/fitted_levels.hpp"
 
 namespace hotpath::imports {
 
@@ -46,14 +46,10 @@ class Recogniser {
       : system_(system), graph_(graph), set_(graph.tasks.set), steps_(steps), half_(steps.starts / 2) {}
 
   Recognition recognise(const std::vector<Hypothesis>& possible) {
-    std::size_t starts = 0;
-    for (const RecordedStep& step : steps_.steps) {
-      if (step.kind != RecordedStep::Kind::start) continue;
-      ran_.push_back(step.task);
-      if (starts++ < half_) continue;
-      ++result_.decisions;
-      result_.contested += step.contested;
-    }
+    for (const RecordedStep& step : steps_.steps)
+      if (step.kind == RecordedStep::Kind::start) starts_.push_back(&step);
+    result_.decisions = starts_.size() - half_;
+    for (std::size_t d = half_; d < starts_.size(); ++d) result_.contested += starts_[d]->contested;
     for (const Hypothesis& hypothesis : possible) add(hypothesis);
     share_levels();
     rank();
@@ -102,16 +98,15 @@ class Recogniser {
     for (Score& score : result_.ranking) {
       if (!score.hypothesis.needs_levels()) continue;
       const std::vector<std::int64_t> own = score.hypothesis.levels;
-      std::vector<std::int64_t> best = own;
-      std::size_t least = follow(set_, steps_, score.hypothesis, 0, half_).contradictions;
+      Hypothesis other = score.hypothesis;
+      std::size_t least = first_half(other).contradictions;
       for (const std::vector<std::int64_t>& levels : found) {
-        score.hypothesis.levels = levels;
-        const std::size_t contradictions = follow(set_, steps_, score.hypothesis, 0, half_).contradictions;
+        other.levels = levels;
+        const std::size_t contradictions = first_half(other).contradictions;
         if (contradictions >= least) continue;
         least = contradictions;
-        best = levels;
+        score.hypothesis.levels = levels;
       }
-      score.hypothesis.levels = std::move(best);
       if (score.hypothesis.levels != own) judge_decisions(score);
     }
   }
@@ -130,15 +125,19 @@ class Recogniser {
     return variants;
   }
 
+  Agreement first_half(const Hypothesis& hypothesis) const {
+    return follow(set_, steps_, hypothesis, 0, half_);
+  }
+
   /// Compares the order of creation with its reverse: where two tasks compete by that order alone,
   /// one of the two contradicts the recording.
   /// Returns the contradictions of the first half.
   std::size_t fit_order(Score& score) {
     Hypothesis& hypothesis = score.hypothesis;
     const std::vector<TaskId> creation = hypothesis.order;
-    const Agreement forward = follow(set_, steps_, hypothesis, 0, half_);
+    const Agreement forward = first_half(hypothesis);
     std::ranges::reverse(hypothesis.order);
-    const Agreement backward = follow(set_, steps_, hypothesis, 0, half_);
+    const Agreement backward = first_half(hypothesis);
     hypothesis.order = creation;
     OrderEvidence evidence;
     for (const auto& [pair, count] : forward.before) evidence[std::minmax(pair.first, pair.second)] -= count;
@@ -147,7 +146,7 @@ class Recogniser {
     if (std::ranges::none_of(evidence, [](const auto& e) { return e.second < 0; }))
       return forward.contradictions;
     hypothesis.order = tasks_in(service_order(system_, graph_, evidence), system_, graph_);
-    const std::size_t fitted = follow(set_, steps_, hypothesis, 0, half_).contradictions;
+    const std::size_t fitted = first_half(hypothesis).contradictions;
     const auto least = std::max<std::size_t>(
         kFewer, static_cast<std::size_t>(kBetter * static_cast<double>(forward.contradictions)));
     if (fitted + least > forward.contradictions) {
@@ -188,7 +187,11 @@ class Recogniser {
     const double best = ranking.front().agreement;
     for (Score& s : std::span(ranking).first(result_.leading))
       s.unlikely = s.margin >= kDecisive && !notices_unseen(s.hypothesis.entry->traits, best);
-    find_break(ranking.front());
+    const std::vector<Of>& of_best = decisions_[ranking.front().number].decisions;
+    const auto breaks =
+        std::find(of_best.begin() + static_cast<std::ptrdiff_t>(half_), of_best.end(), Of::no);
+    if (breaks != of_best.end())
+      result_.breaks = *starts_[static_cast<std::size_t>(breaks - of_best.begin())];
   }
 
   void compare_with(const Score& best) {
@@ -197,19 +200,17 @@ class Recogniser {
     for (Score& score : result_.ranking) {
       const Agreement& other = decisions_[score.number];
       std::set<std::pair<TaskId, TaskId>> kinds;
-      score.against = score.in_favour = 0;
-      score.plain_against = score.plain_in_favour = 0;
+      score.against = score.in_favour = score.plain_against = score.plain_in_favour = 0;
       for (std::size_t d = half_; d < of_best.size(); ++d) {
         const bool against = of_best[d] != Of::no && other.decisions[d] == Of::no;
-        if (against) kinds.emplace(ran_[d], other.preferred[d]);
+        if (against) kinds.emplace(starts_[d]->task, other.preferred[d]);
         score.against += against;
         score.in_favour += of_best[d] == Of::no && other.decisions[d] != Of::no;
         score.plain_against += against && other.plain[d];
         score.plain_in_favour += decisions_[best.number].plain[d] && other.decisions[d] != Of::no;
       }
       score.kinds_against = kinds.size();
-      const double difference = static_cast<double>(score.against) - static_cast<double>(score.in_favour);
-      score.margin = difference * std::log((1 - noise) / noise);
+      score.margin = score.difference() * std::log((1 - noise) / noise);
     }
   }
 
@@ -225,28 +226,14 @@ class Recogniser {
   }
 
   static bool is_leading(const Score& score, const Score& best) {
-    if (shares_waits(score.hypothesis.entry->traits) && shares_waits(best.hypothesis.entry->traits))
-      return true;
-    if (notices_unseen(score.hypothesis.entry->traits, best.agreement) &&
-        best.agreement - score.agreement < kUnseen)
-      return true;
-    const double only_one = static_cast<double>(score.against + score.in_favour);
-    const double difference = static_cast<double>(score.against) - static_cast<double>(score.in_favour);
     const ExecutorTraits& traits = score.hypothesis.entry->traits;
+    if (shares_waits(traits) && shares_waits(best.hypothesis.entry->traits)) return true;
+    if (notices_unseen(traits, best.agreement) && best.agreement - score.agreement < kUnseen) return true;
+    const double only_one = static_cast<double>(score.against + score.in_favour);
     const bool plain = !shares_waits(traits) && best.agreement >= kExact &&
                        score.plain_against >= kPlain + 2 * score.plain_in_favour;
     return score.margin < kDecisive || (score.kinds_against < kKinds && !plain) ||
-           difference < kDeviations * std::sqrt(only_one);
-  }
-
-  void find_break(const Score& best) {
-    std::size_t start = 0;
-    for (const RecordedStep& step : steps_.steps) {
-      if (step.kind != RecordedStep::Kind::start || start++ < half_) continue;
-      if (decisions_[best.number].decisions[start - 1] != Of::no) continue;
-      result_.breaks = {step.at, step.task};
-      return;
-    }
+           score.difference() < kDeviations * std::sqrt(only_one);
   }
 
   void judge() {
@@ -278,30 +265,43 @@ class Recogniser {
   const RecordedSteps& steps_;
   const std::size_t half_;
   std::vector<Agreement> decisions_;  // by hypothesis, as they were added
-  std::vector<TaskId> ran_;           // by start
+  std::vector<const RecordedStep*> starts_;
   bool fitted_levels_ = false;
   Recognition result_;
 };
 
-}  // namespace
-
-std::vector<std::string> Recognition::names() const {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < leading; ++i) names.push_back(ranking[i].hypothesis.label);
-  return names;
+/// Repeatedly takes the item that the remaining items precede least; of equals the first one.
+/// `ahead(a, b)`: how much more the recording says for a before b than for b before a.
+template <class Ahead>
+std::vector<std::uint32_t> in_order(std::vector<std::uint32_t> left, Ahead&& ahead) {
+  std::vector<std::uint32_t> order;
+  while (!left.empty()) {
+    const auto behind = [&](std::uint32_t item) {
+      std::int64_t sum = 0;
+      for (const std::uint32_t other : left)
+        if (other != item) sum += std::max<std::int64_t>(0, ahead(other, item));
+      return sum;
+    };
+    const auto first = std::ranges::min_element(left, {}, behind);
+    order.push_back(*first);
+    left.erase(first);
+  }
+  return order;
 }
 
-std::vector<std::string> Recognition::unlikely_names() const {
+}  // namespace
+
+std::vector<std::string> Recognition::names(bool unlikely_only) const {
   std::vector<std::string> names;
-  for (std::size_t i = 0; i < leading; ++i)
-    if (ranking[i].unlikely) names.push_back(ranking[i].hypothesis.label);
+  for (const Score& score : std::span(ranking).first(leading))
+    if (score.unlikely || !unlikely_only) names.push_back(score.hypothesis.label);
   return names;
 }
 
 std::vector<std::string> Recognition::open_names() const {
   if (verdict == Verdict::undecided) return names();
   if (verdict != Verdict::tie) return {};
-  std::vector<std::string> open = unlikely_names();
+  std::vector<std::string> open = names(true);
   if (!open.empty()) open.insert(open.begin(), ranking.front().hypothesis.label);
   return open;
 }
@@ -309,6 +309,42 @@ std::vector<std::string> Recognition::open_names() const {
 Recognition recognise(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps,
                       const std::vector<Hypothesis>& possible) {
   return Recogniser(system, graph, steps).recognise(possible);
+}
+
+ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,
+                           const OrderEvidence& evidence) {
+  const std::size_t nodes = system.nodes.size();
+  std::vector<std::vector<std::int64_t>> of_nodes(nodes, std::vector<std::int64_t>(nodes, 0));
+  const auto ahead = [&](std::uint32_t a, std::uint32_t b) -> std::int64_t {
+    const TaskId first = graph.task_of[a], second = graph.task_of[b];
+    const auto found = evidence.find(std::minmax(first, second));
+    return found == evidence.end() ? 0 : first < second ? found->second : -found->second;
+  };
+  for (const auto& [pair, value] : evidence) {
+    const std::uint32_t a = system.callbacks[graph.callback_of[pair.first]].node;
+    const std::uint32_t b = system.callbacks[graph.callback_of[pair.second]].node;
+    of_nodes[a][b] += value;
+    of_nodes[b][a] -= value;
+  }
+  std::vector<std::uint32_t> callbacks, all_nodes(nodes);
+  std::iota(all_nodes.begin(), all_nodes.end(), 0U);
+  for (std::uint32_t c = 0; c < graph.task_of.size(); ++c)
+    if (graph.task_of[c] != kNoTask) callbacks.push_back(c);
+  return {in_order(all_nodes, [&](std::uint32_t a, std::uint32_t b) { return of_nodes[a][b]; }),
+          in_order(callbacks, [&](std::uint32_t a, std::uint32_t b) {
+            return system.callbacks[a].node == system.callbacks[b].node ? ahead(a, b) : 0;
+          })};
+}
+
+std::vector<TaskId> tasks_in(const ServiceOrder& order, const tracing::System& system,
+                             const RecordedGraph& graph) {
+  std::vector<TaskId> tasks;
+  for (const std::uint32_t node : order.nodes)
+    for (const std::uint32_t c : order.callbacks)
+      if (system.callbacks[c].node == node) tasks.push_back(graph.task_of[c]);
+  for (TaskId id = 0; id < graph.callback_of.size(); ++id)
+    if (graph.callback_of[id] == kNone) tasks.push_back(id);
+  return tasks;
 }
 
 }  // namespace hotpath::imports

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,11 +43,10 @@ struct Score {
   std::size_t against = 0, in_favour = 0;  ///< Decisions that only the best, or only this one explains.
   std::size_t plain_against = 0, plain_in_favour = 0;  ///< Those that timing cannot explain.
   bool unlikely = false;  ///< Not excluded, but the best one is a thousand times as likely.
-};
 
-struct Contradiction {
-  Time at{};  ///< In the trace's time.
-  TaskId recorded = kNoTask;
+  [[nodiscard]] double difference() const {
+    return static_cast<double>(against) - static_cast<double>(in_favour);
+  }
 };
 
 struct Recognition {
@@ -55,13 +55,13 @@ struct Recognition {
   std::vector<Score> ranking;                ///< The best first.
   std::size_t leading = 0;                   ///< The first ones, which the recording cannot tell apart.
   std::size_t decisions = 0, contested = 0;  ///< Of the judged part.
-  std::optional<Contradiction> breaks;       ///< The first decision that the best does not explain.
+  std::optional<RecordedStep> breaks;        ///< The first decision that the best does not explain.
   /// If undecided: the load at which the leading ones would differ, as a sentence. In a tie: the load
   /// at which the unlikely ones would differ from the best.
   std::string remedy;
 
-  [[nodiscard]] std::vector<std::string> names() const;           ///< Labels of the leading hypotheses.
-  [[nodiscard]] std::vector<std::string> unlikely_names() const;  ///< Of the unlikely ones among them.
+  /// Labels of the leading hypotheses, or of the unlikely ones among them.
+  [[nodiscard]] std::vector<std::string> names(bool unlikely_only = false) const;
   /// The executors that a remedy must tell apart, the best first; empty: none is needed.
   [[nodiscard]] std::vector<std::string> open_names() const;
 };
@@ -77,5 +77,18 @@ struct Recognition {
 /// The tasks of `graph` in the order that they have in a graph of that order.
 [[nodiscard]] std::vector<TaskId> tasks_in(const ServiceOrder& order, const tracing::System& system,
                                            const RecordedGraph& graph);
+
+/// One or two sentences: the verdict, its evidence, and what would decide an open one.
+[[nodiscard]] std::string sentence(const Recognition& recognition, const RecordedGraph& graph);
+
+/// The smallest tried load at which the orders of jobs of the executors (labels of the command line), which
+/// a recording cannot tell apart, differ in simulations with longer and longer execution times, as a
+/// sentence; empty if there is nothing to compare. Executors that need numbers which the graph lacks are
+/// left out. `threads`: of the recording.
+[[nodiscard]] std::string distinguishing_load(const Graph& graph, const GraphTasks& tasks,
+                                              std::vector<std::string> executors, std::size_t threads);
+
+/// Verdict, names, and the ranking with scores.
+[[nodiscard]] nlohmann::json recognition_json(const Recognition& recognition, const RecordedGraph& graph);
 
 }  // namespace hotpath::imports

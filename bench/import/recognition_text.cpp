@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/recognition_text.hpp"
+#include "import/recognition.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -23,7 +23,7 @@ std::string next_one(const Recognition& r) {
 }
 
 std::string tie(const Recognition& r) {
-  const std::vector<std::string> unlikely = r.unlikely_names();
+  const std::vector<std::string> unlikely = r.names(true);
   std::vector<std::string> likely = r.names();
   std::erase_if(likely, [&](const std::string& name) { return std::ranges::count(unlikely, name) > 0; });
   std::string all = program::concat(
@@ -34,9 +34,7 @@ std::string tie(const Recognition& r) {
     all += program::concat("; ", program::joined(unlikely, ", "), " cannot be excluded, but ",
                            unlikely.size() == 1 ? "makes" : "make",
                            " the recording a thousand times less likely");
-  all += next_one(r);
-  if (!r.remedy.empty()) all += " " + r.remedy;
-  return all;
+  return all + next_one(r) + (r.remedy.empty() ? "" : " " + r.remedy);
 }
 
 std::string undecided(const Recognition& r, const std::string& names) {
@@ -44,15 +42,13 @@ std::string undecided(const Recognition& r, const std::string& names) {
   for (const Score& score : std::span(r.ranking).first(r.leading))
     differing = std::max(differing, score.against + score.in_favour);
   const std::string known = r.contested == 0 ? "No" : program::concat("Only ", r.contested);
-  std::string all =
-      differing == 0 || r.contested < 20
-          ? program::concat(known, " of ", r.decisions,
-                            " judged decisions had a choice, too few to tell executors apart (possible: ",
-                            names, "). Record at a load at which callbacks wait for each other.")
-          : program::concat("The recording does not tell ", names, " apart: they differ in at most ",
-                            differing, " of ", r.contested, " contested decisions.");
-  if (!r.remedy.empty()) all += " " + r.remedy;
-  return all;
+  const std::string remedy = r.remedy.empty() ? "" : " " + r.remedy;
+  return differing == 0 || r.contested < 20
+             ? program::concat(known, " of ", r.decisions,
+                               " judged decisions had a choice, too few to tell executors apart (possible: ",
+                               names, "). Record at a load at which callbacks wait for each other.", remedy)
+             : program::concat("The recording does not tell ", names, " apart: they differ in at most ",
+                               differing, " of ", r.contested, " contested decisions.", remedy);
 }
 
 }  // namespace
@@ -76,7 +72,7 @@ std::string sentence(const Recognition& r, const RecordedGraph& graph) {
                                         ", explains ", share_of(best, r));
       if (r.breaks)
         all += program::text(". It first breaks at %.1f ms, when %s ran", to_ms(r.breaks->at - graph.epoch),
-                             graph.tasks.set[r.breaks->recorded].name.c_str());
+                             graph.tasks.set[r.breaks->task].name.c_str());
       return all + ".";
     }
   }

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "import/time_slices.hpp"
+#include "import/recorded_window.hpp"
 
 namespace hotpath::imports {
 
@@ -39,22 +39,14 @@ constexpr std::size_t kEnough = 100;
 /// Times before the starts of jobs, with the kind of each job.
 using Gaps = std::vector<std::pair<TaskKind, Duration>>;
 
-MeasuredCost cost_of(std::vector<Duration> samples) {
-  MeasuredCost cost;
-  cost.n = samples.size();
-  if (samples.empty()) return cost;
-  std::ranges::sort(samples);
-  const auto at = [&](std::size_t percent) { return samples[(samples.size() - 1) * percent / 100]; };
-  cost.median = at(50);
-  cost.p90 = at(90);
-  return cost;
-}
-
 MeasuredCost cost_of(const Gaps& gaps, std::optional<TaskKind> kind = {}) {
   std::vector<Duration> samples;
   for (const auto& [of, gap] : gaps)
     if (!kind || of == *kind) samples.push_back(gap);
-  return cost_of(std::move(samples));
+  if (samples.empty()) return {};
+  std::ranges::sort(samples);
+  const auto at = [&](std::size_t percent) { return samples[(samples.size() - 1) * percent / 100]; };
+  return {samples.size(), at(50), at(90)};
 }
 
 /// Leaves out the dispatch of each job, which may be known from other executors only.
@@ -149,9 +141,8 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
   for (TaskId id = 0; id < place.size(); ++id)
     place[id] = entry.traits.runs_first == graph.tasks.set[id].kind ? id : id + place.size();
   const bool wait_set = entry.traits.family == Family::wait_set;
-  const bool waits_recorded = std::ranges::any_of(window.jobs, [&](const tracing::Job& job) {
-    return job.waited && std::ranges::find(executor.threads, job.thread) != executor.threads.end();
-  });
+  const bool waits_recorded = std::ranges::any_of(
+      window.jobs, [&](const tracing::Job& job) { return job.waited && executor.has(job.thread); });
   const bool shares_waits = wait_set && entry.traits.many_workers;
   // A timer's releaser wakes the thread that runs its job.
   const TimerHandling timers = entry.traits.timers;
@@ -166,32 +157,30 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
       until = std::max(until, window.jobs[i - 1].finish);
     }
     const tracing::Job& job = window.jobs[i];
-    if (!job.ended || std::ranges::find(executor.threads, job.thread) == executor.threads.end()) continue;
-    const auto before = previous.find(job.thread);
-    const bool has_previous = before != previous.end();
-    const std::size_t last = has_previous ? before->second : i;
-    previous[job.thread] = i;
+    if (!job.ended || !executor.has(job.thread)) continue;
+    const auto [before, is_first] = previous.try_emplace(job.thread, i);
+    const tracing::Job& last = window.jobs[before->second];
+    const TaskId last_task = window.records[std::exchange(before->second, i)].job.task;
     const TaskId task = window.records[i].job.task;
     if (task == kNoTask) continue;
     const Time timestamp = window.records[i].job.timestamp;
     Time& of_group = group_until[graph.tasks.set[task].group];
     const Time group_free = std::exchange(of_group, std::max(of_group, job.finish));
-    if (!has_previous) continue;
+    if (is_first) continue;
     // It waited for its callback group, which another thread served.
-    if (group_free > std::max(timestamp, window.jobs[last].finish)) continue;
+    if (group_free > std::max(timestamp, last.finish)) continue;
     const TaskKind kind = graph.tasks.set[task].kind;
-    const Duration gap = job.start - window.jobs[last].finish;
+    const Duration gap = job.start - last.finish;
     if (gap < Duration::zero()) continue;  // nested jobs
-    if (timestamp <= window.jobs[last].finish) {
-      const TaskId other = window.records[last].job.task;
-      const bool new_round = other != kNoTask && place[task] <= place[other];
+    if (timestamp <= last.finish) {
+      const bool new_round = last_task != kNoTask && place[task] <= place[last_task];
       const bool waited = wait_set && (waits_recorded ? job.waited : new_round);
       (waited ? wait : dispatch).emplace_back(kind, gap);
     } else {
       // Another job on the processor delayed it, not the wake-up.
       if (busy_until[job.processor] > timestamp) continue;
       // The beginning wait noticed it.
-      if (shares_waits && timestamp < window.jobs[last].finish + kBeginning) continue;
+      if (shares_waits && timestamp < last.finish + kBeginning) continue;
       wake_up.emplace_back(kind, job.start - timestamp);
     }
   }

@@ -13,8 +13,7 @@ namespace hotpath::imports {
 
 namespace {
 
-bool counts(const tracing::System& system, std::uint32_t c) {
-  const tracing::Callback& callback = system.callbacks[c];
+bool counts(const tracing::Callback& callback) {
   const bool is_task =
       callback.kind == tracing::CallbackKind::timer || callback.kind == tracing::CallbackKind::subscription;
   return is_task && callback.node != kNone && !callback.threads.empty();
@@ -26,19 +25,6 @@ struct ThreadUse {
   std::set<std::uint32_t> nodes;
 };
 
-std::vector<ThreadUse> uses_of(const tracing::System& system) {
-  std::vector<ThreadUse> uses(system.threads.size());
-  for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
-    if (!counts(system, c)) continue;
-    for (const auto& [thread, jobs] : system.callbacks[c].threads) {
-      (system.callbacks[c].kind == tracing::CallbackKind::timer ? uses[thread].timers : uses[thread].others) =
-          true;
-      uses[thread].nodes.insert(system.callbacks[c].node);
-    }
-  }
-  return uses;
-}
-
 }  // namespace
 
 RecordedExecutors recorded_executors(const tracing::System& system) {
@@ -48,11 +34,15 @@ RecordedExecutors recorded_executors(const tracing::System& system) {
   const auto join = [&](std::uint32_t a, std::uint32_t b) {
     std::ranges::replace(executor_of, std::uint32_t{executor_of[b]}, std::uint32_t{executor_of[a]});
   };
-  const std::vector<ThreadUse> uses = uses_of(system);
-  for (std::uint32_t c = 0; c < system.callbacks.size(); ++c) {
-    if (!counts(system, c)) continue;
-    const auto& threads = system.callbacks[c].threads;
-    for (const auto& [thread, jobs] : threads) join(threads.begin()->first, thread);
+  std::vector<ThreadUse> uses(system.threads.size());
+  for (const tracing::Callback& callback : system.callbacks) {
+    if (!counts(callback)) continue;
+    for (const auto& [thread, jobs] : callback.threads) {
+      ThreadUse& use = uses[thread];
+      (callback.kind == tracing::CallbackKind::timer ? use.timers : use.others) = true;
+      use.nodes.insert(callback.node);
+      join(callback.threads.begin()->first, thread);
+    }
   }
   // Release-and-execute: a thread with timers only serves the same nodes as another thread, or
   // both are the only ones of their process.

@@ -13,7 +13,6 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "hotpath/reference_system/ros_names.hpp"
-#include "import/outside_releases.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -71,9 +70,6 @@ class Builder {
     using K = tracing::CallbackKind;
     return kind == K::service || kind == K::client || kind == K::unannounced;
   }
-  static std::pair<std::uint32_t, std::uint32_t> key_of(const tracing::Callback& of) {
-    return {of.node, of.topic};
-  }
   /// The topic in the graph: a node has one input for each, so that further ones read a copy.
   const std::string& input_name(std::uint32_t c) const {
     return result_.topic_names[callback(c).topic][copy_of_[c] - 1];
@@ -97,12 +93,11 @@ class Builder {
       if (!is_housekeeping(system_.topics[rule.topic].name)) in_graph.insert(rule.topic);
     for (std::uint32_t c = 0; c < is_task_.size(); ++c)
       if (is_task_[c] && callback(c).topic != kNone) in_graph.insert(callback(c).topic);
-    std::vector<std::uint32_t> order, beside;
     std::set<std::uint32_t> of_services;
     for (const tracing::Callback& c : system_.callbacks)
       if (is_beside_topics(c.kind)) of_services.insert(c.topic);
-    for (const std::uint32_t t : in_graph) (of_services.contains(t) ? beside : order).push_back(t);
-    order.insert(order.end(), beside.begin(), beside.end());
+    std::vector<std::uint32_t> order(in_graph.begin(), in_graph.end());
+    std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return of_services.contains(t); });
     std::set<std::string> used;
     result_.topic_names.resize(system_.topics.size());
     for (const std::uint32_t t : order) {
@@ -126,12 +121,12 @@ class Builder {
 
   void choose_tasks() {
     is_task_.assign(system_.callbacks.size(), false);
-    std::uint64_t unknown = 0, jobs_of_unknown = 0;
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> subscribed;
-    std::uint64_t elsewhere = 0, jobs_elsewhere = 0;
+    std::uint64_t unknown = 0, jobs_of_unknown = 0, elsewhere = 0, jobs_elsewhere = 0;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> subscribed;  // by node and topic
     copy_of_.assign(system_.callbacks.size(), 1);
     for (std::uint32_t c = 0; c < system_.callbacks.size(); ++c) {
       const tracing::Callback& recorded = callback(c);
+      std::uint32_t& same = subscribed[{recorded.node, recorded.topic}];
       if (recorded.kind == tracing::CallbackKind::unknown ||
           (!is_beside_topics(recorded.kind) && recorded.node == kNone)) {
         ++unknown;
@@ -140,26 +135,27 @@ class Builder {
       }
       if (is_beside_topics(recorded.kind)) {
         if (recorded.node == kNone || recorded.jobs == 0) continue;
-        is_task_[c] = executor_of_[c] != kNone && subscribed.emplace(key_of(recorded), 1).second;
-        elsewhere += executor_of_[c] == kNone;
-        jobs_elsewhere += executor_of_[c] == kNone ? recorded.jobs : 0;
+        if (executor_of_[c] != kNone) {
+          is_task_[c] = std::exchange(same, std::max(same, 1U)) == 0;
+        } else {
+          ++elsewhere;
+          jobs_elsewhere += recorded.jobs;
+        }
         continue;
       }
       if (recorded.kind == tracing::CallbackKind::subscription) {
         if (is_housekeeping(topic_of(c))) continue;
-        copy_of_[c] = ++subscribed[key_of(recorded)];
+        copy_of_[c] = ++same;
       }
       is_task_[c] = true;
     }
-    if (elsewhere > 0) {
+    if (elsewhere > 0)
       note(elsewhere, " callbacks of services and clients with ", jobs_elsewhere,
            " jobs ran on threads without timers and subscriptions and are left out.");
-    }
-    if (unknown > 0) {
+    if (unknown > 0)
       note(unknown, " callbacks with ", jobs_of_unknown,
-           " jobs have no initialisation event in the trace and are left out; "
-           "start the recording before the nodes.");
-    }
+           " jobs have no initialisation event in the trace and are left out; start the recording before the "
+           "nodes.");
     if (std::ranges::count(is_task_, true) == 0) {
       throw program::UsageError(
           jobs_of_unknown > 0
@@ -214,14 +210,17 @@ class Builder {
     node.name = result_.node_names[n];
     node.type = NodeType::callbacks;
     node.group = {};
-    std::vector<std::uint32_t> own;
+    std::vector<std::uint32_t> own, timers;
     for (const std::uint32_t c : order_.callbacks)
       if (is_task_[c] && callback(c).node == n) own.push_back(c);
     if (own.empty()) return;
     std::map<std::uint32_t, std::uint32_t> input_of;  // by callback
     std::set<std::string> used;
     for (const std::uint32_t c : own) {
-      if (callback(c).kind == tracing::CallbackKind::timer) continue;
+      if (callback(c).kind == tracing::CallbackKind::timer) {
+        timers.push_back(c);
+        continue;
+      }
       input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
       node.inputs.push_back({input_name(c), std::max(1U, callback(c).depth), {}});
       used.insert(input_name(c));
@@ -230,13 +229,19 @@ class Builder {
     for (const std::uint32_t c : own) {
       Callback added;
       const auto input = input_of.find(c);
-      if (input != input_of.end()) added.input = input->second;
+      std::string name = "timer";
+      if (input != input_of.end()) {
+        added.input = input->second;
+        name = node.inputs[input->second].topic;
+      } else {
+        if (timers.size() > 1)
+          name += program::concat("_", 1 + (std::ranges::find(timers, c) - timers.begin()));
+        name = unused_name(name, used);
+        added.phase = Duration::zero();
+      }
       added.service = callback(c).kind == tracing::CallbackKind::service;
-      added.task = program::concat(
-          node.name, "/",
-          added.input ? node.inputs[*added.input].topic : unused_name(timer_name(c, own), used));
+      added.task = program::concat(node.name, "/", name);
       added.period = added.deadline = callback(c).period;
-      if (!added.input) added.phase = Duration::zero();
       add_publications(c, input_of, node, added);
       group(c, node, groups, added);
       result_.callback_of.push_back(c);
@@ -244,14 +249,6 @@ class Builder {
     }
     if (node.group_names == std::vector<std::string>{"default"}) node.group_names.clear();
     result_.graph.nodes.push_back(std::move(node));
-  }
-
-  std::string timer_name(std::uint32_t timer, const std::vector<std::uint32_t>& own) const {
-    std::vector<std::uint32_t> timers;
-    for (const std::uint32_t c : own)
-      if (callback(c).kind == tracing::CallbackKind::timer) timers.push_back(c);
-    if (timers.size() == 1) return "timer";
-    return program::concat("timer_", 1 + (std::ranges::find(timers, timer) - timers.begin()));
   }
 
   void add_publications(std::uint32_t c, const std::map<std::uint32_t, std::uint32_t>& input_of, Node& node,
@@ -269,10 +266,14 @@ class Builder {
       if (p.rule == PublishRule::last_of && p.of.empty()) p.rule = PublishRule::always;
       for (const std::string& name : result_.topic_names[rule.topic]) {
         p.topic = name;
-        if (std::ranges::find(node.outputs, p.topic) == node.outputs.end()) node.outputs.push_back(p.topic);
-        publisher.publishes.push_back(p);
+        add_publication(p, node, publisher);
       }
     }
+  }
+
+  static void add_publication(const Publication& p, Node& node, Callback& publisher) {
+    if (std::ranges::find(node.outputs, p.topic) == node.outputs.end()) node.outputs.push_back(p.topic);
+    publisher.publishes.push_back(p);
   }
 
   /// Puts all callbacks of a node into one group, rclcpp's default, unless the trace contradicts.
@@ -316,41 +317,29 @@ class Builder {
       const OutsideReleases releases = outside_releases(at, recorded);
       const std::string name = graph_name(result_.topic_names[topic].front(), true);
       const bool several = releases.first.size() > 1;
-      for (std::size_t i = 0; i < releases.first.size(); ++i)
-        add_outside_timer(topic, unused_name(several ? program::concat(name, "_", i + 1) : name, used),
-                          releases, i, node);
-      note_outside(topic, callback(reader).kind, releases.timers);
+      for (std::size_t i = 0; i < releases.first.size(); ++i) {
+        Callback timer;
+        timer.task = program::concat(node.name, "/",
+                                     unused_name(several ? program::concat(name, "_", i + 1) : name, used));
+        timer.period = timer.deadline = releases.period;
+        timer.release_jitter = releases.jitter;
+        timer.phase = releases.first[i] - Time{};
+        for (const std::string& published : result_.topic_names[topic])
+          add_publication({.topic = published, .of = {}}, node, timer);
+        result_.callback_of.push_back(kNone);
+        node.callbacks.push_back(std::move(timer));
+      }
+      const tracing::CallbackKind kind = callback(reader).kind;
+      const auto [missing, come] =
+          kind == tracing::CallbackKind::service
+              ? std::pair("A trace does not show the requests to service ", "; in the graph they come from ")
+          : is_beside_topics(kind)
+              ? std::pair("A trace does not show what triggers the clients and waitables of ",
+                          "; in the graph it is ")
+              : std::pair("No callback of the trace publishes topic ", "; in the graph it comes from ");
+      note(missing, system_.topics[topic].name, come, releases.timers, ".");
     }
     result_.graph.nodes.push_back(std::move(node));
-  }
-
-  void add_outside_timer(std::uint32_t topic, const std::string& name, const OutsideReleases& releases,
-                         std::size_t i, Node& node) {
-    Callback timer;
-    timer.task = program::concat(node.name, "/", name);
-    timer.period = timer.deadline = releases.period;
-    timer.release_jitter = releases.jitter;
-    timer.phase = releases.first[i] - Time{};
-    for (const std::string& published : result_.topic_names[topic]) {
-      timer.publishes.emplace_back().topic = published;
-      if (std::ranges::find(node.outputs, published) == node.outputs.end()) node.outputs.push_back(published);
-    }
-    result_.callback_of.push_back(kNone);
-    node.callbacks.push_back(std::move(timer));
-  }
-
-  void note_outside(std::uint32_t topic, tracing::CallbackKind kind, const std::string& timers) {
-    using K = tracing::CallbackKind;
-    const std::string& name = system_.topics[topic].name;
-    if (kind == K::service) {
-      note("A trace does not show the requests to service ", name, "; in the graph they come from ", timers,
-           ".");
-    } else if (kind == K::client || kind == K::unannounced) {
-      note("A trace does not show what triggers the clients and waitables of ", name, "; in the graph it is ",
-           timers, ".");
-    } else {
-      note("No callback of the trace publishes topic ", name, "; in the graph it comes from ", timers, ".");
-    }
   }
 
   /// A cycle of subscriptions without a timer cannot be simulated. Removes the publication to the
@@ -368,8 +357,7 @@ class Builder {
       const std::string topic = result_.graph.nodes[origin.node].inputs[*origin.input].topic;
       const auto at = std::ranges::find(cycle, to) - cycle.begin();
       const TaskId from = cycle[(static_cast<std::size_t>(at) + cycle.size() - 1) % cycle.size()];
-      Node& node = result_.graph.nodes[tasks.origin[from].node];
-      std::erase_if(node.callbacks[tasks.origin[from].callback].publishes,
+      std::erase_if(callback_of_task(result_.graph, tasks.origin[from]).publishes,
                     [&](const Publication& p) { return p.topic == topic; });
       note("Data flows in a cycle without a timer; ", tasks.set[from].name, " does not publish ", topic,
            " in the graph.");

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/reference_system/graph_writer.hpp"
@@ -10,6 +12,10 @@
 #include "import/publication_rules.hpp"
 
 namespace hotpath::imports {
+
+[[nodiscard]] inline Callback& callback_of_task(Graph& graph, const TaskOrigin& origin) {
+  return graph.nodes[origin.node].callbacks[origin.callback];
+}
 
 /// The graph of a recorded system, with the mapping between tasks and callbacks of the trace.
 struct RecordedGraph {
@@ -30,6 +36,7 @@ struct RecordedGraph {
   [[nodiscard]] TaskId task(const tracing::JobRef& ref) const {
     return ref.callback < task_of.size() ? task_of[ref.callback] : kNoTask;
   }
+  [[nodiscard]] Callback& callback(TaskId id) { return callback_of_task(graph, tasks.origin[id]); }
 };
 
 /// The node whose timers publish what no recorded callback does.
@@ -52,7 +59,40 @@ struct ServiceOrder {
 /// callbacks: of the others no output can have been recorded.
 [[nodiscard]] std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks);
 
+/// By task and topic of the trace: the median share of its jobs before their last message, if it is under 0.9
+/// and that message came over 0.1 ms before the end.
+using EarlyPublications = std::map<std::pair<TaskId, std::uint32_t>, double>;
+[[nodiscard]] EarlyPublications early_publications(const RecordedGraph& graph,
+                                                   std::span<const tracing::Job> jobs);
+
 /// Whether every node has the topic, so that graphs leave it out: /rosout, /parameter_events.
 [[nodiscard]] bool is_housekeeping(const std::string& topic);
+
+/// What the recording shows and a graph does not express, as sentences: synchronisers, and topics
+/// that callbacks published by no rule.
+[[nodiscard]] std::vector<std::string> unmodelled(const tracing::System& system, const RecordedGraph& graph);
+
+/// The chain of `--chain SOURCE,...:SINK`, from nodes or tasks, with all tasks between them. Throws
+/// UsageError if there is no such chain.
+[[nodiscard]] Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& tasks);
+
+/// Timers that together release the samples of a topic that no recorded callback published.
+struct OutsideReleases {
+  std::vector<Time> first;      ///< By timer: its first timestamp.
+  Duration period{}, jitter{};  ///< Of each of them; jitter < period.
+  std::string timers;           ///< Names them in a sentence.
+};
+
+/// The time that a trace covers.
+struct RecordedTime {
+  Time begin, end;
+  [[nodiscard]] Duration length() const { return end - begin; }
+};
+
+/// Regular samples that go on until the end or for half of the recording have one timer. A few others
+/// are repeated one by one and once, more of them recur in the recorded order, but not within the length
+/// of the recording, and of very many the timers' jitter covers the arrivals. `at`: the arrivals,
+/// ascending, at least one.
+[[nodiscard]] OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded);
 
 }  // namespace hotpath::imports

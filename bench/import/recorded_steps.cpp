@@ -2,6 +2,7 @@
 #include "import/recorded_steps.hpp"
 
 #include <algorithm>
+#include <map>
 
 namespace hotpath::imports {
 
@@ -10,7 +11,7 @@ namespace {
 class Steps {
  public:
   Steps(const RecordedGraph& graph, const RecordedWindow& window, const RecordedExecutor& executor)
-      : graph_(graph), set_(graph.tasks.set), window_(window), executor_(executor), job_at_(set_.size()) {
+      : graph_(graph), set_(graph.tasks.set), window_(window), executor_(executor) {
     result_.epoch = graph.epoch;
     result_.ready.resize(set_.size());
     result_.decided.resize(set_.size());
@@ -45,7 +46,7 @@ class Steps {
     const TaskId task = graph_.task(job.ref);
     if (task == kNoTask) return;
     const Job& recorded = window_.records[j].job;
-    remember(task, job.ref.number, j);
+    job_at_[{task, job.ref.number}] = j;
     const std::uint32_t parent = recorded_job(job.sample.parent);
     const bool timer = set_[task].kind == TaskKind::timer;
     result_.deadline[j] = timer             ? recorded.timestamp + set_[task].period
@@ -90,20 +91,9 @@ class Steps {
     all_.push_back({step, event});
   }
 
-  void remember(TaskId task, std::uint64_t number, std::uint32_t job) {
-    JobsOfTask& of = job_at_[task];
-    if (of.jobs.empty()) of.first = number;
-    if (number < of.first) return;
-    of.jobs.resize(std::max<std::size_t>(of.jobs.size(), number - of.first + 1), kNone);
-    of.jobs[number - of.first] = job;
-  }
-
   std::uint32_t recorded_job(const tracing::JobRef& ref) const {
-    const TaskId task = graph_.task(ref);
-    if (task == kNoTask) return kNone;
-    const JobsOfTask& of = job_at_[task];
-    return ref.number < of.first || ref.number - of.first >= of.jobs.size() ? kNone
-                                                                            : of.jobs[ref.number - of.first];
+    const auto job = job_at_.find({graph_.task(ref), ref.number});
+    return job == job_at_.end() ? kNone : job->second;
   }
 
   /// Marks the decisions at which a task was ready that ran later.
@@ -133,16 +123,11 @@ class Steps {
     }
   }
 
-  struct JobsOfTask {
-    std::uint64_t first = 0;
-    std::vector<std::uint32_t> jobs;  // by number, from the first one on
-  };
-
   const RecordedGraph& graph_;
   const TaskSet& set_;
   const RecordedWindow& window_;
   const RecordedExecutor& executor_;
-  std::vector<JobsOfTask> job_at_;  // by task
+  std::map<std::pair<TaskId, std::uint64_t>, std::uint32_t> job_at_;  // by task and number
   std::vector<Placed> all_;
   Time last_{};
   RecordedSteps result_;

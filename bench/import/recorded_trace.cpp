@@ -75,40 +75,38 @@ RecordedTimers recorded_timers(const tracing::System& system, const RecordedGrap
   const auto first =
       std::ranges::find_if(jobs, [&](const tracing::Job& j) { return graph.task(j.ref) != kNoTask; });
   if (first != jobs.end()) timers.begin = first->start;
-  std::vector<Timer> polled(count), released(count);  // hypotheses: by the executor, by a separate thread
-  std::vector<bool> early(count, false), early_released(count, false);
-  std::vector<Duration> ahead(count);
-  std::vector<Time> stated(count);  // nominal instant of its first job
-  for (const tracing::Job& job : jobs) {
-    const TaskId id = graph.task(job.ref);
-    if (id != kNoTask && stated[id] == Time{}) stated[id] = job.timestamp;
-  }
+  std::vector<std::vector<const tracing::Job*>> jobs_of(count);
+  for (const tracing::Job& job : jobs)
+    if (graph.task(job.ref) != kNoTask) jobs_of[graph.task(job.ref)].push_back(&job);
   for (TaskId id = 0; id < count; ++id) {
-    const std::uint32_t c = graph.callback_of[id];
-    if (graph.tasks.set[id].kind != TaskKind::timer || c == kNone) continue;
-    timers.first[id] = system.callbacks[c].created + system.callbacks[c].period;
-    if (stated[id] > Time{})
-      timers.first[id] = on_grid(timers.first[id], stated[id], system.callbacks[c].period);
-    polled[id] = released[id] = timer_of(id, graph, timers);
+    if (graph.tasks.set[id].kind != TaskKind::timer || graph.callback_of[id] == kNone) continue;
+    const tracing::Callback& callback = system.callbacks[graph.callback_of[id]];
+    timers.first[id] = callback.created + callback.period;
+    const auto stated =
+        std::ranges::find_if(jobs_of[id], [](const tracing::Job* j) { return j->timestamp != Time{}; });
+    if (stated != jobs_of[id].end() && (*stated)->timestamp > Time{})
+      timers.first[id] = on_grid(timers.first[id], (*stated)->timestamp, callback.period);
   }
   const std::vector<Duration> most = most_ahead(graph, timers, jobs);
-  for (const tracing::Job& job : jobs) {
-    const TaskId id = graph.task(job.ref);
-    if (id == kNoTask || graph.tasks.set[id].kind != TaskKind::timer) continue;
-    const Time release = released[id].next_call();
-    if (release - job.start > kCreationEvent) early_released[id] = true;
-    released[id].call(release == timers.first[id] ? timers.begin : release);
-    const Duration before = polled[id].next_call() - job.start;
-    if (before > most[id]) {
-      early[id] = true;
-      continue;
-    }
-    ahead[id] = std::max(ahead[id], before);
-    polled[id].call(job.start);
-  }
   for (TaskId id = 0; id < count; ++id) {
-    timers.first[id] -= ahead[id];
-    timers.released[id] = early[id] && !early_released[id];
+    if (graph.tasks.set[id].kind != TaskKind::timer || graph.callback_of[id] == kNone) continue;
+    Timer polled = timer_of(id, graph, timers), released = polled;  // by the executor, by a separate thread
+    bool early = false, early_released = false;
+    Duration ahead{};
+    for (const tracing::Job* job : jobs_of[id]) {
+      const Time release = released.next_call();
+      early_released |= release - job->start > kCreationEvent;
+      released.call(release == timers.first[id] ? timers.begin : release);
+      const Duration before = polled.next_call() - job->start;
+      if (before > most[id]) {
+        early = true;
+        continue;
+      }
+      ahead = std::max(ahead, before);
+      polled.call(job->start);
+    }
+    timers.first[id] -= ahead;
+    timers.released[id] = early && !early_released;
   }
   refuse_jumps(timers, graph, jobs.size(), end);
   return timers;
@@ -132,10 +130,7 @@ JobRecord RecordedTrace::job(const tracing::Job& job) {
     r.job = timer_job(task, job.start);
     if (job.release > Time{}) r.job.release = std::clamp(job.release, r.job.timestamp, job.start);
   } else {
-    r.job.task = task;
-    r.job.sequence = job.sample.sequence;
-    r.job.timestamp = r.job.release = job.sample.published;
-    r.job.parent = parent_of(job.sample.parent);
+    r.job = subscription_job(task, job.sample);
   }
   sequences_[task][job.ref.number % kRemembered] = r.job.sequence;
   r.start = job.start;
@@ -147,6 +142,13 @@ JobRecord RecordedTrace::job(const tracing::Job& job) {
       static_cast<std::uint16_t>(std::distance(system_.processes.begin(), system_.processes.find(process)));
   r.cpu = static_cast<std::int16_t>(job.processor);
   return r;
+}
+
+std::vector<JobRecord> RecordedTrace::jobs(std::span<const tracing::Job> jobs) {
+  std::vector<JobRecord> rows;
+  for (const tracing::Job& job : jobs)
+    rows.push_back(graph_.task(job.ref) != kNoTask ? this->job(job) : JobRecord{});
+  return rows;
 }
 
 Job RecordedTrace::timer_job(TaskId task, Time start) {
@@ -162,10 +164,7 @@ Job RecordedTrace::timer_job(TaskId task, Time start) {
 
 JobRecord RecordedTrace::lost(const tracing::LostSample& lost) const {
   JobRecord r;
-  r.job.task = graph_.task_of[lost.subscription];
-  r.job.sequence = lost.sample.sequence;
-  r.job.timestamp = r.job.release = lost.sample.published;
-  r.job.parent = parent_of(lost.sample.parent);
+  r.job = subscription_job(graph_.task_of[lost.subscription], lost.sample);
   r.outcome = lost.queued ? Outcome::queued : Outcome::overwritten;
   return r;
 }
@@ -184,10 +183,14 @@ std::vector<JobRecord> RecordedTrace::due(Time end) const {
   return due;
 }
 
-JobRef RecordedTrace::parent_of(const tracing::JobRef& ref) const {
-  const TaskId task = graph_.task(ref);
-  if (task == kNoTask) return {};
-  return {task, sequences_[task][ref.number % kRemembered]};
+Job RecordedTrace::subscription_job(TaskId task, const tracing::Sample& sample) const {
+  Job job;
+  job.task = task;
+  job.sequence = sample.sequence;
+  job.timestamp = job.release = sample.published;
+  const TaskId parent = graph_.task(sample.parent);
+  if (parent != kNoTask) job.parent = {parent, sequences_[parent][sample.parent.number % kRemembered]};
+  return job;
 }
 
 }  // namespace hotpath::imports

@@ -37,6 +37,8 @@ class RecordedTrace {
 
   /// The row of a job of the graph, in the trace's time; call it in the order of starts.
   [[nodiscard]] JobRecord job(const tracing::Job& job);
+  /// The rows of all jobs; an empty one for those that are not in the graph.
+  [[nodiscard]] std::vector<JobRecord> jobs(std::span<const tracing::Job> jobs);
   [[nodiscard]] JobRecord lost(const tracing::LostSample& lost) const;
   /// Timestamps that are due at the end without a started job.
   [[nodiscard]] std::vector<JobRecord> due(Time end) const;
@@ -45,7 +47,7 @@ class RecordedTrace {
   /// A sample may stay unread for this many jobs of its publisher.
   static constexpr std::size_t kRemembered = 1024;
   Job timer_job(TaskId task, Time start);
-  JobRef parent_of(const tracing::JobRef& ref) const;
+  Job subscription_job(TaskId task, const tracing::Sample& sample) const;
 
   const tracing::System& system_;
   const RecordedGraph& graph_;

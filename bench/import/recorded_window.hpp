@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "hotpath/core/registry.hpp"
@@ -67,19 +68,19 @@ struct Displacement {
                                                             const RecordedGraph& graph,
                                                             const RecordedWindow& window);
 
-/// A task that publishes a topic well before its jobs end.
-struct EarlyPublication {
-  TaskId task = 0;
-  std::uint32_t topic = kNone;  ///< Of the trace.
-  Duration before_end{};        ///< Median time from a job's last message to its end.
-  double share = 0;             ///< Median share of a job before its last message, 0 to 1.
-};
+/// Sets the time on a processor of each job, where threads of the ordinary policy share processors in time
+/// slices. A trace has no events of the kernel's scheduler, so the simulator's rule is replayed with the
+/// recorded instants. Where a waiting thread starts or ends a job, it gets the processor of the thread whose
+/// time slice ends first. If that is rare, time slices explain the recording, and each thread may run on all
+/// of the shared processors. The first replay has no levels, the second one the levels. If both fail, threads
+/// keep their times; only threads without levels on one processor always take turns.
+void follow_time_slices(const tracing::System& system, const RecordedWindow& window,
+                        Displacement& displacement);
 
-/// Publications over a tenth of the job and over 0.1 ms before its end, the earliest first.
-[[nodiscard]] std::vector<EarlyPublication> early_publications(const RecordedGraph& graph,
-                                                               std::span<const tracing::Job> jobs);
+/// What was found, with instants from `epoch` on.
+[[nodiscard]] std::string sentence(const TimeSlices& slices, Time epoch);
 
-/// Lets the graph's tasks publish at these instants.
-void set_publication_instants(std::span<const EarlyPublication> early, RecordedGraph& graph);
+/// What is wrong with threads that share processors in another way.
+[[nodiscard]] std::string unexplained_sentence(const TimeSlices& slices);
 
 }  // namespace hotpath::imports

@@ -72,16 +72,13 @@ class Processors {
     for (const int p : allowed)
       std::erase_if(running_[static_cast<std::size_t>(p)],
                     [&](const JobRecord* other) { return end_of(*other) <= r.start; });
-    const auto innermost = [&](int p) { return running_[static_cast<std::size_t>(p)].back(); };
-    const auto runs_nothing = [&](int p) { return running_[static_cast<std::size_t>(p)].empty(); };
-    const auto ends_later = [&](int p) { return end_of(*innermost(p)) >= end_of(r); };
-    const auto gives_way = [&](int p) { return may_move(*innermost(p)); };
-    auto at = std::ranges::find_if(allowed, runs_nothing);
-    if (at == allowed.end())
-      at = std::ranges::find_if(allowed, [&](int p) { return gives_way(p) && ends_later(p); });
-    if (at == allowed.end()) at = std::ranges::find_if(allowed, gives_way);
-    if (at == allowed.end()) at = std::ranges::find_if(allowed, ends_later);
-    last->second = at == allowed.end() ? allowed.front() : *at;
+    const auto rank = [&](int p) {
+      const std::vector<const JobRecord*>& on = running_[static_cast<std::size_t>(p)];
+      if (on.empty()) return 0;
+      const bool ends_later = end_of(*on.back()) >= end_of(r);
+      return may_move(*on.back()) ? (ends_later ? 1 : 2) : (ends_later ? 3 : 4);
+    };
+    last->second = *std::ranges::min_element(allowed, {}, rank);
     running_[static_cast<std::size_t>(last->second)].push_back(&r);
     return last->second;
   }

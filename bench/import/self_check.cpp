@@ -98,42 +98,31 @@ std::vector<double> lost_percent(const TaskSet& set, const Trace& trace) {
   return percent;
 }
 
-class Judge {
- public:
-  explicit Judge(SelfCheck& check) : check_(check) {}
-  /// Adds the reason if `deviation` exceeds the limit `green`.
-  void see(double deviation, double green, const std::string& reason) {
-    if (!(deviation > green)) return;
-    const Light light = deviation > kRed * green ? Light::red : Light::yellow;
-    add(light, reason);
-  }
-  void add(Light light, const std::string& reason) {
-    check_.light = std::max(check_.light, light);
-    check_.reasons.push_back(reason);
-  }
+/// Adds the reason if `deviation` exceeds the limit `green`.
+void judge(SelfCheck& check, double deviation, double green, const std::string& reason) {
+  if (deviation > green) check.doubt(reason, deviation > kRed * green ? Light::red : Light::yellow);
+}
 
- private:
-  SelfCheck& check_;
-};
-
-void compare_latencies(SelfCheck::ChainCheck& chain, const std::vector<double>& recorded,
-                       const std::vector<double>& simulated, Judge& judge) {
+void compare_latencies(SelfCheck& check, const std::string& name, const std::vector<double>& recorded,
+                       const std::vector<double>& simulated) {
+  SelfCheck::ChainCheck& chain = check.chains.emplace_back();
+  chain.chain = name;
   chain.recorded_ms = validation::latency_quantiles(recorded);
   chain.simulated_ms = validation::latency_quantiles(simulated);
   if (recorded.empty() || simulated.empty()) {
-    return judge.add(
-        recorded.empty() ? Light::yellow : Light::red,
-        program::concat("No output of ", chain.chain, recorded.empty() ? " was recorded" : " was simulated",
-                        ": its latency cannot be compared."));
+    return check.doubt(
+        program::concat("No output of ", name, recorded.empty() ? " was recorded" : " was simulated",
+                        ": its latency cannot be compared."),
+        recorded.empty() ? Light::yellow : Light::red);
   }
   chain.median_error_percent = error_percent(chain.recorded_ms.p50, chain.simulated_ms.p50);
   chain.p99_error_percent = error_percent(chain.recorded_ms.p99, chain.simulated_ms.p99);
-  judge.see(std::abs(chain.median_error_percent), kMedianError_percent,
-            program::text("The median of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
-                          chain.simulated_ms.p50, chain.recorded_ms.p50));
-  judge.see(std::abs(chain.p99_error_percent), kP99Error_percent,
-            program::text("The p99 of %s is %.1f ms simulated and %.1f ms recorded.", chain.chain.c_str(),
-                          chain.simulated_ms.p99, chain.recorded_ms.p99));
+  judge(check, std::abs(chain.median_error_percent), kMedianError_percent,
+        program::text("The median of %s is %.1f ms simulated and %.1f ms recorded.", name.c_str(),
+                      chain.simulated_ms.p50, chain.recorded_ms.p50));
+  judge(check, std::abs(chain.p99_error_percent), kP99Error_percent,
+        program::text("The p99 of %s is %.1f ms simulated and %.1f ms recorded.", name.c_str(),
+                      chain.simulated_ms.p99, chain.recorded_ms.p99));
 }
 
 }  // namespace
@@ -147,21 +136,16 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
     simulated = simulate_recorded(graph, tasks, executor, chains, recorded);
   } catch (const SimulationError& error) {
     check.failure = error.what();
-    check.light = Light::red;
-    check.reasons.push_back(program::concat("The simulation stops: ", check.failure, "."));
+    check.doubt(program::concat("The simulation stops: ", check.failure, "."), Light::red);
     return check;
   }
-  Judge judge(check);
   check.schedule = validation::compare_schedules(results::schedule_of(tasks.set, recorded),
                                                  results::schedule_of(tasks.set, simulated));
-  judge.see(1 - check.schedule.similarity, 1 - kSimilarity,
-            program::text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
+  judge(check, 1 - check.schedule.similarity, 1 - kSimilarity,
+        program::text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
   const auto recorded_ms = latencies_ms(chains, recorded), simulated_ms = latencies_ms(chains, simulated);
-  for (std::size_t c = 0; c < graph.chains.size(); ++c) {
-    SelfCheck::ChainCheck& chain = check.chains.emplace_back();
-    chain.chain = graph.chains[c].name;
-    compare_latencies(chain, recorded_ms[c], simulated_ms[c], judge);
-  }
+  for (std::size_t c = 0; c < graph.chains.size(); ++c)
+    compare_latencies(check, graph.chains[c].name, recorded_ms[c], simulated_ms[c]);
   const auto recorded_lost = lost_percent(tasks.set, recorded),
              simulated_lost = lost_percent(tasks.set, simulated);
   for (TaskId id = 0; id < tasks.set.size(); ++id)
@@ -173,9 +157,9 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
   std::ranges::sort(check.losses, std::ranges::greater{}, difference);
   check.lost_recorded_percent = recorded_lost.back();
   check.lost_simulated_percent = simulated_lost.back();
-  judge.see(std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
-            program::text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
-                          check.lost_simulated_percent, check.lost_recorded_percent));
+  judge(check, std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
+        program::text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
+                      check.lost_simulated_percent, check.lost_recorded_percent));
   return check;
 }
 

@@ -40,9 +40,9 @@ struct SelfCheck {
   Trace simulated;
   std::string failure;  ///< Why there is no simulation; empty: there is one.
 
-  /// The reproduction is not green, for a reason that the simulation does not show.
-  void doubt(std::string reason) {
-    light = std::max(light, Light::yellow);
+  /// The reproduction is not green.
+  void doubt(std::string reason, Light is = Light::yellow) {
+    light = std::max(light, is);
     reasons.push_back(std::move(reason));
   }
 };

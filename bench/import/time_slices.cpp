@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/time_slices.hpp"
+#include "import/recorded_window.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -40,13 +40,9 @@ struct Pool {
 /// which they became ready, started and ended jobs. `level`: by thread; 0: the ordinary policy.
 class Slices {
  public:
-  Slices(const RecordedWindow& window, const Pool& pool, const std::vector<int>& level)
-      : window_(window), processors_(pool.processors.size()), level_(level) {
+  Slices(const RecordedWindow& window, const Pool& pool, std::vector<int> level)
+      : window_(&window), processors_(pool.processors.size()), level_(std::move(level)) {
     find_changes(pool);
-  }
-
-  /// Adds the time on a processor of each job to `own`.
-  void follow(std::vector<Duration>& own) {
     for (auto next = changes_.begin(); next != changes_.end();) {
       const auto end = std::find_if(next, changes_.end(), [at = next->at](const Change& change) {
         return change.at - at > kOneInstant;
@@ -62,7 +58,15 @@ class Slices {
       for (; next != end; ++next) next->kind == Kind::start ? start(*next) : finish(*next);
       leave();
     }
-    for (const auto& [j, used] : used_) own[j] = used;
+  }
+
+  /// Sets the time on a processor of each job, and the levels and processors of the threads.
+  void set_times(const Pool& pool, Displacement& displacement) const {
+    for (const auto& [j, used] : used_) displacement.own[j] = used;
+    for (const std::uint32_t t : pool.threads) {
+      displacement.level[t] = level_[t];
+      displacement.processors[t].assign(pool.processors.begin(), pool.processors.end());
+    }
   }
 
   /// Whether at most one change of hands in kExplains came too early or too late, and so few jobs of each
@@ -114,8 +118,8 @@ class Slices {
   void find_changes(const Pool& pool) {
     std::map<std::uint32_t, std::size_t> previous;  // by thread: the end of its last job in changes_
     for (const std::size_t j : pool.jobs) {
-      const tracing::Job& job = window_.jobs[j];
-      const JobRecord& record = window_.records[j];
+      const tracing::Job& job = window_->jobs[j];
+      const JobRecord& record = window_->records[j];
       const Time ready = record.job.task == kNoTask ? job.start : std::min(record.job.timestamp, job.start);
       const auto [last, is_first] = previous.try_emplace(job.thread, 0);
       const bool sleeps = is_first || changes_[last->second].at < ready;
@@ -152,7 +156,7 @@ class Slices {
     const Thread& t = threads_.at(thread);
     if (level_[thread] > 0) return kNever;
     const Time at = std::max(t.slice_end, now_);
-    return t.works && window_.jobs[t.job].finish - at <= kPrompt ? kNever : at;
+    return t.works && window_->jobs[t.job].finish - at <= kPrompt ? kNever : at;
   }
 
   void rotate_expired() {
@@ -262,9 +266,9 @@ class Slices {
     t.leaves = change.sleeps;
   }
 
-  const RecordedWindow& window_;
-  const std::size_t processors_;
-  const std::vector<int>& level_;
+  const RecordedWindow* window_;
+  std::size_t processors_;
+  std::vector<int> level_;
   std::vector<Change> changes_;
   Time now_ = Time::min();
   std::vector<std::uint32_t> queue_;      // threads; the first ones have the processors
@@ -312,38 +316,25 @@ void follow_time_slices(const tracing::System& system, const RecordedWindow& win
     if (pool.processors.empty() || pool.threads.size() <= pool.processors.size()) continue;
     const bool has_levels =
         std::ranges::any_of(pool.threads, [&](std::uint32_t t) { return displacement.level[t] > 0; });
-    std::vector<int> level(system.threads.size(), 0);
-    std::vector<Duration> times = displacement.own;
-    Slices without_levels(window, pool, level);
-    without_levels.follow(times);
-    TimeSlices found = without_levels.found();
-    bool follows = without_levels.explain(system, displacement);
-    bool share = without_levels.ordinary_threads_share();
-    if (has_levels && (!follows || found.displaced == 0)) {
-      std::vector<Duration> other_times = displacement.own;
+    Slices best(window, pool, std::vector<int>(system.threads.size(), 0));
+    bool follows = best.explain(system, displacement);
+    if (has_levels && (!follows || best.found().displaced == 0)) {
       Slices with_levels(window, pool, displacement.level);
-      with_levels.follow(other_times);
       const bool levels_explain = with_levels.explain(system, displacement);
       if (levels_explain || !follows) {
-        level = displacement.level;
-        times = std::move(other_times);
-        found = with_levels.found();
-        share = with_levels.ordinary_threads_share();
-        follows = share && levels_explain;
+        follows = with_levels.ordinary_threads_share() && levels_explain;
+        best = std::move(with_levels);
       }
     } else {
-      follows = found.displaced > 0 && (follows || pool.processors.size() == 1);
+      follows = best.found().displaced > 0 && (follows || pool.processors.size() == 1);
     }
     TimeSlices& all = displacement.slices;
     if (!follows) {
-      if (share) all.unexplained += pool.threads.size();
+      if (best.ordinary_threads_share()) all.unexplained += pool.threads.size();
       continue;
     }
-    displacement.own = std::move(times);
-    for (const std::uint32_t t : pool.threads) {
-      displacement.level[t] = level[t];
-      displacement.processors[t].assign(pool.processors.begin(), pool.processors.end());
-    }
+    const TimeSlices& found = best.found();
+    best.set_times(pool, displacement);
     all.threads += pool.threads.size();
     all.jobs += pool.jobs.size();
     all.displaced += found.displaced;

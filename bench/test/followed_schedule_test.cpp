@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "hotpath/core/platform.hpp"
-#include "import/fitted_levels.hpp"
+#include "import/hypothesis.hpp"
 #include "import/recognition.hpp"
 #include "recorded.hpp"
 

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 
 #include "import/recognition.hpp"
-#include "import/recognition_text.hpp"
 
 namespace hotpath {
 namespace {
@@ -51,7 +50,7 @@ TEST(RecognitionSentence, SaysWhenTheBestExecutorFirstBreaks) {
   r.ranking[0].agreement = 0.5;
   r.leading = 1;
   r.contested = 40;
-  r.breaks = {graph.epoch + 12500us, 0};
+  r.breaks = imports::RecordedStep{.at = graph.epoch + 12500us, .task = 0};
   EXPECT_EQ(imports::sentence(r, graph),
             "No known executor fits: the best one, default, explains 50.0 % of 40 contested decisions. It "
             "first breaks at 12.5 ms, when sensor/timer ran.");

@@ -8,8 +8,6 @@
 #include <cmath>
 #include <functional>
 
-#include "import/outside_releases.hpp"
-
 namespace hotpath {
 namespace {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who calls a service.
-#include "import/service_calls.hpp"
+#include "import/recorded_executors.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/unmodelled.hpp"
+#include "import/recorded_graph.hpp"
 
 #include <gmock/gmock.h>
 

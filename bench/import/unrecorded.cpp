@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/service_calls.hpp"
+#include "import/recorded_executors.hpp"
 
 #include <algorithm>
 #include <map>
@@ -49,6 +49,12 @@ bool explains(const Caller& caller, std::size_t requests) {
          found >= kExplained * static_cast<double>(caller.jobs);
 }
 
+/// A rule that explains a smaller share of a node's jobs does not describe it.
+constexpr double kDescribes = 0.95;
+
+/// Callbacks of subscriptions are functions of this namespace.
+constexpr const char* kSynchronisers = "message_filters";
+
 }  // namespace
 
 std::vector<std::string> attribute_requests(const tracing::System& system, std::vector<tracing::Job>& jobs) {
@@ -94,9 +100,7 @@ std::vector<std::string> unseen_callbacks(const tracing::System& system,
   const auto waits = [&](std::uint32_t thread) { return system.threads[thread].waits > 0; };
   const auto is_unseen = [&](const RecordedExecutor& executor) {
     const auto states_ends = [&](const tracing::StatedExecutor& stated) {
-      return stated.states_ends && std::ranges::any_of(executor.threads, [&](std::uint32_t t) {
-               return stated.threads.contains(t);
-             });
+      return stated.states_ends && executor.is(stated);
     };
     return std::ranges::count(system.clients, executor.process, &tracing::ServiceClient::process) > 0 &&
            std::ranges::none_of(executor.threads, waits) &&
@@ -111,10 +115,36 @@ std::vector<std::string> unseen_callbacks(const tracing::System& system,
   if (system.unclear_callbacks > 0 && !system.clients.empty()) {
     notes.push_back(
         "Several threads of a process wait for work: callbacks of clients and waitables, which have no "
-        "events, "
-        "cannot be told from waiting for another thread and are missing in the graph.");
+        "events, cannot be told from waiting for another thread and are missing in the graph.");
   }
   return notes;
+}
+
+std::vector<std::string> unmodelled(const tracing::System& system, const RecordedGraph& graph) {
+  std::map<std::uint32_t, std::vector<std::string>> filtered;  // topics by node
+  for (std::uint32_t c = 0; c < graph.task_of.size(); ++c) {
+    const tracing::Callback& callback = system.callbacks[c];
+    const bool filters = callback.symbol.find(kSynchronisers) != std::string::npos;
+    if (graph.task_of[c] != kNoTask && filters)
+      filtered[callback.node].push_back(system.topics[callback.topic].name);
+  }
+  std::vector<std::string> all;
+  all.reserve(filtered.size() + graph.rules.size());
+  for (const auto& [node, topics] : filtered) {
+    all.push_back(program::concat(
+        "Node ", system.nodes[node], " passes ", program::joined(topics, ", "),
+        " through message_filters, which is not modelled: a synchroniser may hold messages until "
+        "later ones arrive, and the graph publishes as soon as its rule allows."));
+  }
+  for (const InferredRule& rule : graph.rules) {
+    if (static_cast<double>(rule.explained) >= kDescribes * static_cast<double>(rule.jobs)) continue;
+    all.push_back(program::concat(
+        "No rule of publication describes topic ", system.topics[rule.topic].name, ": the best one explains ",
+        rule.explained, " of ", rule.jobs, " jobs of ",
+        system.nodes[system.callbacks[rule.publishers.front()].node],
+        ". A lifecycle node publishes only while it is active; other nodes decide by content."));
+  }
+  return all;
 }
 
 }  // namespace hotpath::imports
