@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# test.sh: all checks from scratch: installs missing packages, checks the format and the ceilings of lines, builds the colcon
-# packages with assertions and with warnings as errors, and runs all tests.
+# test.sh: all checks from scratch: installs missing packages, checks the format and the ceilings of
+# lines, builds the colcon packages with assertions and with warnings as errors, and runs all tests.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 [ $# -eq 0 ] || wrong_use "unknown arguments $*"
