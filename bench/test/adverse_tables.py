@@ -126,7 +126,6 @@ analyze autoware --trace x --copies 2 | --trace | --copies
 analyze autoware --trace x --entity-order reverse | --trace | --entity-order
 analyze autoware --chain a,b --csv x | --chain | --csv
 analyze autoware --chain nope | --chain | nope
-bench --compare a b --repetitions 3 | --compare | --repetitions
 bench --quick --repetitions 3 | --quick | --repetitions
 run --against x --json | --against | --json
 explain run --worst --sequence 3 | --worst | --sequence
@@ -322,7 +321,6 @@ EFFECTS = {
 """,
     "sweep {stock}/sweep.yaml --output out": """
 --threads @ sweep_test.py
---rank-time-out @ sweep_test.py
 --yes @ sweep_test.py
 """,
     "explain {stock}/autoware": """
@@ -362,8 +360,8 @@ EFFECTS = {
 --recover @ recover_test.py
 """,
     "bench": """
---quick --repetitions --only --time-out --compare @ bench_command_test.py
---seed 2 --compare a b ! --compare
+--quick --repetitions --only --time-out @ bench_command_test.py
+--seed 2 --only nope ! no program
 """,
     "report {stock}/tiny": """
 --output page
@@ -499,7 +497,7 @@ PYTHON_READERS = """
 run/run.json | report {d} {o} | diff {d} {d} | hot-path {d} {o}
 run/summary.json | report {d} {o} | timers-only {d} {o} | diff {d} {d} --gate
 run/chains.csv | hot-path {d} {o} | report {d} {o}
-bench/bench.json | bench-report {d} | bench --compare {d}
+bench/bench.json | bench-report {d} | diff {d} {d}
 swept/table.csv | sweep {d}
 capacity/levels.csv | capacity {d}
 advice/advice.json | advice {d}
@@ -513,7 +511,7 @@ NAMED = """
 NAME | graph NAME | simulate NAME | simulate --executors NAME | simulate --deployments NAME | --NAME
 simulate --phases NAME | simulate --load NAME | simulate --platform NAME=1 | simulate --entity-order NAME
 doctor NAME | report NAME | report NAME --summary | sweep NAME | paper golden NAME | doctor NAME --recover
-diff NAME NAME | diff NAME --simulated | bench --compare NAME NAME | bench --only NAME
+diff NAME NAME | diff NAME --simulated | bench --only NAME
 import ctf NAME | export ctf NAME --output x | export perfetto NAME --output x
 advise NAME | advise --for NAME | analyze NAME | analyze autoware --trace NAME | capacity --require NAME
 capacity --executors NAME | explain NAME | explain LINES NAME

@@ -78,7 +78,7 @@ class Recover(CommandTest):
                 recovered += 1
             else:
                 self.assertEqual(code, WRONG_USE, err)
-                self.assertIn("hotpath: recover", err)
+                self.assertIn("hotpath: doctor --recover", err)
                 self.assertFalse((folder / "jobs.csv").exists())
                 refused += 1
         print(f"{recovered} recovered, {refused} killed before anything was stored")
