@@ -80,6 +80,7 @@ SUMMARISED = "simulate --executors rm-ro --duration 1"
 
 # Words that are rejected before anything happens | parts of the one sentence.
 REJECTED = """
+--time-out @ advise_command_test.py
 | a command is missing; available: run, bench
 rum | `rum` | did you mean `run`?
 run --fast | --fast | hotpath run --help

@@ -158,7 +158,7 @@ class AdvisePhases(CommandTest):
         for words, message in (
             (("--phases", "--for", "pq:p99"), "CHAIN:worst or CHAIN:age"),
             (("--phases", "--for", "losses"), "worst_lateness"),
-            (("--phases", "nonsense"), "is none of creation, synchronous, given, random, chosen"),
+            (("--phases", "nonsense"), "is none of creation, synchronous, given, random, creation:MS"),
             (("--phases", "--phases", "x"), "--phases"),
             (("--phases", "--costs", "none"), "neither reference nor graph"),
             (("--phases", "--margin", 30), "half of the shortest period"),

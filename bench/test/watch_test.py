@@ -14,7 +14,7 @@ import signal
 import subprocess
 from pathlib import Path
 from typing import Any
-from hotpath_command import HOTPATH, CommandTest, RunFolder
+from hotpath_command import CommandTest, HOTPATH, ONE, RunFolder
 
 TRACED_SYSTEM = os.environ["TRACED_SYSTEM"]
 REAL = Path(os.environ.get("AMENT_PREFIX_PATH", "/opt/ros/jazzy").split(":")[0]) / "lib"
@@ -189,17 +189,7 @@ class WatchTest(CommandTest):
             "chains:\n- {name: path, nodes: [source, sink], sources: [source], sink: sink}\n"
         )
         self.accepted("analyze", graph, "--executors", "rm-ro", "--contract", "contract.yaml")
-        run = (
-            "run",
-            "--graph",
-            graph,
-            "--executors",
-            "rm-ro",
-            "--transport",
-            "intra_process",
-            "--output",
-            "live",
-        )
+        run = ("run", "--graph", graph, *map(str, ONE), "--transport", "intra_process", "--output", "live")
         _, reports, _ = self.watched(
             *("--once", "--contract", "contract.yaml", "--"), HOTPATH, *run, "--duration", 1, "--warm-up", 0
         )
