@@ -80,7 +80,6 @@ SUMMARISED = "simulate --executors rm-ro --duration 1"
 
 # Words that are rejected before anything happens | parts of the one sentence.
 REJECTED = """
---time-out @ advise_command_test.py
 | a command is missing; available: run, bench
 rum | `rum` | did you mean `run`?
 run --fast | --fast | hotpath run --help
@@ -298,6 +297,7 @@ EFFECTS = {
 --cores 2
 --costs graph
 --margin 1 ! --phases
+--time-out @ advise_command_test.py
 """,
     "analyze timers_only_60 --executors default,rm-ro": """
 --graph sequences + -operand --graph timers_only_60
