@@ -32,6 +32,7 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   auto [command, o] = add_command<guarantees::AnalyzeOptions>(
       app, "analyze", "Compute worst-case bounds on response times and latencies",
       "hotpath analyze autoware --executors fp-ro,default", run);
+  o.graph.clear();  // no default
   add_graph_option(command, o.graph)->required();
   add_list(command, "--executors", o.executors, "NAMES",
            "Executors (`hotpath list executors`), separated by commas,\n"

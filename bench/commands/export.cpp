@@ -40,7 +40,7 @@ void add_export_perfetto_command(CLI::App& parent) {
         program::become_python_tool("perfetto", {nlohmann::json(options).dump()});
       });
   add_text(perfetto, "RUN", o.run, "FOLDER", kRunHelp)->required();
-  add_output_file(perfetto, "--output", o.output, "New file in Chrome's Trace Event Format")->required();
+  add_output_file(perfetto, "--output", o.output, "File in Chrome's Trace Event Format")->required();
   add_text(perfetto, "--executors", o.executor, "NAME", kRunExecutorHelp);
   add_number(perfetto, "--repetition", o.repetition, {0, 1e9}, "N", kRunRepetitionHelp);
   add_number(perfetto, "--from", o.from_ms, {0, 1e12}, "MS", "Start of the window, after the run's epoch");
@@ -51,6 +51,7 @@ void add_export_perfetto_command(CLI::App& parent) {
 
 void add_export_command(CLI::App& app) {
   CLI::App& parent = *app.add_subcommand("export", "Export a run to the format of another tool");
+  parent.footer("");
   parent.require_subcommand(1);
   add_export_ctf_command(parent);
   add_export_perfetto_command(parent);

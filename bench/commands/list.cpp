@@ -74,6 +74,7 @@ void print_deployments() {
 void add_list_command(CLI::App& app) {
   CLI::App* list =
       app.add_subcommand("list", "List the available executors, graphs, deployments or figures of the paper");
+  list->footer("");
   list->require_subcommand(1);
   const auto add = [list](const std::string& name, const std::string& description, void (*print)()) {
     CLI::App& command = *list->add_subcommand(name, description);

@@ -92,7 +92,9 @@ void occupy_standard_streams() {
 std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
   std::string command = app->get_name(), message = hotpath::commands::unknown_word(*app);
   if (message.empty()) message = error.what();
-  for (const CLI::App* sub : app->get_subcommands()) command += " " + sub->get_name();
+  if (message.starts_with("--graph is required")) message = "GRAPH is missing";
+  for (; !app->get_subcommands().empty(); command += " " + app->get_name())
+    app = app->get_subcommands().front();
   return "hotpath: " + hotpath::printable(message, kLongestMessage) + "; see `" + command + " --help`\n";
 }
 

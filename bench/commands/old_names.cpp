@@ -17,7 +17,8 @@ struct OldName {
   std::string_view name, now;
 };
 
-constexpr std::string_view kPlatform = "a key of --platform now, as in release_cost_us=3";
+constexpr std::string_view kPlatform =
+    "`--platform KEY=US` now, with the name's underscores, as in wake_up_us=5";
 constexpr std::array kOldNames = {
     OldName{"machine", "`doctor` now"},
     OldName{"check", "`doctor RUN` now"},
@@ -53,11 +54,12 @@ constexpr std::array kOldNames = {
     OldName{"--ties", "a variant of an executor now, as in rm-ro:fifo"},
     OldName{"--cpu-time", "gone: work in CPU time (--work) records it"},
     OldName{"--dot", "`--as dot` now"},
-    OldName{"--svg", "`graph --as svg` now"},
+    OldName{"--svg", "`--as svg` now"},
     OldName{"--cie", "`--as cie` now"},
     OldName{"--perfetto", "`export perfetto RUN` now"},
     OldName{"--start", "`--from` now"},
     OldName{"replay --live", "gone: replay always publishes"},
+    OldName{"figures --list", "`hotpath list figures` now"},
     OldName{"bench --compare", "gone: use `diff OLD NEW`, and compare.py of Google Benchmark for times"},
 };
 

@@ -32,7 +32,7 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
                                            Run run) {
   CLI::App& command = *app.add_subcommand(name, description);
   auto options = std::make_shared<Options>();
-  if (!example.empty()) command.footer("Example:  " + example);
+  command.footer(example.empty() ? "" : "Example:  " + example);
   command.callback([&command, options, run] {
     check_outputs(command);
     run(*options);

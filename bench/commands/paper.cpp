@@ -211,6 +211,7 @@ void add_figures(CLI::App& paper) {
 
 void add_paper_command(CLI::App& app) {
   CLI::App& paper = *app.add_subcommand("paper", "Reproduce the tables and figures of the paper");
+  paper.footer("");
   paper.require_subcommand(1);
   add_figures(paper);
   auto [table, output] = add_command<std::string>(
