@@ -42,6 +42,7 @@ std::vector<Pair> most_wrong(TaskSet set, const Levels& levels, const Agreement&
     if (ran != ahead && ran != kNoTask && ahead != kNoTask) wrong[{ran, ahead}] += count;
   }
   std::vector<Pair> most;
+  most.reserve(wrong.size());
   for (const auto& [pair, count] : wrong) most.push_back(pair);
   std::ranges::stable_sort(most, std::ranges::greater{}, [&](const Pair& pair) { return wrong.at(pair); });
   most.resize(std::min(most.size(), kPairs));
@@ -68,7 +69,7 @@ void fit_levels(const TaskSet& set, const RecordedSteps& steps, Hypothesis& hypo
   keep_better(by_period);
   keep_better(Levels(set.size(), 1));
   const auto improve = [&] {
-    const Levels from = best;
+    const Levels& from = best;  // unchanged until a better one is found, which ends this
     for (const auto& [ran, ahead] : most_wrong(set, from, of_best)) {
       for (const auto& [timer, level] : {std::pair(ran, from[ahead] - 1), std::pair(ran, from[ahead]),
                                          std::pair(ahead, from[ran] + 1), std::pair(ahead, from[ran])}) {
