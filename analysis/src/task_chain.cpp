@@ -15,7 +15,9 @@ TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> na
     if (entry == tasks.end()) {
       std::string known;
       for (const PeriodicTask& t : tasks) known.append(known.empty() ? "" : ", ").append(t.name);
-      throw AnalysisError(where + " names the unknown task '" + names[i] + "'; the tasks are " + known);
+      std::string problem = where;
+      problem.append(" names the unknown task '").append(names[i]).append("'; the tasks are ").append(known);
+      throw AnalysisError(problem);
     }
     chain.push_back(static_cast<std::size_t>(entry - tasks.begin()));
   }

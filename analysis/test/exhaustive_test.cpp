@@ -111,10 +111,10 @@ class Automaton {
       if (s.slot[i].age >= 0) ++s.slot[i].age;
     }
     if (s.running >= 0 && --s.left == 0) {
-      Slot& done = s.slot[static_cast<std::size_t>(s.running)];
-      std::int64_t& most = largest[static_cast<std::size_t>(s.running)];
-      most = std::max<std::int64_t>(most, done.age);
-      if (done.age > limit[static_cast<std::size_t>(s.running)]) return false;
+      const std::size_t running = static_cast<unsigned char>(s.running);
+      Slot& done = s.slot[running];
+      largest[running] = std::max<std::int64_t>(largest[running], done.age);
+      if (done.age > limit[running]) return false;
       done.age = -1;
       s.running = -1;
     }

@@ -90,6 +90,49 @@ Duration range_of_phases(const TaskSet& set, const std::vector<TaskId>& moved) {
   return Duration(range);
 }
 
+namespace {
+
+/// What a search has evaluated.
+class KnownPhases {
+ public:
+  KnownPhases(const EvaluatePhases& evaluate, unsigned threads) : evaluate_(evaluate), threads_(threads) {}
+
+  /// Evaluates what is not known so far.
+  std::vector<PhaseValues> at(const std::vector<FirstTimestamps>& points, const PhaseScore& enough) {
+    std::vector<std::pair<FirstTimestamps, Known>> news;
+    for (const FirstTimestamps& point : points) {
+      const auto before = known_.find(point);
+      if (before == known_.end() || !before->second.suffices(enough)) news.push_back({point, {{}, enough}});
+    }
+    evaluations_ += news.size();
+    program::for_each_index(news.size(), threads_, [&](std::size_t i) {
+      news[i].second.values = evaluate_(news[i].first, enough);
+      news[i].second.values.first = news[i].first;
+    });
+    for (auto& [point, value] : news) known_.insert_or_assign(point, std::move(value));
+    std::vector<PhaseValues> values;
+    values.reserve(points.size());
+    for (const FirstTimestamps& point : points) values.push_back(known_.at(point).values);
+    return values;
+  }
+  [[nodiscard]] std::size_t evaluations() const { return evaluations_; }
+
+ private:
+  struct Known {
+    PhaseValues values;
+    PhaseScore enough;
+    [[nodiscard]] bool suffices(const PhaseScore& other) const {
+      return values.within_margin <= enough || other <= enough;
+    }
+  };
+  const EvaluatePhases& evaluate_;
+  const unsigned threads_;
+  std::map<FirstTimestamps, Known> known_;
+  std::size_t evaluations_ = 0;
+};
+
+}  // namespace
+
 FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& together,
                           const std::vector<FirstTimestamps>& starts, const EvaluatePhases& evaluate,
                           unsigned threads, const std::function<bool()>& stop) {
@@ -110,31 +153,11 @@ FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& togethe
     return first;
   };
   FoundPhases found;
-  struct Known {
-    PhaseValues values;
-    PhaseScore enough;
-  };
-  std::map<FirstTimestamps, Known> known;
+  KnownPhases known(evaluate, threads);
   // Empty: the search was stopped.
   const auto evaluated = [&](const std::vector<FirstTimestamps>& points, const PhaseScore& enough) {
     found.complete = found.complete && !stop();
-    std::vector<PhaseValues> values(found.complete ? points.size() : 0);
-    std::vector<std::pair<FirstTimestamps, Known>> news;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const auto before = known.find(points[i]);
-      const bool use =
-          before != known.end() &&
-          (before->second.values.within_margin <= before->second.enough || enough <= before->second.enough);
-      if (!use) news.push_back({points[i], {{}, enough}});
-    }
-    found.evaluations += news.size();
-    program::for_each_index(news.size(), threads, [&](std::size_t i) {
-      news[i].second.values = evaluate(news[i].first, enough);
-      news[i].second.values.first = news[i].first;
-    });
-    for (auto& [point, value] : news) known.insert_or_assign(point, std::move(value));
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = known.at(points[i]).values;
-    return values;
+    return found.complete ? known.at(points, enough) : std::vector<PhaseValues>();
   };
   // Moves one timer after the other until no timer improves the score.
   const auto descended = [&](PhaseValues best, std::int64_t steps) {
@@ -166,6 +189,7 @@ FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& togethe
   }
   for (std::size_t s = 0; found.complete && s < kSteps.size(); ++s)
     found.values = descended(std::move(found.values), kSteps[s]);
+  found.evaluations = known.evaluations();
   return found;
 }
 

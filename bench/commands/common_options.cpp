@@ -32,7 +32,7 @@ std::string set_platform(setup::PlatformOptions& o, const std::string& item) {
     keys += program::concat(", ", kPlatformCosts[i].key);
     if (key != kPlatformCosts[i].key) continue;
     if (std::string refusal = refused_number<double>(value, {0, kLargestCost_us}); !refusal.empty())
-      return key + ": " + refusal;
+      return program::concat(key, ": ", refusal);
     o.costs_us[i] = number_of<double>(value);
     return "";
   }

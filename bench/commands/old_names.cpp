@@ -89,10 +89,9 @@ std::string similar(const std::string& word, const std::vector<std::string>& nam
   return best;
 }
 
-std::string text_of(const std::string& kind, const std::string& word, const std::vector<std::string>& names) {
-  const std::string best = similar(word, names);
-  return program::concat("unknown ", kind, " `", word, "`",
-                         best.empty() ? "" : "; did you mean `" + best + "`?");
+std::string text_of(const char* kind, const std::string& word, const std::vector<std::string>& names) {
+  const std::string best = similar(word, names), unknown = program::concat("unknown ", kind, " `", word, "`");
+  return best.empty() ? unknown : program::concat(unknown, "; did you mean `", best, "`?");
 }
 
 }  // namespace

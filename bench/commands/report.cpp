@@ -5,6 +5,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"

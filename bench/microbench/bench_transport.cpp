@@ -236,7 +236,7 @@ Measurement in_two_processes(const Plan& plan) {
   side.wait_until_matched();
   const auto message = publisher.channel.receive(now() + 1h);
   if (!message || message->kind == Kind::closed) throw std::runtime_error("the publishing process died");
-  const Measurement found = measurement_of(side.stop(), plan);
+  Measurement found = measurement_of(side.stop(), plan);
   publisher.channel.send(Kind::stop);
   waitpid(publisher.id, nullptr, 0);
   return found;

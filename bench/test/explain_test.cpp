@@ -423,14 +423,20 @@ JobRecord with_cpu_time(JobRecord r, Duration time) {
   return r;
 }
 
+struct Asked {
+  Target target;
+  Output output;
+};
+
 /// The parts of the only output, of these jobs.
 std::vector<Part> parts_of(const Graph& graph, const char* executor, results::RunKind kind, unsigned cores,
-                           Target target, const Output& output, const std::vector<JobRecord>& jobs) {
+                           const Asked& asked, const std::vector<JobRecord>& jobs) {
   const GraphTasks tasks = make_tasks(graph);
   const setup::ExecutorSpec spec = setup::parse_executor(executor, {});
   const System system(spec, graph, tasks, kind, cores);
   std::vector<Part> parts;
-  Explainer explainer(system, target, {output}, "test", [&](const Explanation& e) { parts = e.parts; });
+  Explainer explainer(system, asked.target, {asked.output}, "test",
+                      [&](const Explanation& e) { parts = e.parts; });
   explainer.begin(0, nullptr);
   for (const JobRecord& job : jobs) explainer.add(job);
   explainer.end();
@@ -445,7 +451,7 @@ TEST(Explain, TimeWithoutAnyCauseIsUnexplained) {
   // The job that the sink waited for is taken out of the trace.
   const Graph graph =
       graph_of({timer("a", 1ms), timer("b", 2ms, 100ms, 1ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
-  EXPECT_THAT(parts_of(graph, "default", results::RunKind::simulated, 1, {0, kNoTask}, {0, 0, 3ms},
+  EXPECT_THAT(parts_of(graph, "default", results::RunKind::simulated, 1, {{0, kNoTask}, {0, 0, 3ms}},
                        {ran(0, 0ms, 1ms), sampled(ran(2, 3ms, 4ms), 1ms)}),
               ElementsAre(part(Cause::running, 1ms), part(Cause::unexplained, 2ms)));
 }
@@ -453,19 +459,19 @@ TEST(Explain, TimeWithoutAnyCauseIsUnexplained) {
 TEST(Explain, TheProcessorIsWithheld) {
   const Graph follow = graph_of({timer("a", 10ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
   const auto of_a = [&](Duration cpu_time) {
-    return parts_of(follow, "default", results::RunKind::live, 1, {std::nullopt, 0}, {0, 0, 10ms},
+    return parts_of(follow, "default", results::RunKind::live, 1, {{std::nullopt, 0}, {0, 0, 10ms}},
                     {with_cpu_time(ran(0, 0ms, 10ms), cpu_time)});
   };
   EXPECT_THAT(of_a(7ms), ElementsAre(part(Cause::running, 7ms), part(Cause::withheld, 3ms)));
   EXPECT_THAT(of_a(Duration(-1)), ElementsAre(part(Cause::running, 10ms))) << "it has no CPU time";
   // Before a publication to another thread, which comes before the end of `a`.
-  EXPECT_THAT(parts_of(follow, "multi:2", results::RunKind::live, 2, {0, kNoTask}, {0, 0, 9ms, 1},
+  EXPECT_THAT(parts_of(follow, "multi:2", results::RunKind::live, 2, {{0, kNoTask}, {0, 0, 9ms, 1}},
                        {with_cpu_time(ran(0, 0ms, 10ms), 4ms), sampled(ran(1, 9ms, 11ms, 1), 9ms)}),
               ElementsAre(part(Cause::running, 4ms), part(Cause::withheld, 5ms)));
   // From a job that went first.
   const Graph two = graph_of({timer("a", 10ms), timer("b", 10ms)}, {"a"}, "b");
   const std::vector<Part> parts =
-      parts_of(two, "default", results::RunKind::live, 1, {std::nullopt, 1}, {0, 0, 11ms},
+      parts_of(two, "default", results::RunKind::live, 1, {{std::nullopt, 1}, {0, 0, 11ms}},
                {with_cpu_time(ran(0, 0ms, 10ms), 4ms), with_cpu_time(ran(1, 10ms, 11ms), 1ms)});
   ASSERT_EQ(parts.size(), 3U);
   EXPECT_EQ(parts[0].length, 4ms);
