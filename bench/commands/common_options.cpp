@@ -179,7 +179,7 @@ CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const
 }
 
 CLI::Option* add_graph_option(CLI::App& command, std::string& graph) {
-  return add_text(command, "GRAPH,--graph", graph, "FILE", kGraphHelp);
+  return add_text(command, "GRAPH,--graph", graph, "NAME", kGraphHelp);
 }
 
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {
