@@ -122,7 +122,7 @@ std::string unknown_word(const CLI::App& app) {
   if (wants_command && words.empty()) return "a command is missing; available: " + program::joined(names);
   const std::string word = wants_command ? words.front() : option->substr(0, option->find('='));
   for (const OldName& old : kOldNames) {
-    if (old.name == word || old.name == path + " " + word)
+    if (old.name == word || old.name == program::concat(path, " ", word))
       return program::concat("`", word, "` is ", old.now);
   }
   if (wants_command) return text_of("command", word, names);
