@@ -168,7 +168,7 @@ std::vector<std::string> warnings(const Facts& facts) {
   }
   if (system.reused_handles > 0)
     warn(system.reused_handles,
-         " addresses of callbacks were reused after the end of their callback; jobs are told apart by time.");
+         " addresses of callbacks were reused after the end of their callback; time tells their jobs apart.");
   if (system.ends_without_start > 0) warn(system.ends_without_start, " ends of callbacks have no start.");
   std::uint64_t never_ended = 0;
   for (const tracing::Callback& c : system.callbacks) never_ended += c.never_ended;

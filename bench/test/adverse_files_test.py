@@ -344,7 +344,7 @@ def test_permissions(place: Place) -> None:
 
 @pytest.mark.parametrize("line", ANY_FILE)
 def test_a_file_that_cannot_be_written(place: Place, line: str) -> None:
-    name = "out.svg"  # a chart is told from its name
+    name = "out"
     (place.path / "file").write_text("")
     (place.path / "folder" / name).mkdir(parents=True)
     (place.path / "loop").mkdir()
