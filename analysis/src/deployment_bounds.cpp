@@ -353,13 +353,15 @@ class DeploymentPaths final : public PathBounds {
         if (!leads_to(root, p)) continue;
         if (stream.of_root() && stream.root != root) continue;
         const Bound latest = latest_end(root, p);
-        const Bound before = stream.of_root() ? Bound(least_end(root, p))
-                             : latest         ? Bound(add(*latest, wake_up_))
-                                              : std::nullopt;
         const Bound behind = !stream.of_root() ? windows.since_arrival(timer, to, works)
                              : works           ? windows.until_finish(timer, to)
                                                : windows.until_start(timer, to);
-        way(timer, p, before && behind && latest ? Bound(add(*before, *behind)) : std::nullopt);
+        if (!latest || !behind) {
+          way(timer, p, std::nullopt);
+          continue;
+        }
+        const std::int64_t before = stream.of_root() ? least_end(root, p) : add(*latest, wake_up_);
+        way(timer, p, add(before, *behind));
       }
     }
   }
