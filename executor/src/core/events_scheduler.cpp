@@ -17,7 +17,7 @@ EventsScheduler::EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue
 }
 
 EventsScheduler::EventsScheduler(const EventsScheduler& other)
-    : Scheduler(other),
+    : ExploredScheduler(other),
       events_(other.events_->clone()),
       timers_(other.timers_),
       roles_(other.roles_),

@@ -21,9 +21,10 @@ std::int64_t hyperperiod(const TaskSet& set) {
   return all;
 }
 
-void check_explorable(const TaskSet& set, const ExplorationOptions& options, const Scheduler& scheduler,
-                      const Workload& workload) {
-  if (!scheduler.clone() || !workload.clone()) {
+const ExploredScheduler& explorable(const TaskSet& set, const ExplorationOptions& options,
+                                    const Scheduler& scheduler, const Workload& workload) {
+  const auto* explored = dynamic_cast<const ExploredScheduler*>(&scheduler);
+  if (!explored || !explored->clone() || !workload.clone()) {
     throw ExplorationRefused("an executor with several threads that run jobs is not explored");
   }
   const Platform& p = options.platform;
@@ -37,6 +38,7 @@ void check_explorable(const TaskSet& set, const ExplorationOptions& options, con
     if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
   }
   if (load > 1) throw ExplorationRefused("the timers alone overload the thread");
+  return *explored;
 }
 
 }  // namespace hotpath

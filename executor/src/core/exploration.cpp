@@ -2,12 +2,6 @@
 #include "hotpath/core/exploration.hpp"
 
 #include <algorithm>
-#include <deque>
-#include <functional>
-#include <limits>
-#include <map>
-#include <numeric>
-#include <queue>
 #include <string>
 #include <utility>
 
@@ -15,24 +9,23 @@
 #include "explored_branches.hpp"
 #include "explored_paths.hpp"
 #include "explored_state.hpp"
+#include "met_states.hpp"
 
 namespace hotpath {
 
 namespace {
 
-constexpr Time kBeforeAll{Duration(-1)};
 /// A state has a successor for each subset of the uncertain releases that may happen at one instant.
 constexpr std::size_t kMostAtOnce = 12;
 
 class Exploration final : public JobSink, public ExploredInstant {
  public:
   Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer)
-      : set_(set), options_(options), observer_(observer), hyperperiod_(hyperperiod(set)) {
+      : set_(set), options_(options), observer_(observer), met_(hyperperiod(set), options.publications, branches_) {
     kept_.resize(options.witnesses);
   }
 
-  ExplorationResult run(const Scheduler& scheduler, const Workload& workload) {
-    check_explorable(set_, options_, scheduler, workload);
+  ExplorationResult run(const ExploredScheduler& scheduler, const Workload& workload) {
     branches_.slices =
         scheduler.workers().size() > 1 && options_.platform.cores == 1 && !options_.platform.raised_releaser;
     branches_.delivery_delay = options_.platform.delivery_delay.count();
@@ -56,21 +49,10 @@ class Exploration final : public JobSink, public ExploredInstant {
       ExploredBranches::begin_to_release(first, true);
       enter(std::move(first));
     }
-    while (!pending_.empty()) {
-      const std::size_t place = pending_.top().second;
-      pending_.pop();
-      Met& met = met_[place];
-      if (!met.state) continue;
-      const std::unique_ptr<ExploredState> state = std::move(met.state);
-      if (++expanded_ > options_.max_states) {
-        throw ExplorationRefused("there are more than " + std::to_string(options_.max_states) + " states");
-      }
-      constexpr std::size_t kStatesBetweenStops = 64;
-      if (options_.stop && expanded_ % kStatesBetweenStops == 0) {
-        if (const std::string why = options_.stop(); !why.empty()) throw ExplorationRefused(why);
-      }
-      keep_ends(*state, place);
-      expand(std::move(*state));
+    while (std::optional<MetStates::Next> next = met_.next()) {
+      count_state();
+      keep_ends(*next->state, std::move(next->place));
+      expand(std::move(*next->state));
     }
     ExplorationResult result{expanded_, {}};
     for (const auto& edge : kept_) {
@@ -80,6 +62,16 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
  private:
+  void count_state() {
+    if (++expanded_ > options_.max_states) {
+      throw ExplorationRefused("there are more than " + std::to_string(options_.max_states) + " states");
+    }
+    constexpr std::size_t kStatesBetweenStops = 64;
+    if (options_.stop && expanded_ % kStatesBetweenStops == 0) {
+      if (const std::string why = options_.stop(); !why.empty()) throw ExplorationRefused(why);
+    }
+  }
+
   void prepare(ExploredState& state, const std::vector<TaskId>& released) {
     SimulationOptions options;
     options.platform = options_.platform;
@@ -92,8 +84,8 @@ class Exploration final : public JobSink, public ExploredInstant {
       executor.threads.emplace_back().priority = raised ? 1 : 0;
     }
     executor_of_.assign(set_.size(), 0);
-    state.simulation = std::make_unique<Simulation>(set_, std::span(&executor, 1), executor_of_,
-                                                    *state.workload, options, this);
+    state.simulation = std::make_unique<ExploredSimulation>(set_, executor, executor_of_, *state.scheduler,
+                                                            *state.workload, options, this);
     before(state, true);
     for (const TaskId timer : released) state.released.emplace_back(timer, Time{});
     state.simulation->begin(released);
@@ -172,9 +164,9 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   /// The ends of the step and of the slice are replaced on the way to the next states, which witnesses need.
-  void keep_ends(ExploredState& state, std::size_t place) {
+  void keep_ends(ExploredState& state, ExploredPaths::End place) {
     if (kept_.empty()) return;
-    from_ = {place, met_[place].coordinates, met_[place].origin};
+    from_ = std::move(place);
     for (const std::size_t end : {kEnd, kSlice, kTimers}) {
       const std::size_t copy = state.zone.grow();
       state.zone.assign(copy, end, 0, 0);
@@ -183,17 +175,10 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
   }
 
-  void keep_way(const ExploredState& state, std::size_t place, const std::vector<std::size_t>& coordinates,
-                std::int64_t origin) {
-    if (kept_.empty()) return;
-    const SimulatedWorkers::State& executor = state.executor();
-    paths_.add({state.zone,
-                from_,
-                {place, coordinates, origin},
-                kNow,
-                state.job_began ? std::optional(executor.job.task) : std::nullopt,
-                kEnd,
-                state.released});
+  void keep_way(const ExploredState& state, ExploredPaths::End place) {
+    const std::optional<TaskId> starts =
+        state.job_began ? std::optional(state.executor().job.task) : std::nullopt;
+    paths_.add({state.zone, from_, std::move(place), kNow, starts, kEnd, state.released});
   }
 
   void after(ExploredState& state) {
@@ -362,108 +347,18 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void enter(ExploredState state) {
-    const Time first_call = state.scheduler->next_change(kBeforeAll);
-    const std::int64_t origin =
-        first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
-    StateWords words(Time{} + Duration(origin));
-    state.simulation->describe(words, state.wakes, state.releases);
-    for (const ExploredBranches::Instant& release : ExploredBranches::releases(state)) {
-      words.add_data(state.starts[release.coordinate - kStarts], kNever);
-    }
-    state.scheduler->describe(words);
-    state.workload->describe(words);
-    std::vector<std::size_t> coordinates = {kConstant};
-    if (state.busy() || state.wakes) coordinates.push_back(kEnd);
-    if (state.releases) coordinates.push_back(kTimers);
-    if (branches_.slices && state.executor().on_core) coordinates.push_back(kSlice);
-    const SimulatedWorkers::State& executor = state.executor();
-    const bool has_sample = executor.has_job && !executor.job.empty && !is_of_timer(executor.job);
-    if (options_.publications && state.busy() && has_sample) {
-      describe_publication(executor.job.parent, words);
-    }
-    if (executor.step == ExploredState::Step::run) add_start(state, executor.job.ref(), coordinates);
-    for (const JobRef& job : words.data()) add_start(state, job, coordinates);
-
-    Zone zone = state.zone.select(coordinates);
-    zone.shift(-origin);
-    std::vector<std::size_t>& same = known_[words.take_words()];
-    for (const std::size_t place : same) {
-      if (met_[place].zone.contains(zone)) return;
-    }
-    for (const std::size_t place : same) {
-      Met& met = met_[place];
-      if (!met.state) continue;
-      std::optional<Zone> joined = Zone::joined(met.zone, zone);
-      if (!joined) continue;
-      keep_way(state, place, coordinates, origin);
-      met.zone = std::move(*joined);
-      met.state->from = std::min(met.state->from, state.from + Duration(met.origin - origin));
-      take_over_zone(met);
-      pending_.emplace(earliest(met), place);
-      return;
-    }
-    keep_way(state, met_.size(), coordinates, origin);
-    same.push_back(met_.size());
-    met_.push_back(
-        {std::move(zone), std::move(coordinates), origin, std::make_unique<ExploredState>(std::move(state))});
-    forget_other_starts(met_.back());
-    pending_.emplace(earliest(met_.back()), met_.size() - 1);
-  }
-
-  void add_start(const ExploredState& state, JobRef job, std::vector<std::size_t>& coordinates) const {
-    const std::size_t start = state.start_of(job);
-    if (start == kConstant) return;
-    if (std::find(coordinates.begin(), coordinates.end(), start) == coordinates.end()) {
-      coordinates.push_back(start);
-    }
-  }
-
-  /// Only the starts that `coordinates` names still matter.
-  static void forget_other_starts(Met& met) {
-    ExploredState& state = *met.state;
-    std::vector<JobRef> starts;
-    for (std::size_t& coordinate : met.coordinates) {
-      if (coordinate < kStarts) continue;
-      starts.push_back(state.starts[coordinate - kStarts]);
-      coordinate = kStarts + starts.size() - 1;
-    }
-    state.starts = std::move(starts);
-    take_over_zone(met);
-  }
-
-  /// The state's zone from what is known of it.
-  static void take_over_zone(Met& met) {
-    std::vector<std::size_t> numbers(kStarts + met.state->starts.size(), 0);
-    for (std::size_t i = 0; i < met.coordinates.size(); ++i) numbers[met.coordinates[i]] = i;
-    Zone absolute = met.zone;
-    absolute.shift(met.origin);
-    met.state->zone = absolute.select(numbers);
-  }
-
-  /// When something happens next in the state.
-  [[nodiscard]] std::int64_t earliest(Met& met) const {
-    const ExploredState& state = *met.state;
-    const std::vector<ExploredBranches::Instant> instants = branches_.uncertain(state);
-    std::int64_t next = instants.empty() ? (ExploredBranches::next_of_others(*met.state) - Time{}).count()
-                                         : std::numeric_limits<std::int64_t>::max();
-    for (const ExploredBranches::Instant& instant : instants) {
-      next = std::min(next, state.zone.lowest(instant.coordinate) + instant.later);
-    }
-    return next;
+    met_.enter(std::move(state), [this](const ExploredState& met, ExploredPaths::End place) {
+      if (!kept_.empty()) keep_way(met, std::move(place));
+    });
   }
 
   const TaskSet& set_;
   const ExplorationOptions& options_;
   ExplorationObserver& observer_;
-  const std::int64_t hyperperiod_;
   ExploredBranches branches_;
+  MetStates met_;
   std::vector<std::uint32_t> executor_of_;
   std::size_t expanded_ = 0;
-
-  std::deque<Met> met_;
-  std::map<std::vector<std::int64_t>, std::vector<std::size_t>> known_;  // places in met_
-  using Pending = std::pair<std::int64_t, std::size_t>;                  // earliest, place in met_
-  std::priority_queue<Pending, std::vector<Pending>, std::greater<>> pending_;
 
   // For witnesses:
   ExploredPaths paths_;
@@ -488,7 +383,8 @@ void describe_publication(JobRef job, StateWords& words) {
 ExplorationResult explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
                           const ExplorationOptions& options, ExplorationObserver& observer) {
   try {
-    return Exploration(set, options, observer).run(scheduler, workload);
+    Exploration exploration(set, options, observer);
+    return exploration.run(explorable(set, options, scheduler, workload), workload);
   } catch (const SimulationError& error) {
     throw ExplorationRefused(error.what());
   }

@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/core/timer.hpp"
-#include "simulation.hpp"
+#include "explored_simulation.hpp"
 #include "zone.hpp"
 
 namespace hotpath {
@@ -34,9 +33,9 @@ struct ExploredState {
   using Step = SimulatedWorkers::Step;
   static constexpr Worker kExecutor = 0, kTimerThread = 1;  // the latter if there is one
 
-  std::unique_ptr<Scheduler> scheduler;
+  std::unique_ptr<ExploredScheduler> scheduler;
   std::unique_ptr<Workload> workload;
-  std::unique_ptr<Simulation> simulation;
+  std::unique_ptr<ExploredSimulation> simulation;
   Zone zone{kStarts};
   std::vector<JobRef> starts;  ///< Jobs, for their starts, or publication_by() or release_of() jobs.
   Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
@@ -80,14 +79,6 @@ struct ExploredState {
     const auto place = std::find(starts.begin(), starts.end(), job);
     return place == starts.end() ? kConstant : kStarts + static_cast<std::size_t>(place - starts.begin());
   }
-};
-
-/// An ExploredState that was met, by what it holds relative to its hyperperiod.
-struct Met {
-  Zone zone;
-  std::vector<std::size_t> coordinates;  ///< Of the state's zone, in the order of `zone`.
-  std::int64_t origin = 0;
-  std::unique_ptr<ExploredState> state;  ///< Not yet expanded.
 };
 
 }  // namespace hotpath

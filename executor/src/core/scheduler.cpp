@@ -1,19 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/scheduler.hpp"
 
-#include <algorithm>
-#include <cassert>
-
 #include "hotpath/core/timer.hpp"
 #include "hotpath/core/unread_samples.hpp"
 
 namespace hotpath {
 
 void Scheduler::change_task(TaskId, const std::optional<std::int64_t>&, const std::vector<TaskId>&) {}
-
-std::span<const Timer> Scheduler::timers() const { return {}; }
-
-void Scheduler::release_at(TaskId, Time) { assert(false && "a scheduler that is not explored"); }
 
 void Scheduler::visit_due(const Timer& timer, Time now, const Visitor& visit) {
   if (timer.next_call() > now) return;
@@ -29,12 +22,6 @@ void Scheduler::visit_unfinished(std::span<const Timer> timers, const UnreadSamp
                                  const Visitor& visit) {
   for (const Timer& timer : timers) visit_due(timer, now, visit);
   for (TaskId id = 0; id < unread.tasks(); ++id) visit_unread(unread, id, visit);
-}
-
-Time Scheduler::next_timestamp(std::span<const Timer> timers, Time now) {
-  Time next = kNever;
-  for (const Timer& timer : timers) next = std::min(next, timer.next_timestamp(now));
-  return next;
 }
 
 Turn take_turn(Scheduler& scheduler, Worker worker, Time now) {

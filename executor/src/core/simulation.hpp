@@ -4,13 +4,9 @@
 #include <algorithm>
 #include <cassert>
 #include <deque>
-#include <iomanip>
-#include <memory>
 #include <span>
-#include <sstream>
 #include <string>
 
-#include "hotpath/core/exploration.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "simulated_workers.hpp"
 
@@ -22,8 +18,7 @@ inline constexpr Duration kLongestInstant{std::int64_t{1} << 60};  // 36 years
 /// Throws SimulationError for what cannot be simulated.
 void check_simulation(const TaskSet& set, const SimulationOptions& options);
 
-/// A simulation that can be stopped between two instants and copied there. All inline: it is the simulator's
-/// inner loop.
+/// A simulation of one schedule, instant by instant. All inline: it is the simulator's inner loop.
 class Simulation {
  public:
   Simulation(const TaskSet& set, std::span<const SimulatedExecutor> executors,
@@ -31,13 +26,13 @@ class Simulation {
              const SimulationOptions& options, JobSink* sink)
       : set_(set),
         executor_of_(executor_of),
-        workload_(&workload),
-        platform_(options.platform),
         start_(options.start),
         end_(Time{} + options.duration),
         overload_backlog_(std::min(options.overload_backlog, options.max_backlog)),
         max_backlog_(options.max_backlog),
         sink_(sink),
+        workload_(&workload),
+        platform_(options.platform),
         workers_(options.platform) {
     for (const SimulatedExecutor& e : executors) {
       const auto roles = e.scheduler->workers();
@@ -62,18 +57,20 @@ class Simulation {
   }
 
   SimulationSummary run() {
-    begin();
+    begin_schedulers();
+    begin_workers();
     for (Time next = next_instant(); next < end_; next = next_instant()) advance(next);
     close();
     return std::move(summary_);
   }
 
   /// The parts of run(): everything until the first instant at which something ends or falls due, and what
-  /// happens at such an instant. `released`: held timers (Timer::is_held()) that are ready then.
-  void begin(std::span<const TaskId> released = {}) {
+  /// happens at such an instant.
+  void begin_schedulers() {
     for (const Executor& executor : executors_) executor.scheduler->begin(Time{});
     now_ = Time{} + start_;
-    for (const TaskId timer : released) executors_.front().scheduler->release_at(timer, now_);
+  }
+  void begin_workers() {
     for (Worker w = 0; w < workers_.size(); ++w) workers_.make_ready(w, now_);
     take_steps();
   }
@@ -90,85 +87,7 @@ class Simulation {
     take_steps();
   }
 
-  /// A held timer becomes ready at this instant, to which advance() goes next.
-  void release(TaskId timer, Time instant) {
-    executors_.front().scheduler->release_at(timer, instant);
-    const Worker w = workers_.size() - 1;  // the timer thread if there is one
-    SimulatedWorkers::State& worker = workers_[w];
-    const Time awake = instant + platform_.wake_up_latency;
-    if (worker.step == Step::asleep && awake < worker.until) workers_.sleep_until(w, awake);
-    if (worker.step != Step::asleep && !worker.has_job) worker.wake_at = std::min(worker.wake_at, instant);
-  }
-
-  /// Whatever workers found due was so by `now`, which may precede now().
-  void due_by(Time now) {
-    for (Worker w = 0; w < workers_.size(); ++w) {
-      if (workers_[w].wake_at <= now_) workers_[w].wake_at = std::min(workers_[w].wake_at, now);
-    }
-  }
-
-  /// The same simulation of one executor, to go on with these copies of its scheduler and its workload.
-  [[nodiscard]] std::unique_ptr<Simulation> copy(Scheduler& scheduler, Workload& workload) const {
-    auto copied = std::make_unique<Simulation>(*this);
-    copied->executors_.front().scheduler = &scheduler;
-    copied->workload_ = &workload;
-    return copied;
-  }
-  [[nodiscard]] Time now() const { return now_; }
-  /// The jobs that published the samples on the way, each once, in the order in which they arrive.
-  [[nodiscard]] std::vector<JobRef> on_the_way() const {
-    std::vector<JobRef> jobs;
-    for (const Sample& sample : on_the_way_) {
-      if (jobs.empty() || jobs.back() != sample.info.parent) jobs.push_back(sample.info.parent);
-    }
-    return jobs;
-  }
-  /// Changes when the samples on the way arrive, by the jobs that published them; their order must not
-  /// change.
-  template <class ArrivalOf>
-  void reschedule_arrivals(const ArrivalOf& arrival_of) {
-    for (Sample& sample : on_the_way_) sample.arrival = arrival_of(sample.info.parent);
-  }
-  [[nodiscard]] SimulatedWorkers& workers() { return workers_; }
-  [[nodiscard]] const SimulatedWorkers& workers() const { return workers_; }
-
-  /// Adds what decides its future besides its schedulers and its workload, and besides the end of the step
-  /// and of the time slice of worker 0, and when samples arrive. Nor when worker 0 wakes (`wakes`), nor when
-  /// worker 1 wakes or its release ends (`releases`).
-  void describe(StateWords& words, bool wakes, bool releases) const {
-    words.add((wakes ? 1 : 0) + (releases ? 2 : 0));
-    for (Worker w = 0; w < workers_.size(); ++w) {
-      const SimulatedWorkers::State& worker = workers_[w];
-      words.add(static_cast<std::int64_t>(worker.step));
-      words.add((worker.on_core ? 1 : 0) + (worker.woken ? 2 : 0) + (worker.in_pass ? 4 : 0));
-      words.add(worker.priority);
-      if (worker.step == Step::asleep && !(w == 0 ? wakes : releases)) words.add(worker.until);
-      if (worker.step == Step::asleep || worker.step == Step::blocked) continue;
-      if (w > 0 && worker.on_core && releases) words.add((worker.slice_end - worker.until).count());
-      if (w > 0 && worker.on_core && !releases) words.add(worker.until);
-      if (w > 0 && !worker.on_core) words.add(worker.remaining.count());
-      if (w == 0 && !worker.on_core) words.add(worker.remaining == Duration{} ? 1 : 0);
-      if (!worker.on_core) words.add(worker.slice_left.count());
-      if (!worker.has_job) {
-        worker.wake_at <= now_ ? words.add(-2) : words.add(worker.wake_at);
-        continue;
-      }
-      words.add(worker.job.task);
-      words.add(worker.job.empty ? 1 : 0);
-      if (is_of_timer(worker.job)) words.add(worker.job.timestamp);
-      if (executors_[worker.executor].scheduler->hands_deadlines_down()) words.add(worker.job.deadline);
-    }
-    for (const Sample& sample : on_the_way_) {
-      words.add(sample.subscription);
-      describe_publication(sample.info.parent, words);
-      if (executors_.front().scheduler->hands_deadlines_down()) words.add(sample.info.deadline);
-    }
-    for (const Executor& executor : executors_) {
-      words.add(executor.lock_holder ? static_cast<std::int64_t>(*executor.lock_holder) : -1);
-    }
-  }
-
- private:
+ protected:
   using Step = SimulatedWorkers::Step;
 
   struct Executor {
@@ -187,6 +106,7 @@ class Simulation {
     SampleInfo info;
   };
 
+ private:
   /// Jobs that end now finish before anything else happens at this instant, even if a woken worker
   /// of higher priority takes their core.
   void finish_jobs() {
@@ -408,22 +328,9 @@ class Simulation {
     if (waiting > overload_backlog_) check_load(waiting);
   }
 
-  /// Below full load a long queue is a burst, or a job that waits for a long one.
-  void check_load(std::uint64_t waiting) const {
-    const double load = utilisation(set_, summary_.published, now_ - Time{});
-    const Duration per_job = platform_.release_cost + platform_.pass_cost + platform_.longest_dispatch_cost();
-    const double costs = static_cast<double>(per_job.count()) * static_cast<double>(summary_.jobs + waiting) /
-                         static_cast<double>(std::max<std::int64_t>((now_ - Time{}).count(), 1));
-    if (waiting <= max_backlog_ && load + costs < 1) return;
-    std::ostringstream message;
-    message << std::fixed << std::setprecision(3) << "overload: more than "
-            << (waiting > max_backlog_ ? max_backlog_ : overload_backlog_)
-            << " released jobs are waiting to start after " << std::setprecision(1) << to_ms(now_ - Time{})
-            << " ms; the utilisation is " << std::setprecision(3) << load
-            << (per_job > Duration{} ? " without the platform's costs" : "")
-            << "; keep it below 1, the capacity of one executor worker, shorten the run or raise the limit";
-    throw SimulationError(message.str());
-  }
+  /// Throws SimulationError if so many waiting jobs mean overload. Below full load a long queue is a burst, or
+  /// a job that waits for a long one.
+  void check_load(std::uint64_t waiting) const;
 
   JobRecord record(Worker w, Outcome outcome) const {
     JobRecord r;
@@ -466,20 +373,21 @@ class Simulation {
   const TaskSet& set_;
   const std::vector<std::uint32_t>& executor_of_;  // by task
   std::vector<TaskId> numbers_;                    // by task: its number in its scheduler; empty: unchanged
-  Workload* workload_;
-  const Platform platform_;
   const Duration start_;
   const Time end_;
   const std::uint64_t overload_backlog_, max_backlog_;
   JobSink* const sink_;
-
-  SimulatedWorkers workers_;
-  std::deque<Sample> on_the_way_;       // in order of arrival, since all have the same delay
   std::vector<std::uint64_t> arrived_;  // per subscription
-  std::vector<Executor> executors_;
   std::vector<Worker> done_;
-  Time now_{};
   SimulationSummary summary_;
+
+ protected:
+  Workload* workload_;
+  const Platform platform_;
+  SimulatedWorkers workers_;
+  std::vector<Executor> executors_;
+  std::deque<Sample> on_the_way_;  // in order of arrival, since all have the same delay
+  Time now_{};
 };
 
 }  // namespace hotpath

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/simulator.hpp"
 
+#include <iomanip>
+#include <sstream>
 #include <string>
 
 #include "simulation.hpp"
@@ -45,6 +47,22 @@ void check_options(const SimulationOptions& options) {
 void check_simulation(const TaskSet& set, const SimulationOptions& options) {
   check_options(options);
   for (const Task& task : set.tasks) check_task(task);
+}
+
+void Simulation::check_load(std::uint64_t waiting) const {
+  const double load = utilisation(set_, summary_.published, now_ - Time{});
+  const Duration per_job = platform_.release_cost + platform_.pass_cost + platform_.longest_dispatch_cost();
+  const double costs = static_cast<double>(per_job.count()) * static_cast<double>(summary_.jobs + waiting) /
+                       static_cast<double>(std::max<std::int64_t>((now_ - Time{}).count(), 1));
+  if (waiting <= max_backlog_ && load + costs < 1) return;
+  std::ostringstream message;
+  message << std::fixed << std::setprecision(3) << "overload: more than "
+          << (waiting > max_backlog_ ? max_backlog_ : overload_backlog_)
+          << " released jobs are waiting to start after " << std::setprecision(1) << to_ms(now_ - Time{})
+          << " ms; the utilisation is " << std::setprecision(3) << load
+          << (per_job > Duration{} ? " without the platform's costs" : "")
+          << "; keep it below 1, the capacity of one executor worker, shorten the run or raise the limit";
+  throw SimulationError(message.str());
 }
 
 SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& workload,

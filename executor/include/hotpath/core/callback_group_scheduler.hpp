@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "hotpath/core/scheduler.hpp"
+#include "hotpath/core/explored_scheduler.hpp"
 #include "hotpath/core/simple_events_queue.hpp"
 #include "hotpath/core/timer.hpp"
 #include "hotpath/core/unread_samples.hpp"
@@ -21,7 +21,7 @@ namespace hotpath {
 /// a late timer, when its job starts, and returns to the timer manager when the job has finished. A
 /// subscription has one event per arrived sample; the event takes the oldest unread sample, or
 /// nothing.
-class CallbackGroupScheduler final : public Scheduler {
+class CallbackGroupScheduler final : public ExploredScheduler {
  public:
   /// `workers` in [1, kMaxWorkers - 1] run events; one more manages the timers.
   CallbackGroupScheduler(const TaskSet& set, unsigned workers);
@@ -38,7 +38,7 @@ class CallbackGroupScheduler final : public Scheduler {
   }
   Joined add_task(const JoiningTask& joining, Time now) override;
   void remove_task(TaskId task, Time now, const Visitor& dropped) override;
-  [[nodiscard]] std::unique_ptr<Scheduler> clone() const override {
+  [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return roles_.size() == 2 ? std::make_unique<CallbackGroupScheduler>(*this) : nullptr;
   }
   void describe(StateWords& words) const override;

@@ -7,7 +7,7 @@
 
 #include "hotpath/core/events_queue.hpp"
 #include "hotpath/core/guaranteed_jobs.hpp"
-#include "hotpath/core/scheduler.hpp"
+#include "hotpath/core/explored_scheduler.hpp"
 #include "hotpath/core/timers_manager.hpp"
 #include "hotpath/core/unread_samples.hpp"
 
@@ -18,7 +18,7 @@ namespace hotpath {
 /// unread sample when it runs, or finds none. A single executor worker (rclcpp's, the paper's)
 /// takes the head of the queue. With several, each takes the first event whose callback group is
 /// reentrant or has no running job.
-class EventsScheduler : public Scheduler {
+class EventsScheduler : public ExploredScheduler {
  public:
   static constexpr Worker kExecutor = 0;
   static constexpr Worker kTimerManagement = 1;  ///< With one executor worker; see timer_management().

@@ -10,7 +10,7 @@ class ReleaseDelays {
  public:
   virtual ~ReleaseDelays() = default;
   /// The instant at which `job` becomes ready: `timestamp`, or up to Task::release_jitter later; kNever: when
-  /// the driver calls Scheduler::release_at(). Asked when the timer begins to wait for it.
+  /// the driver calls ExploredScheduler::release_at(). Asked when the timer begins to wait for it.
   [[nodiscard]] virtual Time due(JobRef job, Time timestamp) const = 0;
 };
 

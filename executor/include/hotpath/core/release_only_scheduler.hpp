@@ -18,7 +18,7 @@ class ReleaseOnlyScheduler final : public EventsScheduler {
 
   Effect release_timers(Worker worker, Time now) override;
   Decision decide(Worker worker, Time now) override;
-  [[nodiscard]] std::unique_ptr<Scheduler> clone() const override {
+  [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return timer_management() == 1 ? std::make_unique<ReleaseOnlyScheduler>(*this) : nullptr;
   }
 

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "hotpath/core/job.hpp"
-#include "hotpath/core/state_words.hpp"
 #include "hotpath/core/worker.hpp"
 
 namespace hotpath {
@@ -104,26 +103,6 @@ class Scheduler {
   using Choice = std::function<bool(TaskId)>;
   void follow(Choice may_run) { may_run_ = std::move(may_run); }
 
-  /// For the exploration of all schedules. A copy in the same state; none: this scheduler is not explored.
-  [[nodiscard]] virtual std::unique_ptr<Scheduler> clone() const { return nullptr; }
-  /// Adds all that its later answers depend on, besides the numbers of the tasks and the calls to come.
-  virtual void describe(StateWords& words) const { static_cast<void>(words); }
-  /// The first instant after `now` at which an answer can change though nothing was called between: the next
-  /// timestamp of a timer.
-  [[nodiscard]] virtual Time next_change(Time now) const {
-    static_cast<void>(now);
-    return kNever;
-  }
-  /// The timers of explored schedulers.
-  [[nodiscard]] virtual std::span<const Timer> timers() const;
-  /// A timer that Timer::is_held() becomes ready at `due`, which is now.
-  virtual void release_at(TaskId timer, Time due);
-  /// Every timer that release_at() made ready was so by `now`, in the same order: for another of the
-  /// schedules that one state stands for, in which it is earlier.
-  virtual void released_by(Time now) { static_cast<void>(now); }
-  /// Whether a job's deadline decides when the jobs run that it activates.
-  [[nodiscard]] virtual bool hands_deadlines_down() const { return false; }
-
  protected:
   /// Whether decisions follow a recorded schedule; otherwise every job may run.
   [[nodiscard]] bool follows() const { return may_run_ != nullptr; }
@@ -134,7 +113,6 @@ class Scheduler {
   /// The common part of unfinished(): due timers and unread samples.
   static void visit_unfinished(std::span<const Timer> timers, const UnreadSamples& unread, Time now,
                                const Visitor& visit);
-  static Time next_timestamp(std::span<const Timer> timers, Time now);
 
  private:
   Choice may_run_;

@@ -17,7 +17,7 @@ class StaticScheduler final : public WaitSet {
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker, const Job&, Time) override { return {}; }
-  [[nodiscard]] std::unique_ptr<Scheduler> clone() const override {
+  [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return std::make_unique<StaticScheduler>(*this);
   }
 

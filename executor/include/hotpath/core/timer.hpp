@@ -35,7 +35,7 @@ class Timer {
   void release_at(Time due) { due_ = due; }
   /// Whether the driver has said when it becomes ready.
   [[nodiscard]] bool is_released() const { return has_delays() && due_ != kNever; }
-  /// See Scheduler::released_by().
+  /// See ExploredScheduler::released_by().
   void released_by(Time now) {
     if (is_released()) due_ = std::min(due_, now);
   }

@@ -33,9 +33,9 @@ class TimersManager {
   /// Calls the first due timer, in the order of the heap, for which `may_run` is true. O(n log n).
   std::optional<Job> call_first(Time now, const std::function<bool(TaskId)>& may_run);
 
-  /// See Scheduler::release_at(). O(n log n).
+  /// See ExploredScheduler::release_at(). O(n log n).
   void release_at(TaskId id, Time due);
-  /// See Scheduler::released_by(). O(n log n).
+  /// See ExploredScheduler::released_by(). O(n log n).
   void released_by(Time now);
   void describe(StateWords& words) const;
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "hotpath/core/scheduler.hpp"
+#include "hotpath/core/explored_scheduler.hpp"
 #include "hotpath/core/timer.hpp"
 #include "hotpath/core/unread_samples.hpp"
 
@@ -14,7 +14,7 @@ namespace hotpath {
 /// The common part of rclcpp's executors that poll a wait set: the timers and subscriptions of this
 /// process in entity order, and the snapshot: the tasks that the last poll found ready and that
 /// have not run since, in execution order.
-class WaitSet : public Scheduler {
+class WaitSet : public ExploredScheduler {
  public:
   [[nodiscard]] std::span<const WorkerRole> workers() const final { return roles_; }
   void begin(Time epoch) final;

@@ -31,7 +31,7 @@ class WaitSetScheduler final : public WaitSet {
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker worker, const Job& job, Time now) override;
-  [[nodiscard]] std::unique_ptr<Scheduler> clone() const override {
+  [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return workers().size() == 1 ? std::make_unique<WaitSetScheduler>(*this) : nullptr;
   }
 

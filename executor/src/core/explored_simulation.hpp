@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "hotpath/core/explored_scheduler.hpp"
+#include "hotpath/core/exploration.hpp"
+#include "simulation.hpp"
+
+namespace hotpath {
+
+/// A simulation of one executor that can be stopped between two instants, copied there, and continued with
+/// other instants of what ends next.
+class ExploredSimulation : public Simulation {
+ public:
+  /// `executor` has `scheduler` as its scheduler.
+  ExploredSimulation(const TaskSet& set, const SimulatedExecutor& executor,
+                     const std::vector<std::uint32_t>& executor_of, ExploredScheduler& scheduler,
+                     Workload& workload, const SimulationOptions& options, JobSink* sink)
+      : Simulation(set, std::span(&executor, 1), executor_of, workload, options, sink), scheduler_(&scheduler) {}
+
+  /// Everything until the first instant at which something ends or falls due. `released`: held timers
+  /// (Timer::is_held()) that are ready then.
+  void begin(std::span<const TaskId> released) {
+    begin_schedulers();
+    for (const TaskId timer : released) scheduler_->release_at(timer, now_);
+    begin_workers();
+  }
+
+  /// A held timer becomes ready at this instant, to which advance() goes next.
+  void release(TaskId timer, Time instant) {
+    scheduler_->release_at(timer, instant);
+    const Worker w = workers_.size() - 1;  // the timer thread if there is one
+    SimulatedWorkers::State& worker = workers_[w];
+    const Time awake = instant + platform_.wake_up_latency;
+    if (worker.step == Step::asleep && awake < worker.until) workers_.sleep_until(w, awake);
+    if (worker.step != Step::asleep && !worker.has_job) worker.wake_at = std::min(worker.wake_at, instant);
+  }
+
+  /// Whatever workers found due was so by `now`, which may precede now().
+  void due_by(Time now) {
+    for (Worker w = 0; w < workers_.size(); ++w) {
+      if (workers_[w].wake_at <= now_) workers_[w].wake_at = std::min(workers_[w].wake_at, now);
+    }
+  }
+
+  /// The same simulation, to go on with these copies of its scheduler and its workload.
+  [[nodiscard]] std::unique_ptr<ExploredSimulation> copy(ExploredScheduler& scheduler,
+                                                         Workload& workload) const {
+    auto copied = std::make_unique<ExploredSimulation>(*this);
+    copied->executors_.front().scheduler = copied->scheduler_ = &scheduler;
+    copied->workload_ = &workload;
+    return copied;
+  }
+  [[nodiscard]] Time now() const { return now_; }
+  /// The jobs that published the samples on the way, each once, in the order in which they arrive.
+  [[nodiscard]] std::vector<JobRef> on_the_way() const {
+    std::vector<JobRef> jobs;
+    for (const Sample& sample : on_the_way_) {
+      if (jobs.empty() || jobs.back() != sample.info.parent) jobs.push_back(sample.info.parent);
+    }
+    return jobs;
+  }
+  /// Changes when the samples on the way arrive, by the jobs that published them; their order must not
+  /// change.
+  template <class ArrivalOf>
+  void reschedule_arrivals(const ArrivalOf& arrival_of) {
+    for (Sample& sample : on_the_way_) sample.arrival = arrival_of(sample.info.parent);
+  }
+  [[nodiscard]] SimulatedWorkers& workers() { return workers_; }
+  [[nodiscard]] const SimulatedWorkers& workers() const { return workers_; }
+
+  /// Adds what decides its future besides its scheduler and its workload, and besides the end of the step
+  /// and of the time slice of worker 0, and when samples arrive. Nor when worker 0 wakes (`wakes`), nor when
+  /// worker 1 wakes or its release ends (`releases`).
+  void describe(StateWords& words, bool wakes, bool releases) const {
+    words.add((wakes ? 1 : 0) + (releases ? 2 : 0));
+    for (Worker w = 0; w < workers_.size(); ++w) {
+      describe_thread(w, w == 0 ? wakes : releases, releases, words);
+      describe_next(workers_[w], words);
+    }
+    for (const Sample& sample : on_the_way_) {
+      words.add(sample.subscription);
+      describe_publication(sample.info.parent, words);
+      if (scheduler_->hands_deadlines_down()) words.add(sample.info.deadline);
+    }
+    const std::optional<Worker> holder = executors_.front().lock_holder;
+    words.add(holder ? static_cast<std::int64_t>(*holder) : -1);
+  }
+
+ private:
+  static bool waits(const SimulatedWorkers::State& worker) {
+    return worker.step == Step::asleep || worker.step == Step::blocked;
+  }
+
+  void describe_thread(Worker w, bool wakes, bool releases, StateWords& words) const {
+    const SimulatedWorkers::State& worker = workers_[w];
+    words.add(static_cast<std::int64_t>(worker.step));
+    words.add((worker.on_core ? 1 : 0) + (worker.woken ? 2 : 0) + (worker.in_pass ? 4 : 0));
+    words.add(worker.priority);
+    if (worker.step == Step::asleep && !wakes) words.add(worker.until);
+    if (waits(worker)) return;
+    if (w > 0 && worker.on_core && releases) words.add((worker.slice_end - worker.until).count());
+    if (w > 0 && worker.on_core && !releases) words.add(worker.until);
+    if (w > 0 && !worker.on_core) words.add(worker.remaining.count());
+    if (w == 0 && !worker.on_core) words.add(worker.remaining == Duration{} ? 1 : 0);
+    if (!worker.on_core) words.add(worker.slice_left.count());
+  }
+
+  /// What the worker does after its step.
+  void describe_next(const SimulatedWorkers::State& worker, StateWords& words) const {
+    if (waits(worker)) return;
+    if (!worker.has_job) {
+      worker.wake_at <= now_ ? words.add(-2) : words.add(worker.wake_at);
+      return;
+    }
+    words.add(worker.job.task);
+    words.add(worker.job.empty ? 1 : 0);
+    if (is_of_timer(worker.job)) words.add(worker.job.timestamp);
+    if (scheduler_->hands_deadlines_down()) words.add(worker.job.deadline);
+  }
+
+  ExploredScheduler* scheduler_;
+};
+
+}  // namespace hotpath

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "met_states.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace hotpath {
+
+namespace {
+
+void add_start(const ExploredState& state, JobRef job, std::vector<std::size_t>& coordinates) {
+  const std::size_t start = state.start_of(job);
+  if (start == kConstant) return;
+  if (std::find(coordinates.begin(), coordinates.end(), start) == coordinates.end()) {
+    coordinates.push_back(start);
+  }
+}
+
+}  // namespace
+
+std::optional<MetStates::Next> MetStates::next() {
+  while (!pending_.empty()) {
+    const std::size_t place = pending_.top().second;
+    pending_.pop();
+    Met& met = met_[place];
+    if (met.state) return Next{std::move(met.state), {place, met.coordinates, met.origin}};
+  }
+  return std::nullopt;
+}
+
+std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::int64_t origin,
+                                              std::vector<std::size_t>& coordinates) const {
+  StateWords words(Time{} + Duration(origin));
+  state.simulation->describe(words, state.wakes, state.releases);
+  for (const ExploredBranches::Instant& release : ExploredBranches::releases(state)) {
+    words.add_data(state.starts[release.coordinate - kStarts], kNever);
+  }
+  state.scheduler->describe(words);
+  state.workload->describe(words);
+  if (state.busy() || state.wakes) coordinates.push_back(kEnd);
+  if (state.releases) coordinates.push_back(kTimers);
+  if (branches_.slices && state.executor().on_core) coordinates.push_back(kSlice);
+  const SimulatedWorkers::State& executor = state.executor();
+  const bool has_sample = executor.has_job && !executor.job.empty && !is_of_timer(executor.job);
+  if (publications_ && state.busy() && has_sample) describe_publication(executor.job.parent, words);
+  if (executor.step == ExploredState::Step::run) add_start(state, executor.job.ref(), coordinates);
+  for (const JobRef& job : words.data()) add_start(state, job, coordinates);
+  return words.take_words();
+}
+
+void MetStates::enter(ExploredState state,
+                      const std::function<void(const ExploredState&, ExploredPaths::End)>& way) {
+  constexpr Time kBeforeAll{Duration(-1)};
+  const Time first_call = state.scheduler->next_change(kBeforeAll);
+  const std::int64_t origin =
+      first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
+  std::vector<std::size_t> coordinates = {kConstant};
+  std::vector<std::size_t>& same = known_[describe(state, origin, coordinates)];
+  Zone zone = state.zone.select(coordinates);
+  zone.shift(-origin);
+  for (const std::size_t place : same) {
+    if (met_[place].zone.contains(zone)) return;
+  }
+  for (const std::size_t place : same) {
+    Met& met = met_[place];
+    if (!met.state) continue;
+    std::optional<Zone> joined = Zone::joined(met.zone, zone);
+    if (!joined) continue;
+    way(state, {place, coordinates, origin});
+    met.zone = std::move(*joined);
+    met.state->from = std::min(met.state->from, state.from + Duration(met.origin - origin));
+    take_over_zone(met);
+    pending_.emplace(earliest(met), place);
+    return;
+  }
+  way(state, {met_.size(), coordinates, origin});
+  same.push_back(met_.size());
+  met_.push_back(
+      {std::move(zone), std::move(coordinates), origin, std::make_unique<ExploredState>(std::move(state))});
+  forget_other_starts(met_.back());
+  pending_.emplace(earliest(met_.back()), met_.size() - 1);
+}
+
+void MetStates::forget_other_starts(Met& met) {
+  ExploredState& state = *met.state;
+  std::vector<JobRef> starts;
+  for (std::size_t& coordinate : met.coordinates) {
+    if (coordinate < kStarts) continue;
+    starts.push_back(state.starts[coordinate - kStarts]);
+    coordinate = kStarts + starts.size() - 1;
+  }
+  state.starts = std::move(starts);
+  take_over_zone(met);
+}
+
+void MetStates::take_over_zone(Met& met) {
+  std::vector<std::size_t> numbers(kStarts + met.state->starts.size(), 0);
+  for (std::size_t i = 0; i < met.coordinates.size(); ++i) numbers[met.coordinates[i]] = i;
+  Zone absolute = met.zone;
+  absolute.shift(met.origin);
+  met.state->zone = absolute.select(numbers);
+}
+
+std::int64_t MetStates::earliest(const Met& met) const {
+  ExploredState& state = *met.state;
+  const std::vector<ExploredBranches::Instant> instants = branches_.uncertain(state);
+  std::int64_t next = instants.empty() ? (ExploredBranches::next_of_others(state) - Time{}).count()
+                                       : std::numeric_limits<std::int64_t>::max();
+  for (const ExploredBranches::Instant& instant : instants) {
+    next = std::min(next, state.zone.lowest(instant.coordinate) + instant.later);
+  }
+  return next;
+}
+
+}  // namespace hotpath
