@@ -56,7 +56,7 @@ TEST(Csv, MalformedFieldsAreNamedWithLineAndColumn) {
 }
 
 TEST(Csv, FilesWrittenByHandMayHaveBlanks) {
-  std::istringstream in("\n name ,count\n\n IMU, 12 \n \n");
+  std::istringstream in("\n name ,count\n\n\tIMU, 12\t\n \n");
   CsvReader csv(in, "a.csv", CsvLayout::by_hand);
   EXPECT_THAT(csv.header(), ElementsAre("name", "count"));
   ASSERT_TRUE(csv.next());

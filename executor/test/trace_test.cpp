@@ -144,6 +144,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,,,10,0,,0,,", "a finish_ns"},
                     BadRow{"rm-ro,0,T0,timer,1,queued,0,0,3,,,10,0,,0,,", "no start_ns"},
                     BadRow{"rm-ro,0,T0,timer,7,skipped,70,,,,,80,,,0,,", "in sequence"},
+                    BadRow{"rm-ro,0,T0,timer,1,skipped,10000001,,,,,20,,,0,,", "whole number of periods"},
                     BadRow{"edf-ro,0,T0,timer,1,skipped,10,,,,,20,,,0,,", "must follow"}));
 
 TEST(MalformedJobsCsvHeader, IsRefused) {
@@ -173,10 +174,10 @@ TEST(ChainsCsv, LeavesAnUnknownLatencyEmpty) {
 
 TEST(JobsCsv, IsReadWithoutTheGraph) {
   TaskSet set;
-  add_timer(set, 10ms, 1ms, 5ms);
+  add_timer(set, 10ms, 1ms, 500us);  // its last job waits
   add_subscription(set, {add_timer(set, 30ms, 1ms)}, 1ms);
   set.tasks[0].deadline = 8ms;
-  std::istringstream in(written(set, run(set, "edf-ro", 200ms)));
+  std::istringstream in(written(set, run(set, "default", 185ms)));
   const JobsCsv jobs = read_jobs_csv(in, "jobs.csv");
   ASSERT_EQ(jobs.traces.size(), 1U);
   ASSERT_EQ(jobs.set.size(), 3U);
