@@ -11,7 +11,7 @@
 #include "advise/question.hpp"
 #include "advise/ranking.hpp"
 #include "advise/stored_draw.hpp"
-#include "explain/simulated_difference.hpp"
+#include "explain/explain.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/progress.hpp"
