@@ -2,11 +2,16 @@
 #include "advise/candidates.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iostream>
 #include <numeric>
 #include <set>
 
 #include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/find_chains.hpp"
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
+#include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
 
@@ -14,120 +19,115 @@ namespace hotpath::advise {
 
 namespace {
 
+using program::concat;
+
 constexpr int kChainPriority = 60;  ///< SCHED_FIFO, of the first thread of a chain.
 constexpr int kMostPriority = 89;   ///< Timer threads are above.
 
 double mean_ms(const Callback& callback, ExecutionTimeModel model) {
   if (model == ExecutionTimeModel::worst) return to_ms(callback.worst);
-  if (model != ExecutionTimeModel::uniform && callback.measured) {
-    const double sum = std::accumulate(callback.measured->begin(), callback.measured->end(), 0.0,
-                                       [](double s, Duration d) { return s + to_ms(d); });
-    return sum / static_cast<double>(callback.measured->size());
-  }
-  return (to_ms(callback.worst) + to_ms(callback.best)) / 2;
+  if (model == ExecutionTimeModel::uniform || !callback.measured)
+    return (to_ms(callback.worst) + to_ms(callback.best)) / 2;
+  const double sum = std::accumulate(callback.measured->begin(), callback.measured->end(), 0.0,
+                                     [](double s, Duration d) { return s + to_ms(d); });
+  return sum / static_cast<double>(callback.measured->size());
 }
 
 /// The load of each task, in cores.
 std::vector<double> loads(const Graph& graph, const GraphTasks& tasks) {
   std::vector<double> loads = activation_rates(tasks);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+  for (TaskId id = 0; id < tasks.set.size(); ++id)
     loads[id] *= mean_ms(tasks.callbacks[id], graph.platform.execution_times) / 1e3;
-  }
   return loads;
 }
 
-/// The tasks of a chain of the graph.
-std::set<TaskId> tasks_of_chain(const Graph& graph, const GraphTasks& tasks, std::size_t chain) {
-  std::set<TaskId> members;
-  const ChainIndex index = index_chains(graph, tasks)[chain];
-  for (const auto& node : index.nodes) members.insert(node.begin(), node.end());
-  return members;
+/// The simulator has one machine for all: a deployment has the costs of its first executor.
+Graph with_reference_costs(Graph graph, const setup::ExecutorSpec& spec) {
+  const ReferenceCosts& costs = setup::parts(spec).front().entry->traits.reference;
+  graph.platform.set_dispatch_costs(costs.dispatch);
+  graph.platform.wait_cost = costs.wait;
+  graph.platform.wait_cost_per_entity = costs.wait_per_entity;
+  graph.platform.wake_up = costs.wake_up;
+  return graph;
 }
 
+/// Whether the graph has what distinguishes the executor from others.
+bool suits(const ExecutorTraits& traits, const TaskSet& set) {
+  const auto has_priority = [](const Task& t) { return t.priority.has_value(); };
+  const auto has_deadline = [](const Task& t) { return t.kind == TaskKind::timer && t.deadline != t.period; };
+  if (traits.policy == Policy::fp) return std::ranges::any_of(set.tasks, has_priority);
+  return traits.policy != Policy::dm || std::ranges::any_of(set.tasks, has_deadline);
+}
+
+/// The candidates of one graph, each name once.
 class Candidates {
  public:
-  Candidates(const Graph& graph, const Objective& objective, const CandidateOptions& options)
-      : graph_(graph), tasks_(make_tasks(graph)), objective_(objective), options_(options) {}
+  Candidates(const Graph& graph, const CandidateOptions& options)
+      : graph_(graph), tasks_(make_tasks(graph)), options_(options) {}
 
-  std::vector<Candidate> all() {
-    const bool named = !options_.executors.empty() || !options_.deployments.empty();
+  void add_named() {
     for (const std::string& name : options_.executors) add_executor(name);
     for (const std::string& name : options_.deployments) add_deployment(name);
-    if (!named) {
-      for (const ExecutorEntry& entry : executors()) add_suitable(entry);
-      for (const DeploymentPreset& preset : deployment_presets()) {
-        if (preset.name != "single") add_deployment(std::string(preset.name));  // the same as `default`
-      }
-      if (!graph_.chains.empty()) add_for_chain();
-    }
-    if (!has(options_.now)) {
-      is_executor(options_.now) ? add_executor(options_.now) : add_deployment(options_.now);
-    }
-    return std::move(all_);
   }
+
+  void add_suitable() {
+    for (const ExecutorEntry& entry : executors()) {
+      if (!suits(entry.traits, tasks_.set)) continue;
+      const std::string name(entry.name);
+      const unsigned threads = std::min(graph_.platform.cores, most_threads(entry.traits));
+      const bool many = entry.traits.many_workers, polled = entry.traits.timers == TimerHandling::polled;
+      if (!many) add_executor(name);
+      if (many && !polled) add_executor(name + ":1");
+      if (many && threads > 1) add_executor(concat(name, ":", threads));
+    }
+    for (const DeploymentPreset& preset : deployment_presets()) {
+      if (preset.name != "single") add_deployment(std::string(preset.name));  // the same as `default`
+    }
+  }
+
+  /// Those that favour a chain.
+  void add_for(const ChainIndex& chain, const std::string& name) {
+    std::set<TaskId> members;
+    for (const auto& node : chain.nodes) members.insert(node.begin(), node.end());
+    add_chain_priorities(members, name);
+    if (graph_.platform.cores == 1) return;
+    std::set<std::uint32_t> groups;
+    for (const TaskId id : members) groups.insert(tasks_.set[id].group);
+    add_chain_first(groups, name);
+    add_chain_threads(along(chain, members), name);
+  }
+
+  void add_current() {
+    if (has(options_.now)) return;
+    const bool executor = find_executor(results::ExecutorLabel(options_.now).name) != nullptr;
+    executor ? add_executor(options_.now) : add_deployment(options_.now);
+  }
+
+  std::vector<Candidate> take() { return std::move(all_); }
+  [[nodiscard]] const GraphTasks& tasks() const { return tasks_; }
 
  private:
-  static bool is_executor(const std::string& name) {
-    return find_executor(results::ExecutorLabel(name).name) != nullptr;
-  }
   bool has(const std::string& name) const {
-    return std::ranges::any_of(all_, [&](const Candidate& c) { return c.name == name; });
-  }
-
-  void add_suitable(const ExecutorEntry& entry) {
-    const auto any = [&](auto condition) { return std::ranges::any_of(tasks_.set.tasks, condition); };
-    const ExecutorTraits& traits = entry.traits;
-    if (traits.policy == Policy::fp && !any([](const Task& t) { return t.priority.has_value(); })) return;
-    const auto other_deadline = [](const Task& t) {
-      return t.kind == TaskKind::timer && t.deadline != t.period;
-    };
-    if (traits.policy == Policy::dm && !any(other_deadline)) return;
-    const std::string name(entry.name);
-    if (!traits.many_workers) return add_executor(name);
-    const bool queue = traits.timers != TimerHandling::polled;
-    if (queue) add_executor(name + ":1");
-    const unsigned threads = std::min(graph_.platform.cores, most_threads(traits));
-    if (threads > 1) add_executor(program::concat(name, ":", threads));
+    return std::ranges::find(all_, name, &Candidate::name) != all_.end();
   }
 
   void add_executor(const std::string& name) {
     const setup::ExecutorSpec spec = setup::parse_executor(name, options_.scheduling);
     add(spec, graph_, std::string(spec.entry->description));
   }
-
   void add_deployment(const std::string& name) {
-    const setup::ExecutorSpec spec = setup::deploy(name, graph_, tasks_, options_.scheduling);
+    add_deployment(setup::deploy(name, graph_, tasks_, options_.scheduling));
+  }
+  void add_deployment(const setup::ExecutorSpec& spec) {
     add(spec, graph_, spec.deployment->plan.description);
   }
 
-  void add(setup::ExecutorSpec spec, Graph graph, std::string description) {
+  void add(const setup::ExecutorSpec& spec, const Graph& graph, const std::string& description,
+           bool sets_priorities = false) {
     if (has(spec.label)) return;
-    Candidate c;
-    c.name = spec.label;
-    c.description = std::move(description);
-    if (options_.reference_costs) {
-      // The simulator has one machine for all: a deployment has the costs of its first executor.
-      const ReferenceCosts& costs = setup::parts(spec).front().entry->traits.reference;
-      graph.platform.set_dispatch_costs(costs.dispatch);
-      graph.platform.wait_cost = costs.wait;
-      graph.platform.wait_cost_per_entity = costs.wait_per_entity;
-      graph.platform.wake_up = costs.wake_up;
-    }
-    c.graph = std::move(graph);
-    c.spec = std::move(spec);
-    weigh(c);
-    all_.push_back(std::move(c));
-  }
-
-  void add_for_chain() {
-    const std::set<TaskId> chain = tasks_of_chain(graph_, tasks_, objective_.chain);
-    const std::string name = graph_.chains[objective_.chain].name;
-    add_chain_priorities(chain, name);
-    if (graph_.platform.cores == 1) return;
-    std::set<std::uint32_t> groups;
-    for (const TaskId id : chain) groups.insert(tasks_.set[id].group);
-    add_chain_first(groups, name);
-    add_chain_threads(groups, name);
+    const Candidate candidate{spec.label, description, {}, {}, spec, sets_priorities, 0, ""};
+    all_.push_back(
+        with_graph(candidate, options_.reference_costs ? with_reference_costs(graph, spec) : graph));
   }
 
   /// Priorities: timers of the chain first, then by period.
@@ -135,60 +135,51 @@ class Candidates {
     Graph graph = graph_;
     std::set<Duration> periods;
     for (const Task& task : tasks_.set.tasks) periods.insert(task.period);
-    const auto rank = [&](Duration period) {
-      return 100 + std::distance(periods.begin(), periods.find(period));
-    };
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      Node& node = graph.nodes[tasks_.origin[id].node];
+      const TaskOrigin& origin = tasks_.origin[id];
+      Node& node = graph.nodes[origin.node];
       const bool timer = tasks_.set[id].kind == TaskKind::timer;
       std::optional<std::int64_t>& priority = node.type == NodeType::callbacks
-                                                  ? node.callbacks[tasks_.origin[id].callback].priority
+                                                  ? node.callbacks[origin.callback].priority
                                               : timer ? node.priority
-                                                      : node.inputs[*tasks_.origin[id].input].priority;
+                                                      : node.inputs[*origin.input].priority;
       priority.reset();  // subscriptions inherit
-      if (timer) priority = chain.contains(id) ? 1 : rank(tasks_.set[id].period);
+      const auto rank = std::distance(periods.begin(), periods.find(tasks_.set[id].period));
+      if (timer) priority = chain.contains(id) ? 1 : 100 + rank;
     }
     setup::ExecutorSpec spec = setup::parse_executor("fp-ro", options_.scheduling);
     spec.label = "fp-ro:chain";
-    add(std::move(spec), std::move(graph), "fixed priorities, timers of " + name + " first");
-    all_.back().sets_priorities = true;
+    add(spec, graph, "fixed priorities, timers of " + name + " first", true);
   }
 
   void add_chain_first(const std::set<std::uint32_t>& groups, const std::string& name) {
     Deployment d;
     d.name = "chain-first";
-    d.description = program::concat("callback groups of ", name, " on a separate thread above all others");
+    d.description = concat("callback groups of ", name, " on a separate thread above all others");
     const ThreadPolicy above{ThreadPolicy::Class::fifo, kChainPriority};
     d.executors.push_back({"chain", std::string(kBaselineExecutor), above, {}, 0});
     d.executors.push_back({"rest", std::string(kBaselineExecutor), {}, {}, 0});
     for (const Task& task : tasks_.set.tasks) d.executor_of.push_back(groups.contains(task.group) ? 0 : 1);
-    if (std::ranges::count(d.executor_of, 1U) > 0) add_generated(std::move(d));
+    if (std::ranges::count(d.executor_of, 1U) > 0)
+      add_deployment(setup::deploy(std::move(d), options_.scheduling));
   }
 
   /// Priorities rise along the chain, so that started work is finished first (PiCAS).
-  void add_chain_threads(const std::set<std::uint32_t>& groups, const std::string& name) {
+  void add_chain_threads(const std::vector<TaskId>& along, const std::string& name) {
     Deployment d = find_deployment("cie", graph_, tasks_);
     d.name = "cie:chain";
-    d.description = program::concat("CallbackIsolatedExecutor, threads of ", name, " above all others");
+    d.description = concat("CallbackIsolatedExecutor, threads of ", name, " above all others");
     int priority = kChainPriority;
-    for (const TaskId id : along_chain()) {
-      DeployedExecutor& executor = d.executors[d.executor_of[id]];
-      if (!groups.contains(tasks_.set[id].group) || !executor.policy.ordinary()) continue;
-      executor.policy = {ThreadPolicy::Class::fifo, std::min(kMostPriority, priority++)};
+    for (const TaskId id : along) {
+      ThreadPolicy& policy = d.executors[d.executor_of[id]].policy;
+      if (policy.ordinary()) policy = {ThreadPolicy::Class::fifo, std::min(kMostPriority, priority++)};
     }
-    add_generated(std::move(d));
-  }
-
-  void add_generated(Deployment d) {
-    std::string description = d.description;
-    add(setup::deploy(std::move(d), options_.scheduling), graph_, std::move(description));
+    add_deployment(setup::deploy(std::move(d), options_.scheduling));
   }
 
   /// The chain's tasks in the order of the data flow.
-  std::vector<TaskId> along_chain() const {
-    const ChainIndex index = index_chains(graph_, tasks_)[objective_.chain];
-    const std::set<TaskId> members = tasks_of_chain(graph_, tasks_, objective_.chain);
-    std::vector<TaskId> order = index.sources;
+  std::vector<TaskId> along(const ChainIndex& chain, const std::set<TaskId>& members) const {
+    std::vector<TaskId> order = chain.sources;
     for (std::size_t i = 0; i < order.size(); ++i) {
       for (const TaskId next : tasks_.downstream(order[i])) {
         if (members.contains(next) && std::ranges::count(order, next) == 0) order.push_back(next);
@@ -199,28 +190,48 @@ class Candidates {
 
   const Graph& graph_;
   const GraphTasks tasks_;
-  const Objective& objective_;
   const CandidateOptions& options_;
   std::vector<Candidate> all_;
 };
+
+Graph graph_of(const Options& options) {
+  constexpr std::size_t kMostChains = 8;
+  Graph graph = setup::graph_to_run(options);
+  if (options.cores) graph.platform.cores = *options.cores;
+  if (!graph.chains.empty()) return graph;
+  graph.chains = find_chains(graph, make_tasks(graph), kMostChains);
+  for (const Chain& chain : graph.chains)
+    std::cout << "Found " << chain.name << ": " << program::joined(chain.nodes, " -> ") << "\n";
+  return graph;
+}
 
 }  // namespace
 
 std::vector<Candidate> make_candidates(const Graph& graph, const Objective& objective,
                                        const CandidateOptions& options) {
-  return Candidates(graph, objective, options).all();
+  Candidates candidates(graph, options);
+  candidates.add_named();
+  if (options.executors.empty() && options.deployments.empty()) {
+    candidates.add_suitable();
+    if (!graph.chains.empty()) {
+      candidates.add_for(index_chains(graph, candidates.tasks())[objective.chain],
+                         graph.chains[objective.chain].name);
+    }
+  }
+  candidates.add_current();
+  return candidates.take();
 }
 
-void weigh(Candidate& c) {
+Candidate with_graph(Candidate c, Graph graph) {
+  c.graph = std::move(graph);
   c.tasks = make_tasks(c.graph);
   c.threads = 0;
   c.overload.clear();
   const std::vector<double> load = loads(c.graph, c.tasks);
   const std::span<const setup::ExecutorSpec> executors = setup::parts(c.spec);
   std::vector<double> of_executor(executors.size(), 0);
-  for (TaskId id = 0; id < load.size(); ++id) {
+  for (TaskId id = 0; id < load.size(); ++id)
     of_executor[c.spec.deployment ? c.spec.deployment->plan.executor_of[id] : 0] += load[id];
-  }
   for (std::size_t e = 0; e < executors.size(); ++e) {
     const TimerHandling timers = executors[e].entry->traits.timers;
     const bool only_releases = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
@@ -229,16 +240,53 @@ void weigh(Candidate& c) {
     c.threads += threads;
     if (of_executor[e] < std::min(threads, c.graph.platform.cores) || !c.overload.empty()) continue;
     const std::string subject =
-        c.spec.deployment ? program::concat("executor ", c.spec.deployment->plan.executors[e].name) : "it";
-    c.overload =
-        program::concat(subject, " has ", program::fixed(100 * of_executor[e], 0),
+        c.spec.deployment ? concat("executor ", c.spec.deployment->plan.executors[e].name) : "it";
+    c.overload = concat(subject, " has ", program::fixed(100 * of_executor[e], 0),
                         " % of one core of work for ", threads, threads == 1 ? " thread" : " threads");
   }
+  return c;
 }
 
-double mean_load_percent(const Graph& graph, const GraphTasks& tasks) {
+Question::Question(const Options& given, const std::string& usual)
+    : options(given),
+      graph(graph_of(given)),
+      tasks(make_tasks(graph)),
+      objective(
+          parse_objective(given.objective.value_or(graph.chains.empty() ? "worst_lateness" : usual), graph)),
+      folder(setup::output_folder(given, graph)) {
   const std::vector<double> of_task = loads(graph, tasks);
-  return 100 * std::accumulate(of_task.begin(), of_task.end(), 0.0);
+  const double load = 100 * std::accumulate(of_task.begin(), of_task.end(), 0.0);
+  const unsigned cores = graph.platform.cores;
+  if (load < 100.0 * cores) return;
+  throw program::OverloadError(
+      program::concat("overload: the callbacks of ", graph.name, " need ", program::fixed(load, 0),
+                      " % of one core, and there ", cores == 1 ? "is " : "are ", cores,
+                      cores == 1 ? " core" : " cores", ": no executor can keep up; give the graph ",
+                      std::floor(load / 100) + 1, " cores or more (--cores), or less work (--load)"));
+}
+
+std::vector<Candidate> Question::candidates(const std::string& usual) const {
+  const std::string costs = options.costs.value_or(usual);
+  if (costs != "reference" && costs != "graph")
+    throw program::UsageError("--costs: `" + costs + "` is neither reference nor graph");
+  program::check_output_folder(folder);
+  return make_candidates(graph, objective,
+                         {.executors = options.executors,
+                          .deployments = options.deployments,
+                          .now = options.now,
+                          .scheduling = setup::scheduling_of(options, graph, tasks.set, graph.platform.cores),
+                          .reference_costs = costs == "reference"});
+}
+
+const Candidate& Question::now(const std::vector<Candidate>& candidates) const {
+  // A deployment from a file has the name in the file, and is the last candidate.
+  const auto named = std::ranges::find(candidates, options.now, &Candidate::name);
+  return named == candidates.end() ? candidates.back() : *named;
+}
+
+void Question::finish(const nlohmann::json& content) const {
+  std::cout << "\nResults: " << folder.string() << "\n" << std::flush;
+  program::show_json(content);
 }
 
 }  // namespace hotpath::advise

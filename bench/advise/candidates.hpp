@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "advise/advice.hpp"
 #include "advise/objective.hpp"
 #include "setup/executor_spec.hpp"
 
@@ -45,10 +48,28 @@ struct CandidateOptions {
 [[nodiscard]] std::vector<Candidate> make_candidates(const Graph& graph, const Objective& objective,
                                                      const CandidateOptions& options);
 
-/// Updates tasks, threads and overload after a change of the candidate's graph.
-void weigh(Candidate& candidate);
+/// The candidate with another graph of the same tasks: updates tasks, threads and overload.
+[[nodiscard]] Candidate with_graph(Candidate candidate, Graph graph);
 
-/// The mean work of the graph in percent of one core, with its platform's execution times.
-[[nodiscard]] double mean_load_percent(const Graph& graph, const GraphTasks& tasks);
+/// What `hotpath advise` is asked, and where the answer goes.
+struct Question {
+  /// A graph without chains gets those that are found, which are printed. The objective is by default
+  /// `usual`, or worst_lateness for a graph without chains. Throws UsageError, InputError, and OverloadError
+  /// with the number of cores that would suffice.
+  Question(const Options& options, const std::string& usual);
+
+  /// `costs`: the costs if the options name none. Throws UsageError, InputError.
+  [[nodiscard]] std::vector<Candidate> candidates(const std::string& costs) const;
+  /// The system's current executor or deployment.
+  [[nodiscard]] const Candidate& now(const std::vector<Candidate>& candidates) const;
+  /// Names the folder, and prints the content for --json. Throws RunError.
+  void finish(const nlohmann::json& content) const;
+
+  const Options options;
+  const Graph graph;
+  const GraphTasks tasks;
+  const Objective objective;
+  const std::filesystem::path folder;  ///< New or empty; created by whoever writes first.
+};
 
 }  // namespace hotpath::advise

@@ -2,10 +2,8 @@
 #include "advise/objective.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 #include "hotpath/reference_system/chain_observation.hpp"
@@ -16,75 +14,53 @@ namespace hotpath::advise {
 
 namespace {
 
+using Kind = Objective::Kind;
 using Statistic = Objective::Statistic;
 
-constexpr std::array<std::pair<const char*, Statistic>, 4> kStatistics = {{{"median", Statistic::median},
-                                                                           {"p99", Statistic::p99},
-                                                                           {"worst", Statistic::worst},
-                                                                           {"age", Statistic::age}}};
-constexpr const char* kForms =
-    "give hot_path:median, :p99, :worst or :age, CHAIN:p99, CHAIN<MS, worst_lateness or losses";
-constexpr const char* kFirst = "hot_path";
+[[noreturn]] void refuse(const std::string& text) {
+  throw program::UsageError(program::concat(
+      "--for: `", text,
+      "`: give hot_path:median, :p99, :worst or :age, CHAIN:p99, CHAIN<MS, worst_lateness or losses"));
+}
 
 std::size_t chain_named(const std::string& name, const Graph& graph) {
   std::vector<std::string> names;
   for (const Chain& chain : graph.chains) names.push_back(chain.name);
   const auto place = std::ranges::find(names, name);
   if (place != names.end()) return static_cast<std::size_t>(place - names.begin());
-  if (name == kFirst && !names.empty()) return 0;
+  if (name == "hot_path" && !names.empty()) return 0;
   throw program::UsageError(
       program::concat("--for: the graph has no chain ", name, "; ",
                       names.empty() ? "it names none, and none was found: take worst_lateness or losses"
                                     : "it has " + program::joined(names)));
 }
 
-Objective latency_of(const std::string& chain, const std::string& statistic, const Graph& graph) {
-  const auto named = std::ranges::find_if(kStatistics, [&](const auto& s) { return statistic == s.first; });
-  if (named == kStatistics.end())
-    throw program::UsageError(program::concat("--for: `", statistic, "`: ", kForms));
-  Objective objective;
-  objective.statistic = named->second;
-  objective.chain = chain_named(chain, graph);
-  objective.text = program::concat(objective.of_hot_path() ? named->first : "greatest age", " of ",
+Objective latency_of(const std::string& chain, const std::string& word, const Graph& graph) {
+  const std::optional<Statistic> statistic = parse<Statistic>(word);
+  if (!statistic) refuse(word);
+  Objective objective{.statistic = *statistic, .chain = chain_named(chain, graph)};
+  objective.text = program::concat(objective.of_hot_path() ? to_string(*statistic) : "greatest age", " of ",
                                    graph.chains[objective.chain].name);
   return objective;
 }
 
 Objective::Requirement requirement(const std::string& text, const Graph& graph) {
   const std::size_t less = text.find('<');
+  if (less == std::string::npos) refuse(text);
   Objective::Requirement r;
   const char* const end = text.data() + text.size();
-  const auto parsed = less == std::string::npos ? std::from_chars_result{}
-                                                : std::from_chars(text.data() + less + 1, end, r.most_ms);
-  if (parsed.ptr != end || parsed.ec != std::errc{} || !(r.most_ms > 0)) {
-    throw program::UsageError(program::concat("--for: `", text, "`: ", kForms));
-  }
+  const auto parsed = std::from_chars(text.data() + less + 1, end, r.most_ms);
+  if (parsed.ptr != end || parsed.ec != std::errc{} || !(r.most_ms > 0)) refuse(text);
   r.chain = chain_named(text.substr(0, less), graph);
   return r;
 }
 
-double finite(double value) { return std::isnan(value) ? std::numeric_limits<double>::infinity() : value; }
-
-double worst_lateness(const results::ExecutorSummary& summary) {
-  double worst = -std::numeric_limits<double>::infinity();
-  for (const results::TaskSummary& task : summary.tasks) {
-    if (task.kind != TaskKind::timer) continue;
-    if (task.never_ran()) return std::numeric_limits<double>::infinity();
-    if (task.response_ms.n > 0) worst = std::max(worst, task.response_ms.max - to_ms(task.deadline));
-  }
-  return worst;
-}
-
 Objective objective_of(const std::string& text, const Graph& graph) {
-  Objective objective;
-  if (text == "worst_lateness" || text == "losses") {
-    objective.kind = text == "losses" ? Objective::Kind::losses : Objective::Kind::worst_lateness;
-    objective.text = text == "losses" ? "lost jobs and samples" : "worst lateness of timers";
-    return objective;
-  }
+  if (text == "losses") return {.kind = Kind::losses, .text = "lost jobs and samples"};
+  if (text == "worst_lateness") return {.kind = Kind::worst_lateness, .text = "worst lateness of timers"};
   const std::size_t colon = text.find(':');
   if (colon != std::string::npos) return latency_of(text.substr(0, colon), text.substr(colon + 1), graph);
-  objective.kind = Objective::Kind::requirements;
+  Objective objective{.kind = Kind::requirements};
   std::istringstream items(text);
   for (std::string item; std::getline(items, item, ',');) {
     const Objective::Requirement r = requirement(item, graph);
@@ -92,10 +68,27 @@ Objective objective_of(const std::string& text, const Graph& graph) {
                                       " within ", r.most_ms, " ms");
     objective.requirements.push_back(r);
   }
-  if (objective.requirements.empty())
-    throw program::UsageError(program::concat("--for: `", text, "`: ", kForms));
+  if (objective.requirements.empty()) refuse(text);
   objective.chain = objective.requirements.front().chain;
   return objective;
+}
+
+double finite(double value) { return std::isnan(value) ? INFINITY : value; }
+
+double worst_lateness(const results::ExecutorSummary& summary) {
+  double worst = -INFINITY;
+  for (const results::TaskSummary& task : summary.tasks) {
+    if (task.kind != TaskKind::timer) continue;
+    if (task.never_ran()) return INFINITY;
+    if (task.response_ms.n > 0) worst = std::max(worst, task.response_ms.max - to_ms(task.deadline));
+  }
+  return worst;
+}
+
+double value_of(Statistic statistic, const results::ChainSummary& chain) {
+  if (statistic == Statistic::age) return chain.end_to_end.quantiles.max;
+  const Quantiles& q = chain.hot_path.quantiles;
+  return statistic == Statistic::median ? q.p50 : statistic == Statistic::p99 ? q.p99 : q.max;
 }
 
 }  // namespace
@@ -103,10 +96,9 @@ Objective objective_of(const std::string& text, const Graph& graph) {
 Objective parse_objective(const std::string& text, const Graph& graph) {
   Objective objective = objective_of(text, graph);
   const GraphTasks tasks = make_tasks(graph);
-  for (const ChainIndex& chain : index_chains(graph, tasks)) {
-    objective.from_timers.push_back(
-        std::ranges::all_of(chain.sources, [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; }));
-  }
+  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
+  for (const ChainIndex& chain : index_chains(graph, tasks))
+    objective.from_timers.push_back(std::ranges::all_of(chain.sources, is_timer));
   return objective;
 }
 
@@ -115,22 +107,16 @@ double loss_percent(const results::ExecutorSummary& summary) {
   return results::percent_of(lost, summary.executed + lost);
 }
 
-double statistic_of(Statistic statistic, const results::ChainSummary& chain) {
-  if (statistic == Statistic::age) return chain.end_to_end.quantiles.max;
-  const Quantiles& q = chain.hot_path.quantiles;
-  return statistic == Statistic::median ? q.p50 : statistic == Statistic::p99 ? q.p99 : q.max;
-}
-
 Score score(const Objective& objective, const results::ExecutorSummary& summary) {
+  const double lost = loss_percent(summary);
   switch (objective.kind) {
-    case Objective::Kind::latency:
-      return {finite(statistic_of(objective.statistic, summary.chains[objective.chain])),
-              loss_percent(summary)};
-    case Objective::Kind::worst_lateness:
-      return {worst_lateness(summary), loss_percent(summary)};
-    case Objective::Kind::losses:
-      return {loss_percent(summary), worst_lateness(summary)};
-    case Objective::Kind::requirements:
+    case Kind::latency:
+      return {finite(value_of(objective.statistic, summary.chains[objective.chain])), lost};
+    case Kind::worst_lateness:
+      return {worst_lateness(summary), lost};
+    case Kind::losses:
+      return {lost, worst_lateness(summary)};
+    case Kind::requirements:
       break;
   }
   Score score;

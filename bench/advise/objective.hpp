@@ -24,10 +24,10 @@ struct Objective {
   Kind kind = Kind::latency;
   Statistic statistic = Statistic::p99;  ///< latency.
   std::size_t chain = 0;                 ///< latency: index into the graph's chains.
-  std::vector<Requirement> requirements;
-  std::vector<bool>
-      from_timers;   ///< By chain of the graph: has exact worst cases, since all sources are timers.
-  std::string text;  ///< In words, such as `p99 of hot_path`.
+  std::vector<Requirement> requirements = {};
+  /// By chain of the graph: has exact worst cases, since all sources are timers.
+  std::vector<bool> from_timers = {};
+  std::string text = {};  ///< In words, such as `p99 of hot_path`.
 
   /// Whether it is about the hot-path latency of the chain, not the end-to-end latency.
   [[nodiscard]] bool of_hot_path() const { return kind == Kind::latency && statistic != Statistic::age; }
@@ -36,6 +36,11 @@ struct Objective {
     return kind == Kind::latency ? statistic >= Statistic::worst : kind != Kind::losses;
   }
 };
+constexpr auto enum_texts(Objective::Statistic) {
+  using enum Objective::Statistic;
+  return std::to_array<EnumText<Objective::Statistic>>(
+      {{median, "median"}, {p99, "p99"}, {worst, "worst"}, {age, "age"}});
+}
 
 /// Parses `hot_path:p99` (also median, worst, age) for the first chain, `CHAIN:p99` for another chain, a
 /// list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. Throws UsageError, also if the
@@ -47,16 +52,12 @@ struct Score {
   double value = 0, tie = 0;
   friend std::partial_ordering operator<=>(const Score&, const Score&) = default;
 };
-
-/// Lost timestamps and samples in percent of all.
-[[nodiscard]] double loss_percent(const results::ExecutorSummary& summary);
-
 /// The value of requirements is the sum by which worst-case latencies exceed their limits, in
 /// percent of the limit. Lateness is in ms (negative: before the deadline), losses in percent,
 /// latencies in ms. Without samples the value is infinite.
 [[nodiscard]] Score score(const Objective& objective, const results::ExecutorSummary& summary);
 
-/// The median, p99 or worst case of a chain's hot-path latency, or its worst end-to-end latency.
-[[nodiscard]] double statistic_of(Objective::Statistic statistic, const results::ChainSummary& chain);
+/// Lost timestamps and samples in percent of all.
+[[nodiscard]] double loss_percent(const results::ExecutorSummary& summary);
 
 }  // namespace hotpath::advise

@@ -6,9 +6,8 @@
 #include <random>
 #include <ranges>
 
-#include "advise/executor_file.hpp"
+#include "advise/advice_files.hpp"
 #include "advise/phase_search.hpp"
-#include "advise/question.hpp"
 #include "guarantees/witnesses.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
@@ -54,6 +53,10 @@ struct Compared {
     auto all = phases | std::views::filter([&](const PhaseValues& v) { return v.rule == rule; });
     return {all.begin(), all.end()};
   }
+  /// Searched ones first.
+  std::pair<bool, PhaseScore> score() const {
+    return {!found, found ? found->values.within_margin : phases.front().score};
+  }
 };
 
 void to_json(json& j, const Compared& c) {
@@ -91,7 +94,9 @@ class PhaseAdviser : Question {
 
   void run() {
     const std::vector<Candidate> all = candidates("graph");
-    search(all);
+    program::Progress progress(all.size() + kSearched + 1, Duration::zero());
+    compare(all, progress);
+    search(progress);
     const Compared& best = compared_.front();
     if (!best.found) {
       std::string refusals;
@@ -105,17 +110,11 @@ class PhaseAdviser : Question {
         write_executor_files(*best.candidate, graph.platform, "phases.csv", folder);
     files.insert(files.begin(), file);
     prove(best);
+    const std::vector<std::string> sentences = sentences_of(best, file);
     std::cout << table() << "\n";
     for (const Compared& c : compared_) {
       if (c.refused()) std::cout << c.candidate->name << " has no exact values: " << c.refusal() << "\n";
     }
-    std::vector<std::string> sentences = {
-        concat("Take ", best.candidate->name, " with the phases in ", file, ": ", objective.text,
-               " is at most ", in_words(best.found->values), ", instead of ",
-               in_words(best.by(Phases::creation).front()), " by creation.")};
-    if (std::ranges::all_of(tasks.set.tasks, [](const Task& task) { return task.bcet == task.wcet; }))
-      sentences.push_back(
-          "Execution times are constant in this graph and the guarantee (no best_case_execution_time_ms).");
     std::cout << "\n" << program::joined(sentences, "\n") << "\n\nPhases: --phases " << file << "\n";
     const json content = {{"graph", graph.name},
                           {"objective", objective.text},
@@ -134,14 +133,17 @@ class PhaseAdviser : Question {
   bool stopped(double share) const {
     return program::interrupted() != 0 || elapsed() > setup::seconds(share * options.budget_s);
   }
+  void update(program::Progress& progress) const {
+    progress.update(elapsed(), setup::seconds(options.budget_s));
+  }
 
   /// The values of the phases that the chosen ones are compared with, the best first.
   std::vector<PhaseValues> compared(const Candidate& c, double share) const {
     const auto by = [&](Phases rule, std::uint32_t draw) {
       setup::CommonOptions o = options;
       o.phases = rule;
-      const auto first = setup::phases_of_repetition(o, c.graph, c.tasks, c.spec, draw);
-      PhaseValues values = exact_values(c, objective, first);
+      PhaseValues values =
+          exact_values(c, objective, setup::phases_of_repetition(o, c.graph, c.tasks, c.spec, draw));
       values.rule = rule;
       return values;
     };
@@ -157,30 +159,30 @@ class PhaseAdviser : Question {
     return all;
   }
 
-  /// Searches the candidates with the best compared phases, and the current executor.
-  void search(const std::vector<Candidate>& all) {
-    const auto score = [](const Compared& c) {
-      return std::pair(!c.found, c.found ? c.found->values.within_margin : c.phases.front().score);
-    };
-    program::Progress progress(all.size() + kSearched + 1, Duration::zero());
+  void compare(const std::vector<Candidate>& all, program::Progress& progress) {
     double share = 0;
     for (const Candidate& c : all) {
       progress.begin("compared phases, " + c.name);
-      progress.update(elapsed(), setup::seconds(options.budget_s));
+      update(progress);
       compared_.push_back({&c, compared(c, share += kCompareShare / static_cast<double>(all.size()))});
     }
-    std::ranges::stable_sort(compared_, {}, score);
+    std::ranges::stable_sort(compared_, {}, &Compared::score);
+  }
+
+  /// Searches the candidates with the best compared phases, and the current executor.
+  void search(program::Progress& progress) {
+    double share = kCompareShare;
     for (std::size_t i = 0; i < compared_.size(); ++i) {
       Compared& c = compared_[i];
       if (c.refused() || (i >= kSearched && c.candidate->name != options.now)) continue;
       progress.begin("search, " + c.candidate->name);
       share += (1 - kCompareShare) / (kSearched + 1);
       c.found = found(c, [&] {
-        progress.update(elapsed(), setup::seconds(options.budget_s));
+        update(progress);
         return stopped(share);
       });
     }
-    std::ranges::stable_sort(compared_, {}, score);
+    std::ranges::stable_sort(compared_, {}, &Compared::score);
   }
 
   FoundPhases found(const Compared& c, const std::function<bool()>& stop) const {
@@ -227,8 +229,18 @@ class PhaseAdviser : Question {
     std::cout << guarantees::write_witnesses(reached, c.graph, proved, spec, options, folder / "witness");
   }
 
-  std::string in_words(const PhaseValues& v) const {
-    return v.exact() ? fixed(v.score.value, 2) + unit_ : "no exact value";
+  std::vector<std::string> sentences_of(const Compared& best, const std::string& file) const {
+    const auto in_words = [&](const PhaseValues& v) {
+      return v.exact() ? fixed(v.score.value, 2) + unit_ : "no exact value";
+    };
+    std::vector<std::string> sentences = {
+        concat("Take ", best.candidate->name, " with the phases in ", file, ": ", objective.text,
+               " is at most ", in_words(best.found->values), ", instead of ",
+               in_words(best.by(Phases::creation).front()), " by creation.")};
+    if (std::ranges::all_of(tasks.set.tasks, [](const Task& task) { return task.bcet == task.wcet; }))
+      sentences.emplace_back(
+          "Execution times are constant in this graph and the guarantee (no best_case_execution_time_ms).");
+    return sentences;
   }
 
   program::TextTable table() const {

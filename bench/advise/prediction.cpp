@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/prediction.hpp"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <stdexcept>
 #include <utility>
 
 #include "hotpath/core/simulator.hpp"
@@ -45,16 +48,31 @@ void add_draw(Prediction& p, Totals& totals, const setup::CommonOptions& options
 
 void summarise(Prediction& p, const Totals& totals, const setup::CommonOptions& options) {
   p.cores_used /= 1e3 * static_cast<double>(p.draws.size()) * (options.warm_up_s + options.duration_s);
-  std::vector<results::ExecutorRuns> runs(1);
-  runs.front().executor = p.candidate->name;
-  runs.front().repetitions = p.draws;
-  results::Summary summary =
-      results::summarize(p.candidate->tasks.set, runs, setup::summary_options(options, p.candidate->graph));
-  p.summary = std::move(summary.executors.front());
+  const Candidate& candidate = *p.candidate;
+  p.summary = std::move(results::summarize(candidate.tasks.set, {{candidate.name, p.draws}},
+                                           setup::summary_options(options, candidate.graph))
+                            .executors.front());
   for (std::size_t d = 0; d < totals.size(); ++d) totals[d]->add_to(p.summary, d);
 }
 
+/// The latencies of the objective's chain in ms by draw: hot-path, or else end-to-end.
+RepeatedSamples latencies_of(const Prediction& prediction, const Objective& objective) {
+  std::vector<std::vector<double>> by_draw;
+  for (const results::Repetition& draw : prediction.draws) {
+    std::vector<double>& samples = by_draw.emplace_back();
+    for (const ChainRecord& r : draw.trace.chains) {
+      if (r.chain != objective.chain) continue;
+      samples.push_back(to_ms(objective.of_hot_path() ? r.hot_path_latency : r.end_to_end_latency));
+    }
+  }
+  return RepeatedSamples(std::move(by_draw));
+}
+
 }  // namespace
+
+std::size_t Prediction::never_ran() const {
+  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, &results::TaskSummary::never_ran));
+}
 
 SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& o, std::uint32_t d) {
   SimulatedDraw drawn{
@@ -85,7 +103,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
     program::for_each_index(candidates.size(), options.threads, [&](std::size_t c) {
       Prediction& p = predictions[c];
       try {
-        if (p.overload.empty()) add_draw(p, totals[c], options.common, d);
+        if (p.keeps_up()) add_draw(p, totals[c], options.common, d);
       } catch (const SimulationError& error) {
         p.overload = error.what();
       }
@@ -93,7 +111,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
     progress(d + 1);
   }
   for (std::size_t c = 0; c < candidates.size(); ++c) {
-    if (predictions[c].overload.empty()) summarise(predictions[c], totals[c], options.common);
+    if (predictions[c].keeps_up()) summarise(predictions[c], totals[c], options.common);
   }
   return predictions;
 }
@@ -102,8 +120,8 @@ void add_bound(Prediction& prediction, const Objective& objective) {
   const Candidate& candidate = *prediction.candidate;
   if (candidate.graph.chains.empty()) return;
   const auto all = setup::guarantees(candidate.graph, candidate.tasks, candidate.spec);
-  if (!all) return;
-  const bounds::ChainGuarantee* chain = all->chain(candidate.graph.chains[objective.chain].name);
+  const bounds::ChainGuarantee* const chain =
+      all ? all->chain(candidate.graph.chains[objective.chain].name) : nullptr;
   if (chain == nullptr) return;
   const auto& bound = objective.of_hot_path() ? chain->hot_path : chain->age;
   if (!bound) return;
@@ -111,16 +129,65 @@ void add_bound(Prediction& prediction, const Objective& objective) {
   prediction.bound_method = bound->method;
 }
 
-RepeatedSamples latencies_of(const Prediction& prediction, const Objective& objective) {
-  std::vector<std::vector<double>> by_draw;
-  for (const results::Repetition& draw : prediction.draws) {
-    std::vector<double>& samples = by_draw.emplace_back();
-    for (const ChainRecord& r : draw.trace.chains) {
-      if (r.chain != objective.chain) continue;
-      samples.push_back(to_ms(objective.of_hot_path() ? r.hot_path_latency : r.end_to_end_latency));
-    }
+std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
+                                      const Objective& objective) {
+  std::vector<const Prediction*> order;
+  for (const Prediction& p : predictions) order.push_back(&p);
+  std::ranges::stable_sort(order, [&](const Prediction* a, const Prediction* b) {
+    if (!a->keeps_up() || !b->keeps_up()) return a->keeps_up() && !b->keeps_up();
+    return score(objective, a->summary) < score(objective, b->summary);
+  });
+  return order;
+}
+
+std::optional<bool> differs(const Objective& objective, const Prediction& a, const Prediction& b) {
+  if (objective.kind != Objective::Kind::latency) return std::nullopt;
+  const double probability = objective.statistic == Objective::Statistic::median ? 0.5
+                             : objective.statistic == Objective::Statistic::p99  ? 0.99
+                                                                                 : 1.0;
+  const auto interval =
+      difference_of_quantiles(latencies_of(a, objective), latencies_of(b, objective), probability).interval;
+  if (!interval) return std::nullopt;
+  return interval->low > 0 || interval->high < 0;
+}
+
+bool can_be_written(const Candidate& candidate) {
+  if (!candidate.spec.deployment) return true;
+  try {
+    (void)deployment_yaml(candidate.graph, candidate.tasks, candidate.spec.deployment->plan);
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;
   }
-  return RepeatedSamples(std::move(by_draw));
+}
+
+Refusal refusal(const Prediction& p, const Prediction& now) {
+  constexpr double kMoreLosses_percent = 1;
+  if (p.never_ran() > 0) return Refusal::never_runs;
+  const double most = now.keeps_up() ? loss_percent(now.summary) + kMoreLosses_percent : INFINITY;
+  if (loss_percent(p.summary) > most) return Refusal::loses_more;
+  return can_be_written(*p.candidate) ? Refusal::none : Refusal::splits_groups;
+}
+
+const Prediction* recommended(const std::vector<const Prediction*>& ranked, const Prediction& now,
+                              const Objective& objective) {
+  const auto suits = [&](const Prediction* p) { return p->keeps_up() && refusal(*p, now) == Refusal::none; };
+  const auto best = std::ranges::find_if(ranked, suits);
+  if (best == ranked.end()) return nullptr;
+  const bool same = differs(objective, **best, now) == false ||
+                    (now.keeps_up() && value_text(objective, **best) == value_text(objective, now));
+  return suits(&now) && same ? &now : *best;
+}
+
+std::string value_text(const Objective& objective, const Prediction& p) {
+  using program::fixed;
+  const auto [value, tie] = score(objective, p.summary);
+  if (objective.kind == Objective::Kind::losses) return fixed(value, 2) + " %";
+  if (objective.kind == Objective::Kind::requirements) {
+    return value > 0 ? "missed by " + fixed(value, 1) + " % in all"
+                     : "met with " + fixed(100 * (1 - tie), 0) + " % to spare";
+  }
+  return std::isfinite(value) ? fixed(value, 1) + " ms" : "no value";
 }
 
 }  // namespace hotpath::advise

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -8,9 +9,7 @@
 #include <vector>
 
 #include "advise/candidates.hpp"
-#include "advise/objective.hpp"
 #include "hotpath/core/workload.hpp"
-#include "results/summary.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath::advise {
@@ -34,6 +33,10 @@ struct Prediction {
   /// latency, else of the end-to-end latency.
   std::optional<double> bound_ms;
   std::string bound_method;
+
+  [[nodiscard]] bool keeps_up() const { return overload.empty(); }
+  /// Number of tasks that never ran.
+  [[nodiscard]] std::size_t never_ran() const;
 };
 
 /// Simulates all candidates that can keep up, over draws of phases and execution times; draw i has
@@ -57,7 +60,39 @@ struct SimulatedDraw {
 /// Adds the tightest bound of the objective's chain, if a method covers the candidate.
 void add_bound(Prediction& prediction, const Objective& objective);
 
-/// The latencies of the objective's chain in ms by draw: hot-path, or else end-to-end.
-[[nodiscard]] RepeatedSamples latencies_of(const Prediction& prediction, const Objective& objective);
+/// Predictions ordered by an objective, the best first, overloaded candidates last.
+[[nodiscard]] std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
+                                                    const Objective& objective);
+
+/// Why a candidate that keeps up cannot be recommended.
+enum class Refusal : std::uint8_t {
+  none,
+  never_runs,    ///< A task never runs.
+  loses_more,    ///< Over one percent more than the current executor, unless that is overloaded.
+  splits_groups  ///< No deployment file can express it.
+};
+constexpr auto enum_texts(Refusal) {
+  return std::to_array<EnumText<Refusal>>({{Refusal::none, ""},
+                                           {Refusal::never_runs, "a task never runs"},
+                                           {Refusal::loses_more, "it loses more than today"},
+                                           {Refusal::splits_groups, "it splits callback groups"}});
+}
+[[nodiscard]] Refusal refusal(const Prediction& prediction, const Prediction& now);
+
+/// Whether a deployment file can express the candidate: it splits no callback group.
+[[nodiscard]] bool can_be_written(const Candidate& candidate);
+
+/// The best candidate that can be recommended. The current executor is preferred, if it can be
+/// recommended, unless the best one is better beyond noise and in the objective as printed. nullptr: there
+/// is none.
+[[nodiscard]] const Prediction* recommended(const std::vector<const Prediction*>& ranked,
+                                            const Prediction& now, const Objective& objective);
+
+/// Whether two predictions differ beyond the noise between draws; none: unknown.
+[[nodiscard]] std::optional<bool> differs(const Objective& objective, const Prediction& a,
+                                          const Prediction& b);
+
+/// `21.4 ms`, or another objective's value with its unit.
+[[nodiscard]] std::string value_text(const Objective& objective, const Prediction& prediction);
 
 }  // namespace hotpath::advise

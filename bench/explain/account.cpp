@@ -2,250 +2,315 @@
 #include "explain/account.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace hotpath::explain {
 
-void Account::add(Cause cause, std::size_t step, Duration length, JobRef behind, Rule rule) {
-  if (length <= Duration{}) return;
-  if (!parts_.empty()) {
-    Part& last = parts_.back();
-    if (last.cause == cause && last.step == step && last.behind == behind && last.rule == rule) {
-      last.length += length;
-      return;
-    }
+namespace {
+
+/// An interval for which a job had a thread or a processor.
+struct Held {
+  Time from, to;
+  const JobRecord* by;
+};
+
+/// Passes the intervals of [from, to) that jobs held, which are in order of start, to `held`, and what lies
+/// between them to `between`; also before a job that took no time, since its dispatch did.
+void divide(Time from, Time to, const std::vector<Held>& all, const auto& between, const auto& held) {
+  for (const Held& h : all) {
+    const Time begin = std::max(from, h.from), end = std::min(h.to, to);
+    if (end < begin) continue;
+    between(from, begin);
+    held(*h.by, begin, end);
+    from = end;
   }
-  parts_.push_back({cause, rule, behind, step, length});
+  between(from, to);
 }
 
-/// How a thread that had a job to run in [from, to) spent this time, in order as far as it is known.
-std::vector<Account::Spent> Account::spent(const JobRecord& job, Time from, Time to) const {
-  const bool simulated = system_.kind() == results::RunKind::simulated;
-  const bool whole = job.outcome == Outcome::ran && from == job.start && to == job.finish;
-  // The time for which the thread had no processor, where the execution time is known.
-  std::optional<Duration> off;
-  if (whole && job.cpu_time >= Duration{}) off = std::max(Duration{}, to - from - job.cpu_time);
-  if (whole && times_ != nullptr) off = std::max(Duration{}, to - from - times_->of(job.job));
-  std::vector<Held> held = displaced(job, job.start, from, to);
-  // Jobs that work until an instant of the clock are not prolonged by time without a processor.
-  if (!off && system_.wall_clock_work()) held.clear();
-  Duration on_core = to - from;
-  for (Held& h : held) {
-    if (off) h.to = std::min(h.to, h.from + *off);
-    if (off) *off -= h.to - h.from;
-    on_core -= h.to - h.from;
-  }
-  // In a part of a job, the thread had the processor for no longer than in all of it.
-  if (!whole && !simulated && job.cpu_time >= Duration{}) off = std::max(Duration{}, on_core - job.cpu_time);
-  on_core -= off.value_or(Duration{});
-  std::vector<Spent> spent;
-  Time done = from;
-  for (const Held& h : held) {
-    const Duration ran = std::min(on_core, h.from - done);
-    spent.push_back({Cause::running, ran, {}});
-    spent.push_back({Cause::displaced, h.to - h.from, h.by});
-    on_core -= ran;
-    done = h.to;
-  }
-  spent.push_back({Cause::running, on_core, {}});
-  // Releases of the timer thread are not in the trace.
-  spent.push_back({simulated ? Cause::displaced : Cause::withheld, off.value_or(Duration{}), {}});
-  return spent;
-}
-
-void Account::run(const JobRecord& job, std::size_t step, Time from, Time to) {
-  if (to <= from) return;
-  for (const Spent& s : spent(job, from, to)) add(s.cause, step, s.length, s.by);
-}
-
-bool Account::shares_core(const JobRecord& other, const JobRecord& job) const {
-  return system_.kind() == results::RunKind::simulated || (job.cpu >= 0 && other.cpu == job.cpu);
-}
-
-/// When jobs of other threads kept the thread of `job`, busy since `since`, from its processor.
-std::vector<Account::Held> Account::displaced(const JobRecord& job, Time since, Time from, Time to) const {
-  std::vector<const Seen*> others;
-  for (std::size_t worker = 0; worker < window_.workers(); ++worker) {
-    if (worker == job.worker) continue;
-    for (const Seen* other : window_.overlapping(worker, from, to)) {
-      const JobRecord& r = other->record;
-      if (shares_core(r, job) && system_.outranks(worker, r.start, job.worker, since))
-        others.push_back(other);
-    }
-  }
-  const std::size_t cores = system_.kind() == results::RunKind::simulated ? system_.cores_of(job.worker) : 1;
+std::vector<Held> held_by(const std::vector<const Seen*>& jobs) {
   std::vector<Held> held;
-  if (others.size() < cores) return held;
-  std::vector<Time> instants = {from, to};
-  for (const Seen* other : others) {
-    instants.push_back(std::clamp(other->record.start, from, to));
-    instants.push_back(std::clamp(other->record.finish, from, to));
-  }
-  std::ranges::sort(instants);
-  for (std::size_t i = 0; i + 1 < instants.size(); ++i) {
-    if (instants[i] == instants[i + 1]) continue;
-    std::size_t running = 0;
-    const Seen* latest = nullptr;
-    for (const Seen* other : others) {
-      if (other->record.start > instants[i] || other->record.finish <= instants[i]) continue;
-      ++running;
-      if (latest == nullptr || other->order > latest->order) latest = other;
-    }
-    if (running >= cores && running > 0)
-      held.push_back({instants[i], instants[i + 1], latest->record.job.ref()});
-  }
+  for (const Seen* job : jobs) held.push_back({job->record.start, job->record.finish, &job->record});
   return held;
 }
 
-Account::Waiting Account::waiting(const Seen& seen, std::size_t step, const JobRecord* before) const {
-  const JobRecord& job = seen.record;
-  const ServingExecutor& executor = system_.executor_of(job.job.task);
-  const ExecutorTraits& traits = executor.traits;
-  Waiting w{job, step, executor, before, {}, {}, nullptr};
-  const bool timer = system_.task(job.job.task).kind == TaskKind::timer;
-  // The stock executor's timer thread takes a due timer from no queue.
-  const bool polled =
-      traits.family == Family::wait_set ||
-      (timer && traits.family == Family::events && traits.timers == TimerHandling::release_and_execute);
-  w.arrival = polled ? job.job.timestamp + (timer ? Duration{} : system_.delivery())
-                     : std::max(job.job.release, job.job.timestamp);
-  w.arrival = std::clamp(w.arrival, std::min(job.job.timestamp, job.start), job.start);
-  w.snapshot = job.job.release;
-  const std::deque<Seen>& own = window_.of_task(job.job.task);
-  for (auto other = own.rbegin(); other != own.rend() && other->record.finish > w.arrival; ++other) {
-    const JobRecord& r = other->record;
-    if (other->order >= seen.order || r.start < w.arrival || r.job.sequence > job.job.sequence) continue;
-    w.older = &r;
-    w.snapshot = r.job.release;
-  }
-  return w;
-}
+/// A job that waits.
+struct Waiting {
+  const JobRecord& job;
+  std::size_t step;
+  const ServingExecutor& executor;
+  const JobRecord* before;  ///< Its predecessor on the path; until it has finished, the path runs.
+  bool timer;
+  Time arrival{};            ///< When the executor could know of the job.
+  Time snapshot{};           ///< Wait sets: the poll that found it, or the older sample.
+  const JobRecord* older{};  ///< The first older job of its task that started after the arrival.
 
-void Account::wait(const Seen& job, std::size_t step, Time from, Time to, const JobRecord* before) {
-  const Waiting w = waiting(job, step, before);
-  Time done = from;
-  for (const Seen* other : window_.overlapping(job.record.worker, from, to)) {
-    if (other->order == job.order) continue;
-    const Time begin = std::max(done, other->record.start), end = std::min(other->record.finish, to);
-    if (end < begin) continue;
-    gap(w, done, begin);  // also before a job that took no time: its dispatch did
-    behind(w, other->record, begin, end);
-    done = end;
+  [[nodiscard]] bool of_wait_set() const { return executor.traits.family == Family::wait_set; }
+  [[nodiscard]] bool follows(const JobRecord& other) const {
+    return before != nullptr && other.job.ref() == before->job.ref();
   }
-  gap(w, done, to);
-}
+};
 
-void Account::behind(const Waiting& w, const JobRecord& other, Time from, Time to) {
-  for (const Spent& s : spent(other, from, to)) {
-    if (s.cause == Cause::running) {
-      behind_on_core(w, other, s.length);
-    } else {
-      add(s.cause, w.step, s.length, s.cause == Cause::withheld ? other.job.ref() : s.by);
+/// Divides intervals of a latency among causes. Every call accounts for all of its interval.
+class Account {
+ public:
+  explicit Account(const Surroundings& around)
+      : system_(around.system), window_(around.window), times_(around.times) {}
+
+  /// The job `step` of the path runs in [from, to).
+  void run(const JobRecord& job, std::size_t step, Time from, Time to) {
+    spend(job, from, to, step, {}, [&](Duration ran) { add(Cause::running, step, ran); });
+  }
+
+  /// It waits in [from, to), before its start; until `before`, its predecessor on the path, has
+  /// finished, that job runs on the path.
+  void wait(const Seen& job, std::size_t step, Time from, Time to, const JobRecord* before) {
+    const Waiting w = waiting(job, step, before);
+    std::vector<const Seen*> jobs = window_.of_worker(job.record.worker, from, to);
+    std::erase_if(jobs, [&](const Seen* other) { return other->order == job.order; });
+    divide(
+        from, to, held_by(jobs), [&](Time begin, Time end) { gap(w, begin, end); },
+        [&](const JobRecord& other, Time begin, Time end) {
+          spend(other, begin, end, step, other.job.ref(), [&](Duration ran) { behind(w, other, ran); });
+        });
+  }
+
+  /// All of an interval.
+  void add(Cause cause, std::size_t step, Duration length, JobRef behind = {}, Rule rule = Rule::none) {
+    if (length <= Duration{}) return;
+    if (!parts_.empty()) {
+      Part& last = parts_.back();
+      if (last.cause == cause && last.step == step && last.behind == behind && last.rule == rule) {
+        last.length += length;
+        return;
+      }
     }
+    parts_.push_back({cause, rule, behind, step, length});
   }
-}
 
-void Account::behind_on_core(const Waiting& w, const JobRecord& other, Duration length) {
-  const JobRef ref = other.job.ref();
-  const bool wait_set = w.executor.traits.family == Family::wait_set;
-  if (w.before != nullptr && ref == w.before->job.ref()) return add(Cause::running, w.step - 1, length);
-  if (ref.task == w.job.job.task) return add(Cause::older_sample, w.step, length, ref);
-  // A snapshot holds one sample of a subscription: this one waits until the next poll.
-  const bool after_older =
-      wait_set && w.older != nullptr && other.start >= w.older->start && other.start < w.job.job.release;
-  if (after_older) return add(Cause::older_sample, w.step, length, ref, Rule::snapshot_order);
-  const Rule by = rule(w, other);
-  add(by == Rule::earlier_snapshot ? Cause::snapshot : Cause::executor, w.step, length, ref, by);
-}
+  [[nodiscard]] std::vector<Part> take() { return std::move(parts_); }
 
-/// Why the executor ran `first` before the waiting job.
-Rule Account::rule(const Waiting& w, const JobRecord& first) const {
-  const ExecutorTraits& traits = w.executor.traits;
-  if (first.start < w.arrival) {
-    const bool was_running = first.start <= w.job.job.timestamp || first.finish > w.arrival;
-    return was_running ? Rule::already_running : Rule::before_release;
-  }
-  // Other threads were free to run it.
-  if (w.executor.many_threads && system_.share_group(first.job.task, w.job.job.task)) return Rule::same_group;
-  const TaskKind kind = system_.task(first.job.task).kind, own = system_.task(w.job.job.task).kind;
-  if (traits.family == Family::wait_set) {
-    if (system_.kind() == results::RunKind::recorded)
-      return Rule::recorded;  // traces do not tell the snapshots
-    if (first.start < w.snapshot) return Rule::earlier_snapshot;
-    if (kind == own || traits.runs_first != kind) return Rule::snapshot_order;
-    return kind == TaskKind::timer ? Rule::timers_first : Rule::subscriptions_first;
-  }
-  if (traits.family == Family::callback_groups) return Rule::group_order;
-  if (!w.executor.order) return Rule::fifo;
-  // Activations are counted in the order of the releases.
-  const auto key_of = [&](const Job& job) {
-    return w.executor.order->key(job, static_cast<std::uint64_t>(to_ns(job.release)));
-  };
-  const PriorityKey theirs = key_of(first.job), its = key_of(w.job.job);
-  const bool waited = w.executor.service_wait > Duration{} && system_.task(first.job.task).guaranteed &&
-                      first.start - first.job.release >= w.executor.service_wait;
-  if (waited && theirs > its) return Rule::service_wait;
-  if (theirs.priority == its.priority) return Rule::tie;
-  if (theirs.priority > its.priority)
-    return Rule::before_release;  // chosen before, and still being dispatched
-  return levels_of(traits.policy.value_or(Policy::fifo)) == Levels::deadline ? Rule::deadline
-                                                                             : Rule::priority;
-}
-
-/// The worker that will run the job has none.
-void Account::gap(const Waiting& w, Time from, Time to) {
-  if (to <= from) return;
-  Time done = from;
-  for (const Held& held : displaced(w.job, Time::min(), from, to)) {
-    gap_on_core(w, done, held.from);
-    add(Cause::displaced, w.step, held.to - held.from, held.by);
-    done = held.to;
-  }
-  gap_on_core(w, done, to);
-}
-
-void Account::gap_on_core(const Waiting& w, Time from, Time to) {
-  if (to <= from) return;
-  std::vector<const Seen*> same_group;
-  for (std::size_t worker = 0; worker < window_.workers(); ++worker) {
-    if (worker == w.job.worker) continue;
-    for (const Seen* other : window_.overlapping(worker, from, to)) {
-      if (system_.share_group(other->record.job.task, w.job.job.task)) same_group.push_back(other);
+ private:
+  /// How a thread that had a job to run in [from, to) spent this time, in order as far as it is known.
+  /// `running` gets the time for which it had the processor; `withheld`: the job to name for time without.
+  void spend(const JobRecord& job, Time from, Time to, std::size_t step, JobRef withheld,
+             const auto& running) {
+    if (to <= from) return;
+    const bool whole = job.outcome == Outcome::ran && from == job.start && to == job.finish;
+    // The time for which the thread had no processor, where the execution time is known.
+    std::optional<Duration> off;
+    if (whole && job.cpu_time >= Duration{}) off = std::max(Duration{}, to - from - job.cpu_time);
+    if (whole && times_ != nullptr) off = std::max(Duration{}, to - from - times_->of(job.job));
+    std::vector<Held> held = displaced(job, job.start, from, to);
+    // Jobs that work until an instant of the clock are not prolonged by time without a processor.
+    if (!off && system_.wall_clock_work) held.clear();
+    Duration on_core = to - from;
+    for (Held& h : held) {
+      if (off) h.to = std::min(h.to, h.from + *off);
+      if (off) *off -= h.to - h.from;
+      on_core -= h.to - h.from;
     }
-  }
-  std::ranges::sort(same_group, {}, &Seen::order);
-  Time done = from;
-  for (const Seen* other : same_group) {
-    const Time begin = std::max(done, other->record.start), end = std::min(to, other->record.finish);
-    if (end <= begin) continue;
-    idle(w, done, begin);
-    const JobRef ref = other->record.job.ref();
-    if (w.before != nullptr && ref == w.before->job.ref()) {
-      add(Cause::running, w.step - 1, end - begin);
-    } else {
-      add(Cause::executor, w.step, end - begin, ref, Rule::same_group);
+    // In a part of a job, the thread had the processor for no longer than in all of it.
+    if (!whole && !system_.simulated && job.cpu_time >= Duration{})
+      off = std::max(Duration{}, on_core - job.cpu_time);
+    on_core -= off.value_or(Duration{});
+    for (const Held& h : held) {
+      const Duration ran = std::min(on_core, h.from - std::exchange(from, h.to));
+      running(ran);
+      add(Cause::displaced, step, h.to - h.from, h.by->job.ref());
+      on_core -= ran;
     }
-    done = end;
+    running(on_core);
+    // Releases of the timer thread are not in the trace.
+    if (system_.simulated) withheld = {};
+    add(system_.simulated ? Cause::displaced : Cause::withheld, step, off.value_or(Duration{}), withheld);
   }
-  idle(w, done, to);
+
+  /// When jobs of other threads kept the thread of `job`, busy since `since`, from its processor.
+  [[nodiscard]] std::vector<Held> displaced(const JobRecord& job, Time since, Time from, Time to) const {
+    std::vector<const Seen*> others = window_.beside(job.worker, from, to);
+    std::erase_if(others, [&](const Seen* other) {
+      const JobRecord& r = other->record;
+      const bool shares_core = system_.simulated || (job.cpu >= 0 && r.cpu == job.cpu);
+      return !shares_core || !system_.outranks(r.worker, r.start, job.worker, since);
+    });
+    const std::size_t cores = system_.simulated ? system_.cores_of(job.worker) : 1;
+    std::vector<Held> held;
+    if (others.size() < cores) return held;
+    std::vector<Time> instants = {from, to};
+    for (const Seen* other : others) {
+      instants.push_back(std::clamp(other->record.start, from, to));
+      instants.push_back(std::clamp(other->record.finish, from, to));
+    }
+    std::ranges::sort(instants);
+    for (std::size_t i = 0; i + 1 < instants.size(); ++i) {
+      if (instants[i] == instants[i + 1]) continue;
+      std::size_t running = 0;
+      const Seen* latest = nullptr;
+      for (const Seen* other : others) {
+        if (other->record.start > instants[i] || other->record.finish <= instants[i]) continue;
+        ++running;
+        if (latest == nullptr || other->order > latest->order) latest = other;
+      }
+      if (running >= cores && running > 0) held.push_back({instants[i], instants[i + 1], &latest->record});
+    }
+    return held;
+  }
+
+  [[nodiscard]] Waiting waiting(const Seen& seen, std::size_t step, const JobRecord* before) const {
+    const JobRecord& job = seen.record;
+    const ServingExecutor& executor = system_.executor_of(job.job.task);
+    const ExecutorTraits& traits = executor.traits;
+    Waiting w{job, step, executor, before, system_.is_timer(job.job.task)};
+    // The stock executor's timer thread takes a due timer from no queue.
+    const bool polled = w.of_wait_set() || (w.timer && traits.family == Family::events &&
+                                            traits.timers == TimerHandling::release_and_execute);
+    w.arrival = polled ? job.job.timestamp + (w.timer ? Duration{} : system_.delivery)
+                       : std::max(job.job.release, job.job.timestamp);
+    w.arrival = std::clamp(w.arrival, std::min(job.job.timestamp, job.start), job.start);
+    w.snapshot = job.job.release;
+    const std::deque<Seen>& own = window_.of_task(job.job.task);
+    for (auto other = own.rbegin(); other != own.rend() && other->record.finish > w.arrival; ++other) {
+      const JobRecord& r = other->record;
+      if (other->order >= seen.order || r.start < w.arrival || r.job.sequence > job.job.sequence) continue;
+      w.older = &r;
+      w.snapshot = r.job.release;
+    }
+    return w;
+  }
+
+  /// The worker that will run the job runs another one.
+  void behind(const Waiting& w, const JobRecord& other, Duration length) {
+    const JobRef ref = other.job.ref();
+    if (w.follows(other)) return add(Cause::running, w.step - 1, length);
+    if (ref.task == w.job.job.task) return add(Cause::older_sample, w.step, length, ref);
+    // A snapshot holds one sample of a subscription: this one waits until the next poll.
+    const bool after_older = w.of_wait_set() && w.older != nullptr && other.start >= w.older->start &&
+                             other.start < w.job.job.release;
+    if (after_older) return add(Cause::older_sample, w.step, length, ref, Rule::snapshot_order);
+    const Rule by = rule(w, other);
+    add(by == Rule::earlier_snapshot ? Cause::snapshot : Cause::executor, w.step, length, ref, by);
+  }
+
+  /// Why the executor ran `first` before the waiting job.
+  [[nodiscard]] Rule rule(const Waiting& w, const JobRecord& first) const {
+    const ExecutorTraits& traits = w.executor.traits;
+    if (first.start < w.arrival) {
+      const bool was_running = first.start <= w.job.job.timestamp || first.finish > w.arrival;
+      return was_running ? Rule::already_running : Rule::before_release;
+    }
+    // Other threads were free to run it.
+    if (w.executor.many_threads && system_.share_group(first.job.task, w.job.job.task))
+      return Rule::same_group;
+    if (w.of_wait_set()) {
+      if (system_.kind == results::RunKind::recorded) return Rule::recorded;  // traces lack the snapshots
+      if (first.start < w.snapshot) return Rule::earlier_snapshot;
+      const TaskKind kind = system_.task(first.job.task).kind;
+      if (kind == system_.task(w.job.job.task).kind || traits.runs_first != kind) return Rule::snapshot_order;
+      return kind == TaskKind::timer ? Rule::timers_first : Rule::subscriptions_first;
+    }
+    if (traits.family == Family::callback_groups) return Rule::group_order;
+    return w.executor.order ? rule_of_queue(w, first) : Rule::fifo;
+  }
+
+  /// The same for a queue with priorities.
+  [[nodiscard]] Rule rule_of_queue(const Waiting& w, const JobRecord& first) const {
+    // Activations are counted in the order of the releases.
+    const auto key_of = [&](const Job& job) {
+      return w.executor.order->key(job, static_cast<std::uint64_t>(to_ns(job.release)));
+    };
+    const PriorityKey theirs = key_of(first.job), its = key_of(w.job.job);
+    const bool waited = w.executor.service_wait > Duration{} && system_.task(first.job.task).guaranteed &&
+                        first.start - first.job.release >= w.executor.service_wait;
+    if (waited && theirs > its) return Rule::service_wait;
+    if (theirs.priority == its.priority) return Rule::tie;
+    // It was chosen before, and was still being dispatched.
+    if (theirs.priority > its.priority) return Rule::before_release;
+    return levels_of(w.executor.traits.policy.value_or(Policy::fifo)) == Levels::deadline ? Rule::deadline
+                                                                                          : Rule::priority;
+  }
+
+  /// The worker that will run the job has none.
+  void gap(const Waiting& w, Time from, Time to) {
+    if (to <= from) return;
+    divide(
+        from, to, displaced(w.job, Time::min(), from, to),
+        [&](Time begin, Time end) { gap_on_core(w, begin, end); },
+        [&](const JobRecord& by, Time begin, Time end) {
+          add(Cause::displaced, w.step, end - begin, by.job.ref());
+        });
+  }
+
+  void gap_on_core(const Waiting& w, Time from, Time to) {
+    if (to <= from) return;
+    std::vector<const Seen*> same_group = window_.beside(w.job.worker, from, to);
+    std::erase_if(same_group, [&](const Seen* other) {
+      const JobRecord& r = other->record;
+      return r.finish == r.start || !system_.share_group(r.job.task, w.job.job.task);
+    });
+    std::ranges::sort(same_group, {}, &Seen::order);
+    divide(
+        from, to, held_by(same_group), [&](Time begin, Time end) { idle(w, begin, end); },
+        [&](const JobRecord& other, Time begin, Time end) {
+          if (w.follows(other)) return add(Cause::running, w.step - 1, end - begin);
+          add(Cause::executor, w.step, end - begin, other.job.ref(), Rule::same_group);
+        });
+  }
+
+  /// No job that was recorded kept the waiting job from starting.
+  void idle(const Waiting& w, Time from, Time to) {
+    if (to <= from) return;
+    const Time arrival = w.timer ? from : std::clamp(w.arrival, from, to);
+    add(Cause::delivery, w.step, arrival - from);
+    const Duration left = to - arrival;
+    Duration overhead = left;
+    if (w.executor.most_overhead) {
+      overhead =
+          std::min(left, *w.executor.most_overhead + (w.timer ? w.executor.second_wake_up : Duration{}));
+    }
+    add(Cause::overhead, w.step, overhead);
+    // An idle thread waits for a wait set that was built before.
+    const bool old_wait_set = w.of_wait_set() && w.executor.many_threads && from < w.job.job.release;
+    add(old_wait_set ? Cause::snapshot : Cause::unexplained, w.step, left - overhead);
+  }
+
+  const System& system_;
+  const JobWindow& window_;
+  const ExecutionTimes* const times_;
+  std::vector<Part> parts_;
+};
+
+}  // namespace
+
+std::vector<Part> parts_of_response(const Surroundings& around, const Seen& job) {
+  Account account(around);
+  const JobRecord& r = job.record;
+  account.wait(job, 0, r.job.timestamp, r.start, nullptr);
+  account.run(r, 0, std::max(r.start, r.job.timestamp), r.finish);
+  return account.take();
 }
 
-/// No job that was recorded kept the waiting job from starting.
-void Account::idle(const Waiting& w, Time from, Time to) {
-  if (to <= from) return;
-  const bool timer = system_.task(w.job.job.task).kind == TaskKind::timer;
-  const Time arrival = std::clamp(w.arrival, from, to);
-  if (!timer) add(Cause::delivery, w.step, arrival - from);
-  const Duration left = to - (timer ? from : arrival);
-  Duration overhead = left;
-  if (w.executor.most_overhead) {
-    overhead = std::min(left, *w.executor.most_overhead + (timer ? w.executor.second_wake_up : Duration{}));
+/// A cyclic node may read data that arrived after its job's start, where the latency ends.
+std::vector<Part> parts_of_path(const Surroundings& around, const std::vector<const Seen*>& path,
+                                Duration latency) {
+  Account account(around);
+  const Time end = path.back()->record.start;
+  Time done = std::clamp(path.front()->record.start, end - latency, end);
+  account.add(Cause::unexplained, 0, done - (end - latency));
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const JobRecord &job = path[i]->record, &next = path[i + 1]->record;
+    const Time until = std::clamp(next.start, done, end);
+    const bool direct = next.job.parent == job.job.ref();
+    // The rest of the job, after the publication, counts as running while the next job waits for it.
+    const Time handed_over = direct && job.worker != next.worker ? next.job.timestamp : job.finish;
+    const Time ran = std::clamp(handed_over, done, until);
+    account.run(job, i, done, ran);
+    const Time ready = direct ? ran : std::clamp(next.job.timestamp, ran, until);
+    account.add(Cause::join, i + 1, ready - ran);
+    account.wait(*path[i + 1], i + 1, ready, until, &job);
+    done = until;
   }
-  add(Cause::overhead, w.step, overhead);
-  // An idle thread waits for a wait set that was built before.
-  const bool old_wait_set =
-      w.executor.traits.family == Family::wait_set && w.executor.many_threads && from < w.job.job.release;
-  add(old_wait_set ? Cause::snapshot : Cause::unexplained, w.step, left - overhead);
+  return account.take();
 }
 
 }  // namespace hotpath::explain

@@ -11,82 +11,62 @@
 /// Why an output took as long as it did.
 namespace hotpath::explain {
 
-/// A share of one output's latency. The list is closed: the causes of an output sum to its latency.
-enum class Cause : std::uint8_t {
-  running,
-  join,
-  executor,
-  older_sample,
-  snapshot,
-  overhead,
-  delivery,
-  displaced,
-  withheld,
-  unexplained,
+/// The causes of a latency, which sum to it: the list is closed. Name, also in JSON, and phrase of a
+/// sentence or a table.
+#define HOTPATH_CAUSES(CAUSE)                              \
+  CAUSE(running, "running on the path")                    \
+  CAUSE(join, "waiting for a join's other input or timer") \
+  CAUSE(executor, "waiting for the executor")              \
+  CAUSE(older_sample, "queued behind an older sample")     \
+  CAUSE(snapshot, "a wait set's snapshot taken too early") \
+  CAUSE(overhead, "dispatch, wait and wake-up")            \
+  CAUSE(delivery, "delivery")                              \
+  CAUSE(displaced, "displaced by another thread")          \
+  CAUSE(withheld, "processor withheld by the host")        \
+  CAUSE(unexplained, "unexplained")
+
+/// The rules of executors by which another job went first: name and text.
+#define HOTPATH_RULES(RULE)                                  \
+  RULE(none, "")                                             \
+  RULE(already_running, "already running (non-preemptive)")  \
+  RULE(before_release, "chosen before this job's release")   \
+  RULE(earlier_snapshot, "in an earlier snapshot")           \
+  RULE(timers_first, "timers before subscriptions")          \
+  RULE(subscriptions_first, "subscriptions before timers")   \
+  RULE(snapshot_order, "earlier in the wait set's snapshot") \
+  RULE(fifo, "earlier event (FIFO)")                         \
+  RULE(group_order, "callback group ready earlier (FIFO)")   \
+  RULE(priority, "higher priority")                          \
+  RULE(deadline, "earlier deadline")                         \
+  RULE(tie, "same priority, ahead by the tie rule")          \
+  RULE(service_wait, "waited for the service wait")          \
+  RULE(same_group, "same callback group in use")             \
+  RULE(recorded, "went first in the recording")
+
+#define HOTPATH_NAME(name, text) name,
+enum class Cause : std::uint8_t { HOTPATH_CAUSES(HOTPATH_NAME) };
+enum class Rule : std::uint8_t { HOTPATH_RULES(HOTPATH_NAME) };
+#undef HOTPATH_NAME
+
+struct CauseText {
+  Cause value;
+  const char *text, *phrase;
 };
 constexpr auto enum_texts(Cause) {
-  return std::to_array<EnumText<Cause>>({{Cause::running, "running"},
-                                         {Cause::join, "join"},
-                                         {Cause::executor, "executor"},
-                                         {Cause::older_sample, "older_sample"},
-                                         {Cause::snapshot, "snapshot"},
-                                         {Cause::overhead, "overhead"},
-                                         {Cause::delivery, "delivery"},
-                                         {Cause::displaced, "displaced"},
-                                         {Cause::withheld, "withheld"},
-                                         {Cause::unexplained, "unexplained"}});
+#define HOTPATH_TEXT(name, phrase) CauseText{Cause::name, #name, phrase},
+  return std::array{HOTPATH_CAUSES(HOTPATH_TEXT)};
+#undef HOTPATH_TEXT
 }
-inline constexpr std::size_t kCauses = enum_texts(Cause{}).size();
-
-/// The cause as a phrase of a sentence or a table.
-[[nodiscard]] constexpr const char* phrase(Cause cause) {
-  constexpr std::array<const char*, kCauses> kPhrases = {"running on the path",
-                                                         "waiting for a join's other input or timer",
-                                                         "waiting for the executor",
-                                                         "queued behind an older sample",
-                                                         "a wait set's snapshot taken too early",
-                                                         "dispatch, wait and wake-up",
-                                                         "delivery",
-                                                         "displaced by another thread",
-                                                         "processor withheld by the host",
-                                                         "unexplained"};
-  return kPhrases[static_cast<std::size_t>(cause)];
-}
-
-/// The rule of the executor by which another job went first.
-enum class Rule : std::uint8_t {
-  none,
-  already_running,
-  before_release,
-  earlier_snapshot,
-  timers_first,
-  subscriptions_first,
-  snapshot_order,
-  fifo,
-  group_order,
-  priority,
-  deadline,
-  tie,
-  service_wait,
-  same_group,
-  recorded,
-};
 constexpr auto enum_texts(Rule) {
-  return std::to_array<EnumText<Rule>>({{Rule::none, ""},
-                                        {Rule::already_running, "already running (non-preemptive)"},
-                                        {Rule::before_release, "chosen before this job's release"},
-                                        {Rule::earlier_snapshot, "in an earlier snapshot"},
-                                        {Rule::timers_first, "timers before subscriptions"},
-                                        {Rule::subscriptions_first, "subscriptions before timers"},
-                                        {Rule::snapshot_order, "earlier in the wait set's snapshot"},
-                                        {Rule::fifo, "earlier event (FIFO)"},
-                                        {Rule::group_order, "callback group ready earlier (FIFO)"},
-                                        {Rule::priority, "higher priority"},
-                                        {Rule::deadline, "earlier deadline"},
-                                        {Rule::tie, "same priority, ahead by the tie rule"},
-                                        {Rule::service_wait, "waited for the service wait"},
-                                        {Rule::same_group, "same callback group in use"},
-                                        {Rule::recorded, "went first in the recording"}});
+#define HOTPATH_TEXT(name, text) EnumText<Rule>{Rule::name, text},
+  return std::array{HOTPATH_RULES(HOTPATH_TEXT)};
+#undef HOTPATH_TEXT
+}
+/// All causes, in the order of the enumeration.
+inline constexpr auto kCauseTexts = enum_texts(Cause{});
+inline constexpr std::size_t kCauses = kCauseTexts.size();
+[[nodiscard]] constexpr const char* phrase(Cause cause) {
+  return kCauseTexts[static_cast<std::size_t>(cause)].phrase;
 }
 
 /// An interval of a latency with one cause.

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
-#include <utility>
+
+#include "program/memory_limit.hpp"
 
 namespace hotpath::explain {
 
@@ -15,17 +16,75 @@ namespace {
 constexpr std::size_t kMostJobs = 10'000;
 
 /// When the job publishes. Only estimated before its end if other threads displace it.
-Time published(const Seen& job, const Publication& publication) {
+Time published(const Seen& job, const Publication& message) {
   const Duration whole = job.record.finish - job.record.start;
-  if (publication.at == 1 || job.record.outcome != Outcome::ran) return job.record.finish;
-  return job.record.start + Duration(std::llround(publication.at * static_cast<double>(whole.count())));
+  if (message.at == 1 || job.record.outcome != Outcome::ran) return job.record.finish;
+  return job.record.start + Duration(std::llround(message.at * static_cast<double>(whole.count())));
 }
 
 }  // namespace
 
-DataPath::DataPath(const System& system, const JobWindow& window, std::optional<std::uint32_t> chain)
-    : system_(system), window_(window), chain_(chain ? &system.chains()[*chain] : nullptr) {
-  const GraphTasks& tasks = system_.tasks();
+const Seen& JobWindow::add(const JobRecord& record) {
+  if (++jobs_ > checked_) {
+    checked_ *= 2;
+    program::check_trace_memory(static_cast<double>(2 * checked_ * sizeof(Seen)), run_,
+                                "a run with shorter latencies, since all jobs within one latency are kept");
+  }
+  Seen seen{record, next_order_++};
+  if (record.outcome == Outcome::running) seen.record.finish = kNever;
+  if (record.worker >= by_worker_.size()) by_worker_.resize(record.worker + 1U);
+  by_worker_[record.worker].push_back(seen);
+  return by_task_[record.job.task].emplace_back(seen);
+}
+
+void JobWindow::forget_before(Time horizon) {
+  const auto forget = [horizon](std::deque<Seen>& jobs) {
+    while (!jobs.empty() && jobs.front().record.finish < horizon) jobs.pop_front();
+  };
+  std::ranges::for_each(by_worker_, forget);
+  std::ranges::for_each(by_task_, forget);
+  jobs_ = 0;
+  for (const std::deque<Seen>& jobs : by_task_) jobs_ += jobs.size();
+}
+
+void JobWindow::clear() {
+  for (std::deque<Seen>& jobs : by_task_) jobs.clear();
+  by_worker_.clear();
+  jobs_ = next_order_ = 0;
+}
+
+const Seen* JobWindow::find(JobRef job) const {
+  if (job.task >= by_task_.size()) return nullptr;
+  const std::deque<Seen>& jobs = by_task_[job.task];
+  const auto match =
+      std::find_if(jobs.rbegin(), jobs.rend(), [&](const Seen& s) { return s.record.job.ref() == job; });
+  return match == jobs.rend() ? nullptr : &*match;
+}
+
+std::vector<const Seen*> JobWindow::of_worker(std::size_t worker, Time from, Time to) const {
+  std::vector<const Seen*> jobs;
+  if (worker >= by_worker_.size()) return jobs;
+  const std::deque<Seen>& all = by_worker_[worker];
+  for (auto seen = all.rbegin(); seen != all.rend() && seen->record.finish > from; ++seen) {
+    if (seen->record.start < to) jobs.push_back(&*seen);
+  }
+  std::ranges::reverse(jobs);
+  return jobs;
+}
+
+std::vector<const Seen*> JobWindow::beside(std::size_t worker, Time from, Time to) const {
+  std::vector<const Seen*> jobs;
+  for (std::size_t other = 0; other < by_worker_.size(); ++other) {
+    if (other == worker) continue;
+    const std::vector<const Seen*> of_other = of_worker(other, from, to);
+    jobs.insert(jobs.end(), of_other.begin(), of_other.end());
+  }
+  return jobs;
+}
+
+DataPath::DataPath(const System& system, const JobWindow& window, const ChainIndex* chain)
+    : system_(system), window_(window), chain_(chain) {
+  const GraphTasks& tasks = system_.tasks;
   for (TaskId id = 0; chain_ != nullptr && id < tasks.set.size(); ++id) {
     if (tasks.origin[id].node != chain_->sink) continue;
     for (const Publication& p : tasks.callbacks[id].publishes) {
@@ -36,7 +95,7 @@ DataPath::DataPath(const System& system, const JobWindow& window, std::optional<
 }
 
 void DataPath::add(const Seen& job) {
-  const TaskOrigin& origin = system_.tasks().origin[job.record.job.task];
+  const TaskOrigin& origin = system_.tasks.origin[job.record.job.task];
   if (sets_.empty() || origin.node != chain_->sink) return;
   for (Set& set : sets_) {
     if (origin.input && std::ranges::count(set.what.of, *origin.input) > 0) set.inputs.insert(*origin.input);
@@ -70,25 +129,14 @@ std::vector<const Seen*> DataPath::from_source(const Seen& sink, Time source_sta
 /// counts; last those that wait for a set which it does not complete as far as the trace tells.
 std::vector<std::size_t> DataPath::messages_of(const Seen& sink) const {
   const std::vector<Publication>& publications = publications_of(sink);
+  if (publications.empty()) return {kOwn};
   std::vector<std::size_t> messages(publications.size());
   std::iota(messages.begin(), messages.end(), std::size_t{0});
   std::ranges::stable_sort(messages, {}, [&](std::size_t p) {
     const bool waits = publications[p].rule == PublishRule::all_new && !completed_.contains({sink.order, p});
     return std::pair(waits, publications[p].at);
   });
-  if (messages.empty()) messages.push_back(kOwn);
   return messages;
-}
-
-std::vector<const Seen*> DataPath::of_triggers(const Seen& sink, Time begin) const {
-  std::vector<const Seen*> path = {&sink};
-  while (path.back()->record.start > begin) {
-    const Seen* const publisher = window_.find(path.back()->record.job.parent);
-    if (publisher == nullptr || publisher->order >= path.back()->order) break;
-    path.push_back(publisher);
-  }
-  std::ranges::reverse(path);
-  return path;
 }
 
 /// `publication` of the job: the samples in its message count.
@@ -96,22 +144,18 @@ bool DataPath::reach(const Seen& job, std::size_t publication) {
   const Time start = job.record.start;
   if (start < source_start_ || visited_.size() >= kMostJobs) return false;
   if (!visited_.emplace(job.order, publication).second) return false;
-  const bool is_source = std::ranges::count(chain_->sources, job.record.job.task) > 0;
-  bool reached = is_source && start == source_start_;
-  if (!reached) {
-    // A job's own sample came later than all samples that its node had stored.
-    const Seen* const publisher = window_.find(job.record.job.parent);
-    if (publisher != nullptr && publisher->order < job.order) {
-      const auto& readers = system_.tasks().readers[publisher->record.job.task];
-      const auto own = std::ranges::find_if(readers, [&](const auto& of_topic) {
-        return std::ranges::count(of_topic, job.record.job.task) > 0;
-      });
-      reached =
-          reach(*publisher, own == readers.end() ? kOwn : static_cast<std::size_t>(own - readers.begin()));
-    }
+  bool reached = start == source_start_ && std::ranges::count(chain_->sources, job.record.job.task) > 0;
+  // A job's own sample came later than all samples that its node had stored.
+  const Seen* const publisher = reached ? nullptr : window_.find(job.record.job.parent);
+  if (publisher != nullptr && publisher->order < job.order) {
+    const auto& readers = system_.tasks.readers[publisher->record.job.task];
+    const auto own = std::ranges::find_if(
+        readers, [&](const auto& of_topic) { return std::ranges::count(of_topic, job.record.job.task) > 0; });
+    reached =
+        reach(*publisher, own == readers.end() ? kOwn : static_cast<std::size_t>(own - readers.begin()));
   }
   if (!reached && publication != kOwn) {
-    reached = std::ranges::any_of(stored_for(job, publication),
+    reached = std::ranges::any_of(stored_for(job, publications_of(job)[publication]),
                                   [&](const Seen* stored) { return reach(*stored, kOwn); });
   }
   if (reached) path_.push_back(&job);
@@ -119,13 +163,11 @@ bool DataPath::reach(const Seen& job, std::size_t publication) {
 }
 
 /// The jobs of the node's other inputs whose samples the job's message contains, the latest first.
-std::vector<const Seen*> DataPath::stored_for(const Seen& job, std::size_t publication) const {
-  const GraphTasks& tasks = system_.tasks();
+std::vector<const Seen*> DataPath::stored_for(const Seen& job, const Publication& message) const {
   const TaskId id = job.record.job.task;
-  const Publication& message = publications_of(job)[publication];
   std::vector<const Seen*> stored;
-  for (const TaskId input : tasks.merged_inputs(id)) {
-    if (input == id || std::ranges::count(message.of, *tasks.origin[input].input) == 0) continue;
+  for (const TaskId input : system_.tasks.merged_inputs(id)) {
+    if (input == id || std::ranges::count(message.of, *system_.tasks.origin[input].input) == 0) continue;
     const Seen* const last = last_stored(input, job, message);
     if (last != nullptr) stored.push_back(last);
   }
@@ -136,16 +178,16 @@ std::vector<const Seen*> DataPath::stored_for(const Seen& job, std::size_t publi
 /// The job that stored the sample of `input` that a message of `job` contains. A set is complete
 /// when the job starts; `last_of` reads its inputs at the publication, and leaves out a sample that an
 /// earlier message contains.
-const Seen* DataPath::last_stored(TaskId input, const Seen& job, const Publication& publication) const {
-  const bool last_of = publication.rule == PublishRule::last_of;
+const Seen* DataPath::last_stored(TaskId input, const Seen& job, const Publication& message) const {
+  const bool last_of = message.rule == PublishRule::last_of;
   const auto is_before = [&](const Seen& stored, const Seen& reading) {
-    return stored.order < reading.order || (last_of && stored.record.start < published(reading, publication));
+    return stored.order < reading.order || (last_of && stored.record.start < published(reading, message));
   };
   const std::deque<Seen>& jobs = window_.of_task(input);
   const auto last =
       std::find_if(jobs.rbegin(), jobs.rend(), [&](const Seen& s) { return is_before(s, job); });
   if (last == jobs.rend()) return nullptr;
-  const auto place = [&](const Seen& s) { return std::pair(published(s, publication), s.order); };
+  const auto place = [&](const Seen& s) { return std::pair(published(s, message), s.order); };
   const auto took_it = [&](const Seen& other) {
     return place(other) < place(job) && is_before(*last, other);
   };

@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "hotpath/core/workload.hpp"
+#include "setup/executor_spec.hpp"
+
 namespace hotpath::explain {
 
 /// The command line of `hotpath explain`.
@@ -26,5 +29,19 @@ struct Options {
 /// memory grows with the number of outputs and with the jobs that overlap the longest latency.
 /// Throws UsageError and InputError.
 void explain(const Options& options);
+
+/// A simulation with the records of its jobs and chains.
+struct SimulatedRun {
+  std::string name;
+  const setup::ExecutorSpec& executor;
+  const Graph& graph;
+  const GraphTasks& tasks;
+  const ExecutionTimes& times;
+  const Trace& trace;
+};
+/// Why one is faster than the other along a chain of the graph: up to three sentences. Both have the
+/// same tasks, phases and execution times.
+[[nodiscard]] std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b,
+                                                  std::uint32_t chain);
 
 }  // namespace hotpath::explain

@@ -4,98 +4,103 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
-#include <ostream>
+#include <iostream>
 #include <set>
 
+#include "program/shown_text.hpp"
 #include "program/text.hpp"
 #include "program/text_table.hpp"
 
 namespace hotpath::explain {
 
-using nlohmann::json;
-
 namespace {
+
+using nlohmann::json;
+using program::concat, program::fixed, program::TextTable;
 
 constexpr std::size_t kNamed = 3;  // jobs named in a sentence
 constexpr std::size_t kRows = 12;  // of a table of jobs
+constexpr const char* kIncomplete =
+    "\nThe trace lacks jobs on the path; it is followed back as far as possible.\n";
 
-std::string ms(double value) { return program::fixed(value, value < 1 ? 3 : 1) + " ms"; }
-std::string percent(double part, double whole) {
-  return program::fixed(whole > 0 ? 100 * part / whole : 0, 0) + " %";
-}
+std::string ms(double value) { return fixed(value, value < 1 ? 3 : 1) + " ms"; }
+std::string ms(Duration value) { return fixed(to_ms(value), 3); }  // of a table
+std::string percent(double part, double whole) { return fixed(whole > 0 ? 100 * part / whole : 0, 0) + " %"; }
+std::string worst_share() { return "worst " + percent(kTail, 1); }
 
 /// A quantity of a sentence.
 struct Item {
   double ms = 0;
   std::string text;
 };
+using Items = std::vector<Item>;
 
 /// The largest items first, without those below `least` ms.
-std::vector<Item> largest(std::vector<Item> items, double least = 0) {
+Items largest(Items items, double least = 0) {
   std::erase_if(items, [&](const Item& item) { return !(item.ms > 0 && item.ms >= least); });
   std::ranges::stable_sort(items, std::greater<>(), &Item::ms);
   return items;
 }
 
-/// A part of a sentence that begins with its list; empty without one.
-std::string after(const char* beginning, const std::string& list) {
-  return list.empty() ? "" : beginning + list;
-}
-
-std::string listed(const std::vector<Item>& items, std::size_t most, auto&& text) {
-  std::string list;
-  const std::size_t count = std::min(items.size(), most);
-  for (std::size_t i = 0; i < count; ++i) {
-    list += (i == 0 ? "" : i + 1 == count ? " and " : ", ") + text(items[i]);
-  }
-  return list;
-}
-
-std::string shares(const std::vector<Item>& items, double whole, const char* joint = " for ") {
-  return listed(items, kCauses, [&](const Item& i) {
-    return program::concat(ms(i.ms), " (", percent(i.ms, whole), ")", joint, i.text);
-  });
-}
-
 /// The causes with their times, as `value` gives them.
-std::vector<Item> causes(const std::function<double(Cause)>& value, double least = 0) {
-  std::vector<Item> items;
-  for (const auto& [cause, word] : enum_texts(Cause{})) items.push_back({value(cause), phrase(cause)});
+Items causes(const std::function<double(Cause)>& value, double least = 0) {
+  Items items;
+  for (const CauseText& cause : kCauseTexts) items.push_back({value(cause.value), cause.phrase});
   return largest(std::move(items), least);
 }
 
-std::string because(const Behind& behind) {
-  if (behind.rule != Rule::none) return to_string(behind.rule);
-  return behind.cause == Cause::executor ? "" : phrase(behind.cause);
+/// The waits of `totals` with their times, as `value` gives them.
+Items waits(const TaskSet& set, const Totals& totals, const std::function<double(const Behind&)>& value) {
+  Items items;
+  for (const auto& [behind, sum] : totals.behind) {
+    const char* const because = behind.rule != Rule::none         ? to_string(behind.rule)
+                                : behind.cause == Cause::executor ? ""
+                                                                  : phrase(behind.cause);
+    items.push_back({value(behind), concat(set[behind.task].name, " (", because, ")")});
+  }
+  return largest(std::move(items));
 }
 
-double sum_of(const std::vector<Item>& items) {
+std::string listed(const Items& items, std::size_t most, auto&& text) {
+  std::string list;
+  const std::size_t count = std::min(items.size(), most);
+  for (std::size_t i = 0; i < count; ++i)
+    list += (i == 0 ? "" : i + 1 == count ? " and " : ", ") + text(items[i]);
+  return list;
+}
+
+std::string shares(const Items& items, double whole, const char* joint = " for ") {
+  return listed(items, kCauses, [&](const Item& i) {
+    return concat(ms(i.ms), " (", percent(i.ms, whole), ")", joint, i.text);
+  });
+}
+
+double sum_of(const Items& items) {
   double sum = 0;
   for (const Item& item : items) sum += item.ms;
   return sum;
 }
 
 /// The sum of gains or losses and, if there are several, the share of each in this sum.
-std::string apart(const std::vector<Item>& items, const char* joint, const char* after = "") {
+std::string apart(const Items& items, const char* joint, const char* after = "") {
   const double sum = sum_of(items);
-  if (items.size() == 1) return program::concat(ms(sum), after, joint, items.front().text);
-  return program::concat(ms(sum), after, ", of which ", shares(largest(items, sum / 100), sum, joint));
+  if (items.size() == 1) return concat(ms(sum), after, joint, items.front().text);
+  return concat(ms(sum), after, ", of which ", shares(largest(items, sum / 100), sum, joint));
 }
 
-/// The jobs behind which most time passed.
-std::string longest_waits(const TaskSet& set, const Totals& totals) {
-  std::vector<Item> items;
-  for (const auto& [behind, sum] : totals.behind) {
-    items.push_back(
-        {totals.mean_ms(behind), program::concat(set[behind.task].name, " (", because(behind), ")")});
-  }
-  return listed(largest(std::move(items)), kNamed,
-                [](const Item& i) { return program::concat(ms(i.ms), " behind ", i.text); });
+/// A sentence that ends with the jobs behind which most time passed, if there are any.
+void add_waits(std::vector<std::string>& sentences, const char* beginning, const Items& items) {
+  const std::string list =
+      listed(items, kNamed, [](const Item& i) { return concat(ms(i.ms), " behind ", i.text); });
+  if (!list.empty()) sentences.push_back(concat(beginning, list, "."));
+}
+void add_waits(std::vector<std::string>& sentences, const char* beginning, const TaskSet& set,
+               const Totals& totals) {
+  add_waits(sentences, beginning, waits(set, totals, [&](const Behind& key) { return totals.mean_ms(key); }));
 }
 
 std::string name_of(const TaskSet& set, JobRef job) {
-  return job.task == kNoTask ? "" : program::concat(set[job.task].name, " ", job.sequence);
+  return job.task == kNoTask ? "" : concat(set[job.task].name, " ", job.sequence);
 }
 
 /// A column of the tables.
@@ -103,66 +108,70 @@ struct Column {
   std::string name;
   const Totals& totals;
 };
+using Columns = std::vector<Column>;
 
-void write_tables(std::ostream& out, const TaskSet& set, const std::vector<Column>& columns) {
-  std::vector<std::string> header = {""};
-  for (const Column& column : columns) header.push_back(column.name);
-  program::TextTable table("Cause: mean in ms", header);
-  const auto add = [&](const std::string& name, const std::function<double(const Totals&)>& value,
-                       bool any = false) {
-    std::vector<program::TextTable::Cell> row = {name};
-    for (const Column& column : columns) {
-      any |= value(column.totals) > 0;
-      row.emplace_back(program::fixed(value(column.totals), 3));
-    }
-    if (any) table.add_row(row);
-  };
-  for (const auto& [cause, word] : enum_texts(Cause{})) {
-    add(phrase(cause), [c = cause](const Totals& totals) { return totals.mean_ms(c); });
-  }
-  add(
-      "latency", [](const Totals& totals) { return totals.mean_ms(totals.latency); }, true);
-  std::set<Behind> all;
+/// A row with a value of each column; `most`: the largest of them.
+struct Row {
+  double most = 0;
+  std::vector<TextTable::Cell> cells;
+};
+Row row_of(const std::string& name, const Columns& columns, const auto& value) {
+  Row row{0, {name}};
   for (const Column& column : columns) {
-    for (const auto& [behind, sum] : column.totals.behind) all.insert(behind);
+    row.cells.emplace_back(fixed(value(column.totals), 3));
+    row.most = std::max(row.most, value(column.totals));
   }
-  out << table << "\n";
-  if (all.empty()) return;
-  std::vector<Behind> keys(all.begin(), all.end());
-  std::ranges::stable_sort(keys, std::greater<>(), [&](const Behind& key) {
-    double most = 0;
-    for (const Column& column : columns) most = std::max(most, column.totals.mean_ms(key));
-    return most;
-  });
-  keys.resize(std::min(keys.size(), kRows));
+  return row;
+}
+
+TextTable table_of_causes(const Columns& columns, const std::vector<std::string>& header) {
+  TextTable table("Cause: mean in ms", header);
+  for (const CauseText& cause : kCauseTexts) {
+    const Row row = row_of(cause.phrase, columns, [&](const Totals& t) { return t.mean_ms(cause.value); });
+    if (row.most > 0) table.add_row(row.cells);
+  }
+  table.add_row(row_of("latency", columns, [](const Totals& t) { return t.mean_ms(); }).cells);
+  return table;
+}
+
+TextTable table_of_jobs(const TaskSet& set, const Columns& columns, const std::set<Behind>& keys,
+                        std::vector<std::string> header) {
   header.insert(header.end(), {"cause", "because"});
-  program::TextTable jobs("Behind: mean in ms", header);
+  TextTable table("Behind: mean in ms", header);
+  std::vector<Row> rows;
   for (const Behind& key : keys) {
-    std::vector<program::TextTable::Cell> row = {set[key.task].name};
-    for (const Column& column : columns) row.emplace_back(program::fixed(column.totals.mean_ms(key), 3));
-    row.emplace_back(phrase(key.cause));
-    row.emplace_back(to_string(key.rule));
-    jobs.add_row(row);
+    rows.push_back(row_of(set[key.task].name, columns, [&](const Totals& t) { return t.mean_ms(key); }));
+    rows.back().cells.emplace_back(phrase(key.cause));
+    rows.back().cells.emplace_back(to_string(key.rule));
   }
-  out << jobs;
+  std::ranges::stable_sort(rows, std::greater<>(), &Row::most);
+  rows.resize(std::min(rows.size(), kRows));
+  for (const Row& row : rows) table.add_row(row.cells);
+  return table;
 }
 
-void write_lines(std::ostream& out, const std::vector<std::string>& lines) {
-  for (const std::string& line : lines) out << line << "\n";
-  out << "\n";
+std::string tables(const TaskSet& set, const Columns& columns) {
+  std::vector<std::string> header = {""};
+  std::set<Behind> keys;
+  for (const Column& column : columns) {
+    header.push_back(column.name);
+    for (const auto& [behind, sum] : column.totals.behind) keys.insert(behind);
+  }
+  const std::string causes = concat(table_of_causes(columns, header), "\n");
+  return keys.empty() ? causes : concat(causes, table_of_jobs(set, columns, keys, header));
 }
 
-void note_missing(std::ostream& out, const Subject& subject) {
-  if (subject.missing == 0) return;
-  out << "\n"
-      << subject.missing << " outputs under " << subject.executor
-      << " are not explained: the trace lacks their jobs, or their data is younger than the sink's job.\n";
+std::string note_missing(const Subject& subject) {
+  if (subject.missing == 0) return "";
+  return concat("\n", subject.missing, " outputs under ", subject.executor,
+                " are not explained: the trace lacks their jobs, or their data is younger than the sink's "
+                "job.\n");
 }
 
 json causes_json(const CauseTimes& times) {
   json all = json::object();
-  for (const auto& [cause, word] : enum_texts(Cause{}))
-    all[word] = times[static_cast<std::size_t>(cause)].count();
+  for (const CauseText& cause : kCauseTexts)
+    all[cause.text] = times[static_cast<std::size_t>(cause.value)].count();
   return all;
 }
 
@@ -191,177 +200,147 @@ json job_json(const TaskSet& set, JobRef job) {
   return job.task == kNoTask ? json() : json{{"task", set[job.task].name}, {"sequence", job.sequence}};
 }
 
-}  // namespace
-
-std::vector<std::string> sentences(const Subject& subject, const Explanation& e) {
-  const JobRef first = e.path.front().job.ref(), last = e.path.back().job.ref();
-  Totals totals;
-  totals.add(e);
-  const std::string under = program::concat(" under ", subject.executor, " (repetition ", e.repetition, ")");
-  const std::string latency = ms(to_ms(e.latency)), longest = longest_waits(subject.set, totals);
-  std::vector<std::string> all;
-  if (subject.chain.empty()) {
-    all.push_back(program::concat("Job ", name_of(subject.set, last), under, " finished ", latency,
-                                  " after its timestamp."));
-  } else {
-    all.push_back(program::concat("Output ", last.sequence, " of ", subject.chain, under, " took ", latency,
-                                  ", from the start of ", name_of(subject.set, first), " to the start of ",
-                                  name_of(subject.set, last), "."));
-  }
-  const std::vector<Item> items = causes([&](Cause cause) { return totals.mean_ms(cause); });
-  if (!items.empty()) all.push_back(program::concat("Its causes: ", shares(items, to_ms(e.latency)), "."));
-  if (!longest.empty()) all.push_back(program::concat("The longest waits were ", longest, "."));
-  return all;
-}
-
-std::vector<std::string> sentences(const Subject& subject, const Overview& o) {
-  const double mean = o.all.mean_ms(o.all.latency), median = o.middle.mean_ms(o.middle.latency);
-  const double tail = o.tail.mean_ms(o.tail.latency);
-  const TaskSet& set = subject.set;
-  const std::string what = subject.chain.empty() ? program::concat("responses of ", subject.task)
-                                                 : program::concat("outputs of ", subject.chain);
-  std::vector<std::string> all = {program::concat(
-      "The ", o.all.outputs, " ", what, " under ", subject.executor, " take ", ms(mean), " on average",
-      after(": ", shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean)), ".")};
-  const std::string longest = longest_waits(set, o.all);
-  if (!longest.empty()) all.push_back(program::concat("The longest waits are, on average, ", longest, "."));
-  const std::vector<Item> grown =
-      causes([&](Cause cause) { return o.tail.mean_ms(cause) - o.middle.mean_ms(cause); });
-  if (tail <= median || grown.empty()) {
-    all.push_back("No output takes longer than the median.");
-    return all;
-  }
-  const double excess = tail - median;
-  const std::vector<Item> shrunk =
-      causes([&](Cause cause) { return o.middle.mean_ms(cause) - o.tail.mean_ms(cause); }, excess / 100);
-  std::vector<Item> jobs;
-  for (const auto& [key, sum] : o.tail.behind) {
-    const double more = o.tail.mean_ms(key) - o.middle.mean_ms(key);
-    jobs.push_back({more, program::concat(set[key.task].name, " (", because(key), ")")});
-  }
-  jobs = largest(std::move(jobs));
+/// The sentence about the outputs in the tail.
+std::string excess_of_tail(const TaskSet& set, const Overview& o) {
+  const double median = o.middle.mean_ms(), tail = o.tail.mean_ms(), excess = tail - median;
+  const auto more = [&](const auto& key) { return o.tail.mean_ms(key) - o.middle.mean_ms(key); };
+  const Items grown = causes(more);
+  if (tail <= median || grown.empty()) return "No output takes longer than the median.";
+  const Items shrunk = causes([&](Cause cause) { return -more(cause); }, excess / 100);
+  const Items jobs = waits(set, o.tail, more);
+  const std::string worst = concat(worst_share(), " (", o.tail.outputs, " of ", o.all.outputs,
+                                   " outputs, on average ", ms(tail), ")");
   if (!shrunk.empty() || (!jobs.empty() && jobs.front().ms > excess)) {
-    all.push_back(program::concat(
-        "Compared with the median (", ms(median), "), the worst ", percent(kTail, 1), " (", o.tail.outputs,
-        " of ", o.all.outputs, " outputs, on average ", ms(tail), ") spend ", apart(grown, " on ", " more"),
-        shrunk.empty() ? "" : program::concat("; and ", apart(shrunk, " on ", " less")), ".",
-        jobs.empty() ? ""
-                     : program::concat(" The wait that grows most is ", ms(jobs.front().ms),
-                                       " longer, behind ", jobs.front().text, ".")));
-    return all;
+    return concat("Compared with the median (", ms(median), "), the ", worst, " spend ",
+                  apart(grown, " on ", " more"),
+                  shrunk.empty() ? "" : concat("; and ", apart(shrunk, " on ", " less")), ".",
+                  jobs.empty() ? ""
+                               : concat(" The wait that grows most is ", ms(jobs.front().ms),
+                                        " longer, behind ", jobs.front().text, "."));
   }
-  all.push_back(program::concat(
-      "Of the worst ", percent(kTail, 1), " (", o.tail.outputs, " of ", o.all.outputs,
-      " outputs, on average ", ms(tail), "), ", percent(grown.front().ms, excess),
-      " of the excess over the median (", ms(median), ") is ", grown.front().text,
-      jobs.empty()
-          ? ""
-          : program::concat("; ", percent(jobs.front().ms, excess), " is waiting behind ", jobs.front().text),
-      "."));
-  return all;
+  return concat(
+      "Of the ", worst, ", ", percent(grown.front().ms, excess), " of the excess over the median (",
+      ms(median), ") is ", grown.front().text,
+      jobs.empty() ? ""
+                   : concat("; ", percent(jobs.front().ms, excess), " is waiting behind ", jobs.front().text),
+      ".");
 }
 
-std::vector<std::string> sentences(const Subject& a, const Subject& b, const Comparison& c) {
-  const double of_a = c.a.mean_ms(c.a.latency), of_b = c.b.mean_ms(c.b.latency), gain = std::abs(of_a - of_b);
-  const std::string outputs =
-      c.paired ? program::concat(c.a.outputs, " outputs with the data of the same source jobs")
-               : program::concat(c.a.outputs, " and ", c.b.outputs, " outputs, not paired");
-  if (gain == 0)
-    return {program::concat(a.executor, " and ", b.executor, " are equally fast (", outputs, ").")};
+/// Which one is faster, and what it saves.
+std::vector<std::string> gain_sentences(const Subject& a, const Subject& b, const Comparison& c) {
+  const double of_a = c.a.mean_ms(), of_b = c.b.mean_ms(), gain = std::abs(of_a - of_b);
+  const std::string outputs = c.paired ? concat(c.a.outputs, " outputs with the data of the same source jobs")
+                                       : concat(c.a.outputs, " and ", c.b.outputs, " outputs, not paired");
+  if (gain == 0) return {concat(a.executor, " and ", b.executor, " are equally fast (", outputs, ").")};
   const Subject &fast = of_b < of_a ? b : a, &slow = of_b < of_a ? a : b;
   const Totals &less = of_b < of_a ? c.b : c.a, &more = of_b < of_a ? c.a : c.b;
-  const auto saved =
-      causes([&](Cause cause) { return more.mean_ms(cause) - less.mean_ms(cause); }, gain / 100);
-  const auto added =
-      causes([&](Cause cause) { return less.mean_ms(cause) - more.mean_ms(cause); }, gain / 100);
+  const auto saving = [&](Cause cause) { return more.mean_ms(cause) - less.mean_ms(cause); };
+  const Items saved = causes(saving, gain / 100);
+  const Items added = causes([&](Cause cause) { return -saving(cause); }, gain / 100);
   std::vector<std::string> all = {
-      program::concat(fast.executor, " is faster than ", slow.executor, " by ", ms(gain), " on average, ",
-                      ms(std::min(of_a, of_b)), " instead of ", ms(std::max(of_a, of_b)), " (", outputs,
-                      ")."),
-      added.empty()
-          ? program::concat("It saves ", shares(saved, sum_of(saved), " of "), ".")
-          : program::concat("It saves ", apart(saved, " for "), "; it adds ", apart(added, " for "), ".")};
+      concat(fast.executor, " is faster than ", slow.executor, " by ", ms(gain), " on average, ",
+             ms(std::min(of_a, of_b)), " instead of ", ms(std::max(of_a, of_b)), " (", outputs, ")."),
+      added.empty() ? concat("It saves ", shares(saved, sum_of(saved), " of "), ".")
+                    : concat("It saves ", apart(saved, " for "), "; it adds ", apart(added, " for "), ".")};
   std::map<TaskId, double> by_task;
   for (const auto& [behind, sum] : more.behind) by_task[behind.task] += more.mean_ms(behind);
   for (const auto& [behind, sum] : less.behind) by_task[behind.task] -= less.mean_ms(behind);
-  std::vector<Item> shorter;
-  shorter.reserve(by_task.size());
+  Items shorter;
   for (const auto& [task, difference] : by_task) shorter.push_back({difference, slow.set[task].name});
-  const std::string waits = listed(largest(std::move(shorter)), kNamed, [](const Item& i) {
-    return program::concat(ms(i.ms), " behind ", i.text);
-  });
-  if (!waits.empty()) all.push_back(program::concat("An output waits less: ", waits, "."));
+  add_waits(all, "An output waits less: ", largest(std::move(shorter)));
   return all;
 }
 
-void write(std::ostream& out, const Subject& subject, const Explanation& e) {
-  write_lines(out, sentences(subject, e));
-  program::TextTable table("", {"from\nms", "for\nms", "cause", "job", "behind", "because"});
+}  // namespace
+
+Report report(const Subject& subject, const Explanation& e) {
+  const TaskSet& set = subject.set;
+  const std::string first = name_of(set, e.path.front().job.ref()),
+                    last = name_of(set, e.path.back().job.ref());
+  const std::uint64_t sequence = e.path.back().job.sequence;
+  Totals totals;
+  totals.add(e);
+  const std::string under = concat(" under ", subject.executor, " (repetition ", e.repetition, ")");
+  const std::string latency = ms(to_ms(e.latency));
+  Report r;
+  r.sentences.push_back(subject.chain.empty()
+                            ? concat("Job ", last, under, " finished ", latency, " after its timestamp.")
+                            : concat("Output ", sequence, " of ", subject.chain, under, " took ", latency,
+                                     ", from the start of ", first, " to the start of ", last, "."));
+  const Items items = causes([&](Cause cause) { return totals.mean_ms(cause); });
+  if (!items.empty()) r.sentences.push_back(concat("Its causes: ", shares(items, to_ms(e.latency)), "."));
+  add_waits(r.sentences, "The longest waits were ", set, totals);
+
+  r.data = subject_json(subject);
+  r.data.update({{"repetition", e.repetition},
+                 {"sequence", sequence},
+                 {"latency_ns", e.latency.count()},
+                 {"complete", e.complete},
+                 {"causes_ns", causes_json(totals.causes)},
+                 {"parts", json::array()}});
+  for (const JobRecord& job : e.path) {
+    json& step = r.data["path"].emplace_back(job_json(set, job.job.ref()));
+    step["start_ns"] = to_ns(job.start);
+    step["finish_ns"] = job.outcome == Outcome::ran ? json(to_ns(job.finish)) : json();
+  }
+  TextTable table("", {"from\nms", "for\nms", "cause", "job", "behind", "because"});
   Duration from{};
   for (const Part& part : e.parts) {
-    table.add_row({program::fixed(to_ms(from), 3), program::fixed(to_ms(part.length), 3), phrase(part.cause),
-                   name_of(subject.set, e.path[part.step].job.ref()), name_of(subject.set, part.behind),
-                   to_string(part.rule)});
+    const JobRef job = e.path[part.step].job.ref();
+    table.add_row({ms(from), ms(part.length), phrase(part.cause), name_of(set, job),
+                   name_of(set, part.behind), to_string(part.rule)});
+    r.data["parts"].push_back({{"cause", to_string(part.cause)},
+                               {"rule", to_string(part.rule)},
+                               {"job", job_json(set, job)},
+                               {"behind", job_json(set, part.behind)},
+                               {"ns", part.length.count()}});
     from += part.length;
   }
-  out << table;
-  if (!e.complete) out << "\nThe trace lacks jobs on the path; it is followed back as far as possible.\n";
+  r.text = concat(table, e.complete ? "" : kIncomplete);
+  return r;
 }
 
-void write(std::ostream& out, const Subject& subject, const Overview& o) {
-  write_lines(out, sentences(subject, o));
-  const std::string worst = program::concat("worst ", percent(kTail, 1));
-  write_tables(out, subject.set, {{"all", o.all}, {"median", o.middle}, {worst, o.tail}});
-  note_missing(out, subject);
+Report report(const Subject& subject, const Overview& o) {
+  const double mean = o.all.mean_ms();
+  const std::string list =
+      shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean);
+  Report r;
+  r.sentences.push_back(
+      concat("The ", o.all.outputs, subject.chain.empty() ? " responses of " : " outputs of ",
+             subject.chain.empty() ? subject.task : subject.chain, " under ", subject.executor, " take ",
+             ms(mean), " on average", list.empty() ? "" : ": ", list, "."));
+  add_waits(r.sentences, "The longest waits are, on average, ", subject.set, o.all);
+  r.sentences.push_back(excess_of_tail(subject.set, o));
+  r.text = tables(subject.set, {{"all", o.all}, {"median", o.middle}, {worst_share(), o.tail}}) +
+           note_missing(subject);
+  r.data = subject_json(subject);
+  r.data.update({{"all", totals_json(subject.set, o.all)},
+                 {"median", totals_json(subject.set, o.middle)},
+                 {"tail", totals_json(subject.set, o.tail)},
+                 {"tail_percent", 100 * kTail}});
+  return r;
 }
 
-void write(std::ostream& out, const Subject& a, const Subject& b, const Comparison& c) {
-  write_lines(out, sentences(a, b, c));
-  write_tables(out, a.set, {{a.executor, c.a}, {b.executor, c.b}});
-  note_missing(out, a);
-  note_missing(out, b);
-}
-
-json json_of(const Subject& subject, const Explanation& e) {
-  json j = subject_json(subject);
-  j.update({{"repetition", e.repetition},
-            {"sequence", e.path.back().job.sequence},
-            {"latency_ns", e.latency.count()},
-            {"complete", e.complete},
-            {"causes_ns", causes_json(causes_of(e))},
-            {"sentences", sentences(subject, e)}});
-  for (const JobRecord& r : e.path) {
-    json job = job_json(subject.set, r.job.ref());
-    job["start_ns"] = to_ns(r.start);
-    job["finish_ns"] = r.outcome == Outcome::ran ? json(to_ns(r.finish)) : json();
-    j["path"].push_back(job);
+Report report(const Subject& a, const Subject& b, const Comparison& c) {
+  Report r;
+  r.sentences = gain_sentences(a, b, c);
+  r.text = tables(a.set, {{a.executor, c.a}, {b.executor, c.b}}) + note_missing(a) + note_missing(b);
+  r.data["paired"] = c.paired;
+  for (const auto& [side, subject, totals] : {std::tuple("a", &a, &c.a), std::tuple("b", &b, &c.b)}) {
+    r.data[side] = subject_json(*subject);
+    r.data[side].update(totals_json(subject->set, *totals));
   }
-  j["parts"] = json::array();
-  for (const Part& part : e.parts) {
-    j["parts"].push_back({{"cause", to_string(part.cause)},
-                          {"rule", to_string(part.rule)},
-                          {"job", job_json(subject.set, e.path[part.step].job.ref())},
-                          {"behind", job_json(subject.set, part.behind)},
-                          {"ns", part.length.count()}});
+  return r;
+}
+
+void show(const Report& report, bool as_json) {
+  if (!as_json) {
+    std::cout << program::joined(report.sentences, "\n") << "\n\n" << report.text;
+    return;
   }
-  return j;
-}
-
-json json_of(const Subject& subject, const Overview& o) {
-  json j = subject_json(subject);
-  j.update({{"all", totals_json(subject.set, o.all)},
-            {"median", totals_json(subject.set, o.middle)},
-            {"tail", totals_json(subject.set, o.tail)},
-            {"tail_percent", 100 * kTail},
-            {"sentences", sentences(subject, o)}});
-  return j;
-}
-
-json json_of(const Subject& a, const Subject& b, const Comparison& c) {
-  json of_a = subject_json(a), of_b = subject_json(b);
-  of_a.update(totals_json(a.set, c.a));
-  of_b.update(totals_json(b.set, c.b));
-  return {{"a", of_a}, {"b", of_b}, {"paired", c.paired}, {"sentences", sentences(a, b, c)}};
+  json data = report.data;
+  data["sentences"] = report.sentences;
+  program::data_output() << data.dump(2) << "\n";
 }
 
 }  // namespace hotpath::explain

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <iosfwd>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -19,19 +18,18 @@ struct Subject {
   std::size_t missing = 0;  ///< Outputs whose jobs the trace lacks.
 };
 
-/// At most three sentences.
-[[nodiscard]] std::vector<std::string> sentences(const Subject& subject, const Explanation& explanation);
-[[nodiscard]] std::vector<std::string> sentences(const Subject& subject, const Overview& overview);
+/// What is shown of an explanation: the sentences, and tables and notes as text or the data as JSON.
+struct Report {
+  std::vector<std::string> sentences;  ///< At most three.
+  std::string text;
+  nlohmann::json data;
+};
+[[nodiscard]] Report report(const Subject& subject, const Explanation& explanation);
+[[nodiscard]] Report report(const Subject& subject, const Overview& overview);
 /// Why one is faster than the other.
-[[nodiscard]] std::vector<std::string> sentences(const Subject& a, const Subject& b, const Comparison& c);
+[[nodiscard]] Report report(const Subject& a, const Subject& b, const Comparison& comparison);
 
-/// The sentences and a table.
-void write(std::ostream& out, const Subject& subject, const Explanation& explanation);
-void write(std::ostream& out, const Subject& subject, const Overview& overview);
-void write(std::ostream& out, const Subject& a, const Subject& b, const Comparison& comparison);
-
-[[nodiscard]] nlohmann::json json_of(const Subject& subject, const Explanation& explanation);
-[[nodiscard]] nlohmann::json json_of(const Subject& subject, const Overview& overview);
-[[nodiscard]] nlohmann::json json_of(const Subject& a, const Subject& b, const Comparison& comparison);
+/// Prints to standard output.
+void show(const Report& report, bool as_json);
 
 }  // namespace hotpath::explain

@@ -17,11 +17,12 @@ Explainer::Explainer(const System& system, Target target, std::vector<Output> ou
                      Use use)
     : system_(system),
       target_(target),
+      chain_(target.chain ? &system.chains[*target.chain] : nullptr),
       outputs_(std::move(outputs)),
       use_(std::move(use)),
       done_(outputs_.size(), false),
-      window_(system.tasks().set.size(), std::move(run)),
-      paths_(system, window_, target.chain) {
+      window_(system.tasks.set.size(), std::move(run)),
+      paths_(system, window_, chain_) {
   std::ranges::stable_sort(outputs_, {}, key_of);
   for (const Output& output : outputs_) longest_ = std::max(longest_, output.latency);
 }
@@ -56,8 +57,7 @@ void Explainer::end() {
 
 /// The outputs that may be those of a job.
 std::span<const Output> Explainer::outputs_of(const Job& job) const {
-  const bool ends =
-      target_.chain ? system_.chains()[*target_.chain].ends_in(job.task) : job.task == target_.task;
+  const bool ends = chain_ != nullptr ? chain_->ends_in(job.task) : job.task == target_.task;
   if (!ends) return {};
   return std::ranges::equal_range(outputs_, std::pair(repetition_, job.sequence), {}, key_of);
 }
@@ -70,64 +70,45 @@ void Explainer::explain_finished() {
     for (const Output& output : outputs_of(job.record.job)) {
       const auto place = static_cast<std::size_t>(&output - outputs_.data());
       if (done_[place] || (output.sink != kNoTask && output.sink != job.record.job.task)) continue;
-      done_[place] = target_.chain ? explain_output(job, output) : explain_response(job);
+      done_[place] = explain_output(job, output);
       if (done_[place]) break;
     }
     return true;
   });
 }
 
-bool Explainer::explain_response(const Seen& job) {
-  const JobRecord& r = job.record;
-  Account account(system_, window_, times_);
-  account.wait(job, 0, r.job.timestamp, r.start, nullptr);
-  account.run(r, 0, std::max(r.start, r.job.timestamp), r.finish);
-  use(account, {repetition_, r.finish - r.job.timestamp, {r}, true, {}});
-  return true;
-}
-
 /// False if it is the output of another task of the sink's node, with a job of the same sequence.
-bool Explainer::explain_output(const Seen& sink, const Output& output) {
-  const ChainIndex& chain = system_.chains()[*target_.chain];
-  const Duration latency = output.latency;
-  const Time begin = sink.record.start - latency;
-  const std::vector<const Seen*> path = paths_.from_source(sink, begin);
-  if (path.empty() && output.sink == kNoTask && chain.sink_tasks.size() > 1) return false;
-  path.empty() ? explain_path(paths_.of_triggers(sink, begin), latency, false)
-               : explain_path(path, latency, true);
-  return true;
-}
-
-/// A cyclic node may read data that arrived after its job's start, where the latency ends.
-void Explainer::explain_path(const std::vector<const Seen*>& path, Duration latency, bool complete) {
-  Account account(system_, window_, times_);
-  Explanation explanation{repetition_, latency, {}, complete, {}};
-  for (const Seen* job : path) explanation.path.push_back(job->record);
-  const Time end = path.back()->record.start;
-  Time done = end - latency;
-  const Time begin = std::clamp(path.front()->record.start, done, end);
-  account.add(Cause::unexplained, 0, begin - done);
-  done = begin;
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const JobRecord &job = path[i]->record, &next = path[i + 1]->record;
-    const Time until = std::clamp(next.start, done, end);
-    const bool direct = next.job.parent == job.job.ref();
-    // The rest of the job, after the publication, counts as running while the next job waits for it.
-    const Time handed_over = direct && job.worker != next.worker ? next.job.timestamp : job.finish;
-    const Time ran = std::clamp(handed_over, done, until);
-    account.run(job, i, done, ran);
-    const Time ready = direct ? ran : std::clamp(next.job.timestamp, ran, until);
-    account.add(Cause::join, i + 1, ready - ran);
-    account.wait(*path[i + 1], i + 1, ready, until, &job);
-    done = until;
+bool Explainer::explain_output(const Seen& job, const Output& output) {
+  const Surroundings around{system_, window_, times_};
+  Explanation explanation{repetition_, output.latency, {}, true, {}};
+  std::vector<const Seen*> path = {&job};
+  if (chain_ == nullptr) {
+    explanation.parts = parts_of_response(around, job);
+  } else {
+    const Time begin = job.record.start - output.latency;
+    path = paths_.from_source(job, begin);
+    explanation.complete = !path.empty();
+    if (path.empty() && output.sink == kNoTask && chain_->sink_tasks.size() > 1) return false;
+    if (path.empty()) path = of_triggers(job, begin);
+    explanation.parts = parts_of_path(around, path, output.latency);
   }
-  use(account, std::move(explanation));
-}
-
-void Explainer::use(Account& account, Explanation explanation) {
-  explanation.parts = account.take();
+  for (const Seen* seen : path) explanation.path.push_back(seen->record);
   ++explained_;
   use_(explanation);
+  return true;
+}
+
+/// `sink` and the jobs that published the samples that started it, back to the last one that started
+/// at or before `begin`, as far as the trace has them.
+std::vector<const Seen*> Explainer::of_triggers(const Seen& sink, Time begin) const {
+  std::vector<const Seen*> path = {&sink};
+  while (path.back()->record.start > begin) {
+    const Seen* const publisher = window_.find(path.back()->record.job.parent);
+    if (publisher == nullptr || publisher->order >= path.back()->order) break;
+    path.push_back(publisher);
+  }
+  std::ranges::reverse(path);
+  return path;
 }
 
 }  // namespace hotpath::explain

@@ -9,13 +9,12 @@
 #include <vector>
 
 #include "explain/account.hpp"
-#include "explain/data_path.hpp"
 
 namespace hotpath::explain {
 
 /// The latency to explain: hot-path latencies of a chain, or response times of a task.
 struct Target {
-  std::optional<std::uint32_t> chain;  ///< Index into System::chains().
+  std::optional<std::uint32_t> chain;  ///< Index into System::chains.
   TaskId task = kNoTask;               ///< Without a chain.
 };
 
@@ -49,14 +48,13 @@ class Explainer {
  private:
   [[nodiscard]] std::span<const Output> outputs_of(const Job& job) const;
   void explain_finished();
-  bool explain_output(const Seen& sink, const Output& output);
-  bool explain_response(const Seen& job);
-  void explain_path(const std::vector<const Seen*>& path, Duration latency, bool complete);
-  void use(Account& account, Explanation explanation);
+  bool explain_output(const Seen& job, const Output& output);
+  [[nodiscard]] std::vector<const Seen*> of_triggers(const Seen& sink, Time begin) const;
 
   const System& system_;
   const Target target_;
-  std::vector<Output> outputs_;  // by repetition and sequence
+  const ChainIndex* const chain_;  // nullptr: response times of the task
+  std::vector<Output> outputs_;    // by repetition and sequence
   const Use use_;
   std::vector<bool> done_;  // by output
   JobWindow window_;

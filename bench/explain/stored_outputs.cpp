@@ -2,7 +2,6 @@
 #include "explain/stored_outputs.hpp"
 
 #include <algorithm>
-#include <deque>
 #include <fstream>
 #include <functional>
 #include <utility>
@@ -29,10 +28,14 @@ std::string executor_of(const results::StoredRun& run, const std::string& label)
   return label;
 }
 
-void check_tasks(const results::StoredRun& run, const TaskSet& graph) {
-  const auto name = [](const Task& task) { return task.name; };
-  if (std::ranges::equal(run.tasks().tasks, graph.tasks, {}, name, name)) return;
-  run.fail("its tasks are not those of its graph, which has changed since; run it again");
+/// The place of the chain or task of this name.
+std::uint32_t place_of(const std::string& name, const auto& all, const char* what) {
+  std::vector<std::string> names;
+  for (const auto& one : all) names.push_back(one.name);
+  const auto place = std::ranges::find(names, name);
+  if (place != names.end()) return static_cast<std::uint32_t>(place - names.begin());
+  throw program::UsageError(
+      program::concat("--", what, ": there is no ", what, " ", name, "; ", suggest(name, names)));
 }
 
 }  // namespace
@@ -40,23 +43,30 @@ void check_tasks(const results::StoredRun& run, const TaskSet& graph) {
 StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& executor,
                              std::optional<std::uint32_t> repetition)
     : run_(run),
-      system_(run.check([&] { return setup::stored_system(run); })),
+      stored_(run.check([&] { return setup::stored_system(run); })),
       executor_(executor_of(run, executor)),
       repetition_(repetition),
-      subject_{system_.tasks.set, executor_, "", "", 0} {
-  check_tasks(run, system_.tasks.set);
+      subject_{stored_.tasks.set, executor_, "", "", 0} {
+  if (!std::ranges::equal(run.tasks().tasks, stored_.tasks.set.tasks, {}, &Task::name, &Task::name))
+    run.fail("its tasks are not those of its graph, which has changed since; run it again");
   if (repetition_) static_cast<void>(run.run(executor_, *repetition_));  // throws if it did not run
-  explained_.emplace(run.check([&] {
-    return System(system_.executor(executor_), system_.graph, system_.tasks, run.record().kind,
-                  std::max(1U, run.record().cores()));
-  }));
+  run.check([&] {
+    system_.emplace(stored_.executor(executor_), stored_.graph, stored_.tasks, run.record().kind,
+                    std::max(1U, run.record().cores()));
+  });
 }
 
 StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& executor,
                              const Options& options)
     : StoredOutputs(run, executor, options.repetition) {
   choose_target(options);
-  target_.chain ? read_chains() : read_responses();
+  if (target_.chain) {
+    read_chains();
+  } else {
+    for_each_response([&](TaskId task, const Output& output) {
+      if (task == target_.task) outputs_.push_back(output);
+    });
+  }
   if (outputs_.empty()) {
     run.fail(program::concat(
         "it has no ", target_.chain ? "output of " + subject_.chain : "counted job of " + subject_.task,
@@ -65,30 +75,15 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
 }
 
 void StoredOutputs::choose_target(const Options& options) {
+  subject_.task = options.task;
   if (!options.task.empty()) {
-    const auto& tasks = system_.tasks.set.tasks;
-    const auto task = std::ranges::find(tasks, options.task, &Task::name);
-    if (task == tasks.end()) {
-      std::vector<std::string> names;
-      names.reserve(tasks.size());
-      for (const Task& t : tasks) names.push_back(t.name);
-      throw program::UsageError(
-          program::concat("--task: there is no task ", options.task, "; ", suggest(options.task, names)));
-    }
-    target_.task = static_cast<TaskId>(task - tasks.begin());
-    subject_.task = options.task;
+    target_.task = place_of(options.task, stored_.tasks.set.tasks, "task");
     return;
   }
-  if (system_.graph.chains.empty()) run_.fail("its graph has no chain; name a task with --task");
-  std::vector<std::string> names;
-  for (const Chain& chain : system_.graph.chains) names.push_back(chain.name);
-  subject_.chain = options.chain.empty() ? names.front() : options.chain;
-  const auto chain = std::ranges::find(names, subject_.chain);
-  if (chain == names.end()) {
-    throw program::UsageError(
-        program::concat("--chain: there is no chain ", options.chain, "; ", suggest(options.chain, names)));
-  }
-  target_.chain = static_cast<std::uint32_t>(chain - names.begin());
+  const std::vector<Chain>& chains = stored_.graph.chains;
+  if (chains.empty()) run_.fail("its graph has no chain; name a task with --task");
+  subject_.chain = options.chain.empty() ? chains.front().name : options.chain;
+  target_.chain = place_of(subject_.chain, chains, "chain");
 }
 
 bool StoredOutputs::selected(std::string_view executor, std::uint32_t repetition) const {
@@ -97,23 +92,16 @@ bool StoredOutputs::selected(std::string_view executor, std::uint32_t repetition
 
 void StoredOutputs::read_chains() {
   std::ifstream in = run_.open("chains.csv");
-  const std::string file = (run_.folder() / "chains.csv").string();
-  for_each_chain(in, file, [&](const ChainRow& row) {
+  const std::vector<Task>& tasks = stored_.tasks.set.tasks;
+  for_each_chain(in, (run_.folder() / "chains.csv").string(), [&](const ChainRow& row) {
     if (row.chain != subject_.chain || !selected(row.executor, row.repetition)) return;
     if (row.record.hot_path_latency < Duration{}) {
       ++younger_;
       return;
     }
-    const auto sink = std::ranges::find(system_.tasks.set.tasks, row.sink_task, &Task::name);
-    const bool known = sink != system_.tasks.set.tasks.end();
+    const auto sink = std::ranges::find(tasks, row.sink_task, &Task::name);
     outputs_.push_back({row.repetition, row.record.sequence, row.record.hot_path_latency,
-                        known ? static_cast<TaskId>(sink - system_.tasks.set.tasks.begin()) : kNoTask});
-  });
-}
-
-void StoredOutputs::read_responses() {
-  for_each_response([&](TaskId task, const Output& output) {
-    if (task == target_.task) outputs_.push_back(output);
+                        sink != tasks.end() ? static_cast<TaskId>(sink - tasks.begin()) : kNoTask});
   });
 }
 
@@ -125,14 +113,9 @@ void StoredOutputs::for_each_response(const std::function<void(TaskId, const Out
   });
 }
 
-std::unique_ptr<ExecutionTimes> StoredOutputs::execution_times(std::uint32_t repetition) const {
-  if (!system_.simulated || !parse<ExecutionTimeModel>(system_.execution_times)) return nullptr;
-  return simulated::execution_times_of(system_.graph, system_.tasks, system_.options.seed + repetition);
-}
-
 void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {
   std::deque<Explainer> explainers;  // never moves them
-  explainers.emplace_back(*explained_, target_, outputs, "explain " + run_.folder().string(), use);
+  explainers.emplace_back(*system_, target_, outputs, "explain " + run_.folder().string(), use);
   pass_jobs(explainers);
   subject_.missing = explainers.front().missing() + younger_;
   if (explainers.front().missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
@@ -142,7 +125,7 @@ void StoredOutputs::explain_tasks(const results::StoredRun& run, const std::stri
                                   std::size_t most,
                                   const std::function<void(TaskId, const Explanation&)>& use) {
   const StoredOutputs all(run, executor, std::nullopt);
-  std::vector<std::vector<Output>> slowest(all.system_.tasks.set.size());
+  std::vector<std::vector<Output>> slowest(all.stored_.tasks.set.size());
   const auto keep = [most](std::vector<Output>& outputs) {
     std::ranges::stable_sort(outputs, std::greater<>(), &Output::latency);
     outputs.resize(std::min(outputs.size(), most));
@@ -155,7 +138,7 @@ void StoredOutputs::explain_tasks(const results::StoredRun& run, const std::stri
   for (TaskId task = 0; task < slowest.size(); ++task) {
     if (slowest[task].empty()) continue;
     keep(slowest[task]);
-    explainers.emplace_back(*all.explained_, Target{std::nullopt, task}, std::move(slowest[task]),
+    explainers.emplace_back(*all.system_, Target{std::nullopt, task}, std::move(slowest[task]),
                             "explain " + run.folder().string(),
                             [&use, task](const Explanation& e) { use(task, e); });
   }
@@ -163,13 +146,15 @@ void StoredOutputs::explain_tasks(const results::StoredRun& run, const std::stri
 }
 
 void StoredOutputs::pass_jobs(std::deque<Explainer>& explainers) const {
-  std::unique_ptr<ExecutionTimes> times;
+  std::unique_ptr<ExecutionTimes> times;  // of a simulation; nullptr: not known
+  const bool known = stored_.simulated && parse<ExecutionTimeModel>(stored_.execution_times);
   std::optional<std::uint32_t> current;
   results::for_each_record(run_, [&](const JobRow& row) {
     if (!selected(row.executor, row.repetition)) return;
     if (current != row.repetition) {
       if (current) std::ranges::for_each(explainers, &Explainer::end);
-      times = execution_times(row.repetition);
+      const std::uint64_t seed = stored_.options.seed + row.repetition;
+      if (known) times = simulated::execution_times_of(stored_.graph, stored_.tasks, seed);
       for (Explainer& explainer : explainers) explainer.begin(row.repetition, times.get());
       current = row.repetition;
     }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <deque>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -42,19 +41,16 @@ class StoredOutputs {
   void choose_target(const Options& options);
   [[nodiscard]] bool selected(std::string_view executor, std::uint32_t repetition) const;
   void read_chains();
-  void read_responses();
   /// `use` gets the counted jobs of all tasks.
   void for_each_response(const std::function<void(TaskId, const Output&)>& use) const;
   /// Passes the jobs to all of them.
   void pass_jobs(std::deque<Explainer>& explainers) const;
-  /// Of a simulation; nullptr: not known.
-  [[nodiscard]] std::unique_ptr<ExecutionTimes> execution_times(std::uint32_t repetition) const;
 
   const results::StoredRun& run_;
-  const setup::StoredSystem system_;
+  const setup::StoredSystem stored_;
   const std::string executor_;
   const std::optional<std::uint32_t> repetition_;
-  std::optional<System> explained_;
+  std::optional<System> system_;
   Target target_;
   Subject subject_;
   std::vector<Output> outputs_;

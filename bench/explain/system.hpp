@@ -33,14 +33,9 @@ class System {
   System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphTasks& tasks, results::RunKind kind,
          unsigned cores);
 
-  [[nodiscard]] const GraphTasks& tasks() const { return tasks_; }
-  [[nodiscard]] const Task& task(TaskId id) const { return tasks_.set[id]; }
-  [[nodiscard]] const std::vector<ChainIndex>& chains() const { return chains_; }
+  [[nodiscard]] const Task& task(TaskId id) const { return tasks.set[id]; }
+  [[nodiscard]] bool is_timer(TaskId id) const { return task(id).kind == TaskKind::timer; }
   [[nodiscard]] const ServingExecutor& executor_of(TaskId id) const { return executors_[executor_of_[id]]; }
-  [[nodiscard]] results::RunKind kind() const { return kind_; }
-  [[nodiscard]] bool wall_clock_work() const { return wall_clock_work_; }
-  /// From publication to arrival; simulated.
-  [[nodiscard]] Duration delivery() const { return delivery_; }
   /// Number of cores on which a worker may run; simulated.
   [[nodiscard]] unsigned cores_of(std::size_t worker) const;
   /// Whether a job on `other` that started at `other_start` keeps `worker`, busy since `since`, from
@@ -49,13 +44,15 @@ class System {
   /// Whether the tasks' jobs never overlap, because they share a callback group.
   [[nodiscard]] bool share_group(TaskId a, TaskId b) const;
 
+  const GraphTasks& tasks;
+  const results::RunKind kind;
+  const bool simulated;
+  const Duration delivery;     ///< From publication to arrival; simulated.
+  const bool wall_clock_work;  ///< Jobs work until an instant of the clock.
+  const std::vector<ChainIndex> chains;
+
  private:
-  const GraphTasks& tasks_;
-  const results::RunKind kind_;
-  const unsigned cores_;
-  const Duration delivery_;
-  const bool wall_clock_work_;
-  const std::vector<ChainIndex> chains_;
+  const std::uint64_t cores_;  // of the machine, as bits
   std::vector<ServingExecutor> executors_;
   std::vector<std::uint32_t> executor_of_;  // by task
   std::vector<SimulatedThread> threads_;    // by worker; simulated

@@ -3,33 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "hotpath/analysis/statistics.hpp"
 
 namespace hotpath::explain {
-
-namespace {
-
-void add(CauseTimes& sums, const CauseTimes& times) {
-  for (std::size_t c = 0; c < kCauses; ++c) sums[c] += times[c];
-}
-
-auto key(const Compared& c) { return std::tuple(c.repetition, c.source.task, c.source.sequence); }
-
-/// The outputs of `of` that share their source job with one of `others`.
-Totals sum_of_shared(const std::vector<Compared>& of, const std::vector<Compared>& others) {
-  Totals totals;
-  for (const Compared& c : of) {
-    if (!std::ranges::binary_search(others, key(c), {}, key)) continue;
-    ++totals.outputs;
-    totals.latency += c.latency;
-    add(totals.causes, c.causes);
-  }
-  return totals;
-}
-
-}  // namespace
 
 CauseTimes causes_of(const Explanation& explanation) {
   CauseTimes times{};
@@ -37,20 +14,25 @@ CauseTimes causes_of(const Explanation& explanation) {
   return times;
 }
 
-double Totals::mean_ms(Duration sum) const {
-  return outputs == 0 ? 0 : to_ms(sum) / static_cast<double>(outputs);
+CauseSums& CauseSums::operator+=(const CauseSums& other) {
+  outputs += other.outputs;
+  latency += other.latency;
+  for (std::size_t c = 0; c < kCauses; ++c) causes[c] += other.causes[c];
+  return *this;
+}
+
+double Totals::mean_ms(Duration sum, std::uint64_t count) {
+  return count == 0 ? 0 : to_ms(sum) / static_cast<double>(count);
 }
 
 double Totals::mean_ms(const Behind& key) const {
   const auto sum = behind.find(key);
-  return sum == behind.end() ? 0 : to_ms(sum->second) / static_cast<double>(waits);
+  return sum == behind.end() ? 0 : mean_ms(sum->second, waits);
 }
 
 void Totals::add(const Explanation& explanation) {
-  ++outputs;
+  *this += {1, explanation.latency, causes_of(explanation)};
   ++waits;
-  latency += explanation.latency;
-  explain::add(causes, causes_of(explanation));
   for (const Part& part : explanation.parts) {
     if (part.behind.task != kNoTask) behind[{part.cause, part.rule, part.behind.task}] += part.length;
   }
@@ -70,9 +52,8 @@ Overview::Overview(const std::vector<Output>& outputs) {
   const std::vector<Output> sorted = sorted_by_latency(outputs);
   middle_from_ = at_quantile(sorted, kBelowMedian).latency;
   middle_to_ = at_quantile(sorted, kAboveMedian).latency;
-  const auto count = static_cast<double>(sorted.size());
-  const auto worst = static_cast<std::size_t>(std::max(1.0, std::floor(kTail * count)));
-  tail_from_ = sorted[sorted.size() - worst].latency;
+  const auto worst = std::max(1.0, std::floor(kTail * static_cast<double>(sorted.size())));
+  tail_from_ = sorted[sorted.size() - static_cast<std::size_t>(worst)].latency;
 }
 
 void Overview::add(const Explanation& explanation) {
@@ -83,22 +64,26 @@ void Overview::add(const Explanation& explanation) {
 
 void ComparedOutputs::add(const Explanation& e) {
   totals.add(e);
-  if (e.complete) outputs.push_back({e.repetition, e.path.front().job.ref(), e.latency, causes_of(e)});
+  if (!e.complete) return;
+  const JobRef source = e.path.front().job.ref();
+  by_source.insert({{e.repetition, source.task, source.sequence}, {1, e.latency, causes_of(e)}});
 }
 
-Comparison compare(ComparedOutputs a, ComparedOutputs b, bool pairs) {
-  std::ranges::sort(a.outputs, {}, key);
-  std::ranges::sort(b.outputs, {}, key);
-  Comparison comparison{sum_of_shared(a.outputs, b.outputs), sum_of_shared(b.outputs, a.outputs)};
-  comparison.paired = pairs && comparison.a.outputs == comparison.b.outputs &&
-                      2 * comparison.a.outputs > std::max(a.totals.outputs, b.totals.outputs);
-  if (!comparison.paired) return {a.totals, b.totals, false};
-  const auto keep_waits = [](Totals& pairs_only, const Totals& all) {
-    pairs_only.behind = all.behind;
-    pairs_only.waits = all.waits;
+Comparison compare(const ComparedOutputs& a, const ComparedOutputs& b, bool pairs) {
+  const auto shared = [](const auto& of, const auto& others) {
+    CauseSums sums;
+    for (const auto& [source, output] : of) {
+      if (others.contains(source)) sums += output;
+    }
+    return sums;
   };
-  keep_waits(comparison.a, a.totals);
-  keep_waits(comparison.b, b.totals);
+  Comparison comparison{a.totals, b.totals};
+  const CauseSums of_a = shared(a.by_source, b.by_source), of_b = shared(b.by_source, a.by_source);
+  comparison.paired = pairs && of_a.outputs == of_b.outputs &&
+                      2 * of_a.outputs > std::max(a.totals.outputs, b.totals.outputs);
+  if (!comparison.paired) return comparison;
+  static_cast<CauseSums&>(comparison.a) = of_a;
+  static_cast<CauseSums&>(comparison.b) = of_b;
   return comparison;
 }
 

@@ -4,12 +4,23 @@
 #include <array>
 #include <compare>
 #include <map>
+#include <tuple>
 #include <vector>
 
 #include "explain/causes.hpp"
 #include "explain/explainer.hpp"
 
 namespace hotpath::explain {
+
+using CauseTimes = std::array<Duration, kCauses>;
+[[nodiscard]] CauseTimes causes_of(const Explanation& explanation);
+
+struct CauseSums {
+  std::uint64_t outputs = 0;
+  Duration latency{};
+  CauseTimes causes{};
+  CauseSums& operator+=(const CauseSums& other);
+};
 
 /// What was waited for.
 struct Behind {
@@ -19,22 +30,21 @@ struct Behind {
   friend auto operator<=>(const Behind&, const Behind&) = default;
 };
 
-using CauseTimes = std::array<Duration, kCauses>;
-[[nodiscard]] CauseTimes causes_of(const Explanation& explanation);
-
 /// Sums over many outputs.
-struct Totals {
-  std::uint64_t outputs = 0;
-  Duration latency{};
-  CauseTimes causes{};
-  std::map<Behind, Duration> behind;  ///< Parts with another job, of `waits` outputs.
+struct Totals : CauseSums {
+  std::map<Behind, Duration> behind = {};  ///< Parts with another job, of `waits` outputs.
   std::uint64_t waits = 0;
 
   void add(const Explanation& explanation);
   /// Means in ms; 0 without outputs.
-  [[nodiscard]] double mean_ms(Duration sum) const;
-  [[nodiscard]] double mean_ms(Cause cause) const { return mean_ms(causes[static_cast<std::size_t>(cause)]); }
+  [[nodiscard]] double mean_ms() const { return mean_ms(latency, outputs); }
+  [[nodiscard]] double mean_ms(Cause cause) const {
+    return mean_ms(causes[static_cast<std::size_t>(cause)], outputs);
+  }
   [[nodiscard]] double mean_ms(const Behind& key) const;
+
+ private:
+  [[nodiscard]] static double mean_ms(Duration sum, std::uint64_t count);
 };
 
 /// Share of the outputs in the tail.
@@ -58,18 +68,11 @@ class Overview {
   Duration middle_from_{}, middle_to_{}, tail_from_{};
 };
 
-/// One output for a comparison.
-struct Compared {
-  std::uint32_t repetition = 0;
-  JobRef source;  ///< Whose data the output contains.
-  Duration latency{};
-  CauseTimes causes{};
-};
-
 /// All outputs of one side of a comparison.
 struct ComparedOutputs {
   Totals totals;
-  std::vector<Compared> outputs;  ///< Those whose source job is known.
+  /// Those whose source job is known, by its repetition, task and sequence.
+  std::multimap<std::tuple<std::uint32_t, TaskId, std::uint64_t>, CauseSums> by_source;
   void add(const Explanation& explanation);
 };
 
@@ -80,6 +83,6 @@ struct Comparison {
 };
 /// Pairs outputs with data of the same source job, if these are most of both sets and `pairs` is
 /// true; otherwise compares all outputs. Totals::behind is always of all outputs.
-[[nodiscard]] Comparison compare(ComparedOutputs a, ComparedOutputs b, bool pairs);
+[[nodiscard]] Comparison compare(const ComparedOutputs& a, const ComparedOutputs& b, bool pairs);
 
 }  // namespace hotpath::explain

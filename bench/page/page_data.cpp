@@ -192,8 +192,8 @@ class RunData {
 
 json words_of_causes() {
   json causes = json::array();
-  for (const auto& [cause, word] : explain::enum_texts(explain::Cause{})) {
-    causes.push_back({{"name", word}, {"phrase", explain::phrase(cause)}});
+  for (const explain::CauseText& cause : explain::kCauseTexts) {
+    causes.push_back({{"name", cause.text}, {"phrase", cause.phrase}});
   }
   return causes;
 }

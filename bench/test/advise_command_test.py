@@ -13,20 +13,22 @@ SOURCE = Path(__file__).resolve().parents[2]
 MEASURED = SOURCE / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
 # A smaller ratio of medians is within the variation between repetitions on the real stack.
 CLEAR = 1.15
+SHORT = "--repetitions 2 --duration 2"
 
 
 class Advise(CommandTest):
-    def advise(self, *arguments: object) -> tuple[Any, Any]:
-        out = self.accepted("advise", *arguments, "--output", self.folder / "advice")
-        return out, json.loads((self.folder / "advice" / "advice.json").read_text())
+    def advise(self, graph: object, options: str, *more: object) -> tuple[Any, Any]:
+        output = self.folder / "advice"
+        out = self.accepted("advise", graph, *options.split(), *more, "--output", output)
+        return out, json.loads((output / "advice.json").read_text())
 
-    def refused(self, code: int, *arguments: object) -> Any:
-        ended, _, err = self.command("advise", *arguments, "--output", self.folder / "advice")
-        self.assertEqual(ended, code, err)
+    def refused(self, graph: str, *options: object) -> Any:
+        code, _, err = self.command("advise", graph, *options, "--output", self.folder / "advice")
+        self.assertEqual(code, 2, err)
         return err
 
     def test_autoware_gets_a_ranking_an_advice_and_a_change_that_can_be_run(self) -> None:
-        out, advice = self.advise("autoware", "--cores", 2, "--repetitions", 3, "--duration", 3)
+        out, advice = self.advise("autoware", "--cores 2 --repetitions 3 --duration 3")
         rows = {row["name"]: row for row in advice["ranking"]}
         self.assertGreaterEqual(len(rows), 15)
         self.assertEqual(advice["recommended"], advice["ranking"][0]["name"])
@@ -38,9 +40,8 @@ class Advise(CommandTest):
         self.assertRegex(advice["causes"][0], r"is faster than default by \d")
         for sentence in advice["sentences"] + advice["causes"]:
             self.assertIn(sentence, out)
-        self.assertEqual(
-            [d["assumption"] for d in advice["doubts"]], ["execution times 20 % longer", "one more core"]
-        )
+        assumptions = [d["assumption"] for d in advice["doubts"]]
+        self.assertEqual(assumptions, ["execution times 20 % longer", "one more core"])
         folder = self.folder / "advice"
         graph = folder / "graph.yaml" if (folder / "graph.yaml").exists() else "autoware"
         run = self.measure(
@@ -48,20 +49,17 @@ class Advise(CommandTest):
             *("--deployments", folder / "deployment.yaml"),
         )
         (executor,) = run.summary()["executors"]
-        self.assertLess(
-            executor["chains"][0]["hot_path_latency_ms"]["p50"], rows["default"]["median_ms"]["value"]
-        )
+        median = executor["chains"][0]["hot_path_latency_ms"]["p50"]
+        self.assertLess(median, rows["default"]["median_ms"]["value"])
 
     def test_writes_the_options_of_the_executor_on_the_robot(self) -> None:
-        _, advice = self.advise(
-            "autoware", "--executors", "default,rm-ro:first", "--repetitions", 1, "--duration", 2
-        )
+        _, advice = self.advise("autoware", "--executors default,rm-ro:first --repetitions 1 --duration 2")
         self.assertEqual(advice["recommended"], "rm-ro:first")
         folder = self.folder / "advice"
         lines = (folder / "executor.yaml").read_text().splitlines()
-        options = [line for line in lines if not line.startswith("#")]
         self.assertEqual(
-            options, ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml", "service_wait_ms: 0"]
+            [line for line in lines if not line.startswith("#")],
+            ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml", "service_wait_ms: 0"],
         )
         words = ("--executors", "rm-ro:first", "--duration", 1)
         self.measure("simulate", "--graph", folder / "graph.yaml", *words)
@@ -69,18 +67,13 @@ class Advise(CommandTest):
     def test_ranks_as_the_real_executors_were_measured(self) -> None:
         """Uses the recorded phases, and ranks by the median for a crunch of 4.2 ms."""
         with open(MEASURED, newline="") as file:
-            measured = {
-                row["executor"].split()[0]: float(row["hot_path_p50_ms"]) for row in csv.DictReader(file)
-            }
-        names = {name: name for name in measured} | {
-            "rm-ro": "rm-ro:first",
-            "edf-ro": "edf-ro:first",
-            "multi": "multi:2",
-        }
-        _, advice = self.advise(
-            *("autoware", "--cores", 2, "--for", "hot_path:median", "--phases", MEASURED),
-            *("--executors", ",".join(names.values()), "--duration", 20),
-        )
+            rows = list(csv.DictReader(file))
+        measured = {row["executor"].split()[0]: float(row["hot_path_p50_ms"]) for row in rows}
+        variants = {"rm-ro": "rm-ro:first", "edf-ro": "edf-ro:first", "multi": "multi:2"}
+        names = {name: variants.get(name, name) for name in measured}
+        options = "--cores 2 --for hot_path:median --duration 20"
+        candidates = ("--phases", MEASURED, "--executors", ",".join(names.values()))
+        _, advice = self.advise("autoware", options, *candidates)
         self.assertEqual(advice["draws"], 1, "nothing is random")
         predicted = {row["name"]: row["median_ms"]["value"] for row in advice["ranking"]}
         pairs = [(a, b) for a in measured for b in measured if measured[b] > CLEAR * measured[a]]
@@ -94,19 +87,7 @@ class Advise(CommandTest):
             "name: mine\nnodes:\n- {name: S, type: sensor, period_ms: 10, execution_time_ms: 1}\n"
             "- {name: C, type: command, input: S, execution_time_ms: 1}\n"
         )
-        out, advice = self.advise(
-            *(
-                graph,
-                "--for",
-                "chain_1<40",
-                "--repetitions",
-                2,
-                "--duration",
-                2,
-                "--executors",
-                "default,rm-ro",
-            )
-        )
+        out, advice = self.advise(graph, f"--for chain_1<40 {SHORT} --executors default,rm-ro")
         self.assertIn("Found chain_1: S -> C", out)
         self.assertEqual(advice["objective"], "chain_1 within 40 ms")
 
@@ -120,8 +101,8 @@ class Advise(CommandTest):
             "- {name: B, type: command, input: S, execution_time_ms: 3}\n"
             "chains:\n- {name: c, nodes: [S, A], sources: [S], sink: A}\n"
         )
-        options = ("--executors", "rm-ro,events-ro", "--now", "events-ro", "--costs", "graph")
-        out, advice = self.advise(graph, *options, "--repetitions", 10, "--duration", 1)
+        options = "--executors rm-ro,events-ro --now events-ro --costs graph"
+        out, advice = self.advise(graph, f"{options} --repetitions 10 --duration 1")
         self.assertEqual(advice["draws"], 10)
         self.assertEqual({row["worst_ms"]["value"] for row in advice["ranking"]}, {4.0})
         self.assertIn("delivery in the order of creation: events-ro 1.0 ms, rm-ro 4.0 ms.", out)
@@ -131,57 +112,41 @@ class Advise(CommandTest):
 
     def test_keeps_the_current_executor_if_nothing_differs(self) -> None:
         graph = Path(__file__).parent / "field" / "nothing_to_gain.yaml"
-        common = (graph, "--costs", "graph", "--now", "rm-ro", "--executors", "default,rm-ro")
+        common = "--costs graph --now rm-ro --executors default,rm-ro --duration 1"
         for objective in ("losses", "worst_lateness", "hot_path:median", "hot_path:worst", "hot_path<50"):
             for draws in (1, 3):
-                _, advice = self.advise(*common, "--for", objective, "--repetitions", draws, "--duration", 1)
+                _, advice = self.advise(graph, f"{common} --for {objective} --repetitions {draws}")
                 self.assertEqual(advice["recommended"], "rm-ro", (objective, draws))
                 self.assertEqual(advice["change"], "")
                 self.assertFalse((self.folder / "advice" / "deployment.yaml").exists())
                 shutil.rmtree(self.folder / "advice")
 
     def test_timers_alone_are_ranked_by_lateness(self) -> None:
-        _, advice = self.advise("timers_only_60", "--repetitions", 2, "--duration", 5)
+        _, advice = self.advise("timers_only_60", "--repetitions 2 --duration 5")
         self.assertEqual(advice["objective"], "worst lateness of timers")
         values = [row["objective"] for row in advice["ranking"]]
         self.assertEqual(values, sorted(values))
 
     def test_reports_overloaded_candidates(self) -> None:
-        err = self.refused(2, "autoware", "--load", 130)
+        err = self.refused("autoware", "--load", 130)
         self.assertIn("130 % of one core", err)
         self.assertIn("2 cores or more", err)
-        out, advice = self.advise(
-            "autoware", "--load", 130, "--cores", 2, "--repetitions", 2, "--duration", 2
-        )
+        out, advice = self.advise("autoware", f"--load 130 --cores 2 {SHORT}")
         self.assertIn("cannot keep up: it has 130 % of one core of work for 1 thread", out)
         self.assertNotEqual(advice["recommended"], "default")
 
     def test_is_a_function_of_the_seed(self) -> None:
         texts = []
-        for folder, threads in ("one", 1), ("two", 2):
-            self.accepted(
-                *("advise", "sequences", "--repetitions", 2, "--duration", 2, "--threads", threads),
-                *("--output", self.folder / folder),
-            )
-            texts.append(
-                (self.folder / folder / "advice.json").read_text().replace(str(self.folder / folder), "")
-            )
+        for threads in ("1", "2"):
+            folder = self.folder / f"by_{threads}"
+            words = (*SHORT.split(), "--threads", threads, "--output", folder)
+            self.accepted("advise", "sequences", *words)
+            texts.append((folder / "advice.json").read_text().replace(str(folder), ""))
         self.assertEqual(*texts)
 
     def test_the_budget_ends_it_after_a_whole_draw(self) -> None:
-        out, advice = self.advise(
-            *(
-                "autoware",
-                "--repetitions",
-                1000,
-                "--duration",
-                30,
-                "--time-out",
-                0.1,
-                "--executors",
-                "default,rm-ro",
-            )
-        )
+        limits = "--repetitions 1000 --duration 30 --time-out 0.1"
+        out, advice = self.advise("autoware", f"{limits} --executors default,rm-ro")
         self.assertLess(advice["draws"], 1000)
         self.assertIn("draws: the budget ended", out)
 
@@ -194,4 +159,4 @@ class Advise(CommandTest):
             ("there is no executor", "autoware", "--executors", "nothing"),
             ("no deployment of this name", "autoware", "--now", "nothing"),
         ):
-            self.assertIn(message, self.refused(2, *arguments))
+            self.assertIn(message, self.refused(*arguments))

@@ -27,9 +27,9 @@ class AdvisePhases(CommandTest):
         self.graph = self.folder / "small.yaml"
         self.graph.write_text(GRAPH)
 
-    def advise(self, *arguments: object) -> tuple[str, Any]:
+    def advise(self, options: str) -> tuple[str, Any]:
         output = self.folder / "advice"
-        out = self.accepted("advise", *arguments, "--phases", "--output", output)
+        out = self.accepted("advise", self.graph, *options.split(), "--phases", "--output", output)
         return out, json.loads((output / "phases.json").read_text())
 
     def refused(self, *arguments: object) -> str:
@@ -49,9 +49,7 @@ class AdvisePhases(CommandTest):
         return {row["kind"]: int(row["bound_ns"]) / 1e6 for row in rows}
 
     def test_chooses_phases_that_guarantee_less(self) -> None:
-        out, advice = self.advise(
-            self.graph, "--executors", "rm-ro,default", "--for", "pq:age", "--repetitions", 4
-        )
+        out, advice = self.advise("--executors rm-ro,default --for pq:age --repetitions 4")
         for candidate in advice["candidates"]:
             self.assertTrue(candidate["complete"])
             self.assertLessEqual(candidate["chosen"]["objective"], candidate["within_margin"])
@@ -63,27 +61,13 @@ class AdvisePhases(CommandTest):
         self.assertEqual(advice["margin_ms"], 0.4, "1 % of the shortest period")
 
     def test_without_a_margin_exact_offsets_are_at_least_as_good_as_the_compared_ones(self) -> None:
-        _, advice = self.advise(
-            *(
-                self.graph,
-                "--executors",
-                "rm-ro,default",
-                "--for",
-                "pq:age",
-                "--repetitions",
-                4,
-                "--margin",
-                0,
-            )
-        )
+        _, advice = self.advise("--executors rm-ro,default --for pq:age --repetitions 4 --margin 0")
         for candidate in advice["candidates"]:
             others = [v["objective"] for v in [*candidate["by_rule"].values(), *candidate["random"]]]
             self.assertLessEqual(candidate["chosen"]["objective"], min(others), candidate["name"])
 
     def test_the_file_is_that_of_all_commands_and_its_witness_reaches_the_guarantee(self) -> None:
-        _, advice = self.advise(
-            self.graph, "--executors", "rm-ro", "--now", "rm-ro", "--for", "pq:worst", "--repetitions", 2
-        )
+        _, advice = self.advise("--executors rm-ro --now rm-ro --for pq:worst --repetitions 2")
         chosen, phases = advice["candidates"][0]["chosen"], self.folder / "advice" / "phases.csv"
         found = self.guaranteed("--phases", phases)
         self.assertAlmostEqual(found["hot_path"], chosen["hot_path_ms"])
@@ -120,7 +104,7 @@ class AdvisePhases(CommandTest):
         self.assertEqual(*texts)
 
     def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:
-        _, advice = self.advise(self.graph, "--for", "pq:worst", "--repetitions", 2, "--duration", 2)
+        _, advice = self.advise("--for pq:worst --repetitions 2 --duration 2")
         names = {c["name"]: c for c in advice["candidates"]}
         self.assertIn("fp-ro:chain", names)
         if advice["recommended"] == "fp-ro:chain":
@@ -131,15 +115,13 @@ class AdvisePhases(CommandTest):
     def test_timers_alone_are_judged_by_lateness(self) -> None:
         timers, _, _ = GRAPH.partition("- {name: F,")
         self.graph.write_text(timers)
-        out, advice = self.advise(self.graph, "--executors", "rm-ro", "--repetitions", 2)
+        out, advice = self.advise("--executors rm-ro --repetitions 2")
         self.assertEqual(advice["objective"], "worst lateness of timers")
         self.assertIn("guaranteed worst lateness of timers", out)
 
     def test_several_threads_and_deployments_are_refused_by_name(self) -> None:
-        out, advice = self.advise(
-            *(self.graph, "--cores", 2, "--executors", "rm-ro,multi:2", "--deployments", "isolated"),
-            *("--repetitions", 2, "--for", "pq<60"),
-        )
+        executors = "--cores 2 --executors rm-ro,multi:2 --deployments isolated"
+        out, advice = self.advise(f"{executors} --repetitions 2 --for pq<60")
         refusals = {c["name"]: c["refusal"] for c in advice["candidates"]}
         self.assertIn("several threads", refusals["multi:2"])
         self.assertIn("deployment", refusals["isolated"])
@@ -151,7 +133,7 @@ class AdvisePhases(CommandTest):
 
     def test_constant_execution_times_are_said(self) -> None:
         self.graph.write_text(re.sub(", best_case_execution_time_ms: [0-9]+", "", GRAPH))
-        out, _ = self.advise(self.graph, "--executors", "rm-ro", "--now", "rm-ro", "--repetitions", 1)
+        out, _ = self.advise("--executors rm-ro --now rm-ro --repetitions 1")
         self.assertIn("Execution times are constant in this graph", out)
 
     def test_wrong_use_is_refused(self) -> None:

@@ -11,12 +11,21 @@ from typing import Any
 from hotpath_command import CommandTest, RunFolder
 
 FIELD = Path(__file__).parent / "field"
-BRIEF = ("--duration", 1, "--warm-up", 0)
 
 
 class Explain(CommandTest):
-    def explained(self, *arguments: object) -> Any:
-        return json.loads(self.accepted("explain", *arguments, "--json"))
+    def explained(self, run: str | Path, *arguments: object) -> Any:
+        return json.loads(self.accepted("explain", run, *arguments, "--json"))
+
+    def simulated(self, options: str, folder: str = "run", seconds: float = 1) -> RunFolder:
+        """Of Autoware, unless the options name another graph."""
+        words = ("--duration", seconds, "--warm-up", 0, *options.split(), "--output", folder)
+        self.accepted("simulate", *words)
+        return RunFolder(self.folder / folder)
+
+    def field(self, graph: str, options: str) -> RunFolder:
+        """A simulation of a graph of the folder `field`, in `run`."""
+        return self.simulated(f"--graph {FIELD / graph}.yaml {options}", seconds=0.4)
 
     def check_outputs(self, folder: str | Path) -> None:
         """All outputs of the first executor, together and one by one."""
@@ -39,7 +48,7 @@ class Explain(CommandTest):
             self.assertEqual(path[-1].start - path[0].start, latency)
 
     def test_a_simulated_run_and_its_import(self) -> None:
-        self.accepted("simulate", "--executors", "default,rm-ro", *BRIEF, "--output", "run")
+        self.simulated("--executors default,rm-ro")
         self.check_outputs("run")
         worst = self.explained("run", "--worst")
         self.assertEqual(worst["causes_ns"]["unexplained"], 0)
@@ -52,9 +61,8 @@ class Explain(CommandTest):
 
     def test_no_share_exceeds_the_whole(self) -> None:
         """Also where some causes become longer and others shorter."""
-        words = ("--executors", "default,multi:2,events-ro,rm-re", "--cores", 2, "--phases", "random")
-        self.accepted("simulate", *words, "--repetitions", 2, *BRIEF, "--output", "run")
-        names = RunFolder(self.folder / "run").run["executors"]
+        executors = "--executors default,multi:2,events-ro,rm-re --cores 2"
+        names = self.simulated(f"{executors} --phases random --repetitions 2").run["executors"]
         told = []
         for executors in [*names, *(f"{a},{b}" for a, b in itertools.combinations(names, 2))]:
             told += self.explained("run", "--executor", executors)["sentences"]
@@ -64,18 +72,12 @@ class Explain(CommandTest):
         self.assertTrue(any("; it adds" in sentence for sentence in told), told)
 
     def test_a_live_run(self) -> None:
-        live = ("--transport", "intra_process", "--load", 20)
-        self.accepted("run", "--executors", "default", "--repetitions", 1, *live, *BRIEF, "--output", "live")
+        options = "--executors default --repetitions 1 --transport intra_process --load 20"
+        self.accepted("run", *options.split(), "--duration", 1, "--warm-up", 0, "--output", "live")
         self.check_outputs("live")
 
-    def field(self, graph: str, executor: str, *options: object) -> Any:
-        """A simulation of a graph of the folder `field`, in `run`."""
-        words = ("--graph", FIELD / f"{graph}.yaml", "--executors", executor)
-        self.accepted("simulate", *words, "--warm-up", 0, "--duration", 0.4, *options, "--output", "run")
-        return RunFolder(self.folder / "run")
-
     def test_an_output_of_a_fusion_is_the_job_that_completes_the_set(self) -> None:
-        run = self.field("fusion_sink", "rm-ro", "--phases", "given")
+        run = self.field("fusion_sink", "--executors rm-ro --phases given")
         self.assertEqual({row["sink_task"] for row in run.rows("chains.csv")[1]}, {"F/t"})
         one = self.explained("run", "--sequence", 1)
         path = [(job["task"], job["sequence"]) for job in one["path"]]
@@ -84,36 +86,33 @@ class Explain(CommandTest):
         self.assertEqual((one["causes_ns"]["join"], one["causes_ns"]["running"]), (17_000_000, 4_000_000))
 
     def test_the_instant_of_a_displacement(self) -> None:
-        words = ("--graph", FIELD / "displaced.yaml", "--deployments", FIELD / "displaced_deployment.yaml")
-        self.accepted("simulate", *words, "--phases", "given", *BRIEF, "--output", "run")
+        deployment = FIELD / "displaced_deployment.yaml"
+        self.field("displaced", f"--deployments {deployment} --phases given")
         parts = self.explained("run", "--sequence", 2)["parts"]
-        self.assertEqual(
-            [(p["cause"], p["ns"]) for p in parts[:2]], [("running", 2_000_000), ("displaced", 1_000_000)]
-        )
+        causes = [(p["cause"], p["ns"]) for p in parts[:2]]
+        self.assertEqual(causes, [("running", 2_000_000), ("displaced", 1_000_000)])
         self.assertEqual(parts[1]["behind"]["task"], "Hi")
 
     def test_a_timers_job_waits_for_two_wake_ups(self) -> None:
-        self.field("nothing_to_gain", "rm-ro,events-ro,events-re,default", "--platform", "wake_up_us=50")
-        for executor in ("rm-ro", "events-ro", "events-re", "default"):
+        executors = ("rm-ro", "events-ro", "events-re", "default")
+        self.field("nothing_to_gain", f"--executors {','.join(executors)} --platform wake_up_us=50")
+        for executor in executors:
             causes = self.explained("run", "--task", "S", "--executor", executor)["all"]["causes_ns"]
             self.assertEqual(causes["unexplained"], 0, executor)
 
     def test_jobs_of_one_group_wait_for_each_other(self) -> None:
-        self.field("exclusive", "cbg:2", "--cores", 2)
+        self.field("exclusive", "--executors cbg:2 --cores 2")
         (behind,) = self.explained("run", "--chain", "t2")["all"]["behind"]
         self.assertEqual(behind["rule"], "same callback group in use")
 
     def test_a_latency_of_zero(self) -> None:
-        self.field("exclusive", "multi:2", "--cores", 2)
+        self.field("exclusive", "--executors multi:2 --cores 2")
         out = self.accepted("explain", "run", "--chain", "t1")
         self.assertIn("take 0.000 ms on average.\n", out)
         self.assertRegex(out, r"(?m)^latency +0\.000 ")
 
     def test_a_task(self) -> None:
-        self.accepted(
-            "simulate", "--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF, "--output", "run"
-        )
-        run = RunFolder(self.folder / "run")
+        run = self.simulated("--graph timers_only_60 --executors rm-ro")
         task = run.jobs()["rm-ro", 0][-1].task
         jobs = [j for j in run.jobs()["rm-ro", 0] if j.task == task and j.outcome == "ran"]
         all_jobs = self.explained("run", "--task", task)["all"]
@@ -126,19 +125,17 @@ class Explain(CommandTest):
 
     def test_two_executors_and_two_runs(self) -> None:
         for name, executors in (("both", "default,rm-ro"), ("a", "default"), ("b", "rm-ro")):
-            self.accepted("simulate", "--executors", executors, *BRIEF, "--output", name)
+            self.simulated(f"--executors {executors}", name)
         one_run = self.explained("both", "--executor", "default,rm-ro")
         self.assertTrue(one_run["paired"])
         for side in "ab":
             self.assertEqual(sum(one_run[side]["causes_ns"].values()), one_run[side]["latency_ns"])
         self.assertEqual(self.explained("a", "b"), one_run)
-        self.accepted(
-            "simulate", "--executors", "rm-ro", "--seed", 7, "--phases", "random", *BRIEF, "--output", "c"
-        )
+        self.simulated("--executors rm-ro --seed 7 --phases random", "c")
         self.assertFalse(self.explained("a", "c")["paired"])
 
     def test_rows_out_of_order_are_refused(self) -> None:
-        self.accepted("simulate", "--executors", "default", *BRIEF, "--output", "run")
+        self.simulated("--executors default")
         file = self.folder / "run" / "jobs.csv"
         header, first, *rows = file.read_text().splitlines(keepends=True)
         file.write_text("".join([header, *rows, first]))

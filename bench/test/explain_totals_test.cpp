@@ -27,7 +27,7 @@ TEST(Overviews, SeparateTheTail) {
   EXPECT_EQ(overview.middle.outputs, 198U);
   EXPECT_EQ(overview.tail.outputs, 2U);
   EXPECT_THAT(
-      sentences({set, "default", "chain", "", 0}, overview),
+      report({set, "default", "chain", "", 0}, overview).sentences,
       Contains(HasSubstr("100 % of the excess over the median (10.0 ms) is waiting for the executor; 100 % "
                          "is waiting behind slow (earlier event (FIFO))")));
 }
@@ -48,7 +48,7 @@ TEST(Overviews, GiveLongerAndShorterCausesApart) {
   overview.all = overview.middle = totals_of({{Cause::running, 10ms}, {Cause::snapshot, 15ms}});
   overview.tail = totals_of({{Cause::running, 10ms}, {Cause::executor, 18ms}, {Cause::join, 2ms}});
   const TaskSet set;
-  EXPECT_EQ(sentences({set, "default", "chain", "", 0}, overview).back(),
+  EXPECT_EQ(report({set, "default", "chain", "", 0}, overview).sentences.back(),
             "Compared with the median (25.0 ms), the worst 1 % (1 of 1 outputs, on average 30.0 ms) spend "
             "20.0 ms more, of which 18.0 ms (90 %) on waiting for the executor and 2.0 ms (10 %) on waiting "
             "for a join's other input or timer; and 15.0 ms less on a wait set's snapshot taken too early.");
@@ -59,7 +59,9 @@ TEST(Comparisons, GiveSavingsAndLossesApart) {
   Comparison c;
   c.a = totals_of({{Cause::running, 10ms}, {Cause::executor, 6ms}, {Cause::snapshot, 2ms}});
   c.b = totals_of({{Cause::running, 10ms}, {Cause::older_sample, 7ms}});
-  const auto told = [&] { return sentences({set, "a", "chain", "", 0}, {set, "b", "chain", "", 0}, c)[1]; };
+  const auto told = [&] {
+    return report({set, "a", "chain", "", 0}, {set, "b", "chain", "", 0}, c).sentences[1];
+  };
   EXPECT_EQ(
       told(),
       "It saves 8.0 ms, of which 6.0 ms (75 %) for waiting for the executor and 2.0 ms (25 %) for a wait "

@@ -8,13 +8,8 @@
 #include <set>
 #include <tuple>
 
-#include "explain/explainer.hpp"
-#include "hotpath/core/simulator.hpp"
-#include "hotpath/reference_system/graph_workload.hpp"
-#include "hotpath/reference_system/phases.hpp"
+#include "explained.hpp"
 #include "random_graphs.hpp"
-#include "setup/run_setup.hpp"
-#include "simulated/repetition.hpp"
 
 namespace hotpath::explain {
 namespace {
@@ -288,29 +283,22 @@ void check(const Explanation& e, const Followed& output, const ChainIndex& chain
 
 /// Returns the number of outputs.
 std::size_t check_run(const Graph& graph, const setup::ExecutorSpec& spec, std::uint64_t seed) {
-  GraphTasks tasks = make_tasks(graph);
-  setup::set_phases(tasks.set, make_phases(graph, tasks, Phases::random, {.step = {}, .seed = seed}));
-  const auto times = simulated::execution_times_of(graph, tasks, seed);
-  const auto chains = setup::measured_chains(graph, tasks);
-  simulated::Plan plan{spec, graph, tasks, chains, *times};
-  plan.duration = 1s;
-  const Trace trace = simulated::simulate_repetition(plan).trace;
-  const Lineage lineage(graph, tasks, trace);
+  const Simulated run(graph, spec, Phases::random, 1s, seed);
+  const Lineage lineage(run.graph(), run.tasks(), run.trace());
   std::map<Id, const JobRecord*> jobs;
-  for (const JobRecord& r : trace.jobs)
+  for (const JobRecord& r : run.trace().jobs)
     if (started(r)) jobs[id_of(r.job.ref())] = &r;
   // When a job publishes that runs at the end of the run is known from its readers alone.
   const auto ended = [&](Id job) { return jobs.at(job)->outcome == Outcome::ran; };
   std::vector<std::tuple<std::uint32_t, TaskId, std::uint64_t, Duration>> followed, recorded;
   for (const Followed& output : lineage.outputs())
     if (ended(output.sink)) followed.push_back(key(output));
-  for (const ChainRecord& r : trace.chains)
+  for (const ChainRecord& r : run.trace().chains)
     if (ended({r.sink, r.sequence})) recorded.emplace_back(r.chain, r.sink, r.sequence, r.hot_path_latency);
   std::ranges::sort(followed);
   std::ranges::sort(recorded);
   EXPECT_EQ(followed, recorded);
   if (followed != recorded) return 0;
-  const System system(spec, graph, tasks, results::RunKind::simulated, graph.platform.cores);
   std::size_t explained = 0;
   for (std::uint32_t c = 0; c < graph.chains.size(); ++c) {
     std::map<Id, const Followed*> by_sink;
@@ -320,18 +308,15 @@ std::size_t check_run(const Graph& graph, const setup::ExecutorSpec& spec, std::
       by_sink[f.sink] = &f;
       outputs.push_back({0, f.sink.second, f.latency, f.sink.first});
     }
-    Explainer explainer(system, {c, kNoTask}, outputs, "test", [&](const Explanation& e) {
-      SCOPED_TRACE(graph.chains[c].name + " " + tasks.set[e.path.back().job.task].name + " " +
-                   std::to_string(e.path.back().job.sequence));
-      const auto output = by_sink.find(id_of(e.path.back().job.ref()));
-      ASSERT_NE(output, by_sink.end()) << "no output of the chain";
-      check(e, *output->second, system.chains()[c], lineage, jobs);
+    for (const Explanation& e : run.explained({c, kNoTask}, outputs)) {
+      const JobRecord& sink = e.path.back();
+      SCOPED_TRACE(graph.chains[c].name + " " + run.tasks().set[sink.job.task].name + " " +
+                   std::to_string(sink.job.sequence));
+      const auto output = by_sink.find(id_of(sink.job.ref()));
+      EXPECT_NE(output, by_sink.end()) << "no output of the chain";
+      if (output != by_sink.end()) check(e, *output->second, run.system().chains[c], lineage, jobs);
       ++explained;
-    });
-    explainer.begin(0, times.get());
-    for (const JobRecord& r : trace.jobs) explainer.add(r);
-    explainer.end();
-    EXPECT_EQ(explainer.missing(), 0U);
+    }
   }
   return explained;
 }

@@ -4,8 +4,9 @@
 #include <utility>
 
 #include "hotpath/core/job_order.hpp"
-#include "hotpath/reference_system/graph_workload.hpp"
-#include "validation/validation.hpp"
+#include "hotpath/core/simulator.hpp"
+#include "results/summary.hpp"
+#include "validation/rows.hpp"
 
 namespace hotpath::validation {
 
@@ -82,18 +83,33 @@ ScheduleComparison compare_schedules(const results::Schedule& measured, const re
   return c;
 }
 
-SimulatedOutcome predict(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
-                         const ExecutionTimes& times, const SimulationOptions& options, Duration warm_up) {
-  std::vector<ChainObservation> observations;
-  GraphWorkload workload(graph, tasks, times, &observations);
-  SimulatedOutcome p;
-  p.trace = simulate_trace(tasks.set, *executor.entry, executor.scheduler, workload, options);
-  p.latencies_ms.resize(graph.chains.size());
-  for (const ChainObservation& o : observations) {
-    if (o.sink_start < Time{} + warm_up) continue;
-    p.latencies_ms[o.chain].push_back(to_ms(o.sink_start - o.latest_source_start));
-  }
-  return p;
+LatencyQuantiles latency_quantiles(std::vector<double> samples_ms) {
+  std::ranges::sort(samples_ms);
+  const Quantiles q = quantiles(samples_ms);
+  return {q.n, quantile(samples_ms, 0.1), q.p50, q.p90, q.p99, q.max};
+}
+
+LatencyQuantiles real_latencies(const CsvReader& row) {
+  const auto quantile = [&](const char* column) { return row.number<double>(column); };
+  return {std::nullopt,
+          quantile("hot_path_p10_ms"),
+          quantile("hot_path_p50_ms"),
+          quantile("hot_path_p90_ms"),
+          quantile("hot_path_p99_ms"),
+          quantile("hot_path_max_ms")};
+}
+
+MedianComparison compare_medians(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
+                                 double tolerance) {
+  return {measured.p50 == 0 ? kNoValue : 100 * (simulated.p50 / measured.p50 - 1),
+          std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50};
+}
+
+double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first) {
+  double largest = 0;
+  for (TaskId id = 0; id < set.size(); ++id)
+    largest = std::max(largest, std::abs(to_ms(set[id].phase - first[id])));
+  return largest;
 }
 
 results::Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
@@ -107,33 +123,12 @@ results::Schedule predict_timers(const TaskSet& set, const ExecutorEntry& execut
   return results::schedule_of(set, simulate_trace(set, executor, {}, workload, options));
 }
 
-double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first) {
-  double largest = 0;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    largest = std::max(largest, std::abs(to_ms(set[id].phase - first[id])));
-  }
-  return largest;
-}
-
-LatencyQuantiles latency_quantiles(std::vector<double> samples_ms) {
-  std::ranges::sort(samples_ms);
-  const Quantiles q = quantiles(samples_ms);
-  return {q.n, quantile(samples_ms, 0.1), q.p50, q.p90, q.p99, q.max};
-}
-
-LatencyQuantiles real_latencies(const CsvReader& row) {
-  return {std::nullopt,
-          row.number<double>("hot_path_p10_ms"),
-          row.number<double>("hot_path_p50_ms"),
-          row.number<double>("hot_path_p90_ms"),
-          row.number<double>("hot_path_p99_ms"),
-          row.number<double>("hot_path_max_ms")};
-}
-
-MedianComparison compare_medians(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
-                                 double tolerance) {
-  return {measured.p50 == 0 ? kNoValue : 100 * (simulated.p50 / measured.p50 - 1),
-          std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50};
-}
+static HOTPATH_JSON_FIELDS(ScheduleSide, jobs, lost_percent, start_lateness_ms, response_ms,
+                           response_authors_ms);
+static HOTPATH_JSON_FIELDS(ScheduleComparison::Difference, place, at_ms, measured, other);
+HOTPATH_JSON_FIELDS(ScheduleComparison, similarity, similarity_by_period, first_difference,
+                    largest_loss_difference_percent, agrees, measured, other);
+HOTPATH_JSON_FIELDS(LatencyQuantiles, n, p10, p50, p90, p99, max);
+HOTPATH_JSON_FIELDS(MedianComparison, differs_percent, agrees);
 
 }  // namespace hotpath::validation

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "advise/advice_files.hpp"
+
+#include <stdexcept>
+
+#include "hotpath/core/trace_csv.hpp"
+#include "hotpath/reference_system/deployment.hpp"
+#include "hotpath/reference_system/graph_writer.hpp"
+#include "program/text.hpp"
+#include "program/whole_file.hpp"
+#include "simulated/simulated_run.hpp"
+
+namespace hotpath::advise {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using program::concat, program::text;
+
+/// The options of `simulate` that are not those of the graph, which is scaled already.
+std::vector<std::string> command_of(const simulated::Options& o) {
+  const std::string phases =
+      concat(to_string(o.phases), o.phase_step_ms ? text(":%.17g", *o.phase_step_ms) : "");
+  std::vector<std::string> words = {
+      "simulate",
+      "--graph=" + o.graph,
+      o.deployments.empty() ? "--executors=" + o.executors.front() : "--deployments=" + o.deployments.front(),
+      "--phases=" + (o.phases_file.empty() ? phases : o.phases_file),
+      text("--duration=%.17g", o.duration_s),
+      text("--warm-up=%.17g", o.warm_up_s),
+      concat("--seed=", o.seed)};
+  if (o.entity_order != "creation") words.push_back("--entity-order=" + o.entity_order);
+  return words;
+}
+
+}  // namespace
+
+std::vector<std::string> write_executor_files(const Candidate& candidate, const GraphPlatform& platform,
+                                              const std::string& offsets, const fs::path& folder) {
+  if (candidate.spec.deployment || candidate.spec.entry->traits.family == Family::wait_set) return {};
+  Graph graph = candidate.graph;
+  graph.platform = platform;
+  const std::string priorities = candidate.sets_priorities ? "With the priorities that executor.yaml needs."
+                                                           : "The graph of executor.yaml.";
+  write_graph(folder / "graph.yaml", graph, {priorities, {}}, program::write_with_folder);
+
+  const ExecutorEntry& entry = *candidate.spec.entry;
+  const SchedulerOptions& scheduler = candidate.spec.scheduler;
+  const bool queue = entry.traits.family == Family::priority_events;
+  std::string options = concat(
+      "# Options of hotpath_rclcpp's PriorityExecutor, for each process of the system:\n"
+      "# PriorityExecutorOptions::from_file(), or the parameter `config` of\n"
+      "# component_container_hotpath. Paths are relative to this file.\n",
+      "executor: ", entry.name);
+  if (queue && scheduler.rule != SubscriptionRule::inherit) options += concat(":", to_string(scheduler.rule));
+  if (queue && scheduler.ties != Ties::lifo) options += concat(":", to_string(scheduler.ties));
+  options += concat("\nthreads: ", candidate.threads, "\ngraph: graph.yaml\n");
+  // PriorityExecutor's default is not that of graphs: 0 states that the prediction has no such rule.
+  if (queue) options += text("service_wait_ms: %.15g\n", to_ms(scheduler.guaranteed_wait));
+  if (!offsets.empty()) options += "offsets: " + offsets + "\n";
+  program::write_whole_file(folder / "executor.yaml", options);
+  return {folder / "graph.yaml", folder / "executor.yaml"};
+}
+
+std::string write_change(const Candidate& c, const Graph& graph, const fs::path& folder) {
+  Deployment plan;
+  if (c.spec.deployment) {
+    plan = c.spec.deployment->plan;
+  } else {
+    plan.executors.push_back({graph.name, c.executor(), {}, {}, 0});
+    plan.executor_of.assign(c.tasks.set.size(), 0);
+  }
+  plan.name = "advice";
+  plan.description = c.description;
+  program::write_whole_file(folder / "deployment.yaml", deployment_yaml(c.graph, c.tasks, plan));
+  (void)write_executor_files(c, graph.platform, "", folder);
+  try {
+    const auto cie = [&](std::ostream& out) { write_cie(out, c.graph, c.tasks, plan); };
+    if (c.spec.deployment && plan.executors.size() > 1)
+      program::write_whole_file(folder / "cie.yaml", program::FileContent(cie));
+  } catch (const std::invalid_argument&) {
+    // CallbackIsolatedExecutor has an executor for each callback group; here some groups share.
+  }
+  return folder / "deployment.yaml";
+}
+
+std::string store_first_draw(const Candidate& candidate, const setup::CommonOptions& options,
+                             const fs::path& folder) {
+  program::create_folder(folder);
+  simulated::Options o;
+  static_cast<setup::CommonOptions&>(o) = options;
+  o.graph = folder / "graph.yaml";
+  write_graph(o.graph, with_drawn_deliveries(candidate.graph, options.seed),
+              {"The graph of one candidate, with the candidate's costs.", {}}, program::write_with_folder);
+  o.load_percent = o.rate_percent = std::nullopt;
+  o.copies = o.repetitions = o.threads = 1;
+  o.executors.clear();
+  o.deployments.clear();
+  const std::string label = candidate.executor();
+  if (candidate.spec.deployment) {
+    Deployment plan = candidate.spec.deployment->plan;
+    plan.name = candidate.name;
+    o.deployments = {folder / "deployment.yaml"};
+    program::write_whole_file(o.deployments.front(), deployment_yaml(candidate.graph, candidate.tasks, plan));
+  } else {
+    o.executors = {label};
+  }
+  o.output = folder / "run";
+  o.command = command_of(o);
+  simulated::store_simulation(o);
+  return label;
+}
+
+void write_latencies(const fs::path& file, const std::vector<const Prediction*>& predictions,
+                     std::size_t chain) {
+  program::write_whole_file(file, [&](std::ostream& out) {
+    out << kChainsCsvHeader << "\n";
+    for (const Prediction* p : predictions) {
+      for (const results::Repetition& draw : p->draws) {
+        if (!p->keeps_up()) continue;
+        Trace trace;
+        trace.executor = p->candidate->name;
+        trace.repetition = draw.trace.repetition;
+        trace.chains = draw.trace.chains;
+        std::erase_if(trace.chains, [&](const ChainRecord& r) { return r.chain != chain; });
+        write_chains_csv(out, p->candidate->tasks.set, setup::chain_names(p->candidate->graph), trace);
+      }
+    }
+  });
+}
+
+}  // namespace hotpath::advise
