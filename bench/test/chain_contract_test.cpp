@@ -33,7 +33,7 @@ TEST_F(Watching, MeasuresChains) {
                                                                   {"space.sink/a", "lost"},
                                                                   {"space.sink/a", "minimum_distance_ms"}};
   for (const auto& [of, term] : terms) EXPECT_EQ(verdict(of, term), "held") << of << " " << term;
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
 }
 
 TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
@@ -46,7 +46,7 @@ TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
   system.run(10, 1);
   until(20);
   EXPECT_EQ(check.chains()[0].hot_path.count(), 1U);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
 }
 
 TEST_F(Watching, PrefersTheNamespaceInWhichMoreNodesRun) {
@@ -61,7 +61,7 @@ TEST_F(Watching, PrefersTheNamespaceInWhichMoreNodesRun) {
   system.run(10, 1);
   until(20);
   EXPECT_EQ(check.chains()[0].hot_path.count(), 1U);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
 }
 
 TEST_F(Watching, NamesTheOverrunBeforeALateChain) {
@@ -81,12 +81,12 @@ TEST_F(Watching, ListsTheJobsUntilAChainWasLate) {
   system.run(10, 1);
   system.run(22.5, 1);  // 2.5 ms late
   until(30);
-  check.describe(observer.system(), false);
-  EXPECT_FALSE(check.incidents().back().is_described()) << "threads were not read";
+  check.describe(false);
+  EXPECT_FALSE(check.judge().incidents().kept().back().is_described()) << "threads were not read";
   check.threads({facts()}, at_ms(1));
   check.threads({facts()}, at_ms(40));
-  check.describe(observer.system(), false);
-  EXPECT_TRUE(check.incidents().back().is_described());
+  check.describe(false);
+  EXPECT_TRUE(check.judge().incidents().kept().back().is_described());
   EXPECT_EQ(incident(), "00:00:00.024 path took 4.500 ms, bound 4.000 ms (derived)");
   EXPECT_THAT(others(), testing::ElementsAre("00:00:00.023 source (timer) ran 1.000 ms",
                                              "00:00:00.024 path took 4.500 ms, requirement 3.500 ms (given)",
@@ -128,7 +128,7 @@ TEST_F(WatchingAService, HoldsWhatEventsTell) {
   for (int i = 1; i <= 3; ++i) serve(10 * i, 5);
   serve(40, 9, 41);  // parameters: not in the contract, and no extra callback either
   until(60);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
   for (const char* term : {"budget_ms", "publishes"})
     EXPECT_EQ(verdict("planner/plan (service)", term), "held") << term;
   EXPECT_EQ(verdict("main", "serves"), "held");
@@ -174,11 +174,11 @@ TEST_F(WatchingAService, IsNotTheSubscriptionToATopicOfThatName) {
 TEST_F(Watching, KeepsIncidentsApart) {
   for (int i = 1; i <= 700; ++i) system.run(10 * i, i == 100 || i == 600 ? 3 : 1);
   until(7005);
-  ASSERT_EQ(check.incidents().size(), 2U);
-  const auto text = [&](std::size_t i) { return check.incidents()[i].text(); };
+  ASSERT_EQ(check.judge().incidents().kept().size(), 2U);
+  const auto text = [&](std::size_t i) { return check.judge().incidents().kept()[i].text(); };
   EXPECT_EQ(text(0), "00:00:01.003 source (timer) ran 3.000 ms, budget 2.000 ms (measured)");
   EXPECT_EQ(text(1), "00:00:06.003 source (timer) ran 3.000 ms, budget 2.000 ms (measured)");
-  EXPECT_EQ(check.json({})["incidents"].size(), 2U);
+  EXPECT_EQ(check.judge().json(false)["incidents"].size(), 2U);
 }
 
 TEST(ManyIncidents, AreCountedAndTheFirstIsKept) {
@@ -191,12 +191,12 @@ TEST(ManyIncidents, AreCountedAndTheFirstIsKept) {
 }
 
 TEST(AStateThatStaysBroken, BeginsOneIncident) {
-  JudgedTerm depth({Clause::depth, 5}, "sink/a");
   Incidents incidents;
-  for (int i = 0; i < 10; ++i) depth.compare(7, at_ms(5000.0 * i), incidents);
+  JudgedTerm depth({Clause::depth, 5}, "sink/a", incidents);
+  for (int i = 0; i < 10; ++i) depth.compare(7, at_ms(5000.0 * i));
   EXPECT_EQ(incidents.count(), 1U);
   EXPECT_EQ(depth.broken(), 10U);
-  depth.compare(8, at_ms(60'000), incidents);
+  depth.compare(8, at_ms(60'000));
   EXPECT_EQ(incidents.count(), 2U);
 }
 
@@ -213,7 +213,8 @@ TEST(AnIncident, ShowsInstantsByTheClockOfItsBeginning) {
 }
 
 TEST(AnIncident, BeginsWithAStandstillOrElseWithWhatBrokeFirst) {
-  JudgedTerm bound({Clause::age, 5}, "path"), budget({Clause::budget, 5}, "source");
+  Incidents none;
+  JudgedTerm bound({Clause::age, 5}, "path", none), budget({Clause::budget, 5}, "source", none);
   Incident incident(1, {});
   incident.add({Role::bound, at_ms(20), "a bound", &bound}, true);
   incident.describe({{Role::circumstance, at_ms(1), "a wait"}});
@@ -229,14 +230,14 @@ TEST(AnIncident, BeginsWithAStandstillOrElseWithWhatBrokeFirst) {
 }
 
 TEST(DistancesOfSeveralSamples, HoldTogether) {
-  JudgedTerm distance({.clause = Clause::minimum_distance, .limit = 7'000'000, .further = {17'000'000}},
-                      "sink/a");
   Incidents incidents;
+  JudgedTerm distance({.clause = Clause::minimum_distance, .limit = 7'000'000, .further = {17'000'000}},
+                      "sink/a", incidents);
   // Published at 0, 15 (5 ms late), 20, 30 and 40 ms.
-  distance.compare_distances({from_ms(15)}, at_ms(15), incidents);
-  distance.compare_distances({from_ms(5), from_ms(20)}, at_ms(20), incidents);
-  distance.compare_distances({from_ms(10), from_ms(15)}, at_ms(30), incidents);
-  distance.compare_distances({from_ms(10), from_ms(20)}, at_ms(40), incidents);
+  distance.compare_distances({from_ms(15)}, at_ms(15));
+  distance.compare_distances({from_ms(5), from_ms(20)}, at_ms(20));
+  distance.compare_distances({from_ms(10), from_ms(15)}, at_ms(30));
+  distance.compare_distances({from_ms(10), from_ms(20)}, at_ms(40));
   EXPECT_EQ(distance.broken(), 2U);
   EXPECT_EQ(distance.checked(), 4U);
   EXPECT_EQ(incidents.kept().front().first().at, at_ms(20));
@@ -290,7 +291,7 @@ TEST_F(Watching, TakesASampleOfBeforeForNoStrangerAfterARestart) {
     system.add(K::callback_end, 10 * i + 2, {61});
   }
   until(70);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
 }
 
 TEST_F(Watching, SeesABurst) {
@@ -314,20 +315,20 @@ TEST_F(Watching, TakesTheEndOfProgramsForNoLossOfSamples) {
   check.end();
   for (int i = 2; i <= 5; ++i) system.run(10 * i, 1, false);  // depth 2
   until(60);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
 }
 
 TEST_F(Watching, LimitsTheSamplesOfSeveralActivations) {
   for (const double start : {10.0, 17.5, 25.5}) system.run(start, 1);
   until(30);
-  EXPECT_THAT(check.json({}).dump(), HasSubstr("got 3 samples within 15.500 ms, minimum distance 17.000 ms"));
+  EXPECT_THAT(check.judge().json(false).dump(), HasSubstr("got 3 samples within 15.500 ms, minimum distance 17.000 ms"));
 }
 
 TEST_F(Watching, SeesSilence) {
   system.run(10, 1);
   system.run(20, 1);
   until(40);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
   until(1000);
   EXPECT_THAT(incident(),
               HasSubstr("00:00:00.033 source (timer) got nothing for 980.000 ms, maximum distance"));
@@ -351,7 +352,7 @@ class WatchingASlowSink : public Watching {
   }
   nlohmann::json distance() const {
     nlohmann::json found;
-    const nlohmann::json stored = check.json({});
+    const nlohmann::json stored = check.judge().json(false);
     for (const nlohmann::json& term : stored["terms"])
       if (term.value("callback", "") == "space.sink/a" && term["term"] == "maximum_distance_ms") found = term;
     return found;
@@ -400,7 +401,7 @@ TEST_F(Watching, SeesACallbackThatDoesNotEnd) {
       incident(),
       HasSubstr("00:00:00.012 source (timer) has run for 2000.000 ms without an end, budget 2.000 ms"));
   until(3010);
-  const nlohmann::json stored = check.json({});
+  const nlohmann::json stored = check.judge().json(false);
   EXPECT_EQ(stored["terms"][1]["term"], "budget_ms");
   EXPECT_EQ(stored["terms"][1]["broken"], 1) << "once for each job";
 }
@@ -412,8 +413,8 @@ TEST_F(Watching, TakesABoundAtTheEndOfALongJobForItsConsequence) {
   system.add(K::callback_start, 5010, {21});
   system.add(K::callback_end, 5013, {21});
   until(5100);
-  EXPECT_EQ(check.incidents().size(), 1U) << check.json({})["incidents"];
-  EXPECT_EQ(check.incidents().front().breaches(), 3U) << "the budgets of both, and silence";
+  EXPECT_EQ(check.judge().incidents().kept().size(), 1U) << check.judge().json(false)["incidents"];
+  EXPECT_EQ(check.judge().incidents().kept().front().breaches(), 3U) << "the budgets of both, and silence";
   EXPECT_THAT(incident(), HasSubstr("00:00:00.012 source (timer) ran 5000.000 ms"));
 }
 
@@ -450,10 +451,10 @@ TEST_F(Watching, ConcludesNothingFromLostEvents) {
   until(5000);
   system.run(6000, 1);
   until(6010);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
   for (int i = 601; i <= 1400; ++i) system.run(10 * i, 1);
   until(14'010);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
   until(15'000);
   EXPECT_THAT(incident(), HasSubstr("got nothing for")) << "it goes on after some seconds";
 }
@@ -461,12 +462,12 @@ TEST_F(Watching, ConcludesNothingFromLostEvents) {
 TEST_F(Watching, ConcludesNothingFromEventsThatCameWithTheLoss) {
   system.run(10, 1);
   until(20);
-  check.note_losses(1, at_ms(60));
+  observer.note_losses(1, at_ms(60));
   for (int i = 4; i <= 7; ++i) system.run(10 * i, 1, false);  // the takes were lost, and a job at 20 ms
   observe();
   losses.dropped = 1;
   until(80);
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
 }
 
 TEST_F(Watching, ExtendsNoSilenceThatEndedWhileEventsWereLost) {
@@ -501,7 +502,7 @@ TEST_F(Watching, BeginsWithACallbackThatNeverRuns) {
   run(1, 1000);
   EXPECT_THAT(incident(), HasSubstr("space.sink/a lost samples"));
   run(1001, 1110);
-  EXPECT_EQ(check.incidents().back().text(),
+  EXPECT_EQ(check.judge().incidents().kept().back().text(),
             "00:00:00.011 space.sink/a has never run, although it got samples");
 }
 
@@ -512,7 +513,7 @@ TEST_F(Watching, KeepsItsContractForManyJobs) {
     system.events.clear();
     observed = 0;
   }
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
   EXPECT_EQ(check.chains()[0].hot_path.count(), 20'000U);
 }
 

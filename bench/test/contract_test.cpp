@@ -13,7 +13,6 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/text.hpp"
 #include "setup/executor_spec.hpp"
-#include "watch/contract_check.hpp"
 #include "watch/observer.hpp"
 #include "watch/stated_contract.hpp"
 #include "watched_system.hpp"
@@ -50,24 +49,24 @@ class Checking : public testing::Test {
   }
   /// Verdict by callback and term.
   std::string verdict(const std::string& callback, const std::string& term, const Losses& losses = {}) {
-    const nlohmann::json stored = check.json(losses);
+    const nlohmann::json stored = check.judge().json(losses.total() > 0);
     for (const nlohmann::json& t : stored["terms"])
       for (const char* kind : {"callback", "chain", "thread", "topic"})
         if (t.value(kind, "") == callback && t["term"] == term) return t["verdict"];
     return "no such term";
   }
-  std::string incident() const { return check.incident(); }
+  std::string incident() const { return check.judge().incident(); }
 
   WatchedSystem system;
-  ContractCheck check{parse_contract("a contract", kContract), Duration{}};
-  Observer observer{&check, nullptr};
+  Observer observer{parse_contract("a contract", kContract), nullptr};
+  Observer& check = observer;
   std::size_t observed = 0;
 };
 
 TEST_F(Checking, AllTermsHold) {
   for (int i = 1; i <= 5; ++i) system.run(10 * i, 2);
   observe();
-  EXPECT_FALSE(check.broken());
+  EXPECT_FALSE(check.judge().broken());
   EXPECT_EQ(incident(), "");
   for (const char* term : {"budget_ms", "period_ms", "response_ms"})
     EXPECT_EQ(verdict("source (timer)", term), "held") << term;
@@ -81,11 +80,11 @@ TEST_F(Checking, NamesWhatBrokeFirstAndWhatFollowed) {
   system.run(20, 2.5);
   system.run(30, 4);
   observe();
-  EXPECT_TRUE(check.broken());
+  EXPECT_TRUE(check.judge().broken());
   EXPECT_EQ(incident(), "00:00:00.022 source (timer) ran 2.500 ms, budget 2.000 ms (measured)");
-  check.describe(observer.system(), true);
+  check.describe(true);
   EXPECT_THAT(
-      check.incidents().front().facts(),
+      check.judge().incidents().kept().front().facts(),
       testing::ElementsAre("00:00:00.034 source (timer) responded after 4.000 ms, bound 3.000 ms (derived)"));
   EXPECT_EQ(verdict("source (timer)", "budget_ms"), "broken");
   EXPECT_EQ(verdict("source (timer)", "response_ms"), "broken");
@@ -132,7 +131,7 @@ TEST_F(Checking, JudgesNoJobWhoseEndMayBeLost) {
   observer.observed_until(at_ms(7000), kLost);
   system.add(tracing::EventKind::callback_end, 7001, {11});  // of a later job, whose start was lost
   observe();
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
   system.add(tracing::EventKind::callback_start, 7010, {11});
   observe();
   observer.observed_until(at_ms(8000), kLost);
@@ -168,7 +167,7 @@ TEST_F(CheckingASecondTimer, HasNoEntryBesideOneThatGoesOn) {
   system.run(20, 1);
   run_second(25, 3);
   observe();
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
 }
 
 TEST(StatedContract, HasAnEntryForAService) {
@@ -181,7 +180,7 @@ TEST(StatedContract, HasAnEntryForAService) {
                          "  callbacks: [{subscription: plan, service: true, execution_time_ms: 5}]\n";
   const Graph graph = load_graph(file);
   const Contract contract = parse_contract(
-      "a contract", stated_contract(graph, make_tasks(graph), setup::parse_executor("rm-ro", {})));
+      "a contract", contract_text(stated_contract(graph, make_tasks(graph), setup::parse_executor("rm-ro", {}))));
   ASSERT_EQ(contract.callbacks.size(), 2U);
   const CallbackContract& service = contract.callbacks[1];
   EXPECT_EQ(service.name(), "planner/plan (service)");
@@ -204,7 +203,7 @@ std::vector<std::string> budgets_and_waits(const std::string& threads, const std
   const Graph graph = load_graph(folder + "timers.yaml");
   const GraphTasks tasks = make_tasks(graph);
   const Contract contract = parse_contract(
-      "a contract", stated_contract(graph, tasks, setup::deploy(folder + "threads.yaml", graph, tasks, {})));
+      "a contract", contract_text(stated_contract(graph, tasks, setup::deploy(folder + "threads.yaml", graph, tasks, {}))));
   std::vector<std::string> all;
   for (std::size_t c = 0; c < 3; ++c) {
     const auto limit = [&](const std::vector<Term>& terms, Clause clause) {

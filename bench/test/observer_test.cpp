@@ -17,7 +17,7 @@ class Observing : public testing::Test {
   }
   WatchedSystem system;
   FlightRecorder recorder{std::chrono::milliseconds(22)};
-  Observer observer{nullptr, &recorder};
+  Observer observer{{}, &recorder};
 };
 
 TEST_F(Observing, KeepsTimesAndLossesOfCallbacks) {
@@ -56,7 +56,7 @@ TEST_F(Observing, MatchesSamplesOfHumble) {
 TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {
   system.run(1013, 2);
   system.run(1020, 1);
-  Observer attached(nullptr, nullptr, at_ms(1000));
+  Observer attached({}, nullptr, {}, at_ms(1000));
   for (const tracing::Event& event : system.events) attached.event(event);
   EXPECT_EQ(attached.callbacks()[0].response.max(), 5 * kMs);
   observe();
@@ -162,7 +162,7 @@ TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
   ASSERT_EQ(events.size(), 9U + 3U * 7U - 1U) << "from 181 ms on: without the start of the job at 180 ms";
   EXPECT_EQ(events.front().kind, tracing::EventKind::timer_init);
   EXPECT_EQ(events.front().at, at_ms(180)) << "moved by whole periods";
-  Observer again(nullptr, nullptr);
+  Observer again({}, nullptr);
   for (const tracing::Event& event : events) again.event(event);
   EXPECT_EQ(again.callbacks()[0].execution.count(), 2U);
   EXPECT_EQ(again.callbacks()[0].response.max(), 2 * kMs);

@@ -12,7 +12,6 @@
 #include <memory>
 #include <random>
 
-#include "watch/contract_check.hpp"
 #include "watch/observer.hpp"
 
 namespace hotpath::watch {
@@ -130,8 +129,8 @@ Contract small_contract() {
 
 TEST_F(RingReading, SurvivesAnyBytes) {
   std::mt19937_64 random(1);
-  ContractCheck check(small_contract(), tracing::Duration{});
-  Observer observer(&check, nullptr);
+  Observer observer(small_contract(), nullptr);
+  Observer& check = observer;
   std::uint64_t events = 0;
   for (int round = 0; round < 50; ++round) {
     for (Record& record : ring->records) {
@@ -163,7 +162,7 @@ TEST_F(RingReading, SurvivesAnyBytes) {
   EXPECT_GT(reader.damaged(), 0U);
   EXPECT_FALSE(observer.callbacks().empty());
   observer.observed_until(kNow, {.dropped = 1});
-  EXPECT_EQ(check.json({})["terms"].size(), 13U) << check.incident();
+  EXPECT_EQ(check.judge().json(false)["terms"].size(), 13U) << check.judge().incident();
 }
 
 TEST(RingKinds, HaveTheNamesOfTheirTracepoints) {

@@ -86,7 +86,7 @@ TEST_F(Tolerant, TakesAThreadThatSleepsOrRunsForNoStandstill) {
   system.run(10, 1);
   until(15);
   for (double ms = 20; ms <= 5000; ms += 20) read(ms, ms < 2500 ? 'S' : 'R', from_ms(ms < 2500 ? 0 : ms));
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
 }
 
 TEST_F(Watching, TakesNoAlarmFromTheHypervisorsCounterAlone) {
@@ -107,7 +107,7 @@ TEST_F(Watching, AddsTheWaitsOfASecond) {
     f.waited = from_ms(0.15) * i;
     check.threads({f}, at_ms(1 + 200 * i));
   }
-  EXPECT_FALSE(check.broken()) << "0.75 ms in a second: " << incident();
+  EXPECT_FALSE(check.judge().broken()) << "0.75 ms in a second: " << incident();
   f.waited += from_ms(0.9);
   check.threads({f}, at_ms(4201));
   EXPECT_THAT(incident(), HasSubstr("00:00:04.001 main thread spin waited 0.900 ms of 200.000 ms"));
@@ -120,7 +120,7 @@ TEST_F(Watching, ScalesAWaitBetweenReadingsThatAreFarApart) {
   check.threads({f}, at_ms(1));
   f.waited = from_ms(1.5);
   check.threads({f}, at_ms(2001));
-  EXPECT_FALSE(check.broken()) << "0.75 ms in a second: " << incident();
+  EXPECT_FALSE(check.judge().broken()) << "0.75 ms in a second: " << incident();
   f.waited += from_ms(3);
   check.threads({f}, at_ms(4001));
   EXPECT_THAT(incident(), HasSubstr("00:00:02.001 main thread spin waited 3.000 ms of 2000.000 ms"));
@@ -130,8 +130,8 @@ TEST(AThreadThatTheContractLacks, IsNotJudged) {
   std::string text = kContract;
   text.replace(text.find("[source (timer), space.sink/a]"), 30, "[absent (timer)]");
   text.insert(text.find("- node: source"), "- node: absent\n  publishes: []\n");
-  ContractCheck check(parse_contract("a contract", text), Duration{});
-  Observer observer(&check, nullptr);
+  Observer observer(parse_contract("a contract", text), nullptr);
+  Observer& check = observer;
   WatchedSystem system;
   system.run(10, 1);
   for (const tracing::Event& event : system.events) observer.event(event);
@@ -139,7 +139,7 @@ TEST(AThreadThatTheContractLacks, IsNotJudged) {
   f.process = f.thread = 7;
   check.threads({f}, at_ms(200));
   check.threads({f}, at_ms(400));
-  EXPECT_FALSE(check.broken()) << check.incident();
+  EXPECT_FALSE(check.judge().broken()) << check.judge().incident();
 }
 
 TEST_F(Watching, NamesChangesOfATimerThread) {
@@ -152,7 +152,7 @@ TEST_F(Watching, NamesChangesOfATimerThread) {
   timers.policy = parse_thread_policy("fifo:81");
   check.threads({facts(), timers}, at_ms(1));
   check.threads({facts(), timers}, at_ms(201));
-  EXPECT_FALSE(check.broken()) << incident();
+  EXPECT_FALSE(check.judge().broken()) << incident();
   timers.policy = parse_thread_policy("other");
   check.threads({facts(), timers}, at_ms(401));
   EXPECT_THAT(incident(), HasSubstr("00:00:00.201 main thread hotpath_timers has the policy other instead of "
@@ -180,7 +180,7 @@ TEST_F(Watching, NamesChangesOfThreads) {
   EXPECT_EQ(verdict("main", "processors"), "held");
   changed.processors = {1};
   check.threads({changed}, at_ms(2001));
-  EXPECT_THAT(check.json({}).dump(), HasSubstr("main thread spin may run on processors 1, contract 1,2"));
+  EXPECT_THAT(check.judge().json(false).dump(), HasSubstr("main thread spin may run on processors 1, contract 1,2"));
 }
 
 TEST(ThreadReader, SeesThatThreadsAndProcessesHaveEnded) {

@@ -170,29 +170,28 @@ class WatchedCase {
     const imports::ExportedRun run = exported();
     const imports::RunEvents recorded = imports::events_of(run, false);
     const watch::Contract stated =
-        watch::parse_contract("a contract", watch::stated_contract(graph_, tasks_, executor_));
+        watch::parse_contract("a contract", contract_text(watch::stated_contract(graph_, tasks_, executor_)));
     if (!culprit.empty() && !has_budget(stated, culprit)) return {};
     planted_faults += culprit.empty() ? 0 : 1;
-    watch::ContractCheck contract(stated, Duration{});
-    watch::Observer observer(&contract, nullptr);
+    watch::Observer observer(stated, nullptr);
     SimulatedFacts facts(executor_, trace_, times);
     CaseResult result;
     std::optional<Time> next;
     for (const tracing::Event& event : recorded.events) {
       for (next = next.value_or(event.at); *next <= event.at; *next += kPoll) {
         observer.observed_until(*next, {});
-        contract.threads(facts.at(*next), *next);
+        observer.threads(facts.at(*next), *next);
       }
       observer.event(event);
       result.jobs += event.kind == tracing::EventKind::callback_end ? 1 : 0;
     }
-    const std::string said = contract.incident();
+    const std::string said = observer.judge().incident();
     if (culprit.empty()) {
       if (!said.empty()) result.wrong = "a false alarm: " + said;
       // rcl derives a timestamp before the cost of the dispatch, the watcher at the start after it.
       const bool exact = std::ranges::all_of(setup::parts(executor_), states_jobs) ||
                          graph_.platform.timer_dispatch_cost == Duration::zero();
-      if (said.empty() && exact && !splits_a_node()) result.wrong = differences(contract);
+      if (said.empty() && exact && !splits_a_node()) result.wrong = differences(observer);
     } else if (!names(said, culprit)) {
       result.wrong = "an overrun of " + culprit + " is called: " + said;
     }
@@ -252,7 +251,7 @@ class WatchedCase {
   }
 
   /// Latencies of chains, as the simulated messages have them.
-  std::string differences(watch::ContractCheck& contract) const {
+  std::string differences(const watch::Observer& observer) const {
     std::vector<std::uint64_t> outputs(graph_.chains.size());
     std::vector<Duration> age(outputs.size(), Duration(-1)), hot_path = age;
     for (const ChainRecord& c : join_chains(graph_, tasks_, trace_, observations_)) {
@@ -266,7 +265,7 @@ class WatchedCase {
     const bool exact_ages =
         !executor_.deployment || std::ranges::all_of(setup::parts(executor_), states_jobs);
     for (std::size_t c = 0; c < outputs.size(); ++c) {
-      const watch::ObservedChain& seen = contract.chains()[c];
+      const watch::ObservedChain& seen = observer.chains()[c];
       if (is_unseen(chains[c])) continue;
       const bool same_age = !exact_ages || seen.age.max() == age[c];
       if (seen.hot_path.count() == outputs[c] && same_age && seen.hot_path.max() == hot_path[c]) continue;

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "watch/contract_check.hpp"
 #include "watch/observer.hpp"
 #include "watched_system.hpp"
 
@@ -48,7 +47,7 @@ threads:
 class Watching : public testing::Test {
  protected:
   explicit Watching(const std::string& contract = kContract)
-      : check(parse_contract("a contract", contract), Duration{}) {}
+      : observer(parse_contract("a contract", contract), nullptr) {}
   static void SetUpTestSuite() {
     setenv("TZ", "UTC", 1);
     tzset();
@@ -61,17 +60,17 @@ class Watching : public testing::Test {
     observer.observed_until(at_ms(ms), losses);
   }
   std::string verdict(const std::string& of, const std::string& term) {
-    const nlohmann::json stored = check.json({});
+    const nlohmann::json stored = check.judge().json(false);
     for (const nlohmann::json& t : stored["terms"])
       for (const char* kind : {"callback", "chain", "thread", "topic"})
         if (t.value(kind, "") == of && t["term"] == term) return t["verdict"];
     return "no such term";
   }
-  std::string incident() const { return check.incident(); }
+  std::string incident() const { return check.judge().incident(); }
   /// The other facts of the latest incident.
   std::vector<std::string> others() {
-    check.describe(observer.system(), true);
-    return check.incidents().back().facts();
+    check.describe(true);
+    return check.judge().incidents().kept().back().facts();
   }
   ThreadFacts facts() const {
     ThreadFacts f;
@@ -83,8 +82,8 @@ class Watching : public testing::Test {
   }
 
   WatchedSystem system;
-  ContractCheck check;
-  Observer observer{&check, nullptr};
+  Observer observer;
+  Observer& check = observer;
   std::size_t observed = 0;
   Losses losses;
 };

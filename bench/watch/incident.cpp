@@ -24,6 +24,8 @@ std::string time_of_day(Time at, Duration realtime) {
                        static_cast<int>((ms - s).count()));
 }
 
+std::string shown_ms(Duration duration) { return program::fixed(to_ms(duration), 3) + " ms"; }
+
 namespace {
 
 /// In this order a fact is what broke first: a standstill precedes terms, and these circumstances.
@@ -40,9 +42,9 @@ void Incident::insert(Fact fact) {
 
 void Incident::add(Fact breach, bool is_new) {
   last_ = std::max(last_, breach.until);
+  breaches_ += is_new ? 1 : 0;
   const auto same =
       std::ranges::find_if(facts_, [&](const Fact& f) { return f.term != nullptr && f.term == breach.term; });
-  breaches_ += is_new ? 1 : 0;
   if (same != facts_.end() && order_of(*same) < order_of(breach)) return;
   const bool is_first =
       facts_.empty() || order_of(breach) < order_of(first()) || (same != facts_.end() && &*same == &first());

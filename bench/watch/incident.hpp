@@ -17,6 +17,9 @@ namespace hotpath::watch {
 /// Local time, `12:00:01.123`. `realtime`: the real-time clock minus that of Time.
 [[nodiscard]] std::string time_of_day(Time at, Duration realtime);
 
+/// `5.000 ms`.
+[[nodiscard]] std::string shown_ms(Duration duration);
+
 class JudgedTerm;
 
 /// What was observed of a system at one instant.
@@ -28,7 +31,7 @@ struct Fact {
   Time since = at, until = at;       ///< Begin and end of what the sentence tells.
 };
 
-/// What broke first, and what else was observed meanwhile.
+/// Facts: what broke first, and what else was observed meanwhile.
 class Incident {
  public:
   /// `realtime`: for times of day.
@@ -75,6 +78,8 @@ class Incidents {
   static constexpr Duration kPause = std::chrono::seconds(2);
   static constexpr std::size_t kMost = 100;
 
+  /// `realtime`: of incidents that begin before set_realtime().
+  explicit Incidents(Duration realtime = {}) : realtime_(realtime) {}
   void add(Fact breach, bool is_new = true);
   /// Of incidents that begin from now on.
   void set_realtime(Duration offset) { realtime_ = offset; }
@@ -87,7 +92,7 @@ class Incidents {
 
  private:
   std::deque<Incident> kept_;
-  Duration realtime_{};
+  Duration realtime_;
 };
 
 }  // namespace hotpath::watch

@@ -7,6 +7,7 @@
 #include "hotpath/core/time.hpp"
 #include "import/recorded_graph.hpp"
 #include "program/text.hpp"
+#include "watch/stated_names.hpp"
 
 namespace hotpath::watch {
 
@@ -41,11 +42,11 @@ nlohmann::json named(const tracing::System& system, const tracing::Callback& cal
   return fields;
 }
 
-nlohmann::json chains_of(ContractCheck& contract) {
+nlohmann::json chains_of(const Observer& observer) {
   nlohmann::json rows = nlohmann::json::array();
-  for (std::uint32_t c = 0; c < contract.chains().size(); ++c) {
-    const ObservedChain& observed = contract.chains()[c];
-    rows.push_back({{"chain", contract.contract().chains[c].name},
+  for (std::uint32_t c = 0; c < observer.chains().size(); ++c) {
+    const ObservedChain& observed = observer.chains()[c];
+    rows.push_back({{"chain", observer.contract().chains[c].name},
                     {"outputs", observed.hot_path.count()},
                     {"hot_path_ms", stored_ms(observed.hot_path)},
                     {"age_ms", stored_ms(observed.age)}});
@@ -131,8 +132,7 @@ void ObservationReport::follow(const ThreadReading& reading) {
   std::erase_if(followed_, [&](const auto& thread) { return thread.second.at + kEnding < read_; });
 }
 
-void ObservationReport::update(Observer& observer, const Session& session, ContractCheck* contract,
-                               Duration now) {
+void ObservationReport::update(const Observer& observer, const Session& session, Duration now) {
   const Losses losses = session.losses();
   json_ = {{"time_s", to_ms(now) / 1000},
            {"processes", observer.system().processes.size() + observer.system().ended_processes},
@@ -141,13 +141,13 @@ void ObservationReport::update(Observer& observer, const Session& session, Contr
            {"dropped", losses.dropped},
            {"damaged", losses.damaged},
            {"late", losses.late},
-           {"ignored_entities", observer.ignored()},
+           {"ignored_entities", observer.system().ignored},
            {"callbacks", callbacks(observer, now)},
-           {"chains", contract != nullptr ? chains_of(*contract) : nlohmann::json::array()},
-           {"executor_threads", threads(contract)}};
+           {"chains", chains_of(observer)},
+           {"executor_threads", threads(observer)}};
 }
 
-nlohmann::json ObservationReport::callbacks(Observer& observer, Duration now) {
+nlohmann::json ObservationReport::callbacks(const Observer& observer, Duration now) {
   const double seconds = to_ms(now - rated_at_) / 1000;
   const bool rates = seconds > 0 && (rated_at_ == Duration::zero() || now - rated_at_ >= kShortest);
   if (rates && !whole_) rated_at_ = now;
@@ -171,7 +171,7 @@ nlohmann::json ObservationReport::callbacks(Observer& observer, Duration now) {
   return rows;
 }
 
-nlohmann::json ObservationReport::threads(const ContractCheck* contract) {
+nlohmann::json ObservationReport::threads(const Observer& observer) {
   nlohmann::json rows = nlohmann::json::array();
   for (auto& [identity, thread] : followed_) {
     const ThreadFacts& of = thread.facts;
@@ -180,7 +180,7 @@ nlohmann::json ObservationReport::threads(const ContractCheck* contract) {
     rows.push_back({{"process", of.process},
                     {"thread", of.thread},
                     {"name", of.name},
-                    {"executor", contract != nullptr ? contract->executor_of(of.key()) : ""},
+                    {"executor", observer.executor_of(of.key())},
                     {"policy", to_string(of.policy)},
                     {"policy_before", changed ? nlohmann::json(to_string(thread.first_policy)) : nullptr},
                     {"processors", of.processors},

@@ -23,9 +23,9 @@ class ObservationReport {
   /// Facts for the next update. Those of threads that have just ended stay, because their process may be
   /// about to end; when all have ended, the last ones stay.
   void follow(const ThreadReading& reading);
-  /// `contract`: nullptr: none; `now`: since the beginning. Rates of less than half a second since those
+  /// `now`: since the beginning. Rates of less than half a second since those
   /// before are not shown: the previous ones stay.
-  void update(Observer& observer, const Session& session, ContractCheck* contract, Duration now);
+  void update(const Observer& observer, const Session& session, Duration now);
 
   /// Callbacks that ran or lost samples, then chains of the contract and threads, if there are any.
   [[nodiscard]] std::vector<program::TextTable> tables() const;
@@ -38,8 +38,8 @@ class ObservationReport {
     ThreadPolicy first_policy;
     double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
   };
-  [[nodiscard]] nlohmann::json callbacks(Observer& observer, Duration now);
-  [[nodiscard]] nlohmann::json threads(const ContractCheck* contract);
+  [[nodiscard]] nlohmann::json callbacks(const Observer& observer, Duration now);
+  [[nodiscard]] nlohmann::json threads(const Observer& observer);
   void rate(FollowedThread& thread) const;
 
   const bool whole_;

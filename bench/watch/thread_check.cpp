@@ -2,9 +2,10 @@
 #include "watch/thread_check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
-#include <set>
+#include <string_view>
 #include <utility>
 
 #include "import/recorded_graph.hpp"
@@ -19,12 +20,9 @@ using tracing::kNone;
 namespace {
 
 /// Every node has these services: those of its parameters, and of the types of its interfaces.
-bool is_of_every_node(const std::string& service) {
-  static const std::set<std::string> kNames = {
-      "get_parameters",      "get_parameter_types", "set_parameters",      "set_parameters_atomically",
-      "describe_parameters", "list_parameters",     "get_type_description"};
-  return kNames.contains(service.substr(service.rfind('/') + 1));
-}
+constexpr std::array<std::string_view, 7> kOfEveryNode = {
+    "get_parameters",      "get_parameter_types", "set_parameters",      "set_parameters_atomically",
+    "describe_parameters", "list_parameters",     "get_type_description"};
 
 /// Whether the callback needs to be in the contract.
 bool needs_entry(const tracing::System& system, const tracing::Callback& callback) {
@@ -32,7 +30,8 @@ bool needs_entry(const tracing::System& system, const tracing::Callback& callbac
   const bool service = callback.kind == CallbackKind::service;
   if ((!service && callback.kind != CallbackKind::subscription) || callback.topic == kNone) return false;
   const std::string& topic = system.topics[callback.topic].name;
-  return service ? !is_of_every_node(topic) : !imports::is_housekeeping(topic);
+  if (!service) return !imports::is_housekeeping(topic);
+  return std::ranges::count(kOfEveryNode, topic.substr(topic.rfind('/') + 1)) == 0;
 }
 
 constexpr Duration kSecond = std::chrono::seconds(1);
@@ -44,47 +43,40 @@ constexpr Duration kNoProgress = std::chrono::milliseconds(1500);
 /// Shorter waits are no circumstance.
 constexpr Duration kShortestWait = std::chrono::microseconds(100);
 
-std::string with_unit(Duration duration) { return program::fixed(to_ms(duration), 3) + " ms"; }
-
 }  // namespace
 
-ThreadCheck::ThreadCheck(const Contract& contract) : of_entry_(contract.callbacks.size(), kNone) {
-  for (std::uint32_t t = 0; t < contract.threads.size(); ++t) {
-    const ThreadContract& thread = contract.threads[t];
-    subjects_.emplace_back("thread", thread.name, thread.terms, "no thread ran its callbacks");
-    for (const std::uint32_t callback : thread.callbacks) of_entry_[callback] = t;
-  }
+ThreadCheck::ThreadCheck(const Contract& contract, const tracing::System& system, Judge& judge)
+    : system_(system), judge_(judge), of_entry_(contract.callbacks.size()) {
+  for (std::size_t t = 0; t < contract.threads.size(); ++t)
+    for (const std::uint32_t callback : contract.threads[t].callbacks)
+      of_entry_[callback] = &judge.all(Kind::thread)[t];
 }
 
 std::string ThreadCheck::name_of(const ThreadKey& thread) const {
   const auto known = states_.find(thread);
-  return known == states_.end() || known->second.owner == kNone ? "" : subjects_[known->second.owner].name;
+  return known == states_.end() || known->second.owner == nullptr ? "" : known->second.owner->name;
 }
 
-void ThreadCheck::started(const tracing::System& system, const tracing::Job& job, std::uint32_t entry,
-                          Incidents& incidents) {
-  if (subjects_.empty()) return;
-  const ThreadKey thread = key_of(system.threads[job.thread]);
+void ThreadCheck::started(const tracing::Job& job, std::uint32_t entry) {
+  if (judge_.all(Kind::thread).empty()) return;
+  const ThreadKey thread = key_of(system_.threads[job.thread]);
   State& state = states_.try_emplace(thread, State{job.start}).first->second;
-  if (entry != kNone && state.owner == kNone && of_entry_[entry] != kNone) {
+  if (entry != kNone && state.owner == nullptr && of_entry_[entry] != nullptr) {
     state = {job.start, of_entry_[entry]};
     const auto [of_process, first] = of_process_.try_emplace(thread.first, state.owner);
-    if (of_process->second != state.owner) of_process->second = kNone;
+    if (of_process->second != state.owner) of_process->second = nullptr;
   }
-  if (state.owner == kNone) return;
-  Subject& subject = subjects_[state.owner];
-  subject.seen = true;
-  JudgedTerm* const serves = subject.find(Clause::serves);
+  if (state.owner == nullptr) return;
+  state.owner->seen = true;
+  JudgedTerm* const serves = state.owner->find(Clause::serves);
   if (serves == nullptr) return;
-  const tracing::Callback& callback = system.callbacks[job.ref.callback];
-  if (entry != kNone || !needs_entry(system, callback)) return serves->hold();
-  serves->judge(false, "ran " + callback_name(system, callback) + ", which the contract lacks", job.start,
-                incidents);
+  const tracing::Callback& callback = system_.callbacks[job.ref.callback];
+  if (entry != kNone || !needs_entry(system_, callback)) return serves->hold();
+  serves->judge(false, "ran " + callback_name(system_, callback) + ", which the contract lacks", job.start);
 }
 
-void ThreadCheck::facts(const std::vector<ThreadFacts>& facts, Time at, Incidents& incidents) {
-  previous_ = at_;
-  at_ = at;
+void ThreadCheck::facts(const std::vector<ThreadFacts>& facts, Time at) {
+  previous_ = std::exchange(at_, at);
   for (const ThreadFacts& now : facts) {
     if (const auto executor = of_process_.find(now.process); now.timers && executor != of_process_.end())
       states_.try_emplace(now.key(), State{at}).first->second.owner = executor->second;
@@ -92,15 +84,13 @@ void ThreadCheck::facts(const std::vector<ThreadFacts>& facts, Time at, Incident
     if (known == states_.end()) continue;
     State& state = known->second;
     if (state.before && state.before->started != now.started) state = {at};  // another thread of the same id
-    Subject* const subject = state.owner == kNone ? nullptr : &subjects_[state.owner];
-    if (subject != nullptr) {
-      judge(*subject, now, state, incidents);
-      judge_progress(*subject, now, state, incidents);
+    if (state.owner != nullptr) {
+      judge(now, state);
+      judge_progress(now, state);
       note_wait(now, state);
     }
     state.before = now;
-    JudgedTerm* const wait = subject == nullptr ? nullptr : subject->find(Clause::wait);
-    if (wait != nullptr) judge_wait(*wait, state, incidents);
+    if (state.owner != nullptr) judge_wait(state);
   }
 }
 
@@ -114,23 +104,22 @@ void ThreadCheck::forget(const ThreadKey& ended) {
 }
 
 /// The policy and the processors of a timer thread are not stated: it only must not change.
-void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& state,
-                        Incidents& incidents) const {
+void ThreadCheck::judge(const ThreadFacts& now, const State& state) const {
   const ThreadFacts* const before = state.before ? &*state.before : nullptr;
   const Time since = before ? *previous_ : state.first_start;
   if (now.timers && before == nullptr) return;
   const auto compare = [&](JudgedTerm& term, bool changed, bool as_stated, const std::string& observed) {
     term.judge(now.timers ? !changed : as_stated,
                "thread " + now.name + observed + (now.timers ? "" : ", contract " + term.limit_text()), since,
-               incidents, before != nullptr && !changed);
+               before != nullptr && !changed);
   };
-  if (JudgedTerm* const policy = subject.find(Clause::policy)) {
+  if (JudgedTerm* const policy = state.owner->find(Clause::policy)) {
     const bool changed = before != nullptr && now.policy != before->policy;
+    const std::string instead = changed ? " instead of " + to_string(before->policy) : "";
     compare(*policy, changed, now.policy == policy->term().policy,
-            " has the policy " + to_string(now.policy) +
-                (changed ? " instead of " + to_string(before->policy) : std::string()));
+            " has the policy " + to_string(now.policy) + instead);
   }
-  if (JudgedTerm* const processors = subject.find(Clause::processors)) {
+  if (JudgedTerm* const processors = state.owner->find(Clause::processors)) {
     compare(*processors, before != nullptr && now.processors != before->processors,
             now.processors == processors->term().processors,
             " may run on processors " + program::joined(now.processors, ",") +
@@ -138,8 +127,7 @@ void ThreadCheck::judge(Subject& subject, const ThreadFacts& now, const State& s
   }
 }
 
-void ThreadCheck::judge_progress(const Subject& subject, const ThreadFacts& now, State& state,
-                                 Incidents& incidents) const {
+void ThreadCheck::judge_progress(const ThreadFacts& now, State& state) {
   constexpr char kReady = 'R', kStopped = 'T';
   const bool could_run = now.state == kReady || now.state == kStopped;
   if (!could_run || !state.before || now.ran != state.before->ran) {
@@ -150,11 +138,11 @@ void ThreadCheck::judge_progress(const Subject& subject, const ThreadFacts& now,
   state.stands = state.stands.value_or(*previous_);
   if (state.stood || *at_ - *state.stands < kNoProgress) return;
   state.stood = true;
-  incidents.add({Role::standstill, *state.stands,
-                 program::concat(subject.name, " thread ", now.name, " has run nothing for ",
-                                 with_unit(*at_ - *state.stands), ", ",
-                                 now.state == kStopped ? "because it is stopped" : "although it is ready"),
-                 nullptr, *state.stands, *at_});
+  judge_.incidents().add({Role::standstill, *state.stands,
+                          state.owner->name + " thread " + now.name + " has run nothing for " +
+                              shown_ms(*at_ - *state.stands) + ", " +
+                              (now.state == kStopped ? "because it is stopped" : "although it is ready"),
+                          nullptr, *state.stands, *at_});
 }
 
 /// Adds what the thread waited until now. The hypervisor's counter may grow late, or by more than
@@ -175,53 +163,51 @@ void ThreadCheck::note_wait(const ThreadFacts& now, State& state) const {
 
 std::string ThreadCheck::sentence(const State& state, const Reading& from, const Reading& to) {
   const Duration stolen = to.stolen - from.stolen, waited = to.waited - from.waited + stolen;
-  return program::concat(
-      "thread ", state.before->name, " waited ", with_unit(waited), " of ",
-      with_unit(std::max(to.at - from.at, waited)), " for a processor",
-      stolen > Duration::zero() ? " (the hypervisor withheld it " + with_unit(stolen) + ")" : std::string());
+  const bool withheld = stolen > Duration::zero();
+  return "thread " + state.before->name + " waited " + shown_ms(waited) + " of " +
+         shown_ms(std::max(to.at - from.at, waited)) + " for a processor" +
+         (withheld ? " (the hypervisor withheld it " + shown_ms(stolen) + ")" : "");
 }
 
 std::vector<Fact> ThreadCheck::waits(Time since, Time until) const {
   std::vector<Fact> all;
   for (const auto& [key, state] : states_) {
-    if (state.readings.empty() || state.owner == kNone || state.judged >= since) continue;
+    if (state.readings.empty() || state.owner == nullptr || state.judged >= since) continue;
     auto from = std::ranges::upper_bound(state.readings, since, {}, &Reading::at);
     const auto to = std::ranges::lower_bound(from, state.readings.end(), until, {}, &Reading::at);
     if (from != state.readings.begin()) --from;
     const Reading& last = to == state.readings.end() ? state.readings.back() : *to;
     if (last.waited + last.stolen - from->waited - from->stolen >= kShortestWait)
-      all.push_back(
-          {Role::circumstance, from->at, subjects_[state.owner].name + " " + sentence(state, *from, last)});
+      all.push_back({Role::circumstance, from->at, state.owner->name + " " + sentence(state, *from, last)});
   }
   return all;
 }
 
 /// A wait that is too long within a second breaks the term.
-void ThreadCheck::judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const {
+void ThreadCheck::judge_wait(State& state) const {
+  JudgedTerm* const wait = state.owner->find(Clause::wait);
   const std::deque<Reading>& readings = state.readings;
   auto from = readings.begin();
   while (std::next(from) != readings.end() && from->at < state.judged) ++from;
-  if (std::next(from) == readings.end()) return;
+  if (wait == nullptr || std::next(from) == readings.end()) return;
   while (from->at < *at_ - kSecond && std::next(from, 2) != readings.end()) ++from;
   Duration in_a_second = readings.back().waited - from->waited;
   if (const Duration covered = *at_ - from->at; covered > kSecond)  // the watcher got too little CPU time
     in_a_second =
         Duration(std::llround(static_cast<double>(in_a_second.count()) * (to_ms(kSecond) / to_ms(covered))));
-  wait.observe(in_a_second.count());
-  if (in_a_second.count() <= wait.term().limit) return wait.hold();
+  wait->observe(in_a_second.count());
+  if (in_a_second.count() <= wait->term().limit) return wait->hold();
   auto longest = from;
   for (auto r = from; std::next(r) != readings.end(); ++r)
     if (std::next(r)->waited - r->waited > std::next(longest)->waited - longest->waited) longest = r;
   // Linux counts a wait when it ends: it may have begun before the facts that precede its end.
   const auto end = std::next(longest);
   const Time begin = std::min(longest->at, end->at - (end->waited - longest->waited));
-  const Role role =
-      readings.back().waited - longest->waited < kStandstill ? Role::assumption : Role::standstill;
-  wait.fail({role, begin,
-             wait.subject() + " " + sentence(state, *longest, readings.back()) + ", limit " +
-                 wait.limit_text() + " in a second",
-             &wait, begin, *at_},
-            incidents);
+  const bool stands = readings.back().waited - longest->waited >= kStandstill;
+  wait->fail({stands ? Role::standstill : Role::assumption, begin,
+              wait->subject() + " " + sentence(state, *longest, readings.back()) + ", limit " +
+                  wait->limit_text() + " in a second",
+              wait, begin, *at_});
   state.judged = *at_;  // each wait counts once
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hotpath/tracing/system.hpp"
-#include "watch/judged_term.hpp"
+#include "watch/judge.hpp"
 #include "watch/thread_facts.hpp"
 
 namespace hotpath::watch {
@@ -17,19 +17,18 @@ namespace hotpath::watch {
 /// executor whose callbacks it runs, a timer thread to the only executor of its process.
 class ThreadCheck {
  public:
-  explicit ThreadCheck(const Contract& contract);
+  /// The system and the judge must outlive it.
+  ThreadCheck(const Contract& contract, const tracing::System& system, Judge& judge);
 
   /// A job starts. `entry`: its callback in the contract; kNone: none.
-  void started(const tracing::System& system, const tracing::Job& job, std::uint32_t entry,
-               Incidents& incidents);
+  void started(const tracing::Job& job, std::uint32_t entry);
   /// Facts of the system's threads. They cover the time since the previous ones.
-  void facts(const std::vector<ThreadFacts>& facts, Time at, Incidents& incidents);
+  void facts(const std::vector<ThreadFacts>& facts, Time at);
   /// A thread that has ended; id 0: a process with all of its threads.
   void forget(const ThreadKey& ended);
 
   /// Of the latest facts.
   [[nodiscard]] std::optional<Time> at() const { return at_; }
-  [[nodiscard]] const std::vector<Subject>& subjects() const { return subjects_; }
   /// The name of the thread's executor; empty: unknown.
   [[nodiscard]] std::string name_of(const ThreadKey& thread) const;
   /// How long threads waited, from the reading before the first instant to the one after the second, unless
@@ -45,7 +44,7 @@ class ThreadCheck {
   /// A thread that ran a job.
   struct State {
     Time first_start{};                      ///< Of a job of its executor, if it has one.
-    std::uint32_t owner = tracing::kNone;    ///< Its executor; kNone: none, or several.
+    Subject* owner = nullptr;                ///< Its executor; nullptr: none, or several.
     std::optional<ThreadFacts> before = {};  ///< The previous facts.
     std::deque<Reading> readings = {};       ///< The latest ones.
     Time judged = {};                        ///< Before this instant, waits were counted as too long.
@@ -55,16 +54,16 @@ class ThreadCheck {
   /// At the shortest distance of facts, five seconds.
   static constexpr std::size_t kMostReadings = 256;
 
-  void judge(Subject& subject, const ThreadFacts& now, const State& state, Incidents& incidents) const;
-  void judge_progress(const Subject& subject, const ThreadFacts& now, State& state,
-                      Incidents& incidents) const;
+  void judge(const ThreadFacts& now, const State& state) const;
+  void judge_progress(const ThreadFacts& now, State& state);
   void note_wait(const ThreadFacts& now, State& state) const;
-  void judge_wait(JudgedTerm& wait, State& state, Incidents& incidents) const;
+  void judge_wait(State& state) const;
   [[nodiscard]] static std::string sentence(const State& state, const Reading& from, const Reading& to);
 
-  std::vector<Subject> subjects_;                      // as in the contract
-  std::vector<std::uint32_t> of_entry_;                // by callback of the contract: its threads
-  std::map<std::uint32_t, std::uint32_t> of_process_;  // kNone: of several executors
+  const tracing::System& system_;
+  Judge& judge_;
+  std::vector<Subject*> of_entry_;                // by callback of the contract: its threads
+  std::map<std::uint32_t, Subject*> of_process_;  // nullptr: of several executors
   std::map<ThreadKey, State> states_;
   std::optional<Time> previous_, at_;
 };

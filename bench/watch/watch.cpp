@@ -23,7 +23,6 @@
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "watch/contract_check.hpp"
 #include "watch/flight_recorder.hpp"
 #include "watch/observation_report.hpp"
 #include "watch/observer.hpp"
@@ -65,16 +64,14 @@ class Watch {
  public:
   explicit Watch(const WatchOptions& options)
       : options_(options),
-        contract_(options.contract.empty()
-                      ? nullptr
-                      : std::make_unique<ContractCheck>(read_contract(options.contract), realtime_now())),
+        contract_(options.contract.empty() ? Contract{} : read_contract(options.contract)),
         session_(is_attached() ? Meeting::attachable : Meeting::own),
         recorder_(recorder_of(options)),
         program_(is_attached() ? nullptr
                                : std::make_unique<WatchedProgram>(options.command, session_.name())),
-        observer_(contract_.get(), recorder_.get(), is_attached() ? std::optional(begin_) : std::nullopt) {
+        observer_(contract_, recorder_.get(), realtime_now(),
+                  is_attached() ? std::optional(begin_) : std::nullopt) {
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
-    observer_.set_realtime(realtime_now());
   }
 
   void run() {
@@ -92,7 +89,7 @@ class Watch {
       if (program_) end_program_if_due();
     }
     observe(session_.finish(now()));
-    if (contract_ && program_) contract_->end();
+    if (program_) observer_.end();
     read_threads();
     judge_threads(Time::max());
     state_incidents(true);
@@ -106,11 +103,14 @@ class Watch {
     if (options_.fail_on && observer_.events() == 0)
       throw program::RunError("nothing was observed, so the contract " + options_.contract +
                               " could not be judged");
-    if (options_.fail_on && contract_->broken())
-      throw ContractBroken("the contract " + options_.contract + " is broken: " + contract_->incident());
+    if (options_.fail_on && observer_.judge().broken())
+      throw ContractBroken("the contract " + options_.contract +
+                           " is broken: " + observer_.judge().incident());
   }
 
  private:
+  bool is_judged() const { return !options_.contract.empty(); }
+  std::deque<Incident>& incidents() { return observer_.judge().incidents().kept(); }
   bool is_attached() const { return options_.command.empty(); }
   bool is_time_over() const {
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
@@ -139,8 +139,8 @@ class Watch {
   bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
 
   void observe(const std::vector<tracing::Event>& events) {
-    if (contract_) contract_->note_losses(session_.losses().total(), now());
-    if (contract_ && program_ && is_ending()) contract_->end();
+    observer_.note_losses(session_.losses().total(), now());
+    if (program_ && is_ending()) observer_.end();
     for (const tracing::Event& event : events) observer_.event(event);
     if (recorder_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
   }
@@ -150,8 +150,7 @@ class Watch {
     report_.follow(reading);
     observer_.set_realtime(realtime_now());
     next_reading_ = reading.at + kFacts;
-    if (!contract_) return;
-    contract_->set_realtime(realtime_now());
+    if (!is_judged()) return;
     const auto of_each = kFactsOfEach * static_cast<int>(reading.facts.size());
     next_reading_ = std::min(next_reading_, reading.at + of_each);
   }
@@ -160,16 +159,15 @@ class Watch {
   void judge_threads(Time until) {
     for (; !unjudged_.empty() && unjudged_.front().at <= until; unjudged_.pop_front()) {
       const ThreadReading& reading = unjudged_.front();
-      if (contract_) contract_->threads(reading.facts, reading.at);
+      observer_.threads(reading.facts, reading.at);
       for (const ThreadKey& thread : reading.ended) observer_.forget(thread);
     }
   }
 
   /// States new incidents, and those of which something else broke first.
   void state_incidents(bool at_end) {
-    if (!contract_) return;
-    contract_->describe(observer_.system(), at_end);
-    for (Incident& incident : contract_->incidents()) {
+    observer_.describe(at_end);
+    for (Incident& incident : incidents()) {
       if (!incident.take_news()) continue;
       nlohmann::json line = incident.json();
       if (incident.number() > stated_ && recorder_ && incident.number() <= kMostIncidentSnapshots) {
@@ -218,14 +216,14 @@ class Watch {
 
   static void say(const std::string& sentence) { std::cerr << "hotpath: " << sentence << std::endl; }
 
-  void print_result() const {
+  void print_result() {
     if (!is_refreshed() && !options_.json) print_tables();
-    if (contract_ && !options_.json) {
-      std::cout << contract_->table(session_.losses());
-      const std::deque<Incident>& incidents = contract_->incidents();
-      for (std::size_t i = 0; i < std::min(incidents.size(), kMostPrinted); ++i) print_incident(incidents[i]);
-      if (incidents.size() > kMostPrinted)
-        std::cout << incidents.back().number() - kMostPrinted << " further incidents\n";
+    if (is_judged() && !options_.json) {
+      std::cout << observer_.judge().table(session_.losses().total() > 0);
+      for (std::size_t i = 0; i < std::min(incidents().size(), kMostPrinted); ++i)
+        print_incident(incidents()[i]);
+      if (incidents().size() > kMostPrinted)
+        std::cout << incidents().back().number() - kMostPrinted << " further incidents\n";
     }
     if (session_.threads() == 0 && program_) {
       std::cerr << "hotpath: no tracepoint was recorded: a program without tracetools, of a distribution "
@@ -235,12 +233,12 @@ class Watch {
 
   void report() {
     reported_ = elapsed();
-    report_.update(observer_, session_, contract_.get(), reported_);
+    report_.update(observer_, session_, reported_);
     if (options_.json && !options_.once) print_json();
     if (!is_refreshed()) return;
     program::data_output() << kClearTerminal << std::flush;
     print_tables();
-    if (contract_ && contract_->broken()) print_incident(contract_->incidents().back());
+    if (!incidents().empty()) print_incident(incidents().back());
     std::cout << std::flush;
   }
 
@@ -255,7 +253,7 @@ class Watch {
 
   void print_json() const {
     nlohmann::json line = report_.json();
-    if (contract_) line["contract"] = contract_->json(session_.losses());
+    if (is_judged()) line["contract"] = observer_.judge().json(session_.losses().total() > 0);
     print_line(line);
   }
 
@@ -281,7 +279,7 @@ class Watch {
 
   const WatchOptions& options_;
   const Time begin_ = now();
-  const std::unique_ptr<ContractCheck> contract_;
+  const Contract contract_;
   Session session_;                                 // keeps the texts of the recorder's events
   const std::unique_ptr<FlightRecorder> recorder_;  // nullptr: no snapshots are written
   const std::unique_ptr<WatchedProgram> program_;   // nullptr: attached
