@@ -90,7 +90,8 @@ std::optional<Duration> longest_run_below_timer_threads(const ObservedSystem& s,
   const bool first = s.threads.size() == 1 && timer_thread_runs(s, task);
   if (first || release_costs(s) == Duration::zero()) return wcet;
   const bool real_time = std::ranges::any_of(s.threads, [](const auto& t) { return t.priority > 0; });
-  if (s.threads.size() > 1 && real_time) return s.responses[task];  // how long their jobs displace it is unknown
+  if (s.threads.size() > 1 && real_time)
+    return s.responses[task];       // how long their jobs displace it is unknown
   for (Duration window = wcet;;) {  // to its end, with the jobs of timer threads
     Duration run = wcet, jobs{};
     for (TaskId timer = 0; timer < s.set.size(); ++timer) {
@@ -122,7 +123,8 @@ std::optional<TaskId> publisher_of(const ObservedSystem& s, TaskId subscription)
 std::optional<Duration> longest_run(const ObservedSystem& s, TaskId task) {
   const Duration wcet = s.set[task].wcet;
   if (wcet == Duration::zero()) return std::nullopt;
-  if (rivals_of(s, s.executor_of[task], timer_thread_runs(s, task)) == Rivals::untold) return s.responses[task];
+  if (rivals_of(s, s.executor_of[task], timer_thread_runs(s, task)) == Rivals::untold)
+    return s.responses[task];
   return have_room(s, true) ? wcet : longest_run_below_timer_threads(s, task);
 }
 

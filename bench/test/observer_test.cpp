@@ -65,8 +65,7 @@ TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {
 
 TEST_F(Observing, SkipsTimestampsLikeRcl) {
   system.run(10, 1);
-  system.add(tracing::EventKind::callback_start, 15, {21});
-  system.add(tracing::EventKind::callback_end, 45, {21});
+  system.job(15, 30, 21);
   system.run(45, 1);  // due at 20; 30 and 40 are skipped
   system.run(50, 2);
   observe();
@@ -107,8 +106,7 @@ TEST_F(ObservingWaits, KnowNoTimestampIfTheTimerWasResetOrACallbackWithoutEvents
 TEST_F(ObservingWaits, CountFromTheJobIfTheThreadRanOthersMeanwhile) {
   for (int i = 0; i < 100; ++i) {
     wait(7 * i);
-    system.add(tracing::EventKind::callback_start, 7 * i + 1, {21});
-    system.add(tracing::EventKind::callback_end, 7 * i + 6, {21});
+    system.job(7 * i + 1, 5, 21);
   }
   wait(700);
   system.run(701, 2);
@@ -118,8 +116,7 @@ TEST_F(ObservingWaits, CountFromTheJobIfTheThreadRanOthersMeanwhile) {
 
 TEST_F(ObservingWaits, CountALongJobBeforeATimer) {
   wait(0);
-  system.add(tracing::EventKind::callback_start, 1, {21});
-  system.add(tracing::EventKind::callback_end, 500, {21});
+  system.job(1, 499, 21);
   wait(500);
   system.run(500.1, 1);
   EXPECT_EQ(responses(), 1U);

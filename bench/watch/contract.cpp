@@ -45,24 +45,21 @@ void read_distances(const YamlValue& limit, Term& term) {
   term.further.erase(term.further.begin());
 }
 
-ThreadPolicy read_policy(const YamlValue& limit) {
-  try {
-    return parse_thread_policy(limit.text());
-  } catch (const std::invalid_argument& error) {
-    limit.fail("the policy `" + limit.text() + "` is invalid", error.what());
-  }
-}
-
 void read_limit(const YamlValue& limit, Term& term) {
   const ClauseTraits& traits = traits_of(term.clause);
   if (term.clause == Clause::minimum_distance && limit.is_list()) return read_distances(limit, term);
   if (traits.unit == Unit::ms) term.limit = limit.milliseconds(traits.zero).count();
   if (traits.unit == Unit::count) term.limit = limit.integer(traits.zero ? 0 : 1, kMostCount);
-  if (traits.unit == Unit::policy) term.policy = read_policy(limit);
-  if (traits.unit != Unit::processors) return;
-  for (const YamlValue& processor : limit.list("a processor"))
-    term.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
+  if (traits.unit == Unit::processors)
+    for (const YamlValue& processor : limit.list("a processor"))
+      term.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
   std::ranges::sort(term.processors);
+  if (traits.unit != Unit::policy) return;
+  try {
+    term.policy = parse_thread_policy(limit.text());
+  } catch (const std::invalid_argument& error) {
+    limit.fail("the policy `" + limit.text() + "` is invalid", error.what());
+  }
 }
 
 std::vector<Term> read_terms(const YamlMap& map, Kind of) {
@@ -114,72 +111,43 @@ CallbackContract read_callback(const YamlValue& item) {
   return callback;
 }
 
-class ContractReader {
- public:
-  Contract read(const std::string& file, const std::string& text) {
-    YamlMap map(YamlValue(file, read_yaml(file, text, kRemedy), "the contract", 1), "the contract");
-    map.check_keys({"callbacks", "chains", "threads"});
-    for (const YamlValue& item :
-         map.require("callbacks", "[{node: NAME, budget_ms: {value: 5, from: given}}]").list("a callback")) {
-      contract_.callbacks.push_back(read_callback(item));
-      check_new(item, contract_.callbacks.back().name());
-    }
-    if (const auto chains = map.find("chains"))
-      for (const YamlValue& item : chains->items("a chain")) contract_.chains.push_back(read_chain(item));
-    if (const auto threads = map.find("threads"))
-      for (const YamlValue& item : threads->items("threads")) contract_.threads.push_back(read_thread(item));
-    return std::move(contract_);
+/// Indices of callbacks by their names.
+std::vector<std::uint32_t> read_names(const YamlMap& map, const char* key, const Contract& contract) {
+  std::vector<std::uint32_t> indices;
+  for (const YamlValue& name : map.require(key, "[NODE (timer), NODE/TOPIC]").list("a callback")) {
+    const auto named = std::ranges::find(contract.callbacks, name.text(), &CallbackContract::name);
+    if (named == contract.callbacks.end())
+      name.fail("no callback is called `" + name.text() + "`",
+                "the names are those of the list `callbacks`, for example `" +
+                    contract.callbacks.front().name() + "`");
+    indices.push_back(static_cast<std::uint32_t>(named - contract.callbacks.begin()));
   }
+  return indices;
+}
 
- private:
-  void check_new(const YamlValue& item, const std::string& name) {
-    if (!names_.insert(name).second)
-      item.fail("it is the second entry for " + name, "put all its terms into one entry");
-  }
+ChainContract read_chain(const YamlValue& item, const Contract& contract) {
+  YamlMap map(item, "a chain");
+  ChainContract chain{map.require("name", "NAME").long_name()};
+  map.set_what("the chain " + chain.name);
+  map.check_keys(keys(Kind::chain, Holders::all, {"name", "sources", "sinks"}));
+  chain.sources = read_names(map, "sources", contract);
+  chain.sinks = read_names(map, "sinks", contract);
+  if (chain.sources.size() > kMaxSources)
+    map.fail(program::concat(map.what(), " has ", chain.sources.size(), " sources"),
+             program::concat("name at most ", kMaxSources));
+  chain.terms = read_terms(map, Kind::chain);
+  return chain;
+}
 
-  ChainContract read_chain(const YamlValue& item) {
-    YamlMap map(item, "a chain");
-    ChainContract chain{map.require("name", "NAME").long_name()};
-    map.set_what("the chain " + chain.name);
-    map.check_keys(keys(Kind::chain, Holders::all, {"name", "sources", "sinks"}));
-    chain.sources = read_names(map, "sources");
-    chain.sinks = read_names(map, "sinks");
-    if (chain.sources.size() > kMaxSources)
-      map.fail(program::concat(map.what(), " has ", chain.sources.size(), " sources"),
-               program::concat("name at most ", kMaxSources));
-    chain.terms = read_terms(map, Kind::chain);
-    check_new(item, map.what());
-    return chain;
-  }
-
-  ThreadContract read_thread(const YamlValue& item) {
-    YamlMap map(item, "threads");
-    ThreadContract thread{map.require("name", "NAME").text()};
-    map.set_what("the threads of " + thread.name);
-    map.check_keys(keys(Kind::thread, Holders::all, {"name", "callbacks"}));
-    thread.callbacks = read_names(map, "callbacks");
-    thread.terms = read_terms(map, Kind::thread);
-    check_new(item, map.what());
-    return thread;
-  }
-
-  /// Indices of callbacks by their names.
-  std::vector<std::uint32_t> read_names(const YamlMap& map, const std::string& key) const {
-    std::vector<std::uint32_t> indices;
-    for (const YamlValue& name : map.require(key, "[NODE (timer), NODE/TOPIC]").list("a callback")) {
-      const auto named = std::ranges::find(contract_.callbacks, name.text(), &CallbackContract::name);
-      if (named == contract_.callbacks.end())
-        name.fail("no callback is called `" + name.text() + "`",
-                  "the names are those of the list `callbacks`, for example `" +
-                      contract_.callbacks.front().name() + "`");
-      indices.push_back(static_cast<std::uint32_t>(named - contract_.callbacks.begin()));
-    }
-    return indices;
-  }
-
-  Contract contract_;
-  std::set<std::string> names_;
-};
+ThreadContract read_thread(const YamlValue& item, const Contract& contract) {
+  YamlMap map(item, "threads");
+  ThreadContract thread{map.require("name", "NAME").text()};
+  map.set_what("the threads of " + thread.name);
+  map.check_keys(keys(Kind::thread, Holders::all, {"name", "callbacks"}));
+  thread.callbacks = read_names(map, "callbacks", contract);
+  thread.terms = read_terms(map, Kind::thread);
+  return thread;
+}
 
 /// Lists and maps of terms are on one line.
 YAML::Node flow(YAML::NodeType::value type) {
@@ -245,7 +213,32 @@ const Term* find(const std::vector<Term>& terms, Clause clause) {
 }
 
 Contract parse_contract(const std::string& file, const std::string& text) {
-  return ContractReader().read(file, text);
+  YamlMap map(YamlValue(file, read_yaml(file, text, kRemedy), "the contract", 1), "the contract");
+  map.check_keys({"callbacks", "chains", "threads"});
+  Contract contract;
+  std::set<std::string> names;
+  const auto check_new = [&](const YamlValue& item, const std::string& name) {
+    if (!names.insert(name).second)
+      item.fail("it is the second entry for " + name, "put all its terms into one entry");
+  };
+  for (const YamlValue& item :
+       map.require("callbacks", "[{node: NAME, budget_ms: {value: 5, from: given}}]").list("a callback")) {
+    contract.callbacks.push_back(read_callback(item));
+    check_new(item, contract.callbacks.back().name());
+  }
+  if (const auto chains = map.find("chains")) {
+    for (const YamlValue& item : chains->items("a chain")) {
+      contract.chains.push_back(read_chain(item, contract));
+      check_new(item, "the chain " + contract.chains.back().name);
+    }
+  }
+  if (const auto threads = map.find("threads")) {
+    for (const YamlValue& item : threads->items("threads")) {
+      contract.threads.push_back(read_thread(item, contract));
+      check_new(item, "the threads of " + contract.threads.back().name);
+    }
+  }
+  return contract;
 }
 
 Contract read_contract(const std::string& file) { return parse_contract(file, read_text_file(file)); }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/observation_report.hpp"
 
-#include <array>
 #include <string>
 
 #include "hotpath/core/time.hpp"
@@ -54,48 +53,37 @@ nlohmann::json chains_of(const Observer& observer) {
   return rows;
 }
 
-/// What a table shows of the rows of JSON.
+/// What a table shows of the rows of JSON: a pointer into the row, and the header.
 struct Column {
-  const char* path;  ///< JSON pointer.
-  const char* header;
+  const char *path, *header;
   int decimals = 3;
 };
-struct Section {
-  const char* key;
-  const char* title;  ///< Empty: that of the report.
-  std::vector<Column> columns;
-};
+using Columns = std::vector<Column>;
 
-const std::array<Section, 3> kSections = {{{"callbacks",
-                                            "",
-                                            {{"/name", "callback"},
-                                             {"/rate", "jobs/s", 1},
-                                             {"/jobs", "jobs"},
-                                             {"/lost", "lost"},
-                                             {"/execution_ms/p99", "execution\np99 ms"},
-                                             {"/execution_ms/max", "execution\nmax ms"},
-                                             {"/response_ms/p99", "response\np99 ms"},
-                                             {"/response_ms/max", "response\nmax ms"}}},
-                                           {"chains",
-                                            "Chains",
-                                            {{"/chain", "chain"},
-                                             {"/outputs", "outputs"},
-                                             {"/hot_path_ms/p99", "hot path\np99 ms"},
-                                             {"/hot_path_ms/max", "hot path\nmax ms"},
-                                             {"/age_ms/p99", "age\np99 ms"},
-                                             {"/age_ms/max", "age\nmax ms"}}},
-                                           {"executor_threads",
-                                            "Threads",
-                                            {{"/process", "process"},
-                                             {"/thread", "thread"},
-                                             {"/name", "name"},
-                                             {"/executor", "executor"},
-                                             {"/policy", "policy"},
-                                             {"/policy_before", "before"},
-                                             {"/processors", "processors"},
-                                             {"/cpu_ms_per_s", "CPU\nms/s", 1},
-                                             {"/waited_ms_per_s", "waited\nms/s", 1},
-                                             {"/withheld_ms_per_s", "withheld\nms/s", 1}}}}};
+const Columns kCallbacks = {{"/name", "callback"},
+                            {"/rate", "jobs/s", 1},
+                            {"/jobs", "jobs"},
+                            {"/lost", "lost"},
+                            {"/execution_ms/p99", "execution\np99 ms"},
+                            {"/execution_ms/max", "execution\nmax ms"},
+                            {"/response_ms/p99", "response\np99 ms"},
+                            {"/response_ms/max", "response\nmax ms"}};
+const Columns kChains = {{"/chain", "chain"},
+                         {"/outputs", "outputs"},
+                         {"/hot_path_ms/p99", "hot path\np99 ms"},
+                         {"/hot_path_ms/max", "hot path\nmax ms"},
+                         {"/age_ms/p99", "age\np99 ms"},
+                         {"/age_ms/max", "age\nmax ms"}};
+const Columns kThreads = {{"/process", "process"},
+                          {"/thread", "thread"},
+                          {"/name", "name"},
+                          {"/executor", "executor"},
+                          {"/policy", "policy"},
+                          {"/policy_before", "before"},
+                          {"/processors", "processors"},
+                          {"/cpu_ms_per_s", "CPU\nms/s", 1},
+                          {"/waited_ms_per_s", "waited\nms/s", 1},
+                          {"/withheld_ms_per_s", "withheld\nms/s", 1}};
 
 /// A cell of a table; "-": the row has no such field.
 std::string shown(const nlohmann::json& row, const Column& column) {
@@ -108,15 +96,17 @@ std::string shown(const nlohmann::json& row, const Column& column) {
   return value.is_number_float() ? program::fixed(value, column.decimals) : value.dump();
 }
 
-/// One line about all.
-std::string title_of(const nlohmann::json& report) {
-  std::string title = program::concat(program::fixed(report["time_s"], 0), " s: ", report["processes"],
-                                      " processes with nodes, ", report["threads"], " threads, ",
-                                      report["events"], " events");
-  for (const auto& [key, meaning] : {std::pair("dropped", "dropped"), std::pair("damaged", "damaged"),
-                                     std::pair("late", "late"), std::pair("ignored_entities", "ignored")})
-    if (report[key] > 0) title += program::concat(", ", report[key], " ", meaning);
-  return title;
+program::TextTable table_of(const nlohmann::json& rows, const std::string& title, const Columns& columns) {
+  std::vector<std::string> header;
+  for (const Column& column : columns) header.emplace_back(column.header);
+  program::TextTable table(title, header);
+  for (const nlohmann::json& row : rows) {
+    if (imports::is_housekeeping(row.value("topic", ""))) continue;  // every node has it
+    std::vector<program::TextTable::Cell> cells;
+    for (const Column& column : columns) cells.emplace_back(shown(row, column));
+    table.add_row(cells);
+  }
+  return table;
 }
 
 }  // namespace
@@ -125,7 +115,7 @@ void ObservationReport::follow(const ThreadReading& reading) {
   if (reading.facts.empty()) return;
   read_ = reading.at;
   for (const ThreadFacts& facts : reading.facts) {
-    FollowedThread& thread = followed_[facts.identity()];
+    FollowedThread& thread = followed_[{facts.key(), facts.started}];
     thread.facts = facts;
     thread.at = read_;
   }
@@ -211,21 +201,16 @@ void ObservationReport::rate(FollowedThread& thread) const {
 }
 
 std::vector<program::TextTable> ObservationReport::tables() const {
-  std::vector<program::TextTable> tables;
-  for (const Section& section : kSections) {
-    const nlohmann::json& rows = json_[section.key];
-    const bool callbacks = *section.title == '\0';
-    if (!callbacks && rows.empty()) continue;
-    std::vector<std::string> header;
-    for (const Column& column : section.columns) header.emplace_back(column.header);
-    program::TextTable& table = tables.emplace_back(callbacks ? title_of(json_) : section.title, header);
-    for (const nlohmann::json& row : rows) {
-      if (imports::is_housekeeping(row.value("topic", ""))) continue;  // every node has it
-      std::vector<program::TextTable::Cell> cells;
-      for (const Column& column : section.columns) cells.emplace_back(shown(row, column));
-      table.add_row(cells);
-    }
-  }
+  std::string title =
+      program::concat(program::fixed(json_["time_s"], 0), " s: ", json_["processes"],
+                      " processes with nodes, ", json_["threads"], " threads, ", json_["events"], " events");
+  for (const auto& [key, meaning] : {std::pair("dropped", "dropped"), std::pair("damaged", "damaged"),
+                                     std::pair("late", "late"), std::pair("ignored_entities", "ignored")})
+    if (json_[key] > 0) title += program::concat(", ", json_[key], " ", meaning);
+  std::vector<program::TextTable> tables = {table_of(json_["callbacks"], title, kCallbacks)};
+  if (!json_["chains"].empty()) tables.push_back(table_of(json_["chains"], "Chains", kChains));
+  if (!json_["executor_threads"].empty())
+    tables.push_back(table_of(json_["executor_threads"], "Threads", kThreads));
   return tables;
 }
 

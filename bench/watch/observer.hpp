@@ -114,7 +114,7 @@ class Observer : public tracing::Sink {
   void judge_publisher(std::uint32_t topic, bool known, const std::string& observed, Time at);
   [[nodiscard]] std::vector<Fact> jobs(Time since, Time until, const std::string& except);
 
-  // absence.cpp: what has not happened.
+  // What has not happened.
   /// Whether the end of a job that started then may be among lost events.
   [[nodiscard]] bool is_doubtful(Time start) const { return lost_at_ && start <= *lost_at_; }
   void judge_running(Time until);

@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "machine/proc_files.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/forked_task.hpp"
@@ -26,7 +27,6 @@
 #include "watch/flight_recorder.hpp"
 #include "watch/observation_report.hpp"
 #include "watch/observer.hpp"
-#include "watch/session.hpp"
 #include "watch/watched_program.hpp"
 
 namespace hotpath::watch {
@@ -52,6 +52,12 @@ constexpr const char* kClearTerminal = "\033[H\033[2J";
 
 volatile std::sig_atomic_t snapshot_requested = 0;
 
+/// The real-time clock minus that of Time, at this moment.
+Duration realtime_now() {
+  using namespace std::chrono;
+  return system_clock::now().time_since_epoch() - steady_clock::now().time_since_epoch();
+}
+
 std::unique_ptr<FlightRecorder> recorder_of(const WatchOptions& options) {
   if (options.record.empty()) return nullptr;
   program::check_output_folder(options.record, "", "--record");
@@ -64,12 +70,12 @@ class Watch {
  public:
   explicit Watch(const WatchOptions& options)
       : options_(options),
-        contract_(options.contract.empty() ? Contract{} : read_contract(options.contract)),
+        given_(options.contract.empty() ? Contract{} : read_contract(options.contract)),
         session_(is_attached() ? Meeting::attachable : Meeting::own),
         recorder_(recorder_of(options)),
         program_(is_attached() ? nullptr
                                : std::make_unique<WatchedProgram>(options.command, session_.name())),
-        observer_(contract_, recorder_.get(), realtime_now(),
+        observer_(given_, recorder_.get(), realtime_now(),
                   is_attached() ? std::optional(begin_) : std::nullopt) {
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
   }
@@ -111,6 +117,7 @@ class Watch {
  private:
   bool is_judged() const { return !options_.contract.empty(); }
   std::deque<Incident>& incidents() { return observer_.judge().incidents().kept(); }
+  bool is_lossy() const { return session_.losses().total() > 0; }
   bool is_attached() const { return options_.command.empty(); }
   bool is_time_over() const {
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
@@ -127,7 +134,8 @@ class Watch {
     if (!is_attached()) return;
     for (const std::uint32_t process : session_.found()) {
       if (named_.insert(process).second)
-        say(program::concat("attached to process ", process, " (", process_name(process), ")"));
+        say(program::concat("attached to process ", process, " (",
+                            machine::first_line(program::concat("/proc/", process, "/comm")), ")"));
     }
     if (named_.empty() && !std::exchange(waits_, true))
       say("no program runs with the sensor; waiting for one that is started with "
@@ -219,7 +227,7 @@ class Watch {
   void print_result() {
     if (!is_refreshed() && !options_.json) print_tables();
     if (is_judged() && !options_.json) {
-      std::cout << observer_.judge().table(session_.losses().total() > 0);
+      std::cout << observer_.judge().table(is_lossy());
       for (std::size_t i = 0; i < std::min(incidents().size(), kMostPrinted); ++i)
         print_incident(incidents()[i]);
       if (incidents().size() > kMostPrinted)
@@ -253,7 +261,7 @@ class Watch {
 
   void print_json() const {
     nlohmann::json line = report_.json();
-    if (is_judged()) line["contract"] = observer_.judge().json(session_.losses().total() > 0);
+    if (is_judged()) line["contract"] = observer_.judge().json(is_lossy());
     print_line(line);
   }
 
@@ -279,7 +287,7 @@ class Watch {
 
   const WatchOptions& options_;
   const Time begin_ = now();
-  const Contract contract_;
+  const Contract given_;
   Session session_;                                 // keeps the texts of the recorder's events
   const std::unique_ptr<FlightRecorder> recorder_;  // nullptr: no snapshots are written
   const std::unique_ptr<WatchedProgram> program_;   // nullptr: attached
@@ -303,7 +311,9 @@ class Watch {
 
 void watch(const WatchOptions& options) {
   if (options.print_environment) {
-    program::data_output() << attachable_environment() << std::flush;
+    for (const std::string& variable : sensor_variables(sensor::kAttachable))
+      program::data_output() << variable << "\n";
+    program::data_output() << std::flush;
     return;
   }
   Watch(options).run();
