@@ -46,7 +46,7 @@ void add_advise_command(CLI::App& app) {
         advise::advise(options);
       });
   o.contract = [](const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor) {
-    return watch::stated_contract(graph, tasks, executor);
+    return watch::contract_text(watch::stated_contract(graph, tasks, executor));
   };
   o.phases = Phases::random;
   o.duration_s = 10;

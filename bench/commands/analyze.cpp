@@ -18,7 +18,7 @@ void add_analyze_command(CLI::App& app) {
   auto contract = std::make_shared<std::string>();
   add_analyze_command(app, [contract](const guarantees::AnalyzeOptions& options) {
     program::catch_interrupts();
-    const std::string text = contract->empty() ? "" : watch::stated_contract(options);
+    const std::string text = contract->empty() ? "" : watch::contract_text(watch::stated_contract(options));
     guarantees::analyze(options, std::cout);
     if (!contract->empty()) program::write_output_file(*contract, "--contract", text);
   });

@@ -17,7 +17,7 @@ class Observing : public testing::Test {
   }
   WatchedSystem system;
   FlightRecorder recorder{std::chrono::milliseconds(22)};
-  Observer observer{nullptr, &recorder};
+  Observer observer{{}, &recorder};
 };
 
 TEST_F(Observing, KeepsTimesAndLossesOfCallbacks) {
@@ -56,7 +56,7 @@ TEST_F(Observing, MatchesSamplesOfHumble) {
 TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {
   system.run(1013, 2);
   system.run(1020, 1);
-  Observer attached(nullptr, nullptr, at_ms(1000));
+  Observer attached({}, nullptr, {}, at_ms(1000));
   for (const tracing::Event& event : system.events) attached.event(event);
   EXPECT_EQ(attached.callbacks()[0].response.max(), 5 * kMs);
   observe();
@@ -65,8 +65,7 @@ TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {
 
 TEST_F(Observing, SkipsTimestampsLikeRcl) {
   system.run(10, 1);
-  system.add(tracing::EventKind::callback_start, 15, {21});
-  system.add(tracing::EventKind::callback_end, 45, {21});
+  system.job(15, 30, 21);
   system.run(45, 1);  // due at 20; 30 and 40 are skipped
   system.run(50, 2);
   observe();
@@ -107,8 +106,7 @@ TEST_F(ObservingWaits, KnowNoTimestampIfTheTimerWasResetOrACallbackWithoutEvents
 TEST_F(ObservingWaits, CountFromTheJobIfTheThreadRanOthersMeanwhile) {
   for (int i = 0; i < 100; ++i) {
     wait(7 * i);
-    system.add(tracing::EventKind::callback_start, 7 * i + 1, {21});
-    system.add(tracing::EventKind::callback_end, 7 * i + 6, {21});
+    system.job(7 * i + 1, 5, 21);
   }
   wait(700);
   system.run(701, 2);
@@ -118,8 +116,7 @@ TEST_F(ObservingWaits, CountFromTheJobIfTheThreadRanOthersMeanwhile) {
 
 TEST_F(ObservingWaits, CountALongJobBeforeATimer) {
   wait(0);
-  system.add(tracing::EventKind::callback_start, 1, {21});
-  system.add(tracing::EventKind::callback_end, 500, {21});
+  system.job(1, 499, 21);
   wait(500);
   system.run(500.1, 1);
   EXPECT_EQ(responses(), 1U);
@@ -162,7 +159,7 @@ TEST_F(Observing, RecordsTheLastEventsWithTheirDescriptions) {
   ASSERT_EQ(events.size(), 9U + 3U * 7U - 1U) << "from 181 ms on: without the start of the job at 180 ms";
   EXPECT_EQ(events.front().kind, tracing::EventKind::timer_init);
   EXPECT_EQ(events.front().at, at_ms(180)) << "moved by whole periods";
-  Observer again(nullptr, nullptr);
+  Observer again({}, nullptr);
   for (const tracing::Event& event : events) again.event(event);
   EXPECT_EQ(again.callbacks()[0].execution.count(), 2U);
   EXPECT_EQ(again.callbacks()[0].response.max(), 2 * kMs);

@@ -109,7 +109,7 @@ class WatchedCase {
   CaseResult check(bool planted) {
     const UniformTimes times(tasks_.set, random_());
     if (!simulate(times)) return {};
-    if (!planted) return watch(times, "");
+    if (!planted) return watch(times, std::nullopt);
     std::vector<const JobRecord*> ran;
     for (const JobRecord& r : trace_.jobs)
       if (r.outcome == Outcome::ran && r.finish > r.start) ran.push_back(&r);
@@ -123,7 +123,7 @@ class WatchedCase {
     const auto overrun = std::ranges::find_if(
         trace_.jobs, [&](const JobRecord& r) { return r.job.ref() == job && r.outcome == Outcome::ran; });
     if (overrun == trace_.jobs.end() || overrun->start != begin) return {};  // the run ended before
-    return watch(longer, tasks_.set[job.task].name);
+    return watch(longer, job.task);
   }
 
  private:
@@ -165,36 +165,35 @@ class WatchedCase {
     return timers == TimerHandling::release_only || timers == TimerHandling::release_and_execute;
   }
 
-  /// `culprit`: the task whose job was planted; empty: none.
-  CaseResult watch(const ExecutionTimes& times, const std::string& culprit) {
+  /// `culprit`: the task whose job was planted.
+  CaseResult watch(const ExecutionTimes& times, std::optional<TaskId> culprit) {
     const imports::ExportedRun run = exported();
     const imports::RunEvents recorded = imports::events_of(run, false);
     const watch::Contract stated =
-        watch::parse_contract("a contract", watch::stated_contract(graph_, tasks_, executor_));
-    if (!culprit.empty() && !has_budget(stated, culprit)) return {};
-    planted_faults += culprit.empty() ? 0 : 1;
-    watch::ContractCheck contract(stated, Duration{});
-    watch::Observer observer(&contract, nullptr);
+        watch::parse_contract("a contract", contract_text(watch::stated_contract(graph_, tasks_, executor_)));
+    if (culprit && !has_budget(stated, *culprit)) return {};
+    planted_faults += culprit ? 1 : 0;
+    watch::Observer observer(stated, nullptr);
     SimulatedFacts facts(executor_, trace_, times);
     CaseResult result;
     std::optional<Time> next;
     for (const tracing::Event& event : recorded.events) {
       for (next = next.value_or(event.at); *next <= event.at; *next += kPoll) {
         observer.observed_until(*next, {});
-        contract.threads(facts.at(*next), *next);
+        observer.threads(facts.at(*next), *next);
       }
       observer.event(event);
       result.jobs += event.kind == tracing::EventKind::callback_end ? 1 : 0;
     }
-    const std::string said = contract.incident();
-    if (culprit.empty()) {
+    const std::string said = observer.judge().incident();
+    if (!culprit) {
       if (!said.empty()) result.wrong = "a false alarm: " + said;
       // rcl derives a timestamp before the cost of the dispatch, the watcher at the start after it.
       const bool exact = std::ranges::all_of(setup::parts(executor_), states_jobs) ||
                          graph_.platform.timer_dispatch_cost == Duration::zero();
-      if (said.empty() && exact && !splits_a_node()) result.wrong = differences(contract);
-    } else if (!names(said, culprit)) {
-      result.wrong = "an overrun of " + culprit + " is called: " + said;
+      if (said.empty() && exact && !splits_a_node()) result.wrong = differences(observer);
+    } else if (const std::string name = stated.callbacks[*culprit].name(); !tells_overrun(said, name)) {
+      result.wrong = "an overrun of " + name + " is called: " + said;
     }
     if (!result.wrong.empty())
       result.wrong += "\n" + graph_yaml(graph_) + deployment_text(executor_, tasks_.set);
@@ -203,26 +202,15 @@ class WatchedCase {
 
   /// Whether the contract limits the task's jobs to their worst case: not where threads of equal rank
   /// displace one another.
-  bool has_budget(const watch::Contract& contract, const std::string& culprit) const {
-    const auto task = std::ranges::find(tasks_.set.tasks, culprit, &Task::name);
-    const std::vector<watch::Term>& terms =
-        contract.callbacks[static_cast<std::size_t>(task - tasks_.set.tasks.begin())].terms;
-    return std::ranges::any_of(terms, [&](const watch::Term& term) {
-      return term.clause == watch::Clause::budget && term.limit == task->wcet.count();
-    });
+  bool has_budget(const watch::Contract& contract, TaskId task) const {
+    const watch::Term* const budget = find(contract.callbacks[task].terms, watch::Clause::budget);
+    return budget != nullptr && budget->limit == tasks_.set[task].wcet.count();
   }
 
-  /// Whether the sentence begins with an overrun of the task, after its instant.
-  bool names(const std::string& sentence, const std::string& culprit) const {
-    const auto task = std::ranges::find(tasks_.set.tasks, culprit, &Task::name);
-    const TaskOrigin& origin = tasks_.origin[static_cast<TaskId>(task - tasks_.set.tasks.begin())];
-    const Node& node = graph_.nodes[origin.node];
-    const std::string name =
-        node.name + (origin.input ? "/" + node.inputs[*origin.input].topic + " " : std::string(" (timer"));
-    const std::size_t subject = std::min(sentence.find(' '), sentence.size() - 1) + 1;
-    const std::size_t deed =
-        std::min(sentence.find(" ran ", subject), sentence.find(" has run for ", subject));
-    return sentence.substr(subject).starts_with(name) && deed != std::string::npos;
+  /// Whether the sentence tells an overrun of the callback, after its instant.
+  static bool tells_overrun(const std::string& sentence, const std::string& callback) {
+    const std::string told = sentence.substr(std::min(sentence.find(' '), sentence.size() - 1) + 1);
+    return told.starts_with(callback + " ran ") || told.starts_with(callback + " has run for ");
   }
 
   /// Whether several executors run callbacks of one node. Those that only store a sample take no time: a
@@ -252,7 +240,7 @@ class WatchedCase {
   }
 
   /// Latencies of chains, as the simulated messages have them.
-  std::string differences(watch::ContractCheck& contract) const {
+  std::string differences(const watch::Observer& observer) const {
     std::vector<std::uint64_t> outputs(graph_.chains.size());
     std::vector<Duration> age(outputs.size(), Duration(-1)), hot_path = age;
     for (const ChainRecord& c : join_chains(graph_, tasks_, trace_, observations_)) {
@@ -266,7 +254,7 @@ class WatchedCase {
     const bool exact_ages =
         !executor_.deployment || std::ranges::all_of(setup::parts(executor_), states_jobs);
     for (std::size_t c = 0; c < outputs.size(); ++c) {
-      const watch::ObservedChain& seen = contract.chains()[c];
+      const watch::ObservedChain& seen = observer.chains()[c];
       if (is_unseen(chains[c])) continue;
       const bool same_age = !exact_ages || seen.age.max() == age[c];
       if (seen.hot_path.count() == outputs[c] && same_age && seen.hot_path.max() == hot_path[c]) continue;

@@ -12,23 +12,19 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Node node(NodeType type, const std::string& name, Duration execution_time, const std::string& output) {
-  Node node;
-  node.type = type;
-  node.name = name;
-  node.execution_time = node.best_case_execution_time = execution_time;
-  node.outputs = {output};
-  return node;
-}
-
 Node sensor(const std::string& name, Duration period, Duration execution_time, const std::string& output) {
-  Node sensor = node(NodeType::sensor, name, execution_time, output);
+  Node sensor;
+  sensor.type = NodeType::sensor;
+  sensor.name = name;
   sensor.period = sensor.deadline = period;
+  sensor.execution_time = sensor.best_case_execution_time = execution_time;
+  sensor.outputs = {output};
   return sensor;
 }
 
 Node transform(const std::string& input, Duration execution_time) {
-  Node transform = node(NodeType::transform, "filter", execution_time, "filtered");
+  Node transform = sensor("filter", {}, execution_time, "filtered");
+  transform.type = NodeType::transform;
   transform.inputs.resize(1);
   transform.inputs.front().topic = input;
   transform.inputs.front().depth = 1;

@@ -32,16 +32,35 @@ struct WatchedSystem {
     add(K::publisher_init, 0, {13, 1, 14, 1}, {"/a", ""});
     create_timer(0);
     add(K::node_init, 0, {2, 4}, {"sink", "/space"});
-    add(K::subscription_init, 0, {20, 2, 23, 2}, {"/a", ""});
-    add(K::rclcpp_subscription_init, 0, {20, 22});
-    add(K::subscription_callback_added, 0, {22, 21});
+    create_subscription(0, 20, 2, "/a");
   }
 
-  /// Also again, after the timer has ended.
-  void create_timer(double ms) {
-    add(K::timer_init, ms, {10, 10'000'000});
-    add(K::timer_callback_added, ms, {10, 11});
-    add(K::timer_link_node, ms, {10, 1});
+  /// Its callback is the next handle. Also again, after the timer has ended.
+  void create_timer(double ms, std::uint64_t timer = 10, std::uint64_t period_ns = 10'000'000,
+                    std::uint64_t node = 1) {
+    add(K::timer_init, ms, {timer, period_ns});
+    add(K::timer_callback_added, ms, {timer, timer + 1});
+    add(K::timer_link_node, ms, {timer, node});
+  }
+  /// Its callback is the next handle, that of the middleware the third next.
+  void create_subscription(double ms, std::uint64_t handle, std::uint64_t node, const char* topic) {
+    add(K::subscription_init, ms, {handle, node, handle + 3, 2}, {topic, ""});
+    add(K::rclcpp_subscription_init, ms, {handle, handle + 2});
+    add(K::subscription_callback_added, ms, {handle + 2, handle + 1});
+  }
+  void create_service(double ms, std::uint64_t handle, std::uint64_t node, const char* name) {
+    add(K::service_init, ms, {handle, node}, {name, ""});
+    add(K::service_callback_added, ms, {handle, handle + 1});
+  }
+
+  void job(double start_ms, double length_ms, std::uint64_t callback) {
+    add(K::callback_start, start_ms, {callback});
+    add(K::callback_end, start_ms + length_ms, {callback});
+  }
+  /// A job of a subscription, by the handle of its callback.
+  void take(double ms, std::uint64_t published, double length_ms = 1, std::uint64_t callback = 21) {
+    add(K::rmw_take, ms, {callback + 2, 98, published, 1});
+    job(ms, length_ms, callback);
   }
 
   /// A job of the timer, which publishes at its end, and of the subscription directly after it.
@@ -51,10 +70,7 @@ struct WatchedSystem {
     add(K::rcl_publish, start_ms + length_ms, {13, 99});
     add(K::rmw_publish, start_ms + length_ms, {14, 99, stamp});
     add(K::callback_end, start_ms + length_ms, {11});
-    if (!taken) return;
-    add(K::rmw_take, start_ms + length_ms, {23, 98, stamp, 1});
-    add(K::callback_start, start_ms + length_ms, {21});
-    add(K::callback_end, start_ms + length_ms + 1, {21});
+    if (taken) take(start_ms + length_ms, stamp);
   }
 
   std::vector<tracing::Event> events;

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "watch/contract_check.hpp"
 #include "watch/observer.hpp"
 #include "watched_system.hpp"
 
@@ -48,7 +47,7 @@ threads:
 class Watching : public testing::Test {
  protected:
   explicit Watching(const std::string& contract = kContract)
-      : check(parse_contract("a contract", contract), Duration{}) {}
+      : observer(parse_contract("a contract", contract), nullptr) {}
   static void SetUpTestSuite() {
     setenv("TZ", "UTC", 1);
     tzset();
@@ -60,18 +59,24 @@ class Watching : public testing::Test {
     observe();
     observer.observed_until(at_ms(ms), losses);
   }
-  std::string verdict(const std::string& of, const std::string& term) {
-    const nlohmann::json stored = check.json({});
+  /// Of a callback, chain, thread or topic.
+  nlohmann::json term(const std::string& of, const std::string& term, bool lossy = false) {
+    const nlohmann::json stored = observer.judge().json(lossy);
     for (const nlohmann::json& t : stored["terms"])
       for (const char* kind : {"callback", "chain", "thread", "topic"})
-        if (t.value(kind, "") == of && t["term"] == term) return t["verdict"];
-    return "no such term";
+        if (t.value(kind, "") == of && t["term"] == term) return t;
+    return {{"verdict", "no such term"}};
   }
-  std::string incident() const { return check.incident(); }
+  std::string verdict(const std::string& of, const std::string& name, bool lossy = false) {
+    return term(of, name, lossy)["verdict"];
+  }
+  /// What broke first; empty: nothing.
+  std::string incident() const { return observer.judge().incident(); }
+  const std::deque<Incident>& incidents() { return observer.judge().incidents().kept(); }
   /// The other facts of the latest incident.
   std::vector<std::string> others() {
-    check.describe(observer.system(), true);
-    return check.incidents().back().facts();
+    observer.describe(true);
+    return incidents().back().facts();
   }
   ThreadFacts facts() const {
     ThreadFacts f;
@@ -83,8 +88,7 @@ class Watching : public testing::Test {
   }
 
   WatchedSystem system;
-  ContractCheck check;
-  Observer observer{&check, nullptr};
+  Observer observer;
   std::size_t observed = 0;
   Losses losses;
 };

@@ -23,8 +23,7 @@ std::vector<imports::HeldInputs> held_inputs(const Contract& contract, const Sta
     inputs.topic = topic;
     for (std::uint32_t c = 0; c < contract.callbacks.size(); ++c) {
       const CallbackContract& callback = contract.callbacks[c];
-      if (callback.node == node && std::ranges::find(with, callback.topic) != with.end())
-        inputs.of.push_back(c);
+      if (callback.node == node && std::ranges::count(with, callback.topic) > 0) inputs.of.push_back(c);
     }
     rules.push_back(std::move(inputs));
   }
@@ -37,13 +36,12 @@ std::vector<std::vector<TaskId>> next_of(const Contract& contract,
                                          const std::vector<imports::HeldInputs>& held) {
   std::vector<std::vector<TaskId>> next(contract.callbacks.size());
   for (TaskId reader = 0; reader < next.size(); ++reader) {
-    const std::string& topic = contract.callbacks[reader].topic;
     std::set<TaskId> with = {reader};
     for (const imports::HeldInputs& inputs : held)
       if (std::ranges::count(inputs.of, reader) > 0)
         with.insert(inputs.publishers.begin(), inputs.publishers.end());
     for (TaskId from = 0; from < next.size(); ++from)
-      if (std::ranges::count(contract.callbacks[from].publishes, topic, &StatedPublication::topic) > 0)
+      if (contract.callbacks[from].may_publish(contract.callbacks[reader].topic))
         next[from].insert(next[from].end(), with.begin(), with.end());
   }
   return next;
@@ -51,15 +49,16 @@ std::vector<std::vector<TaskId>> next_of(const Contract& contract,
 
 }  // namespace
 
-ChainCheck::ChainCheck(const Contract& contract, const StatedNames& names)
+ChainCheck::ChainCheck(const Contract& contract, const StatedNames& names, Judge& judge)
     : contract_(contract),
+      judge_(judge),
       jobs_(contract.callbacks.size()),
       observed_(contract.chains.size()),
-      follower_(follower(contract, names)) {}
+      follower_(follower(names)) {}
 
-imports::ChainFollower ChainCheck::follower(const Contract& contract, const StatedNames& names) {
+imports::ChainFollower ChainCheck::follower(const StatedNames& names) {
   std::vector<ChainIndex> chains;
-  for (const ChainContract& chain : contract.chains) {
+  for (const ChainContract& chain : contract_.chains) {
     ChainIndex& index = chains.emplace_back();
     index.sources.assign(chain.sources.begin(), chain.sources.end());
     index.sink_tasks.assign(chain.sinks.begin(), chain.sinks.end());
@@ -67,16 +66,16 @@ imports::ChainFollower ChainCheck::follower(const Contract& contract, const Stat
   }
   std::vector<std::size_t> unread(names.topics().size());
   std::vector<bool> publishing;
-  for (const CallbackContract& callback : contract.callbacks) {
+  for (const CallbackContract& callback : contract_.callbacks) {
     publishing.push_back(!callback.publishes.empty());
     const std::uint32_t topic = taken_.emplace_back(names.number_of(callback.topic));
-    const auto depth = std::ranges::find(callback.terms, Clause::depth, &Term::clause);
-    const std::int64_t samples = depth == callback.terms.end() ? 0 : depth->limit;
+    const Term* const depth = find(callback.terms, Clause::depth);
+    const std::int64_t samples = depth ? depth->limit : 0;
     const std::size_t most = imports::ChainFollower::most_unread(static_cast<std::uint32_t>(samples));
     if (topic != tracing::kNone) unread[topic] = std::max(unread[topic], most);
   }
-  std::vector<imports::HeldInputs> held = held_inputs(contract, names);
-  ChainLanes lanes(chains, next_of(contract, held));
+  std::vector<imports::HeldInputs> held = held_inputs(contract_, names);
+  ChainLanes lanes(chains, next_of(contract_, held));
   return {std::move(chains), std::move(held),
           std::move(unread), std::move(publishing),
           std::move(lanes),  [this](const ChainObservation& o) { pending_.push_back(o); }};
@@ -95,31 +94,41 @@ void ChainCheck::started(std::uint32_t entry, const tracing::Job& job, std::uint
   follower_.start(job.ref, {entry, number}, job.start, taken);
 }
 
-std::vector<ChainOutput> ChainCheck::ended(const tracing::Job& job) {
-  std::vector<ChainOutput> outputs;
+void ChainCheck::ended(const tracing::Job& job, bool judged) {
   const std::optional<JobRef> ref = follower_.end(job.ref, job.ended);
-  std::erase_if(pending_, [&](const ChainObservation& o) {
-    if (!ref || !(o.sink == *ref)) return false;
-    if (!job.ended) return true;
-    const std::optional<Time> oldest = oldest_source(o);
-    const ChainOutput& output = outputs.emplace_back(
-        ChainOutput{o.chain, o.sink_start, job.finish, o.sink_start - o.latest_source_start,
-                    oldest ? std::optional(job.finish - *oldest) : std::nullopt});
-    ObservedChain& observed = observed_[o.chain];
-    observed.hot_path.add(output.hot_path);
-    if (output.age) observed.age.add(*output.age);
-    return true;
+  std::erase_if(pending_, [&](const ChainObservation& output) {
+    const bool of_job = ref && output.sink == *ref;
+    if (of_job && job.ended) end(output, job, judged);
+    return of_job;
   });
-  return outputs;
 }
 
-std::optional<Time> ChainCheck::oldest_source(const ChainObservation& observation) const {
+void ChainCheck::end(const ChainObservation& output, const tracing::Job& sink, bool judged) {
+  ObservedChain& observed = observed_[output.chain];
+  Subject& chain = judge_.all(Kind::chain)[output.chain];
+  const Duration hot_path = output.sink_start - output.latest_source_start;
+  observed.hot_path.add(hot_path);
+  if (judged) {
+    chain.seen = true;
+    chain.compare(Clause::hot_path, hot_path.count(), output.sink_start);
+  }
+  const std::optional<Time> oldest = oldest_source(output);
+  if (!oldest) return;
+  const Duration age = sink.finish - *oldest;
+  observed.age.add(age);
+  if (!judged) return;
+  chain.compare(Clause::age, age.count(), sink.finish);
+  chain.compare(Clause::requirement, age.count(), sink.finish);
+}
+
+/// The timestamp of its job; std::nullopt: unknown.
+std::optional<Time> ChainCheck::oldest_source(const ChainObservation& output) const {
   std::optional<Time> oldest;
-  const std::vector<std::uint32_t>& sources = contract_.chains[observation.chain].sources;
+  const std::vector<std::uint32_t>& sources = contract_.chains[output.chain].sources;
   for (std::size_t s = 0; s < sources.size(); ++s) {
-    if (((observation.sources_seen >> s) & 1U) == 0) continue;
+    if (((output.sources_seen >> s) & 1U) == 0) continue;
     const std::deque<std::optional<Time>>& latest = source_jobs_.at(sources[s]);
-    const std::uint64_t first = jobs_[sources[s]] - latest.size(), number = observation.source_sequence[s];
+    const std::uint64_t first = jobs_[sources[s]] - latest.size(), number = output.source_sequence[s];
     if (number < first || number - first >= latest.size() || !latest[number - first]) return std::nullopt;
     oldest = std::min(oldest.value_or(Time::max()), *latest[number - first]);
   }

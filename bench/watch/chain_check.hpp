@@ -9,6 +9,7 @@
 
 #include "import/chain_follower.hpp"
 #include "program/latency_histogram.hpp"
+#include "watch/judge.hpp"
 #include "watch/stated_names.hpp"
 
 namespace hotpath::watch {
@@ -21,18 +22,11 @@ struct ObservedChain {
   program::LatencyHistogram age;  ///< Timestamp of the oldest source's job to the end of the sink's.
 };
 
-/// One output of a chain.
-struct ChainOutput {
-  std::uint32_t chain = 0;
-  Time start{}, finish{};  ///< Of the sink's job.
-  Duration hot_path{};
-  std::optional<Duration> age;  ///< std::nullopt: a source's timestamp is unknown.
-};
-
 /// Follows the data of a contract's chains through the jobs of a running system.
 class ChainCheck {
  public:
-  ChainCheck(const Contract& contract, const StatedNames& names);
+  /// The contract and the judge must outlive it.
+  ChainCheck(const Contract& contract, const StatedNames& names, Judge& judge);
   ChainCheck(const ChainCheck&) = delete;
   ChainCheck& operator=(const ChainCheck&) = delete;
 
@@ -42,20 +36,22 @@ class ChainCheck {
                std::optional<Time> timestamp);
   /// `topic`: its number among the stated ones.
   void published(const tracing::Job& job, std::uint32_t topic) { follower_.publish(job.ref, topic); }
-  /// The outputs of the job.
-  std::vector<ChainOutput> ended(const tracing::Job& job);
+  /// `judged`: whether the outputs of the job are compared with the contract.
+  void ended(const tracing::Job& job, bool judged);
 
   /// By chain of the contract.
-  [[nodiscard]] std::vector<ObservedChain>& chains() { return observed_; }
+  [[nodiscard]] const std::vector<ObservedChain>& chains() const { return observed_; }
 
  private:
   /// Jobs of a source that data may still come from.
   static constexpr std::size_t kRemembered = 4096;
 
-  imports::ChainFollower follower(const Contract& contract, const StatedNames& names);
-  [[nodiscard]] std::optional<Time> oldest_source(const ChainObservation& observation) const;
+  imports::ChainFollower follower(const StatedNames& names);
+  void end(const ChainObservation& output, const tracing::Job& sink, bool judged);
+  [[nodiscard]] std::optional<Time> oldest_source(const ChainObservation& output) const;
 
   const Contract& contract_;
+  Judge& judge_;
   std::vector<std::uint32_t> taken_;  // by entry: the stated topic that it takes; kNone: none
   std::vector<std::uint64_t> jobs_;   // by entry: number of the next job
   /// By entry: timestamps of the latest jobs of a source.

@@ -8,6 +8,7 @@
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/deployment.hpp"
+#include "hotpath/reference_system/graph_text.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
 #include "program/text.hpp"
@@ -21,157 +22,179 @@ constexpr const char* kRemedy =
 constexpr std::int64_t kMostTimers = 1000, kMostCount = 1'000'000;
 constexpr std::size_t kMostDistances = 100;
 
-class ContractReader {
- public:
-  explicit ContractReader(const std::string& file) : file_(file) {}
+/// Whether the file states the term by its own key.
+bool has_key(const ClauseTraits& clause) {
+  return clause.unit != Unit::stated || clause.value == Clause::publishes;
+}
 
-  Contract read(const std::string& text) {
-    YamlMap map(YamlValue(file_, read_yaml(file_, text, kRemedy), "the contract", 1), "the contract");
-    map.check_keys({"callbacks", "chains", "threads"});
-    for (const YamlValue& item :
-         map.require("callbacks", "[{node: NAME, budget_ms: {value: 5, from: given}}]").list("a callback")) {
-      contract_.callbacks.push_back(read_callback(item));
-      check_new(item, contract_.callbacks.back().name());
-    }
-    if (const auto chains = map.find("chains"))
-      for (const YamlValue& item : chains->items("a chain")) read_chain(item);
-    if (const auto threads = map.find("threads"))
-      for (const YamlValue& item : threads->items("threads")) read_thread(item);
-    return std::move(contract_);
+std::vector<std::string> keys(Kind of, Holders holders, std::vector<std::string> keys) {
+  for (const ClauseTraits& clause : kClauses)
+    if (clause.of == of && has_key(clause) && clause.holders == holders) keys.emplace_back(clause.text);
+  return keys;
+}
+
+void read_distances(const YamlValue& limit, Term& term) {
+  for (const YamlValue& distance : limit.list("a distance"))
+    term.further.push_back(distance.milliseconds(true).count());
+  if (term.further.size() > kMostDistances)
+    limit.fail(program::concat("it has ", term.further.size(), " distances"),
+               program::concat("give at most ", kMostDistances));
+  if (!std::ranges::is_sorted(term.further))
+    limit.fail("the distances do not ascend", "give those to the first, second, third next publication");
+  term.limit = term.further.front();
+  term.further.erase(term.further.begin());
+}
+
+void read_limit(const YamlValue& limit, Term& term) {
+  const ClauseTraits& traits = traits_of(term.clause);
+  if (term.clause == Clause::minimum_distance && limit.is_list()) return read_distances(limit, term);
+  if (traits.unit == Unit::ms) term.limit = limit.milliseconds(traits.zero).count();
+  if (traits.unit == Unit::count) term.limit = limit.integer(traits.zero ? 0 : 1, kMostCount);
+  if (traits.unit == Unit::processors)
+    for (const YamlValue& processor : limit.list("a processor"))
+      term.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
+  std::ranges::sort(term.processors);
+  if (traits.unit != Unit::policy) return;
+  try {
+    term.policy = parse_thread_policy(limit.text());
+  } catch (const std::invalid_argument& error) {
+    limit.fail("the policy `" + limit.text() + "` is invalid", error.what());
   }
+}
 
- private:
-  void check_new(const YamlValue& item, const std::string& name) {
-    if (!names_.insert(name).second)
-      item.fail("it is the second entry for " + name, "put all its terms into one entry");
+std::vector<Term> read_terms(const YamlMap& map, Kind of) {
+  std::vector<Term> terms;
+  for (const ClauseTraits& clause : kClauses) {
+    const auto value = map.find(clause.text);
+    if (clause.of != of || (has_key(clause) && !value)) continue;
+    Term& term = terms.emplace_back(Term{clause.value});
+    if (clause.unit == Unit::stated) continue;
+    YamlMap fields(*value, clause.text);
+    fields.check_keys({"value", "from"});
+    read_limit(fields.require("value", "5"), term);
+    term.origin = fields.require("from", "given").choice<Origin>();
   }
+  return terms;
+}
 
-  static CallbackContract read_callback(const YamlValue& item) {
-    YamlMap map(item, "a callback");
-    CallbackContract callback;
-    callback.node = map.require("node", "NAME").long_name();
-    map.set_what("the callback of node " + callback.node);
-    const auto topic = map.find("topic"), service = map.find("service");
-    if (topic && service) map.fail("it has a topic and a service", "give each an entry of its own");
-    callback.service = service.has_value();
-    std::vector<std::string> keys = {"node", "budget_ms", "maximum_distance_ms", "publishes", "response_ms"},
-                             others = {"timer", "period_ms"};
-    std::vector<std::string> of_subscriptions = {"topic", "service", "minimum_distance_ms", "depth", "lost"};
-    if (topic || service) std::swap(others, of_subscriptions);
-    keys.insert(keys.end(), others.begin(), others.end());
-    map.check_keys(keys, of_subscriptions);
-    if (topic || service) callback.topic = (topic ? topic : service)->topic();
-    if (const auto timer = map.find("timer"))
-      callback.timer = static_cast<std::uint32_t>(timer->integer(1, kMostTimers));
-    if (const auto publishes = map.find("publishes")) {
-      callback.terms.push_back({Clause::publishes, 1});
-      for (const YamlValue& p : publishes->items("a publication"))
-        callback.publishes.push_back(read_publication(p));
-    }
-    read_terms(map, callback.terms);
-    if (callback.terms.empty()) map.fail("it promises nothing", "add `budget_ms: {value: 5, from: given}`");
-    return callback;
+StatedPublication read_publication(const YamlValue& item) {
+  YamlMap map(item, "a publication");
+  map.check_keys({"topic", "with"});
+  StatedPublication publication{map.require("topic", "NAME").topic()};
+  if (const auto with = map.find("with"))
+    for (const YamlValue& topic : with->items("a topic")) publication.with.push_back(topic.topic());
+  return publication;
+}
+
+CallbackContract read_callback(const YamlValue& item) {
+  YamlMap map(item, "a callback");
+  CallbackContract callback;
+  callback.node = map.require("node", "NAME").long_name();
+  map.set_what("the callback of node " + callback.node);
+  const auto topic = map.find("topic"), service = map.find("service");
+  if (topic && service) map.fail("it has a topic and a service", "give each an entry of its own");
+  callback.service = service.has_value();
+  std::vector<std::string> own = keys(Kind::callback, Holders::timers, {"timer"}),
+                           other = keys(Kind::callback, Holders::subscriptions, {"topic", "service"});
+  if (topic || service) std::swap(own, other);
+  std::vector<std::string> known = keys(Kind::callback, Holders::all, {"node"});
+  known.insert(known.end(), own.begin(), own.end());
+  map.check_keys(known, other);
+  if (topic || service) callback.topic = (topic ? topic : service)->topic();
+  if (const auto timer = map.find("timer"))
+    callback.timer = static_cast<std::uint32_t>(timer->integer(1, kMostTimers));
+  if (const auto publishes = map.find(to_string(Clause::publishes)))
+    for (const YamlValue& p : publishes->items("a publication"))
+      callback.publishes.push_back(read_publication(p));
+  callback.terms = read_terms(map, Kind::callback);
+  if (callback.terms.empty()) map.fail("it promises nothing", "add `budget_ms: {value: 5, from: given}`");
+  return callback;
+}
+
+/// Indices of callbacks by their names.
+std::vector<std::uint32_t> read_names(const YamlMap& map, const char* key, const Contract& contract) {
+  std::vector<std::uint32_t> indices;
+  for (const YamlValue& name : map.require(key, "[NODE (timer), NODE/TOPIC]").list("a callback")) {
+    const auto named = std::ranges::find(contract.callbacks, name.text(), &CallbackContract::name);
+    if (named == contract.callbacks.end())
+      name.fail("no callback is called `" + name.text() + "`",
+                "the names are those of the list `callbacks`, for example `" +
+                    contract.callbacks.front().name() + "`");
+    indices.push_back(static_cast<std::uint32_t>(named - contract.callbacks.begin()));
   }
+  return indices;
+}
 
-  static StatedPublication read_publication(const YamlValue& item) {
-    YamlMap map(item, "a publication");
-    map.check_keys({"topic", "with"});
-    StatedPublication publication{map.require("topic", "NAME").topic()};
-    if (const auto with = map.find("with"))
-      for (const YamlValue& topic : with->items("a topic")) publication.with.push_back(topic.topic());
-    return publication;
+ChainContract read_chain(const YamlValue& item, const Contract& contract) {
+  YamlMap map(item, "a chain");
+  ChainContract chain{map.require("name", "NAME").long_name()};
+  map.set_what("the chain " + chain.name);
+  map.check_keys(keys(Kind::chain, Holders::all, {"name", "sources", "sinks"}));
+  chain.sources = read_names(map, "sources", contract);
+  chain.sinks = read_names(map, "sinks", contract);
+  if (chain.sources.size() > kMaxSources)
+    map.fail(program::concat(map.what(), " has ", chain.sources.size(), " sources"),
+             program::concat("name at most ", kMaxSources));
+  chain.terms = read_terms(map, Kind::chain);
+  return chain;
+}
+
+ThreadContract read_thread(const YamlValue& item, const Contract& contract) {
+  YamlMap map(item, "threads");
+  ThreadContract thread{map.require("name", "NAME").text()};
+  map.set_what("the threads of " + thread.name);
+  map.check_keys(keys(Kind::thread, Holders::all, {"name", "callbacks"}));
+  thread.callbacks = read_names(map, "callbacks", contract);
+  thread.terms = read_terms(map, Kind::thread);
+  return thread;
+}
+
+/// Lists and maps of terms are on one line.
+YAML::Node flow(YAML::NodeType::value type) {
+  YAML::Node node(type);
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
+YAML::Node limit_of(const Term& term) {
+  const Unit unit = traits_of(term.clause).unit;
+  if (unit == Unit::policy) return YAML::Node(to_string(term.policy));
+  if (unit == Unit::processors) return YAML::Node(term.processors);
+  if (unit == Unit::count) return YAML::Node(term.limit);
+  if (term.further.empty()) return YAML::Node(format_ms(Duration(term.limit)));
+  YAML::Node distances;
+  distances.push_back(format_ms(Duration(term.limit)));
+  for (const std::int64_t distance : term.further) distances.push_back(format_ms(Duration(distance)));
+  return distances;
+}
+
+YAML::Node node_of(const std::vector<StatedPublication>& publishes) {
+  YAML::Node all = flow(YAML::NodeType::Sequence);
+  for (const StatedPublication& p : publishes) {
+    YAML::Node publication;
+    publication["topic"] = p.topic;
+    for (const std::string& topic : p.with) publication["with"].push_back(topic);
+    all.push_back(publication);
   }
+  return all;
+}
 
-  static void read_terms(const YamlMap& map, std::vector<Term>& terms) {
-    for (const ClauseTraits& clause : kClauses) {
-      if (clause.unit == Unit::stated) continue;
-      if (const auto value = map.find(clause.text)) terms.push_back(read_term(*value, clause.value));
-    }
+void write_terms(const std::vector<Term>& terms, YAML::Node& subject,
+                 const std::vector<StatedPublication>& publishes = {}) {
+  for (const Term& term : terms) {
+    if (!has_key(traits_of(term.clause))) continue;
+    YAML::Node stated = flow(YAML::NodeType::Map);
+    stated["value"] = limit_of(term);
+    stated["from"] = to_string(term.origin);
+    subject[to_string(term.clause)] = term.clause == Clause::publishes ? node_of(publishes) : stated;
   }
+}
 
-  static Term read_term(const YamlValue& value, Clause clause) {
-    YamlMap map(value, std::string(to_string(clause)));
-    map.check_keys({"value", "from"});
-    Term term{clause};
-    read_limit(map.require("value", "5"), term);
-    term.origin = map.require("from", "given").choice<Origin>();
-    return term;
-  }
-
-  static void read_limit(const YamlValue& limit, Term& term) {
-    const ClauseTraits& traits = traits_of(term.clause);
-    if (term.clause == Clause::minimum_distance && limit.is_list()) return read_distances(limit, term);
-    if (traits.unit == Unit::ms) term.limit = limit.milliseconds(traits.zero).count();
-    if (traits.unit == Unit::count) term.limit = limit.integer(traits.zero ? 0 : 1, kMostCount);
-    if (traits.unit == Unit::processors)
-      for (const YamlValue& processor : limit.list("a processor"))
-        term.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
-    std::ranges::sort(term.processors);
-    if (traits.unit != Unit::policy) return;
-    try {
-      term.policy = parse_thread_policy(limit.text());
-    } catch (const std::invalid_argument& error) {
-      limit.fail("the policy `" + limit.text() + "` is invalid", error.what());
-    }
-  }
-
-  static void read_distances(const YamlValue& limit, Term& term) {
-    for (const YamlValue& distance : limit.list("a distance"))
-      term.further.push_back(distance.milliseconds(true).count());
-    if (term.further.size() > kMostDistances)
-      limit.fail(program::concat("it has ", term.further.size(), " distances"),
-                 program::concat("give at most ", kMostDistances));
-    if (!std::ranges::is_sorted(term.further))
-      limit.fail("the distances do not ascend", "give those to the first, second, third next publication");
-    term.limit = term.further.front();
-    term.further.erase(term.further.begin());
-  }
-
-  void read_chain(const YamlValue& item) {
-    YamlMap map(item, "a chain");
-    ChainContract chain{map.require("name", "NAME").long_name()};
-    map.set_what("the chain " + chain.name);
-    map.check_keys({"name", "sources", "sinks", "hot_path_ms", "age_ms", "requirement_ms"});
-    chain.sources = read_names(map, "sources");
-    chain.sinks = read_names(map, "sinks");
-    if (chain.sources.size() > kMaxSources)
-      map.fail(program::concat(map.what(), " has ", chain.sources.size(), " sources"),
-               program::concat("name at most ", kMaxSources));
-    read_terms(map, chain.terms);
-    check_new(item, "the chain " + chain.name);
-    contract_.chains.push_back(std::move(chain));
-  }
-
-  void read_thread(const YamlValue& item) {
-    YamlMap map(item, "threads");
-    ThreadContract thread{map.require("name", "NAME").text()};
-    map.set_what("the threads of " + thread.name);
-    map.check_keys({"name", "callbacks", "policy", "processors", "wait_ms"});
-    thread.callbacks = read_names(map, "callbacks");
-    thread.terms.push_back({Clause::serves});
-    read_terms(map, thread.terms);
-    check_new(item, "the threads of " + thread.name);
-    contract_.threads.push_back(std::move(thread));
-  }
-
-  /// Indices of callbacks by their names.
-  std::vector<std::uint32_t> read_names(const YamlMap& map, const std::string& key) const {
-    std::vector<std::uint32_t> indices;
-    for (const YamlValue& name : map.require(key, "[NODE (timer), NODE/TOPIC]").list("a callback")) {
-      const auto named = std::ranges::find(contract_.callbacks, name.text(), &CallbackContract::name);
-      if (named == contract_.callbacks.end())
-        name.fail("no callback is called `" + name.text() + "`",
-                  "the names are those of the list `callbacks`, for example `" +
-                      contract_.callbacks.front().name() + "`");
-      indices.push_back(static_cast<std::uint32_t>(named - contract_.callbacks.begin()));
-    }
-    return indices;
-  }
-
-  const std::string& file_;
-  Contract contract_;
-  std::set<std::string> names_;
-};
+YAML::Node names_of(const std::vector<std::uint32_t>& callbacks, const Contract& contract) {
+  YAML::Node names = flow(YAML::NodeType::Sequence);
+  for (const std::uint32_t callback : callbacks) names.push_back(contract.callbacks[callback].name());
+  return names;
+}
 
 }  // namespace
 
@@ -180,10 +203,73 @@ std::string CallbackContract::name() const {
   return timer == 1 ? node + " (timer)" : program::concat(node, " (timer ", timer, ")");
 }
 
+bool CallbackContract::may_publish(const std::string& published) const {
+  return std::ranges::count(publishes, published, &StatedPublication::topic) > 0;
+}
+
+const Term* find(const std::vector<Term>& terms, Clause clause) {
+  const auto term = std::ranges::find(terms, clause, &Term::clause);
+  return term == terms.end() ? nullptr : &*term;
+}
+
 Contract parse_contract(const std::string& file, const std::string& text) {
-  return ContractReader(file).read(text);
+  YamlMap map(YamlValue(file, read_yaml(file, text, kRemedy), "the contract", 1), "the contract");
+  map.check_keys({"callbacks", "chains", "threads"});
+  Contract contract;
+  std::set<std::string> names;
+  const auto check_new = [&](const YamlValue& item, const std::string& name) {
+    if (!names.insert(name).second)
+      item.fail("it is the second entry for " + name, "put all its terms into one entry");
+  };
+  for (const YamlValue& item :
+       map.require("callbacks", "[{node: NAME, budget_ms: {value: 5, from: given}}]").list("a callback")) {
+    contract.callbacks.push_back(read_callback(item));
+    check_new(item, contract.callbacks.back().name());
+  }
+  if (const auto chains = map.find("chains")) {
+    for (const YamlValue& item : chains->items("a chain")) {
+      contract.chains.push_back(read_chain(item, contract));
+      check_new(item, "the chain " + contract.chains.back().name);
+    }
+  }
+  if (const auto threads = map.find("threads")) {
+    for (const YamlValue& item : threads->items("threads")) {
+      contract.threads.push_back(read_thread(item, contract));
+      check_new(item, "the threads of " + contract.threads.back().name);
+    }
+  }
+  return contract;
 }
 
 Contract read_contract(const std::string& file) { return parse_contract(file, read_text_file(file)); }
+
+std::string contract_text(const Contract& contract) {
+  YAML::Node file;
+  for (const CallbackContract& callback : contract.callbacks) {
+    YAML::Node stated;
+    stated["node"] = callback.node;
+    if (!callback.topic.empty()) stated[callback.service ? "service" : "topic"] = callback.topic;
+    if (callback.timer > 1) stated["timer"] = callback.timer;
+    write_terms(callback.terms, stated, callback.publishes);
+    file["callbacks"].push_back(stated);
+  }
+  for (const ChainContract& chain : contract.chains) {
+    YAML::Node stated;
+    stated["name"] = chain.name;
+    stated["sources"] = names_of(chain.sources, contract);
+    stated["sinks"] = names_of(chain.sinks, contract);
+    write_terms(chain.terms, stated);
+    file["chains"].push_back(stated);
+  }
+  file["threads"] = YAML::Node(YAML::NodeType::Sequence);
+  for (const ThreadContract& thread : contract.threads) {
+    YAML::Node stated;
+    stated["name"] = thread.name;
+    stated["callbacks"] = names_of(thread.callbacks, contract);
+    write_terms(thread.terms, stated);
+    file["threads"].push_back(stated);
+  }
+  return YAML::Dump(file) + "\n";
+}
 
 }  // namespace hotpath::watch

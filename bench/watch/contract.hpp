@@ -7,7 +7,6 @@
 
 #include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/thread_policy.hpp"
-#include "hotpath/core/time.hpp"
 
 namespace hotpath::watch {
 
@@ -18,31 +17,35 @@ constexpr auto enum_texts(Origin) {
       {{Origin::given, "given"}, {Origin::measured, "measured"}, {Origin::derived, "derived"}});
 }
 
-/// What a contract says: assumptions, the bounds that follow from them, and requirements.
+/// What a term is about.
+enum class Kind : std::uint8_t { callback, chain, thread, topic };
+constexpr auto enum_texts(Kind) {
+  return std::to_array<EnumText<Kind>>({{Kind::callback, "callback"},
+                                        {Kind::chain, "chain"},
+                                        {Kind::thread, "thread"},
+                                        {Kind::topic, "topic"}});
+}
+
 enum class Clause : std::uint8_t {
-  // Of callbacks.
+  publishes,         ///< Most messages of a topic by one job, on the stated topics only.
   budget,            ///< Most time from start to end of a job.
   period,            ///< Of a timer.
   minimum_distance,  ///< Least time between two publications of a subscription's samples.
   maximum_distance,  ///< Most time between two starts of a timer's jobs, or two publications of samples.
   depth,             ///< Of a subscription's queue.
-  publishes,         ///< Most messages of a topic by one job, on the stated topics only.
-  response,          ///< Bound: most time from the timestamp of a job to its end.
-  lost,              ///< Bound: most samples that are overwritten unread.
-  // Of chains.
-  hot_path,     ///< Bound: most time from the start of the last source's job to the start of the sink's.
-  age,          ///< Bound: most time from the timestamp of the oldest source's job to the end of the sink's.
-  requirement,  ///< Most age that the system can do with.
-  // Of threads.
-  policy,      ///< Scheduling policy and priority.
-  processors,  ///< On which they may run.
-  wait,        ///< Most time in a second that a thread which could run has no processor.
-  serves,      ///< They run no other callbacks.
-  // Of topics.
-  publishers,  ///< No others publish the topic.
+  response,          ///< Most time from the timestamp of a job to its end.
+  lost,              ///< Most samples that are overwritten unread.
+  hot_path,          ///< Most time from the start of the last source's job to the start of the sink's.
+  age,               ///< Most time from the timestamp of the oldest source's job to the end of the sink's.
+  requirement,       ///< Most age that the system can do with.
+  serves,            ///< Threads run no other callbacks.
+  policy,            ///< Scheduling policy and priority.
+  processors,        ///< On which threads may run.
+  wait,              ///< Most time in a second that a thread which could run has no processor.
+  publishers,        ///< No others publish the topic.
 };
 
-/// What a fact of an incident is. Terms are assumptions, bounds or requirements.
+/// What a fact of an incident is. Terms are assumptions, the bounds that follow, or requirements.
 enum class Role : std::uint8_t {
   standstill,  ///< A process is gone, or a callback or a thread does not run.
   assumption,
@@ -57,47 +60,56 @@ enum class Unit : std::uint8_t { ms, count, processors, policy, stated };
 /// How an observed value has to compare with the limit.
 enum class Comparison : std::uint8_t { at_most, at_least, equal };
 
-/// How a clause is written, compared and told.
+/// The callbacks that may have a term.
+enum class Holders : std::uint8_t { all, timers, subscriptions };
+
+/// A term: how it is written, compared and told.
 struct ClauseTraits {
   Clause value;
   const char* text;  ///< Key in files and in JSON.
+  Kind of;
   Unit unit;
   bool zero = false;  ///< Whether the limit may be 0.
   Role role = Role::assumption;
-  Comparison comparison = Comparison::at_most;
   const char* deed = " ";  ///< In sentences, between the subject and the observed value.
+  Comparison comparison = Comparison::at_most;
+  Holders holders = Holders::all;
 };
 
-/// By clause. A bound is 0 for a callback that only stores its sample and always goes first.
+/// By clause, in the order of verdicts. A bound is 0 for a callback that only stores its sample and always
+/// goes first.
 inline constexpr auto kClauses = [] {
-  using C = Clause;
-  constexpr auto kAssumption = Role::assumption, kBound = Role::bound;
-  constexpr auto kMost = Comparison::at_most, kLeast = Comparison::at_least, kEqual = Comparison::equal;
+  using enum Clause;
+  constexpr Unit kMs = Unit::ms, kCount = Unit::count, kStated = Unit::stated;
+  constexpr Kind kCallback = Kind::callback, kChain = Kind::chain, kThread = Kind::thread;
+  constexpr Role kAssumption = Role::assumption, kBound = Role::bound;
+  constexpr Comparison kMost = Comparison::at_most, kLeast = Comparison::at_least, kEqual = Comparison::equal;
+  constexpr Holders kTimers = Holders::timers, kSubscriptions = Holders::subscriptions;
   return std::to_array<ClauseTraits>({
-      {C::budget, "budget_ms", Unit::ms, false, kAssumption, kMost, " ran "},
-      {C::period, "period_ms", Unit::ms, false, kAssumption, kEqual, " has a period of "},
-      {C::minimum_distance, "minimum_distance_ms", Unit::ms, true, kAssumption, kLeast,
-       " got samples at a distance of "},
-      {C::maximum_distance, "maximum_distance_ms", Unit::ms, false, kAssumption, kMost, " got nothing for "},
-      {C::depth, "depth", Unit::count, false, kAssumption, kEqual, " has a queue depth of "},
-      {C::publishes, "publishes", Unit::stated},
-      {C::response, "response_ms", Unit::ms, true, kBound, kMost, " responded after "},
-      {C::lost, "lost", Unit::count, true, kBound, kMost, " lost samples: "},
-      {C::hot_path, "hot_path_ms", Unit::ms, true, kBound, kMost, " took "},
-      {C::age, "age_ms", Unit::ms, true, kBound, kMost, " took "},
-      {C::requirement, "requirement_ms", Unit::ms, false, Role::requirement, kMost, " took "},
-      {C::policy, "policy", Unit::policy},
-      {C::processors, "processors", Unit::processors},
-      {C::wait, "wait_ms", Unit::ms, true, kAssumption, kMost, " waited for a processor for "},
-      {C::serves, "serves", Unit::stated},
-      {C::publishers, "publishers", Unit::stated},
+      {publishes, "publishes", kCallback, kStated},
+      {budget, "budget_ms", kCallback, kMs, false, kAssumption, " ran "},
+      {period, "period_ms", kCallback, kMs, false, kAssumption, " has a period of ", kEqual, kTimers},
+      {minimum_distance, "minimum_distance_ms", kCallback, kMs, true, kAssumption,
+       " got samples at a distance of ", kLeast, kSubscriptions},
+      {maximum_distance, "maximum_distance_ms", kCallback, kMs, false, kAssumption, " got nothing for "},
+      {depth, "depth", kCallback, kCount, false, kAssumption, " has a queue depth of ", kEqual,
+       kSubscriptions},
+      {response, "response_ms", kCallback, kMs, true, kBound, " responded after "},
+      {lost, "lost", kCallback, kCount, true, kBound, " lost samples: ", kMost, kSubscriptions},
+      {hot_path, "hot_path_ms", kChain, kMs, true, kBound, " took "},
+      {age, "age_ms", kChain, kMs, true, kBound, " took "},
+      {requirement, "requirement_ms", kChain, kMs, false, Role::requirement, " took "},
+      {serves, "serves", kThread, kStated},
+      {policy, "policy", kThread, Unit::policy},
+      {processors, "processors", kThread, Unit::processors},
+      {wait, "wait_ms", kThread, kMs, true, kAssumption, " waited for a processor for "},
+      {publishers, "publishers", Kind::topic, kStated},
   });
 }();
 constexpr auto enum_texts(Clause) { return kClauses; }
 [[nodiscard]] constexpr const ClauseTraits& traits_of(Clause clause) {
   return kClauses[static_cast<std::size_t>(clause)];
 }
-[[nodiscard]] constexpr Role role_of(Clause clause) { return traits_of(clause).role; }
 
 struct Term {
   Clause clause;
@@ -108,6 +120,8 @@ struct Term {
   ThreadPolicy policy = {};          ///< policy.
   std::vector<int> processors = {};  ///< processors: ascending.
 };
+/// nullptr: there is none of this clause.
+[[nodiscard]] const Term* find(const std::vector<Term>& terms, Clause clause);
 
 /// A topic that a callback publishes, at most once in each job.
 struct StatedPublication {
@@ -127,6 +141,8 @@ struct CallbackContract {
 
   /// `Node/topic`, `Node/name (service)`, `Node (timer)` or `Node (timer 2)`.
   [[nodiscard]] std::string name() const;
+  /// Whether the contract lets it publish the topic.
+  [[nodiscard]] bool may_publish(const std::string& published) const;
 };
 
 /// A path of data. Callbacks are indices into the contract's.
@@ -153,5 +169,7 @@ struct Contract {
 /// Throw InputError, which names file, line and remedy. `text`: the content of the file.
 [[nodiscard]] Contract read_contract(const std::string& file);
 [[nodiscard]] Contract parse_contract(const std::string& file, const std::string& text);
+/// As YAML: the inverse.
+[[nodiscard]] std::string contract_text(const Contract& contract);
 
 }  // namespace hotpath::watch

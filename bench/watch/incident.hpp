@@ -1,21 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <ctime>
 #include <deque>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "program/text.hpp"
 #include "watch/contract.hpp"
 
 namespace hotpath::watch {
 
-/// The real-time clock minus that of Time, at this moment.
-[[nodiscard]] Duration realtime_now();
 /// Local time, `12:00:01.123`. `realtime`: the real-time clock minus that of Time.
-[[nodiscard]] std::string time_of_day(Time at, Duration realtime);
+[[nodiscard]] inline std::string time_of_day(Time at, Duration realtime) {
+  const auto ms = std::chrono::floor<std::chrono::milliseconds>(at.time_since_epoch() + realtime);
+  const auto s = std::chrono::floor<std::chrono::seconds>(ms);
+  const std::time_t seconds = s.count();
+  std::tm local{};
+  localtime_r(&seconds, &local);
+  return program::text("%02d:%02d:%02d.%03d", local.tm_hour, local.tm_min, local.tm_sec,
+                       static_cast<int>((ms - s).count()));
+}
+
+/// `5.000 ms`.
+[[nodiscard]] inline std::string shown_ms(Duration duration) {
+  return program::fixed(to_ms(duration), 3) + " ms";
+}
 
 class JudgedTerm;
 
@@ -28,38 +43,75 @@ struct Fact {
   Time since = at, until = at;       ///< Begin and end of what the sentence tells.
 };
 
-/// What broke first, and what else was observed meanwhile.
+/// Facts: what broke first, and what else was observed meanwhile.
 class Incident {
  public:
-  /// `realtime`: for times of day.
+  /// `number`: counts the incidents of a system from 1. `realtime`: for times of day.
   Incident(std::uint64_t number, Duration realtime) : number_(number), realtime_(realtime) {}
 
   /// A broken term, of which only the first breach is a fact, or a standstill. `is_new`: false: a breach that
   /// was added before its end has ended.
-  void add(Fact breach, bool is_new);
+  void add(Fact breach, bool is_new) {
+    last_ = std::max(last_, breach.until);
+    breaches_ += is_new ? 1 : 0;
+    const auto same =
+        std::ranges::find_if(facts_, [&](const Fact& f) { return f.term && f.term == breach.term; });
+    const bool again = same != facts_.end();
+    if (again && order_of(*same) < order_of(breach)) return;
+    const bool is_first =
+        facts_.empty() || order_of(breach) < order_of(first()) || (again && &*same == &first());
+    if (again) facts_.erase(same);
+    if (is_first) std::erase_if(facts_, [](const Fact& f) { return f.role == Role::circumstance; });
+    described_ = described_ && !is_first;
+    if (is_first || facts_.size() < kMostFacts) insert(std::move(breach));
+  }
   /// Adds the circumstances of what broke first.
-  void describe(const std::vector<Fact>& circumstances);
+  void describe(const std::vector<Fact>& circumstances) {
+    for (const Fact& fact : circumstances) insert(fact);
+    described_ = news_ = true;
+  }
   /// Whether it has the circumstances of what broke first so far.
   [[nodiscard]] bool is_described() const { return described_; }
+  /// Whether what broke first has circumstances that it had not the last time.
+  bool take_news() { return std::exchange(news_, false); }
 
-  /// Counts the incidents of a system from 1.
   [[nodiscard]] std::uint64_t number() const { return number_; }
   [[nodiscard]] Time last() const { return last_; }
   [[nodiscard]] std::uint64_t breaches() const { return breaches_; }
-  /// Whether what broke first has circumstances that it had not the last time.
-  bool take_news() { return std::exchange(news_, false); }
   /// The first standstill, or else the first broken term.
-  [[nodiscard]] const Fact& first() const;
+  [[nodiscard]] const Fact& first() const { return *std::ranges::min_element(facts_, {}, order_of); }
   /// The instant and the sentence of what broke first.
   [[nodiscard]] std::string text() const { return stated(first()); }
   /// The same of all other facts, in the order of time.
-  [[nodiscard]] std::vector<std::string> facts() const;
-  [[nodiscard]] nlohmann::json json() const;
+  [[nodiscard]] std::vector<std::string> facts() const {
+    std::vector<std::string> others;
+    for (const Fact& fact : facts_)
+      if (&fact != &first()) others.push_back(stated(fact));
+    return others;
+  }
+  [[nodiscard]] nlohmann::json json() const {
+    return {{"number", number_},
+            {"at", time_of_day(first().at, realtime_)},
+            {"last", time_of_day(last_, realtime_)},
+            {"breaches", breaches_},
+            {"incident", text()},
+            {"facts", facts()}};
+  }
 
  private:
   static constexpr std::size_t kMostFacts = 20;
-  void insert(Fact fact);
-  [[nodiscard]] std::string stated(const Fact& fact) const;
+
+  /// In this order a fact is what broke first: a standstill precedes terms, and these circumstances.
+  static std::tuple<Role, Time, Role> order_of(const Fact& fact) {
+    const bool is_term = fact.role != Role::standstill && fact.role != Role::circumstance;
+    return {is_term ? Role::assumption : fact.role, fact.at, fact.role};
+  }
+  void insert(Fact fact) {
+    facts_.insert(std::ranges::upper_bound(facts_, fact.at, {}, &Fact::at), std::move(fact));
+  }
+  [[nodiscard]] std::string stated(const Fact& fact) const {
+    return time_of_day(fact.at, realtime_) + " " + fact.sentence;
+  }
 
   std::uint64_t number_;
   Duration realtime_;        // of its beginning: somebody may set the clock later
@@ -75,7 +127,15 @@ class Incidents {
   static constexpr Duration kPause = std::chrono::seconds(2);
   static constexpr std::size_t kMost = 100;
 
-  void add(Fact breach, bool is_new = true);
+  /// `realtime`: of incidents that begin before set_realtime().
+  explicit Incidents(Duration realtime = {}) : realtime_(realtime) {}
+  void add(Fact breach, bool is_new = true) {
+    if (kept_.empty() || breach.at > kept_.back().last() + kPause) {
+      kept_.emplace_back(count() + 1, realtime_);
+      if (kept_.size() > kMost) kept_.erase(kept_.begin() + 1);
+    }
+    kept_.back().add(std::move(breach), is_new);
+  }
   /// Of incidents that begin from now on.
   void set_realtime(Duration offset) { realtime_ = offset; }
   [[nodiscard]] Duration realtime() const { return realtime_; }
@@ -87,7 +147,7 @@ class Incidents {
 
  private:
   std::deque<Incident> kept_;
-  Duration realtime_{};
+  Duration realtime_;
 };
 
 }  // namespace hotpath::watch

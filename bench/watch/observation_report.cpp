@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "watch/observation_report.hpp"
 
-#include <array>
 #include <string>
 
 #include "hotpath/core/time.hpp"
 #include "import/recorded_graph.hpp"
 #include "program/text.hpp"
+#include "watch/stated_names.hpp"
 
 namespace hotpath::watch {
 
@@ -41,11 +41,11 @@ nlohmann::json named(const tracing::System& system, const tracing::Callback& cal
   return fields;
 }
 
-nlohmann::json chains_of(ContractCheck& contract) {
+nlohmann::json chains_of(const Observer& observer) {
   nlohmann::json rows = nlohmann::json::array();
-  for (std::uint32_t c = 0; c < contract.chains().size(); ++c) {
-    const ObservedChain& observed = contract.chains()[c];
-    rows.push_back({{"chain", contract.contract().chains[c].name},
+  for (std::uint32_t c = 0; c < observer.chains().size(); ++c) {
+    const ObservedChain& observed = observer.chains()[c];
+    rows.push_back({{"chain", observer.contract().chains[c].name},
                     {"outputs", observed.hot_path.count()},
                     {"hot_path_ms", stored_ms(observed.hot_path)},
                     {"age_ms", stored_ms(observed.age)}});
@@ -53,48 +53,37 @@ nlohmann::json chains_of(ContractCheck& contract) {
   return rows;
 }
 
-/// What a table shows of the rows of JSON.
+/// What a table shows of the rows of JSON: a pointer into the row, and the header.
 struct Column {
-  const char* path;  ///< JSON pointer.
-  const char* header;
+  const char *path, *header;
   int decimals = 3;
 };
-struct Section {
-  const char* key;
-  const char* title;  ///< Empty: that of the report.
-  std::vector<Column> columns;
-};
+using Columns = std::vector<Column>;
 
-const std::array<Section, 3> kSections = {{{"callbacks",
-                                            "",
-                                            {{"/name", "callback"},
-                                             {"/rate", "jobs/s", 1},
-                                             {"/jobs", "jobs"},
-                                             {"/lost", "lost"},
-                                             {"/execution_ms/p99", "execution\np99 ms"},
-                                             {"/execution_ms/max", "execution\nmax ms"},
-                                             {"/response_ms/p99", "response\np99 ms"},
-                                             {"/response_ms/max", "response\nmax ms"}}},
-                                           {"chains",
-                                            "Chains",
-                                            {{"/chain", "chain"},
-                                             {"/outputs", "outputs"},
-                                             {"/hot_path_ms/p99", "hot path\np99 ms"},
-                                             {"/hot_path_ms/max", "hot path\nmax ms"},
-                                             {"/age_ms/p99", "age\np99 ms"},
-                                             {"/age_ms/max", "age\nmax ms"}}},
-                                           {"executor_threads",
-                                            "Threads",
-                                            {{"/process", "process"},
-                                             {"/thread", "thread"},
-                                             {"/name", "name"},
-                                             {"/executor", "executor"},
-                                             {"/policy", "policy"},
-                                             {"/policy_before", "before"},
-                                             {"/processors", "processors"},
-                                             {"/cpu_ms_per_s", "CPU\nms/s", 1},
-                                             {"/waited_ms_per_s", "waited\nms/s", 1},
-                                             {"/withheld_ms_per_s", "withheld\nms/s", 1}}}}};
+const Columns kCallbacks = {{"/name", "callback"},
+                            {"/rate", "jobs/s", 1},
+                            {"/jobs", "jobs"},
+                            {"/lost", "lost"},
+                            {"/execution_ms/p99", "execution\np99 ms"},
+                            {"/execution_ms/max", "execution\nmax ms"},
+                            {"/response_ms/p99", "response\np99 ms"},
+                            {"/response_ms/max", "response\nmax ms"}};
+const Columns kChains = {{"/chain", "chain"},
+                         {"/outputs", "outputs"},
+                         {"/hot_path_ms/p99", "hot path\np99 ms"},
+                         {"/hot_path_ms/max", "hot path\nmax ms"},
+                         {"/age_ms/p99", "age\np99 ms"},
+                         {"/age_ms/max", "age\nmax ms"}};
+const Columns kThreads = {{"/process", "process"},
+                          {"/thread", "thread"},
+                          {"/name", "name"},
+                          {"/executor", "executor"},
+                          {"/policy", "policy"},
+                          {"/policy_before", "before"},
+                          {"/processors", "processors"},
+                          {"/cpu_ms_per_s", "CPU\nms/s", 1},
+                          {"/waited_ms_per_s", "waited\nms/s", 1},
+                          {"/withheld_ms_per_s", "withheld\nms/s", 1}};
 
 /// A cell of a table; "-": the row has no such field.
 std::string shown(const nlohmann::json& row, const Column& column) {
@@ -107,15 +96,17 @@ std::string shown(const nlohmann::json& row, const Column& column) {
   return value.is_number_float() ? program::fixed(value, column.decimals) : value.dump();
 }
 
-/// One line about all.
-std::string title_of(const nlohmann::json& report) {
-  std::string title = program::concat(program::fixed(report["time_s"], 0), " s: ", report["processes"],
-                                      " processes with nodes, ", report["threads"], " threads, ",
-                                      report["events"], " events");
-  for (const auto& [key, meaning] : {std::pair("dropped", "dropped"), std::pair("damaged", "damaged"),
-                                     std::pair("late", "late"), std::pair("ignored_entities", "ignored")})
-    if (report[key] > 0) title += program::concat(", ", report[key], " ", meaning);
-  return title;
+program::TextTable table_of(const nlohmann::json& rows, const std::string& title, const Columns& columns) {
+  std::vector<std::string> header;
+  for (const Column& column : columns) header.emplace_back(column.header);
+  program::TextTable table(title, header);
+  for (const nlohmann::json& row : rows) {
+    if (imports::is_housekeeping(row.value("topic", ""))) continue;  // every node has it
+    std::vector<program::TextTable::Cell> cells;
+    for (const Column& column : columns) cells.emplace_back(shown(row, column));
+    table.add_row(cells);
+  }
+  return table;
 }
 
 }  // namespace
@@ -124,15 +115,14 @@ void ObservationReport::follow(const ThreadReading& reading) {
   if (reading.facts.empty()) return;
   read_ = reading.at;
   for (const ThreadFacts& facts : reading.facts) {
-    FollowedThread& thread = followed_[facts.identity()];
+    FollowedThread& thread = followed_[{facts.key(), facts.started}];
     thread.facts = facts;
     thread.at = read_;
   }
   std::erase_if(followed_, [&](const auto& thread) { return thread.second.at + kEnding < read_; });
 }
 
-void ObservationReport::update(Observer& observer, const Session& session, ContractCheck* contract,
-                               Duration now) {
+void ObservationReport::update(const Observer& observer, const Session& session, Duration now) {
   const Losses losses = session.losses();
   json_ = {{"time_s", to_ms(now) / 1000},
            {"processes", observer.system().processes.size() + observer.system().ended_processes},
@@ -141,13 +131,13 @@ void ObservationReport::update(Observer& observer, const Session& session, Contr
            {"dropped", losses.dropped},
            {"damaged", losses.damaged},
            {"late", losses.late},
-           {"ignored_entities", observer.ignored()},
+           {"ignored_entities", observer.system().ignored},
            {"callbacks", callbacks(observer, now)},
-           {"chains", contract != nullptr ? chains_of(*contract) : nlohmann::json::array()},
-           {"executor_threads", threads(contract)}};
+           {"chains", chains_of(observer)},
+           {"executor_threads", threads(observer)}};
 }
 
-nlohmann::json ObservationReport::callbacks(Observer& observer, Duration now) {
+nlohmann::json ObservationReport::callbacks(const Observer& observer, Duration now) {
   const double seconds = to_ms(now - rated_at_) / 1000;
   const bool rates = seconds > 0 && (rated_at_ == Duration::zero() || now - rated_at_ >= kShortest);
   if (rates && !whole_) rated_at_ = now;
@@ -171,7 +161,7 @@ nlohmann::json ObservationReport::callbacks(Observer& observer, Duration now) {
   return rows;
 }
 
-nlohmann::json ObservationReport::threads(const ContractCheck* contract) {
+nlohmann::json ObservationReport::threads(const Observer& observer) {
   nlohmann::json rows = nlohmann::json::array();
   for (auto& [identity, thread] : followed_) {
     const ThreadFacts& of = thread.facts;
@@ -180,7 +170,7 @@ nlohmann::json ObservationReport::threads(const ContractCheck* contract) {
     rows.push_back({{"process", of.process},
                     {"thread", of.thread},
                     {"name", of.name},
-                    {"executor", contract != nullptr ? contract->executor_of(of.key()) : ""},
+                    {"executor", observer.executor_of(of.key())},
                     {"policy", to_string(of.policy)},
                     {"policy_before", changed ? nlohmann::json(to_string(thread.first_policy)) : nullptr},
                     {"processors", of.processors},
@@ -211,21 +201,16 @@ void ObservationReport::rate(FollowedThread& thread) const {
 }
 
 std::vector<program::TextTable> ObservationReport::tables() const {
-  std::vector<program::TextTable> tables;
-  for (const Section& section : kSections) {
-    const nlohmann::json& rows = json_[section.key];
-    const bool callbacks = *section.title == '\0';
-    if (!callbacks && rows.empty()) continue;
-    std::vector<std::string> header;
-    for (const Column& column : section.columns) header.emplace_back(column.header);
-    program::TextTable& table = tables.emplace_back(callbacks ? title_of(json_) : section.title, header);
-    for (const nlohmann::json& row : rows) {
-      if (imports::is_housekeeping(row.value("topic", ""))) continue;  // every node has it
-      std::vector<program::TextTable::Cell> cells;
-      for (const Column& column : section.columns) cells.emplace_back(shown(row, column));
-      table.add_row(cells);
-    }
-  }
+  std::string title =
+      program::concat(program::fixed(json_["time_s"], 0), " s: ", json_["processes"],
+                      " processes with nodes, ", json_["threads"], " threads, ", json_["events"], " events");
+  for (const auto& [key, meaning] : {std::pair("dropped", "dropped"), std::pair("damaged", "damaged"),
+                                     std::pair("late", "late"), std::pair("ignored_entities", "ignored")})
+    if (json_[key] > 0) title += program::concat(", ", json_[key], " ", meaning);
+  std::vector<program::TextTable> tables = {table_of(json_["callbacks"], title, kCallbacks)};
+  if (!json_["chains"].empty()) tables.push_back(table_of(json_["chains"], "Chains", kChains));
+  if (!json_["executor_threads"].empty())
+    tables.push_back(table_of(json_["executor_threads"], "Threads", kThreads));
   return tables;
 }
 

@@ -9,8 +9,6 @@
 
 #include "program/text_table.hpp"
 #include "watch/observer.hpp"
-#include "watch/session.hpp"
-#include "watch/thread_facts.hpp"
 
 namespace hotpath::watch {
 
@@ -23,9 +21,9 @@ class ObservationReport {
   /// Facts for the next update. Those of threads that have just ended stay, because their process may be
   /// about to end; when all have ended, the last ones stay.
   void follow(const ThreadReading& reading);
-  /// `contract`: nullptr: none; `now`: since the beginning. Rates of less than half a second since those
-  /// before are not shown: the previous ones stay.
-  void update(Observer& observer, const Session& session, ContractCheck* contract, Duration now);
+  /// `now`: since the beginning. Rates of less than half a second since those before are not shown: the
+  /// previous ones stay.
+  void update(const Observer& observer, const Session& session, Duration now);
 
   /// Callbacks that ran or lost samples, then chains of the contract and threads, if there are any.
   [[nodiscard]] std::vector<program::TextTable> tables() const;
@@ -38,13 +36,13 @@ class ObservationReport {
     ThreadPolicy first_policy;
     double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
   };
-  [[nodiscard]] nlohmann::json callbacks(Observer& observer, Duration now);
-  [[nodiscard]] nlohmann::json threads(const ContractCheck* contract);
+  [[nodiscard]] nlohmann::json callbacks(const Observer& observer, Duration now);
+  [[nodiscard]] nlohmann::json threads(const Observer& observer);
   void rate(FollowedThread& thread) const;
 
   const bool whole_;
   nlohmann::json json_;
-  std::map<std::pair<ThreadKey, std::uint64_t>, FollowedThread> followed_;  // by identity
+  std::map<std::pair<ThreadKey, std::uint64_t>, FollowedThread> followed_;  // also by ThreadFacts::started
   Time read_{};
   std::vector<std::uint64_t> jobs_before_;
   std::map<std::uint32_t, double> rates_;  // by callback

@@ -2,38 +2,30 @@
 #include "watch/observer.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
-#include "watch/flight_recorder.hpp"
+#include "program/text.hpp"
 
 namespace hotpath::watch {
 
-namespace {
+using tracing::CallbackKind;
+using tracing::kNone;
 
-/// The event of a timer's creation follows the reading of the clock from which its period counts.
-/// A job that starts earlier than this before its timestamp shows that the timer was reset.
-constexpr Duration kCreation = std::chrono::milliseconds(1);
-
-/// A thread that runs nothing for longer has nothing to run.
-constexpr Duration kIdle = std::chrono::microseconds(100);
-
-Timer timer_from(Time first, Duration period) {
-  Task task;
-  task.period = period;
-  return {0, task, first};
-}
-
-}  // namespace
+Observer::Observer(Contract contract, FlightRecorder* recorder, Duration realtime,
+                   std::optional<Time> attached)
+    : contract_(std::move(contract)),
+      recorder_(recorder),
+      judge_(contract_, names_.topics(), realtime),
+      timestamps_(attached),
+      states_(contract_.callbacks.size()) {}
 
 void Observer::event(tracing::Event e) {
   ++events_;
   if (e.kind == tracing::EventKind::rmw_publish && e.number[2] == 0) unstamped_.insert(e.process);
-  if (e.kind == tracing::EventKind::rmw_take && unstamped_.contains(e.process))
-    e.number[2] -= static_cast<std::uint64_t>(realtime_.count());  // the clock of publications
-  if (e.kind == tracing::EventKind::wait_for_work) {
-    Rounds& rounds = rounds_[{e.process, e.thread}];
-    rounds.waits = true;
-    if (rounds.open == 0) rounds.next(e.at);  // or else it is another executor's, in a callback
-  }
+  if (e.kind == tracing::EventKind::rmw_take && unstamped_.contains(e.process))  // the clock of publications
+    e.number[2] -= static_cast<std::uint64_t>(judge_.incidents().realtime().count());
+  if (e.kind == tracing::EventKind::wait_for_work) timestamps_.waits({e.process, e.thread}, e.at);
   if (recorder_ != nullptr) recorder_->keep(e);
   assembler_.event(e);
 }
@@ -43,81 +35,305 @@ CallbackObservation& Observer::of(std::uint32_t callback) {
   return callbacks_[callback];
 }
 
-std::optional<Time> Observer::timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
-                                           CallbackObservation& observed) const {
-  const bool service = callback.kind == tracing::CallbackKind::service;
-  if (job.has_sample && !service) return job.sample.published;
-  if (!service && callback.kind != tracing::CallbackKind::timer) return std::nullopt;
-  if (job.timestamp > Time{} && job.timestamp <= job.start) return job.timestamp;  // hotpath's executors
-  if (service) return std::nullopt;
-  std::optional<Timer>& timer = observed.timer;
-  if (!timer || observed.created != callback.created) {
-    observed.created = callback.created;
-    Time first = callback.created + callback.period;
-    if (attached_ && callback.created < *attached_ && first < job.start)
-      first += (job.start - first) / callback.period * callback.period;
-    timer = timer_from(first, callback.period);
-  }
-  const Time next = timer->next_call();
-  const bool in_time = job.start - next <= callback.period;
-  const std::optional<bool> late = in_time ? true : is_late(job, next, callback.period);
-  if (late != true || next - job.start > kCreation) timer = timer_from(job.start, callback.period);
-  const Time timestamp = timer->call(std::max(timer->next_call(), job.start)).timestamp;
-  return late ? std::optional(timestamp) : std::nullopt;
-}
-
-/// A wait returns at once if a timer is due, whose job then starts before the next wait: after two waits
-/// it was not due. Where several threads wait, its callback group may be blocked meanwhile.
-std::optional<bool> Observer::is_late(const tracing::Job& job, Time due, Duration period) const {
-  const auto thread = rounds_.find(key_of(system().threads[job.thread]));
-  const Rounds& rounds = thread->second;
-  const bool at_once = rounds.last_job - rounds.last <= period / 2;
-  const bool ran_earlier = rounds.earlier_job > Time{} && rounds.earlier_job <= due;
-  if (due >= rounds.last ? rounds.last_job <= due : due >= rounds.earlier && ran_earlier && at_once)
-    return true;
-  const auto waits = [&](const auto& other) {
-    return other.first.first == thread->first.first && other.second.waits;
-  };
-  const bool alone = rounds.waits && std::ranges::count_if(rounds_, waits) == 1;
-  return due < rounds.earlier && alone ? std::optional(false) : std::nullopt;
-}
-
-void Observer::observed_until(Time until, const Losses& losses) {
-  if (contract_ != nullptr) contract_->observed_until(system(), running_, until, losses.total());
-}
-
 void Observer::started(const tracing::Job& job) {
-  Rounds& rounds = rounds_[key_of(system().threads[job.thread])];
-  if (!rounds.waits && rounds.open == 0 && job.start - rounds.finish > kIdle) rounds.next(rounds.finish);
-  if (rounds.last_job == Time{}) rounds.last_job = job.start;
-  ++rounds.open;
-  const std::optional<Time> timestamp =
-      timestamp_of(job, system().callbacks[job.ref.callback], of(job.ref.callback));
+  const tracing::Thread& thread = system().threads[job.thread];
+  const auto timestamp = timestamps_.start(job, system().callbacks[job.ref.callback], key_of(thread));
   running_.start(job, timestamp);
-  if (contract_ != nullptr) contract_->started(system(), job, timestamp);
+  const std::uint32_t entry = names_.entry_of(job.ref.callback);
+  thread_check_.started(job, entry);
+  if (entry == kNone) return;
+  processes_.try_emplace(thread.process, Process{entry, job.start});
+  const bool traced = job.has_sample && job.sample.parent.callback != kNone;
+  chain_check_.started(entry, job, traced ? names_.entry_of(job.sample.parent.callback) : kNone, timestamp);
+  judge_start(entry, job);
 }
 
-void Observer::published(const tracing::Job& job, const tracing::Publication& publication) {
-  if (contract_ != nullptr) contract_->published(system(), job, publication);
+void Observer::judge_start(std::uint32_t entry, const tracing::Job& job) {
+  Subject& subject = judge_.callback(entry);
+  subject.seen = true;
+  const tracing::Callback& callback = system().callbacks[job.ref.callback];
+  if (callback.kind == CallbackKind::service) return;  // no event tells of requests
+  if (callback.depth > 0) subject.compare(Clause::depth, callback.depth, job.start);  // 0: all, or unknown
+  if (callback.kind == CallbackKind::timer) {
+    subject.compare(Clause::period, callback.period.count(), job.start);
+    states_[entry].callback = job.ref.callback;
+    names_.timer_ran(entry, job.start);
+    arrived(entry, job.start);
+  } else if (job.has_sample) {
+    arrived(entry, job.ref.callback, job.sample);
+  }
+}
+
+/// A timer's job started, or a sample was published.
+void Observer::arrived(std::uint32_t entry, Time at) {
+  CallbackState& state = states_[entry];
+  if (state.last && at < *state.last) return;  // published before samples that were taken earlier
+  const bool ends_silence = state.silent && at > state.silent_since;
+  JudgedTerm* const distance = judge_.callback(entry).find(Clause::maximum_distance);
+  if (distance && state.last && lossless_) {
+    if (ends_silence) {  // it may have been published before the silence was judged
+      distance->judge_ended(state.silent_since, std::max(at, *state.silent) - state.silent_since);
+    } else {
+      distance->compare((at - *state.last).count(), at);
+    }
+  }
+  state.last = at;
+  if (ends_silence) state.silent.reset();
+}
+
+/// A sample was taken or overwritten.
+void Observer::arrived(std::uint32_t entry, std::uint32_t callback, const tracing::Sample& sample) {
+  CallbackState& state = states_[entry];
+  const std::uint32_t topic = names_.number_of(system().callbacks[callback].topic);
+  const bool watched = sample.parent.callback != kNone;
+  if (std::exchange(state.callback, callback) != callback) {  // its node was started again
+    state.samples.clear();
+    state.watched = false;
+  }
+  if (!watched && state.watched && topic != kNone && lossless_)
+    judge_publisher(topic, false, "is also published by a node that is not watched, or outside of callbacks",
+                    sample.published);
+  state.watched = state.watched || watched;
+  arrived(entry, sample.published);
+  JudgedTerm* const distance = judge_.callback(entry).find(Clause::minimum_distance);
+  if (distance == nullptr) return;
+  if (!state.samples.empty() && (state.samples.back().sequence + 1 != sample.sequence || !lossless_))
+    state.samples.clear();  // another subscription, or unknown ones between them
+  std::vector<Duration> distances;
+  for (auto before = state.samples.rbegin(); before != state.samples.rend(); ++before)
+    distances.push_back(sample.published - before->published);
+  distance->compare_distances(distances, sample.published);
+  state.samples.push_back(sample);
+  if (state.samples.size() > distance->term().further.size() + 1) state.samples.pop_front();
+}
+
+void Observer::published(const tracing::Job& job, const tracing::Publication& p) {
+  const std::uint32_t topic = names_.number_of(p.topic);
+  if (topic == kNone) return;
+  const std::uint32_t entry = names_.entry_of(job.ref.callback);
+  const std::string& name = names_.topics()[topic];
+  const bool known = entry != kNone && contract_.callbacks[entry].may_publish(name);
+  JudgedTerm* const publishes = entry == kNone ? nullptr : judge_.callback(entry).find(Clause::publishes);
+  const auto messages = std::ranges::count(job.published, p.topic, &tracing::Publication::topic);
+  if (publishes == nullptr && !known) {
+    const std::string node = node_name(system(), system().callbacks[job.ref.callback].node);
+    judge_publisher(topic, false, "is also published by " + node, p.at);
+  } else if (publishes != nullptr && known && messages == 1) {
+    publishes->hold();
+  } else if (publishes != nullptr) {
+    publishes->judge(false,
+                     known ? program::concat("published ", messages, " messages of ", name, " in one job")
+                           : "published " + name + ", which the contract lacks",
+                     p.at);
+  }
+  if (entry != kNone) chain_check_.published(job, topic);
+}
+
+void Observer::judge_publisher(std::uint32_t topic, bool known, const std::string& observed, Time at) {
+  judge_.all(Kind::topic)[topic].terms.front().judge(known, observed, at);
 }
 
 void Observer::ended(tracing::Job&& job) {
   const RunningJob ran = running_.end(job);
-  Rounds& rounds = rounds_[key_of(system().threads[job.thread])];
-  if (rounds.open > 0) --rounds.open;
-  rounds.finish = std::max(rounds.finish, job.finish);
+  timestamps_.end(job, key_of(system().threads[job.thread]));
   if (job.ended) {
     CallbackObservation& observed = of(job.ref.callback);
     observed.execution.add(job.finish - job.start);
     if (ran.timestamp) observed.response.add(job.finish - *ran.timestamp);
+    remember(job);
   }
-  if (contract_ != nullptr) contract_->ended(system(), job, ran);
+  const std::uint32_t entry = names_.entry_of(job.ref.callback);
+  if (entry == kNone) return;
+  const bool judged = job.ended && !is_doubtful(job.start);
+  if (judged) judge_run(entry, job, ran);
+  chain_check_.ended(job, judged && lossless_);
+}
+
+void Observer::judge_run(std::uint32_t entry, const tracing::Job& job, const RunningJob& ran) {
+  Subject& subject = judge_.callback(entry);
+  const Duration length = job.finish - job.start - ran.displaced;
+  if (ran.overdue) {
+    subject.find(Clause::budget)->judge_ended(*ran.overdue, std::max(length, ran.judged));
+  } else {
+    subject.compare(Clause::budget, length.count(), job.finish);
+  }
+  if (JudgedTerm* const publishes = subject.find(Clause::publishes); publishes && job.published.empty())
+    publishes->hold();
+  if (ran.timestamp && (lossless_ || job.has_sample))  // a timer's is derived from its earlier jobs
+    subject.compare(Clause::response, (job.finish - *ran.timestamp).count(), job.finish);
+  const bool service = system().callbacks[job.ref.callback].kind == CallbackKind::service;
+  if (lossless_ && !service && states_[entry].lost == 0) subject.compare(Clause::lost, 0, job.finish);
+}
+
+void Observer::remember(const tracing::Job& job) {
+  constexpr Duration kLength = std::chrono::seconds(5);
+  constexpr std::size_t kMost = 10'000;
+  past_jobs_.push_back({job.ref.callback, job.start, job.finish});
+  while (past_jobs_.size() > kMost || past_jobs_.front().finish + kLength < job.finish)
+    past_jobs_.pop_front();
+  const auto process = processes_.find(system().threads[job.thread].process);
+  if (process != processes_.end()) process->second.finish = std::max(process->second.finish, job.finish);
 }
 
 void Observer::lost(const tracing::LostSample& sample) {
   if (sample.queued) return;
   ++of(sample.subscription).lost;
-  if (contract_ != nullptr) contract_->lost(system(), sample);
+  const std::uint32_t entry = names_.entry_of(sample.subscription);
+  if (entry == kNone || !lossless_) return;                   // its take may be among the lost events
+  if (sample.subscription < states_[entry].callback) return;  // no event tells that this one has ended
+  arrived(entry, sample.subscription, sample.sample);
+  const auto lost = static_cast<std::int64_t>(++states_[entry].lost);
+  judge_.callback(entry).compare(Clause::lost, lost, sample.sample.published);
+}
+
+/// The longest jobs from `since` until then, except those of the callback.
+std::vector<Fact> Observer::jobs(Time since, Time until, const std::string& except) {
+  constexpr std::size_t kMostShown = 5;
+  std::vector<PastJob> meanwhile;
+  for (const PastJob& job : past_jobs_)
+    if (job.finish > since && job.start < until) meanwhile.push_back(job);
+  std::ranges::stable_sort(meanwhile, std::greater(), [](const PastJob& j) { return j.finish - j.start; });
+  std::vector<Fact> facts;
+  for (const PastJob& job : meanwhile) {
+    if (facts.size() == kMostShown) break;
+    const std::uint32_t entry = names_.entry_of(job.callback);
+    const std::string name = entry == kNone ? callback_name(system(), system().callbacks[job.callback])
+                                            : judge_.callback(entry).name;
+    if (name == except) continue;
+    facts.push_back({Role::circumstance, job.finish, name + " ran " + shown_ms(job.finish - job.start)});
+  }
+  return facts;
+}
+
+void Observer::describe(bool at_end) {
+  for (Incident& incident : judge_.incidents().kept()) {
+    const Fact& first = incident.first();
+    const bool read = contract_.threads.empty() || thread_check_.at() >= first.at;
+    if (incident.is_described() || (!read && !at_end)) continue;
+    const bool tells_job = first.term != nullptr && first.term->clause() == Clause::budget;
+    std::vector<Fact> meanwhile = jobs(first.since, first.until, tells_job ? first.term->subject() : "");
+    const std::vector<Fact> waits = thread_check_.waits(first.since, first.until);
+    meanwhile.insert(meanwhile.end(), waits.begin(), waits.end());
+    incident.describe(meanwhile);
+  }
+}
+
+void Observer::note_losses(std::uint64_t losses, Time until) {
+  if (losses == losses_) return;
+  losses_ = losses;
+  lost_at_ = until;
+  lossless_ = false;
+}
+
+void Observer::observed_until(Time until, const Losses& losses) {
+  constexpr auto kPause = std::chrono::milliseconds(100);
+  constexpr auto kDoubt = std::chrono::seconds(5);
+  note_losses(losses.total(), until);
+  lossless_ = !ending_ && (!lost_at_ || until > *lost_at_ + kDoubt);
+  if (observed_until_ && until < *observed_until_ + kPause) return;
+  observed_until_ = until;
+  begin_ = begin_.value_or(until);
+  judge_processes(until);
+  if (lossless_) judge_never_run(until);
+  judge_created_publishers(until);
+  judge_running(until);
+  for (std::uint32_t entry = 0; lossless_ && entry < states_.size(); ++entry) judge_silence(entry, until);
+}
+
+void Observer::judge_running(Time until) {
+  for (RunningJob& job : running_.all()) {
+    const std::uint32_t entry = names_.entry_of(job.ref.callback);
+    JudgedTerm* const budget = entry == kNone ? nullptr : judge_.callback(entry).find(Clause::budget);
+    if (budget == nullptr || job.overdue || is_doubtful(job.start)) continue;
+    const std::optional<Time> start = running_.undisplaced_start(job);
+    if (!start || (until - *start).count() <= budget->term().limit) continue;
+    job.overdue = start;
+    job.judged = until - *start;
+    budget->judge_lasting(*start, until);
+  }
+}
+
+void Observer::judge_silence(std::uint32_t entry, Time until) {
+  CallbackState& state = states_[entry];
+  JudgedTerm* const distance = judge_.callback(entry).find(Clause::maximum_distance);
+  if (distance == nullptr || !state.last || state.silent) return;
+  // Samples wait unread while another callback runs, and those of unwatched publishers are known only when
+  // they are taken: only what nothing can explain is silence.
+  const Time since = std::max(*state.last, system().callbacks[state.callback].published_for_it);
+  if ((until - since).count() <= 2 * distance->term().limit) return;
+  state.silent = until;
+  state.silent_since = since;
+  distance->judge_lasting(since, until);
+}
+
+void Observer::forget(const ThreadKey& ended) {
+  thread_check_.forget(ended);
+  if (ended.second != 0) {
+    assembler_.forget_thread(ended.first, ended.second);
+    timestamps_.forget(ended);
+    return;
+  }
+  assembler_.forget_process(ended.first);
+  const auto process = processes_.find(ended.first);
+  if (process != processes_.end()) process->second.ended = observed_until_.value_or(process->second.finish);
+}
+
+/// Processes that have ended while others go on. At the end of a run, they end one after another.
+void Observer::judge_processes(Time until) {
+  constexpr auto kEnding = std::chrono::seconds(2);
+  std::erase_if(processes_, [&](const auto& known) {
+    const Process& process = known.second;
+    if (ending_ || !process.ended || until < *process.ended + kEnding) return false;
+    judge_.incidents().add({Role::standstill, process.finish,
+                            "the process of " + judge_.callback(process.entry).name + " has ended"});
+    return true;
+  });
+}
+
+/// Callbacks that have never run, although they are due, or samples are published for them. A program may
+/// create its nodes long before it runs them.
+void Observer::judge_never_run(Time until) {
+  constexpr Duration kSearch = std::chrono::seconds(1), kPatience = std::chrono::seconds(10);
+  if (!names_.kept() || (searched_ && until < *searched_ + kSearch)) return;
+  searched_ = until;
+  for (std::uint32_t c = 0; c < system().callbacks.size(); ++c) {
+    const tracing::Callback& callback = system().callbacks[c];
+    const bool timer = callback.kind == tracing::CallbackKind::timer;
+    if (callback.jobs > 0 || (timer ? callback.created + kPatience > until : callback.samples == 0)) continue;
+    const std::uint32_t entry = names_.entry_of(c);
+    if (entry == kNone) continue;
+    Subject& subject = judge_.callback(entry);
+    CallbackState& state = states_[entry];
+    if (subject.seen || state.never_ran) continue;
+    if (!state.waited_for)
+      state.waited_for = timer ? std::max(callback.created, *begin_) : callback.published_for_it;
+    const JudgedTerm* const distance = subject.find(Clause::maximum_distance);
+    if (timer && distance == nullptr) continue;
+    const Time latest = timer ? until - 2 * Duration(distance->term().limit) : callback.published_for_it;
+    if (latest < *state.waited_for + kPatience) continue;
+    state.never_ran = true;
+    judge_.incidents().add(
+        {Role::standstill, *state.waited_for,
+         subject.name + (timer ? " has never run" : " has never run, although it got samples"), nullptr,
+         *state.waited_for, until});
+  }
+}
+
+void Observer::judge_created_publishers(Time until) {
+  judged_endpoints_.resize(system().endpoints.size());
+  for (std::size_t e = 0; names_.kept() && e < system().endpoints.size(); ++e) {
+    const tracing::Endpoint& endpoint = system().endpoints[e];
+    if (judged_endpoints_[e] || endpoint.kind != tracing::Endpoint::Kind::publisher ||
+        endpoint.topic == kNone)
+      continue;
+    judged_endpoints_[e] = true;
+    const std::uint32_t topic = names_.number_of(endpoint.topic);
+    if (topic == kNone) continue;
+    judge_.all(Kind::topic)[topic].seen = true;
+    judge_publisher(topic, names_.may_publish(endpoint.node, topic),
+                    "has a publisher of " + node_name(system(), endpoint.node) + ", which the contract lacks",
+                    until);
+  }
 }
 
 }  // namespace hotpath::watch

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
-#include "hotpath/core/timer.hpp"
 #include "hotpath/tracing/assembler.hpp"
-#include "program/latency_histogram.hpp"
-#include "watch/contract_check.hpp"
+#include "watch/chain_check.hpp"
 #include "watch/flight_recorder.hpp"
+#include "watch/judge.hpp"
 #include "watch/running_jobs.hpp"
+#include "watch/session.hpp"
+#include "watch/thread_check.hpp"
+#include "watch/timestamps.hpp"
 
 namespace hotpath::watch {
 
@@ -22,77 +25,125 @@ struct CallbackObservation {
   std::uint64_t lost = 0;               ///< Samples that were overwritten unread.
   program::LatencyHistogram execution;  ///< Of each job, start to end, including preemption.
   program::LatencyHistogram response;   ///< Timestamp to end, where the timestamp is known.
-  std::optional<Timer> timer = {};      ///< Timers: their nominal instants.
-  Time created{};                       ///< Of that timer.
 };
 
-/// Assembles the events of running programs, and keeps statistics of each callback. Memory is bounded
-/// by the number of callbacks and threads.
+/// Assembles the events of running programs, keeps statistics of each callback, and compares jobs, chains,
+/// threads and publishers with a contract. Memory is bounded by the number of callbacks and threads.
 class Observer : public tracing::Sink {
  public:
-  /// Passes jobs on to the contract and events to the recorder, which outlive it; nullptr: none.
-  /// `attached`: the jobs before this instant are unknown.
-  Observer(ContractCheck* contract, FlightRecorder* recorder, std::optional<Time> attached = std::nullopt)
-      : contract_(contract), recorder_(recorder), attached_(attached) {}
+  /// An empty contract states nothing. The recorder outlives it; nullptr: none. `realtime`: as for
+  /// set_realtime(). `attached`: the jobs before this instant are unknown.
+  Observer(Contract contract, FlightRecorder* recorder, Duration realtime = {},
+           std::optional<Time> attached = std::nullopt);
+  Observer(const Observer&) = delete;
+  Observer& operator=(const Observer&) = delete;
 
   /// The next event in the order of time.
   void event(tracing::Event e);
-
-  /// The real-time clock minus that of Time. Humble's samples are matched by it.
-  void set_realtime(Duration offset) { realtime_ = offset; }
-
-  /// All events before this instant were passed, except those that were lost so far.
+  /// Events that were lost so far, until this instant, before those that follow are passed. For some
+  /// seconds after a loss, the absence of events shows nothing.
+  void note_losses(std::uint64_t losses, Time until);
+  /// All events before this instant were passed, except those that were lost so far: judges what has not
+  /// happened.
   void observed_until(Time until, const Losses& losses);
-
+  /// Facts of the system's threads, some times a second.
+  void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at); }
   /// A thread that has ended; id 0: a process with all of its threads.
-  void forget(const ThreadKey& thread) {
-    if (contract_ != nullptr) contract_->forget(thread);
-    if (thread.second == 0) return assembler_.forget_process(thread.first);
-    assembler_.forget_thread(thread.first, thread.second);
-    rounds_.erase(thread);
+  void forget(const ThreadKey& ended);
+  /// Programs begin to end: from now on the absence of events shows nothing.
+  void end() {
+    ending_ = true;
+    lossless_ = false;
   }
+  /// The real-time clock minus that of Time, from now on. Humble's samples are matched by it.
+  void set_realtime(Duration offset) { judge_.incidents().set_realtime(offset); }
+  /// Adds waits and jobs to new incidents, as soon as the threads have been read after their beginning, or
+  /// `at_end`.
+  void describe(bool at_end);
 
   [[nodiscard]] const tracing::System& system() const { return assembler_.system(); }
+  [[nodiscard]] const Contract& contract() const { return contract_; }
   /// By callback of the system.
-  [[nodiscard]] std::vector<CallbackObservation>& callbacks() { return callbacks_; }
+  [[nodiscard]] const std::vector<CallbackObservation>& callbacks() const { return callbacks_; }
+  /// By chain of the contract.
+  [[nodiscard]] const std::vector<ObservedChain>& chains() const { return chain_check_.chains(); }
+  /// The name of the executor that a thread belongs to; empty: unknown.
+  [[nodiscard]] std::string executor_of(const ThreadKey& thread) const {
+    return thread_check_.name_of(thread);
+  }
+  [[nodiscard]] const Judge& judge() const { return judge_; }
+  [[nodiscard]] Judge& judge() { return judge_; }
   [[nodiscard]] std::uint64_t events() const { return events_; }
-  /// Descriptions of entities that were not added, because a system has less than kMostEntities.
-  [[nodiscard]] std::uint64_t ignored() const { return system().ignored; }
-
-  static constexpr std::uint64_t kMostEntities = 200'000;
 
  private:
-  /// What a thread did since its last two waits for work, or, if it writes no events of waits, since its
-  /// last two pauses between jobs. Time{}: unknown.
-  struct Rounds {
-    bool waits = false;
-    std::uint32_t open = 0;                             ///< Jobs that have not ended.
-    Time earlier{}, earlier_job{}, last{}, last_job{};  ///< Begin and first job of each.
-    Time finish{};                                      ///< Of the latest job.
-    void next(Time begin) { *this = {waits, open, last, last_job, begin, {}, finish}; }
+  /// Of a system: further descriptions of entities are ignored.
+  static constexpr std::uint64_t kMostEntities = 200'000;
+  struct CallbackState {
+    std::uint32_t callback = 0;  ///< Of the system, the one that was seen last.
+    std::optional<Time> last;    ///< Timers: start; subscriptions: publication of a sample.
+    std::optional<Time> silent;  ///< Until when it was reported that nothing follows `silent_since`.
+    Time silent_since{};
+    std::deque<tracing::Sample> samples;  ///< The latest ones.
+    bool watched = false;                 ///< A sample came from a watched job.
+    std::uint64_t lost = 0;
+    std::optional<Time> waited_for;  ///< Never run: since when its samples have been published.
+    bool never_ran = false;          ///< That was reported.
   };
+  /// A job that has ended.
+  struct PastJob {
+    std::uint32_t callback;  ///< Of the system.
+    Time start{}, finish{};
+  };
+  /// A process that ran callbacks of the contract.
+  struct Process {
+    std::uint32_t entry = 0;         ///< Of the first one.
+    Time finish{};                   ///< Of its latest job.
+    std::optional<Time> ended = {};  ///< When it was seen to have ended.
+  };
+
   void started(const tracing::Job& job) override;
   void published(const tracing::Job& job, const tracing::Publication& publication) override;
   void ended(tracing::Job&& job) override;
   void lost(const tracing::LostSample& sample) override;
   CallbackObservation& of(std::uint32_t callback);
-  /// Timestamp of the job; std::nullopt: unknown.
-  std::optional<Time> timestamp_of(const tracing::Job& job, const tracing::Callback& callback,
-                                   CallbackObservation& observed) const;
-  /// Whether a timer was due at `due` although its job starts more than a period later, and not reset
-  /// since then; std::nullopt: unknown.
-  std::optional<bool> is_late(const tracing::Job& job, Time due, Duration period) const;
+  void judge_start(std::uint32_t entry, const tracing::Job& job);
+  void arrived(std::uint32_t entry, Time at);
+  void arrived(std::uint32_t entry, std::uint32_t callback, const tracing::Sample& sample);
+  void remember(const tracing::Job& job);
+  void judge_run(std::uint32_t entry, const tracing::Job& job, const RunningJob& ran);
+  void judge_publisher(std::uint32_t topic, bool known, const std::string& observed, Time at);
+  [[nodiscard]] std::vector<Fact> jobs(Time since, Time until, const std::string& except);
 
-  ContractCheck* const contract_;
+  // What has not happened.
+  /// Whether the end of a job that started then may be among lost events.
+  [[nodiscard]] bool is_doubtful(Time start) const { return lost_at_ && start <= *lost_at_; }
+  void judge_running(Time until);
+  void judge_silence(std::uint32_t entry, Time until);
+  void judge_processes(Time until);
+  void judge_never_run(Time until);
+  void judge_created_publishers(Time until);
+
+  const Contract contract_;
   FlightRecorder* const recorder_;
-  const std::optional<Time> attached_;
   tracing::Assembler assembler_{*this, kMostEntities};
-  std::vector<CallbackObservation> callbacks_;
+  StatedNames names_{contract_, system()};
+  Judge judge_;
+  ChainCheck chain_check_{contract_, names_, judge_};
+  ThreadCheck thread_check_{contract_, system(), judge_};
+  Timestamps timestamps_;
   RunningJobs running_;
-  std::map<ThreadKey, Rounds> rounds_;
+  std::vector<CallbackObservation> callbacks_;
   std::uint64_t events_ = 0;
-  Duration realtime_{};
-  std::set<std::uint32_t> unstamped_;  // processes whose publications have no source timestamps
+  std::set<std::uint32_t> unstamped_;           // processes whose publications have no source timestamps
+  std::vector<CallbackState> states_;           // by entry
+  std::vector<bool> judged_endpoints_;          // of the system
+  std::deque<PastJob> past_jobs_;               // of all callbacks, in the order of their ends
+  std::map<std::uint32_t, Process> processes_;  // by id
+  std::optional<Time> begin_, observed_until_, searched_;
+  std::uint64_t losses_ = 0;
+  std::optional<Time> lost_at_;  // the latest loss
+  bool lossless_ = true;         // lately
+  bool ending_ = false;
 };
 
 }  // namespace hotpath::watch

@@ -21,7 +21,7 @@ using sensor::Id;
 using sensor::Record;
 
 /// The mapped rings; read by the signal handler.
-std::array<std::atomic<std::uintptr_t>, MappedRing::kMost> mapped;
+std::array<std::atomic<std::uintptr_t>, kMostRings> mapped;
 
 /// Memory whose file was cut: puts a page of zeros in its place and continues.
 void replace_page(int, siginfo_t* info, void*) {
@@ -43,6 +43,10 @@ void handle_cut_memory() {
   action.sa_sigaction = replace_page;
   action.sa_flags = SA_SIGINFO;
   sigaction(SIGBUS, &action, nullptr);
+}
+
+std::uint64_t magic_of(sensor::Ring& ring) {
+  return std::atomic_ref(ring.magic).load(std::memory_order_acquire);
 }
 
 bool is_ring(int file) {
@@ -89,44 +93,38 @@ Record copy_of(const sensor::Ring& ring, std::uint64_t position) {
 
 }  // namespace
 
-MappedRing::MappedRing(const std::string& name) {
+MappedRing map_ring(const std::string& name) {
   [[maybe_unused]] static const bool handled = (handle_cut_memory(), true);
   const auto slot = std::ranges::find_if(mapped, [](const auto& ring) { return ring == 0; });
-  if (slot == mapped.end()) return;
-  const int file = shm_open(name.c_str(), O_RDWR | O_NOFOLLOW, 0);
-  if (file < 0) return;
+  const int file = slot == mapped.end() ? -1 : shm_open(name.c_str(), O_RDWR | O_NOFOLLOW, 0);
+  if (file < 0) return nullptr;
   void* memory = MAP_FAILED;
   if (is_ring(file))
     memory = mmap(nullptr, sizeof(sensor::Ring), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
   close(file);
-  if (memory == MAP_FAILED) return;
+  if (memory == MAP_FAILED) return nullptr;
   *slot = reinterpret_cast<std::uintptr_t>(memory);
-  ring_ = static_cast<sensor::Ring*>(memory);
-  const std::uint64_t magic = std::atomic_ref(ring_->magic).load(std::memory_order_acquire);
-  describes_ = magic == sensor::kDescriptionsMagic;
-  if (magic == sensor::kMagic || describes_) return;
-  *slot = 0;
-  munmap(memory, sizeof(sensor::Ring));
-  ring_ = nullptr;
+  MappedRing ring(static_cast<sensor::Ring*>(memory));
+  const std::uint64_t magic = magic_of(*ring);
+  if (magic != sensor::kMagic && magic != sensor::kDescriptionsMagic) ring.reset();
+  return ring;
 }
 
-MappedRing::~MappedRing() {
-  if (ring_ == nullptr) return;
-  std::ranges::find(mapped, reinterpret_cast<std::uintptr_t>(ring_), [](const auto& ring) {
-    return ring.load();
-  })->store(0);
-  munmap(ring_, sizeof(sensor::Ring));
+void Unmap::operator()(sensor::Ring* ring) const {
+  const auto at = reinterpret_cast<std::uintptr_t>(ring);
+  *std::ranges::find_if(mapped, [&](const auto& other) { return other == at; }) = 0;
+  munmap(ring, sizeof *ring);
 }
 
 tracing::EventKind kind_of(Id id) { return kKinds[static_cast<std::size_t>(id)]; }
 
 // What an earlier reader of the same ring has read is not read again.
-RingReader::RingReader(sensor::Ring& ring, bool keeps)
+RingReader::RingReader(sensor::Ring& ring)
     : ring_(ring),
-      keeps_(keeps),
+      describes_(magic_of(ring) == sensor::kDescriptionsMagic),
       process_(ring.process),
       thread_(ring.thread),
-      tail_(keeps ? 0 : ring.tail.load(std::memory_order_acquire)) {}
+      tail_(describes_ ? 0 : ring.tail.load(std::memory_order_acquire)) {}
 
 void RingReader::read(tracing::Time now, Texts& texts, std::vector<tracing::Event>& events) {
   const std::uint64_t head = ring_.head.load(std::memory_order_acquire);
@@ -144,7 +142,7 @@ void RingReader::read(tracing::Time now, Texts& texts, std::vector<tracing::Even
     }
     tail_ += std::max<std::uint64_t>(records, 1);
   }
-  if (!keeps_) ring_.tail.store(tail_, std::memory_order_release);
+  if (!describes_) ring_.tail.store(tail_, std::memory_order_release);
 }
 
 std::uint64_t RingReader::read_group(std::uint64_t available, tracing::Time now, Texts& texts,

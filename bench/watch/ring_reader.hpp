@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <unordered_set>
 #include <utility>
@@ -12,28 +13,18 @@
 
 namespace hotpath::watch {
 
+struct Unmap {
+  void operator()(sensor::Ring* ring) const;
+};
 /// A ring of a watched program in the memory of this process. The program may change or cut the
 /// memory at any time: bytes beyond its end read as zero, instead of a SIGBUS.
-class MappedRing {
- public:
-  /// The shared memory object of this name. Without a ring: it is not (yet) one, belongs to
-  /// another user, or too many rings are mapped.
-  explicit MappedRing(const std::string& name);
-  MappedRing(const MappedRing&) = delete;
-  MappedRing& operator=(const MappedRing&) = delete;
-  ~MappedRing();
+using MappedRing = std::unique_ptr<sensor::Ring, Unmap>;
 
-  /// nullptr: none.
-  [[nodiscard]] sensor::Ring* get() const { return ring_; }
-  /// Whether it has descriptions, which stay in it for other readers.
-  [[nodiscard]] bool describes() const { return describes_; }
-
-  static constexpr std::size_t kMost = 2048;  ///< Rings that this process maps at a time.
-
- private:
-  sensor::Ring* ring_ = nullptr;
-  bool describes_ = false;
-};
+/// Rings that this process maps at a time.
+inline constexpr std::size_t kMostRings = 2048;
+/// The shared memory object of this name; nullptr: it is not (yet) a ring, belongs to another user, or too
+/// many rings are mapped.
+[[nodiscard]] MappedRing map_ring(const std::string& name);
 
 /// Keeps the texts of events, each once, for its own lifetime.
 class Texts {
@@ -53,16 +44,16 @@ class Texts {
 [[nodiscard]] tracing::EventKind kind_of(sensor::Id id);
 
 /// Reads the records of one ring. Any bytes in it are safe: what is no record is counted as
-/// damaged. The ring must outlive the reader.
+/// damaged. Descriptions stay in the ring for other readers. The ring must outlive the reader.
 class RingReader {
  public:
-  /// `keeps`: leave the records in the ring for other readers.
-  explicit RingReader(sensor::Ring& ring, bool keeps = false);
+  explicit RingReader(sensor::Ring& ring);
 
   /// Appends the events since the last call, in the order in which they were written. `now`: an
   /// event from more than a second later is damaged.
   void read(tracing::Time now, Texts& texts, std::vector<tracing::Event>& events);
 
+  [[nodiscard]] bool describes() const { return describes_; }
   /// The thread has ended; no event follows those that are in the ring now.
   [[nodiscard]] bool ended() const { return ring_.ended.load(std::memory_order_acquire) != 0; }
   /// Events for which the ring had no room.
@@ -76,7 +67,7 @@ class RingReader {
                            tracing::Event& event) const;
 
   sensor::Ring& ring_;
-  const bool keeps_;
+  const bool describes_;
   const std::uint32_t process_, thread_;
   std::uint64_t tail_ = 0, damaged_ = 0;
 };

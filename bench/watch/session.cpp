@@ -81,17 +81,6 @@ bool lives(std::uint32_t process) { return kill(static_cast<pid_t>(process), 0) 
 
 }  // namespace
 
-struct Session::Source {
-  explicit Source(std::string named) : name(std::move(named)), memory(name) {
-    if (memory.get() == nullptr) return;
-    reader = std::make_unique<RingReader>(*memory.get(), memory.describes());
-  }
-  std::string name;
-  MappedRing memory;
-  std::unique_ptr<RingReader> reader;
-  std::uint64_t dropped_before = 0;  ///< Before the session.
-};
-
 Session::Session(Meeting meeting) : meeting_(meeting) {
   remove_abandoned();
   create_marker();
@@ -128,49 +117,44 @@ Session::~Session() {
 void Session::find_rings() {
   found_.clear();
   const std::vector<std::string> names = rings_of(name_);
-  std::erase_if(known_,
-                [&](const std::string& name) { return std::ranges::find(names, name) == names.end(); });
+  std::erase_if(known_, [&](const std::string& name) { return std::ranges::count(names, name) == 0; });
   for (const std::string& name : names) {
     if (known_.contains(name)) continue;
-    auto source = std::make_unique<Source>(name);
-    if (!source->reader) continue;  // not complete yet, or of another user
+    MappedRing memory = map_ring(name);
+    if (!memory) continue;  // not complete yet, or of another user
+    Source& source = sources_.emplace_back(name, std::move(memory));
     if (meeting_ == Meeting::own) {
       shm_unlink(name.c_str());
     } else {
       known_.insert(name);
       // A ring of descriptions lacks for ever what it had no room for.
-      if (!source->memory.describes()) source->dropped_before = source->reader->dropped();
+      if (!source.reader.describes()) source.dropped_before = source.reader.dropped();
     }
-    found_.insert(source->reader->process());
-    threads_ += source->memory.describes() ? 0 : 1;
-    sources_.push_back(std::move(source));
+    found_.insert(source.reader.process());
+    threads_ += source.reader.describes() ? 0 : 1;
   }
 }
 
-/// A job before the session began, of a program that was not watched then.
-bool Session::is_stale(const tracing::Event& event) const {
-  return meeting_ == Meeting::attachable && event.at < begin_ && !describes(event.kind);
-}
-
 void Session::read(tracing::Time now) {
+  const bool attached = meeting_ == Meeting::attachable, first = passed_until_ == tracing::Time{};
   find_rings();
-  std::erase_if(sources_, [&](const std::unique_ptr<Source>& source) {
-    RingReader& reader = *source->reader;
+  std::erase_if(sources_, [&](Source& source) {
+    RingReader& reader = source.reader;
     const bool alive = lives(reader.process());
     const bool last = reader.ended() || !alive;  // before the events are read
     reader.read(now, texts_, pending_);
-    const bool first = passed_until_ == tracing::Time{};
-    if (meeting_ == Meeting::attachable && first && !source->memory.describes())
-      source->dropped_before = reader.dropped();  // a ring that was full had no room until now
+    if (attached && first && !reader.describes())
+      source.dropped_before = reader.dropped();  // a ring that was full had no room until now
     if (!last) return false;
-    ended_.dropped += reader.dropped() - source->dropped_before;
-    ended_.damaged += reader.damaged();
+    count(ended_, source);
     // Later watchers need the descriptions as long as the process lives.
-    if (meeting_ == Meeting::attachable && (!alive || !source->memory.describes()))
-      shm_unlink(source->name.c_str());
+    if (attached && (!alive || !reader.describes())) shm_unlink(source.name.c_str());
     return true;
   });
-  std::erase_if(pending_, [&](const tracing::Event& event) { return is_stale(event); });
+  // Jobs before the session began are of programs that were not watched then.
+  std::erase_if(pending_, [&](const tracing::Event& event) {
+    return attached && event.at < begin_ && !describes(event.kind);
+  });
   std::ranges::stable_sort(pending_, {}, &tracing::Event::at);
 }
 
@@ -186,13 +170,15 @@ const std::vector<tracing::Event>& Session::pass_on(tracing::Time until) {
   return passed_;
 }
 
+void Session::count(Losses& losses, const Source& source) {
+  losses.dropped += source.reader.dropped() - source.dropped_before;
+  losses.damaged += source.reader.damaged();
+}
+
 Losses Session::losses() const {
   Losses losses = ended_;
   losses.late = late_;
-  for (const std::unique_ptr<Source>& source : sources_) {
-    losses.dropped += source->reader->dropped() - source->dropped_before;
-    losses.damaged += source->reader->damaged();
-  }
+  for (const Source& source : sources_) count(losses, source);
   return losses;
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <list>
 #include <set>
 #include <string>
 #include <vector>
@@ -62,10 +62,15 @@ class Session {
   static constexpr auto kSettled = std::chrono::milliseconds(50);
 
  private:
-  struct Source;
+  struct Source {
+    std::string name;
+    MappedRing memory;
+    RingReader reader{*memory};
+    std::uint64_t dropped_before = 0;  ///< Before the session.
+  };
   void create_marker();
   void find_rings();
-  [[nodiscard]] bool is_stale(const tracing::Event& event) const;
+  static void count(Losses& losses, const Source& source);
   void read(tracing::Time now);
   const std::vector<tracing::Event>& pass_on(tracing::Time until);
 
@@ -75,7 +80,7 @@ class Session {
   int marker_ = -1;
   std::set<std::string> known_;  // attachable: names of rings that are or were read
   std::set<std::uint32_t> found_;
-  std::vector<std::unique_ptr<Source>> sources_;
+  std::list<Source> sources_;
   Texts texts_;
   std::vector<tracing::Event> pending_, passed_;
   tracing::Time passed_until_{};

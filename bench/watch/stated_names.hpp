@@ -17,12 +17,13 @@
 
 namespace hotpath::watch {
 
-inline std::string node_name(const tracing::System& system, std::uint32_t node) {
+[[nodiscard]] inline std::string node_name(const tracing::System& system, std::uint32_t node) {
   return node < system.nodes.size() ? system.nodes[node] : "(unknown node)";
 }
 
 /// `/node (timer 100 ms)`, `/node /topic` or `/node /name (service)`.
-inline std::string callback_name(const tracing::System& system, const tracing::Callback& callback) {
+[[nodiscard]] inline std::string callback_name(const tracing::System& system,
+                                               const tracing::Callback& callback) {
   using tracing::CallbackKind;
   const std::string node = node_name(system, callback.node);
   if (callback.kind == CallbackKind::timer)
@@ -33,11 +34,14 @@ inline std::string callback_name(const tracing::System& system, const tracing::C
   return node + (named ? " " + system.topics[callback.topic].name : "") + (service ? " (service)" : "");
 }
 
-/// Finds the nodes and topics of a contract in a running system, whose nodes may all be in one
-/// further namespace, as in `/robot1/filter` and `/robot1/points` for `filter` and `points`.
+/// Finds the callbacks and topics of a contract in a running system, whose nodes may all be in one
+/// further namespace, as in `/robot1/filter` and `/robot1/points` for `filter` and `points`. Until a
+/// callback of the contract has run, that is the namespace in which most of the nodes are.
 class StatedNames {
  public:
-  explicit StatedNames(const Contract& contract) {
+  /// Both must outlive it.
+  StatedNames(const Contract& contract, const tracing::System& system)
+      : contract_(contract), system_(system), latest_(contract.callbacks.size()) {
     for (const CallbackContract& callback : contract.callbacks) {
       nodes_.insert(callback.node);
       for (const StatedPublication& p : callback.publishes)
@@ -46,67 +50,131 @@ class StatedNames {
     }
   }
 
-  /// Whether any node of the contract runs. The namespace in which most of them run is used.
-  bool resolve(const tracing::System& system) {
-    if (kept_ || std::exchange(resolved_, system.nodes.size()) == system.nodes.size())
-      return space_.has_value();
-    std::map<std::string, std::uint32_t> matches;  // by namespace
-    for (const std::string& name : system.nodes) {
-      for (std::size_t at = 0; at != std::string::npos && at < name.size(); at = name.find('/', at + 1))
-        if (nodes_.contains(graph_node_name(name.substr(at)))) ++matches[name.substr(0, at)];
-    }
-    const auto most = std::ranges::max_element(matches, {}, [](const auto& m) { return m.second; });
-    if (most == matches.end() || space_ == most->first) return space_.has_value();
-    space_ = most->first;
-    ++changes_;
-    of_system_.clear();
-    return true;
+  /// Index of the contract's entry for a callback of the system; kNone: none.
+  [[nodiscard]] std::uint32_t entry_of(std::uint32_t callback) {
+    if (callback >= entries_.size()) entries_.resize(callback + 1);
+    if (!resolve()) return kNone;
+    if (!entries_[callback]) entries_[callback] = find_entry(callback);
+    kept_ = kept_ || *entries_[callback] != kNone;
+    return *entries_[callback];
   }
-  /// A callback of the contract has run: the namespace stays.
-  void keep() { kept_ = true; }
+  /// A job of the entry, a timer, started.
+  void timer_ran(std::uint32_t entry, Time start) { latest_[entry] = start; }
+  /// Whether a callback of the contract has run.
   [[nodiscard]] bool kept() const { return kept_; }
-  /// Counts the changes of the namespace.
-  [[nodiscard]] std::uint64_t changes() const { return changes_; }
-
-  /// The graph's name of a node, without the namespace; with a leading slash if it is in another one.
-  [[nodiscard]] std::string node(const tracing::System& system, std::uint32_t node) const {
-    const std::string& name = system.nodes[node];
-    return is_inside(name) ? graph_node_name(name.substr(space_->size())) : name;
-  }
-  /// The same for a topic.
-  [[nodiscard]] std::string topic(const tracing::System& system, std::uint32_t topic) const {
-    const std::string& name = system.topics[topic].name;
-    return is_inside(name) ? graph_topic_name(name.substr(space_->size())) : name;
-  }
 
   /// Topics that callbacks of the contract publish.
   [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
   /// Its index in topics(); kNone: no callback of the contract publishes it.
   [[nodiscard]] std::uint32_t number_of(const std::string& topic) const {
     const auto at = numbers_.find(topic);
-    return at == numbers_.end() ? tracing::kNone : at->second;
+    return at == numbers_.end() ? kNone : at->second;
   }
-  /// The same for a topic of the running system; kNone also before resolve().
-  [[nodiscard]] std::uint32_t number_of(const tracing::System& system, std::uint32_t topic) {
-    if (topic >= system.topics.size() || !resolve(system)) return tracing::kNone;
-    for (auto t = static_cast<std::uint32_t>(of_system_.size()); t < system.topics.size(); ++t)
-      of_system_.push_back(number_of(this->topic(system, t)));
+  /// The same for a topic of the running system.
+  [[nodiscard]] std::uint32_t number_of(std::uint32_t topic) {
+    if (topic >= system_.topics.size() || !resolve()) return kNone;
+    for (auto t = static_cast<std::uint32_t>(of_system_.size()); t < system_.topics.size(); ++t)
+      of_system_.push_back(number_of(stated_topic(t)));
     return of_system_[topic];
+  }
+  /// Whether the contract lets the node of the running system publish the topic of this number.
+  [[nodiscard]] bool may_publish(std::uint32_t node, std::uint32_t number) const {
+    return node < system_.nodes.size() &&
+           std::ranges::any_of(contract_.callbacks, [&](const CallbackContract& callback) {
+             return callback.node == stated_node(node) && callback.may_publish(topics_[number]);
+           });
   }
 
  private:
+  static constexpr std::uint32_t kNone = tracing::kNone;
+  using CallbackKind = tracing::CallbackKind;
+
+  /// Whether any node of the contract runs.
+  bool resolve() {
+    if (kept_ || std::exchange(resolved_, system_.nodes.size()) == system_.nodes.size())
+      return space_.has_value();
+    std::map<std::string, std::uint32_t> matches;  // by namespace
+    for (const std::string& name : system_.nodes) {
+      for (std::size_t at = 0; at != std::string::npos && at < name.size(); at = name.find('/', at + 1))
+        if (nodes_.contains(graph_node_name(name.substr(at)))) ++matches[name.substr(0, at)];
+    }
+    const auto most = std::ranges::max_element(matches, {}, [](const auto& m) { return m.second; });
+    if (most == matches.end() || space_ == most->first) return space_.has_value();
+    space_ = most->first;
+    of_system_.clear();
+    std::ranges::fill(entries_, std::nullopt);
+    return true;
+  }
   [[nodiscard]] bool is_inside(const std::string& name) const {
     return space_ && name.starts_with(*space_ + "/");
   }
+  /// The graph's name, without the namespace; with a leading slash if the node is in another one.
+  [[nodiscard]] std::string stated_node(std::uint32_t node) const {
+    const std::string& name = system_.nodes[node];
+    return is_inside(name) ? graph_node_name(name.substr(space_->size())) : name;
+  }
+  [[nodiscard]] std::string stated_topic(std::uint32_t topic) const {
+    const std::string& name = system_.topics[topic].name;
+    return is_inside(name) ? graph_topic_name(name.substr(space_->size())) : name;
+  }
+  [[nodiscard]] std::uint32_t find_entry(std::uint32_t callback) const {
+    const tracing::Callback& of = system_.callbacks[callback];
+    const bool timer = of.kind == CallbackKind::timer, service = of.kind == CallbackKind::service,
+               subscription = of.kind == CallbackKind::subscription;
+    if (of.node >= system_.nodes.size() || (!timer && !service && !subscription)) return kNone;
+    if (!timer && of.topic >= system_.topics.size()) return kNone;
+    const std::string node = stated_node(of.node), topic = timer ? "" : stated_topic(of.topic);
+    std::uint32_t number = 0;
+    for (std::uint32_t c = 0; c <= callback; ++c)
+      number +=
+          system_.callbacks[c].kind == CallbackKind::timer && system_.callbacks[c].node == of.node ? 1 : 0;
+    const auto entry_for = [&](bool a_service) {
+      const auto entry = std::ranges::find_if(contract_.callbacks, [&](const CallbackContract& stated) {
+        return stated.node == node && stated.topic == topic && stated.service == a_service &&
+               (!timer || stated.timer == number);
+      });
+      return entry == contract_.callbacks.end()
+                 ? kNone
+                 : static_cast<std::uint32_t>(entry - contract_.callbacks.begin());
+    };
+    const auto is_service = [&](const tracing::Callback& c) {
+      return c.kind == CallbackKind::service && c.node == of.node && c.topic < system_.topics.size() &&
+             system_.topics[c.topic].name == system_.topics[of.topic].name;
+    };
+    const std::uint32_t entry = entry_for(service);
+    if (entry != kNone) return entry;
+    if (timer) return replaced_timer(node, number, of);
+    // Without ROS 2, subscriptions stand for the services of a graph.
+    return subscription && std::ranges::none_of(system_.callbacks, is_service) ? entry_for(true) : kNone;
+  }
+  /// The entry of a timer that a new one of its node replaces: of those with the same period that ran
+  /// before the creation, and not since, the one that has been silent longest. kNone: there is none.
+  [[nodiscard]] std::uint32_t replaced_timer(const std::string& node, std::uint32_t number,
+                                             const tracing::Callback& by) const {
+    std::uint32_t replaced = kNone;
+    for (std::uint32_t c = 0; c < contract_.callbacks.size(); ++c) {
+      const CallbackContract& stated = contract_.callbacks[c];
+      if (stated.node != node || !stated.topic.empty()) continue;
+      if (stated.timer >= number) return kNone;  // the contract states timers beyond this one
+      const Term* const period = find(stated.terms, Clause::period);
+      if (!period || period->limit != by.period.count()) continue;
+      const std::optional<Time>& latest = latest_[c];
+      if (latest && *latest < by.created && (replaced == kNone || *latest < *latest_[replaced])) replaced = c;
+    }
+    return replaced;
+  }
 
+  const Contract& contract_;
+  const tracing::System& system_;
   std::set<std::string> nodes_;
   std::vector<std::string> topics_;
   std::map<std::string, std::uint32_t> numbers_;
   std::optional<std::string> space_;  // `/robot1`; empty: none
   std::size_t resolved_ = 0;          // nodes of the system
-  std::uint64_t changes_ = 0;
   bool kept_ = false;
-  std::vector<std::uint32_t> of_system_;  // by topic of the system
+  std::vector<std::optional<std::uint32_t>> entries_;  // by callback of the system
+  std::vector<std::uint32_t> of_system_;               // by topic of the system
+  std::vector<std::optional<Time>> latest_;            // by entry: start of a timer's latest job
 };
 
 }  // namespace hotpath::watch

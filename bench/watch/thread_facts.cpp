@@ -8,9 +8,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
-#include <set>
 #include <sstream>
-#include <utility>
 
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
@@ -20,17 +18,28 @@ namespace hotpath::watch {
 
 namespace {
 
+/// Between two searches for timer threads and threads that have ended.
+constexpr Duration kSearch = std::chrono::seconds(1);
+/// Between two readings of what the hypervisor withheld, as long as that is nothing. Otherwise each reading
+/// has to explain what happened since the one before.
+constexpr Duration kStolen = std::chrono::milliseconds(100);
+
 std::string content_of(const std::string& path) {
   std::ostringstream content;
   content << std::ifstream(path).rdbuf();
   return content.str();
 }
 
-/// The names that hotpath's executors give to their timer threads, on rclcpp and of their own.
-bool is_timer_thread(const std::string& name) { return name == "hotpath_timers" || name == "timer_mgmt"; }
-
 std::string folder_of(const ThreadKey& thread) {
   return program::concat("/proc/", thread.first, "/task/", thread.second);
+}
+
+bool lives(const ThreadKey& thread) { return access(folder_of(thread).c_str(), F_OK) == 0; }
+
+/// Whether it has a name that hotpath's executors give to their timer threads, on rclcpp or of their own.
+bool is_timer_thread(const ThreadKey& thread) {
+  const std::string name = machine::first_line(folder_of(thread) + "/comm");
+  return name == "hotpath_timers" || name == "timer_mgmt";
 }
 
 std::vector<int> processors_of(pid_t thread) {
@@ -43,10 +52,6 @@ std::vector<int> processors_of(pid_t thread) {
 }
 
 }  // namespace
-
-std::string process_name(std::uint32_t process) {
-  return machine::first_line(program::concat("/proc/", process, "/comm"));
-}
 
 bool parse_stat(const std::string& text, ThreadFacts& facts) {
   const std::size_t open = text.find('('), close = text.rfind(')');  // a name may contain both
@@ -62,25 +67,25 @@ bool parse_stat(const std::string& text, ThreadFacts& facts) {
   return static_cast<bool>(rest >> facts.processor);
 }
 
-bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited) {
+bool parse_schedstat(const std::string& text, ThreadFacts& facts) {
   std::istringstream numbers(text);
   std::int64_t ran_ns = 0, waited_ns = 0;
   if (!(numbers >> ran_ns >> waited_ns)) return false;
-  ran = Duration(ran_ns);
-  waited = Duration(waited_ns);
+  facts.ran = Duration(ran_ns);
+  facts.waited = Duration(waited_ns);
   return true;
 }
 
-std::optional<ThreadFacts> ThreadReader::read(const ThreadKey& key) const {
-  const std::string folder = folder_of(key);
+std::optional<ThreadFacts> ThreadReader::facts_of(const ThreadKey& thread) const {
+  const std::string folder = folder_of(thread);
   struct stat status {};
   if (stat(folder.c_str(), &status) != 0 || status.st_uid != geteuid()) return std::nullopt;
-  ThreadFacts facts{key.first, key.second};
-  const auto id = static_cast<pid_t>(key.second);
+  ThreadFacts facts{thread.first, thread.second};
+  const auto id = static_cast<pid_t>(thread.second);
   const auto policy = thread_policy(id);
   facts.processors = processors_of(id);
   if (!policy || facts.processors.empty() || !parse_stat(content_of(folder + "/stat"), facts) ||
-      !parse_schedstat(content_of(folder + "/schedstat"), facts.ran, facts.waited))
+      !parse_schedstat(content_of(folder + "/schedstat"), facts))
     return std::nullopt;
   facts.policy = *policy;
   if (const auto stolen = stolen_.find(facts.processor); stolen != stolen_.end())
@@ -94,27 +99,16 @@ void ThreadReader::search(const tracing::System& system, std::vector<ThreadKey>&
   for (const tracing::Thread& thread : system.threads) {
     if (thread.id != 0) known.insert(thread.process);
     if (thread.jobs > 0) processes.insert(thread.process);
-    if (thread.id != 0 && access(folder_of(key_of(thread)).c_str(), F_OK) != 0)
-      ended.push_back(key_of(thread));
+    if (thread.id != 0 && !lives(key_of(thread))) ended.push_back(key_of(thread));
   }
   for (const std::uint32_t process : known)
-    if (access(folder_of({process, process}).c_str(), F_OK) != 0) ended.emplace_back(process, 0);
+    if (!lives({process, process})) ended.emplace_back(process, 0);
   for (const std::uint32_t process : processes) {
     for (const std::string& id : machine::names_in(program::concat("/proc/", process, "/task"))) {
       const ThreadKey thread(process, std::atol(id.c_str()));
-      if (is_timer_thread(machine::first_line(folder_of(thread) + "/comm"))) timer_threads_.insert(thread);
+      if (is_timer_thread(thread)) timer_threads_.insert(thread);
     }
   }
-}
-
-/// Where a hypervisor withholds time, each reading needs the counters, since it has to explain what
-/// happened since the one before.
-void ThreadReader::read_stolen(Time at) {
-  const bool withholds =
-      std::ranges::any_of(stolen_, [](const auto& s) { return s.second > Duration::zero(); });
-  if (!withholds && at < stolen_read_ + kStolen) return;
-  stolen_read_ = at;
-  stolen_ = machine::stolen_times(content_of("/proc/stat"));
 }
 
 ThreadReading ThreadReader::read(const tracing::System& system, Time at) {
@@ -123,17 +117,21 @@ ThreadReading ThreadReader::read(const tracing::System& system, Time at) {
     searched_ = at;
     search(system, reading.ended);
   }
-  read_stolen(at);
+  const auto is_some = [](const auto& stolen) { return stolen.second > Duration::zero(); };
+  if (at >= stolen_read_ + kStolen || std::ranges::any_of(stolen_, is_some)) {
+    stolen_read_ = at;
+    stolen_ = machine::stolen_times(content_of("/proc/stat"));
+  }
   for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs == 0) continue;
-    if (const auto facts = read(key_of(thread))) reading.facts.push_back(*facts);
+    if (auto facts = facts_of(key_of(thread))) reading.facts.push_back(std::move(*facts));
     timer_threads_.erase(key_of(thread));  // release-and-execute: it runs callbacks itself
   }
   for (const ThreadKey& thread : timer_threads_) {
-    auto facts = read(thread);
-    if (!facts) continue;
-    facts->timers = true;
-    reading.facts.push_back(std::move(*facts));
+    if (auto facts = facts_of(thread)) {
+      facts->timers = true;
+      reading.facts.push_back(std::move(*facts));
+    }
   }
   return reading;
 }

@@ -30,11 +30,9 @@ struct ThreadFacts {
   Duration waited{};                 ///< Ready to run, without a processor.
   int processor = -1;                ///< On which it ran last.
   Duration stolen{};                 ///< Withheld by the hypervisor from that processor.
-  std::uint64_t started = 0;         ///< Clock ticks since the boot.
+  std::uint64_t started = 0;         ///< Clock ticks since the boot: ids are used again.
 
   [[nodiscard]] ThreadKey key() const { return {process, thread}; }
-  /// Ids are used again.
-  [[nodiscard]] std::pair<ThreadKey, std::uint64_t> identity() const { return {key(), started}; }
 };
 
 /// The threads of a system at one instant.
@@ -42,8 +40,8 @@ struct ThreadReading {
   Time at{};
   /// Without threads that have ended, or are of another pid namespace or user.
   std::vector<ThreadFacts> facts = {};
-  std::vector<ThreadKey> ended =
-      {};  ///< That have ended, as far as the reading searched for them. Id 0: their process has.
+  /// That have ended, as far as the reading searched for them. Id 0: their process has.
+  std::vector<ThreadKey> ended = {};
 };
 
 /// Reads the threads that run callbacks, and the timer threads of hotpath's executors beside them, from
@@ -54,24 +52,16 @@ class ThreadReader {
   [[nodiscard]] ThreadReading read(const tracing::System& system, Time at);
 
  private:
-  /// Between two searches for timer threads and threads that have ended.
-  static constexpr Duration kSearch = std::chrono::seconds(1);
-  [[nodiscard]] std::optional<ThreadFacts> read(const ThreadKey& key) const;
+  [[nodiscard]] std::optional<ThreadFacts> facts_of(const ThreadKey& thread) const;
   void search(const tracing::System& system, std::vector<ThreadKey>& ended);
-  /// Between two readings of what the hypervisor withheld, as long as that is nothing.
-  static constexpr Duration kStolen = std::chrono::milliseconds(100);
-  void read_stolen(Time at);
 
   Time searched_{}, stolen_read_{};
   std::map<int, Duration> stolen_;  // by processor
   std::set<ThreadKey> timer_threads_;
 };
 
-/// The name of a process (comm); empty: it has ended.
-[[nodiscard]] std::string process_name(std::uint32_t process);
-
 /// Facts from the content of /proc/PID/task/TID/stat and schedstat; false: invalid.
 [[nodiscard]] bool parse_stat(const std::string& text, ThreadFacts& facts);
-[[nodiscard]] bool parse_schedstat(const std::string& text, Duration& ran, Duration& waited);
+[[nodiscard]] bool parse_schedstat(const std::string& text, ThreadFacts& facts);
 
 }  // namespace hotpath::watch

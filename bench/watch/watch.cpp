@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "machine/proc_files.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/forked_task.hpp"
@@ -23,11 +24,9 @@
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "watch/contract_check.hpp"
 #include "watch/flight_recorder.hpp"
 #include "watch/observation_report.hpp"
 #include "watch/observer.hpp"
-#include "watch/session.hpp"
 #include "watch/watched_program.hpp"
 
 namespace hotpath::watch {
@@ -53,6 +52,12 @@ constexpr const char* kClearTerminal = "\033[H\033[2J";
 
 volatile std::sig_atomic_t snapshot_requested = 0;
 
+/// The real-time clock minus that of Time, at this moment.
+Duration realtime_now() {
+  using namespace std::chrono;
+  return system_clock::now().time_since_epoch() - steady_clock::now().time_since_epoch();
+}
+
 std::unique_ptr<FlightRecorder> recorder_of(const WatchOptions& options) {
   if (options.record.empty()) return nullptr;
   program::check_output_folder(options.record, "", "--record");
@@ -65,16 +70,14 @@ class Watch {
  public:
   explicit Watch(const WatchOptions& options)
       : options_(options),
-        contract_(options.contract.empty()
-                      ? nullptr
-                      : std::make_unique<ContractCheck>(read_contract(options.contract), realtime_now())),
+        given_(options.contract.empty() ? Contract{} : read_contract(options.contract)),
         session_(is_attached() ? Meeting::attachable : Meeting::own),
         recorder_(recorder_of(options)),
         program_(is_attached() ? nullptr
                                : std::make_unique<WatchedProgram>(options.command, session_.name())),
-        observer_(contract_.get(), recorder_.get(), is_attached() ? std::optional(begin_) : std::nullopt) {
+        observer_(given_, recorder_.get(), realtime_now(),
+                  is_attached() ? std::optional(begin_) : std::nullopt) {
     setpriority(PRIO_PROCESS, 0, kNice);  // the program has been started with the usual priority
-    observer_.set_realtime(realtime_now());
   }
 
   void run() {
@@ -92,7 +95,7 @@ class Watch {
       if (program_) end_program_if_due();
     }
     observe(session_.finish(now()));
-    if (contract_ && program_) contract_->end();
+    if (program_) observer_.end();
     read_threads();
     judge_threads(Time::max());
     state_incidents(true);
@@ -106,11 +109,15 @@ class Watch {
     if (options_.fail_on && observer_.events() == 0)
       throw program::RunError("nothing was observed, so the contract " + options_.contract +
                               " could not be judged");
-    if (options_.fail_on && contract_->broken())
-      throw ContractBroken("the contract " + options_.contract + " is broken: " + contract_->incident());
+    if (options_.fail_on && observer_.judge().broken())
+      throw ContractBroken("the contract " + options_.contract +
+                           " is broken: " + observer_.judge().incident());
   }
 
  private:
+  bool is_judged() const { return !options_.contract.empty(); }
+  std::deque<Incident>& incidents() { return observer_.judge().incidents().kept(); }
+  bool is_lossy() const { return session_.losses().total() > 0; }
   bool is_attached() const { return options_.command.empty(); }
   bool is_time_over() const {
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
@@ -127,7 +134,8 @@ class Watch {
     if (!is_attached()) return;
     for (const std::uint32_t process : session_.found()) {
       if (named_.insert(process).second)
-        say(program::concat("attached to process ", process, " (", process_name(process), ")"));
+        say(program::concat("attached to process ", process, " (",
+                            machine::first_line(program::concat("/proc/", process, "/comm")), ")"));
     }
     if (named_.empty() && !std::exchange(waits_, true))
       say("no program runs with the sensor; waiting for one that is started with "
@@ -139,8 +147,8 @@ class Watch {
   bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
 
   void observe(const std::vector<tracing::Event>& events) {
-    if (contract_) contract_->note_losses(session_.losses().total(), now());
-    if (contract_ && program_ && is_ending()) contract_->end();
+    observer_.note_losses(session_.losses().total(), now());
+    if (program_ && is_ending()) observer_.end();
     for (const tracing::Event& event : events) observer_.event(event);
     if (recorder_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
   }
@@ -150,8 +158,7 @@ class Watch {
     report_.follow(reading);
     observer_.set_realtime(realtime_now());
     next_reading_ = reading.at + kFacts;
-    if (!contract_) return;
-    contract_->set_realtime(realtime_now());
+    if (!is_judged()) return;
     const auto of_each = kFactsOfEach * static_cast<int>(reading.facts.size());
     next_reading_ = std::min(next_reading_, reading.at + of_each);
   }
@@ -160,16 +167,15 @@ class Watch {
   void judge_threads(Time until) {
     for (; !unjudged_.empty() && unjudged_.front().at <= until; unjudged_.pop_front()) {
       const ThreadReading& reading = unjudged_.front();
-      if (contract_) contract_->threads(reading.facts, reading.at);
+      observer_.threads(reading.facts, reading.at);
       for (const ThreadKey& thread : reading.ended) observer_.forget(thread);
     }
   }
 
   /// States new incidents, and those of which something else broke first.
   void state_incidents(bool at_end) {
-    if (!contract_) return;
-    contract_->describe(observer_.system(), at_end);
-    for (Incident& incident : contract_->incidents()) {
+    observer_.describe(at_end);
+    for (Incident& incident : incidents()) {
       if (!incident.take_news()) continue;
       nlohmann::json line = incident.json();
       if (incident.number() > stated_ && recorder_ && incident.number() <= kMostIncidentSnapshots) {
@@ -218,14 +224,14 @@ class Watch {
 
   static void say(const std::string& sentence) { std::cerr << "hotpath: " << sentence << std::endl; }
 
-  void print_result() const {
+  void print_result() {
     if (!is_refreshed() && !options_.json) print_tables();
-    if (contract_ && !options_.json) {
-      std::cout << contract_->table(session_.losses());
-      const std::deque<Incident>& incidents = contract_->incidents();
-      for (std::size_t i = 0; i < std::min(incidents.size(), kMostPrinted); ++i) print_incident(incidents[i]);
-      if (incidents.size() > kMostPrinted)
-        std::cout << incidents.back().number() - kMostPrinted << " further incidents\n";
+    if (is_judged() && !options_.json) {
+      std::cout << observer_.judge().table(is_lossy());
+      for (std::size_t i = 0; i < std::min(incidents().size(), kMostPrinted); ++i)
+        print_incident(incidents()[i]);
+      if (incidents().size() > kMostPrinted)
+        std::cout << incidents().back().number() - kMostPrinted << " further incidents\n";
     }
     if (session_.threads() == 0 && program_) {
       std::cerr << "hotpath: no tracepoint was recorded: a program without tracetools, of a distribution "
@@ -235,12 +241,12 @@ class Watch {
 
   void report() {
     reported_ = elapsed();
-    report_.update(observer_, session_, contract_.get(), reported_);
+    report_.update(observer_, session_, reported_);
     if (options_.json && !options_.once) print_json();
     if (!is_refreshed()) return;
     program::data_output() << kClearTerminal << std::flush;
     print_tables();
-    if (contract_ && contract_->broken()) print_incident(contract_->incidents().back());
+    if (!incidents().empty()) print_incident(incidents().back());
     std::cout << std::flush;
   }
 
@@ -255,7 +261,7 @@ class Watch {
 
   void print_json() const {
     nlohmann::json line = report_.json();
-    if (contract_) line["contract"] = contract_->json(session_.losses());
+    if (is_judged()) line["contract"] = observer_.judge().json(is_lossy());
     print_line(line);
   }
 
@@ -281,7 +287,7 @@ class Watch {
 
   const WatchOptions& options_;
   const Time begin_ = now();
-  const std::unique_ptr<ContractCheck> contract_;
+  const Contract given_;
   Session session_;                                 // keeps the texts of the recorder's events
   const std::unique_ptr<FlightRecorder> recorder_;  // nullptr: no snapshots are written
   const std::unique_ptr<WatchedProgram> program_;   // nullptr: attached
@@ -305,7 +311,9 @@ class Watch {
 
 void watch(const WatchOptions& options) {
   if (options.print_environment) {
-    program::data_output() << attachable_environment() << std::flush;
+    for (const std::string& variable : sensor_variables(sensor::kAttachable))
+      program::data_output() << variable << "\n";
+    program::data_output() << std::flush;
     return;
   }
   Watch(options).run();

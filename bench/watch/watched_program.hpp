@@ -9,7 +9,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -38,31 +37,13 @@ inline std::string sensor_library() {
 
 inline const std::string kPreload = "LD_PRELOAD=", kSession = std::string(sensor::kSessionVariable) + "=";
 
-/// The variables of the sensor; other preloaded libraries stay.
-inline std::vector<std::string> sensor_variables(const std::string& library, const std::string& session) {
+/// The variables with which programs run with the sensor: `NAME=VALUE`. Other preloaded libraries stay.
+/// Throws RunError.
+inline std::vector<std::string> sensor_variables(const std::string& session) {
   const char* const others = std::getenv("LD_PRELOAD");
   std::string rest = others == nullptr || *others == '\0' ? "" : ":" + std::string(others);
   std::ranges::replace(rest, ' ', ':');  // a shell splits `env $(...)` at blanks
-  return {kPreload + library + rest, kSession + session};
-}
-
-inline std::vector<std::string> environment_with(const std::string& library, const std::string& session) {
-  std::vector<std::string> words;
-  for (char** variable = environ; *variable != nullptr; ++variable) {
-    const std::string word = *variable;
-    if (!word.starts_with(kPreload) && !word.starts_with(kSession)) words.push_back(word);
-  }
-  std::ranges::copy(sensor_variables(library, session), std::back_inserter(words));
-  return words;
-}
-
-/// The variables with which programs run with the sensor, so that `hotpath watch` can attach to them:
-/// `NAME=VALUE`, one a line. Throws RunError.
-inline std::string attachable_environment() {
-  std::string lines;
-  for (const std::string& variable : sensor_variables(sensor_library(), sensor::kAttachable))
-    lines += variable + "\n";
-  return lines;
+  return {kPreload + sensor_library() + rest, kSession + session};
 }
 
 /// A program that runs with the sensor. It keeps running if the watcher is killed.
@@ -71,7 +52,12 @@ class WatchedProgram {
   /// Starts the program, found along PATH, with its arguments. Its standard output goes to standard
   /// error, because the watcher writes to standard output. Throws RunError if it cannot be started.
   WatchedProgram(std::vector<std::string> words, const std::string& session) {
-    std::vector<std::string> environment = environment_with(sensor_library(), session);
+    std::vector<std::string> environment;
+    for (char** variable = environ; *variable != nullptr; ++variable) {
+      const std::string word = *variable;
+      if (!word.starts_with(kPreload) && !word.starts_with(kSession)) environment.push_back(word);
+    }
+    for (const std::string& variable : sensor_variables(session)) environment.push_back(variable);
     const auto prepare = [] {
       std::signal(SIGPIPE, SIG_DFL);  // this program ignores both
       std::signal(SIGXFSZ, SIG_DFL);

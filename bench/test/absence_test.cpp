@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the absence of events shows: silence, overdue jobs, and nothing after a loss of events.
+#include <gmock/gmock.h>
+
+#include "watching.hpp"
+
+namespace hotpath::watch {
+namespace {
+
+using testing::HasSubstr;
+using K = tracing::EventKind;
+
+TEST_F(Watching, SeesABurst) {
+  system.run(10, 1);
+  system.run(12.5, 1);
+  until(20);
+  EXPECT_THAT(incident(),
+              HasSubstr("space.sink/a got samples at a distance of 2.500 ms, minimum distance 7.000"));
+}
+
+TEST_F(Watching, SeesLostSamples) {
+  for (int i = 1; i <= 4; ++i) system.run(10 * i, 1, i == 4);  // depth 2
+  until(50);
+  EXPECT_EQ(verdict("space.sink/a", "lost"), "broken");
+  EXPECT_THAT(incident(), HasSubstr("space.sink/a lost samples: 1, bound 0 (derived)"));
+}
+
+TEST_F(Watching, TakesTheEndOfProgramsForNoLossOfSamples) {
+  system.run(10, 1);
+  observe();
+  observer.end();
+  for (int i = 2; i <= 5; ++i) system.run(10 * i, 1, false);  // depth 2
+  until(60);
+  EXPECT_EQ(incident(), "");
+}
+
+TEST_F(Watching, LimitsTheSamplesOfSeveralActivations) {
+  for (const double start : {10.0, 17.5, 25.5}) system.run(start, 1);
+  until(30);
+  EXPECT_THAT(term("space.sink/a", "minimum_distance_ms")["reason"],
+              HasSubstr("got 3 samples within 15.500 ms, minimum distance 17.000 ms"));
+}
+
+TEST_F(Watching, SeesSilence) {
+  system.run(10, 1);
+  system.run(20, 1);
+  until(40);
+  EXPECT_EQ(incident(), "");
+  until(1000);
+  EXPECT_THAT(incident(),
+              HasSubstr("00:00:00.033 source (timer) got nothing for 980.000 ms, maximum distance"));
+  system.run(1010, 1);
+  until(1020);
+  EXPECT_EQ(verdict("source (timer)", "maximum_distance_ms"), "broken");
+}
+
+/// The sink's queue is long; its samples are at most 13 ms apart.
+class WatchingASlowSink : public Watching {
+ protected:
+  WatchingASlowSink() : Watching(slow()) { system.events[6].number[3] = 100; }
+  static std::string slow() {
+    std::string contract = kContract;
+    return contract.insert(contract.find("  lost:"), "  maximum_distance_ms: {value: 13, from: derived}\n");
+  }
+  nlohmann::json distance() { return term("space.sink/a", "maximum_distance_ms"); }
+};
+
+TEST_F(WatchingASlowSink, TakesUnreadSamplesForNoSilence) {
+  system.run(10, 1);
+  for (int i = 2; i <= 30; ++i) {
+    system.run(10 * i, 1, false);
+    until(10 * i + 2);
+  }
+  for (std::uint64_t i = 2; i <= 30; ++i) system.take(302 + static_cast<double>(i) / 5, i, 0.1);
+  until(310);
+  EXPECT_EQ(distance()["verdict"], "held") << distance();
+  EXPECT_EQ(distance()["checked"], 29);
+}
+
+TEST_F(WatchingASlowSink, SeesSilenceAfterUnreadSamples) {
+  for (int i = 1; i <= 3; ++i) system.run(10 * i, 1, i == 1);
+  system.add(K::callback_start, 40, {11});  // publishes late
+  until(150);
+  EXPECT_EQ(distance()["broken"], 1);
+  system.take(160, 2, 0.1);
+  system.take(161, 3, 0.1);
+  system.add(K::rcl_publish, 170, {13, 99});
+  system.add(K::rmw_publish, 170, {14, 99, 4});
+  system.take(171, 4, 0.1);
+  until(180);
+  EXPECT_EQ(distance()["broken"], 1);
+  EXPECT_EQ(distance()["observed"], 139.0);
+}
+
+TEST_F(WatchingASlowSink, MeasuresNoDistanceFromAnOldSample) {
+  for (int i = 1; i <= 5; ++i) system.run(10 * i, 1);
+  system.take(52.5, 777, 0.1);  // published 777 ns after the beginning
+  system.run(60, 1);
+  until(65);
+  EXPECT_EQ(distance()["verdict"], "held") << distance();
+}
+
+TEST_F(Watching, SeesACallbackThatDoesNotEnd) {
+  system.add(K::callback_start, 10, {11});
+  until(2010);
+  EXPECT_THAT(
+      incident(),
+      HasSubstr("00:00:00.012 source (timer) has run for 2000.000 ms without an end, budget 2.000 ms"));
+  until(3010);
+  EXPECT_EQ(term("source (timer)", "budget_ms")["broken"], 1) << "once for each job";
+}
+
+TEST_F(Watching, TakesABoundAtTheEndOfALongJobForItsConsequence) {
+  system.add(K::callback_start, 10, {11});
+  until(100);
+  system.add(K::callback_end, 5010, {11});
+  system.job(5010, 3, 21);
+  until(5100);
+  EXPECT_EQ(incidents().size(), 1U) << observer.judge().json(false)["incidents"];
+  EXPECT_EQ(incidents().front().breaches(), 3U) << "the budgets of both, and silence";
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.012 source (timer) ran 5000.000 ms"));
+}
+
+TEST_F(Watching, KeepsTheLengthsOfJobsThatAreOverdueTogetherApart) {
+  const auto of_thread_8 = [&](K kind, double ms) {
+    system.add(kind, ms, {11});
+    system.events.back().thread = 8;
+  };
+  system.add(K::callback_start, 10, {11});
+  until(110);
+  of_thread_8(K::callback_start, 120);
+  until(1110);
+  of_thread_8(K::callback_end, 1111);  // it has displaced the other one for 991 ms
+  system.add(K::callback_end, 1115, {11});
+  until(1220);
+  EXPECT_THAT(incident(), HasSubstr("00:00:00.012 source (timer) ran 114.000 ms"));
+}
+
+TEST_F(Watching, CountsNoTimeInWhichAnotherJobHadTheProcessor) {
+  system.add(K::callback_start, 10, {11});
+  for (const auto& [kind, ms] : {std::pair(K::callback_start, 11.0), std::pair(K::callback_end, 11.9)}) {
+    system.add(kind, ms, {21});
+    system.events.back().thread = 8;
+  }
+  system.add(K::callback_end, 12.5, {11});
+  until(20);
+  EXPECT_EQ(verdict("source (timer)", "budget_ms"), "held");
+  EXPECT_EQ(verdict("space.sink/a", "budget_ms"), "held");
+}
+
+TEST_F(Watching, ConcludesNothingFromLostEvents) {
+  system.run(10, 1);
+  losses.dropped = 1;
+  until(5000);
+  system.run(6000, 1);
+  until(6010);
+  EXPECT_EQ(incident(), "");
+  for (int i = 601; i <= 1400; ++i) system.run(10 * i, 1);
+  until(14'010);
+  EXPECT_EQ(incident(), "");
+  until(15'000);
+  EXPECT_THAT(incident(), HasSubstr("got nothing for")) << "it goes on after some seconds";
+}
+
+TEST_F(Watching, ConcludesNothingFromEventsThatCameWithTheLoss) {
+  system.run(10, 1);
+  until(20);
+  observer.note_losses(1, at_ms(60));
+  for (int i = 4; i <= 7; ++i) system.run(10 * i, 1, false);  // the takes were lost, and a job at 20 ms
+  observe();
+  losses.dropped = 1;
+  until(80);
+  EXPECT_EQ(incident(), "");
+}
+
+TEST_F(Watching, ExtendsNoSilenceThatEndedWhileEventsWereLost) {
+  system.run(10, 1);
+  until(45);
+  losses.dropped = 1;
+  until(1000);
+  system.run(1010, 1);
+  until(1200);
+  EXPECT_THAT(incident(), HasSubstr("source (timer) got nothing for 35.000 ms"));
+}
+
+TEST_F(Watching, BeginsWithAProcessThatIsGone) {
+  system.run(10, 1);
+  system.run(20, 3);
+  until(30);
+  EXPECT_THAT(incident(), HasSubstr("source (timer) ran 3.000 ms"));
+  observer.forget({7, 0});
+  until(1000);
+  EXPECT_THAT(incident(), HasSubstr("source (timer) ran 3.000 ms")) << "the others may be about to end";
+  until(2100);
+  EXPECT_EQ(incident(), "00:00:00.024 the process of source (timer) has ended");
+}
+
+TEST_F(Watching, BeginsWithACallbackThatNeverRuns) {
+  const auto run = [&](int first, int last) {
+    for (int i = first; i <= last; ++i) {
+      system.run(10 * i, 1, false);
+      until(10 * i + 5);
+    }
+  };
+  run(1, 1000);
+  EXPECT_THAT(incident(), HasSubstr("space.sink/a lost samples"));
+  run(1001, 1110);
+  EXPECT_EQ(incidents().back().text(), "00:00:00.011 space.sink/a has never run, although it got samples");
+}
+
+}  // namespace
+}  // namespace hotpath::watch
