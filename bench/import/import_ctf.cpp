@@ -68,7 +68,7 @@ class CtfImport final : public tracing::Sink {
       progress.update(elapsed, total);
     };
     const auto visit = [&](const tracing::Event& e) {
-      const char* const name = tracing::formats()[static_cast<std::size_t>(e.kind)].name;
+      const char* const name = tracing::format_of(e.kind).name;
       for (const char* const text : e.text) check_name(text, name);
       assembler_.event(e);
     };

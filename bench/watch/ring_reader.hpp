@@ -49,9 +49,6 @@ class Texts {
   std::unordered_set<std::string> texts_;
 };
 
-/// The kind of event that a tracepoint becomes; `id` is not Id::text.
-[[nodiscard]] tracing::EventKind kind_of(sensor::Id id);
-
 /// Reads the records of one ring. Any bytes in it are safe: what is no record is counted as
 /// damaged. The ring must outlive the reader.
 class RingReader {

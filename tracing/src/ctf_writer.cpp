@@ -21,7 +21,7 @@ using FieldClass = Owned<bt_field_class, bt_field_class_put_ref>;
 class Source {
  public:
   Source(std::span<const Event> events, const std::string& process_name)
-      : events_(events), process_name_(process_name), event_classes_(formats().size()) {
+      : events_(events), process_name_(process_name), event_classes_(kEvents.size()) {
     for (const Event& e : events)
       streams_.resize(std::max(streams_.size(), static_cast<std::size_t>(e.processor) + 1));
   }
@@ -81,7 +81,7 @@ class Source {
     append(context, "vtid", bt_field_class_integer_signed_create(of));
     append(context, "procname", bt_field_class_string_create(of));
     bt_stream_class_set_event_common_context_field_class(stream_class_.get(), context.get());
-    for (const EventFormat& format : formats())
+    for (const EventFormat& format : kEvents)
       if (std::ranges::find(events_, format.kind, &Event::kind) != events_.end()) declare(format);
     trace_.reset(bt_trace_create(of));
     bt_trace_set_name(trace_.get(), "ust");
@@ -95,7 +95,7 @@ class Source {
     event.reset(bt_event_class_create(stream_class_.get()));
     bt_event_class_set_name(event.get(), format.name);
     const FieldClass payload(bt_field_class_structure_create(trace_class_.get()));
-    for (const EventFormat::Field& field : format.fields) append(payload, field.name, class_of(field.type));
+    for (const EventField& field : format.fields()) append(payload, field.name, class_of(field.type));
     bt_event_class_set_payload_field_class(event.get(), payload.get());
   }
 
@@ -147,9 +147,9 @@ class Source {
     bt_field_string_set_value(member(context, 2), process_name_.c_str());
     auto number = e.number.begin();
     auto text = e.text.begin();
-    for (std::size_t i = 0; i < formats()[kind].fields.size(); ++i) {
+    for (std::size_t i = 0; i < kEvents[kind].fields().size(); ++i) {
       bt_field* const field = member(bt_event_borrow_payload_field(event), i);
-      switch (formats()[kind].fields[i].type) {
+      switch (kEvents[kind].fields()[i].type) {
         case FieldType::address:
           bt_field_integer_unsigned_set_value(field, *number++);
           break;
