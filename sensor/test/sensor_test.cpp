@@ -176,6 +176,7 @@ TEST(Sensor, RecordsCallsOfHumble) {
   for (std::size_t i = 0; i < ring.head; ++i)
     if (ring.records[i].kind != kText) records[ring.records[i].kind] = &ring.records[i];
   EXPECT_EQ(records.size(), 17U);
+  for (const auto& [kind, record] : records) EXPECT_EQ(format_of(kind).origin, EventOrigin::humble);
   ASSERT_TRUE(records.contains(EventKind::rmw_publish) && records.contains(EventKind::rmw_take));
   const auto& publish = records[EventKind::rmw_publish]->number;
   EXPECT_EQ((std::array{publish[0], publish[1], publish[2]}), (std::array<std::uint64_t, 3>{0, 9, 0}))

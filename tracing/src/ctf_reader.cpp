@@ -242,13 +242,13 @@ class Reader {
       const FieldType type = known.format->fields()[i].type;
       if (type == FieldType::text) {
         *text++ = text_in(field);
-      } else if (type == FieldType::gid) {
-        *number++ = bytes_in(field, 0);
-        *number++ = bytes_in(field, 8);
-      } else {
-        const bool instant = type == FieldType::instant && field != nullptr;
-        *number++ = number_in(field) + (instant ? static_cast<std::uint64_t>(clock_offset_) : 0);
+        continue;
       }
+      *number = type == FieldType::gid ? bytes_in(field, 0) : number_in(field);
+      if (type == FieldType::instant && field != nullptr)
+        *number += static_cast<std::uint64_t>(clock_offset_);
+      if (type == FieldType::gid) *++number = bytes_in(field, 8);
+      ++number;
     }
     visit_(out);
   }
