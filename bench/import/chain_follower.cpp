@@ -2,8 +2,18 @@
 #include "import/chain_follower.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <limits>
+#include <sstream>
+#include <utility>
+#include <vector>
 
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/observe.hpp"
+#include "import/recorded_window.hpp"
+#include "program/errors.hpp"
+#include "program/text.hpp"
 
 namespace hotpath::imports {
 
@@ -13,6 +23,44 @@ namespace {
 constexpr std::size_t kTaken = 64;
 /// Of a subscription that keeps all.
 constexpr std::size_t kKeepAll = 1000;
+
+/// Most chains of a graph without chains of the user.
+constexpr std::size_t kChainsFound = 5;
+
+/// What enters the messages of a node, by the inferred rules.
+std::vector<HeldInputs> held_inputs(const RecordedGraph& graph) {
+  const auto tasks_of = [&](const std::vector<std::uint32_t>& callbacks) {
+    std::vector<TaskId> tasks;
+    tasks.reserve(callbacks.size());
+    for (const std::uint32_t callback : callbacks) tasks.push_back(graph.task({callback, 0}));
+    return tasks;
+  };
+  std::vector<HeldInputs> held;
+  for (const InferredRule& rule : graph.rules)
+    held.push_back({rule.topic, tasks_of(rule.publishers), tasks_of(rule.of)});
+  return held;
+}
+
+std::vector<std::size_t> most_unread(const tracing::System& system) {
+  std::vector<std::size_t> unread(system.topics.size(), 0);
+  for (const tracing::Callback& reader : system.callbacks) {  // also services and clients
+    if (reader.topic >= unread.size()) continue;
+    unread[reader.topic] = std::max(unread[reader.topic], ChainFollower::most_unread(reader.depth));
+  }
+  return unread;
+}
+
+/// The task that a name on the command line means: a task, or a node's timer or only callback.
+TaskId named_task(const Graph& graph, const GraphTasks& tasks, const std::string& name, bool timer) {
+  std::vector<TaskId> named = tasks_named(graph, tasks, name);
+  if (named.size() > 1)
+    std::erase_if(named, [&](TaskId id) { return (tasks.set[id].kind == TaskKind::timer) != timer; });
+  if (named.size() == 1) return named.front();
+  throw program::UsageError(program::concat(
+      "--chain: ", name,
+      named.empty() ? " is not a node or task of the graph" : " has several such callbacks; name one",
+      "; the tasks are in graph.yaml, for example ", tasks.set[0].name));
+}
 
 }  // namespace
 
@@ -93,6 +141,86 @@ void ChainFollower::observe(const SimulatedMessage& message, Running& running) {
   for (std::uint32_t c = 0; c < chains_.size(); ++c)
     if (chains_[c].ends_in(running.ref.task)) ends_.push_back(c);
   observe_chains(history_, message, chains_, ends_, running, observed_);
+}
+
+std::vector<ChainObservation> recorded_chains(const tracing::System& system, const RecordedGraph& graph,
+                                              const RecordedWindow& window) {
+  std::vector<ChainObservation> observations;
+  std::vector<bool> publishing;
+  for (const Callback& callback : graph.tasks.callbacks) publishing.push_back(!callback.publishes.empty());
+  ChainFollower follower(index_chains(graph.graph, graph.tasks), held_inputs(graph), most_unread(system),
+                         std::move(publishing), ChainLanes(graph.graph, graph.tasks),
+                         [&](const ChainObservation& o) { observations.push_back(o); });
+  // What to do at which event of the trace, in its order.
+  std::vector<std::pair<std::uint64_t, std::function<void()>>> steps;
+  for (std::size_t i = 0; i < window.jobs.size(); ++i) {
+    const tracing::Job& job = window.jobs[i];
+    if (graph.task(job.ref) == kNoTask) continue;
+    steps.emplace_back(job.started, [&, i] {
+      std::optional<ChainFollower::Taken> taken;
+      if (job.has_sample)
+        taken = {job.sample.parent, graph.task(job.sample.parent), system.callbacks[job.ref.callback].topic};
+      follower.start(job.ref, window.records[i].job.ref(), job.start, taken);
+    });
+    for (const tracing::Publication& p : job.published)
+      steps.emplace_back(p.event, [&] { follower.publish(job.ref, p.topic); });
+    if (job.ended) steps.emplace_back(job.finished, [&] { follower.end(job.ref, true); });
+  }
+  std::ranges::stable_sort(steps, {}, [](const auto& step) { return step.first; });
+  for (const auto& [event, step] : steps) step();
+  return observations;
+}
+
+std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks) {
+  std::vector<Chain> chains = find_chains(graph, tasks, std::numeric_limits<std::size_t>::max());
+  std::erase_if(chains, [](const Chain& chain) {
+    return std::ranges::all_of(chain.sources, [](const std::string& source) {
+      return source == kOutside || source.starts_with(std::string(kOutside) + "/");
+    });
+  });
+  chains.resize(std::min(chains.size(), kChainsFound));
+  for (std::size_t i = 0; i < chains.size(); ++i) chains[i].name = program::concat("chain_", i + 1);
+  return chains;
+}
+
+Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& tasks) {
+  const auto colon = text.rfind(':');
+  if (colon == std::string::npos) throw program::UsageError("--chain: `" + text + "` is not SOURCE,...:SINK");
+  Chain chain;
+  chain.name = text.substr(colon + 1);
+  const TaskId sink = named_task(graph, tasks, chain.name, false);
+  std::vector<bool> reaches(tasks.set.size(), false), reached(tasks.set.size(), false);
+  reaches[sink] = true;
+  for (bool changed = true; std::exchange(changed, false);) {
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      const auto next = tasks.downstream(id);
+      if (reaches[id] || std::ranges::none_of(next, [&](TaskId n) { return reaches[n]; })) continue;
+      reaches[id] = changed = true;
+    }
+  }
+  std::vector<TaskId> open;
+  std::istringstream names(text.substr(0, colon));
+  for (std::string name; std::getline(names, name, ',');) {
+    const TaskId source = named_task(graph, tasks, name, true);
+    if (tasks.set[source].kind != TaskKind::timer)
+      throw program::UsageError("--chain: " + name + " is not a timer, and chains begin at timers");
+    if (!reaches[source])
+      throw program::UsageError("--chain: no data flows from " + name + " to " + chain.name);
+    chain.sources.push_back(tasks.set[source].name);
+    open.push_back(source);
+  }
+  while (!open.empty()) {
+    const TaskId id = open.back();
+    open.pop_back();
+    if (reached[id] || !reaches[id]) continue;
+    reached[id] = true;
+    const std::vector<TaskId> next = id == sink ? std::vector<TaskId>() : tasks.downstream(id);
+    open.insert(open.end(), next.begin(), next.end());
+  }
+  for (TaskId id = 0; id < tasks.set.size(); ++id)
+    if (reached[id]) chain.nodes.push_back(tasks.set[id].name);
+  chain.sink = tasks.set[sink].name;
+  return chain;
 }
 
 }  // namespace hotpath::imports

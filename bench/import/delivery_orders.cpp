@@ -18,79 +18,66 @@ constexpr std::uint32_t kFastDds = 0x010f;
 /// Topics named in a sentence; the others are counted.
 constexpr std::size_t kNamed = 3;
 
-/// The readers of one process, and the order in which each of its publishers serves them.
-class Matching {
- public:
-  struct Writer {
-    std::uint32_t topic;
-    std::uint64_t publications;
-    Order readers;
-    DeliverySource source;
-  };
+/// A publisher, and the readers in the order in which it serves them.
+struct Writer {
+  std::uint32_t topic;
+  std::uint64_t publications;
+  Order readers;
+  DeliverySource source = DeliverySource::creation;
+};
 
-  void add(const Endpoint& endpoint) {
-    const bool writer = endpoint.kind == Endpoint::Kind::publisher;
-    const bool with_id = writer || endpoint.kind == Endpoint::Kind::subscription;
-    if (with_id) {
-      // A gap: an endpoint of which the trace has no event.
-      complete_ =
-          complete_ && endpoint.id.vendor() == kFastDds && (next_ == 0 || endpoint.id.number() == next_);
-      next_ = endpoint.id.number();
-    }
-    writer ? add_writer(endpoint) : add_reader(endpoint);
-    // rmw_fastrtps creates the reader of a service or a client before its writer.
-    next_ += with_id ? 1 : 2;
-  }
-
-  [[nodiscard]] const std::vector<Writer>& writers() const { return writers_; }
-
- private:
+/// The publishers of a process, and the readers of the same process that they serve.
+std::vector<Writer> writers_of(const tracing::System& system, std::uint32_t process) {
   struct Reader {
     std::uint32_t topic, callback;
   };
-
-  void add_writer(const Endpoint& endpoint) {
-    if (endpoint.topic == kNone) return;
-    Writer writer{endpoint.topic, endpoint.publications, {}, DeliverySource::creation};
-    for (const auto& [number, reader] : readers_)
-      if (reader.topic == endpoint.topic && reader.callback != kNone)
-        writer.readers.push_back(reader.callback);
-    if (writer.readers.size() > 1) writer.source = complete_ ? DeliverySource::ids : DeliverySource::unknown;
-    writers_.push_back(std::move(writer));
+  std::unordered_map<std::size_t, Reader> readers{1};  // as that of Fast DDS
+  std::vector<Writer> writers;
+  bool complete = true;    // A gap is an endpoint of which the trace has no event.
+  std::uint32_t next = 0;  // number of the next endpoint; 0: unknown
+  for (const Endpoint& endpoint : system.endpoints) {
+    if (endpoint.process != process) continue;
+    const bool writes = endpoint.kind == Endpoint::Kind::publisher;
+    const bool with_id = writes || endpoint.kind == Endpoint::Kind::subscription;
+    if (with_id) {
+      const bool follows = next == 0 || endpoint.id.number() == next;
+      complete = complete && endpoint.id.vendor() == kFastDds && follows;
+      next = endpoint.id.number();
+    }
+    if (!writes) {
+      // Without ids the numbers only have to differ.
+      readers.emplace(complete ? next : (std::size_t{1} << 32) + readers.size(),
+                      Reader{endpoint.topic, endpoint.callback});
+      for (Writer& writer : writers)
+        if (writer.topic == endpoint.topic && endpoint.callback != kNone)
+          writer.readers.push_back(endpoint.callback);
+    } else if (endpoint.topic != kNone) {
+      Writer& writer = writers.emplace_back(Writer{endpoint.topic, endpoint.publications, {}});
+      for (const auto& [number, reader] : readers)
+        if (reader.topic == endpoint.topic && reader.callback != kNone)
+          writer.readers.push_back(reader.callback);
+      if (writer.readers.size() > 1) writer.source = complete ? DeliverySource::ids : DeliverySource::unknown;
+    }
+    // rmw_fastrtps creates the reader of a service or a client before its writer.
+    next += with_id ? 1 : 2;
   }
-
-  void add_reader(const Endpoint& endpoint) {
-    // Without ids the numbers only have to differ.
-    readers_.emplace(complete_ ? next_ : (std::size_t{1} << 32) + readers_.size(),
-                     Reader{endpoint.topic, endpoint.callback});
-    if (endpoint.callback == kNone) return;
-    for (Writer& writer : writers_)
-      if (writer.topic == endpoint.topic) writer.readers.push_back(endpoint.callback);
-  }
-
-  bool complete_ = true;
-  std::uint32_t next_ = 0;  // number of the next endpoint; 0: unknown
-  std::unordered_map<std::size_t, Reader> readers_{1};
-  std::vector<Writer> writers_;
-};
+  return writers;
+}
 
 /// The order for all publishers of a topic: that of the one with the most messages. Readers in other
 /// processes follow; several of them have no known order.
-RecordedDelivery delivery_of(const Order& subscriptions,
-                             const std::vector<const Matching::Writer*>& writers) {
-  RecordedDelivery delivery;
-  delivery.subscriptions = subscriptions;
+RecordedDelivery delivery_of(Order subscriptions, const std::vector<const Writer*>& writers) {
+  RecordedDelivery delivery{.subscriptions = std::move(subscriptions)};
   if (writers.empty()) return delivery;
-  const Matching::Writer& most =
-      **std::ranges::max_element(writers, {}, [](const auto* w) { return w->publications; });
+  const Writer& most =
+      **std::ranges::max_element(writers, {}, [](const Writer* w) { return w->publications; });
   Order order = most.readers;
-  for (const std::uint32_t c : subscriptions)
+  for (const std::uint32_t c : delivery.subscriptions)
     if (std::ranges::count(order, c) == 0) order.push_back(c);
-  const bool known = order.size() <= most.readers.size() + 1;
+  if (order.size() <= most.readers.size() + 1) delivery.source = most.source;
   delivery.subscriptions = std::move(order);
-  delivery.source = known ? most.source : DeliverySource::unknown;
   delivery.one_order =
-      std::ranges::all_of(writers, [&](const auto* w) { return w->readers == most.readers; });
+      std::ranges::all_of(writers, [&](const Writer* w) { return w->readers == most.readers; });
   return delivery;
 }
 
@@ -104,17 +91,17 @@ std::map<std::uint32_t, std::map<Order, std::uint64_t>> started_orders(
   std::map<std::tuple<std::uint32_t, std::uint64_t, std::uint32_t>, Order> readers;  // by job and topic
   for (const tracing::Job& job : jobs) {
     const auto topic = topic_of.find(job.ref.callback);
-    if (topic == topic_of.end() || !job.has_sample || job.sample.parent.callback == kNone) continue;
-    readers[{job.sample.parent.callback, job.sample.parent.number, topic->second}].push_back(
-        job.ref.callback);
+    const tracing::JobRef& parent = job.sample.parent;
+    if (topic != topic_of.end() && job.has_sample && parent.callback != kNone)
+      readers[{parent.callback, parent.number, topic->second}].push_back(job.ref.callback);
   }
   std::map<std::uint32_t, std::map<Order, std::uint64_t>> orders;
-  for (auto& [message, order] : readers) {
+  for (const auto& [message, order] : readers) {
     const std::uint32_t topic = std::get<2>(message);
     const auto executor = [&](std::uint32_t c) { return executor_of[c]; };
     const bool whole = order.size() == deliveries.at(topic).subscriptions.size();
     const bool together = std::ranges::count(order, executor(order.front()), executor) == std::ssize(order);
-    if (whole && together) ++orders[topic][std::move(order)];
+    if (whole && together) ++orders[topic][order];
   }
   return orders;
 }
@@ -129,41 +116,43 @@ std::string named(std::vector<std::string> topics) {
 }  // namespace
 
 RecordedDeliveries created_deliveries(const tracing::System& system) {
-  std::map<std::uint32_t, Matching> processes;
-  for (const Endpoint& endpoint : system.endpoints) processes[endpoint.process].add(endpoint);
+  std::map<std::uint32_t, std::vector<Writer>> all;  // by process
+  for (const Endpoint& endpoint : system.endpoints)
+    if (!all.contains(endpoint.process)) all[endpoint.process] = writers_of(system, endpoint.process);
   RecordedDeliveries deliveries;
   for (std::uint32_t topic = 0; topic < system.topics.size(); ++topic) {
     Order subscriptions;
     for (const std::uint32_t c : system.topics[topic].subscriptions)
       if (system.callbacks[c].samples + system.callbacks[c].jobs > 0) subscriptions.push_back(c);
     if (subscriptions.size() < 2 || is_housekeeping(system.topics[topic].name)) continue;
-    std::vector<const Matching::Writer*> writers;
-    for (const auto& [process, matching] : processes)
-      for (const Matching::Writer& writer : matching.writers())
+    std::vector<const Writer*> writers;
+    for (const auto& [process, of_process] : all)
+      for (const Writer& writer : of_process)
         if (writer.topic == topic && writer.publications > 0) writers.push_back(&writer);
-    deliveries[topic] = delivery_of(subscriptions, writers);
+    deliveries[topic] = delivery_of(std::move(subscriptions), writers);
   }
   return deliveries;
 }
 
-bool add_started_deliveries(std::span<const tracing::Job> jobs, Family family,
-                            const std::vector<std::uint32_t>& executor_of, RecordedDeliveries& deliveries) {
-  if (family != Family::events) return false;
-  bool changed = false;
+std::pair<RecordedDeliveries, bool> with_started_deliveries(RecordedDeliveries deliveries,
+                                                            std::span<const tracing::Job> jobs, Family family,
+                                                            const std::vector<std::uint32_t>& executor_of) {
+  bool more = false;
+  if (family != Family::events) return {std::move(deliveries), more};
   for (const auto& [topic, orders] : started_orders(jobs, executor_of, deliveries)) {
     RecordedDelivery& delivery = deliveries.at(topic);
     const auto& [order, messages] =
         *std::ranges::max_element(orders, {}, [](const auto& o) { return o.second; });
     for (const auto& [other, count] : orders) delivery.messages += count;
     if (delivery.source == DeliverySource::unknown && 2 * messages > delivery.messages) {
-      changed = true;
+      more = true;
       delivery.subscriptions = order;
       delivery.source = DeliverySource::starts;
     }
     const auto agreeing = orders.find(delivery.subscriptions);
-    delivery.agreeing = agreeing == orders.end() ? 0 : agreeing->second;
+    if (agreeing != orders.end()) delivery.agreeing = agreeing->second;
   }
-  return changed;
+  return {std::move(deliveries), more};
 }
 
 std::map<std::string, DeliveryOrder> delivery_of_graph(const RecordedDeliveries& deliveries,

@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/core/registry.hpp"
@@ -50,9 +51,10 @@ using RecordedDeliveries = std::map<std::uint32_t, RecordedDelivery>;
 
 /// Compares the orders with the starts of jobs, if an executor of this family starts the readers of a
 /// message in the order of arrival; unknown orders become that of most messages. `jobs` are in the
-/// order of starts; `executor_of`: by callback. Returns whether some order became known.
-bool add_started_deliveries(std::span<const tracing::Job> jobs, Family family,
-                            const std::vector<std::uint32_t>& executor_of, RecordedDeliveries& deliveries);
+/// order of starts; `executor_of`: by callback. The second value: whether some order became known.
+[[nodiscard]] std::pair<RecordedDeliveries, bool> with_started_deliveries(
+    RecordedDeliveries deliveries, std::span<const tracing::Job> jobs, Family family,
+    const std::vector<std::uint32_t>& executor_of);
 
 /// The orders for the graph's topics; unknown orders are entries, too.
 [[nodiscard]] std::map<std::string, DeliveryOrder> delivery_of_graph(const RecordedDeliveries& deliveries,

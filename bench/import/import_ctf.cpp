@@ -9,14 +9,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 
 #include "hotpath/core/utf8.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/tracing/assembler.hpp"
-#include "hotpath/tracing/ctf_trace.hpp"
 #include "import/import_page.hpp"
-#include "import/interpretation.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
@@ -45,15 +42,92 @@ constexpr const char* kDeploymentComment =
     "# A trace has no policies: fifo stands for threads that preempted others and were not\n"
     "# preempted by them. Correct the policies if you know them.\n";
 
-fs::path output_of(const CtfOptions& options) {
-  if (!options.output.empty()) return options.output;
-  return fs::path("imports") / fs::path(options.trace).lexically_normal().filename();
-}
+/// The files of an import; rows of jobs after the first ones follow while the trace is read.
+class ImportFolder {
+ public:
+  ImportFolder(Imported imported, const fs::path& output)
+      : imported_(std::move(imported)),
+        best_(imported_.best),
+        output_(output),
+        run_(output / "run"),
+        rows_(imported_.recorded.system, imported_.found.graph, imported_.found.timers, best_.release_only) {
+    static_cast<void>(rows_.jobs(imported_.recorded.jobs));  // later rows follow these
+    Trace rows = best_.trace;
+    std::ranges::stable_sort(rows.jobs, {},
+                             [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
+    rows.chains = results::counted_chains(best_.trace, Time{});
+    run_.append(best_.tasks.set, setup::chain_names(best_.graph), rows);
+  }
+
+  /// Appends later jobs, in any order.
+  void append(std::vector<tracing::Job> jobs, const std::vector<tracing::LostSample>& lost) {
+    std::ranges::sort(jobs, {}, &tracing::Job::started);
+    const RecordedGraph& graph = imported_.found.graph;
+    Trace rows;
+    rows.executor = best_.trace.executor;
+    rows.epoch = graph.epoch;
+    for (const tracing::Job& job : jobs)
+      if (graph.task(job.ref) != kNoTask) rows.jobs.push_back(rows_.job(job));
+    for (const tracing::LostSample& sample : lost)
+      if (graph.task({sample.subscription, 0}) != kNoTask) rows.jobs.push_back(rows_.lost(sample));
+    later_jobs_ += jobs.size();
+    run_.append(best_.tasks.set, {}, rows);
+  }
+
+  void write(const tracing::TraceReading& reading, const CtfOptions& options) {
+    if (best_.executor.deployment && !imported_.found.deployment) {
+      const Deployment& plan = best_.executor.deployment->plan;
+      program::write_whole_file(plan.file,
+                                kDeploymentComment + deployment_yaml(best_.graph, best_.tasks, plan));
+    }
+    write_graph(output_ / "graph.yaml", best_.graph, import_comments(imported_), program::write_with_folder);
+    write_run(run_, best_.trace, results::RunKind::recorded);
+    if (best_.check.failure.empty()) {
+      results::RunFolder simulated(output_ / "simulated");
+      simulated.append(best_.tasks.set, setup::chain_names(best_.graph), best_.check.simulated);
+      write_run(simulated, best_.check.simulated, results::RunKind::simulated);
+    }
+    const Facts facts{reading, imported_, options, later_jobs_};
+    program::write_whole_file(output_ / "import.json", "--output", import_json(facts));
+    program::draw_figure("import-page", output_);
+    print_import(std::cout, facts, output_);
+  }
+
+ private:
+  void write_run(results::RunFolder& folder, const Trace& trace, results::RunKind kind) const {
+    setup::CommonOptions common;
+    common.graph = output_ / "graph.yaml";
+    common.phases = Phases::given;
+    common.warm_up_s = 0;
+    common.duration_s = to_ms(trace.end - Time{}) / 1000;
+    const TaskSet& set = best_.tasks.set;
+    results::RunRecord record = setup::record_of(common, best_.graph, set, {best_.executor});
+    record.kind = kind;
+    record.simulation =
+        results::SimulationRecord{.platform = best_.graph.platform, .execution_times = "recorded"};
+    results::Repetition repetition;
+    repetition.trace = trace;
+    repetition.trace.chains = results::counted_chains(trace, Time{});
+    repetition.accounts = account(set, repetition.trace);
+    setup::keep_inputs(folder, common, load_graph(common.graph), record);
+    record.runs.push_back(results::record_of(set, setup::chain_names(best_.graph), repetition));
+    folder.write("run.json", json(record));
+    folder.close(record, json(results::summarize(set, {{trace.executor, {repetition}}},
+                                                 setup::summary_options(common, best_.graph))));
+  }
+
+  const Imported imported_;
+  const Reproduction& best_;
+  const fs::path output_;
+  results::RunFolder run_;
+  RecordedTrace rows_;
+  std::uint64_t later_jobs_ = 0;
+};
 
 /// Reads the trace. When the first jobs suffice, it interprets them; from then on it writes.
 class CtfImport final : public tracing::Sink {
  public:
-  explicit CtfImport(const CtfOptions& options) : options_(options), output_(output_of(options)) {}
+  explicit CtfImport(const CtfOptions& options) : options_(options) {}
 
   void run(const tracing::CtfTrace& trace) {
     program::Progress progress(1, Duration::zero());
@@ -63,30 +137,24 @@ class CtfImport final : public tracing::Sink {
       const Duration elapsed = std::chrono::steady_clock::now() - began;
       if (elapsed < updated + kUpdate) return;
       updated = elapsed;
-      const auto total =
-          Duration(static_cast<std::int64_t>(static_cast<double>(elapsed.count()) / std::max(share, 0.001)));
-      progress.update(elapsed, total);
+      const double total = static_cast<double>(elapsed.count()) / std::max(share, 0.001);
+      progress.update(elapsed, Duration(static_cast<std::int64_t>(total)));
     };
     const auto visit = [&](const tracing::Event& e) {
-      const char* const name = tracing::formats()[static_cast<std::size_t>(e.kind)].name;
-      for (const char* const text : e.text) check_name(text, name);
+      for (const char* const text : e.text) check_name(text, tracing::format_of(e.kind).name);
       assembler_.event(e);
     };
     reading_ = trace.read(visit, update);
     for (const auto& [name, count] : reading_.events) check_name(name, "metadata");
     assembler_.finish();
     progress.clear();
-    if (!recording_) interpret_jobs();
-    write();
+    if (!folder_ || !jobs_.empty() || !lost_.empty()) pass_on();
+    folder_->write(reading_, options_);
   }
 
   void ended(tracing::Job&& job) override {
     jobs_.push_back(std::move(job));
-    if (!recording_ && jobs_.size() >= options_.jobs) {
-      interpret_jobs();
-    } else if (recording_ && jobs_.size() >= kChunk) {
-      append();
-    }
+    if (jobs_.size() >= (folder_ ? kChunk : options_.jobs)) pass_on();
   }
 
   void lost(const tracing::LostSample& sample) override { lost_.push_back(sample); }
@@ -98,20 +166,16 @@ class CtfImport final : public tracing::Sink {
                                               "` is not valid UTF-8; record it again"));
   }
 
-  void interpret_jobs() {
-    if (jobs_.empty()) throw program::UsageError(no_jobs());
-    recording_ = std::make_unique<Recording>(Recording{.system = assembler_.system(),
-                                                       .jobs = std::exchange(jobs_, {}),
-                                                       .lost = std::exchange(lost_, {}),
-                                                       .deployment_file = output_ / "deployment.yaml"});
-    interpretations_ = interpret(*recording_, options_);
-    folder_ = std::make_unique<results::RunFolder>(output_ / "run");
-    const Interpretation& best = interpretations_.best;
-    Trace rows = best.trace;
-    std::ranges::stable_sort(rows.jobs, {},
-                             [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-    rows.chains = results::counted_chains(best.trace, Time{});
-    folder_->append(best.tasks.set, setup::chain_names(best.graph), rows);
+  /// Interprets the first jobs, or appends later ones.
+  void pass_on() {
+    std::vector<tracing::Job> jobs = std::exchange(jobs_, {});
+    std::vector<tracing::LostSample> lost = std::exchange(lost_, {});
+    if (folder_) return folder_->append(std::move(jobs), lost);
+    if (jobs.empty()) throw program::UsageError(no_jobs());
+    folder_ = std::make_unique<ImportFolder>(
+        import_system(recorded_system(assembler_.system(), std::move(jobs), std::move(lost), options_.cores),
+                      options_),
+        options_.output);
   }
 
   std::string no_jobs() const {
@@ -127,79 +191,12 @@ class CtfImport final : public tracing::Sink {
            "'ros2:*'`, or `ros2 trace`)";
   }
 
-  /// Appends the jobs after the window.
-  void append() {
-    std::ranges::sort(jobs_, {}, &tracing::Job::started);
-    Trace rows;
-    rows.executor = interpretations_.best.trace.executor;
-    rows.epoch = recording_->graph.epoch;
-    for (const tracing::Job& job : jobs_)
-      if (recording_->graph.task(job.ref) != kNoTask)
-        rows.jobs.push_back(interpretations_.best.rows->job(job));
-    for (const tracing::LostSample& lost : lost_)
-      if (recording_->graph.task({lost.subscription, 0}) != kNoTask)
-        rows.jobs.push_back(interpretations_.best.rows->lost(lost));
-    later_jobs_ += jobs_.size();
-    jobs_.clear();
-    lost_.clear();
-    folder_->append(interpretations_.best.tasks.set, {}, rows);
-  }
-
-  void write() {
-    if (!jobs_.empty() || !lost_.empty()) append();
-    const Interpretation& best = interpretations_.best;
-    if (best.executor->deployment && !recording_->deployment) {
-      const Deployment& plan = best.executor->deployment->plan;
-      program::write_whole_file(plan.file,
-                                kDeploymentComment + deployment_yaml(best.graph, best.tasks, plan));
-    }
-    write_graph(output_ / "graph.yaml", best.graph, import_comments(*recording_, best),
-                program::write_with_folder);
-    write_run(*folder_, best.trace, results::RunKind::recorded);
-    if (best.check.failure.empty()) {
-      results::RunFolder simulated(output_ / "simulated");
-      simulated.append(best.tasks.set, setup::chain_names(best.graph), best.check.simulated);
-      write_run(simulated, best.check.simulated, results::RunKind::simulated);
-    }
-    const Facts facts{reading_, *recording_, interpretations_, later_jobs_, options_.trace};
-    program::write_whole_file(output_ / "import.json", "--output", import_json(facts));
-    program::draw_figure("import-page", output_);
-    print_import(std::cout, facts, output_);
-  }
-
-  void write_run(results::RunFolder& folder, const Trace& trace, results::RunKind kind) {
-    const Interpretation& best = interpretations_.best;
-    setup::CommonOptions common;
-    common.graph = output_ / "graph.yaml";
-    common.phases = Phases::given;
-    common.warm_up_s = 0;
-    common.duration_s = to_ms(trace.end - Time{}) / 1000;
-    results::RunRecord record = setup::record_of(common, best.graph, best.tasks.set, {*best.executor});
-    record.kind = kind;
-    record.simulation =
-        results::SimulationRecord{.platform = best.graph.platform, .execution_times = "recorded"};
-    results::Repetition repetition;
-    repetition.trace = trace;
-    repetition.trace.chains = results::counted_chains(trace, Time{});
-    repetition.accounts = account(best.tasks.set, repetition.trace);
-    setup::keep_inputs(folder, common, load_graph(common.graph), record);
-    record.runs.push_back(results::record_of(best.tasks.set, setup::chain_names(best.graph), repetition));
-    folder.write("run.json", json(record));
-    const results::Summary summary = results::summarize(best.tasks.set, {{trace.executor, {repetition}}},
-                                                        setup::summary_options(common, best.graph));
-    folder.close(record, json(summary));
-  }
-
   const CtfOptions& options_;
-  const fs::path output_;
   tracing::Assembler assembler_{*this};
   tracing::TraceReading reading_;
-  std::vector<tracing::Job> jobs_;
+  std::vector<tracing::Job> jobs_;  // that were not passed on
   std::vector<tracing::LostSample> lost_;
-  std::unique_ptr<Recording> recording_;  // null: the first jobs are not all read
-  Interpretations interpretations_;
-  std::unique_ptr<results::RunFolder> folder_;
-  std::uint64_t later_jobs_ = 0;
+  std::unique_ptr<ImportFolder> folder_;  // null: the first jobs are not all read
 };
 
 /// Removes the files of a failed import, and the folder if the import created it.
@@ -212,22 +209,24 @@ void remove_files(const fs::path& output, bool is_new) {
 
 }  // namespace
 
-void import_ctf(const CtfOptions& options) {
-  const fs::path output = output_of(options);
-  program::check_output_folder(output);
+void import_ctf(const CtfOptions& given) {
+  CtfOptions options = given;
+  if (options.output.empty())
+    options.output = fs::path("imports") / fs::path(options.trace).lexically_normal().filename();
+  program::check_output_folder(options.output);
   const tracing::CtfTrace trace(options.trace);
-  const bool is_new = !fs::exists(output);
+  const bool is_new = !fs::exists(options.output);
   // Some damaged traces end the process of libbabeltrace2 by an assertion or a division by zero.
   const std::optional<int> status = program::continue_in_child();
   if (!status) {
     try {
       return CtfImport(options).run(trace);
     } catch (...) {
-      remove_files(output, is_new);
+      remove_files(options.output, is_new);
       throw;
     }
   }
-  remove_files(output, is_new);
+  remove_files(options.output, is_new);
   const std::string problem = "reading " + options.trace + " " + program::how_it_ended(*status);
   if (WTERMSIG(*status) == SIGKILL) throw program::RunError(problem + "; memory may have run out");
   throw program::UsageError(

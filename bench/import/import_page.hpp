@@ -6,21 +6,22 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "hotpath/tracing/ctf_trace.hpp"
-#include "import/interpretation.hpp"
+#include "import/stages.hpp"
 
 namespace hotpath::imports {
 
 /// The results of an import.
 struct Facts {
   const tracing::TraceReading& reading;
-  const Recording& recording;
-  const Interpretations& interpretations;
+  const Imported& imported;
+  const CtfOptions& options;
   std::uint64_t later_jobs;  ///< Jobs after those used for rules and times.
-  const std::string& trace;
+
+  [[nodiscard]] std::uint64_t jobs() const { return imported.recorded.jobs.size() + later_jobs; }
 };
 
 /// The comments of graph.yaml.
-[[nodiscard]] GraphComments import_comments(const Recording& recording, const Interpretation& best);
+[[nodiscard]] GraphComments import_comments(const Imported& imported);
 
 /// The content of import.json; keys end with their units.
 [[nodiscard]] nlohmann::json import_json(const Facts& facts);

@@ -40,223 +40,209 @@ constexpr std::size_t kFewer = 3;
 /// Evidence for the order of two tasks that counts.
 constexpr std::int64_t kEvidence = 2;
 
+/// A recording does not show when threads that share a wait set poll it.
+bool shares_waits(const Hypothesis& hypothesis) {
+  const ExecutorTraits& traits = hypothesis.entry->traits;
+  return traits.timers == TimerHandling::polled && traits.many_workers;
+}
+
+/// Whether a recording does not show when the executor notices what is ready: when threads that
+/// share a wait set poll it, or when the thread that releases timers runs.
+bool notices_unseen(const Hypothesis& hypothesis, double best) {
+  const ExecutorTraits& traits = hypothesis.entry->traits;
+  const bool releases = traits.timers != TimerHandling::polled && !traits.raises_timer_thread;
+  return shares_waits(hypothesis) || (releases && best < kExact);
+}
+
+/// What a hypothesis may choose besides the order of tasks, or chose to fit the recording, and how
+/// unusual it is.
+int open_choices(const Hypothesis& hypothesis) {
+  const ExecutorTraits& traits = hypothesis.entry->traits;
+  const int variants = static_cast<int>(hypothesis.options.rule != SubscriptionRule::inherit) +
+                       static_cast<int>(hypothesis.options.ties != Ties::lifo) +
+                       static_cast<int>(hypothesis.release_delay > Duration::zero());
+  return variants + (traits.policy == Policy::fp ? 4 : 0) + (traits.policy == Policy::dm ? 8 : 0) +
+         (traits.on_rclcpp ? 0 : 16);
+}
+
+/// The hypothesis with what a recording does not show about its threads.
+std::vector<Hypothesis> open_variants(const Hypothesis& hypothesis) {
+  const ExecutorTraits& traits = hypothesis.entry->traits;
+  const bool releases =
+      traits.timers == TimerHandling::release_only || traits.timers == TimerHandling::marked_ready;
+  std::vector<Hypothesis> variants;
+  if (shares_waits(hypothesis)) variants.emplace_back(hypothesis).asks_in_vain = true;
+  if (releases && !traits.raises_timer_thread)
+    for (const Duration delay : {Platform{}.time_slice, kUntilIdle})
+      variants.emplace_back(hypothesis).release_delay = delay;
+  return variants;
+}
+
+bool is_leading(const Score& score, const Score& best) {
+  if (shares_waits(score.hypothesis) && shares_waits(best.hypothesis)) return true;
+  if (notices_unseen(score.hypothesis, best.agreement) && best.agreement - score.agreement < kUnseen)
+    return true;
+  const bool plain = !shares_waits(score.hypothesis) && best.agreement >= kExact &&
+                     score.plain_against >= kPlain + 2 * score.plain_in_favour;
+  return score.margin < kDecisive || (score.kinds_against < kKinds && !plain) ||
+         score.difference() < kDeviations * std::sqrt(static_cast<double>(score.differing()));
+}
+
+Verdict verdict_of(const Recognition& r) {
+  const auto leaders = std::span(r.ranking).first(r.leading);
+  if (leaders.empty() || (leaders.front().agreement < kFits && r.contested >= kFewest))
+    return Verdict::none_fits;
+  const ExecutorTraits& first = leaders.front().hypothesis.entry->traits;
+  // Events of waits prove more than decisions do.
+  if (r.ranking.size() == 1 && emits_waits(first)) return Verdict::recognised;
+  // What the decisions make unlikely does not hide that all others are of one design.
+  const bool same = std::ranges::all_of(leaders, [&](const Score& s) {
+    const ExecutorTraits& traits = s.hypothesis.entry->traits;
+    return s.unlikely || s.differing() == 0 ||
+           (traits.family == first.family && traits.timers == first.timers);
+  });
+  const bool few = 2 * leaders.size() <= r.ranking.size();
+  if (r.contested < kFewest || (!same && !few)) return Verdict::undecided;
+  return leaders.size() == 1 ? Verdict::recognised : Verdict::tie;
+}
+
 class Recogniser {
  public:
   Recogniser(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps)
-      : system_(system), graph_(graph), set_(graph.tasks.set), steps_(steps), half_(steps.starts / 2) {}
+      : system_(system), graph_(graph), set_(graph.tasks.set), steps_(steps), half_(steps.starts / 2) {
+    for (const RecordedStep& step : steps.steps)
+      if (step.kind == RecordedStep::Kind::start) starts_.push_back(&step);
+    for (std::size_t d = half_; d < starts_.size(); ++d) contested_ += starts_[d]->contested;
+  }
 
   Recognition recognise(const std::vector<Hypothesis>& possible) {
-    for (const RecordedStep& step : steps_.steps)
-      if (step.kind == RecordedStep::Kind::start) starts_.push_back(&step);
-    result_.decisions = starts_.size() - half_;
-    for (std::size_t d = half_; d < starts_.size(); ++d) result_.contested += starts_[d]->contested;
-    for (const Hypothesis& hypothesis : possible) add(hypothesis);
-    share_levels();
-    rank();
-    judge();
-    return std::move(result_);
+    bool fitted_levels = false;
+    for (const Hypothesis& hypothesis : possible) {
+      Score best = fit_order(hypothesis);
+      for (const Hypothesis& open : open_variants(hypothesis)) {
+        Score other = fit_order(open);
+        if (other.contradictions < best.contradictions) best = std::move(other);
+      }
+      if (hypothesis.needs_levels() && hypothesis.levels.empty()) {
+        fit_levels(set_, steps_, best.hypothesis, half_);
+        fitted_levels = true;
+      }
+      all_.push_back(judged(std::move(best)));
+    }
+    if (fitted_levels) share_levels();
+    Recognition result;
+    result.decisions = starts_.size() - half_;
+    result.contested = contested_;
+    if (!all_.empty()) rank(result);
+    for (Judged& judged : all_) result.ranking.push_back(std::move(judged.score));
+    result.verdict = verdict_of(result);
+    return result;
   }
 
  private:
-  void add(const Hypothesis& hypothesis) {
+  /// A fitted hypothesis that followed the second half of the decisions.
+  struct Judged {
     Score score;
-    score.hypothesis = hypothesis;
-    std::size_t contradictions = fit_order(score);
-    for (const Hypothesis& open : open_variants(hypothesis)) {
-      Score other;
-      other.hypothesis = open;
-      const std::size_t fewer = fit_order(other);
-      if (fewer >= contradictions) continue;
-      contradictions = fewer;
-      score = std::move(other);
-    }
-    if (hypothesis.needs_levels() && hypothesis.levels.empty())
-      fit_levels(set_, steps_, score.hypothesis, half_);
-    fitted_levels_ |= hypothesis.needs_levels() && hypothesis.levels.empty();
-    decisions_.emplace_back();
-    score.number = decisions_.size() - 1;
-    judge_decisions(score);
-    result_.ranking.push_back(std::move(score));
-  }
+    Agreement agreement;
+  };
 
-  /// Follows the second half of the decisions.
-  void judge_decisions(Score& score) {
+  Judged judged(Score score) const {
     Agreement agreement = follow(set_, steps_, score.hypothesis, half_, steps_.starts);
     score.contradictions = agreement.contradictions;
-    const double contested = static_cast<double>(std::max<std::size_t>(1, result_.contested));
+    const double contested = static_cast<double>(std::max<std::size_t>(1, contested_));
     score.agreement = std::max(0.0, 1 - static_cast<double>(score.contradictions) / contested);
-    decisions_[score.number] = std::move(agreement);
-  }
-
-  /// The search for levels ends at a local optimum. So each hypothesis also tries the levels that were
-  /// found for the others, on the first half.
-  void share_levels() {
-    if (!fitted_levels_) return;
-    std::set<std::vector<std::int64_t>> found;
-    for (const Score& score : result_.ranking)
-      if (score.hypothesis.needs_levels()) found.insert(score.hypothesis.levels);
-    for (Score& score : result_.ranking) {
-      if (!score.hypothesis.needs_levels()) continue;
-      const std::vector<std::int64_t> own = score.hypothesis.levels;
-      Hypothesis other = score.hypothesis;
-      std::size_t least = first_half(other).contradictions;
-      for (const std::vector<std::int64_t>& levels : found) {
-        other.levels = levels;
-        const std::size_t contradictions = first_half(other).contradictions;
-        if (contradictions >= least) continue;
-        least = contradictions;
-        score.hypothesis.levels = levels;
-      }
-      if (score.hypothesis.levels != own) judge_decisions(score);
-    }
-  }
-
-  /// The hypothesis with what a recording does not show about its threads.
-  static std::vector<Hypothesis> open_variants(const Hypothesis& hypothesis) {
-    const ExecutorTraits& traits = hypothesis.entry->traits;
-    const bool releases =
-        traits.timers == TimerHandling::release_only || traits.timers == TimerHandling::marked_ready;
-    std::vector<Hypothesis> variants;
-    if (shares_waits(traits)) variants.emplace_back(hypothesis).asks_in_vain = true;
-    if (releases && !traits.raises_timer_thread) {
-      for (const Duration delay : {Platform{}.time_slice, kUntilIdle})
-        variants.emplace_back(hypothesis).release_delay = delay;
-    }
-    return variants;
+    return {std::move(score), std::move(agreement)};
   }
 
   Agreement first_half(const Hypothesis& hypothesis) const {
     return follow(set_, steps_, hypothesis, 0, half_);
   }
 
+  /// The search for levels ends at a local optimum. So each hypothesis also tries the levels that were
+  /// found for the others, on the first half.
+  void share_levels() {
+    std::set<std::vector<std::int64_t>> found;
+    for (const Judged& j : all_)
+      if (j.score.hypothesis.needs_levels()) found.insert(j.score.hypothesis.levels);
+    for (Judged& j : all_) {
+      if (!j.score.hypothesis.needs_levels()) continue;
+      Score best = j.score;
+      std::size_t least = first_half(best.hypothesis).contradictions;
+      Hypothesis other = best.hypothesis;
+      for (const std::vector<std::int64_t>& levels : found) {
+        other.levels = levels;
+        const std::size_t contradictions = first_half(other).contradictions;
+        if (contradictions >= least) continue;
+        least = contradictions;
+        best.hypothesis.levels = levels;
+      }
+      if (best.hypothesis.levels != j.score.hypothesis.levels) j = judged(std::move(best));
+    }
+  }
+
   /// Compares the order of creation with its reverse: where two tasks compete by that order alone,
-  /// one of the two contradicts the recording.
-  /// Returns the contradictions of the first half.
-  std::size_t fit_order(Score& score) {
-    Hypothesis& hypothesis = score.hypothesis;
-    const std::vector<TaskId> creation = hypothesis.order;
+  /// one of the two contradicts the recording. The contradictions are those of the first half.
+  Score fit_order(const Hypothesis& hypothesis) const {
+    Score score{.hypothesis = hypothesis};
     const Agreement forward = first_half(hypothesis);
-    std::ranges::reverse(hypothesis.order);
-    const Agreement backward = first_half(hypothesis);
-    hypothesis.order = creation;
+    score.contradictions = forward.contradictions;
+    std::ranges::reverse(score.hypothesis.order);
+    const Agreement backward = first_half(score.hypothesis);
+    score.hypothesis.order = hypothesis.order;
     OrderEvidence evidence;
     for (const auto& [pair, count] : forward.before) evidence[std::minmax(pair.first, pair.second)] -= count;
     for (const auto& [pair, count] : backward.before) evidence[std::minmax(pair.first, pair.second)] += count;
     std::erase_if(evidence, [](const auto& e) { return std::abs(e.second) < kEvidence; });
-    if (std::ranges::none_of(evidence, [](const auto& e) { return e.second < 0; }))
-      return forward.contradictions;
-    hypothesis.order = tasks_in(service_order(system_, graph_, evidence), system_, graph_);
-    const std::size_t fitted = first_half(hypothesis).contradictions;
+    if (std::ranges::none_of(evidence, [](const auto& e) { return e.second < 0; })) return score;
+    Score fitted = score;
+    fitted.hypothesis.order = tasks_in(service_order(system_, graph_, evidence), system_, graph_);
+    fitted.contradictions = first_half(fitted.hypothesis).contradictions;
+    fitted.evidence = std::move(evidence);
     const auto least = std::max<std::size_t>(
-        kFewer, static_cast<std::size_t>(kBetter * static_cast<double>(forward.contradictions)));
-    if (fitted + least > forward.contradictions) {
-      hypothesis.order = creation;
-      return forward.contradictions;
-    }
-    score.evidence = std::move(evidence);
-    return fitted;
-  }
-
-  /// What a hypothesis may choose besides the order of tasks, or chose to fit the recording, and how
-  /// unusual it is.
-  static int open_choices(const Hypothesis& hypothesis) {
-    const ExecutorTraits& traits = hypothesis.entry->traits;
-    const int variants = static_cast<int>(hypothesis.options.rule != SubscriptionRule::inherit) +
-                         static_cast<int>(hypothesis.options.ties != Ties::lifo) +
-                         static_cast<int>(hypothesis.release_delay > Duration::zero());
-    return variants + (traits.policy == Policy::fp ? 4 : 0) + (traits.policy == Policy::dm ? 8 : 0) +
-           (traits.on_rclcpp ? 0 : 16);
+        kFewer, static_cast<std::size_t>(kBetter * static_cast<double>(score.contradictions)));
+    return fitted.contradictions + least > score.contradictions ? score : fitted;
   }
 
   /// Sorts the scores by contradictions to the recording. The first one is the simplest of those
   /// that fit and that the recording does not tell apart from the best one.
-  void rank() {
-    std::vector<Score>& ranking = result_.ranking;
-    std::ranges::stable_sort(
-        ranking, {}, [](const Score& s) { return std::pair(s.contradictions, open_choices(s.hypothesis)); });
-    if (ranking.empty()) return;
-    compare_with(ranking.front());
-    const auto leads = [&](const Score& s) { return is_leading(s, ranking.front()); };
-    const auto simplest = std::ranges::min_element(ranking, {}, [&](const Score& s) {
-      return leads(s) && s.agreement >= kFits ? open_choices(s.hypothesis) : 1000;
+  void rank(Recognition& result) {
+    std::ranges::stable_sort(all_, {}, [](const Judged& j) {
+      return std::pair(j.score.contradictions, open_choices(j.score.hypothesis));
     });
-    std::rotate(ranking.begin(), simplest, simplest + 1);
-    compare_with(ranking.front());
-    const auto excluded = std::stable_partition(ranking.begin(), ranking.end(), leads);
-    result_.leading = static_cast<std::size_t>(excluded - ranking.begin());
-    const double best = ranking.front().agreement;
-    for (Score& s : std::span(ranking).first(result_.leading))
-      s.unlikely = s.margin >= kDecisive && !notices_unseen(s.hypothesis.entry->traits, best);
-    const std::vector<Of>& of_best = decisions_[ranking.front().number].decisions;
-    const auto breaks =
-        std::find(of_best.begin() + static_cast<std::ptrdiff_t>(half_), of_best.end(), Of::no);
-    if (breaks != of_best.end())
-      result_.breaks = *starts_[static_cast<std::size_t>(breaks - of_best.begin())];
+    compare_with_first();
+    const auto leads = [&](const Judged& j) { return is_leading(j.score, all_.front().score); };
+    const auto simplest = std::ranges::min_element(all_, {}, [&](const Judged& j) {
+      return leads(j) && j.score.agreement >= kFits ? open_choices(j.score.hypothesis) : 1000;
+    });
+    std::rotate(all_.begin(), simplest, simplest + 1);
+    compare_with_first();
+    const auto excluded = std::stable_partition(all_.begin(), all_.end(), leads);
+    result.leading = static_cast<std::size_t>(excluded - all_.begin());
+    const double best = all_.front().score.agreement;
+    for (Judged& j : std::span(all_).first(result.leading))
+      j.score.unlikely = j.score.margin >= kDecisive && !notices_unseen(j.score.hypothesis, best);
+    const std::vector<Of>& of_best = all_.front().agreement.decisions;
+    for (std::size_t d = half_; d < of_best.size() && !result.breaks; ++d)
+      if (of_best[d] == Of::no) result.breaks = *starts_[d];
   }
 
-  void compare_with(const Score& best) {
-    const std::vector<Of>& of_best = decisions_[best.number].decisions;
-    const double noise = std::clamp(1 - best.agreement, kLeastNoise, kMostNoise);
-    for (Score& score : result_.ranking) {
-      const Agreement& other = decisions_[score.number];
+  void compare_with_first() {
+    const Agreement& best = all_.front().agreement;
+    const double noise = std::clamp(1 - all_.front().score.agreement, kLeastNoise, kMostNoise);
+    for (auto& [score, other] : all_) {
       std::set<std::pair<TaskId, TaskId>> kinds;
       score.against = score.in_favour = score.plain_against = score.plain_in_favour = 0;
-      for (std::size_t d = half_; d < of_best.size(); ++d) {
-        const bool against = of_best[d] != Of::no && other.decisions[d] == Of::no;
+      for (std::size_t d = half_; d < best.decisions.size(); ++d) {
+        const bool against = best.decisions[d] != Of::no && other.decisions[d] == Of::no;
         if (against) kinds.emplace(starts_[d]->task, other.preferred[d]);
         score.against += against;
-        score.in_favour += of_best[d] == Of::no && other.decisions[d] != Of::no;
+        score.in_favour += best.decisions[d] == Of::no && other.decisions[d] != Of::no;
         score.plain_against += against && other.plain[d];
-        score.plain_in_favour += decisions_[best.number].plain[d] && other.decisions[d] != Of::no;
+        score.plain_in_favour += best.plain[d] && other.decisions[d] != Of::no;
       }
       score.kinds_against = kinds.size();
       score.margin = score.difference() * std::log((1 - noise) / noise);
     }
-  }
-
-  static bool shares_waits(const ExecutorTraits& traits) {
-    return traits.timers == TimerHandling::polled && traits.many_workers;
-  }
-
-  /// Whether a recording does not show when the executor notices what is ready: when threads that
-  /// share a wait set poll it, or when the thread that releases timers runs.
-  static bool notices_unseen(const ExecutorTraits& traits, double best) {
-    const bool releases = traits.timers != TimerHandling::polled && !traits.raises_timer_thread;
-    return shares_waits(traits) || (releases && best < kExact);
-  }
-
-  static bool is_leading(const Score& score, const Score& best) {
-    const ExecutorTraits& traits = score.hypothesis.entry->traits;
-    if (shares_waits(traits) && shares_waits(best.hypothesis.entry->traits)) return true;
-    if (notices_unseen(traits, best.agreement) && best.agreement - score.agreement < kUnseen) return true;
-    const double only_one = static_cast<double>(score.against + score.in_favour);
-    const bool plain = !shares_waits(traits) && best.agreement >= kExact &&
-                       score.plain_against >= kPlain + 2 * score.plain_in_favour;
-    return score.margin < kDecisive || (score.kinds_against < kKinds && !plain) ||
-           score.difference() < kDeviations * std::sqrt(only_one);
-  }
-
-  void judge() {
-    const auto leaders = std::span(result_.ranking).first(result_.leading);
-    if (leaders.empty() || (leaders.front().agreement < kFits && result_.contested >= kFewest)) {
-      result_.verdict = Verdict::none_fits;
-      return;
-    }
-    // Events of waits prove more than decisions do.
-    if (result_.ranking.size() == 1 && emits_waits(leaders.front().hypothesis.entry->traits)) {
-      result_.verdict = Verdict::recognised;
-      return;
-    }
-    if (result_.contested < kFewest) return;
-    const ExecutorTraits& first = leaders.front().hypothesis.entry->traits;
-    // What the decisions make unlikely does not hide that all others are of one design.
-    const bool same = std::ranges::all_of(leaders, [&](const Score& s) {
-      const ExecutorTraits& traits = s.hypothesis.entry->traits;
-      return s.unlikely || s.against + s.in_favour == 0 ||
-             (traits.family == first.family && traits.timers == first.timers);
-    });
-    const bool few = 2 * leaders.size() <= result_.ranking.size();
-    if (same || few) result_.verdict = leaders.size() == 1 ? Verdict::recognised : Verdict::tie;
   }
 
   const tracing::System& system_;
@@ -264,10 +250,9 @@ class Recogniser {
   const TaskSet& set_;
   const RecordedSteps& steps_;
   const std::size_t half_;
-  std::vector<Agreement> decisions_;  // by hypothesis, as they were added
   std::vector<const RecordedStep*> starts_;
-  bool fitted_levels_ = false;
-  Recognition result_;
+  std::size_t contested_ = 0;  // of the judged half
+  std::vector<Judged> all_;
 };
 
 /// Repeatedly takes the item that the remaining items precede least; of equals the first one.

@@ -31,9 +31,8 @@ using OrderEvidence = std::map<std::pair<TaskId, TaskId>, std::int64_t>;
 
 /// How well a hypothesis explains the decisions of the judged part of a recording.
 struct Score {
-  Hypothesis hypothesis;   ///< Fitted.
-  OrderEvidence evidence;  ///< Empty: the order of creation explains the recording as well.
-  std::size_t number = 0;  ///< In the order of the hypotheses.
+  Hypothesis hypothesis;        ///< Fitted.
+  OrderEvidence evidence = {};  ///< Empty: the order of creation explains the recording as well.
   std::size_t contradictions = 0;
   double agreement = 0;  ///< Share of the contested decisions that agree.
   double margin = 0;     ///< Log-likelihood ratio of the best hypothesis to this one.
@@ -47,6 +46,7 @@ struct Score {
   [[nodiscard]] double difference() const {
     return static_cast<double>(against) - static_cast<double>(in_favour);
   }
+  [[nodiscard]] std::size_t differing() const { return against + in_favour; }
 };
 
 struct Recognition {

@@ -8,14 +8,26 @@
 #include <vector>
 
 #include "hotpath/reference_system/graph_writer.hpp"
-#include "hotpath/tracing/system.hpp"
-#include "import/publication_rules.hpp"
+#include "import/recorded_system.hpp"
 
 namespace hotpath::imports {
 
 [[nodiscard]] inline Callback& callback_of_task(Graph& graph, const TaskOrigin& origin) {
   return graph.nodes[origin.node].callbacks[origin.callback];
 }
+
+/// The rule by which callbacks of one node publish a topic, and how well it explains their jobs.
+struct InferredRule {
+  std::uint32_t topic = kNone;
+  std::vector<std::uint32_t> publishers = {};  ///< Callbacks.
+  PublishRule rule = PublishRule::always;
+  std::vector<std::uint32_t> of = {};     ///< all_new, last_of: subscriptions of the node.
+  std::uint32_t n = 1;                    ///< every.
+  std::uint64_t jobs = 0;                 ///< Jobs of the node's callbacks.
+  std::uint64_t explained = 0;            ///< Of these, jobs that follow the rule.
+  std::vector<std::string> as_good = {};  ///< Other rules that explain as many jobs.
+  std::uint64_t most_in_a_job = 1;        ///< Most messages of a job; a rule covers one.
+};
 
 /// The graph of a recorded system, with the mapping between tasks and callbacks of the trace.
 struct RecordedGraph {
@@ -47,13 +59,21 @@ struct ServiceOrder {
   std::vector<std::uint32_t> nodes, callbacks;
 };
 
-/// `jobs` are in the order of starts. Callbacks that overlapped, or whose `executor_of` (by
-/// callback, kNone: unknown) differs, are in different callback groups. Throws UsageError if no
-/// task is left for a graph.
-[[nodiscard]] RecordedGraph make_recorded_graph(const tracing::System& system,
-                                                std::span<const tracing::Job> jobs,
-                                                const std::vector<std::uint32_t>& executor_of,
-                                                const std::string& name, const ServiceOrder& order = {});
+/// Callbacks that overlapped, or whose executors differ, are in different callback groups. Throws UsageError
+/// if no task is left for a graph.
+[[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& recorded, const std::string& name,
+                                                const ServiceOrder& order = {});
+
+/// Tries hypotheses on all jobs of every node: every job publishes, every n-th job, or the job that
+/// completes a set of inputs with new samples. The hypothesis that explains most jobs wins; among
+/// equals the largest set of inputs that publish nothing else, since sets describe best when data
+/// is ready, then the simplest one. Subscriptions that publish nothing and are in no set are
+/// assumed to be stored for the messages that the node's timers, or else its other callbacks,
+/// publish with every job (last_of); events do not show this. `is_task`: by callback. `jobs` are in
+/// the order of starts.
+[[nodiscard]] std::vector<InferredRule> infer_rules(const tracing::System& system,
+                                                    std::span<const tracing::Job> jobs,
+                                                    const std::vector<bool>& is_task);
 
 /// The longest and most loaded chains whose data does not all come from outside of the recorded
 /// callbacks: of the others no output can have been recorded.
@@ -66,7 +86,9 @@ using EarlyPublications = std::map<std::pair<TaskId, std::uint32_t>, double>;
                                                    std::span<const tracing::Job> jobs);
 
 /// Whether every node has the topic, so that graphs leave it out: /rosout, /parameter_events.
-[[nodiscard]] bool is_housekeeping(const std::string& topic);
+[[nodiscard]] inline bool is_housekeeping(const std::string& topic) {
+  return topic == "/rosout" || topic == "/parameter_events";
+}
 
 /// What the recording shows and a graph does not express, as sentences: synchronisers, and topics
 /// that callbacks published by no rule.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/recorded_steps.hpp"
-
 #include <algorithm>
 #include <map>
+
+#include "import/hypothesis.hpp"
 
 namespace hotpath::imports {
 
@@ -45,13 +45,12 @@ class Steps {
     const tracing::Job& job = window_.jobs[j];
     const TaskId task = graph_.task(job.ref);
     if (task == kNoTask) return;
-    const Job& recorded = window_.records[j].job;
+    const Time ready = window_.records[j].job.timestamp;
     job_at_[{task, job.ref.number}] = j;
-    const std::uint32_t parent = recorded_job(job.sample.parent);
     const bool timer = set_[task].kind == TaskKind::timer;
-    result_.deadline[j] = timer             ? recorded.timestamp + set_[task].period
-                          : parent != kNone ? result_.deadline[parent]
-                                            : kNever;
+    const std::uint32_t parent = recorded_job(job.sample.parent);
+    if (timer) result_.deadline[j] = ready + set_[task].period;
+    if (!timer && parent != kNone) result_.deadline[j] = result_.deadline[parent];
     const auto thread = std::ranges::find(executor_.threads, job.thread);
     if (thread == executor_.threads.end()) return;
     const auto t = static_cast<std::uint32_t>(thread - executor_.threads.begin());
@@ -60,35 +59,30 @@ class Steps {
     ++result_.starts;
     last_ = job.start;
     if (!timer) add_arrival(task, job.sample);
-    result_.ready[task].push_back(recorded.timestamp);
-    result_.ready_on[t].push_back(recorded.timestamp);
-    RecordedStep step;
-    step.task = task;
-    step.thread = t;
-    step.job = j;
-    step.shows_decision = job.decided > Time{} && job.decided >= recorded.timestamp;
-    step.at = step.shows_decision ? job.decided : job.start;
+    result_.ready[task].push_back(ready);
+    result_.ready_on[t].push_back(ready);
+    const bool shows_decision = job.decided > Time{} && job.decided >= ready;
+    RecordedStep step{.shows_decision = shows_decision,
+                      .at = shows_decision ? job.decided : job.start,
+                      .task = task,
+                      .thread = t,
+                      .job = j,
+                      .ready = ready};
     result_.decided[task].emplace_back(step.at, t);
-    step.ready = recorded.timestamp;
-    all_.push_back({step, step.shows_decision ? job.question : job.started});
-    if (!job.ended) return;
+    all_.push_back({step, shows_decision ? job.question : job.started});
     step.kind = RecordedStep::Kind::finish;
     step.at = job.finish;
-    all_.push_back({step, job.finished});
+    if (job.ended) all_.push_back({step, job.finished});
   }
 
   void add_arrival(TaskId task, const tracing::Sample& sample) {
-    RecordedStep step;
-    step.kind = RecordedStep::Kind::arrival;
-    step.at = sample.published;
-    step.task = task;
-    step.job = recorded_job(sample.parent);
+    const std::uint32_t parent = recorded_job(sample.parent);
     std::uint64_t event = 0;
-    if (step.job != kNone) {
-      for (const tracing::Publication& p : window_.jobs[step.job].published)
+    if (parent != kNone)
+      for (const tracing::Publication& p : window_.jobs[parent].published)
         if (p.at == sample.published) event = p.event;
-    }
-    all_.push_back({step, event});
+    all_.push_back(
+        {{.kind = RecordedStep::Kind::arrival, .at = sample.published, .task = task, .job = parent}, event});
   }
 
   std::uint32_t recorded_job(const tracing::JobRef& ref) const {

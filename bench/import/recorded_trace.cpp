@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/recorded_trace.hpp"
+#include "import/recorded_window.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,6 +28,14 @@ Time on_grid(Time about, Time due, Duration period) {
   return due - std::llround(apart) * period;
 }
 
+/// The timers of the system, without those of the node `outside`.
+std::vector<TaskId> timers_of(const RecordedGraph& graph) {
+  std::vector<TaskId> timers;
+  for (TaskId id = 0; id < graph.tasks.set.size(); ++id)
+    if (graph.tasks.set[id].kind == TaskKind::timer && graph.callback_of[id] != kNone) timers.push_back(id);
+  return timers;
+}
+
 /// The task's timer before its first call.
 Timer timer_of(TaskId id, const RecordedGraph& graph, const RecordedTimers& timers) {
   const Task& task = graph.tasks.set[id];
@@ -53,17 +61,42 @@ std::vector<Duration> most_ahead(const RecordedGraph& graph, const RecordedTimer
   return most;
 }
 
-void refuse_jumps(const RecordedTimers& timers, const RecordedGraph& graph, std::size_t jobs, Time end) {
-  for (TaskId id = 0; id < timers.first.size(); ++id) {
-    const Task& task = graph.tasks.set[id];
-    if (task.kind != TaskKind::timer || graph.callback_of[id] == kNone) continue;
-    const double span_ms = to_ms(end - timers.first[id]), releases = span_ms / to_ms(task.period);
-    if (releases < std::max(kManyReleases, kReleasesPerJob * static_cast<double>(jobs))) continue;
-    throw program::UsageError(program::text(
-        "the trace's clock jumps, or the trace is damaged: `%s`, of period %g ms, would have been "
-        "due %.0f times in %.0f s, in which %zu callbacks ran; record it again, or cut it",
-        task.name.c_str(), to_ms(task.period), releases, span_ms / 1e3, jobs));
+/// The creation plus the period, or the grid of the first instant that the executor states.
+Time first_release(const tracing::Callback& callback, const std::vector<const tracing::Job*>& jobs) {
+  const Time created = callback.created + callback.period;
+  const auto stated =
+      std::ranges::find_if(jobs, [](const tracing::Job* j) { return j->timestamp != Time{}; });
+  if (stated == jobs.end() || (*stated)->timestamp <= Time{}) return created;
+  return on_grid(created, (*stated)->timestamp, callback.period);
+}
+
+/// Moves the first release of a timer earlier where jobs demand it, and finds out who calls it.
+void fit_release(TaskId id, const RecordedGraph& graph, const std::vector<const tracing::Job*>& jobs,
+                 Duration most, RecordedTimers& timers) {
+  Timer polled = timer_of(id, graph, timers), released = polled;  // by the executor, by a separate thread
+  bool early = false, early_released = false;
+  Duration ahead{};
+  for (const tracing::Job* job : jobs) {
+    const Time release = released.next_call();
+    early_released |= release - job->start > kCreationEvent;
+    released.call(release == timers.first[id] ? timers.begin : release);
+    const Duration before = polled.next_call() - job->start;
+    early |= before > most;
+    if (before > most) continue;
+    ahead = std::max(ahead, before);
+    polled.call(job->start);
   }
+  timers.first[id] -= ahead;
+  timers.released[id] = early && !early_released;
+}
+
+void refuse_jumps(const Task& task, Time first, std::size_t jobs, Time end) {
+  const double span_ms = to_ms(end - first), releases = span_ms / to_ms(task.period);
+  if (releases < std::max(kManyReleases, kReleasesPerJob * static_cast<double>(jobs))) return;
+  throw program::UsageError(program::text(
+      "the trace's clock jumps, or the trace is damaged: `%s`, of period %g ms, would have been "
+      "due %.0f times in %.0f s, in which %zu callbacks ran; record it again, or cut it",
+      task.name.c_str(), to_ms(task.period), releases, span_ms / 1e3, jobs));
 }
 
 }  // namespace
@@ -72,43 +105,18 @@ RecordedTimers recorded_timers(const tracing::System& system, const RecordedGrap
                                std::span<const tracing::Job> jobs, Time end) {
   const TaskId count = graph.tasks.set.size();
   RecordedTimers timers{std::vector<Time>(count), {}, std::vector<bool>(count, false)};
-  const auto first =
-      std::ranges::find_if(jobs, [&](const tracing::Job& j) { return graph.task(j.ref) != kNoTask; });
-  if (first != jobs.end()) timers.begin = first->start;
   std::vector<std::vector<const tracing::Job*>> jobs_of(count);
+  const auto in_graph = [&](const tracing::Job& job) { return graph.task(job.ref) != kNoTask; };
+  if (const auto first = std::ranges::find_if(jobs, in_graph); first != jobs.end())
+    timers.begin = first->start;
   for (const tracing::Job& job : jobs)
-    if (graph.task(job.ref) != kNoTask) jobs_of[graph.task(job.ref)].push_back(&job);
-  for (TaskId id = 0; id < count; ++id) {
-    if (graph.tasks.set[id].kind != TaskKind::timer || graph.callback_of[id] == kNone) continue;
-    const tracing::Callback& callback = system.callbacks[graph.callback_of[id]];
-    timers.first[id] = callback.created + callback.period;
-    const auto stated =
-        std::ranges::find_if(jobs_of[id], [](const tracing::Job* j) { return j->timestamp != Time{}; });
-    if (stated != jobs_of[id].end() && (*stated)->timestamp > Time{})
-      timers.first[id] = on_grid(timers.first[id], (*stated)->timestamp, callback.period);
-  }
+    if (in_graph(job)) jobs_of[graph.task(job.ref)].push_back(&job);
+  const std::vector<TaskId> recorded = timers_of(graph);
+  for (const TaskId id : recorded)
+    timers.first[id] = first_release(system.callbacks[graph.callback_of[id]], jobs_of[id]);
   const std::vector<Duration> most = most_ahead(graph, timers, jobs);
-  for (TaskId id = 0; id < count; ++id) {
-    if (graph.tasks.set[id].kind != TaskKind::timer || graph.callback_of[id] == kNone) continue;
-    Timer polled = timer_of(id, graph, timers), released = polled;  // by the executor, by a separate thread
-    bool early = false, early_released = false;
-    Duration ahead{};
-    for (const tracing::Job* job : jobs_of[id]) {
-      const Time release = released.next_call();
-      early_released |= release - job->start > kCreationEvent;
-      released.call(release == timers.first[id] ? timers.begin : release);
-      const Duration before = polled.next_call() - job->start;
-      if (before > most[id]) {
-        early = true;
-        continue;
-      }
-      ahead = std::max(ahead, before);
-      polled.call(job->start);
-    }
-    timers.first[id] -= ahead;
-    timers.released[id] = early && !early_released;
-  }
-  refuse_jumps(timers, graph, jobs.size(), end);
+  for (const TaskId id : recorded) fit_release(id, graph, jobs_of[id], most[id], timers);
+  for (const TaskId id : recorded) refuse_jumps(graph.tasks.set[id], timers.first[id], jobs.size(), end);
   return timers;
 }
 
@@ -171,8 +179,7 @@ JobRecord RecordedTrace::lost(const tracing::LostSample& lost) const {
 
 std::vector<JobRecord> RecordedTrace::due(Time end) const {
   std::vector<JobRecord> due;
-  for (TaskId id = 0; id < timers_.size(); ++id) {
-    if (graph_.tasks.set[id].kind != TaskKind::timer || graph_.callback_of[id] == kNone) continue;
+  for (const TaskId id : timers_of(graph_)) {
     for (Timer timer = timers_[id]; timer.next_call() < end;) {
       JobRecord& r = due.emplace_back();
       r.outcome = Outcome::queued;

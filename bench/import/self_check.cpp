@@ -115,14 +115,16 @@ void compare_latencies(SelfCheck& check, const std::string& name, const std::vec
                         ": its latency cannot be compared."),
         recorded.empty() ? Light::yellow : Light::red);
   }
-  chain.median_error_percent = error_percent(chain.recorded_ms.p50, chain.simulated_ms.p50);
-  chain.p99_error_percent = error_percent(chain.recorded_ms.p99, chain.simulated_ms.p99);
-  judge(check, std::abs(chain.median_error_percent), kMedianError_percent,
-        program::text("The median of %s is %.1f ms simulated and %.1f ms recorded.", name.c_str(),
-                      chain.simulated_ms.p50, chain.recorded_ms.p50));
-  judge(check, std::abs(chain.p99_error_percent), kP99Error_percent,
-        program::text("The p99 of %s is %.1f ms simulated and %.1f ms recorded.", name.c_str(),
-                      chain.simulated_ms.p99, chain.recorded_ms.p99));
+  const auto error = [&](const char* quantile, double recorded_value, double simulated_value, double green) {
+    const double percent = error_percent(recorded_value, simulated_value);
+    judge(check, std::abs(percent), green,
+          program::text("The %s of %s is %.1f ms simulated and %.1f ms recorded.", quantile, name.c_str(),
+                        simulated_value, recorded_value));
+    return percent;
+  };
+  const auto &of_recording = chain.recorded_ms, &of_simulation = chain.simulated_ms;
+  chain.median_error_percent = error("median", of_recording.p50, of_simulation.p50, kMedianError_percent);
+  chain.p99_error_percent = error("p99", of_recording.p99, of_simulation.p99, kP99Error_percent);
 }
 
 }  // namespace
@@ -131,14 +133,14 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
                      const Trace& recorded) {
   SelfCheck check;
   const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph, tasks);
-  Trace& simulated = check.simulated;
   try {
-    simulated = simulate_recorded(graph, tasks, executor, chains, recorded);
+    check.simulated = simulate_recorded(graph, tasks, executor, chains, recorded);
   } catch (const SimulationError& error) {
     check.failure = error.what();
     check.doubt(program::concat("The simulation stops: ", check.failure, "."), Light::red);
     return check;
   }
+  const Trace& simulated = check.simulated;
   check.schedule = validation::compare_schedules(results::schedule_of(tasks.set, recorded),
                                                  results::schedule_of(tasks.set, simulated));
   judge(check, 1 - check.schedule.similarity, 1 - kSimilarity,
@@ -151,10 +153,7 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
   for (TaskId id = 0; id < tasks.set.size(); ++id)
     if (recorded_lost[id] + simulated_lost[id] > 0)
       check.losses.push_back({tasks.set[id].name, recorded_lost[id], simulated_lost[id]});
-  const auto difference = [](const SelfCheck::LossCheck& l) {
-    return std::abs(l.simulated_percent - l.recorded_percent);
-  };
-  std::ranges::sort(check.losses, std::ranges::greater{}, difference);
+  std::ranges::sort(check.losses, std::ranges::greater{}, &SelfCheck::LossCheck::difference);
   check.lost_recorded_percent = recorded_lost.back();
   check.lost_simulated_percent = simulated_lost.back();
   judge(check, std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
@@ -30,6 +31,7 @@ struct SelfCheck {
   struct LossCheck {
     std::string task;
     double recorded_percent = 0, simulated_percent = 0;
+    [[nodiscard]] double difference() const { return std::abs(simulated_percent - recorded_percent); }
   };
   validation::ScheduleComparison schedule;
   std::vector<ChainCheck> chains;

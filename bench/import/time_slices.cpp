@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <utility>
@@ -40,8 +41,9 @@ struct Pool {
 /// which they became ready, started and ended jobs. `level`: by thread; 0: the ordinary policy.
 class Slices {
  public:
-  Slices(const RecordedWindow& window, const Pool& pool, std::vector<int> level)
-      : window_(&window), processors_(pool.processors.size()), level_(std::move(level)) {
+  Slices(const RecordedWindow& window, const Pool& pool, const std::vector<int>& level)
+      : window_(window), processors_(pool.processors.size()) {
+    for (const std::uint32_t t : pool.threads) threads_[t].level = level[t];
     find_changes(pool);
     for (auto next = changes_.begin(); next != changes_.end();) {
       const auto end = std::find_if(next, changes_.end(), [at = next->at](const Change& change) {
@@ -54,7 +56,6 @@ class Slices {
       for (; next != end && next->kind <= Kind::ready; ++next)
         next->kind == Kind::finish ? finish(*next) : make_ready(next->thread);
       rotate_expired();
-      leave();
       for (; next != end; ++next) next->kind == Kind::start ? start(*next) : finish(*next);
       leave();
     }
@@ -63,9 +64,9 @@ class Slices {
   /// Sets the time on a processor of each job, and the levels and processors of the threads.
   void set_times(const Pool& pool, Displacement& displacement) const {
     for (const auto& [j, used] : used_) displacement.own[j] = used;
-    for (const std::uint32_t t : pool.threads) {
-      displacement.level[t] = level_[t];
-      displacement.processors[t].assign(pool.processors.begin(), pool.processors.end());
+    for (const auto& [id, thread] : threads_) {
+      displacement.level[id] = thread.level;
+      displacement.processors[id].assign(pool.processors.begin(), pool.processors.end());
     }
   }
 
@@ -75,8 +76,7 @@ class Slices {
     const bool one_thread_contradicts = std::ranges::any_of(threads_, [&](const auto& of) {
       const auto& [id, t] = of;
       const bool fewer = usual_processors(system.threads[id]).size() < processors_;
-      const std::size_t contradictions =
-          (apparent.level[id] > level_[id] ? t.early : 0) + (fewer ? t.late : 0);
+      const std::size_t contradictions = (apparent.level[id] > t.level ? t.early : 0) + (fewer ? t.late : 0);
       return contradictions * kExplains > t.jobs;
     });
     return (found_.early + late_) * kExplains <= found_.displaced && !one_thread_contradicts;
@@ -85,10 +85,10 @@ class Slices {
   /// Whether at least two threads of the ordinary policy took turns. Where most changes of hands came early,
   /// there were other reasons.
   [[nodiscard]] bool ordinary_threads_share() const {
-    return 2 * found_.early <= found_.displaced && std::ranges::count_if(threads_, [&](const auto& of) {
-                                                     return level_[of.first] == 0 &&
-                                                            of.second.displaced * kMatters > of.second.jobs;
-                                                   }) > 1;
+    const auto takes_turns = [](const auto& of) {
+      return of.second.level == 0 && of.second.displaced * kMatters > of.second.jobs;
+    };
+    return 2 * found_.early <= found_.displaced && std::ranges::count_if(threads_, takes_turns) > 1;
   }
 
   [[nodiscard]] const TimeSlices& found() const { return found_; }
@@ -107,6 +107,7 @@ class Slices {
   };
 
   struct Thread {
+    int level = 0;
     bool queues = false, on_processor = false, works = false;
     bool leaves = false;  // sleeps as soon as it has a processor
     std::size_t job = 0, jobs = 0, displaced = 0, early = 0, late = 0;
@@ -118,9 +119,9 @@ class Slices {
   void find_changes(const Pool& pool) {
     std::map<std::uint32_t, std::size_t> previous;  // by thread: the end of its last job in changes_
     for (const std::size_t j : pool.jobs) {
-      const tracing::Job& job = window_->jobs[j];
-      const JobRecord& record = window_->records[j];
-      const Time ready = record.job.task == kNoTask ? job.start : std::min(record.job.timestamp, job.start);
+      const tracing::Job& job = window_.jobs[j];
+      const Job& record = window_.records[j].job;
+      const Time ready = record.task == kNoTask ? job.start : std::min(record.timestamp, job.start);
       const auto [last, is_first] = previous.try_emplace(job.thread, 0);
       const bool sleeps = is_first || changes_[last->second].at < ready;
       if (!is_first) changes_[last->second].sleeps = sleeps;
@@ -137,40 +138,38 @@ class Slices {
   /// Gives processors to waiting threads where time slices end before `until`.
   void rotate(Time until) {
     while (one_waits_in_turn()) {
-      const auto of = [&](std::uint32_t t) { return displaced_at(t); };
-      const auto on = std::span(queue_).first(processors_);
-      const Time at = of(*std::ranges::min_element(on, {}, of));
+      Time at = kNever;
+      for (std::size_t i = 0; i < processors_; ++i) at = std::min(at, displaced_at(threads_[queue_[i]]));
       if (at >= until) break;
       now_ = at;
       rotate_expired();
-      leave();
     }
     now_ = until;
   }
 
   /// Whether a thread waits that only others of the ordinary policy keep waiting.
-  bool one_waits_in_turn() const { return queue_.size() > processors_ && level_[queue_[processors_]] == 0; }
+  bool one_waits_in_turn() const {
+    return queue_.size() > processors_ && threads_.at(queue_[processors_]).level == 0;
+  }
 
   /// When the thread on a processor loses it to one that waits. One that ends its job promptly keeps it.
-  Time displaced_at(std::uint32_t thread) const {
-    const Thread& t = threads_.at(thread);
-    if (level_[thread] > 0) return kNever;
+  Time displaced_at(const Thread& t) const {
     const Time at = std::max(t.slice_end, now_);
-    return t.works && window_->jobs[t.job].finish - at <= kPrompt ? kNever : at;
+    return t.level > 0 || (t.works && window_.jobs[t.job].finish - at <= kPrompt) ? kNever : at;
   }
 
   void rotate_expired() {
     for (std::size_t i = 0; i < processors_ && one_waits_in_turn();) {
-      const std::uint32_t t = queue_[i];
+      Thread& t = threads_[queue_[i]];
       if (displaced_at(t) > now_) {
         ++i;
         continue;
       }
-      queue_.erase(queue_.begin() + static_cast<std::ptrdiff_t>(i));
-      queue_.push_back(t);
+      std::rotate(place(i), place(i) + 1, queue_.end());
       assign();
-      threads_[t].slice_left = Platform{}.time_slice;
+      t.slice_left = Platform{}.time_slice;
     }
+    leave();
   }
 
   /// Threads that have ended their work sleep if they have a processor.
@@ -182,9 +181,13 @@ class Slices {
         continue;
       }
       t.leaves = t.queues = t.on_processor = false;
-      queue_.erase(queue_.begin() + static_cast<std::ptrdiff_t>(i));
+      queue_.erase(place(i));
       assign();
     }
+  }
+
+  std::vector<std::uint32_t>::iterator place(std::size_t i) {
+    return queue_.begin() + static_cast<std::ptrdiff_t>(i);
   }
 
   /// The first threads of the queue have the processors.
@@ -200,10 +203,10 @@ class Slices {
         const bool displaced = t.works && now_ > since;
         found_.displaced += displaced;
         t.displaced += displaced;
-        continue;
+      } else {
+        t.slice_left = std::max(Duration::zero(), t.slice_end - now_);
+        if (t.works) used_[t.job] += now_ - since;
       }
-      t.slice_left = std::max(Duration::zero(), t.slice_end - now_);
-      if (t.works) used_[t.job] += now_ - since;
     }
   }
 
@@ -219,22 +222,23 @@ class Slices {
 
   /// Inserts behind the threads of its level, at `first` or later.
   void insert(std::uint32_t thread, std::size_t first) {
-    const auto below = [&](std::uint32_t other) { return level_[other] < level_[thread]; };
-    queue_.insert(std::find_if(queue_.begin() + static_cast<std::ptrdiff_t>(first), queue_.end(), below),
-                  thread);
+    const auto below = [&](std::uint32_t other) { return threads_[other].level < threads_[thread].level; };
+    queue_.insert(std::find_if(place(first), queue_.end(), below), thread);
   }
 
   /// The recording contradicts the replay: the thread has a processor. The thread of the lowest level whose
   /// time slice ends first loses it.
-  void give(std::uint32_t thread) {
+  void need_processor(std::uint32_t thread) {
+    if (threads_[thread].on_processor) return;
     assert(threads_[thread].queues && queue_.size() > processors_ && "a thread without a processor waits");
     ++found_.early;
     ++threads_[thread].early;
     if (found_.first_early == Time{}) found_.first_early = now_;
     std::erase(queue_, thread);
-    const auto on = std::span(queue_).first(processors_);
-    std::uint32_t& loses = *std::ranges::min_element(
-        on, {}, [&](std::uint32_t t) { return std::pair(level_[t], threads_[t].slice_end); });
+    std::uint32_t& loses = *std::min_element(place(0), place(processors_), [&](auto a, auto b) {
+      const Thread &x = threads_[a], &y = threads_[b];
+      return std::pair(x.level, x.slice_end) < std::pair(y.level, y.slice_end);
+    });
     const std::uint32_t displaced = std::exchange(loses, thread);
     insert(displaced, processors_);
     assign();
@@ -247,7 +251,7 @@ class Slices {
     const bool late = t.on_processor && now_ - t.since > kIdlesFor;
     t.late += late;
     late_ += late;
-    if (!t.on_processor) give(change.thread);
+    need_processor(change.thread);
     t.works = true;
     ++t.jobs;
     t.job = change.job;
@@ -258,17 +262,15 @@ class Slices {
   void finish(const Change& change) {
     Thread& t = threads_[change.thread];
     assert(t.works && t.job == change.job && "jobs of a thread end in the order in which they start");
-    if (!t.on_processor) give(change.thread);
-    const bool at_once = change.kind == Kind::finish_at_once;
-    used_[t.job] += at_once ? change.at - change.start : now_ - t.since;
+    need_processor(change.thread);
+    used_[t.job] += change.kind == Kind::finish_at_once ? change.at - change.start : now_ - t.since;
     t.works = false;
     t.since = now_;
     t.leaves = change.sleeps;
   }
 
-  const RecordedWindow* window_;
+  const RecordedWindow& window_;
   std::size_t processors_;
-  std::vector<int> level_;
   std::vector<Change> changes_;
   Time now_ = Time::min();
   std::vector<std::uint32_t> queue_;      // threads; the first ones have the processors
@@ -316,25 +318,27 @@ void follow_time_slices(const tracing::System& system, const RecordedWindow& win
     if (pool.processors.empty() || pool.threads.size() <= pool.processors.size()) continue;
     const bool has_levels =
         std::ranges::any_of(pool.threads, [&](std::uint32_t t) { return displacement.level[t] > 0; });
-    Slices best(window, pool, std::vector<int>(system.threads.size(), 0));
-    bool follows = best.explain(system, displacement);
-    if (has_levels && (!follows || best.found().displaced == 0)) {
-      Slices with_levels(window, pool, displacement.level);
-      const bool levels_explain = with_levels.explain(system, displacement);
+    const Slices ordinary(window, pool, std::vector<int>(system.threads.size(), 0));
+    const Slices* best = &ordinary;
+    std::optional<Slices> with_levels;
+    bool follows = ordinary.explain(system, displacement);
+    if (has_levels && (!follows || ordinary.found().displaced == 0)) {
+      with_levels.emplace(window, pool, displacement.level);
+      const bool levels_explain = with_levels->explain(system, displacement);
       if (levels_explain || !follows) {
-        follows = with_levels.ordinary_threads_share() && levels_explain;
-        best = std::move(with_levels);
+        follows = with_levels->ordinary_threads_share() && levels_explain;
+        best = &*with_levels;
       }
     } else {
-      follows = best.found().displaced > 0 && (follows || pool.processors.size() == 1);
+      follows = ordinary.found().displaced > 0 && (follows || pool.processors.size() == 1);
     }
     TimeSlices& all = displacement.slices;
     if (!follows) {
-      if (best.ordinary_threads_share()) all.unexplained += pool.threads.size();
+      if (best->ordinary_threads_share()) all.unexplained += pool.threads.size();
       continue;
     }
-    const TimeSlices& found = best.found();
-    best.set_times(pool, displacement);
+    const TimeSlices& found = best->found();
+    best->set_times(pool, displacement);
     all.threads += pool.threads.size();
     all.jobs += pool.jobs.size();
     all.displaced += found.displaced;

@@ -51,15 +51,8 @@ class CtfTrace:
         return handle
 
     def publisher(self, at: Any, node: Any, topic: str) -> Any:
-        handle = self.address()
-        self.event(
-            at,
-            "rcl_publisher_init",
-            publisher_handle=handle,
-            node_handle=node,
-            topic_name=topic,
-            queue_depth=1,
-        )
+        handle, of = self.address(), {"node_handle": node, "topic_name": topic, "queue_depth": 1}
+        self.event(at, "rcl_publisher_init", publisher_handle=handle, **of)
         return handle
 
     def timer(self, at: Any, node: Any, period: Any, callback: Any = None) -> Any:
@@ -71,15 +64,8 @@ class CtfTrace:
 
     def subscription(self, at: Any, node: Any, topic: str) -> tuple[Any, Any]:
         handle, rmw, rclcpp, callback = (self.address() for _ in range(4))
-        self.event(
-            at,
-            "rcl_subscription_init",
-            subscription_handle=handle,
-            node_handle=node,
-            rmw_subscription_handle=rmw,
-            topic_name=topic,
-            queue_depth=1,
-        )
+        of = {"node_handle": node, "rmw_subscription_handle": rmw, "topic_name": topic, "queue_depth": 1}
+        self.event(at, "rcl_subscription_init", subscription_handle=handle, **of)
         self.event(at, "rclcpp_subscription_init", subscription_handle=handle, subscription=rclcpp)
         self.event(at, "rclcpp_subscription_callback_added", subscription=rclcpp, callback=callback)
         return rmw, callback
@@ -155,14 +141,8 @@ def sensor_and_filter(periods: int = 200, **options: Any) -> tuple[Any, Any]:
     publisher = trace.publisher(MS, sensor, "/points")
     timer = trace.timer(2 * MS, sensor, 10 * MS)
     rmw, subscription = trace.subscription(2 * MS, reader, "/points")
-    handles = {
-        "publisher": publisher,
-        "timer": timer,
-        "subscription": subscription,
-        "rmw": rmw,
-        "at": (12 + 10 * periods) * MS,
-        "nodes": (sensor, reader),
-    }
+    handles = {"publisher": publisher, "timer": timer, "subscription": subscription, "rmw": rmw}
+    handles |= {"at": (12 + 10 * periods) * MS, "nodes": (sensor, reader)}
     run_on(trace, handles, 12 * MS, periods)
     return trace, handles
 

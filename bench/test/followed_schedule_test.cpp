@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hypotheses that follow recorded decisions, and what recognition concludes from them.
+// Executors that can have run a recording: which they are, how they follow its decisions, and what
+// recognition concludes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +13,10 @@ namespace hotpath {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::Contains;
 using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::Not;
 using Of = imports::Agreement::Of;
 
 TEST(FollowedSchedule, AJobThatWasReadyBeforeTheThreadWasFreeContradicts) {
@@ -23,7 +27,7 @@ TEST(FollowedSchedule, AJobThatWasReadyBeforeTheThreadWasFreeContradicts) {
   r.job(2, 0, 0ms, 0ms, 5ms);
   r.job(1, 0, 1ms, 5050us, 6ms);
   r.job(0, 0, 2ms, 6050us, 7ms);
-  EXPECT_THAT(r.follow("rm-ro").decisions, ElementsAre(Of::yes, Of::no, Of::yes));
+  EXPECT_THAT(r.follow(r.hypothesis("rm-ro")).decisions, ElementsAre(Of::yes, Of::no, Of::yes));
 }
 
 TEST(FollowedSchedule, AJobThatRanBeforeItsReleaseDoesNotRunAgain) {
@@ -32,7 +36,7 @@ TEST(FollowedSchedule, AJobThatRanBeforeItsReleaseDoesNotRunAgain) {
   r.timer(20ms, 11ms);
   r.job(0, 0, 9900us, 9900us, 10500us);
   r.job(1, 0, 11ms, 12ms, 13ms);
-  EXPECT_THAT(r.follow("rm-ro").decisions, ElementsAre(Of::no, Of::yes));
+  EXPECT_THAT(r.follow(r.hypothesis("rm-ro")).decisions, ElementsAre(Of::no, Of::yes));
 }
 
 /// A releaser without a priority displaces the job at 5 ms, whose time slice is over, and at 8 ms, when the
@@ -49,7 +53,7 @@ TEST(FollowedSchedule, ADisplacedThreadGetsANewTimeSlice) {
   r.job(2, 0, 7ms, 12010us, 13ms);
   imports::Hypothesis h = r.hypothesis("events-ro");
   h.release_delay = Platform{}.time_slice;
-  EXPECT_EQ(imports::follow(r.graph.tasks.set, r.steps(), h, 0, r.jobs.size()).contradictions, 0U);
+  EXPECT_EQ(r.follow(h).contradictions, 0U);
 }
 
 /// At 11 ms the first thread waits without the group that the second thread keeps busy until 13 ms:
@@ -66,8 +70,7 @@ TEST(FollowedSchedule, AThreadThatFinishedAskedInVain) {
   r.job(2, 1, 10ms, 13050us, 15ms);
   imports::Hypothesis h = r.hypothesis("multi-jazzy");
   h.asks_in_vain = true;
-  const auto steps = imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0, 1}}, r.jobs.size());
-  EXPECT_EQ(imports::follow(r.graph.tasks.set, steps, h, 0, r.jobs.size()).contradictions, 0U);
+  EXPECT_EQ(r.follow(h, 2).contradictions, 0U);
 }
 
 TEST(FittedLevels, FollowThePeriodsIfNoDecisionContradicts) {
@@ -138,14 +141,65 @@ TEST(FollowedSchedule, TimersOfEqualPrioritiesAreReleasedWhenTheExecutorSleeps) 
     reader.sample = {i, Time{} + at + 4ms, {0, i}};
     r.job(1, 0, at + 1ms, at + 8ms, at + 9ms).ref.number = i;
   }
-  const imports::RecordedSteps steps =
-      imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0}}, r.jobs.size());
   for (const Duration delay : {Duration{}, imports::kUntilIdle}) {
-    imports::Hypothesis hypothesis{"events-ro", find_executor("events-ro"), {}, {0, 1, 2}, {}};
-    hypothesis.release_delay = delay;
-    const auto agreement = imports::follow(r.graph.tasks.set, steps, hypothesis, 0, steps.starts);
-    EXPECT_EQ(agreement.contradictions, delay > Duration{} ? 0U : 10U);
+    imports::Hypothesis h = r.hypothesis("events-ro");
+    h.release_delay = delay;
+    EXPECT_EQ(r.follow(h).contradictions, delay > Duration{} ? 0U : 10U);
   }
+}
+
+/// The labels of the executors that can have run so many threads, which emit their waits.
+std::vector<std::string> possible(std::size_t threads, const std::string& rcl_version) {
+  imports::RecordedSteps steps;
+  steps.own.resize(3);
+  steps.has_timers.assign(threads, true);
+  steps.has_others.assign(threads, true);
+  std::vector<std::string> labels;
+  for (const imports::Hypothesis& h : imports::possible_hypotheses(steps, true, rcl_version))
+    labels.push_back(h.label);
+  return labels;
+}
+
+TEST(Hypotheses, AreThoseOfTheRelease) {
+  for (const char* version : {"9.2.0", "", "8.0.0", "10.1"})  // 8: the development of Jazzy, whose rcl is 9
+    EXPECT_THAT(possible(2, version), Contains("multi-jazzy:2")) << version;
+  for (const char* version : {"5.3.7", "6.0.0"})
+    EXPECT_THAT(possible(2, version), Not(Contains("multi-jazzy:2"))) << version;
+}
+
+TEST(Hypotheses, HaveAtMostTheThreadsOfAnExecutor) {
+  EXPECT_THAT(possible(kMaxWorkers, ""), Contains("multi:" + std::to_string(kMaxWorkers)));
+  EXPECT_THAT(possible(kMaxWorkers + 1, ""), IsEmpty());
+}
+
+TEST(RecognitionSentence, SaysWhenTheBestExecutorFirstBreaks) {
+  imports::RecordedGraph graph;
+  graph.epoch = from_ns(7'000'000'000);
+  graph.tasks.set.tasks.resize(1);
+  graph.tasks.set.tasks[0].name = "sensor/timer";
+  imports::Recognition r;
+  r.verdict = imports::Verdict::none_fits;
+  r.ranking.resize(1);
+  r.ranking[0].hypothesis.label = "default";
+  r.ranking[0].agreement = 0.5;
+  r.leading = 1;
+  r.contested = 40;
+  r.breaks = imports::RecordedStep{.at = graph.epoch + 12500us, .task = 0};
+  EXPECT_EQ(imports::sentence(r, graph),
+            "No known executor fits: the best one, default, explains 50.0 % of 40 contested decisions. It "
+            "first breaks at 12.5 ms, when sensor/timer ran.");
+}
+
+/// The order of creation has callback 0 first, which is the second task.
+TEST(ServiceOrder, EvidenceIsForTheSmallerTask) {
+  Recorded r;
+  r.tasks(2, 10ms);
+  r.graph.task_of = r.graph.callback_of = {1, 0};
+  const auto callbacks = [&](std::int64_t evidence) {
+    return imports::service_order(r.system, r.graph, {{{0, 1}, evidence}}).callbacks;
+  };
+  EXPECT_EQ(callbacks(5), (std::vector<std::uint32_t>{1, 0}));
+  EXPECT_EQ(callbacks(-5), (std::vector<std::uint32_t>{0, 1}));
 }
 
 }  // namespace

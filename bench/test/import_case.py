@@ -4,6 +4,7 @@
 
 import json
 import os
+import shutil
 import tarfile
 from pathlib import Path
 from typing import Any
@@ -23,13 +24,18 @@ class ImportTest(CommandTest):
         self.assertIn("Reproduction:", out)
         return json.loads((output / "import.json").read_text()), output
 
-    def unpacked(self, name: str) -> Any:
-        with tarfile.open(TRACES / f"{name}.tar.xz") as archive:
-            archive.extractall(self.folder / "traces")
-        return self.folder / "traces" / name
+    def reimported(self, *plan: object, options: Any = (), name: str = "run") -> tuple[Any, Path, Path]:
+        """(content of import.json, the run, folder of the import) of a simulated run that was exported."""
+        run, trace, output = (self.folder / f"{name}-{part}" for part in ("run", "trace", "import"))
+        for folder in (run, trace, output):
+            shutil.rmtree(folder, ignore_errors=True)
+        self.accepted("simulate", *plan, "--output", run)
+        self.accepted("export", "ctf", run, "--output", trace)
+        self.accepted("import", "ctf", trace, "--output", output, *options)
+        return json.loads((output / "import.json").read_text()), run, output
 
-    def refused(self, code: int, words: Any, *arguments: object) -> None:
-        found, out, err = self.command("import", "ctf", *arguments, "--output", self.folder / "refused")
-        self.assertEqual((found, out), (code, ""))
-        self.assertEqual(len(err.strip().splitlines()), 1, err)
-        self.assertIn(words, err)
+    def unpacked(self, name: str, shipped: str = "") -> Path:
+        """The trace of this name in an archive of the same name, or in a shipped one."""
+        with tarfile.open(SHIPPED / f"{shipped}.tar.xz" if shipped else TRACES / f"{name}.tar.xz") as archive:
+            archive.extractall(self.folder / "traces")
+        return Path(self.folder / "traces" / name)

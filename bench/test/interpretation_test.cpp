@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "import/interpretation.hpp"
-
+// The stages of an import, from events to a reproduction.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <limits>
 
 #include "hotpath/tracing/assembler.hpp"
+#include "import/stages.hpp"
 
 namespace hotpath {
 namespace {
@@ -18,8 +19,14 @@ using K = tracing::EventKind;
 /// A recording from the events of process 7, whose thread t ran on processor t - 1.
 class Events : public tracing::Sink {
  public:
-  void ended(tracing::Job&& job) override { recording.jobs.push_back(std::move(job)); }
-  void lost(const tracing::LostSample& sample) override { recording.lost.push_back(sample); }
+  void ended(tracing::Job&& job) override { jobs_.push_back(std::move(job)); }
+  void lost(const tracing::LostSample& sample) override { lost_.push_back(sample); }
+
+  imports::Imported imported() const {
+    imports::CtfOptions options;
+    options.trace = "traces/two";
+    return imports::import_system(imports::recorded_system(assembler_.system(), jobs_, lost_, 0), options);
+  }
 
  protected:
   void tell(std::uint32_t thread, K kind, std::int64_t ns, const std::array<std::uint64_t, 4>& number,
@@ -51,9 +58,9 @@ class Events : public tracing::Sink {
 
   tracing::Assembler assembler_{*this};
 
- public:
-  imports::Recording recording{
-      .system = assembler_.system(), .jobs = {}, .lost = {}, .deployment_file = "deployment.yaml"};
+ private:
+  std::vector<tracing::Job> jobs_;
+  std::vector<tracing::LostSample> lost_;
 };
 
 /// `source` publishes /a on thread 1, and `sink` takes it on thread 2. Both executors emit their
@@ -98,59 +105,58 @@ class EarlySamples : public Events {
   }
 };
 
-imports::Interpretations interpreted(Events& events) {
-  imports::CtfOptions options;
-  options.trace = "traces/two";
-  return imports::interpret(events.recording, options);
-}
+/// Two timers of 10 ms that are due together: `slow` runs first, as its priority demands and its
+/// creation does not. Only the events of `executor` say that, since `quick` has no priority. Empty: it has
+/// none.
+class Stated : public Events {
+ public:
+  explicit Stated(const char* executor) {
+    constexpr std::int64_t kMs = 1'000'000;
+    tell(1, K::node_init, 0, {1, 2}, {"quick", "/"});
+    tell(1, K::node_init, 0, {3, 4}, {"slow", "/"});
+    for (const std::uint64_t node : {1U, 3U}) {
+      tell(1, K::timer_init, 1, {10 * node, 10 * kMs});
+      tell(1, K::timer_callback_added, 1, {10 * node, 10 * node + 1});
+      tell(1, K::timer_link_node, 1, {10 * node, node});
+    }
+    const bool states = *executor != '\0';
+    if (states) {
+      tell(1, K::executor_init, 2, {90}, {executor, "priorities.yaml"});
+      tell(1, K::executor_callback, 3, {90, 0, 10}, {"timer", ""});
+      tell(1, K::executor_callback, 3, {90, 1, 30}, {"timer", ""});
+      tell(1, K::executor_priority, 4, {90, 0, std::numeric_limits<std::int64_t>::max()});
+      for (const std::uint64_t changed : {8U, 5U}) tell(1, K::executor_priority, 4, {90, 1, changed});
+    }
+    for (std::int64_t at = 10 * kMs; at < 1000 * kMs; at += 10 * kMs) {
+      for (const std::uint64_t task : {1U, 0U}) {
+        const std::uint64_t callback = task == 0 ? 11 : 31;
+        const std::int64_t start = at + 1000 + (task == 0 ? 3 * kMs : 0);
+        if (states) tell(1, K::executor_job, start - 10, {90, task});
+        tell(1, K::callback_start, start, {callback});
+        tell(1, K::callback_end, start + 2 * kMs, {callback});
+      }
+    }
+    assembler_.finish();
+  }
+};
 
-TEST(Interpretation, FindsExecutorsAndTheirDeploymentWithoutFiles) {
-  TwoThreads two;
-  const imports::Interpretations all = interpreted(two);
-  EXPECT_EQ(two.recording.graph.graph.name, "two");
-  EXPECT_EQ(all.best.check.light, imports::Light::green) << all.best.check.reasons.front();
-  EXPECT_EQ(all.best.labels, (std::vector<std::string>{"default", "default"}));
-  ASSERT_TRUE(all.best.executor->deployment);
-  const Deployment& plan = all.best.executor->deployment->plan;
+TEST(Import, FindsExecutorsAndTheirDeploymentWithoutFiles) {
+  const TwoThreads two;
+  const imports::Imported all = two.imported();
+  const imports::Reproduction& best = all.best;
+  EXPECT_EQ(best.graph.name, "two");
+  EXPECT_EQ(best.check.light, imports::Light::green) << best.check.reasons.front();
+  EXPECT_EQ(best.labels, (std::vector<std::string>{"default", "default"}));
+  ASSERT_TRUE(best.executor.deployment);
+  const Deployment& plan = best.executor.deployment->plan;
   EXPECT_EQ(plan.executor_of, (std::vector<std::uint32_t>{0, 1}));
   EXPECT_EQ(plan.executors[0].name, "thread_1");
   EXPECT_EQ(plan.executors[1].processors, (std::vector<int>{1}));
   EXPECT_FALSE(std::filesystem::exists(plan.file));
-}
-
-TEST(Interpretation, ExecutionTimesThatDependOnThePreviousOneAreReplayed) {
-  const auto model = [](const std::function<std::int64_t(std::int64_t)>& work) {
-    TwoThreads two(work);
-    return interpreted(two).best.graph.platform.execution_times;
-  };
-  EXPECT_EQ(model([](auto job) { return job < 50 ? 2'000'000 : 4'000'000; }), ExecutionTimeModel::replayed);
-  EXPECT_EQ(model([](auto job) { return job % 2 == 0 ? 2'000'000 : 4'000'000; }),
-            ExecutionTimeModel::measured);
-}
-
-TEST(Interpretation, InstantsOfJobsAreRelativeToTheEpoch) {
-  TwoThreads two;
-  std::size_t relative = 0;
-  for (const JobRecord& r : interpreted(two).best.trace.jobs)
-    relative += r.job.deadline == r.job.timestamp + 10ms && r.job.timestamp < Time{} + 1s;
-  EXPECT_EQ(relative, 99U) << "jobs of the timer";
-}
-
-TEST(Interpretation, PhasesOfSamplesFromOutsideAreTheLeastOnesAfterTheEpoch) {
-  EarlySamples early;
-  const Graph graph = interpreted(early).best.graph;
-  ASSERT_EQ(graph.nodes.back().name, "outside");
-  EXPECT_EQ(graph.nodes.back().callbacks.front().phase, Duration::zero());
-}
-
-TEST(Interpretation, RecordedDeploymentsAreReadAsTheyWereWritten) {
-  TwoThreads two;
-  const imports::Interpretations all = interpreted(two);
-  const Deployment& plan = all.best.executor->deployment->plan;
   std::string file = std::filesystem::temp_directory_path() / "hotpath-XXXXXX.yaml";
   ASSERT_GE(mkstemps(file.data(), 5), 0);
-  std::ofstream(file) << deployment_yaml(all.best.graph, all.best.tasks, plan);
-  const Deployment read = find_deployment(file, all.best.graph, all.best.tasks);
+  std::ofstream(file) << deployment_yaml(best.graph, best.tasks, plan);
+  const Deployment read = find_deployment(file, best.graph, best.tasks);
   std::filesystem::remove(file);
   EXPECT_EQ(read.executor_of, plan.executor_of);
   EXPECT_EQ(read.processes, plan.processes);
@@ -159,6 +165,52 @@ TEST(Interpretation, RecordedDeploymentsAreReadAsTheyWereWritten) {
     EXPECT_EQ(read.executors[e].executor, plan.executors[e].executor);
     EXPECT_EQ(read.executors[e].policy, plan.executors[e].policy);
     EXPECT_EQ(read.executors[e].processors, plan.executors[e].processors);
+  }
+}
+
+TEST(Import, ExecutionTimesThatDependOnThePreviousOneAreReplayed) {
+  const auto model = [](const std::function<std::int64_t(std::int64_t)>& work) {
+    const TwoThreads two(work);
+    return two.imported().best.graph.platform.execution_times;
+  };
+  EXPECT_EQ(model([](auto job) { return job < 50 ? 2'000'000 : 4'000'000; }), ExecutionTimeModel::replayed);
+  EXPECT_EQ(model([](auto job) { return job % 2 == 0 ? 2'000'000 : 4'000'000; }),
+            ExecutionTimeModel::measured);
+}
+
+TEST(Import, InstantsOfJobsAreRelativeToTheEpoch) {
+  std::size_t relative = 0;
+  const TwoThreads two;
+  for (const JobRecord& r : two.imported().best.trace.jobs)
+    relative += r.job.deadline == r.job.timestamp + 10ms && r.job.timestamp < Time{} + 1s;
+  EXPECT_EQ(relative, 99U) << "jobs of the timer";
+}
+
+TEST(Import, PhasesOfSamplesFromOutsideAreTheLeastOnesAfterTheEpoch) {
+  const EarlySamples early;
+  const Graph graph = early.imported().best.graph;
+  ASSERT_EQ(graph.nodes.back().name, "outside");
+  EXPECT_EQ(graph.nodes.back().callbacks.front().phase, Duration::zero());
+}
+
+TEST(Import, BelievesAnExecutorThatStatesItsNameAndPriorities) {
+  const Stated stated("fp-ro:first");
+  const imports::Imported imported = stated.imported();
+  EXPECT_EQ(imported.recognitions.front().verdict, imports::Verdict::recognised);
+  EXPECT_EQ(imported.recognitions.front().stated, "fp-ro:first");
+  const imports::Reproduction& best = imported.best;
+  EXPECT_EQ(best.labels, (std::vector<std::string>{"fp-ro:first"}));
+  EXPECT_EQ(best.graph.nodes[1].callbacks.front().priority, 5);
+  EXPECT_FALSE(best.graph.nodes[0].callbacks.front().priority);
+  EXPECT_EQ(best.check.light, imports::Light::green);
+}
+
+TEST(Import, WithoutAKnownNameDecisionsDecide) {
+  for (const char* name : {"", "llf-ro"}) {
+    const Stated stated(name);
+    const imports::Imported imported = stated.imported();
+    EXPECT_EQ(imported.recognitions.front().stated, "");
+    EXPECT_GT(imported.recognitions.front().ranking.size(), 1U);
   }
 }
 

@@ -6,11 +6,10 @@ HOTPATH_RECOGNITION_SEED the first seed."""
 import json
 import os
 import random
-import shutil
 from collections import Counter
 from typing import Any
 
-from hotpath_command import CommandTest
+from import_case import ImportTest
 
 COUNT = int(os.environ.get("HOTPATH_RECOGNITIONS", "8"))
 FIRST_SEED = int(os.environ.get("HOTPATH_RECOGNITION_SEED", "1000"))
@@ -41,42 +40,14 @@ def random_graph(numbers: random.Random) -> list[Any]:
     return nodes
 
 
-class Recognition(CommandTest):
+class Recognition(ImportTest):
     def recognised(self, graph: Any, executor: str, *options: object) -> Any:
         """(content of import.json) of a simulated run under the executor."""
-        run, trace, output = (self.folder / name for name in ("run", "trace", "imported"))
-        for folder in (run, trace, output):
-            shutil.rmtree(folder, ignore_errors=True)
-        plan = ("--graph", graph, "--executors", executor, "--warm-up", 0, *options)
-        self.accepted("simulate", *plan, "--output", run)
-        self.accepted("export", "ctf", run, "--output", trace)
-        self.accepted("import", "ctf", trace, "--output", output)
-        return json.loads((output / "import.json").read_text())
+        return self.reimported("--graph", graph, "--executors", executor, "--warm-up", 0, *options)[0]
 
     def executors(self) -> list[str]:
         names = [line.split()[0] for line in self.accepted("list", "executors").splitlines() if line]
         return [f"{name}:2" if name.startswith(MANY_THREADS) else name for name in names]
-
-    def test_every_executor(self) -> None:
-        """The executor that ran is recognised, alone or in a tie, and reproduced."""
-        for executor in self.executors():
-            with self.subTest(executor):
-                facts = self.recognised(
-                    "autoware",
-                    executor,
-                    "--duration",
-                    8,
-                    "--cores",
-                    2,
-                    "--platform",
-                    "dispatch_cost_us=5",
-                    "--load",
-                    80,
-                )
-                (found,) = facts["executors"]
-                self.assertIn(found["recognition"]["verdict"], ("recognised", "tie"), found["recognition"])
-                self.assertIn(executor, found["recognition"]["executors"])
-                self.assertEqual(facts["self_check"]["light"], "green", facts["self_check"]["reasons"])
 
     def test_unlikely_executors(self) -> None:
         """Executors that few decisions contradict remain in a tie, apart from those that explain all,
@@ -113,14 +84,11 @@ class Recognition(CommandTest):
             found = [e["recognition"] for e in facts["executors"]]
             right = len(found) == 1 and executor in found[0]["executors"]
             verdict = found[0]["verdict"] if len(found) == 1 else "several executors"
-            confident = verdict in ("recognised", "tie")
-            outcome = verdict if right or not confident else "wrong"
+            outcome = verdict if right or verdict not in ("recognised", "tie") else "wrong"
             outcomes[outcome] += 1
             if os.environ.get("HOTPATH_RECOGNITIONS"):
-                light = facts["self_check"]["light"]
-                print(
-                    FIRST_SEED + i, executor, load, outcome, light, [r["sentence"] for r in found], flush=True
-                )
+                told = (facts["self_check"]["light"], [r["sentence"] for r in found])
+                print(FIRST_SEED + i, executor, load, outcome, *told, flush=True)
         if os.environ.get("HOTPATH_RECOGNITIONS"):
             print(dict(outcomes))
         self.assertEqual(outcomes["wrong"], 0, outcomes)

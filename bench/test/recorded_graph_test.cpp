@@ -1,189 +1,125 @@
 // SPDX-License-Identifier: Apache-2.0
-// The graph of a recorded system: its callback groups, services and cycles.
+// The graph of a recorded system: its callback groups, names, services, cycles and gaps.
 #include "import/recorded_graph.hpp"
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <cmath>
 #include <functional>
+
+#include "program/errors.hpp"
+#include "recorded.hpp"
 
 namespace hotpath {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::AllOf;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::UnorderedElementsAre;
 using K = tracing::CallbackKind;
-
-struct Recorded {
-  tracing::System system;
-  std::vector<tracing::Job> jobs;
-
-  tracing::Callback& callback(K kind, std::uint32_t node, std::uint32_t topic = tracing::kNone) {
-    if (node == system.nodes.size()) system.nodes.push_back("/n" + std::to_string(node));
-    tracing::Callback& callback = system.callbacks.emplace_back();
-    callback.kind = kind;
-    callback.node = node;
-    callback.topic = topic;
-    if (kind == K::timer) callback.period = 10ms;
-    if (kind != K::timer)
-      system.topics.at(topic).subscriptions.push_back(
-          static_cast<std::uint32_t>(system.callbacks.size() - 1));
-    return callback;
-  }
-  tracing::Job& job(std::uint32_t callback, std::uint32_t thread, Duration start, Duration finish) {
-    tracing::Job& job = jobs.emplace_back();
-    job.ref = {callback, system.callbacks.at(callback).jobs++};
-    job.thread = thread;
-    job.start = Time{} + start;
-    job.finish = Time{} + finish;
-    return job;
-  }
-  imports::RecordedGraph graph() const {
-    return imports::make_recorded_graph(system, jobs, std::vector<std::uint32_t>(system.callbacks.size(), 0),
-                                        "g");
-  }
-};
 
 TEST(RecordedGraph, OnlyJobsOfTwoThreadsOverlap) {
   for (const std::uint32_t thread : {0U, 1U}) {
-    Recorded r;
-    r.callback(K::timer, 0);
-    r.callback(K::timer, 0);
+    RecordedCallbacks r;
+    r.callback(K::timer);
+    r.callback(K::timer);
     r.job(0, 0, 0ms, 10ms);
     r.job(1, thread, 2ms, 4ms);
     EXPECT_EQ(r.graph().graph.nodes.at(0).groups.size(), thread == 0 ? 1U : 2U);
   }
 }
 
-/// The requests to a service in a trace with a timer, and the node that stands for their senders.
-Node outside_of(const std::vector<Duration>& requests, Duration length = 0ms) {
-  Recorded r;
+TEST(RecordedGraph, RequestsToAServiceComeFromOutsideAtTheirInstants) {
+  RecordedCallbacks r;
   r.system.topics = {{"/service", {}}};
-  r.callback(K::timer, 0);
+  r.callback(K::timer);
   r.callback(K::service, 0, 0);
   r.job(0, 0, 0ms, 1ms);
-  for (const Duration at : requests) {
+  for (const Duration at : {10ms, 20ms, 30ms}) {
     tracing::Job& job = r.job(1, 0, at, at + 1us);
     job.has_sample = true;
     job.sample.published = job.start;
   }
-  if (length > 0ms) r.job(0, 0, length - 1ms, length);
   const imports::RecordedGraph graph = r.graph();
   EXPECT_TRUE(graph.tasks.set[graph.task_of.at(1)].guaranteed) << "a service";
-  EXPECT_EQ(graph.graph.nodes.at(1).name, imports::kOutside);
-  return graph.graph.nodes.at(1);
-}
-
-std::vector<Duration> arrivals(int number, const std::function<Duration(int)>& at) {
-  std::vector<Duration> all;
-  all.reserve(static_cast<std::size_t>(number));
-  for (int i = 0; i < number; ++i) all.push_back(at(i));
-  return all;
-}
-
-TEST(RecordedGraph, RegularRequestsComeFromOneTimer) {
-  const Node outside = outside_of({10ms, 20ms, 30ms});
+  const Node& outside = graph.graph.nodes.at(1);
+  EXPECT_EQ(outside.name, imports::kOutside);
   ASSERT_EQ(outside.callbacks.size(), 1U);
   EXPECT_EQ(outside.callbacks[0].period, 10ms);
   EXPECT_EQ(outside.callbacks[0].phase, Duration(10ms));
+  const imports::RecordedGraph without = r.graph({1});
+  EXPECT_EQ(without.task_of.at(1), kNoTask) << "threads of no executor";
+  EXPECT_THAT(without.notes,
+              Contains(HasSubstr("1 callbacks of services and clients with 3 jobs ran on threads")));
 }
 
-TEST(RecordedGraph, AFewIrregularRequestsComeOnce) {
-  for (const int number : {1, 9}) {
-    const std::vector<Duration> at = arrivals(number, [](int i) { return 10ms * (i + 1) * (i + 1); });
-    const Node outside = outside_of(at);
-    ASSERT_EQ(outside.callbacks.size(), at.size());
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      EXPECT_EQ(outside.callbacks[i].phase, at[i]);
-      EXPECT_EQ(outside.callbacks[i].period, 1h);
-    }
-  }
+using Instants = std::function<Duration(int)>;
+
+imports::OutsideReleases outside(int number, const Instants& at, Duration length) {
+  std::vector<Time> all;
+  for (int i = 0; i < number; ++i) all.push_back(Time{} + at(i));
+  return imports::outside_releases(all, {Time{}, Time{} + length});
 }
 
-/// Of a recording of a minute: requests with 1 ms between them after one second.
-TEST(RecordedGraph, ABurstDoesNotRecurWithinTheRecording) {
-  for (const int number : {3, 12, 500}) {
-    const auto at = arrivals(number, [](int i) { return 1s + i * 1ms; });
-    const Node outside = outside_of(at, 60s);
-    double requests = 0;
-    for (const Callback& timer : outside.callbacks)
-      requests += std::ceil(to_ms(60s - *timer.phase) / to_ms(timer.period));
-    EXPECT_LE(requests, number);
-    EXPECT_EQ(outside.callbacks.size(), number == 500 ? 1U : at.size());
-  }
-}
+Duration bursts_of_five(int i) { return i / 5 * 500ms + i % 5 * 1ms; }
 
-TEST(RecordedGraph, RegularRequestsMayBeginLateAndEndBeforeTheRecording) {
-  for (const Duration first : {0s, 40s}) {
-    const Node outside =
-        outside_of(arrivals(200, [first](int i) { return first + i * 100ms; }), first == 0s ? 35s : 60s);
-    ASSERT_EQ(outside.callbacks.size(), 1U);
-    EXPECT_EQ(outside.callbacks[0].period, 100ms);
-  }
-}
-
-/// Bursts of five with 1 ms between them, every 500 ms.
-TEST(RecordedGraph, BurstsKeepTheirInstantsAndRecur) {
-  const std::vector<Duration> at = arrivals(20, [](int i) { return i / 5 * 500ms + i % 5 * 1ms; });
-  const Duration shortest = (at.back() - at.front()) / 19 * 20;
-  for (const Duration length : {Duration(1505ms), Duration(10s)}) {
-    const Node outside = outside_of(at, length);
-    ASSERT_EQ(outside.callbacks.size(), at.size());
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      EXPECT_EQ(outside.callbacks[i].phase, at[i]);
-      EXPECT_EQ(outside.callbacks[i].period, std::max(shortest, length));
-    }
+TEST(OutsideReleases, AreOneTimerOrOneForEachArrival) {
+  const Instants regular = [](int i) { return i * 100ms; }, late = [](int i) { return 40s + i * 100ms; };
+  const Instants irregular = [](int i) { return 10ms * (i + 1) * (i + 1); };
+  const Instants burst = [](int i) { return 1s + i * 1ms; };
+  const Instants two_bursts = [](int i) { return i < 250 ? i * 1us : 10s + i * 1us; };
+  struct Case {
+    const char* name;
+    int arrivals;
+    Instants at;
+    Duration length;
+    std::size_t timers;
+    Duration period;
+  };
+  for (const Case& c : std::vector<Case>{
+           {"regular", 200, regular, 35s, 1, 100ms},
+           {"regular and late", 200, late, 60s, 1, 100ms},
+           {"one", 1, irregular, 1s, 1, 1h},
+           {"few and irregular", 9, irregular, 1s, 9, 1h},
+           {"a short burst", 3, burst, 60s, 3, 1h},
+           {"a burst does not recur within the recording", 12, burst, 60s, 12, 60s},
+           {"a long burst has its mean rate", 500, burst, 60s, 1, 120ms},
+           {"bursts that go on", 20, bursts_of_five, 1505ms, 20, Duration(1504ms) / 19 * 20},
+           {"bursts that ended", 20, bursts_of_five, 10s, 20, 10s},
+           {"too many at once", 500, two_bursts, 10s, 1, Duration(10s + 499us) / 499},
+       }) {
+    const imports::OutsideReleases releases = outside(c.arrivals, c.at, c.length);
+    ASSERT_EQ(releases.first.size(), c.timers) << c.name;
+    EXPECT_EQ(releases.period, c.period) << c.name;
+    EXPECT_EQ(releases.jitter, 0ms) << c.name;
+    for (int i = 0; i < static_cast<int>(c.timers); ++i)
+      EXPECT_EQ(releases.first[static_cast<std::size_t>(i)] - Time{}, c.at(i)) << c.name;
   }
 }
 
 /// The timers of very many arrivals take turns; every arrival is within the jitter of its turn.
-TEST(RecordedGraph, JitterCoversVeryManyArrivals) {
-  const std::vector<Duration> at = arrivals(500, [](int i) { return i / 5 * 500ms + i % 5 * 1ms; });
-  const Node outside = outside_of(at);
-  const std::size_t timers = outside.callbacks.size();
-  ASSERT_LE(timers, 10U);
-  for (std::size_t i = 0; i < at.size(); ++i) {
-    const Callback& timer = outside.callbacks[i % timers];
-    EXPECT_LT(timer.release_jitter, timer.period);
-    const Duration late = at[i] - *timer.phase - timer.period * static_cast<std::int64_t>(i / timers);
-    EXPECT_TRUE(late >= 0ms && late <= timer.release_jitter) << i;
+TEST(OutsideReleases, JitterCoversVeryManyArrivals) {
+  const imports::OutsideReleases releases = outside(500, bursts_of_five, 50s);
+  const auto timers = static_cast<int>(releases.first.size());
+  ASSERT_LE(timers, 10);
+  EXPECT_LT(releases.jitter, releases.period);
+  for (int i = 0; i < 500; ++i) {
+    const Time turn = releases.first[static_cast<std::size_t>(i % timers)] + releases.period * (i / timers);
+    const Duration late = Time{} + bursts_of_five(i) - turn;
+    EXPECT_TRUE(late >= 0ms && late <= releases.jitter) << i;
   }
-}
-
-TEST(RecordedGraph, OneTimerIsNamedInTheSingular) {
-  std::vector<Time> at;
-  at.reserve(200);
-  for (int i = 0; i < 200; ++i) at.push_back(Time{} + i * 10ms + i % 2 * 2ms);
-  const imports::OutsideReleases releases = imports::outside_releases(at, {at.front(), at.back()});
-  ASSERT_EQ(releases.first.size(), 1U);
-  EXPECT_THAT(releases.timers, testing::MatchesRegex("a timer of 10.0 ms with a release jitter of .*"));
-}
-
-TEST(RecordedGraph, TooManyArrivalsAtOnceHaveTheirMeanRate) {
-  const Node outside = outside_of(arrivals(500, [](int i) { return i < 250 ? i * 1us : 10s + i * 1us; }));
-  ASSERT_EQ(outside.callbacks.size(), 1U);
-  EXPECT_EQ(outside.callbacks[0].release_jitter, 0ms);
-}
-
-TEST(RecordedGraph, ServicesOfOtherThreadsAreLeftOut) {
-  Recorded r;
-  r.system.topics = {{"/service", {}}};
-  r.callback(K::timer, 0);
-  r.callback(K::service, 0, 0);
-  r.job(0, 0, 0ms, 1ms);
-  r.job(1, 1, 0ms, 1ms);
-  const auto graph = imports::make_recorded_graph(r.system, r.jobs, {0, tracing::kNone}, "g");
-  EXPECT_EQ(graph.task_of.at(1), kNoTask);
-  EXPECT_THAT(graph.notes,
-              Contains(HasSubstr("1 callbacks of services and clients with 1 jobs ran on threads")));
+  const imports::OutsideReleases one = outside(
+      200, [](int i) { return i * 10ms + i % 2 * 2ms; }, 2s);
+  EXPECT_THAT(one.timers, testing::MatchesRegex("a timer of 10.0 ms with a release jitter of .*"));
 }
 
 TEST(RecordedGraph, ASecondSubscriptionOfANodeReadsACopyOfTheTopic) {
-  Recorded r;
+  RecordedCallbacks r;
   r.system.topics = {{"/a", {}}};
-  r.callback(K::timer, 0);
+  r.callback(K::timer);
   for (int i = 0; i < 2; ++i) r.callback(K::subscription, 1, 0);
   for (int i = 0; i < 10; ++i) {
     r.job(0, 0, i * 10ms, i * 10ms + 1ms).published.push_back({0, Time{} + i * 10ms});
@@ -197,9 +133,9 @@ TEST(RecordedGraph, ASecondSubscriptionOfANodeReadsACopyOfTheTopic) {
 
 /// The names that the graph would make are those of other topics, of a service and of a node.
 TEST(RecordedGraph, NamesAreDifferent) {
-  Recorded r;
+  RecordedCallbacks r;
   r.system.topics = {{"/a", {}}, {"/a", {}}, {"/a_2", {}}, {"/timer", {}}, {"/strange", {}}};
-  r.callback(K::timer, 0);
+  r.callback(K::timer);
   r.callback(K::service, 1, 0);
   for (const std::uint32_t topic : {1U, 1U, 2U, 3U}) r.callback(K::subscription, 1, topic);
   r.callback(K::timer, 1);
@@ -211,24 +147,21 @@ TEST(RecordedGraph, NamesAreDifferent) {
     for (std::uint32_t c = 1; c < 8; ++c) r.job(c, 0, i * 10ms + c * 1ms, i * 10ms + c * 1ms + 500us);
   }
   const imports::RecordedGraph graph = r.graph();
-  std::vector<std::string> names;
+  std::vector<std::string> names, fed;
   for (const Task& task : graph.tasks.set.tasks) names.push_back(task.name);
-  EXPECT_THAT(names, testing::UnorderedElementsAre("n0/timer", "n1/a_3", "n1/a", "n1/a_2_2", "n1/a_2",
-                                                   "n1/timer", "n1/timer_2", "outside_2/strange",
-                                                   "outside/a_3", "outside/strange"));
-  const auto name_of = [&](std::uint32_t c) { return graph.tasks.set[graph.task_of.at(c)].name; };
-  EXPECT_EQ(name_of(4), "n1/a_2") << "a topic keeps its name before copies";
-  std::vector<std::string> fed;
-  for (const TaskId reader : graph.tasks.set[graph.task_of.at(0)].feeds)
-    fed.push_back(graph.tasks.set[reader].name);
-  EXPECT_THAT(fed, testing::UnorderedElementsAre("n1/a", "n1/a_2_2", "n1/a_2", "n1/timer"));
+  EXPECT_THAT(names,
+              UnorderedElementsAre("n0/timer", "n1/a_3", "n1/a", "n1/a_2_2", "n1/a_2", "n1/timer",
+                                   "n1/timer_2", "outside_2/strange", "outside/a_3", "outside/strange"));
+  EXPECT_EQ(graph.tasks.set[graph.task_of.at(4)].name, "n1/a_2") << "a topic keeps its name before copies";
+  for (const TaskId id : graph.tasks.set[graph.task_of.at(0)].feeds) fed.push_back(graph.tasks.set[id].name);
+  EXPECT_THAT(fed, UnorderedElementsAre("n1/a", "n1/a_2_2", "n1/a_2", "n1/timer"));
 }
 
 /// Nobody publishes the first topic, so that the second one has its name without a note.
 TEST(RecordedGraph, TopicsOutsideOfTheGraphTakeNoNames) {
-  Recorded r;
+  RecordedCallbacks r;
   r.system.topics = {{"/a", {}}, {"/a", {}}};
-  r.callback(K::timer, 0);
+  r.callback(K::timer);
   for (const std::uint32_t topic : {0U, 0U, 1U}) r.callback(K::subscription, 1, topic);
   for (int i = 0; i < 10; ++i) {
     r.job(0, 0, i * 10ms, i * 10ms + 1ms).published.push_back({1, Time{} + i * 10ms});
@@ -241,7 +174,7 @@ TEST(RecordedGraph, TopicsOutsideOfTheGraphTakeNoNames) {
 
 /// Two nodes answer each other; the second one ran less often.
 TEST(RecordedGraph, ACycleIsCutBeforeTheCallbackWithTheFewestJobs) {
-  Recorded r;
+  RecordedCallbacks r;
   r.system.topics = {{"/a", {}}, {"/b", {}}};
   r.callback(K::subscription, 0, 0);
   r.callback(K::subscription, 1, 1);
@@ -251,6 +184,85 @@ TEST(RecordedGraph, ACycleIsCutBeforeTheCallbackWithTheFewestJobs) {
       r.job(1, 0, i * 10ms + 2ms, i * 10ms + 3ms).published.push_back({0, Time{} + i * 10ms + 2ms});
   }
   EXPECT_THAT(r.graph().notes, Contains(HasSubstr("n0/a does not publish b in the graph")));
+}
+
+/// Nodes with subscriptions to /x and /y; callback c is task c.
+class Unmodelled : public testing::Test {
+ protected:
+  Unmodelled() {
+    r_.system.topics = {{"/x", {}}, {"/y", {}}, {"/out", {}}};
+    for (std::uint32_t c = 0; c < 4; ++c) {
+      r_.callback(K::subscription, c / 2, c % 2).symbol = "_ZN4Node8receivedEv";
+      graph_.task_of.push_back(c);
+    }
+  }
+  /// A rule by which the second node publishes /out.
+  void rule(std::uint64_t explained) {
+    graph_.rules = {{.topic = 2, .publishers = {2}, .jobs = 100, .explained = explained}};
+  }
+  void synchronise(std::size_t callback) {
+    r_.system.callbacks[callback].symbol = "message_filters::Subscriber<Image>::callback";
+  }
+  std::vector<std::string> unmodelled() const { return imports::unmodelled(r_.system, graph_); }
+
+  RecordedCallbacks r_;
+  imports::RecordedGraph graph_;
+};
+
+TEST_F(Unmodelled, SynchronisersOfTheGraphAreNamedByNodeWithTheirTopics) {
+  for (const std::size_t c : {0U, 1U, 2U}) synchronise(c);
+  EXPECT_THAT(unmodelled(), ElementsAre(HasSubstr("Node /n0 passes /x, /y through message_filters"),
+                                        HasSubstr("Node /n1 passes /x through message_filters")));
+  for (const std::size_t c : {0U, 1U, 2U}) graph_.task_of[c] = kNoTask;
+  EXPECT_THAT(unmodelled(), IsEmpty());
+}
+
+TEST_F(Unmodelled, ATopicThatNoRuleDescribesIsNamedWithTheBestOne) {
+  rule(95);
+  EXPECT_THAT(unmodelled(), IsEmpty());
+  rule(94);
+  EXPECT_THAT(unmodelled(), ElementsAre(AllOf(HasSubstr("topic /out: "), HasSubstr("94 of 100 jobs of /n1"),
+                                              HasSubstr("lifecycle node"))));
+}
+
+/// S -> F -> C, and T, whose data goes nowhere.
+Chain chain_of(const std::string& option) {
+  Graph graph;
+  for (const auto& [name, type, inputs] : std::vector<std::tuple<const char*, NodeType, std::vector<Input>>>{
+           {"S", NodeType::sensor, {}},
+           {"T", NodeType::sensor, {}},
+           {"F", NodeType::transform, {{"S", 1, std::nullopt}}},
+           {"C", NodeType::command, {{"F", 1, std::nullopt}}}}) {
+    Node& node = graph.nodes.emplace_back();
+    node.name = name;
+    node.type = type;
+    node.period = node.deadline = 10ms;
+    node.inputs = inputs;
+    if (type != NodeType::command) node.outputs = {name};
+  }
+  return imports::chain_of(option, graph, make_tasks(graph));
+}
+
+TEST(ChainOption, ConsistsOfTheTasksBetweenSourceAndSink) {
+  const Chain chain = chain_of("S:C");
+  EXPECT_EQ(chain.name, "C");
+  EXPECT_THAT(chain.sources, ElementsAre("S"));
+  EXPECT_THAT(chain.nodes, ElementsAre("S", "F/S", "C/F"));
+  EXPECT_EQ(chain.sink, "C/F");
+}
+
+TEST(ChainOption, BeginsAtTimersWhoseDataReachesTheSink) {
+  const auto error_of = [](const char* option) -> std::string {
+    try {
+      return chain_of(option).name;
+    } catch (const program::UsageError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_THAT(error_of("F:C"), HasSubstr("F is not a timer"));
+  EXPECT_THAT(error_of("S,T:C"), HasSubstr("no data flows from T to C"));
+  EXPECT_THAT(error_of("C"), HasSubstr("is not SOURCE"));
+  EXPECT_THAT(error_of("S:D"), HasSubstr("D is not a node or task"));
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "import/recorded_trace.hpp"
 #include "recorded.hpp"
 
 namespace hotpath {
@@ -19,41 +18,40 @@ using testing::ElementsAre;
 TEST(RecordedDisplacement, OnlyTheInnermostJobHadTheProcessor) {
   Recorded r;
   r.system.threads.resize(3);
-  for (int i = 0; i < 3; ++i) r.task(TaskKind::timer, 100ms);
+  r.tasks(3, 100ms);
   r.job(0, 0, 0ms, 0ms, 10ms, true);
   r.job(1, 1, 2ms, 2ms, 8ms, true);
   r.job(2, 2, 3ms, 3ms, 4ms, true);
-  EXPECT_THAT(imports::recorded_displacement(r.system, r.window()).own, ElementsAre(4ms, 5ms, 1ms));
+  EXPECT_THAT(r.displacement().own, ElementsAre(4ms, 5ms, 1ms));
 }
 
 /// The first thread has the processor from 0 to 3 ms and from 6 to 8 ms.
 TEST(RecordedDisplacement, ThreadsThatOverlapShareTheProcessorInTimeSlices) {
   Recorded r;
-  r.system.threads = {{0, 1, 1, 0, {{0, 1}}}, {0, 2, 1, 0, {{0, 1}}}};
-  for (int i = 0; i < 2; ++i) r.task(TaskKind::timer, 100ms);
+  r.threads(2);
+  r.tasks(2, 100ms);
   r.job(0, 0, 0ms, 0ms, 8ms, true);
   r.job(1, 1, 1ms, 3ms, 9ms, true);
-  const imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
-  EXPECT_THAT(displacement.own, ElementsAre(5ms, 4ms));
-  EXPECT_EQ(displacement.slices.threads, 2U);
+  EXPECT_THAT(r.displacement().own, ElementsAre(5ms, 4ms));
+  EXPECT_EQ(r.displacement().slices.threads, 2U);
 }
 
 /// On two processors, the time slices of the first two threads end at 3 ms, when the third one waits: the
 /// first thread goes to the end and, since the slice of the second one is over as well, continues at once.
 TEST(RecordedDisplacement, SeveralProcessorsGoRoundAmongThreads) {
   Recorded r;
-  r.system.threads.assign(3, {0, 1, 2, 0, {{0, 1}, {1, 1}}});
-  for (int i = 0; i < 3; ++i) r.task(TaskKind::timer, 100ms);
+  r.threads(3, 2, {0, 1});
+  r.tasks(3, 100ms);
   r.job(0, 0, 0ms, 0ms, 8ms);
   r.job(1, 1, 0ms, 0ms, 10ms);
   r.job(2, 2, 1ms, 3ms, 5ms, true);
-  imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
+  imports::Displacement displacement = r.displacement();
   EXPECT_THAT(displacement.own, ElementsAre(8ms, 8ms, 2ms));
   EXPECT_THAT(displacement.processors, Each(ElementsAre(0, 1)));
   EXPECT_EQ(displacement.slices.displaced, 1U);
   EXPECT_EQ(displacement.slices.early, 0U);
   r.jobs[2].start = Time{} + 2ms;  // before a slice of 3 ms ends: such slices explain nothing
-  displacement = imports::recorded_displacement(r.system, r.window());
+  displacement = r.displacement();
   EXPECT_EQ(displacement.slices.threads, 0U);
   EXPECT_EQ(displacement.slices.unexplained, 3U);
   EXPECT_THAT(displacement.own, ElementsAre(5ms, 10ms, 3ms)) << "the third job within the first one";
@@ -64,9 +62,9 @@ TEST(RecordedDisplacement, SeveralProcessorsGoRoundAmongThreads) {
 TEST(RecordedDisplacement, ThreadsOfDifferentProcessorsKeepThem) {
   for (const Duration late : {Duration{}, Duration(4ms)}) {
     Recorded r;
-    r.system.threads.assign(4, {0, 1, 20, 0, {{0, 10}, {1, 10}}});
+    r.threads(4, 20, {0, 1});
     r.system.threads[3].processors = {{1, 20}};
-    for (int i = 0; i < 4; ++i) r.task(TaskKind::timer, 50ms);
+    r.tasks(4, 50ms);
     for (int i = 0; i < 20; ++i) {
       const Duration begin = i * 50ms;
       r.job(0, 0, begin, begin, begin + 8ms);
@@ -74,35 +72,34 @@ TEST(RecordedDisplacement, ThreadsOfDifferentProcessorsKeepThem) {
       r.job(2, 2, begin + 1ms, begin + 3ms, begin + 5ms);
       r.job(3, 3, begin + 20ms, begin + 20ms + late, begin + 29ms);
     }
-    const imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
-    EXPECT_EQ(displacement.slices.threads, late == Duration{} ? 4U : 0U);
-    EXPECT_EQ(displacement.processors[3].size(), late == Duration{} ? 2U : 1U);
+    EXPECT_EQ(r.displacement().slices.threads, late == Duration{} ? 4U : 0U);
+    EXPECT_EQ(r.displacement().processors[3].size(), late == Duration{} ? 2U : 1U);
   }
 }
 
 /// Within 100 ns, the third thread runs two jobs and the first one gets its processor back.
 TEST(RecordedDisplacement, AJobOfAnInstantEndsAfterItsStart) {
   Recorded r;
-  r.system.threads.assign(3, {0, 1, 1, 0, {{0, 1}}});
-  for (int i = 0; i < 3; ++i) r.task(TaskKind::timer, 100ms);
+  r.threads(3);
+  r.tasks(3, 100ms);
   r.job(0, 0, 0ms, 0ms, 4ms, true);
   r.job(2, 2, 1ms, 3ms, 3ms + 50ns, true);
   r.job(2, 2, 3ms + 60ns, 3ms + 70ns, 3ms + 90ns, true);
-  EXPECT_THAT(imports::recorded_displacement(r.system, r.window()).own, ElementsAre(4ms - 60ns, 50ns, 20ns));
+  EXPECT_THAT(r.displacement().own, ElementsAre(4ms - 60ns, 50ns, 20ns));
 }
 
 /// Two threads take turns, while a thread of SCHED_FIFO runs for 1 ms in every 50 ms.
 TEST(RecordedDisplacement, AThreadOfSchedFifoKeepsItAmongThreadsThatTakeTurns) {
   Recorded r;
-  r.system.threads.assign(3, {0, 1, 20, 0, {{0, 20}}});
-  for (int i = 0; i < 3; ++i) r.task(TaskKind::timer, 50ms);
+  r.threads(3, 20);
+  r.tasks(3, 50ms);
   for (int i = 0; i < 20; ++i) {
     const Duration begin = i * 50ms;
     r.job(0, 0, begin, begin, begin + 20ms, true);
     r.job(1, 1, begin, begin + 3ms, begin + 21ms, true);
     r.job(2, 2, begin + 4ms, begin + 4ms, begin + 5ms, true);
   }
-  const imports::Displacement displacement = imports::recorded_displacement(r.system, r.window());
+  const imports::Displacement displacement = r.displacement();
   EXPECT_THAT(displacement.level, ElementsAre(0, 0, 1));
   EXPECT_EQ(displacement.slices.early, 0U);
   EXPECT_EQ(displacement.slices.threads, 3U);
@@ -116,45 +113,38 @@ TEST(RecordedDisplacement, AThreadOfSchedFifoKeepsItAmongThreadsThatTakeTurns) {
 TEST(RecordedDisplacement, AThreadThatWaitsForATimeSliceHasNoPriority) {
   for (const Duration late : {Duration(20us), Duration(2ms)}) {
     Recorded r;
-    r.system.threads = {{0, 1, 5, 0, {{0, 5}}}, {0, 2, 5, 0, {{0, 5}}}};
-    for (int i = 0; i < 2; ++i) r.task(TaskKind::timer, 20ms);
+    r.threads(2, 5);
+    r.tasks(2, 20ms);
     for (int i = 0; i < 5; ++i) {
       const Duration begin = i * 20ms;
       r.job(0, 0, begin, begin, begin + 12ms, true);
       r.job(1, 1, begin + 1ms, begin + 1ms + late, begin + 2ms + late, true);
     }
-    EXPECT_EQ(imports::recorded_displacement(r.system, r.window()).level[1], late < 1ms ? 1 : 0);
+    EXPECT_EQ(r.displacement().level[1], late < 1ms ? 1 : 0);
   }
 }
 
 TEST(RecordedCosts, AReleaserWakesTheThreadOfItsTimer) {
   Recorded r;
-  r.task(TaskKind::timer, 10ms);
+  r.tasks(1, 10ms);
   for (int i = 0; i < 3; ++i) r.job(0, 0, i * 10ms, i * 10ms + 100us, i * 10ms + 1ms);
-  const imports::RecordedExecutor executor{"e", 0, {0}};
-  const auto wake_up = [&](const char* name) {
-    return imports::recorded_costs(r.graph, r.window(), executor, *find_executor(name)).wake_up.median;
-  };
-  EXPECT_EQ(wake_up("default"), 100us);
-  EXPECT_EQ(wake_up("rm-ro"), 50us) << "two wake-ups";
+  EXPECT_EQ(r.costs("default").wake_up.median, 100us);
+  EXPECT_EQ(r.costs("rm-ro").wake_up.median, 50us) << "two wake-ups";
 }
 
 /// Jobs of a timer that start 1 us after the job before them, and of a subscription after 5 us.
 TEST(RecordedCosts, DispatchByKindNeedsEnoughJobs) {
   for (const int jobs : {90, 110}) {
     Recorded r;
-    r.task(TaskKind::timer, 1ms);
-    r.task(TaskKind::subscription);
+    r.tasks(1, 1ms, 1);
     Duration at{};
-    for (int i = 0; i < jobs; ++i) {
+    for (int i = 0; i < jobs; ++i, at += 200us) {
       r.job(0, 0, 0ms, at + 1us, at + 100us);
       r.job(1, 0, 0ms, at + 105us, at + 200us);
-      at += 200us;
     }
     r.job(1, 0, 0ms, at + 5us, at + 100us);  // so that most dispatches are of subscriptions
     r.job(1, 0, 0ms, at + 105us, at + 200us);
-    const auto costs =
-        imports::recorded_costs(r.graph, r.window(), {"e", 0, {0}}, *find_executor("events-ro"));
+    const imports::RecordedCosts costs = r.costs("events-ro");
     EXPECT_EQ(costs.dispatch.median, 5us);
     EXPECT_EQ(costs.dispatch_of(TaskKind::subscription).median, 5us);
     EXPECT_EQ(costs.dispatch_of(TaskKind::timer).median, jobs < 100 ? 5us : 1us);
@@ -169,9 +159,7 @@ TEST(RecordedCosts, WaitingForACallbackGroupIsNoCost) {
     r.job(1, 1, 0ms, 0ms, 500us);
     r.job(0, 0, 500us, 600us, 5ms);
     r.job(1, 1, 1ms, 5050us, 6ms);
-    const imports::RecordedExecutor executor{"e", 0, {0, 1}};
-    const auto costs = imports::recorded_costs(r.graph, r.window(), executor, *find_executor("multi"));
-    EXPECT_EQ(costs.wake_up.n, same_group ? 0U : 1U);
+    EXPECT_EQ(r.costs("multi", 2).wake_up.n, same_group ? 0U : 1U);
   }
 }
 
@@ -184,7 +172,7 @@ TEST(RecordedSteps, ATaskWhoseGroupIsBusyContestsNothing) {
     r.job(0, 0, 0ms, 0ms, 10ms);
     r.job(2, 1, 4ms, 5ms, 6ms);
     r.job(1, 0, 3ms, 11ms, 12ms);
-    const auto steps = imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0, 1}}, 10);
+    const imports::RecordedSteps steps = r.steps(2);
     ASSERT_EQ(steps.starts, 3U);
     for (const imports::RecordedStep& step : steps.steps) {
       if (step.kind != imports::RecordedStep::Kind::start) continue;
@@ -196,10 +184,10 @@ TEST(RecordedSteps, ATaskWhoseGroupIsBusyContestsNothing) {
 /// The second thread begins its callback first, although it asked for work after the first one.
 TEST(RecordedSteps, ThreadsDecideInTheOrderOfTheirQuestions) {
   Recorded r;
-  for (int i = 0; i < 2; ++i) r.task(TaskKind::timer, 100ms);
+  r.tasks(2, 100ms);
   r.job(1, 1, 10ms, 10150us, 12ms).decided = Time{} + 10100us;
   r.job(0, 0, 10ms, 10200us, 12ms).decided = Time{} + 10050us;
-  const auto steps = imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0, 1}}, 10);
+  const imports::RecordedSteps steps = r.steps(2);
   EXPECT_EQ(steps.steps.at(0).task, 0U);
   EXPECT_EQ(steps.steps.at(0).at, Time{} + 10050us);
   EXPECT_EQ(steps.steps.at(1).task, 1U);
@@ -207,41 +195,45 @@ TEST(RecordedSteps, ThreadsDecideInTheOrderOfTheirQuestions) {
 
 TEST(RecordedSteps, SamplesInheritTheDeadlineOfTheTimerThatCausedThem) {
   Recorded r;
-  r.task(TaskKind::timer, 10ms);
-  r.task(TaskKind::subscription);
+  r.tasks(1, 10ms, 1);
   r.job(0, 0, 2ms, 2ms, 3ms);
   for (const std::uint32_t parent : {0U, imports::kNone}) {
     tracing::Job& job = r.job(1, 0, 3ms, 4ms, 5ms);
     job.has_sample = true;
     job.sample = {0, Time{} + 3ms, {parent, 0}};
   }
-  const auto steps = imports::recorded_steps(r.graph, r.window(), {}, {"e", 0, {0}}, 10);
-  EXPECT_THAT(steps.deadline, ElementsAre(Time{} + 12ms, Time{} + 12ms, kNever));
+  EXPECT_THAT(r.steps().deadline, ElementsAre(Time{} + 12ms, Time{} + 12ms, kNever));
 }
 
 TEST(RecordedTimers, TheEventOfACreationComesSlightlyAfterIt) {
-  Recorded r;
-  r.task(TaskKind::timer, 10ms);
-  r.system.callbacks[0].created = Time{} + 1ms;
-  const auto first = [&](Duration start) {
-    r.jobs.clear();
+  for (const auto& [start, first] : {std::pair(11200us, 11000us), std::pair(10700us, 10700us)}) {
+    Recorded r;
+    r.tasks(1, 10ms);
+    r.system.callbacks[0].created = Time{} + 1ms;
     r.job(0, 0, 0ms, start, start + 1ms);
-    return imports::recorded_timers(r.system, r.graph, r.jobs, Time{} + 20ms).first.at(0) - Time{};
-  };
-  EXPECT_EQ(first(11200us), 11ms);
-  EXPECT_EQ(first(10700us), 10700us);
+    EXPECT_EQ(imports::recorded_timers(r.system, r.graph, r.jobs, Time{} + 20ms).first.at(0), Time{} + first);
+  }
+}
+
+TEST(RecordedTimers, AnExecutorThatStatesInstantsGivesTheGrid) {
+  for (const Duration stated : {0ms, 33ms}) {
+    Recorded r;
+    r.timer(10ms, 10ms);
+    r.job(0, 0, {}, 35ms, 36ms).timestamp = Time{} + stated;
+    const imports::RecordedTimers timers = imports::recorded_timers(r.system, r.graph, r.jobs, Time{} + 1s);
+    EXPECT_EQ(timers.first[0], Time{} + (stated > 0ms ? 13ms : 10ms));
+  }
 }
 
 TEST(RecordedTrace, SamplesThatWereNotTakenAreQueuedOrOverwritten) {
   Recorded r;
-  r.task(TaskKind::subscription);
-  const imports::RecordedTimers timers{{Time{}}, {}, {false}};
-  const imports::RecordedTrace trace(r.system, r.graph, timers, {false});
-  tracing::LostSample lost{0, {3, Time{} + 4ms, {}}, false};
-  EXPECT_EQ(trace.lost(lost).outcome, Outcome::overwritten);
-  lost.queued = true;
-  EXPECT_EQ(trace.lost(lost).outcome, Outcome::queued);
-  EXPECT_EQ(trace.lost(lost).job.sequence, 3U);
+  r.tasks(0, {}, 1);
+  const imports::RecordedTrace trace(r.system, r.graph, {{Time{}}, {}, {false}}, {false});
+  for (const bool queued : {false, true}) {
+    const JobRecord lost = trace.lost({0, {3, Time{} + 4ms, {}}, queued});
+    EXPECT_EQ(lost.outcome, queued ? Outcome::queued : Outcome::overwritten);
+    EXPECT_EQ(lost.job.sequence, 3U);
+  }
 }
 
 /// The topics that a task publishes early, if each of its jobs of this length publishes at these
@@ -249,7 +241,7 @@ TEST(RecordedTrace, SamplesThatWereNotTakenAreQueuedOrOverwritten) {
 std::size_t early(Duration length, const std::vector<Duration>& instants) {
   Recorded r;
   r.system.topics = {{"/a", {}}};
-  r.task(TaskKind::timer, 100ms);
+  r.tasks(1, 100ms);
   for (int i = 0; i < 5; ++i) {
     tracing::Job& job = r.job(0, 0, i * 100ms, i * 100ms, i * 100ms + length);
     for (const Duration at : instants) job.published.push_back({0, job.start + at, 0});
@@ -270,16 +262,10 @@ class RecordedChains : public testing::Test {
  protected:
   RecordedChains() {
     Graph& graph = r_.graph.graph;
-    for (const char* name : {"a", "b"}) {
-      Node& node = graph.nodes.emplace_back();
-      node.name = name;
-      node.type = NodeType::sensor;
-      node.period = node.deadline = 10ms;
-      node.outputs = {name};
-    }
+    for (const char* name : {"a", "b"}) add(name, NodeType::sensor, {}).period = 10ms;
     add("join", NodeType::fusion, {"a", "b"});
     for (const char* sink : {"sink", "other"}) {
-      add(sink, NodeType::transform, {"join"});
+      add(sink, NodeType::transform, {"join"}).outputs.clear();
       graph.chains.push_back({sink, {"a", "join", sink}, {"a"}, sink});
     }
     r_.graph.tasks = make_tasks(graph);
@@ -318,12 +304,14 @@ class RecordedChains : public testing::Test {
   }
 
  private:
-  void add(const char* name, NodeType type, const std::vector<std::string>& inputs) {
+  Node& add(const char* name, NodeType type, const std::vector<std::string>& inputs) {
     Node& node = r_.graph.graph.nodes.emplace_back();
     node.name = name;
     node.type = type;
-    if (type == NodeType::fusion) node.outputs = {name};
+    node.deadline = 10ms;
+    node.outputs = {name};
     for (const std::string& input : inputs) node.inputs.push_back({input, 1, std::nullopt});
+    return node;
   }
 
   Recorded r_;
@@ -351,17 +339,6 @@ TEST_F(RecordedChains, AJoinUsesASampleOnce) {
     job(4);
   }
   EXPECT_THAT(outputs(), ElementsAre(1, 0)) << "the second message has no data of the first timer";
-}
-
-TEST(RecordedTimers, AnExecutorThatStatesInstantsGivesTheGrid) {
-  for (const Duration stated : {0ms, 33ms}) {
-    Recorded r;
-    r.task(TaskKind::timer, 10ms);
-    r.graph.tasks.set.tasks[0].phase = 10ms;
-    r.job(0, 0, {}, 35ms, 36ms).timestamp = Time{} + stated;
-    const imports::RecordedTimers timers = imports::recorded_timers(r.system, r.graph, r.jobs, Time{} + 1s);
-    EXPECT_EQ(timers.first[0], Time{} + (stated > 0ms ? 13ms : 10ms));
-  }
 }
 
 }  // namespace

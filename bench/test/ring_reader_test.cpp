@@ -18,7 +18,7 @@
 namespace hotpath::watch {
 namespace {
 
-using sensor::Id;
+using sensor::EventKind;
 using sensor::kCapacity;
 using sensor::Record;
 using tracing::Event;
@@ -28,17 +28,17 @@ constexpr tracing::Time kNow{std::chrono::seconds(10)};
 /// Writes records like the sensor.
 class RingReading : public testing::Test {
  protected:
-  Record& add(Id id, std::int64_t at_ns, std::uint8_t following = 0) {
+  Record& add(EventKind kind, std::int64_t at_ns, std::uint8_t following = 0) {
     Record& record = ring->records[ring->head % kCapacity];
     record = {};
     record.at_ns = at_ns;
-    record.id = id;
+    record.kind = kind;
     record.texts = following;
     ++ring->head;
     return record;
   }
   void add_text(const std::string& part, std::uint16_t which) {
-    Record& record = add(Id::text, 0);
+    Record& record = add(sensor::kText, 0);
     record.length = static_cast<std::uint8_t>(part.size());
     record.which = which;
     std::memcpy(record.text, part.data(), part.size());
@@ -60,16 +60,16 @@ class RingReading : public testing::Test {
 };
 
 TEST_F(RingReading, GivesEventsWithTheirTexts) {
-  Record& node = add(Id::rcl_node_init, 5, 3);
+  Record& node = add(EventKind::node_init, 5, 3);
   node.number[0] = 11;
   node.processor = 3;
   add_text("a node with a long name that needs two records: ", 0);
   add_text("this one", 0);
   add_text("/space", 1);
-  add(Id::callback_end, 6);
+  add(EventKind::callback_end, 6);
   const std::vector<Event> events = read();
   ASSERT_EQ(events.size(), 2U);
-  EXPECT_EQ(events[0].kind, tracing::EventKind::node_init);
+  EXPECT_EQ(events[0].kind, EventKind::node_init);
   EXPECT_EQ(events[0].process, 7U);
   EXPECT_EQ(events[0].thread, 8U);
   EXPECT_EQ(events[0].processor, 3);
@@ -77,7 +77,7 @@ TEST_F(RingReading, GivesEventsWithTheirTexts) {
   EXPECT_EQ(events[0].number[0], 11U);
   EXPECT_STREQ(events[0].text[0], "a node with a long name that needs two records: this one");
   EXPECT_STREQ(events[0].text[1], "/space");
-  EXPECT_EQ(events[1].kind, tracing::EventKind::callback_end);
+  EXPECT_EQ(events[1].kind, EventKind::callback_end);
   EXPECT_STREQ(events[1].text[0], "");
   EXPECT_EQ(reader.damaged(), 0U);
   EXPECT_EQ(ring->tail, 5U);
@@ -86,7 +86,7 @@ TEST_F(RingReading, GivesEventsWithTheirTexts) {
 
 TEST_F(RingReading, GoesRoundTheRing) {
   for (int round = 0; round < 5; ++round) {
-    for (std::uint64_t i = 0; i < kCapacity - 3; ++i) add(Id::callback_start, 1).number[0] = i;
+    for (std::uint64_t i = 0; i < kCapacity - 3; ++i) add(EventKind::callback_start, 1).number[0] = i;
     const std::vector<Event> events = read();
     ASSERT_EQ(events.size(), kCapacity - 3);
     EXPECT_EQ(events.back().number[0], kCapacity - 4);
@@ -95,19 +95,19 @@ TEST_F(RingReading, GoesRoundTheRing) {
 }
 
 TEST_F(RingReading, CountsDamageAndGoesOn) {
-  add(Id::text, 1);                       // without its tracepoint
-  add(static_cast<Id>(sensor::kIds), 1);  // unknown
-  add(Id::callback_start, -1);            // before the clock began
-  add(Id::callback_start, (kNow.time_since_epoch() + std::chrono::seconds(2)).count());  // the future
-  add(Id::callback_start, 1, 1);  // its text is another tracepoint
-  add(Id::callback_end, 2);
-  add(Id::rcl_node_init, 3, 200);  // more texts than there are records
+  add(sensor::kText, 1);                                   // without its tracepoint
+  add(static_cast<EventKind>(sensor::kEvents.size()), 1);  // unknown
+  add(EventKind::callback_start, -1);                      // before the clock began
+  add(EventKind::callback_start, (kNow.time_since_epoch() + std::chrono::seconds(2)).count());  // the future
+  add(EventKind::callback_start, 1, 1);  // its text is another tracepoint
+  add(EventKind::callback_end, 2);
+  add(EventKind::node_init, 3, 200);  // more texts than there are records
   EXPECT_THAT(read(), testing::ElementsAre(testing::Field(&Event::at, tracing::Time{tracing::Duration(2)})));
   EXPECT_EQ(reader.damaged(), 6U);
   ring->head += kCapacity + 1;
   EXPECT_TRUE(read().empty());
   EXPECT_EQ(reader.damaged(), 7U);
-  add(Id::callback_end, 4);
+  add(EventKind::callback_end, 4);
   EXPECT_EQ(read().size(), 1U);
 }
 
@@ -138,21 +138,23 @@ TEST_F(RingReading, SurvivesAnyBytes) {
       for (std::uint64_t& eight : bytes) eight = random();
       std::memcpy(&record, bytes.data(), sizeof record);
       // Bytes that almost are records go deeper.
-      if (random() % 2 == 0) record.id = static_cast<Id>(random() % (sensor::kIds + 1U));
+      const auto kind = random() % (sensor::kEvents.size() + 1);
+      if (random() % 2 == 0)
+        record.kind = kind < sensor::kEvents.size() ? static_cast<EventKind>(kind) : sensor::kText;
       if (random() % 2 == 0) record.at_ns = static_cast<std::int64_t>(random() % 1000);
       if (random() % 2 == 0) record.texts = static_cast<std::uint8_t>(random() % 4);
       if (random() % 2 == 0) record.length = static_cast<std::uint8_t>(random() % (sensor::kTextBytes + 2));
       if (random() % 2 == 0) record.which = static_cast<std::uint16_t>(random() % 3);
       // Few handles and one name connect entities with each other and with the contract.
-      if (record.id != Id::text && random() % 4 != 0)
+      if (record.kind != sensor::kText && random() % 4 != 0)
         for (std::uint64_t& number : record.number) number = random() % 3;
-      if (record.id == Id::text && random() % 2 == 0) std::memcpy(record.text, "n", 2);
+      if (record.kind == sensor::kText && random() % 2 == 0) std::memcpy(record.text, "n", 2);
     }
     ring->head += random() % 4 == 0 ? random() : random() % kCapacity;
     for (const Event& event : read()) {
       ++events;
       observer.event(event);
-      EXPECT_LT(static_cast<std::size_t>(event.kind), tracing::formats().size());
+      EXPECT_LT(static_cast<std::size_t>(event.kind), sensor::kEvents.size());
       EXPECT_LE(event.at, kNow + std::chrono::seconds(1));
       EXPECT_GE(event.processor, -1);
       EXPECT_LE(std::strlen(event.text[0]), 255 * sensor::kTextBytes);
@@ -163,24 +165,6 @@ TEST_F(RingReading, SurvivesAnyBytes) {
   EXPECT_FALSE(observer.callbacks().empty());
   observer.observed_until(kNow, {.dropped = 1});
   EXPECT_EQ(observer.judge().json(false)["terms"].size(), 13U) << observer.judge().incident();
-}
-
-TEST(RingKinds, HaveTheNamesOfTheirTracepoints) {
-  std::istringstream names(
-      "ros2:rcl_init ros2:rcl_node_init ros2:rcl_publisher_init ros2:rcl_subscription_init "
-      "ros2:rclcpp_subscription_init ros2:rclcpp_subscription_callback_added ros2:rcl_timer_init "
-      "ros2:rclcpp_timer_callback_added ros2:rclcpp_timer_link_node ros2:rclcpp_service_callback_added "
-      "ros2:callback_start ros2:callback_end ros2:rcl_publish ros2:rmw_publish ros2:rclcpp_intra_publish "
-      "ros2:rmw_take ros2:rclcpp_buffer_to_ipb ros2:rclcpp_ipb_to_subscription "
-      "ros2:rclcpp_ring_buffer_enqueue ros2:rclcpp_ring_buffer_dequeue ros2:rclcpp_executor_wait_for_work "
-      "hotpath:executor_init hotpath:executor_job ros2:rcl_service_init");
-  std::string name;
-  for (std::uint16_t id = 1; id < sensor::kIds; ++id) {
-    const auto kind = static_cast<std::size_t>(kind_of(static_cast<Id>(id)));
-    ASSERT_TRUE(names >> name);
-    EXPECT_EQ(tracing::formats()[kind].name, name);
-    EXPECT_TRUE(tracing::formats()[kind].assembled);
-  }
 }
 
 TEST(MappedRing, ReadsMemoryThatWasCutAsZeros) {

@@ -8,7 +8,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import RunFolder
+from import_case import ImportTest
 
 AUTOWARE = Path(__file__).resolve().parents[2] / "reference_system" / "graphs" / "autoware.yaml"
 # By graph: the chain whose outputs are compared, as sources and sink, and its name in the graph.
@@ -52,22 +53,19 @@ def named(run: RunFolder) -> dict[str, str]:
     return names
 
 
-class RoundTrip(CommandTest):
+class RoundTrip(ImportTest):
     def names(self, kind: str) -> list[str]:
         return [line.split()[0] for line in self.accepted("list", kind).splitlines() if line]
 
-    def imported(
+    def round_trip(
         self, name: str, *plan: object, graph: Any = "autoware", seconds: int = 3, options: Any = ()
     ) -> tuple[Any, RunFolder, RunFolder]:
         """(content of import.json, the run, its import) of a legal schedule"""
-        run, trace, output = (self.folder / f"{name}-{part}" for part in ("run", "trace", "import"))
         of_run = ("--graph", graph, "--duration", seconds, "--warm-up", 0, "--cores", 2, *plan)
-        self.accepted("simulate", *of_run, "--output", run)
-        self.accepted("export", "ctf", run, "--output", trace)
         chain = ("--chain", CHAINS[graph][0]) if graph in CHAINS else ()
-        self.accepted("import", "ctf", trace, "--output", output, *chain, *options)
+        facts, run, output = self.reimported(*of_run, options=(*chain, *options), name=name)
         self.checked(output / "simulated")
-        return json.loads((output / "import.json").read_text()), RunFolder(run), self.checked(output / "run")
+        return facts, RunFolder(run), self.checked(output / "run")
 
     def check(self, facts: Any, run: RunFolder, found: RunFolder) -> None:
         if run.run["executors"] != list(ONE_INSTANT):
@@ -138,7 +136,7 @@ class RoundTrip(CommandTest):
             executor = f"{name}:2" if name.startswith(MANY_THREADS) else name
             with self.subTest(executor):
                 plan = ("--executors", executor, *COSTS, "--load", 80)
-                facts, run, found = self.imported(name, *plan, seconds=5)
+                facts, run, found = self.round_trip(name, *plan, seconds=5)
                 self.check_costs(facts, run, found)
                 self.check(facts, run, found)
                 (recognised,) = [e["recognition"] for e in facts["executors"]]
@@ -150,7 +148,7 @@ class RoundTrip(CommandTest):
         for name in self.names("deployments"):
             with self.subTest(name):
                 plan = ("--deployments", name, "--platform", "dispatch_cost_us=5", "--load", 80)
-                facts, run, found = self.imported(name, *plan, seconds=5)
+                facts, run, found = self.round_trip(name, *plan, seconds=5)
                 self.check(facts, run, found)
                 for executor in facts["executors"]:
                     recognised = executor["recognition"]
@@ -173,7 +171,7 @@ class RoundTrip(CommandTest):
             with self.subTest(graph=graph, executor=executor, options=options):
                 stated = ("--executors", executor) if kind == "--executors" else ()
                 plan = (kind, executor, *options)
-                facts, run, found = self.imported(str(number), *plan, graph=graph, options=stated)
+                facts, run, found = self.round_trip(str(number), *plan, graph=graph, options=stated)
                 self.check_instants(run, found, graph)
                 if executor in RCL_VERSIONS:
                     self.assertEqual(facts["rcl_version"], RCL_VERSIONS[executor])
@@ -188,7 +186,7 @@ class RoundTrip(CommandTest):
         node = "{name: %s, type: sensor, period_ms: 10, execution_time_ms: 1}"
         graph.write_text(f"name: pair\nnodes:\n  - {node % 'A'}\n  - {node % 'B'}\n")
         plan = ("--executors", "default", "--phases", "synchronous")
-        facts, run, found = self.imported("pair", *plan, graph=graph)
+        facts, run, found = self.round_trip("pair", *plan, graph=graph)
         self.check_instants(run, found, graph)
         (executor,) = facts["executors"]
         self.assertEqual((executor["dispatch"]["n"], executor["wait"]["n"]), (300, 0))
@@ -201,7 +199,7 @@ class RoundTrip(CommandTest):
             with self.subTest(executor):
                 plan = ("--executors", executor, "--platform", "dispatch_cost_us=5")
                 stated = ("--executors", executor)
-                _, run, found = self.imported(executor, *plan, graph=graph, options=stated)
+                _, run, found = self.round_trip(executor, *plan, graph=graph, options=stated)
                 self.check_instants(run, found, graph)
                 self.assertIn(order, (found.path.parent / "graph.yaml").read_text())
 
@@ -217,15 +215,10 @@ class RoundTrip(CommandTest):
             {"name": name, "executor": "default", "processors": [processor], "owns": [name]}
             for name, processor in (("A", 0), ("A2", 0), ("C", 1))
         ] + [{"name": "B", "executor": "default", "owns": "rest"}]
-        graph, deployment, run, trace, output = (
-            self.folder / name for name in ("graph.yaml", "pinned.yaml", "run", "trace", "import")
-        )
+        graph, deployment = self.folder / "graph.yaml", self.folder / "pinned.yaml"
         graph.write_text(json.dumps({"name": "pinned", "nodes": nodes}))
         deployment.write_text(json.dumps({"name": "pinned", "executors": executors}))
-        options = ("--graph", graph, "--deployments", deployment, "--duration", 5, "--cores", 2)
-        self.accepted("simulate", *options, "--output", run)
-        self.accepted("export", "ctf", run, "--output", trace)
-        self.accepted("import", "ctf", trace, "--output", output)
-        check = json.loads((output / "import.json").read_text())["self_check"]
+        plan = ("--graph", graph, "--deployments", deployment, "--duration", 5, "--cores", 2)
+        check = self.reimported(*plan)[0]["self_check"]
         self.assertEqual(check["light"], "yellow")
         self.assertIn("4 threads share processors", " ".join(check["reasons"]))

@@ -17,10 +17,9 @@
 
 namespace hotpath::watch {
 
-/// Whether the event describes a node, publisher or callback, instead of a job.
+/// Whether the event describes a node, publisher, callback or executor.
 [[nodiscard]] inline bool describes(tracing::EventKind kind) {
-  return kind < tracing::EventKind::callback_start || kind == tracing::EventKind::buffer_to_ipb ||
-         kind == tracing::EventKind::ipb_to_subscription || kind == tracing::EventKind::executor_init;
+  return tracing::format_of(kind).role == tracing::EventRole::describes;
 }
 
 /// Keeps the last events of a running system, and the events that describe its nodes, publishers and

@@ -16,8 +16,6 @@ namespace hotpath::watch {
 
 namespace {
 
-using K = tracing::EventKind;
-using sensor::Id;
 using sensor::Record;
 
 /// The mapped rings; read by the signal handler.
@@ -55,33 +53,6 @@ bool is_ring(int file) {
          status.st_size == sizeof(sensor::Ring);
 }
 
-/// By Id; that of Id::text is not used.
-constexpr std::array<K, sensor::kIds> kKinds = {K::rcl_init,
-                                                K::rcl_init,
-                                                K::node_init,
-                                                K::publisher_init,
-                                                K::subscription_init,
-                                                K::rclcpp_subscription_init,
-                                                K::subscription_callback_added,
-                                                K::timer_init,
-                                                K::timer_callback_added,
-                                                K::timer_link_node,
-                                                K::service_callback_added,
-                                                K::callback_start,
-                                                K::callback_end,
-                                                K::rcl_publish,
-                                                K::rmw_publish,
-                                                K::intra_publish,
-                                                K::rmw_take,
-                                                K::buffer_to_ipb,
-                                                K::ipb_to_subscription,
-                                                K::ring_buffer_enqueue,
-                                                K::ring_buffer_dequeue,
-                                                K::wait_for_work,
-                                                K::executor_init,
-                                                K::executor_job,
-                                                K::service_init};
-
 constexpr std::int16_t kMostProcessors = 8192;  // CONFIG_NR_CPUS of Linux is at most this
 
 /// The record at a position, copied because the program may change it at any time.
@@ -116,8 +87,6 @@ void Unmap::operator()(sensor::Ring* ring) const {
   munmap(ring, sizeof *ring);
 }
 
-tracing::EventKind kind_of(Id id) { return kKinds[static_cast<std::size_t>(id)]; }
-
 // What an earlier reader of the same ring has read is not read again.
 RingReader::RingReader(sensor::Ring& ring)
     : ring_(ring),
@@ -149,10 +118,10 @@ std::uint64_t RingReader::read_group(std::uint64_t available, tracing::Time now,
                                      tracing::Event& event) const {
   const Record record = copy_of(ring_, tail_);
   const tracing::Time at{tracing::Duration(record.at_ns)};
-  if (record.id == Id::text || static_cast<std::uint16_t>(record.id) >= sensor::kIds ||
-      record.texts >= available || record.at_ns < 0 || at > now + std::chrono::seconds(1))
+  if (static_cast<std::size_t>(record.kind) >= sensor::kEvents.size() || record.texts >= available ||
+      record.at_ns < 0 || at > now + std::chrono::seconds(1))
     return 0;
-  event.kind = kind_of(record.id);
+  event.kind = record.kind;
   event.process = process_;
   event.thread = thread_;
   event.processor = record.processor < 0 || record.processor >= kMostProcessors ? -1 : record.processor;
@@ -161,7 +130,8 @@ std::uint64_t RingReader::read_group(std::uint64_t available, tracing::Time now,
   std::array<std::string, 2> parts;
   for (std::uint64_t i = 1; i <= record.texts; ++i) {
     const Record text = copy_of(ring_, tail_ + i);
-    if (text.id != Id::text || text.length > sensor::kTextBytes || text.which >= parts.size()) return 0;
+    if (text.kind != sensor::kText || text.length > sensor::kTextBytes || text.which >= parts.size())
+      return 0;
     parts[text.which].append(text.text, strnlen(text.text, text.length));
   }
   for (std::size_t i = 0; i < parts.size(); ++i)

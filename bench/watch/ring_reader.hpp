@@ -40,9 +40,6 @@ class Texts {
   std::unordered_set<std::string> texts_;
 };
 
-/// The kind of event that a tracepoint becomes; `id` is not Id::text.
-[[nodiscard]] tracing::EventKind kind_of(sensor::Id id);
-
 /// Reads the records of one ring. Any bytes in it are safe: what is no record is counted as
 /// damaged. Descriptions stay in the ring for other readers. The ring must outlive the reader.
 class RingReader {

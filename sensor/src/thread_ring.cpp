@@ -199,9 +199,9 @@ void try_once() {
 }
 
 /// Where a record of this tracepoint goes.
-Place& place_of(Id id) {
+Place& place_of(EventKind kind) {
   ThreadState& thread = this_thread;
-  if (!thread.attachable || !describes(id)) return thread.events;
+  if (!thread.attachable || format_of(kind).role != EventRole::describes) return thread.events;
   if (!thread.descriptions.tried) {
     thread.descriptions.tried = true;
     thread.descriptions.ring = undisturbed([] { return create_ring(kAttachable, kDescriptionsMagic); });
@@ -227,7 +227,7 @@ void write_text(Ring& ring, std::uint64_t head, std::uint16_t which, const char*
   for (; rest > 0; ++head) {
     Record& record = ring.records[head % kCapacity];
     const std::size_t length = rest < kTextBytes ? rest : kTextBytes;
-    record.id = Id::text;
+    record.kind = kText;
     record.length = static_cast<std::uint8_t>(length);
     record.which = which;
     std::memcpy(record.text, text, length);
@@ -241,7 +241,7 @@ void drop(Ring& ring, std::uint64_t calls) {
   ring.dropped.store(ring.dropped.load(std::memory_order_relaxed) + calls, std::memory_order_relaxed);
 }
 
-void write(Place& place, Id id, std::initializer_list<std::uint64_t> numbers,
+void write(Place& place, EventKind kind, std::initializer_list<std::uint64_t> numbers,
            std::initializer_list<const char*> texts) {
   Ring& ring = *place.ring;
   timespec now{};
@@ -255,7 +255,7 @@ void write(Place& place, Id id, std::initializer_list<std::uint64_t> numbers,
   if (!has_room(place, head, 1U + following)) return drop(ring, 1);
   Record& record = ring.records[head % kCapacity];
   record.at_ns = now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
-  record.id = id;
+  record.kind = kind;
   record.texts = following;
   record.processor = static_cast<std::int16_t>(sched_getcpu());
   std::size_t n = 0;
@@ -281,12 +281,13 @@ bool active() {
   return this_thread.events.ring != nullptr;
 }
 
-void record(Id id, std::initializer_list<std::uint64_t> numbers, std::initializer_list<const char*> texts) {
+void record(EventKind kind, std::initializer_list<std::uint64_t> numbers,
+            std::initializer_list<const char*> texts) {
   if (this_thread.writing || !active()) return;
   this_thread.writing = true;
   std::atomic_signal_fence(std::memory_order_seq_cst);
-  if (Place& place = place_of(id); place.ring != nullptr) {
-    write(place, id, numbers, texts);
+  if (Place& place = place_of(kind); place.ring != nullptr) {
+    write(place, kind, numbers, texts);
   } else {
     unrecorded.fetch_add(1, std::memory_order_relaxed);
   }

@@ -13,7 +13,7 @@ bool active();
 
 /// Writes a record into the ring of the calling thread, or counts it as dropped. Without a ring it
 /// does nothing. Keeps errno.
-void record(Id id, std::initializer_list<std::uint64_t> numbers,
+void record(EventKind kind, std::initializer_list<std::uint64_t> numbers,
             std::initializer_list<const char*> texts = {});
 
 }  // namespace hotpath::sensor

@@ -12,7 +12,10 @@
 
 namespace {
 
-using hotpath::sensor::Id;
+using hotpath::sensor::EventKind;
+
+/// The kind of an event of the table; fails to compile if it is none.
+consteval EventKind kind_of(const char* name) { return hotpath::sensor::find_format(name)->kind; }
 
 /// The function of the same name in tracetools.
 template <class Function>
@@ -70,12 +73,12 @@ bool is_humble() {
   extern "C" [[gnu::visibility("default")]] void ros_trace_##name parameters {    \
     static constinit Next<void parameters> next("ros_trace_" #name);              \
     if (auto* const function = next.get()) function arguments;                    \
-    hotpath::sensor::record(Id::name, __VA_ARGS__);                               \
+    hotpath::sensor::record(kind_of("ros2:" #name), __VA_ARGS__);                 \
   }                                                                               \
   extern "C" [[gnu::visibility("default")]] void ros_trace_do_##name parameters { \
     static constinit Next<void parameters> next("ros_trace_do_" #name);           \
     if (auto* const function = next.get()) function arguments;                    \
-    hotpath::sensor::record(Id::name, __VA_ARGS__);                               \
+    hotpath::sensor::record(kind_of("ros2:" #name), __VA_ARGS__);                 \
   }
 
 using Handle = const void*;
@@ -133,10 +136,11 @@ HOTPATH_TRACEPOINT(rclcpp_ring_buffer_dequeue, (Handle buffer, std::uint64_t ind
 
 /// hotpath's own executors state the nominal instant and the release of the thread's next job.
 extern "C" [[gnu::visibility("default")]] void hotpath_watch_executor(Handle executor, Text name) {
-  hotpath::sensor::record(Id::executor_init, {number(executor)}, {name});
+  hotpath::sensor::record(EventKind::executor_init, {number(executor)}, {name});
 }
 extern "C" [[gnu::visibility("default")]] void hotpath_watch_job(Handle executor, std::uint64_t task,
                                                                  std::int64_t timestamp,
                                                                  std::int64_t release) {
-  hotpath::sensor::record(Id::executor_job, {number(executor), task, number(timestamp), number(release)});
+  hotpath::sensor::record(EventKind::executor_job,
+                          {number(executor), task, number(timestamp), number(release)});
 }

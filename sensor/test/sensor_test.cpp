@@ -98,20 +98,20 @@ TEST(Sensor, RecordsCallsAndPassesThemOn) {
   EXPECT_EQ(ring.dropped, 0U);
   ASSERT_EQ(ring.head, 3U + 4U + 3U * 3U);
   const Record& node = ring.records[0];
-  EXPECT_EQ(node.id, Id::rcl_node_init);
+  EXPECT_EQ(node.kind, EventKind::node_init);
   EXPECT_EQ(node.texts, 2);
   EXPECT_EQ(node.number[0], 1U);
   EXPECT_EQ(node.number[1], 2U);
   EXPECT_EQ(text_of(ring.records[1]), "node");
   EXPECT_EQ(text_of(ring.records[2]), "/space");
   EXPECT_EQ(ring.records[2].which, 1);
-  EXPECT_EQ(ring.records[3].id, Id::rcl_publisher_init);
+  EXPECT_EQ(ring.records[3].kind, EventKind::publisher_init);
   EXPECT_EQ(ring.records[3].number[3], 7U);
   EXPECT_EQ(text_of(ring.records[4]) + text_of(ring.records[5]) + text_of(ring.records[6]),
             "/" + std::string(99, 't'));
-  const std::array jobs = {Id::rmw_take, Id::callback_start, Id::callback_end};
+  const std::array jobs = {EventKind::rmw_take, EventKind::callback_start, EventKind::callback_end};
   for (std::size_t i = 7; i < ring.head; ++i) {
-    EXPECT_EQ(ring.records[i].id, jobs[(i - 7) % 3]);
+    EXPECT_EQ(ring.records[i].kind, jobs[(i - 7) % 3]);
     EXPECT_GE(ring.records[i].at_ns, ring.records[i == 7 ? 0 : i - 1].at_ns);
     EXPECT_GE(ring.records[i].processor, 0);
   }
@@ -172,15 +172,16 @@ TEST(Sensor, RecordsCallsOfHumble) {
   EXPECT_EQ(session.run("", "", HUMBLE_PROGRAM), 28);
   ASSERT_EQ(session.rings().size(), 1U);
   const Ring& ring = *session.rings().front();
-  std::map<Id, const Record*> records;
+  std::map<EventKind, const Record*> records;
   for (std::size_t i = 0; i < ring.head; ++i)
-    if (ring.records[i].id != Id::text) records[ring.records[i].id] = &ring.records[i];
+    if (ring.records[i].kind != kText) records[ring.records[i].kind] = &ring.records[i];
   EXPECT_EQ(records.size(), 17U);
-  ASSERT_TRUE(records.contains(Id::rmw_publish) && records.contains(Id::rmw_take));
-  const auto& publish = records[Id::rmw_publish]->number;
+  for (const auto& [kind, record] : records) EXPECT_EQ(format_of(kind).origin, EventOrigin::humble);
+  ASSERT_TRUE(records.contains(EventKind::rmw_publish) && records.contains(EventKind::rmw_take));
+  const auto& publish = records[EventKind::rmw_publish]->number;
   EXPECT_EQ((std::array{publish[0], publish[1], publish[2]}), (std::array<std::uint64_t, 3>{0, 9, 0}))
       << "the message alone";
-  EXPECT_EQ(records[Id::rmw_take]->number[2], 5U);
+  EXPECT_EQ(records[EventKind::rmw_take]->number[2], 5U);
 }
 
 TEST(Sensor, RecordsCallsOfTheRealTracetools) {

@@ -16,6 +16,11 @@ constexpr std::size_t kMostNested = 16;
 void Assembler::event(const Event& e) {
   using K = EventKind;
   ++events_;
+  if (format_of(e.kind).role == EventRole::describes) {
+    if (!full()) return describe(e);
+    ++system_.ignored;
+    return;
+  }
   const Handle first{e.process, e.number[0]};
   switch (e.kind) {
     case K::callback_start:
@@ -51,9 +56,11 @@ void Assembler::event(const Event& e) {
       if (system_.threads[thread.index].waits++ == 0) ++waiting_threads_[e.process];
       return;
     }
+    case K::executor_job:
+    case K::executor_end:
+      return state(e);
     default:
-      if (e.kind == K::executor_job || !full()) return describe(e);
-      ++system_.ignored;
+      return;
   }
 }
 

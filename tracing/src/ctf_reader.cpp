@@ -239,15 +239,16 @@ class Reader {
     auto text = out.text.begin();
     for (std::size_t i = 0; i < known.fields.size(); ++i) {
       const bt_field* const field = member(payload, known.fields[i]);
-      if (known.format->fields[i].type == FieldType::text) {
+      const FieldType type = known.format->fields()[i].type;
+      if (type == FieldType::text) {
         *text++ = text_in(field);
-      } else if (known.format->fields[i].type == FieldType::gid) {
-        *number++ = bytes_in(field, 0);
-        *number++ = bytes_in(field, 8);
-      } else {
-        const bool instant = known.format->fields[i].type == FieldType::instant && field != nullptr;
-        *number++ = number_in(field) + (instant ? static_cast<std::uint64_t>(clock_offset_) : 0);
+        continue;
       }
+      *number = type == FieldType::gid ? bytes_in(field, 0) : number_in(field);
+      if (type == FieldType::instant && field != nullptr)
+        *number += static_cast<std::uint64_t>(clock_offset_);
+      if (type == FieldType::gid) *++number = bytes_in(field, 8);
+      ++number;
     }
     visit_(out);
   }
@@ -260,12 +261,11 @@ class Reader {
     const char* const given = bt_event_class_get_name(event_class);
     const std::string name = given != nullptr ? given : "?";
     known.count = &reading_.events[name];
-    const auto format = std::ranges::find(formats(), name, &EventFormat::name);
-    if (format == formats().end() || !format->assembled) return known;
-    known.format = &*format;
+    const EventFormat* const format = find_format(name);
+    if (format == nullptr || format->role == EventRole::only_kept) return known;
+    known.format = format;
     const bt_field_class* const payload = bt_event_class_borrow_payload_field_class_const(event_class);
-    for (const EventFormat::Field& field : format->fields)
-      known.fields.push_back(position(payload, field.name));
+    for (const EventField& field : format->fields()) known.fields.push_back(position(payload, field.name));
     const bt_stream_class* const stream = bt_event_class_borrow_stream_class_const(event_class);
     const auto* const context = bt_stream_class_borrow_event_common_context_field_class_const(stream);
     known.process = position(context, "vpid");

@@ -21,7 +21,7 @@ using FieldClass = Owned<bt_field_class, bt_field_class_put_ref>;
 class Source {
  public:
   Source(std::span<const Event> events, const std::string& process_name)
-      : events_(events), process_name_(process_name), event_classes_(formats().size()) {
+      : events_(events), process_name_(process_name), event_classes_(kEvents.size()) {
     for (const Event& e : events)
       streams_.resize(std::max(streams_.size(), static_cast<std::size_t>(e.processor) + 1));
   }
@@ -81,7 +81,7 @@ class Source {
     append(context, "vtid", bt_field_class_integer_signed_create(of));
     append(context, "procname", bt_field_class_string_create(of));
     bt_stream_class_set_event_common_context_field_class(stream_class_.get(), context.get());
-    for (const EventFormat& format : formats())
+    for (const EventFormat& format : kEvents)
       if (std::ranges::find(events_, format.kind, &Event::kind) != events_.end()) declare(format);
     trace_.reset(bt_trace_create(of));
     bt_trace_set_name(trace_.get(), "ust");
@@ -95,20 +95,21 @@ class Source {
     event.reset(bt_event_class_create(stream_class_.get()));
     bt_event_class_set_name(event.get(), format.name);
     const FieldClass payload(bt_field_class_structure_create(trace_class_.get()));
-    for (const EventFormat::Field& field : format.fields) append(payload, field.name, class_of(field.type));
+    for (const EventField& field : format.fields()) append(payload, field.name, class_of(field.type));
     bt_event_class_set_payload_field_class(event.get(), payload.get());
   }
 
   bt_field_class* class_of(FieldType type) const {
-    if (type == FieldType::text) return bt_field_class_string_create(trace_class_.get());
+    bt_trace_class* const of = trace_class_.get();
+    if (type == FieldType::text) return bt_field_class_string_create(of);
     if (type == FieldType::integer || type == FieldType::instant)
-      return bt_field_class_integer_signed_create(trace_class_.get());
+      return bt_field_class_integer_signed_create(of);
     if (type == FieldType::gid) {
-      const FieldClass byte(bt_field_class_integer_unsigned_create(trace_class_.get()));
+      const FieldClass byte(bt_field_class_integer_unsigned_create(of));
       bt_field_class_integer_set_field_value_range(byte.get(), 8);
-      return bt_field_class_array_static_create(trace_class_.get(), byte.get(), 16);
+      return bt_field_class_array_static_create(of, byte.get(), 16);
     }
-    bt_field_class* const address = bt_field_class_integer_unsigned_create(trace_class_.get());
+    bt_field_class* const address = bt_field_class_integer_unsigned_create(of);
     bt_field_class_integer_set_preferred_display_base(
         address, BT_FIELD_CLASS_INTEGER_PREFERRED_DISPLAY_BASE_HEXADECIMAL);
     return address;
@@ -137,9 +138,8 @@ class Source {
 
   const bt_message* event_message(bt_self_message_iterator* iterator, const Stream& stream,
                                   const Event& e) const {
-    const auto kind = static_cast<std::size_t>(e.kind);
     bt_message* const message = bt_message_event_create_with_packet_and_default_clock_snapshot(
-        iterator, event_classes_[kind].get(), stream.packet.get(), ns(e));
+        iterator, event_classes_[static_cast<std::size_t>(e.kind)].get(), stream.packet.get(), ns(e));
     bt_event* const event = bt_message_event_borrow_event(message);
     bt_field* const context = bt_event_borrow_common_context_field(event);
     bt_field_integer_signed_set_value(member(context, 0), e.process);
@@ -147,23 +147,16 @@ class Source {
     bt_field_string_set_value(member(context, 2), process_name_.c_str());
     auto number = e.number.begin();
     auto text = e.text.begin();
-    for (std::size_t i = 0; i < formats()[kind].fields.size(); ++i) {
-      bt_field* const field = member(bt_event_borrow_payload_field(event), i);
-      switch (formats()[kind].fields[i].type) {
-        case FieldType::address:
-          bt_field_integer_unsigned_set_value(field, *number++);
-          break;
-        case FieldType::integer:
-        case FieldType::instant:
-          bt_field_integer_signed_set_value(field, static_cast<std::int64_t>(*number++));
-          break;
-        case FieldType::text:
-          bt_field_string_set_value(field, *text++);
-          break;
-        case FieldType::gid:
-          set_bytes(field, 0, *number++);
-          set_bytes(field, 8, *number++);
-          break;
+    for (std::size_t i = 0; const EventField& of : format_of(e.kind).fields()) {
+      bt_field* const field = member(bt_event_borrow_payload_field(event), i++);
+      if (of.type == FieldType::text) {
+        bt_field_string_set_value(field, *text++);
+      } else if (of.type == FieldType::gid) {
+        for (const std::uint64_t first : {0U, 8U}) set_bytes(field, first, *number++);
+      } else if (of.type == FieldType::address) {
+        bt_field_integer_unsigned_set_value(field, *number++);
+      } else {
+        bt_field_integer_signed_set_value(field, static_cast<std::int64_t>(*number++));
       }
     }
     return message;

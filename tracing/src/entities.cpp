@@ -60,8 +60,6 @@ void Assembler::describe(const Event& e) {
     case K::executor_init:
     case K::executor_callback:
     case K::executor_priority:
-    case K::executor_job:
-    case K::executor_end:
       return state(e);
     case K::buffer_to_ipb:
       ipb_of_buffer_[first] = e.number[1];

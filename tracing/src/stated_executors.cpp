@@ -11,8 +11,7 @@ void Assembler::state(const Event& e) {
   const Handle handle{e.process, e.number[0]};
   if (e.kind == EventKind::executor_init) {
     executors_[handle] = static_cast<std::uint32_t>(system_.stated_executors.size());
-    system_.stated_executors.emplace_back();
-    StatedExecutor& stated = system_.stated_executors.back();
+    StatedExecutor& stated = system_.stated_executors.emplace_back();
     stated.process = e.process;
     stated.name = e.text[0];
     stated.priorities = e.text[1];
@@ -20,20 +19,16 @@ void Assembler::state(const Event& e) {
   }
   const std::uint32_t index = find(executors_, handle, kNone);
   if (index == kNone) return;  // recording began after its creation
-  switch (e.kind) {
-    case EventKind::executor_callback:
-      return state_callback(e, index);
-    case EventKind::executor_job:
-      return state_job(e, index);
-    case EventKind::executor_end:
-      system_.stated_executors[index].states_ends = true;
-      return announce(e);
-    default:
-      break;
+  if (e.kind == EventKind::executor_callback) return state_callback(e, index);
+  if (e.kind == EventKind::executor_job) return state_job(e, index);
+  StatedExecutor& stated = system_.stated_executors[index];
+  if (e.kind == EventKind::executor_end) {
+    stated.states_ends = true;
+    return announce(e);
   }
   const auto callback = callback_of_task_.find({index, e.number[1]});
   if (callback != callback_of_task_.end())
-    system_.stated_executors[index].levels[callback->second] = static_cast<std::int64_t>(e.number[2]);
+    stated.levels[callback->second] = static_cast<std::int64_t>(e.number[2]);
 }
 
 void Assembler::state_callback(const Event& e, std::uint32_t executor) {

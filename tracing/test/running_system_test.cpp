@@ -13,29 +13,28 @@ constexpr std::size_t kMostEntities = 100;
 constexpr std::uint32_t kSource = 7, kSink = 8;  // processes
 
 /// A source that publishes to a sink in another process.
-class RunningSystem : public testing::Test {
+class RunningSystem : public testing::Test, protected Recording {
  protected:
-  explicit RunningSystem(std::uint64_t depth = 2) {
-    recording.make_source();
-    recording.process = kSink;
-    recording.make_sink(depth);
+  RunningSystem() : Recording(kMostEntities) {
+    make_source();
+    process = kSink;
+    make_sink(2);
   }
   /// The source publishes a sample.
   void publish() {
-    recording.process = kSource;
+    process = kSource;
     ++stamp;
-    recording.publish(next(), stamp);
+    Recording::publish(next(), stamp);
   }
   /// The sink receives an earlier sample.
   void receive(std::uint64_t stamped) {
-    recording.process = kSink;
-    recording.receive(next(), stamped);
+    process = kSink;
+    Recording::receive(next(), stamped);
   }
   std::int64_t next() { return now += 1000; }
-  const System& system() const { return recording.assembler.system(); }
+  const System& system() const { return assembler.system(); }
   std::uint64_t strangers() const { return system().callbacks[1].strangers; }
 
-  Recording recording{kMostEntities};
   std::uint64_t stamp = 5000;
   std::int64_t now = 1000;
 };
@@ -44,7 +43,7 @@ TEST_F(RunningSystem, LosesSamplesOfADiscoveredPublisher) {
   publish();
   receive(stamp);
   for (int i = 0; i < 5; ++i) publish();
-  EXPECT_EQ(recording.overwritten, (std::vector<std::uint64_t>{1, 2, 3}));
+  EXPECT_EQ(overwritten, (std::vector<std::uint64_t>{1, 2, 3}));
 }
 
 TEST_F(RunningSystem, DoesNotLoseWhatWasPublishedBeforeDiscovery) {
@@ -54,7 +53,7 @@ TEST_F(RunningSystem, DoesNotLoseWhatWasPublishedBeforeDiscovery) {
     publish();
     receive(stamp);
   }
-  EXPECT_TRUE(recording.overwritten.empty());
+  EXPECT_TRUE(overwritten.empty());
   EXPECT_EQ(strangers(), 0U);
 }
 
@@ -68,9 +67,9 @@ TEST_F(RunningSystem, DoesNotLoseForeverWhatNeverArrived) {
   }
   publish();
   publish();
-  EXPECT_TRUE(recording.overwritten.empty()) << "a sample that is published last is unread at most";
+  EXPECT_TRUE(overwritten.empty()) << "a sample that is published last is unread at most";
   publish();
-  EXPECT_EQ(recording.overwritten.size(), 1U);
+  EXPECT_EQ(overwritten.size(), 1U);
 }
 
 TEST_F(RunningSystem, MatchesTakesOfSeveralThreadsInAnyOrder) {
@@ -79,33 +78,33 @@ TEST_F(RunningSystem, MatchesTakesOfSeveralThreadsInAnyOrder) {
   receive(stamp);
   receive(stamp - 1);
   EXPECT_EQ(strangers(), 0U);
-  EXPECT_TRUE(recording.overwritten.empty());
+  EXPECT_TRUE(overwritten.empty());
 }
 
 TEST_F(RunningSystem, AProcessThatHasEndedGetsNoSamples) {
   publish();
   receive(stamp);
   publish();
-  recording.assembler.forget_process(kSink);
+  assembler.forget_process(kSink);
   for (int i = 0; i < 5; ++i) publish();
-  EXPECT_TRUE(recording.overwritten.empty());
+  EXPECT_TRUE(overwritten.empty());
   EXPECT_EQ(system().callbacks[1].samples, 2U);
   EXPECT_EQ(system().processes, (std::set<std::uint32_t>{kSource}));
   EXPECT_EQ(system().ended_processes, 1U);
-  recording.process = kSink;
-  recording.make_sink(2);  // respawned, at the same addresses
+  process = kSink;
+  make_sink(2);  // respawned, at the same addresses
   publish();
   receive(stamp);
-  EXPECT_EQ(recording.jobs.back().ref.callback, 2U);
-  EXPECT_EQ(recording.jobs.back().sample.parent.callback, 0U);
+  EXPECT_EQ(jobs.back().ref.callback, 2U);
+  EXPECT_EQ(jobs.back().sample.parent.callback, 0U);
 }
 
 TEST_F(RunningSystem, AProcessThatHasEndedGivesUpItsJobs) {
-  recording.process = kSink;
-  recording.tell(K::callback_start, next(), {21});
-  recording.assembler.forget_process(kSink);
-  ASSERT_EQ(recording.jobs.size(), 1U);
-  EXPECT_FALSE(recording.jobs[0].ended);
+  process = kSink;
+  tell(K::callback_start, next(), {21});
+  assembler.forget_process(kSink);
+  ASSERT_EQ(jobs.size(), 1U);
+  EXPECT_FALSE(jobs[0].ended);
   EXPECT_TRUE(std::ranges::none_of(system().threads, [](const Thread& t) { return t.process == kSink; }));
 }
 
@@ -113,34 +112,34 @@ TEST_F(RunningSystem, AProcessThatHasEndedGivesUpItsJobs) {
 TEST_F(RunningSystem, ASubscriptionAtTheAddressOfAnotherReplacesIt) {
   publish();
   receive(stamp);
-  recording.process = kSink;
-  recording.tell(K::subscription_init, next(), {20, 2, 33, 2}, {"/a", ""});
-  recording.tell(K::subscription_init, next(), {30, 2, 33, 2}, {"/a", ""});
+  process = kSink;
+  tell(K::subscription_init, next(), {20, 2, 33, 2}, {"/a", ""});
+  tell(K::subscription_init, next(), {30, 2, 33, 2}, {"/a", ""});
   EXPECT_EQ(system().topics[0].subscriptions, (std::vector<std::uint32_t>{3}));
 }
 
 TEST_F(RunningSystem, ASubscriptionThatItsNodeCreatedAnewLosesNothingUntilItTakes) {
   publish();
   receive(stamp);
-  recording.process = kSink;
-  recording.tell(K::subscription_init, next(), {30, 2, 33, 100}, {"/a", ""});
+  process = kSink;
+  tell(K::subscription_init, next(), {30, 2, 33, 100}, {"/a", ""});
   for (int i = 0; i < 5; ++i) publish();
-  EXPECT_TRUE(recording.overwritten.empty()) << "it may have been destroyed";
+  EXPECT_TRUE(overwritten.empty()) << "it may have been destroyed";
   receive(stamp);
   for (int i = 0; i < 5; ++i) publish();
-  EXPECT_EQ(recording.overwritten.size(), 3U) << "both live";
+  EXPECT_EQ(overwritten.size(), 3U) << "both live";
   EXPECT_EQ(strangers(), 0U);
 }
 
 TEST_F(RunningSystem, TimersThatFollowOneAnotherAreOneCallback) {
-  recording.process = kSource;
+  process = kSource;
   const auto create = [&](std::uint64_t timer, std::uint64_t period) {
-    recording.tell(K::timer_init, next(), {timer, period});
-    recording.tell(K::timer_callback_added, next(), {timer, timer + 1});
-    recording.tell(K::timer_link_node, next(), {timer, 1});
-    recording.tell(K::callback_start, next(), {timer + 1});
-    recording.tell(K::callback_end, next(), {timer + 1});
-    return recording.jobs.back().ref.callback;
+    tell(K::timer_init, next(), {timer, period});
+    tell(K::timer_callback_added, next(), {timer, timer + 1});
+    tell(K::timer_link_node, next(), {timer, 1});
+    tell(K::callback_start, next(), {timer + 1});
+    tell(K::callback_end, next(), {timer + 1});
+    return jobs.back().ref.callback;
   };
   const std::uint32_t waiting = create(100, 50);
   EXPECT_NE(create(200, 50), waiting) << "both live";
@@ -155,27 +154,27 @@ TEST_F(RunningSystem, TimersThatFollowOneAnotherAreOneCallback) {
 
 TEST_F(RunningSystem, IgnoresEntitiesForWhichThereIsNoRoom) {
   for (std::uint64_t i = 0; i < 1000; ++i)
-    recording.tell(K::subscription_init, next(), {1000 + i, 2, 3000 + i, 1}, {"/b", ""});
+    tell(K::subscription_init, next(), {1000 + i, 2, 3000 + i, 1}, {"/b", ""});
   EXPECT_LE(system().callbacks.size(), kMostEntities);
   EXPECT_GT(system().ignored, 900U);
 }
 
 TEST_F(RunningSystem, LimitsUnknownCallbacks) {
   for (std::uint64_t i = 0; i < 100'000; ++i) {
-    recording.tell(K::callback_start, next(), {1'000'000 + i});
-    recording.tell(K::callback_end, next(), {1'000'000 + i});
+    tell(K::callback_start, next(), {1'000'000 + i});
+    tell(K::callback_end, next(), {1'000'000 + i});
   }
   EXPECT_LT(system().callbacks.size(), 20'000U);
   EXPECT_GT(system().ignored, 80'000U);
 }
 
 TEST_F(RunningSystem, LimitsTheMessagesOfAJob) {
-  recording.process = kSource;
-  recording.tell(K::callback_start, next(), {11});
-  for (int i = 0; i < 100'000; ++i) recording.tell(K::rcl_publish, next(), {13, 99});
-  recording.tell(K::callback_end, next(), {11});
-  EXPECT_LT(recording.jobs[0].published.size(), 10'000U);
-  EXPECT_EQ(recording.jobs[0].published.back().at, at(now - 1000));
+  process = kSource;
+  tell(K::callback_start, next(), {11});
+  for (int i = 0; i < 100'000; ++i) tell(K::rcl_publish, next(), {13, 99});
+  tell(K::callback_end, next(), {11});
+  EXPECT_LT(jobs[0].published.size(), 10'000U);
+  EXPECT_EQ(jobs[0].published.back().at, at(now - 1000));
 }
 
 }  // namespace

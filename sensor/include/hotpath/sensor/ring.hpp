@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "hotpath/sensor/event_table.hpp"
+
 /// The shared memory between a watched program (libhotpath_watch.so) and its watcher.
 ///
 /// The watcher chooses a session, 32 hexadecimal digits, and passes it to the program in the
@@ -30,60 +32,25 @@ inline constexpr const char* kAttachedPrefix = "/hotpath_watch.attached.";
 inline constexpr std::size_t kSessionDigits = 32, kRandomDigits = 16;
 
 /// Identifies a ring, and the version of this layout.
-inline constexpr std::uint64_t kMagic = 0x32484354'41575048;              // "HPWATCH2"
-inline constexpr std::uint64_t kDescriptionsMagic = 0x44484354'41575048;  // "HPWATCHD"
+inline constexpr std::uint64_t kMagic = 0x33484354'41575048;              // "HPWATCH3"
+inline constexpr std::uint64_t kDescriptionsMagic = 0x45484354'41575048;  // "HPWATCHE"
 
-/// Recorded tracepoints: those from which nodes, callbacks, jobs and samples are assembled, and calls
-/// of hotpath's own executors (`hotpath_watch_executor`, `hotpath_watch_job`).
-/// `text` is not a tracepoint, but continues the record before it.
-enum class Id : std::uint16_t {
-  text,
-  rcl_init,
-  rcl_node_init,
-  rcl_publisher_init,
-  rcl_subscription_init,
-  rclcpp_subscription_init,
-  rclcpp_subscription_callback_added,
-  rcl_timer_init,
-  rclcpp_timer_callback_added,
-  rclcpp_timer_link_node,
-  rclcpp_service_callback_added,
-  callback_start,
-  callback_end,
-  rcl_publish,
-  rmw_publish,
-  rclcpp_intra_publish,
-  rmw_take,
-  rclcpp_buffer_to_ipb,
-  rclcpp_ipb_to_subscription,
-  rclcpp_ring_buffer_enqueue,
-  rclcpp_ring_buffer_dequeue,
-  rclcpp_executor_wait_for_work,
-  executor_init,
-  executor_job,
-  rcl_service_init,
-};
-inline constexpr std::uint16_t kIds = static_cast<std::uint16_t>(Id::rcl_service_init) + 1;
-
-/// Whether the tracepoint describes a node, publisher or callback, instead of a job.
-constexpr bool describes(Id id) {
-  return id <= Id::rclcpp_service_callback_added || id == Id::rclcpp_buffer_to_ipb ||
-         id == Id::rclcpp_ipb_to_subscription || id == Id::executor_init || id == Id::rcl_service_init;
-}
+/// Not an event: continues the record before it.
+inline constexpr EventKind kText{255};
 
 inline constexpr std::size_t kTextBytes = 48;   ///< Of a record.
 inline constexpr std::size_t kTextRecords = 6;  ///< Most records of one text; longer texts are cut.
 
 /// One cache line.
 struct alignas(64) Record {
-  std::int64_t at_ns;  ///< CLOCK_MONOTONIC.
-  Id id;
+  std::int64_t at_ns;      ///< CLOCK_MONOTONIC.
+  EventKind kind;          ///< Or kText.
   std::uint8_t texts;      ///< Tracepoints: text records that follow.
   std::uint8_t length;     ///< Text records: bytes in use, 0 to kTextBytes.
   std::uint16_t which;     ///< Text records: 0 for the first text of the tracepoint, 1 for the second.
   std::int16_t processor;  ///< -1: unknown.
   union {
-    std::uint64_t number[4];  ///< Tracepoints: handles and numbers, in the order of ros2_tracing's fields.
+    std::uint64_t number[4];  ///< Tracepoints: handles and numbers, in the order of the table.
     char text[kTextBytes];    ///< Text records: without a terminator.
   };
 };

@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "import/recorded_graph.hpp"
+#include "hotpath/tracing/system.hpp"
 
 namespace hotpath::imports {
+
+using tracing::kNone;
 
 /// Threads that share callbacks.
 struct RecordedExecutor {
@@ -21,19 +23,31 @@ struct RecordedExecutor {
   }
 };
 
-struct RecordedExecutors {
-  std::vector<RecordedExecutor> executors;
-  std::vector<std::uint32_t> of_callback;  ///< By callback; kNone: no thread ran it.
+/// The first stage of an import: what the events tell without a graph.
+struct RecordedSystem {
+  const tracing::System& system;
+  std::vector<tracing::Job> jobs = {};  ///< Of all callbacks, by start.
+  std::vector<tracing::LostSample> lost = {};
+  std::vector<RecordedExecutor> executors = {};
+  std::vector<std::uint32_t> executor_of = {};  ///< By callback; kNone: no thread of an executor ran it.
+  unsigned cores = 1;
+  tracing::Time end{};
+  std::vector<std::string> notes = {};  ///< Sentences about what a trace does not show.
+
+  /// The same system with its first jobs only; fewer than it has.
+  [[nodiscard]] RecordedSystem beginning(std::size_t jobs) const;
 };
 
+/// `jobs`: at least one, in any order. Requests to services become publications of the callbacks that sent
+/// them. `cores`: of the recorded machine; 0: as many as ran callbacks.
+[[nodiscard]] RecordedSystem recorded_system(const tracing::System& system, std::vector<tracing::Job> jobs,
+                                             std::vector<tracing::LostSample> lost, unsigned cores);
+
 /// Callbacks that ran on one thread share an executor.
-[[nodiscard]] RecordedExecutors recorded_executors(const tracing::System& system);
+[[nodiscard]] std::vector<RecordedExecutor> recorded_executors(const tracing::System& system);
 
 /// The processors on which at least one in a hundred of a thread's jobs ended.
 [[nodiscard]] std::vector<std::int32_t> usual_processors(const tracing::Thread& thread);
-
-/// The number of processors that the threads usually ran on, in [1, kMaxWorkers].
-[[nodiscard]] unsigned cores_of(const tracing::System& system);
 
 /// Attributes requests to the callbacks that sent them, as publications at the ends of their jobs,
 /// because a trace shows neither. A callback of a node with a client of the service is the caller
@@ -42,9 +56,5 @@ struct RecordedExecutors {
 /// Returns one sentence for each service with a caller.
 [[nodiscard]] std::vector<std::string> attribute_requests(const tracing::System& system,
                                                           std::vector<tracing::Job>& jobs);
-
-/// Sentences about callbacks of clients and waitables that the trace does not show.
-[[nodiscard]] std::vector<std::string> unseen_callbacks(const tracing::System& system,
-                                                        const std::vector<RecordedExecutor>& executors);
 
 }  // namespace hotpath::imports

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "import/recorded_graph.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "program/text.hpp"
+
+namespace hotpath::imports {
+
+namespace {
+
+using Callbacks = std::vector<std::uint32_t>;
+
+/// With more candidates for a set, only each candidate alone and all of them together are tried.
+constexpr std::size_t kMostSubsets = 6;
+
+/// One job of a node, with its messages on one topic.
+struct Seen {
+  std::uint32_t callback;
+  std::uint64_t messages;
+};
+
+bool contains(const Callbacks& all, std::uint32_t one) { return std::ranges::find(all, one) != all.end(); }
+
+/// A topic that a node publishes.
+class TopicOfNode {
+ public:
+  TopicOfNode(const tracing::System& system, const Callbacks& callbacks, std::uint32_t topic,
+              const std::vector<const tracing::Job*>& jobs)
+      : system_(system), topic_(topic) {
+    std::set<std::uint32_t> publishers;
+    for (const tracing::Job* job : jobs) {
+      const auto messages =
+          static_cast<std::uint64_t>(std::ranges::count(job->published, topic, &tracing::Publication::topic));
+      seen_.push_back({job->ref.callback, messages});
+      if (messages > 0) publishers.insert(job->ref.callback);
+      if (messages < job->published.size()) has_others_.insert(job->ref.callback);
+    }
+    publishers_.assign(publishers.begin(), publishers.end());
+    for (const std::uint32_t c : callbacks)
+      if (is_subscription(c) && !publishers.contains(c)) other_inputs_.push_back(c);
+  }
+
+  InferredRule best() {
+    add({.rule = PublishRule::always}, explained([&](const Seen& s) { return publishes(s.callback); }));
+    if (publishers_.size() == 1) add_every();
+    if (std::ranges::all_of(publishers_, [&](std::uint32_t c) { return is_subscription(c); })) add_sets();
+    const auto most = std::ranges::max(candidates_, {}, &InferredRule::explained).explained;
+    std::erase_if(candidates_, [&](const InferredRule& c) { return c.explained != most; });
+    InferredRule best = candidates_.front();
+    std::vector<std::string> others;
+    for (const InferredRule& c : std::span(candidates_).subspan(1))
+      others.push_back(words_for(worth(c) > worth(best) ? std::exchange(best, c) : c));
+    best.as_good = std::move(others);
+    return best;
+  }
+
+ private:
+  bool is_subscription(std::uint32_t c) const {
+    return system_.callbacks[c].kind == tracing::CallbackKind::subscription;
+  }
+  bool publishes(std::uint32_t c) const { return contains(publishers_, c); }
+
+  /// Among equal rules the larger set wins; a set with an input that publishes other topics loses.
+  std::ptrdiff_t worth(const InferredRule& rule) const {
+    const bool foreign = std::ranges::any_of(
+        rule.of, [&](std::uint32_t c) { return has_others_.contains(c) && !publishes(c); });
+    return foreign ? -1 : std::ssize(rule.of);
+  }
+
+  /// The number of jobs that publish if and only if they are due, in their order.
+  std::uint64_t explained(const std::function<bool(const Seen&)>& is_due) const {
+    std::uint64_t explained = 0;
+    for (const Seen& s : seen_) explained += is_due(s) == (s.messages > 0);
+    return explained;
+  }
+
+  void add(InferredRule rule, std::uint64_t explained) {
+    rule.topic = topic_;
+    rule.publishers = publishers_;
+    rule.jobs = seen_.size();
+    rule.explained = explained;
+    rule.most_in_a_job = std::ranges::max(seen_, {}, &Seen::messages).messages;
+    candidates_.push_back(std::move(rule));
+  }
+
+  void add_every() {
+    const std::uint32_t publisher = publishers_.front();
+    const auto jobs = std::ranges::count(seen_, publisher, &Seen::callback);
+    const auto published = std::ranges::count_if(seen_, [](const Seen& s) { return s.messages > 0; });
+    const auto n = static_cast<std::uint32_t>((jobs + published / 2) / published);
+    std::uint64_t best = 0;
+    for (std::uint32_t offset = 0; offset < n; ++offset) {  // a trace may begin between two messages
+      const auto is_due = [&, number = 0U](const Seen& s) mutable {
+        return s.callback == publisher && number++ % n == offset;
+      };
+      best = std::max(best, explained(is_due));
+    }
+    if (n >= 2) add({.rule = PublishRule::every, .n = n}, best);
+  }
+
+  void add_sets() {
+    const std::size_t others = other_inputs_.size();
+    if (others > kMostSubsets) {
+      for (const std::uint32_t other : other_inputs_) add_set({other});
+      return add_set(other_inputs_);
+    }
+    for (std::uint32_t chosen = 0; chosen < 1U << others; ++chosen) {
+      Callbacks set;
+      for (std::size_t i = 0; i < others; ++i)
+        if (chosen >> i & 1U) set.push_back(other_inputs_[i]);
+      add_set(std::move(set));
+    }
+  }
+
+  /// Adds the set of the publishers and these inputs.
+  void add_set(Callbacks set) {
+    set.insert(set.end(), publishers_.begin(), publishers_.end());
+    if (set.size() < 2) return;
+    std::ranges::sort(set);
+    const auto is_due = [&, fresh = std::set<std::uint32_t>()](const Seen& s) mutable {
+      if (!contains(set, s.callback)) return false;
+      fresh.insert(s.callback);
+      const bool complete = fresh.size() == set.size();
+      if (complete || s.messages > 0) fresh.clear();
+      return complete;
+    };
+    const std::uint64_t jobs = explained(is_due);
+    add({.rule = PublishRule::all_new, .of = std::move(set)}, jobs);
+  }
+
+  std::string words_for(const InferredRule& rule) const {
+    if (rule.rule == PublishRule::every) return "every " + std::to_string(rule.n);
+    if (rule.rule != PublishRule::all_new) return "always";
+    std::string text = "all_new of";
+    for (const std::uint32_t c : rule.of) text += " " + system_.topics[system_.callbacks[c].topic].name;
+    return text;
+  }
+
+  const tracing::System& system_;
+  const std::uint32_t topic_;
+  std::vector<Seen> seen_;  // not empty
+  Callbacks publishers_, other_inputs_;
+  std::set<std::uint32_t> has_others_;  // callbacks that also publish other topics
+  std::vector<InferredRule> candidates_;
+};
+
+/// Stored samples go into the messages that the node's timers publish with every job; without such
+/// timers, into the messages of its other subscriptions.
+void keep_samples(const tracing::System& system, const Callbacks& callbacks, std::span<InferredRule> rules) {
+  Callbacks kept;
+  for (const std::uint32_t c : callbacks) {
+    const auto has_part = [&](const InferredRule& r) {
+      return contains(r.publishers, c) || contains(r.of, c);
+    };
+    if (system.callbacks[c].kind == tracing::CallbackKind::subscription &&
+        std::ranges::none_of(rules, has_part))
+      kept.push_back(c);
+  }
+  if (kept.empty()) return;
+  const auto is_timer = [&](const InferredRule& r) {
+    return system.callbacks[r.publishers.front()].kind == tracing::CallbackKind::timer;
+  };
+  const bool timers = std::ranges::any_of(rules, is_timer);
+  for (InferredRule& rule : rules) {
+    if (rule.rule != PublishRule::always || is_timer(rule) != timers) continue;
+    rule.rule = PublishRule::last_of;
+    rule.of = kept;
+  }
+}
+
+/// A task publishes early if it does so before this share of its jobs, and by more than kSoon.
+constexpr double kLate = 0.9;
+constexpr Duration kSoon = std::chrono::microseconds(100);
+/// Shares are rounded to this: jobs of one task vary by more.
+constexpr double kStep = 1e-4;
+
+/// A rule that explains a smaller share of a node's jobs does not describe it.
+constexpr double kDescribes = 0.95;
+
+/// Callbacks of subscriptions are functions of this namespace.
+constexpr const char* kSynchronisers = "message_filters";
+
+template <class T>
+T median(std::vector<T>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Fewer irregular samples are taken for single events that do not recur.
+constexpr std::size_t kFewestRecurring = 10;
+/// The most timers for one topic.
+constexpr std::size_t kMostTimers = 100;
+/// Samples are regular if their distances differ from the mean by less than this share.
+constexpr double kRegular = 0.1;
+/// Period of a timer that fires once.
+constexpr Duration kOnce = std::chrono::hours(1);
+
+bool is_regular(const std::vector<Time>& at, Duration mean) {
+  if (at.size() < 3) return false;
+  const auto differs = [&](Time a, Time b) {
+    return to_ms(std::chrono::abs(b - a - mean)) > kRegular * to_ms(mean);
+  };
+  return std::ranges::adjacent_find(at, differs) == at.end();
+}
+
+/// Whether the arrivals go on beyond the recording: they fill half of it, or enough of them last until
+/// its end. Others are a burst.
+bool go_on(const std::vector<Time>& at, Duration mean, const RecordedTime& recorded) {
+  const auto n = static_cast<std::int64_t>(at.size());
+  return 2 * n * mean >= recorded.length() ||
+         (at.size() >= kFewestRecurring && recorded.end - at.back() <= 2 * mean);
+}
+
+std::string in_ms(Duration time) { return program::concat(program::fixed(to_ms(time), 1), " ms"); }
+
+/// Timers that take turns so that the period of each exceeds the largest deviation of an arrival from
+/// the mean distance; none if that takes too many.
+OutsideReleases with_jitter(const std::vector<Time>& at, Duration mean) {
+  std::vector<Time> due;  // the first timestamp of a timer of the mean period, if this sample is on time
+  for (std::size_t i = 0; i < at.size(); ++i) due.push_back(at[i] - mean * static_cast<std::int64_t>(i));
+  const auto [earliest, latest] = std::ranges::minmax(due);
+  const std::int64_t timers = (latest - earliest) / mean + 1;
+  if (timers > static_cast<std::int64_t>(kMostTimers)) return {};
+  OutsideReleases releases{{}, timers * mean, latest - earliest, {}};
+  for (std::int64_t i = 0; i < timers; ++i) releases.first.push_back(earliest + i * mean);
+  releases.timers = program::concat(timers == 1 ? "a timer" : program::concat(timers, " timers"), " of ",
+                                    in_ms(releases.period), " with a release jitter of ",
+                                    in_ms(releases.jitter), ", which covers all ", at.size(), " arrivals");
+  return releases;
+}
+
+}  // namespace
+
+std::vector<InferredRule> infer_rules(const tracing::System& system, std::span<const tracing::Job> jobs,
+                                      const std::vector<bool>& is_task) {
+  std::vector<Callbacks> callbacks(system.nodes.size());
+  for (std::uint32_t c = 0; c < is_task.size(); ++c)
+    if (is_task[c]) callbacks[system.callbacks[c].node].push_back(c);
+  std::vector<std::vector<const tracing::Job*>> of_node(system.nodes.size());
+  for (const tracing::Job& job : jobs)
+    if (job.ended && job.ref.callback < is_task.size() && is_task[job.ref.callback])
+      of_node[system.callbacks[job.ref.callback].node].push_back(&job);
+  std::vector<InferredRule> rules;
+  for (std::uint32_t node = 0; node < system.nodes.size(); ++node) {
+    std::set<std::uint32_t> topics;
+    for (const tracing::Job* job : of_node[node])
+      for (const tracing::Publication& p : job->published) topics.insert(p.topic);
+    const std::size_t before = rules.size();
+    for (const std::uint32_t topic : topics)
+      rules.push_back(TopicOfNode(system, callbacks[node], topic, of_node[node]).best());
+    keep_samples(system, callbacks[node], std::span(rules).subspan(before));
+  }
+  return rules;
+}
+
+EarlyPublications early_publications(const RecordedGraph& graph, std::span<const tracing::Job> jobs) {
+  struct Instants {
+    std::vector<Duration> before_end;
+    std::vector<double> share;
+  };
+  std::map<std::pair<TaskId, std::uint32_t>, Instants> all;  // by task and topic
+  for (const tracing::Job& job : jobs) {
+    const TaskId task = graph.task(job.ref);
+    if (task == kNoTask || !job.ended || job.finish <= job.start) continue;
+    std::map<std::uint32_t, Time> last;  // by topic: a job that publishes twice sends its last message
+    for (const tracing::Publication& p : job.published) last[p.topic] = p.at;
+    for (const auto& [topic, at] : last) {
+      Instants& instants = all[{task, topic}];
+      instants.before_end.push_back(job.finish - at);
+      instants.share.push_back(to_ms(at - job.start) / to_ms(job.finish - job.start));
+    }
+  }
+  EarlyPublications early;
+  for (auto& [from, instants] : all) {
+    const double share = std::round(median(instants.share) / kStep) * kStep;
+    if (share < kLate && median(instants.before_end) > kSoon) early[from] = std::clamp(share, 0.0, 1.0);
+  }
+  return early;
+}
+
+std::vector<std::string> unmodelled(const tracing::System& system, const RecordedGraph& graph) {
+  std::map<std::uint32_t, std::vector<std::string>> filtered;  // topics by node
+  for (std::uint32_t c = 0; c < graph.task_of.size(); ++c) {
+    const tracing::Callback& callback = system.callbacks[c];
+    const bool filters = callback.symbol.find(kSynchronisers) != std::string::npos;
+    if (graph.task_of[c] != kNoTask && filters)
+      filtered[callback.node].push_back(system.topics[callback.topic].name);
+  }
+  std::vector<std::string> all;
+  all.reserve(filtered.size() + graph.rules.size());
+  for (const auto& [node, topics] : filtered) {
+    all.push_back(program::concat(
+        "Node ", system.nodes[node], " passes ", program::joined(topics, ", "),
+        " through message_filters, which is not modelled: a synchroniser may hold messages until "
+        "later ones arrive, and the graph publishes as soon as its rule allows."));
+  }
+  for (const InferredRule& rule : graph.rules) {
+    if (static_cast<double>(rule.explained) >= kDescribes * static_cast<double>(rule.jobs)) continue;
+    all.push_back(program::concat(
+        "No rule of publication describes topic ", system.topics[rule.topic].name, ": the best one explains ",
+        rule.explained, " of ", rule.jobs, " jobs of ",
+        system.nodes[system.callbacks[rule.publishers.front()].node],
+        ". A lifecycle node publishes only while it is active; other nodes decide by content."));
+  }
+  return all;
+}
+
+OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded) {
+  const auto n = static_cast<std::int64_t>(at.size());
+  const Duration mean = std::max(Duration(1000), (at.back() - at.front()) / std::max<std::int64_t>(1, n - 1));
+  const bool goes_on = go_on(at, mean, recorded);
+  if (goes_on && is_regular(at, mean))
+    return {{at.front()}, mean, {}, program::concat("a timer of ", in_ms(mean))};
+  if (at.size() < kFewestRecurring)
+    return {at,
+            kOnce,
+            {},
+            n == 1 ? "a timer that fires once, when it arrived"
+                   : program::concat(n, " timers that fire once, when they arrived")};
+  if (at.size() <= kMostTimers) {
+    const Duration period = std::max(n * mean, recorded.length());
+    return {at, period, {}, program::concat(n, " timers of ", in_ms(period), ", one for each arrival")};
+  }
+  OutsideReleases releases = goes_on ? with_jitter(at, mean) : OutsideReleases{};
+  if (!releases.first.empty()) return releases;
+  const Duration rate = goes_on ? mean : std::max(mean, recorded.length() / n);
+  return {{at.front()},
+          rate,
+          {},
+          program::concat("a timer of ", in_ms(rate), ", the mean distance of ", n,
+                          " arrivals, whose bursts the graph lacks")};
+}
+
+}  // namespace hotpath::imports

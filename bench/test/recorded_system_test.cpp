@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// The executors of a recording, and who calls a service.
+#include "import/recorded_system.hpp"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+#include <set>
+
+#include "recorded.hpp"
+
+namespace hotpath {
+namespace {
+
+using namespace std::chrono_literals;
+using K = tracing::CallbackKind;
+
+/// One callback for each thread, of a node of its own.
+std::vector<imports::RecordedExecutor> executors_of(
+    const std::vector<std::tuple<std::uint32_t, std::uint32_t, K>>& threads) {  // processes, ids, callbacks
+  RecordedCallbacks r;
+  r.system.topics = {{"/t", {}}};
+  for (const auto& [process, id, kind] : threads) {
+    const auto t = static_cast<std::uint32_t>(r.system.threads.size());
+    r.system.processes.insert(process);
+    r.system.threads.push_back({process, id, 1, 0, {}});
+    r.callback(kind, t, kind == K::timer ? tracing::kNone : 0).threads[t] = 1;
+  }
+  return imports::recorded_executors(r.system);
+}
+
+TEST(RecordedExecutors, ThreadsOfTwoProcessesMayHaveOneId) {
+  const auto found = executors_of({{7, 1, K::timer}, {8, 1, K::timer}});
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].name, "process_7_thread_1");
+  EXPECT_EQ(found[1].name, "process_8_thread_1");
+}
+
+TEST(RecordedExecutors, ATimerThreadBelongsToTheOnlyOtherThreadOfItsProcess) {
+  EXPECT_EQ(executors_of({{7, 1, K::timer}, {7, 2, K::subscription}}).size(), 1U);
+  EXPECT_EQ(executors_of({{7, 1, K::timer}, {7, 2, K::subscription}, {7, 3, K::subscription}}).size(), 3U);
+}
+
+TEST(RecordedExecutors, UsualProcessorsRanOneInAHundredJobs) {
+  const tracing::Thread thread{0, 1, 1000, 0, {{0, 981}, {2, 9}, {3, 10}}};
+  EXPECT_EQ(imports::usual_processors(thread), (std::vector<std::int32_t>{0, 3}));
+}
+
+/// A service (callback 0) of node 0, and timers of node 1, which has a client of it. In each of 20 periods of
+/// 50 ms, jobs of 1 ms start at these instants.
+class ServiceCalls : public testing::Test {
+ protected:
+  ServiceCalls() {
+    r_.system.topics = {{"/map", {}}};
+    r_.system.clients = {{.node = 1, .service = 0}};
+    r_.callback(K::service, 0, 0);
+    for (int i = 0; i < 2; ++i) r_.callback(K::timer, 1);
+  }
+  /// Returns the sentences, and sets the callers.
+  std::vector<std::string> attribute(
+      const std::vector<std::pair<std::uint32_t, std::function<Duration(int)>>>& starts) {
+    for (int i = 0; i < 20; ++i)
+      for (const auto& [callback, start] : starts) {
+        tracing::Job& job = r_.job(callback, 0, start(i), start(i) + 1ms);
+        job.sample.published = job.start;
+      }
+    std::ranges::sort(r_.jobs, {}, &tracing::Job::start);
+    std::vector<std::string> sentences = imports::attribute_requests(r_.system, r_.jobs);
+    for (const tracing::Job& job : r_.jobs)
+      if (job.ref.callback == 0) callers_.insert(job.sample.parent.callback);
+    return sentences;
+  }
+  static std::function<Duration(int)> after(Duration offset) {
+    return [offset](int i) { return i * 50ms + offset; };
+  }
+
+  RecordedCallbacks r_;
+  std::set<std::uint32_t> callers_;
+};
+
+TEST_F(ServiceCalls, AreOfTheCallbackThatRanAsOften) {
+  EXPECT_THAT(attribute({{1, after(0ms)}, {2, after(2ms)}, {2, after(4ms)}, {0, after(10ms)}}),
+              testing::ElementsAre(testing::HasSubstr("node /n1 is taken to send the requests")));
+  EXPECT_EQ(callers_, std::set<std::uint32_t>{1}) << "the other one ran too often, though nearer";
+  EXPECT_EQ(r_.jobs.front().published.size(), 1U);
+  EXPECT_EQ(r_.jobs.back().sample.published, r_.jobs.back().start - 9ms);
+}
+
+TEST_F(ServiceCalls, OfSeveralTheNearestIsTaken) {
+  EXPECT_EQ(attribute({{1, after(0ms)}, {2, after(5ms)}, {0, after(10ms)}}).size(), 1U);
+  EXPECT_EQ(callers_, std::set<std::uint32_t>{2});
+}
+
+TEST_F(ServiceCalls, WithoutARelationNobodyCalls) {
+  EXPECT_TRUE(attribute({{1, after(0ms)}, {0, [](int i) { return i * i * 10ms + 10ms; }}}).empty());
+  EXPECT_EQ(callers_, std::set<std::uint32_t>{tracing::kNone});
+}
+
+TEST_F(ServiceCalls, WithoutAClientNobodyCalls) {
+  r_.system.clients.clear();
+  EXPECT_TRUE(attribute({{1, after(0ms)}, {0, after(10ms)}}).empty());
+  EXPECT_EQ(callers_, std::set<std::uint32_t>{tracing::kNone});
+}
+
+}  // namespace
+}  // namespace hotpath
