@@ -84,6 +84,8 @@ TEST(GrowthTest, FewEqualCountsDoNotShowThatCountsNeverVary) {
     EXPECT_LT(differences(Values(20, 364), many, pairing).p_value, 1e-7);
     EXPECT_EQ(differences(before, before, pairing).p_value, 0.5);
   }
+  // Student's t of sqrt(30): the difference of two counts varies by twice 1/12.
+  EXPECT_NEAR(differences(before, after, Pairing::paired).p_value, 0.00270423943, 1e-9);
   EXPECT_EQ(differences(before, after, Pairing::exact).p_value, 0);
   EXPECT_EQ(differences(before, before, Pairing::exact).p_value, 1);
 }
