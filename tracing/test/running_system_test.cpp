@@ -20,16 +20,22 @@ class RunningSystem : public testing::Test, protected Recording {
     process = kSink;
     make_sink(2);
   }
-  /// The source publishes a sample.
-  void publish() {
+  /// The source publishes so many samples.
+  void publish(int times = 1) {
     process = kSource;
-    ++stamp;
-    Recording::publish(next(), stamp);
+    for (; times > 0; --times) Recording::publish(next(), ++stamp);
   }
   /// The sink receives an earlier sample.
   void receive(std::uint64_t stamped) {
     process = kSink;
     Recording::receive(next(), stamped);
+  }
+  /// Samples that the sink receives at once.
+  void pass(int times = 1) {
+    for (; times > 0; --times) {
+      publish();
+      receive(stamp);
+    }
   }
   std::int64_t next() { return now += 1000; }
   const System& system() const { return assembler.system(); }
@@ -40,33 +46,24 @@ class RunningSystem : public testing::Test, protected Recording {
 };
 
 TEST_F(RunningSystem, LosesSamplesOfADiscoveredPublisher) {
-  publish();
-  receive(stamp);
-  for (int i = 0; i < 5; ++i) publish();
+  pass();
+  publish(5);
   EXPECT_EQ(overwritten, (std::vector<std::uint64_t>{1, 2, 3}));
 }
 
 TEST_F(RunningSystem, DoesNotLoseWhatWasPublishedBeforeDiscovery) {
-  for (int i = 0; i < 5; ++i) publish();
+  publish(5);
   receive(stamp);
-  for (int i = 0; i < 5; ++i) {
-    publish();
-    receive(stamp);
-  }
+  pass(5);
   EXPECT_TRUE(overwritten.empty());
   EXPECT_EQ(strangers(), 0U);
 }
 
 TEST_F(RunningSystem, DoesNotLoseForeverWhatNeverArrived) {
-  publish();
-  receive(stamp);
+  pass();
   publish();  // lost in transit
-  for (int i = 0; i < 5; ++i) {
-    publish();
-    receive(stamp);
-  }
-  publish();
-  publish();
+  pass(5);
+  publish(2);
   EXPECT_TRUE(overwritten.empty()) << "a sample that is published last is unread at most";
   publish();
   EXPECT_EQ(overwritten.size(), 1U);
@@ -74,27 +71,24 @@ TEST_F(RunningSystem, DoesNotLoseForeverWhatNeverArrived) {
 
 TEST_F(RunningSystem, MatchesTakesOfSeveralThreadsInAnyOrder) {
   publish();
-  publish();
-  receive(stamp);
+  pass();
   receive(stamp - 1);
   EXPECT_EQ(strangers(), 0U);
   EXPECT_TRUE(overwritten.empty());
 }
 
 TEST_F(RunningSystem, AProcessThatHasEndedGetsNoSamples) {
-  publish();
-  receive(stamp);
+  pass();
   publish();
   assembler.forget_process(kSink);
-  for (int i = 0; i < 5; ++i) publish();
+  publish(5);
   EXPECT_TRUE(overwritten.empty());
   EXPECT_EQ(system().callbacks[1].samples, 2U);
   EXPECT_EQ(system().processes, (std::set<std::uint32_t>{kSource}));
   EXPECT_EQ(system().ended_processes, 1U);
   process = kSink;
   make_sink(2);  // respawned, at the same addresses
-  publish();
-  receive(stamp);
+  pass();
   EXPECT_EQ(jobs.back().ref.callback, 2U);
   EXPECT_EQ(jobs.back().sample.parent.callback, 0U);
 }
@@ -110,8 +104,7 @@ TEST_F(RunningSystem, AProcessThatHasEndedGivesUpItsJobs) {
 
 /// Addresses are used again once their subscription has been destroyed.
 TEST_F(RunningSystem, ASubscriptionAtTheAddressOfAnotherReplacesIt) {
-  publish();
-  receive(stamp);
+  pass();
   process = kSink;
   tell(K::subscription_init, next(), {20, 2, 33, 2}, {"/a", ""});
   tell(K::subscription_init, next(), {30, 2, 33, 2}, {"/a", ""});
@@ -119,14 +112,13 @@ TEST_F(RunningSystem, ASubscriptionAtTheAddressOfAnotherReplacesIt) {
 }
 
 TEST_F(RunningSystem, ASubscriptionThatItsNodeCreatedAnewLosesNothingUntilItTakes) {
-  publish();
-  receive(stamp);
+  pass();
   process = kSink;
   tell(K::subscription_init, next(), {30, 2, 33, 100}, {"/a", ""});
-  for (int i = 0; i < 5; ++i) publish();
+  publish(5);
   EXPECT_TRUE(overwritten.empty()) << "it may have been destroyed";
   receive(stamp);
-  for (int i = 0; i < 5; ++i) publish();
+  publish(5);
   EXPECT_EQ(overwritten.size(), 3U) << "both live";
   EXPECT_EQ(strangers(), 0U);
 }
