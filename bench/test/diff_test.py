@@ -43,7 +43,7 @@ class Diff(CommandTest):
             folders = self.simulate(f"--seed {seed}"), self.simulate(f"--load 84 --seed {seed}")
             code, out, err = self.gate(*folders, "--across-loads")
             self.assertEqual((code, err), (1, ""), out)
-        self.assertIn("80 % to 84 % rm-ro", out)
+        self.assertIn("79.8 % to 84 % rm-ro", out)
         self.assertIn("simulated repetitions of equal draws pair by pair", out)
 
     def test_other_draws_are_independent(self) -> None:
@@ -68,7 +68,7 @@ class Diff(CommandTest):
         for more in ("--threads 1", "--no-trace"):
             code, out, err = self.gate(self.simulate(), self.simulate(more))
             self.assertEqual((code, err), (0, ""))
-            self.assertEqual("No change: " in out, more == "--threads 1", out)
+            self.assertIn("No change: ", out)
 
     def test_compares_other_loads_only_on_request(self) -> None:
         for more in ("--gate", ""):
