@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "comparison/comparison.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
-#include "program/python_tool.hpp"
 #include "validation/validation.hpp"
 
 namespace hotpath::commands {
@@ -12,23 +12,18 @@ namespace {
 
 struct DiffArguments {
   std::vector<std::string> runs;
-  bool simulated = false, gate = false, across_loads = false;
-  std::string csv, page, junit, markdown, output;
+  bool simulated = false;
+  comparison::Options options;
+  std::string output;
 };
 
-void diff(const DiffArguments& a) {
+void diff(DiffArguments& a) {
   if (a.simulated) return validation::validate_runs(a.runs, a.output);
   if (a.runs.size() != 2) throw program::UsageError("diff: give OLD and NEW, or one RUN with --simulated");
-  std::vector<std::string> words = a.runs;
-  if (a.gate) words.emplace_back("--gate");
-  if (a.across_loads) words.emplace_back("--across-loads");
-  const std::pair<const char*, const std::string&> files[] = {
-      {"--page=", a.page}, {"--junit=", a.junit}, {"--markdown=", a.markdown}, {"--csv=", a.csv}};
-  if (!a.page.empty()) program::check_output_folder(a.page, "report.html", "--page");
-  for (const auto& [option, value] : files) {
-    if (!value.empty()) words.push_back(option + value);
-  }
-  program::become_python_tool("diff", words);
+  if (!a.options.page.empty()) program::check_output_folder(a.options.page, "report.html", "--page");
+  a.options.old = a.runs[0];
+  a.options.now = a.runs[1];
+  if (comparison::compare(a.options)) throw CLI::RuntimeError();
 }
 
 }  // namespace
@@ -44,20 +39,20 @@ void add_diff_command(CLI::App& app) {
       ->type_name("FOLDER")
       ->required();
   CLI::Option* const across = command.add_flag(
-      "--across-loads", o.across_loads,
+      "--across-loads", o.options.across_loads,
       "Also compare runs with different loads, rates or copies; by\ndefault only runs at the same load");
-  CLI::Option* const csv = add_output_file(command, "--csv", o.csv, "Also write the table as CSV");
+  CLI::Option* const csv = add_output_file(command, "--csv", o.options.csv, "Also write the table as CSV");
   CLI::Option* const gate = command
-                                .add_flag("--gate", o.gate,
+                                .add_flag("--gate", o.options.gate,
                                           "Exit with code 1 if NEW has a significant regression,\n"
                                           "corrected for multiple comparisons")
                                 ->excludes(csv);
   CLI::Option* const page =
-      add_text(command, "--page", o.page, "FOLDER",
+      add_text(command, "--page", o.options.page, "FOLDER",
                "Also write report.html, a page with both distributions, and\nreport.md into this folder");
   add_json_option(command);
-  add_output_file(command, "--junit", o.junit, kJunitHelp)->needs(gate);
-  add_output_file(command, "--markdown", o.markdown, kMarkdownHelp)->needs(gate);
+  add_output_file(command, "--junit", o.options.junit, kJunitHelp)->needs(gate);
+  add_output_file(command, "--markdown", o.options.markdown, kMarkdownHelp)->needs(gate);
   CLI::Option* const simulated = command
                                      .add_flag("--simulated", o.simulated,
                                                "Compare runs with simulations of their phases, measured\n"

@@ -156,6 +156,8 @@ int main(int argc, char** argv) {
       throw program::RunError("standard output could not be written; files are not affected");
     }
     return program::interrupted() != 0 ? 128 + program::interrupted() : 0;
+  } catch (const CLI::RuntimeError& verdict) {  // without a message
+    return verdict.get_exit_code();
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::bad_alloc&) {

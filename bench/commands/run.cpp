@@ -4,10 +4,10 @@
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "comparison/comparison.hpp"
 #include "live/live_run.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
-#include "program/python_tool.hpp"
 #include "sweep/child_run.hpp"
 
 namespace hotpath::commands {
@@ -95,10 +95,8 @@ void compare_builds(const RunArguments& a, const std::vector<std::string>& words
       throw program::RunError(program::concat(name, " build, repetition ", repetition, ": ", error.what()));
     }
   }
-  std::vector<std::string> gate = {folder / "old", folder / "new", "--gate"};
-  if (!a.junit.empty()) gate.push_back("--junit=" + a.junit);
-  if (!a.markdown.empty()) gate.push_back("--markdown=" + a.markdown);
-  program::become_python_tool("diff", gate);
+  if (comparison::compare({folder / "old", folder / "new", true, false, "", "", a.junit, a.markdown}))
+    throw CLI::RuntimeError();
 }
 
 }  // namespace

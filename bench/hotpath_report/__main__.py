@@ -24,16 +24,6 @@ RUNS: Arguments = {
 }
 FOLDER: Arguments = {"folder": {"metavar": "FOLDER"}}
 OPTIONS: Arguments = {"options": {"metavar": "OPTIONS", "help": "JSON from `hotpath`"}}
-COMPARISON: Arguments = {
-    "old": {"metavar": "OLD"},
-    "new": {"metavar": "NEW"},
-    "--csv": {"metavar": "FILE", "help": "write the table to this file as well"},
-    "--gate": {"action": "store_true", "help": "exit with code 1 if anything became worse"},
-    "--across-loads": {"action": "store_true", "help": "allow runs of different loads"},
-    "--page": {"metavar": "FOLDER", "help": "write report.html and report.md into this folder"},
-    "--junit": {"metavar": "FILE", "help": "with --gate: write a report as junit"},
-    "--markdown": {"metavar": "FILE", "help": "with --gate: write a report as markdown"},
-}
 HOT_PATH = "hot-path latency of each executor, for runs of one graph"
 TIMERS = "dropped jobs and response times of timers-only graphs"
 REPORT = "page about runs, or about a published reproduction"
@@ -52,7 +42,7 @@ COMMANDS: dict[str, tuple[str, str, Arguments]] = {
     "waters": ("figures.waters:draw", "reduction of bounds on WATERS task sets", FOLDER),
     "bench": ("bench_suite:bench", "run the programs of `hotpath bench`", OPTIONS),
     "bench-report": ("pages.bench_report:write", "report of `hotpath bench`", FOLDER),
-    "diff": ("comparison.compare:compare_results", "differences beyond noise", COMPARISON),
+    "comparison": ("pages.comparison_page:write", "page of `hotpath diff`", FOLDER),
 }
 
 

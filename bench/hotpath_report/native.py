@@ -10,8 +10,8 @@ from hotpath_report import hotpath_command
 from hotpath_report.errors import RunError
 
 NAME = "libhotpath_python.so"
-POINTER, REAL, SIZE, COUNT, CHOICE = (
-    ctypes.c_void_p, ctypes.c_double, ctypes.c_size_t, ctypes.c_uint64, ctypes.c_int
+POINTER, REAL, SIZE, COUNT = (
+    ctypes.c_void_p, ctypes.c_double, ctypes.c_size_t, ctypes.c_uint64
 )  # fmt: skip
 REALS, TEXT = ctypes.POINTER(ctypes.c_double), ctypes.c_char_p
 # Result and arguments of each function, without the prefix `hotpath_`.
@@ -23,12 +23,9 @@ FUNCTIONS = {
     "quantile_estimate": (None, [POINTER, REAL, REALS]),
     "quantile_estimates": (None, [POINTER, POINTER, SIZE, POINTER]),
     "quantile_ratio": (None, [POINTER, POINTER, REAL, REAL, REALS]),
-    "quantile_difference": (None, [POINTER, POINTER, REAL, REALS]),
     "cliffs_delta": (None, [POINTER, POINTER, REALS]),
     "rank_test": (REAL, [POINTER, POINTER]),
     "fit_line": (None, [POINTER, POINTER, POINTER, SIZE, REALS]),
-    "growth": (None, [POINTER, POINTER, CHOICE, CHOICE, POINTER, REALS]),
-    "holm": (None, [POINTER, SIZE]),
     "write_file": (TEXT, [TEXT, TEXT, SIZE]),
     "write_output": (TEXT, [TEXT, TEXT, TEXT, SIZE]),
     "make_folder": (TEXT, [TEXT]),

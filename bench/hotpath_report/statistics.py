@@ -5,10 +5,8 @@ consecutive samples; a single exact repetition stays whole."""
 
 import bisect
 import ctypes
-import enum
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -134,48 +132,6 @@ def percent_of(part: int, whole: int) -> float:
 def ratio(a: Samples, b: Samples, p: float, confidence: float = CONFIDENCE_PERCENT / 100) -> Estimate:
     """Quantile of `a` divided by that of `b`."""
     return a.of_two("quantile_ratio", b, p, confidence)
-
-
-def difference(a: Samples, b: Samples, p: float) -> Estimate:
-    """Quantile of `a` minus that of `b`, in the unit of the samples."""
-    return a.of_two("quantile_difference", b, p)
-
-
-# How the repetitions of two sides are paired, and the unit of a difference; see C++'s enumerations.
-Pairing = enum.IntEnum("Pairing", "INDEPENDENT PAIRED EXACT", start=0)
-Scale = enum.IntEnum("Scale", "DIFFERENCE RATIO", start=0)
-
-
-@dataclass(frozen=True)
-class Growth:
-    """Whether a measure grew; see hotpath::GrowthTest for the fields."""
-
-    before: float
-    after: float
-    growth: float
-    low: float
-    high: float
-    p_value: float
-    exact: float
-    detectable: float  # smallest growth that these repetitions can show
-
-
-def growth(
-    before: Values, after: Values, pairing: Pairing, scale: Scale, alarm_rate: float, power: float
-) -> Growth:
-    """Tests one value per repetition; `alarm_rate` and `power` define the detectable growth."""
-    values = np.concatenate([before, after]).astype(float)
-    sizes = (ctypes.c_size_t * 2)(len(before), len(after))
-    detection = (ctypes.c_double * 2)(alarm_rate, power)
-    found = results(len(fields(Growth)), "growth", values.ctypes.data, sizes, pairing, scale, detection)
-    return Growth(*found)
-
-
-def holm(p_values: Sequence[float]) -> list[float]:
-    """P-values adjusted for multiple comparisons (Holm 1979)."""
-    adjusted = np.array(p_values, dtype=float)
-    library().hotpath_holm(adjusted.ctypes.data, len(adjusted))
-    return [float(p) for p in adjusted]
 
 
 class RankTest(NamedTuple):

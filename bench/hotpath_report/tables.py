@@ -122,15 +122,6 @@ def write_json(path: Path, value: Any) -> None:
     write_file(path, json.dumps(value, indent=1, ensure_ascii=False) + "\n")
 
 
-def show_json(rows: Any) -> None:
-    """With the option --json, prints `rows` as JSON, NaN as null: `hotpath` then has sent standard
-    output to standard error and names the descriptor of the original one."""
-    if descriptor := os.environ.get("HOTPATH_JSON_OUTPUT"):
-        content = pd.DataFrame(rows).to_json(orient="records", indent=2)
-        with open(int(descriptor), "w", encoding="utf-8", closefd=False) as out:
-            out.write(content + "\n")
-
-
 def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table: words and the first column align left, numbers right; headers may have two lines."""
     upper, lower = zip(*(text.rpartition("\n")[::2] for text in header))

@@ -34,7 +34,7 @@ static void visit_fields(auto& visit, program::MaybeConst<Machine> auto& machine
   visit("compiler", machine.compiler);
   visit("build_type", machine.build_type);
   visit("turbo", machine.turbo);
-  visit("boot_parameters", machine.boot_parameters);
+  visit.if_stored("boot_parameters", machine.boot_parameters);
   visit("clock_source", machine.clock_source);
   visit("timer_slack_ns", machine.timer_slack_ns);
   visit("stolen_percent", machine.stolen_percent);

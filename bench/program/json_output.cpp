@@ -75,13 +75,6 @@ void reserve_output_for_json() {
 
 bool prints_json() { return reserved >= 0; }
 
-void pass_json_output_on() {
-  unsetenv("HOTPATH_JSON_OUTPUT");
-  if (!prints_json()) return;
-  setenv("HOTPATH_JSON_OUTPUT", std::to_string(reserved).c_str(), 1);
-  fcntl(reserved, F_SETFD, 0);
-}
-
 void show_json(const json& document) {
   if (!prints_json()) return;
   FileStream out(fcntl(reserved, F_DUPFD_CLOEXEC, reserved));

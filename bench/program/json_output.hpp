@@ -12,9 +12,6 @@ namespace hotpath::program {
 /// From now on, standard output is for show_json() alone. Throws RunError.
 void reserve_output_for_json();
 [[nodiscard]] bool prints_json();
-/// Lets the Python package print the document: hotpath_report/tables.py knows the descriptor from
-/// the environment.
-void pass_json_output_on();
 
 /// Prints the document if reserve_output_for_json() was called. Throws RunError.
 void show_json(const nlohmann::json& document);

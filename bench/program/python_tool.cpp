@@ -14,7 +14,6 @@
 
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
-#include "program/json_output.hpp"
 
 namespace hotpath::program {
 
@@ -41,7 +40,6 @@ std::vector<std::string> command_line(const std::string& command, const std::vec
   std::cout << std::flush;  // our output precedes the package's output
   std::fflush(stdout);
   setenv("HOTPATH", own_program().c_str(), 1);
-  pass_json_output_on();
   const std::string program = package_folder().string();  // has a __main__.py and the package
   std::vector<std::string> words = {"/usr/bin/python3", "-I", "-B", program, command};
   words.insert(words.end(), arguments.begin(), arguments.end());
@@ -56,22 +54,25 @@ void become_python_tool(const std::string& command, const std::vector<std::strin
   throw RunError(words.front() + " could not be started (" + std::strerror(errno) + ")");
 }
 
+void call_python_tool(const std::string& command, const std::vector<std::string>& arguments) {
+  auto [status, errors] = run_program(command_line(command, arguments));
+  if (exited_with(status, 0)) return;
+  while (errors.ends_with('\n')) errors.pop_back();
+  const std::string message = errors.substr(errors.rfind('\n') + 1);  // the last line
+  if (exited_with(status, kUnfitInput)) throw UsageError(message);
+  throw RunError(message);
+}
+
 void draw_figure(const std::string& command, const fs::path& folder) {
   const char* const figures = std::getenv("HOTPATH_FIGURES");
   if (figures != nullptr && std::string_view(figures) == "none") return;
-  ProgramEnd end;
   try {
-    end = run_program(command_line(command, {folder.string()}));
+    call_python_tool(command, {folder.string()});
+  } catch (const UsageError& error) {
+    std::cerr << "note: no figure: " << error.what() << "\n";
   } catch (const std::exception& error) {  // the result is complete without the figure
     std::cerr << "note: the figure was not drawn: " << error.what() << "\n";
-    return;
   }
-  auto [status, errors] = std::move(end);
-  if (exited_with(status, 0)) return;
-  while (errors.ends_with('\n')) errors.pop_back();
-  // The last line is the error message.
-  std::cerr << (exited_with(status, kUnfitInput) ? "note: no figure: " : "note: the figure was not drawn: ")
-            << errors.substr(errors.rfind('\n') + 1) << "\n";
 }
 
 }  // namespace hotpath::program

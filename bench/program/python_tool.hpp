@@ -12,6 +12,10 @@ namespace hotpath::program {
 /// cannot be started.
 [[noreturn]] void become_python_tool(const std::string& command, const std::vector<std::string>& arguments);
 
+/// Runs a command of the package and waits for it. Throws UsageError for unusable input, RunError if it
+/// fails.
+void call_python_tool(const std::string& command, const std::vector<std::string>& arguments);
+
 /// Runs a command that draws the figure of a result folder. A failure is only noted on standard
 /// error: the results are complete without the figure. HOTPATH_FIGURES=none in the environment
 /// disables all such figures.

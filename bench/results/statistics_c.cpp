@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "hotpath/analysis/growth_test.hpp"
 #include "hotpath/analysis/statistics.hpp"
 #include "results/measures.hpp"
 
@@ -65,10 +64,6 @@ void hotpath_quantile_ratio(const void* a, const void* b, double probability, do
   store(hotpath::ratio_of_quantiles(samples(a), samples(b), probability, {.confidence = confidence}), out);
 }
 
-void hotpath_quantile_difference(const void* a, const void* b, double probability, double* out) {
-  store(hotpath::difference_of_quantiles(samples(a), samples(b), probability), out);
-}
-
 double hotpath_rank_test(const void* a, const void* b) { return hotpath::rank_test(samples(a), samples(b)); }
 
 /// `out`: slope, intercept.
@@ -80,31 +75,6 @@ void hotpath_fit_line(const double* x, const double* y, const double* weights, s
 
 void hotpath_cliffs_delta(const void* a, const void* b, double* out) {
   store(hotpath::cliffs_delta(samples(a), samples(b)), out);
-}
-
-/// Tests the growth of one measure, with one value per repetition: `sizes[0]` values before and
-/// `sizes[1]` after. `pairing` and `scale` are enumerators. `out`: before, after, growth, low and high
-/// end of its interval, p-value, whether it is exact, and the growth that is detectable at the alarm
-/// rate `detection[0]` with the probability `detection[1]`.
-void hotpath_growth(const double* values, const std::size_t* sizes, int pairing, int scale,
-                    const double* detection, double* out) {
-  const auto unit = static_cast<hotpath::Scale>(scale);
-  const hotpath::GrowthTest t = hotpath::test_growth({values, sizes[0]}, {values + sizes[0], sizes[1]},
-                                                     static_cast<hotpath::Pairing>(pairing), unit);
-  const std::array results = {t.before,
-                              t.after,
-                              t.growth,
-                              t.interval.low,
-                              t.interval.high,
-                              t.p_value,
-                              t.exact ? 1.0 : 0.0,
-                              hotpath::detectable_growth(t, unit, detection[0], detection[1])};
-  std::ranges::copy(results, out);
-}
-
-/// Holm's correction, in place.
-void hotpath_holm(double* p_values, std::size_t n) {
-  std::ranges::copy(hotpath::holm({p_values, n}), p_values);
 }
 
 }  // extern "C"

@@ -370,7 +370,7 @@ EFFECTS = {
 """,
     "diff {stock}/tiny {stock}/tiny": """
 --gate
---across-loads @ ../hotpath_report/test/test_gate.py
+--across-loads @ diff_test.py
 --page @ result_pages_test.py
 --simulated --csv --junit --markdown @ adverse_tables.py
 """,
@@ -474,9 +474,11 @@ ELSEWHERE = {("watch", "--contract"), ("paper", "figures", "--output")}
 # {o} an option for a new one. The first command meets every damage; the others, which call the same reader, three.
 READERS = """
 run/run.json | report {d} --summary | doctor {d} | explain {d} | doctor {d} --recover | export ctf {d} {o}
-run/run.json | diff {d} --simulated {o}
+run/run.json | diff {d} --simulated {o} | diff {d} {d}
+run/summary.json | diff {d} {d} --gate
+bench/bench.json | diff {d} {d}
 run/jobs.csv | report {d} --summary | doctor {d} | explain {d} | export perfetto {d} {o}
-run/chains.csv | report {d} --summary | explain {d}
+run/chains.csv | report {d} --summary | explain {d} | diff {d} {d}
 graph.yaml | graph {f} | simulate {f} --duration 1 {o} | analyze {f}
 graph.yaml | advise {f} --repetitions 1 --duration 1 {o}
 times.csv | graph {d}/callbacks.yaml
@@ -495,10 +497,10 @@ ctf/rm-ro-0/stream | import ctf {d} {o}
 """
 # The same for the Python package, which runs in the test's process: a start takes a second.
 PYTHON_READERS = """
-run/run.json | report {d} {o} | diff {d} {d} | hot-path {d} {o}
-run/summary.json | report {d} {o} | timers-only {d} {o} | diff {d} {d} --gate
+run/run.json | report {d} {o} | hot-path {d} {o}
+run/summary.json | report {d} {o} | timers-only {d} {o}
 run/chains.csv | hot-path {d} {o} | report {d} {o}
-bench/bench.json | bench-report {d} | diff {d} {d}
+bench/bench.json | bench-report {d}
 swept/table.csv | sweep {d}
 capacity/levels.csv | capacity {d}
 advice/advice.json | advice {d}
@@ -525,6 +527,7 @@ explain {run} | 2 | its tasks are not
 diff {run} --simulated --output v | 2 | has no task
 report {run} --output page | 0 |
 export perfetto {run} --from 1000 --to 1100 --output chart.json | 0 |
+diff {run} {run} | 0 |
 diff {run} {run} --gate --junit gate.xml --markdown gate.md --page gate | 0 |
 """
 NAMED_CAPACITY = (
@@ -542,7 +545,7 @@ PRINT_GRAPH = ("graph {graph}", "graph {graph} --as dot")
 LIST_GRAPHS = ("list", "graphs")
 IMPORT = ("import", "ctf")
 EXPLAIN_WORST = "explain --worst"
-NAMED_RUN_OF_THE_PACKAGE = ("report {run}", "diff {run} {run}")
+NAMED_RUN_OF_THE_PACKAGE = ("report {run}",)
 INTO_EMPTY = ("simulate --duration 0.1 --warm-up 0 --output", "export ctf {stock}/run --output")
 
 

@@ -246,8 +246,8 @@ class Distributions(CommandTest):
             words = ("--executors", "default,rm-ro", "--load", load, "--duration", 2, "--repetitions", 3)
             self.accepted("simulate", *words, "--phases", "random", "--output", name)
         compare = ("diff", "old", "new", "--across-loads", "--page", "page")
-        judged = package.call(self.folder, self.environment, *compare, "--gate")
-        self.assertEqual(judged.returncode, 1, judged.stderr)
+        code, judged, errors = self.command(*compare, "--gate")
+        self.assertEqual(code, 1, errors)
         browser = opened(self, self.folder / "page" / "report.html", dark=True)
         browser.run(page_test.CHOOSE, "target", "hot_path")
         found = self.curves(browser)
@@ -261,12 +261,11 @@ class Distributions(CommandTest):
         shown = [line.split("\t") for line in browser.run(table).splitlines() if "\t" in line]
         self.assertGreater(len(shown), 5)
         for row in shown[1:]:
-            self.assertIn(" ".join(row[:3]), " ".join(judged.stdout.split()))
+            self.assertIn(" ".join(row[:3]), " ".join(judged.split()))
         self.assertEqual(shown[1][-1], "WORSE")
         self.assertEqual(browser.violations(), [])
         # Without --gate: the table of percentiles.
-        compared = package.call(self.folder, self.environment, *compare)
-        self.assertEqual(compared.returncode, 0, compared.stderr)
+        self.accepted(*compare)
         self.assertIn("beyond noise", (self.folder / "page" / "report.md").read_text())
 
 

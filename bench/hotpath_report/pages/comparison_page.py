@@ -2,61 +2,59 @@
 """The page of `hotpath diff`: both sides' distributions, and the table of differences or of
 the gate."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hotpath_report.comparison.sides import KEYS, Key
 from hotpath_report.pages import interactive, run_report
-from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.run_report import CHAIN, TIMER, ReportedRun
 from hotpath_report.pages.writer import Section, Table, write_report
-from hotpath_report.statistics import Samples
+from hotpath_report.tables import read_json
 
-EXECUTOR = KEYS.index("executor")
+FILE = "comparison.json"
+SIDES = ("old", "new")
 TEXT = "The distributions above show the same samples; their bands are 95 % intervals."
 
 
-def measured(old: Mapping[Key, Samples], new: Mapping[Key, Samples]) -> list[Measured]:
-    """A distribution for each key without its executor that both sides have."""
-    found: dict[Key, list[dict[str, Samples]]] = {}
-    for number, side in enumerate((old, new)):
-        for key in sorted(old.keys() & new.keys()):
-            name = (*key[:EXECUTOR], *key[EXECUTOR + 1 :])
-            found.setdefault(name, [{}, {}])[number][key[EXECUTOR]] = side[key]
-    made = []
-    for without, runs in found.items():
-        kind, measure = ("chain", CHAIN[0]) if without[0] == "hot path" else ("task", TIMER[0])
-        title = " ".join(filter(None, without))
-        made.append(Measured(kind, title, title, measure, "", runs))
-    return made
+def distributions(targets: list[dict[str, Any]]) -> dict[str, Any]:
+    """What the interactive part shows of two sides that are known by their distributions alone."""
+    curves = [curve for target in targets for curve in target["curves"]]
+    found = [list(dict.fromkeys(c["executor"] for c in curves if c["side"] == side)) for side in range(2)]
+    places = [(side, executor) for side in range(2) for executor in found[side]]
+    for target in targets:
+        measure = (CHAIN if target["kind"] == "chain" else TIMER)[0]
+        target |= {"title": target["name"], "measure": measure, "figure": "", "marks": []}
+        for curve in target["curves"]:
+            curve["series"] = places.index((curve.pop("side"), curve.pop("executor")))
+    return {
+        "causes": [],
+        "rules": [],
+        "series": interactive.curves_of([(side, e, f"{e}, {SIDES[side]}") for side, e in places]),
+        "targets": targets,
+        "runs": [interactive.run_of_samples(name, name, of) for name, of in zip(SIDES, found)],
+    }
 
 
-def document(
-    folders: Sequence[Path], old: Mapping[Key, Samples], new: Mapping[Key, Samples]
-) -> dict[str, Any]:
+def document(content: dict[str, Any]) -> dict[str, Any]:
     """What the interactive part shows: of two run folders also their outputs and timelines."""
-    if all((folder / "run.json").exists() for folder in folders):
-        runs = [ReportedRun(folder) for folder in folders]
-        return interactive.document([r.run for r in runs], list(map(str, folders)), run_report.measured(runs))
-    return interactive.distributions(("old", "new"), measured(old, new))
+    if content["targets"] is not None:
+        return distributions(content["targets"])
+    folders = content["folders"]
+    runs = [ReportedRun(folder) for folder in folders]
+    return interactive.document([r.run for r in runs], folders, run_report.measured(runs))
 
 
-def write(
-    folder: Path,
-    folders: Sequence[Path],
-    sides: Sequence[Mapping[Key, Samples]],
-    sentences: Sequence[str],
-    table: Table,
-) -> None:
-    """Writes report.html and report.md. Raises InputError."""
-    names = [f"{side}: {path}" for side, path in zip(("Old", "New"), folders)]
+def write(folder: str) -> None:
+    """Writes report.html and report.md from comparison.json. Raises InputError."""
+    place = Path(folder)
+    content: dict[str, Any] = read_json(place / FILE, "hotpath diff --page")
+    of = content["table"]
+    table = Table(of["title"], of["columns"], of["cells"], numbers=True)
     write_report(
-        folder,
+        place,
         [Section("comparison", "Comparison", "of the measures that both sides have", TEXT, [], [table])],
-        title=f"{folders[0].resolve().name} against {folders[1].resolve().name}",
-        facts=[*names, *sentences],
+        title=content["title"],
+        facts=content["facts"],
         made_by="`hotpath diff`.",
-        data=document(folders, *sides),
+        data=document(content),
     )
-    print(f"{folder / 'report.html'} (and report.md)")
+    print(f"{place / 'report.html'} (and report.md)")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values from Google Benchmark's JSON and `hotpath run`, and the differences of their counters."""
+"""Values from Google Benchmark's JSON and `hotpath run`."""
 
-import contextlib
-import io
 import json
 import subprocess
 import tempfile
@@ -13,8 +11,6 @@ from unittest import mock
 
 from hotpath_report.bench_data import FILE, Bench
 from hotpath_report.bench_suite import run_hot_path, run_program
-from hotpath_report.comparison.compare import compare_results
-from hotpath_report.errors import InputError
 
 COMPARE = Path("/usr/share/benchmark/compare.py")  # of libbenchmark-tools
 OPTIONS = {"quick": True, "time_out_s": 1}
@@ -34,11 +30,6 @@ class BenchTest(unittest.TestCase):
         content = {"context": {"machine": {}}, "benchmarks": rows}
         (self.folder / name / FILE).write_text(json.dumps(content))
         return str(self.folder / name)
-
-    def repetitions(self, name: str, **counters: list[float]) -> str:
-        count = len(next(iter(counters.values())))
-        of = [{name: values[k] for name, values in counters.items()} for k in range(count)]
-        return self.stored(name, *(row("a", 5) | values for values in of))
 
 
 class Values(BenchTest):
@@ -98,27 +89,6 @@ class HotPath(BenchTest):
 
 
 class Compare(BenchTest):
-    def compared(self, old: str, new: str) -> str:
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            self.assertEqual(compare_results(old, new, None, False, False, None), 0)
-        return printed.getvalue()
-
-    def test_a_counter_that_changed_is_beyond_noise(self) -> None:
-        old = self.repetitions("old", decide_ns=[100, 101, 99, 100, 102], delta_ns=[100, 80, 120, 95, 105])
-        new = self.repetitions("new", decide_ns=[50, 51, 49, 50, 52], delta_ns=[103, 84, 118, 99, 101])
-        text = self.compared(old, new)
-        self.assertRegex(text, r"a decide_ns +100 +50\.0 +-50 +\[-5\d(\.\d)?, -4\d(\.\d)?\] +beyond noise")
-        self.assertRegex(text, r"a delta_ns .* within noise")
-        self.assertIn("1 of 2 counters differ beyond noise.", text)
-        self.assertNotIn("time_ns", text)
-
-    def test_one_repetition_has_no_interval(self) -> None:
-        self.assertIn("no interval", self.compared(*(self.repetitions(n, decide_ns=[5]) for n in ("a", "b"))))
-
-    def test_rejects_folders_without_a_common_counter(self) -> None:
-        with self.assertRaisesRegex(InputError, "no counter in common"):
-            self.compared(self.repetitions("old", x_ns=[1]), self.repetitions("new", y_ns=[1]))
-
     @unittest.skipUnless(COMPARE.exists(), "libbenchmark-tools is not installed")
     def test_google_benchmark_compares_the_times_of_two_results(self) -> None:
         files = [

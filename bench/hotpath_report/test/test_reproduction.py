@@ -253,7 +253,7 @@ class Simulated(ReproductionTest):
         self.assertNotIn("differs", same.stdout)
         self.assertRegex(same.stdout, r"\d+ the same, of \d+ percentiles")
         for other in (self.output / "cells", self.output / "nowhere"):
-            refused = call_here([str(BENCH), "diff", self.output, other])
+            refused = hotpath("diff", self.output, other)
             self.assertEqual(refused.returncode, 2, refused.stderr)
             self.assertEqual(refused.stderr.count("\n"), 1)
 
@@ -271,7 +271,7 @@ class Simulated(ReproductionTest):
         (other / "claims.json").write_text(
             json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8"
         )
-        result = call_here([str(BENCH), "diff", self.output, other])
+        result = hotpath("diff", self.output, other)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*differs")
         self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result.stdout)

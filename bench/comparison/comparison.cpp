@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "comparison/comparison.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "comparison/report.hpp"
+#include "program/errors.hpp"
+#include "program/json_output.hpp"
+#include "program/text.hpp"
+#include "program/whole_file.hpp"
+
+namespace hotpath::comparison {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr double kToldDropPoints = 0.1;
+
+/// What a side has, besides losses, and the loads of that.
+std::set<Key> keys_of(const Side& side) {
+  std::set<Key> keys;
+  for (const auto& [key, _] : side.samples) keys.insert(key);
+  for (const auto& [of, _] : side.counts) {
+    if (of.first != Measure::losses) keys.insert(of.second);
+  }
+  return keys;
+}
+
+std::set<std::string> settings_of(const Side& side) {
+  std::set<std::string> settings;
+  for (const Key& key : keys_of(side)) settings.insert(key.setting);
+  return settings;
+}
+
+Key with_setting(Key key, const std::string& setting) {
+  key.setting = setting;
+  return key;
+}
+
+/// Gives both sides one setting. Throws UsageError if a side has several.
+void set_common_load(Side& before, Side& after) {
+  std::vector<std::string> all;
+  for (const Side* const side : {&before, &after}) {
+    const std::set<std::string> settings = settings_of(*side);
+    if (settings.size() > 1) {
+      throw program::UsageError("--across-loads compares runs of one load each, and one side has " +
+                                program::joined(settings));
+    }
+    for (const std::string& setting : settings) {
+      if (std::ranges::count(all, setting) == 0) all.push_back(setting);
+    }
+  }
+  const std::string both = program::joined(all, " to ");
+  for (Side* const side : {&before, &after}) {
+    Side renamed = {{}, {}, side->draws, side->length, side->mode};
+    for (auto& [key, samples] : side->samples) renamed.samples[with_setting(key, both)] = std::move(samples);
+    for (auto& [of, series] : side->counts)
+      renamed.counts[{of.first, with_setting(of.second, both)}] = std::move(series);
+    *side = std::move(renamed);
+  }
+}
+
+/// Scales counts to the shorter repetition.
+void scale_counts(Side& side, const Side& other) {
+  if (!side.length || !other.length) return;
+  const auto [warm_up, duration] = *side.length;
+  const auto [other_warm_up, other_duration] = *other.length;
+  for (auto& [of, series] : side.counts) {
+    const double factor = of.first == Measure::losses
+                              ? (other_warm_up + other_duration) / (warm_up + duration)
+                              : other_duration / duration;
+    for (auto& [_, count] : series) count *= std::min(1.0, factor);
+  }
+}
+
+/// Throws the error for sides that have nothing in common, with a hint if only the loads differ.
+[[noreturn]] void refuse(const Options& o, const Side& before, const Side& after) {
+  const std::set<std::string> loads = settings_of(before), other_loads = settings_of(after);
+  std::set<Key> others;
+  for (const Key& key : keys_of(after)) others.insert(with_setting(key, ""));
+  const auto differs_in_load = [&](const Key& key) { return others.contains(with_setting(key, "")); };
+  if (loads != other_loads && std::ranges::any_of(keys_of(before), differs_in_load)) {
+    throw program::UsageError(o.old.string() + " has load " + program::joined(loads) + ", " + o.now.string() +
+                              " " + program::joined(other_loads) + "; compare them with --across-loads");
+  }
+  throw program::UsageError(o.old.string() + " and " + o.now.string() +
+                            " have no executor and setting in common, there is nothing to compare");
+}
+
+/// Sentences about other differences of two reproductions: dropped jobs, verdicts and modes.
+std::vector<std::string> other_differences(const Options& o) {
+  std::vector<std::string> sentences;
+  const auto drops = drop_rates(o.now);
+  for (const auto& [key, rate] : drop_rates(o.old)) {
+    const auto now = drops.find(key);
+    if (now == drops.end() || std::abs(now->second - rate) < kToldDropPoints) continue;
+    const std::string what = text_of(key).substr(std::string_view("lost ").size());
+    sentences.push_back(
+        program::text("dropped jobs, %s: %.2f %% before, %.2f %% now", what.c_str(), rate, now->second));
+  }
+  const auto of_both = [&](const char* file, const auto& read) {
+    if (!fs::exists(o.old / file) || !fs::exists(o.now / file)) return;
+    use_json(o.old / file, "reproduce_paper.sh", [&](const json& old) {
+      use_json(o.now / file, "reproduce_paper.sh", [&](const json& now) { read(old, now); });
+    });
+  };
+  of_both("claims.json", [&](const json& old, const json& now) {
+    std::map<std::string, std::string> before, verdicts;
+    for (const json& claim : old) before[claim.at("claim")] = claim.at("verdict");
+    for (const json& claim : now) verdicts[claim.at("claim")] = claim.at("verdict");
+    for (const auto& [claim, verdict] : before) {
+      const auto found = verdicts.find(claim);
+      if (found == verdicts.end() || found->second == verdict) continue;
+      sentences.push_back("verdict of " + claim + ": " + verdict + " before, " + found->second + " now");
+    }
+  });
+  of_both("facts.json", [&](const json& old, const json& now) {
+    const std::string before = old.at("mode"), mode = now.at("mode");
+    if (before == mode) return;
+    sentences.push_back("the modes differ (" + before + ", " + mode +
+                        "): maxima depend on the length of runs");
+  });
+  return sentences;
+}
+
+/// Prints studies that one side alone has.
+void tell_only_in(const fs::path& folder, const Side& side, const Side& other) {
+  std::set<std::string> only;
+  for (const auto& [key, _] : side.samples) {
+    if (!other.samples.contains(key)) only.insert(text_of({key.quantity, key.study, key.source, "", "", ""}));
+  }
+  if (!only.empty()) std::cout << "only in " << folder.string() << ": " << program::joined(only) << "\n";
+}
+
+void compare_percentiles(const Options& o) {
+  Side before = read_side(o.old, false), after = read_side(o.now, false);
+  if (o.across_loads) set_common_load(before, after);
+  const Rows rows = percentiles_of(before, after);
+  if (rows.cells.empty()) refuse(o, before, after);
+  if (!o.csv.empty()) program::write_output_file(o.csv, "--csv", rows.csv());
+  Rows table{{"", "", "old ms", "new ms", "difference", "95 % interval", ""}, {}};
+  std::map<std::string, std::size_t> verdicts;
+  for (const std::vector<std::string>& row : rows.cells) {
+    std::vector<std::string> key(row.begin(), row.end() - 6);  // then percentile to verdict
+    std::erase(key, "");
+    std::vector<std::string>& cells = table.cells.emplace_back(row.end() - 6, row.end());
+    cells.insert(cells.begin(), program::joined(key, " "));
+    ++verdicts[row.back()];
+  }
+  table.write_text(std::cout);
+  std::vector<std::string> counts;
+  for (const auto& [verdict, n] : verdicts) counts.push_back(program::concat(n, " ", verdict));
+  std::cout << "\n" << program::joined(counts) << ", of " << rows.cells.size() << " percentiles\n";
+  const std::vector<std::string> sentences = other_differences(o);
+  for (const std::string& sentence : sentences) std::cout << sentence << "\n";
+  program::show_json(rows.json());
+  tell_only_in(o.old, before, after);
+  tell_only_in(o.now, after, before);
+  if (o.page.empty()) return;
+  table.columns = {"", "percentile", "old ms", "new ms", "difference ms", "95 % interval", ""};
+  write_page(o, before, after, sentences, "Differences", table);
+}
+
+/// Reads both sides for the gate. Throws UsageError.
+std::pair<Side, Side> comparable(const Options& o) {
+  std::pair<Side, Side> both{read_side(o.old, true), read_side(o.now, true)};
+  auto& [before, after] = both;
+  if (before.mode != after.mode) {
+    const auto said = [](const std::string& mode) { return mode.empty() ? "a run" : mode; };
+    throw program::UsageError(o.old.string() + ", " + o.now.string() + ": repetitions differ in length (" +
+                              said(before.mode) + " and " + said(after.mode) + ")");
+  }
+  scale_counts(before, after);
+  scale_counts(after, before);
+  for (Side* const side : {&before, &after}) {  // latencies of chains or, without chains, response times
+    const auto is_output = [](const auto& of) { return of.first.first == Measure::outputs; };
+    if (std::ranges::any_of(side->counts, is_output))
+      std::erase_if(side->samples, [](const auto& of) { return of.first.quantity != Quantity::hot_path; });
+  }
+  if (o.across_loads) set_common_load(before, after);
+  const auto is_common = [&](const auto& of) {
+    return of.first.first != Measure::losses && after.counts.contains(of.first);
+  };
+  if (std::ranges::none_of(before.counts, is_common)) refuse(o, before, after);
+  return both;
+}
+
+bool run_gate(const Options& o) {
+  const auto [before, after] = comparable(o);
+  // `hotpath run --against` measured both sides by turns, in sibling folders.
+  const auto around = [](const fs::path& folder) { return fs::weakly_canonical(folder / ".").parent_path(); };
+  const bool by_turns =
+      !parts_of(o.old).empty() && !parts_of(o.now).empty() && around(o.old) == around(o.now);
+  const std::vector<Judgement> judgements = judge(before, after, by_turns);
+  if (judgements.empty()) {
+    throw program::UsageError(o.old.string() +
+                              ": no output and no job after the warm-up, there is nothing to judge");
+  }
+  const std::vector<std::string> sentences = {verdict_of(judgements), power_of(judgements)};
+  rows_of(judgements, false).write_text(std::cout);
+  std::cout << "\n" << sentences[0] << "\n" << sentences[1] << "\n";
+  program::show_json(json_of(judgements));
+  if (!o.junit.empty()) program::write_output_file(o.junit, "--junit", junit_of(judgements));
+  if (!o.markdown.empty()) program::write_output_file(o.markdown, "--markdown", markdown_of(judgements, o));
+  if (!o.page.empty()) write_page(o, before, after, sentences, "Verdicts", rows_of(judgements, true));
+  return std::ranges::count(judgements, Verdict::worse, &Judgement::verdict) > 0;
+}
+
+}  // namespace
+
+bool compare(const Options& options) {
+  if (options.gate) return run_gate(options);
+  const bool benchmarks = fs::exists(options.old / "bench.json") && fs::exists(options.now / "bench.json");
+  benchmarks ? compare_counters(options) : compare_percentiles(options);
+  return false;
+}
+
+}  // namespace hotpath::comparison

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
+#include "comparison/report.hpp"
+#include "program/errors.hpp"
+#include "program/json_output.hpp"
+#include "program/text.hpp"
+#include "program/text_table.hpp"
+
+namespace hotpath::comparison {
+
+using nlohmann::json;
+using program::text;
+
+namespace {
+
+constexpr std::pair<double, const char*> kPercentiles[] = {{0.5, "p50"}, {0.99, "p99"}, {1.0, "max"}};
+
+/// Numbers of Google Benchmark's own that are no result, and times, which its compare.py compares.
+const std::set<std::string> kNoCounters = {"family_index", "per_family_instance_index",
+                                           "repetitions",  "repetition_index",
+                                           "threads",      "iterations",
+                                           "real_time",    "cpu_time"};
+
+std::string interval_text(const char* format, const std::optional<Interval>& interval) {
+  return interval ? text(format, interval->low, interval->high) : "";
+}
+
+/// The counters of a result of `hotpath bench`, by benchmark and name: a value for each repetition.
+std::map<std::string, Samples> read_counters(const std::filesystem::path& file) {
+  // They say how it was measured, not what.
+  const std::regex modifiers("/(iterations:|manual_time|min_time:|real_time|repeats:)[^/]*");
+  std::map<std::string, Samples> counters;
+  use_json(file, "hotpath bench", [&](const json& bench) {
+    static_cast<void>(bench.at("context").at("machine"));
+    if (bench.at("benchmarks").empty())
+      throw program::UsageError(file.string() + ": no measurements, there is nothing to report");
+    for (const json& row : bench.at("benchmarks")) {
+      static_cast<void>(row.at("real_time").get<double>());
+      const auto benchmark = std::regex_replace(row.at("run_name").get<std::string>(), modifiers, "");
+      for (const auto& [name, value] : row.items()) {
+        if (!value.is_number() || kNoCounters.contains(name)) continue;
+        Samples& samples = counters[benchmark + " " + name];
+        samples.of(static_cast<std::int64_t>(samples.repetitions.size())).push_back(value.get<double>());
+      }
+    }
+  });
+  return counters;
+}
+
+/// Three significant digits, trailing zeros kept, never with an exponent.
+std::string three_digits(double value) {
+  if (value <= 0) return "0";
+  return text("%.*f", std::max(0, 2 - static_cast<int>(std::floor(std::log10(value)))), value);
+}
+
+}  // namespace
+
+void Rows::write_text(std::ostream& out) const {
+  program::TextTable table("", columns);
+  for (const auto& row : cells) table.add_row({row.begin(), row.end()});
+  out << table;
+}
+
+std::string Rows::csv() const {
+  std::string csv = program::joined(columns, ",") + "\n";
+  for (std::vector<std::string> row : cells) {
+    for (std::string& field : row) field = program::csv_field(field);
+    csv += program::joined(row, ",") + "\n";
+  }
+  return csv;
+}
+
+json Rows::json() const {
+  nlohmann::json objects = nlohmann::json::array();
+  for (const auto& row : cells) {
+    nlohmann::json& object = objects.emplace_back();
+    for (std::size_t c = 0; c < row.size(); ++c) object[columns[c]] = row[c];
+  }
+  return objects;
+}
+
+Noise noise_of(const Samples& old, const Samples& now, const Estimate& change) {
+  if (old.exact() && now.exact())
+    return std::abs(change.value) < kNothing_ms ? Noise::same : Noise::exact_difference;
+  if (!change.interval) return Noise::no_interval;
+  return change.interval->low <= 0 && 0 <= change.interval->high ? Noise::within : Noise::beyond;
+}
+
+Rows percentiles_of(const Side& before, const Side& after) {
+  Rows rows{{"quantity", "study", "source", "setting", "executor", "tasks", "percentile", "old_ms", "new_ms",
+             "difference_ms", "interval_95_ms", "verdict"},
+            {}};
+  for (const auto& [key, samples] : before.samples) {
+    const auto other = after.samples.find(key);
+    if (other == after.samples.end()) continue;
+    const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
+    for (const auto& [p, name] : kPercentiles) {
+      const Estimate change = difference_of_quantiles(now, old, p);
+      rows.cells.push_back({to_string(key.quantity), key.study, to_string(key.source), key.setting,
+                            key.executor, key.tasks, name, text("%.3f", quantile(old.pooled(), p)),
+                            text("%.3f", quantile(now.pooled(), p)), text("%+.3f", change.value),
+                            interval_text("[%+.3f, %+.3f]", change.interval),
+                            to_string(noise_of(samples, other->second, change))});
+    }
+  }
+  return rows;
+}
+
+void compare_counters(const Options& options) {
+  const auto old_file = options.old / "bench.json", file = options.now / "bench.json";
+  const auto before = read_counters(old_file), after = read_counters(file);
+  Rows rows{{"counter", "old", "new", "difference", "95 % interval", "verdict"}, {}};
+  std::size_t beyond = 0;
+  for (const auto& [name, samples] : before) {
+    const auto other = after.find(name);
+    if (other == after.end()) continue;
+    const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
+    const Estimate change = difference_of_quantiles(now, old, 0.5);
+    const Noise noise = noise_of(samples, other->second, change);
+    beyond += noise == Noise::beyond;
+    rows.cells.push_back({name, three_digits(quantile(old.pooled(), 0.5)),
+                          three_digits(quantile(now.pooled(), 0.5)), text("%+.3g", change.value),
+                          interval_text("[%+.3g, %+.3g]", change.interval), to_string(noise)});
+  }
+  if (rows.cells.empty()) {
+    throw program::UsageError(options.old.string() + " and " + options.now.string() +
+                              " have no counter in common, there is nothing to compare");
+  }
+  program::show_json(rows.json());
+  rows.columns.back().clear();
+  rows.write_text(std::cout);
+  std::cout << beyond << " of " << rows.cells.size() << " counters differ beyond noise.\n"
+            << "Times: /usr/share/benchmark/compare.py benchmarks " << old_file.string() << " "
+            << file.string() << "\n";
+}
+
+}  // namespace hotpath::comparison

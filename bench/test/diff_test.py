@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`hotpath diff` on simulations: pairs of draws, silent chains, files and errors. comparison_test.cpp
+tests the judgement."""
+
+import csv
+import json
+import shutil
+import tempfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from hotpath_command import CommandTest, RunFolder
+
+FIELD = Path(__file__).resolve().parent / "field"
+TWO = "autoware --duration 3 --phases random --executors default,rm-ro --repetitions 5"
+
+
+class Diff(CommandTest):
+    """Results are made once for all tests."""
+
+    shared: Path
+
+    @classmethod
+    def setUpClass(cls) -> None:
+        folder = tempfile.TemporaryDirectory(prefix="hotpath_diff_")
+        cls.addClassCleanup(folder.cleanup)
+        cls.shared = Path(folder.name)
+
+    def simulate(self, more: str = "", of: str = TWO) -> str:
+        output = self.shared / f"{of} {more}".replace(" ", "").replace("/", "")
+        if not output.exists():
+            self.accepted("simulate", *of.split(), *more.split(), "--output", output)
+        return str(output)
+
+    def gate(self, *words: object) -> tuple[int, str, str]:
+        """Exit code, standard output, standard error."""
+        code, out, err = self.command("diff", *words, "--gate")
+        return code, out, err
+
+    def test_finds_five_percent_more_load_every_time(self) -> None:
+        for seed in range(1, 51, 10):
+            folders = self.simulate(f"--seed {seed}"), self.simulate(f"--load 84 --seed {seed}")
+            code, out, err = self.gate(*folders, "--across-loads")
+            self.assertEqual((code, err), (1, ""), out)
+        self.assertIn("79.8 % to 84 % rm-ro", out)
+        self.assertIn("simulated repetitions of equal draws pair by pair", out)
+
+    def test_other_draws_are_independent(self) -> None:
+        fired = 0
+        for seed in range(1, 41, 10):
+            code, out, _ = self.gate(self.simulate(f"--seed {seed}"), self.simulate(f"--seed {seed + 10}"))
+            self.assertIn("Simulate both with the same --seed", out)
+            fired += code
+        self.assertEqual(fired, 0)
+        of = "autoware --executors default,rm-ro --repetitions 3 --duration 2 --phases"
+        runs = [self.simulate(self.simulate(f"--seed {n}"), of) for n in (1, 11)]
+        self.assertIn("independent repetitions", self.gate(*runs)[1])
+        code, out, _ = self.gate(self.simulate(), self.simulate("--warm-up 1"))
+        self.assertIn("independent repetitions", out)
+        self.assertEqual(code, 0, out)
+        of = f"{FIELD}/jittered_timers.yaml --executors default --duration 2"
+        code, _, err = self.gate(*[self.simulate(f"--seed {n}", of) for n in (1, 2)])
+        self.assertEqual(code, 2)
+        self.assertIn("the gate needs 3 repetitions", err)
+
+    def test_the_same_simulation_is_no_change(self) -> None:
+        for more in ("--threads 1", "--no-trace"):
+            code, out, err = self.gate(self.simulate(), self.simulate(more))
+            self.assertEqual((code, err), (0, ""))
+            self.assertIn("No change: ", out)
+
+    def test_compares_other_loads_only_on_request(self) -> None:
+        for more in ("--gate", ""):
+            words = [self.simulate(), self.simulate("--load 84"), *more.split()]
+            code, out, err = self.command("diff", *words)
+            self.assertEqual((code, out), (2, ""))
+            self.assertRegex(err, r"has load [\d.]+ %, .* 84 %; compare them with --across-loads")
+
+    def test_counts_losses_without_jobs(self) -> None:
+        overloaded = "--load 140", "--load 140 --no-trace --max-backlog 1000000"
+        jobs = RunFolder(self.simulate(overloaded[0])).rows("jobs.csv")[1]
+        lost = Counter(row["executor"] for row in jobs if row["outcome"] in ("skipped", "overwritten"))
+        self.assertGreater(sum(lost.values()), 10)
+        for more in overloaded:
+            words = (self.simulate(more), self.simulate(), "--gate", "--across-loads", "--json")
+            rows = json.loads(self.command("diff", *words)[1])
+            found = {row["what"].split()[-1]: row["before"] for row in rows if row["what"].startswith("lost")}
+            self.assertEqual(found, {e: lost[e] / 5 for e in ("default", "rm-ro")})
+
+    def test_a_summary_of_an_older_version_is_named_with_a_remedy(self) -> None:
+        older = self.folder / "older"
+        shutil.copytree(self.simulate(), older)
+        summary = json.loads((older / "summary.json").read_text())
+        for executor in summary["executors"]:
+            del executor["losses"]
+        (older / "summary.json").write_text(json.dumps(summary))
+        for words in ((self.simulate(), older), (older, self.simulate())):
+            code, out, err = self.gate(*words)
+            self.assertEqual((code, out), (2, ""))
+            self.assertIn(f"{older}/summary.json: an older version wrote it", err)
+        self.accepted("report", "--summary", older)
+        self.assertEqual(self.gate(self.simulate(), older)[0], 0)
+
+    def test_a_chain_that_falls_silent_is_worse(self) -> None:
+        of = f"{FIELD}/silent_chain.yaml --executors fp-ro --phases random --repetitions 5 --duration 5"
+        old, new = self.simulate("", of), self.simulate("--platform dispatch_cost_us=4000", of)
+        code, out, _ = self.gate(old, new)
+        self.assertEqual(code, 1)
+        self.assertRegex(out, r"hot path x .* outputs +49.2 +0 .*WORSE")
+        self.assertEqual(self.gate(new, old)[0], 0)
+
+    def test_parts_of_a_build_are_one_side(self) -> None:
+        for side, load in (("old", 80), ("new", 82)):
+            for seed in (1, 2, 3):
+                words = f"simulate autoware --executors rm-ro --duration 1 --load {load} --seed {seed}"
+                self.accepted(*words.split(), "--phases", "random", "--output", f"{side}/000{seed}")
+        code, out, _ = self.gate("old", "new", "--across-loads", "--page", "page")
+        self.assertEqual(code, 1)
+        self.assertIn("equal draws pair by pair", out)
+        self.assertIn("WORSE", (self.folder / "page" / "report.md").read_text())
+        curves = json.loads((self.folder / "page" / "comparison.json").read_text())["targets"][0]["curves"]
+        self.assertEqual(
+            [(c["side"], c["executor"], c["repetitions"]) for c in curves], [(0, "rm-ro", 3), (1, "rm-ro", 3)]
+        )
+
+    def test_writes_the_rows_as_text_csv_and_json(self) -> None:
+        words: Any = ("diff", self.simulate(), self.simulate("--seed 11"))
+        text = self.accepted(*words, "--csv", "rows.csv")
+        rows = json.loads(self.accepted(*words, "--json"))
+        with (self.folder / "rows.csv").open(encoding="utf-8", newline="") as file:
+            self.assertEqual(list(csv.DictReader(file)), rows)
+        verdicts = Counter(row["verdict"] for row in rows)
+        said = ", ".join(f"{n} {word}" for word, n in sorted(verdicts.items()))
+        self.assertIn(f"\n\n{said}, of {len(rows)} percentiles\n", text)
+        for row in rows:
+            shown = (row["percentile"], row["old_ms"], row["new_ms"], row["difference_ms"])
+            self.assertIn(" ".join(shown), " ".join(text.split()))
