@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "explain/stored_outputs.hpp"
 #include "program/errors.hpp"

@@ -3,8 +3,10 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "hotpath/core/csv.hpp"
+#include "hotpath/core/platform.hpp"
 #include "program/json_fields.hpp"
 #include "setup/run_setup.hpp"
 #include "validation/validation.hpp"
