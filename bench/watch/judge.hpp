@@ -144,7 +144,8 @@ class JudgedTerm {
     if (comparison == Comparison::equal) return observed == limit;
     return comparison == Comparison::at_most ? observed <= limit : observed >= limit;
   }
-  [[nodiscard]] std::string sentence(std::int64_t observed, std::int64_t limit, std::string deed) const {
+  [[nodiscard]] std::string sentence(std::int64_t observed, std::int64_t limit,
+                                     const std::string& deed) const {
     const std::string what = traits().role == Role::bound ? "bound" : title();
     return subject_ + deed + shown(observed) + ", " + what + " " + shown(limit) + " (" +
            to_string(term_.origin) + ")";
