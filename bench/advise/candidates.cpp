@@ -139,12 +139,9 @@ class Candidates {
       return 100 + std::distance(periods.begin(), periods.find(period));
     };
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      Node& node = graph.nodes[tasks_.origin[id].node];
+      const TaskOrigin& origin = tasks_.origin[id];
       const bool timer = tasks_.set[id].kind == TaskKind::timer;
-      std::optional<std::int64_t>& priority = node.type == NodeType::callbacks
-                                                  ? node.callbacks[tasks_.origin[id].callback].priority
-                                              : timer ? node.priority
-                                                      : node.inputs[*tasks_.origin[id].input].priority;
+      std::optional<std::int64_t>& priority = graph.nodes[origin.node].callbacks[origin.callback].priority;
       priority.reset();  // subscriptions inherit
       if (timer) priority = chain.contains(id) ? 1 : rank(tasks_.set[id].period);
     }

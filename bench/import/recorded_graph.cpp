@@ -208,8 +208,6 @@ class Builder {
   void add_node(std::uint32_t n) {
     Node node;
     node.name = result_.node_names[n];
-    node.type = NodeType::callbacks;
-    node.group = {};
     std::vector<std::uint32_t> own, timers;
     for (const std::uint32_t c : order_.callbacks)
       if (is_task_[c] && callback(c).node == n) own.push_back(c);
@@ -222,7 +220,7 @@ class Builder {
         continue;
       }
       input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
-      node.inputs.push_back({input_name(c), std::max(1U, callback(c).depth), {}});
+      node.inputs.push_back({input_name(c), std::max(1U, callback(c).depth)});
       used.insert(input_name(c));
     }
     std::map<std::string, std::uint32_t> groups;
@@ -300,7 +298,6 @@ class Builder {
     if (outside_.empty()) return;
     Node node;
     node.name = kOutside;
-    node.type = NodeType::callbacks;
     node.groups = {CallbackGroup::mutually_exclusive};
     std::set<std::string> used;
     const RecordedTime recorded{

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "hotpath/reference_system/reference_node.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath {
@@ -15,7 +16,7 @@ using testing::HasSubstr;
 Graph small_graph() {
   Graph graph;
   for (const char* name : {"S", "T", "F", "C"}) {
-    Node& node = graph.nodes.emplace_back();
+    ReferenceNode node;
     node.name = name;
     node.period = node.deadline = std::chrono::milliseconds(10);
     if (node.name == "S" || node.name == "T") {
@@ -28,6 +29,7 @@ Graph small_graph() {
       node.type = NodeType::command;
       node.inputs = {{"F", 1, std::nullopt}};
     }
+    graph.nodes.push_back(node);
   }
   return graph;
 }

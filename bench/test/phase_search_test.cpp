@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -97,7 +98,7 @@ TEST(PhaseSearch, KeepsTheBestWhenItIsStopped) {
 Graph three_sensors() {
   Graph graph;
   const auto add = [&](const char* name, NodeType type, std::vector<std::string> inputs, Duration period) {
-    Node& node = graph.nodes.emplace_back();
+    ReferenceNode node;
     node.name = name;
     node.type = type;
     for (std::string& input : inputs) node.inputs.push_back({std::move(input), 1, std::nullopt});
@@ -105,6 +106,7 @@ Graph three_sensors() {
     node.period = node.deadline = period;
     node.execution_time = 6ms;
     node.best_case_execution_time = 2ms;
+    graph.nodes.push_back(node);
   };
   add("P", NodeType::sensor, {}, 40ms);
   add("Q", NodeType::sensor, {}, 40ms);

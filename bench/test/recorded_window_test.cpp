@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "hotpath/reference_system/graph_workload.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 #include "import/recorded_trace.hpp"
 #include "recorded.hpp"
 
@@ -271,11 +272,11 @@ class RecordedChains : public testing::Test {
   RecordedChains() {
     Graph& graph = r_.graph.graph;
     for (const char* name : {"a", "b"}) {
-      Node& node = graph.nodes.emplace_back();
+      ReferenceNode node;
       node.name = name;
-      node.type = NodeType::sensor;
       node.period = node.deadline = 10ms;
       node.outputs = {name};
+      graph.nodes.push_back(node);
     }
     add("join", NodeType::fusion, {"a", "b"});
     for (const char* sink : {"sink", "other"}) {
@@ -319,11 +320,12 @@ class RecordedChains : public testing::Test {
 
  private:
   void add(const char* name, NodeType type, const std::vector<std::string>& inputs) {
-    Node& node = r_.graph.graph.nodes.emplace_back();
+    ReferenceNode node;
     node.name = name;
     node.type = type;
     if (type == NodeType::fusion) node.outputs = {name};
     for (const std::string& input : inputs) node.inputs.push_back({input, 1, std::nullopt});
+    r_.graph.graph.nodes.push_back(node);
   }
 
   Recorded r_;

@@ -7,13 +7,15 @@
 #include <algorithm>
 #include <chrono>
 
+#include "hotpath/reference_system/reference_node.hpp"
+
 namespace hotpath::test {
 namespace {
 
 using namespace std::chrono_literals;
 
-Node node(NodeType type, const std::string& name, Duration execution_time, const std::string& output) {
-  Node node;
+ReferenceNode node(NodeType type, const std::string& name, Duration execution_time, const std::string& output) {
+  ReferenceNode node;
   node.type = type;
   node.name = name;
   node.execution_time = node.best_case_execution_time = execution_time;
@@ -21,14 +23,14 @@ Node node(NodeType type, const std::string& name, Duration execution_time, const
   return node;
 }
 
-Node sensor(const std::string& name, Duration period, Duration execution_time, const std::string& output) {
-  Node sensor = node(NodeType::sensor, name, execution_time, output);
+ReferenceNode sensor(const std::string& name, Duration period, Duration execution_time, const std::string& output) {
+  ReferenceNode sensor = node(NodeType::sensor, name, execution_time, output);
   sensor.period = sensor.deadline = period;
   return sensor;
 }
 
-Node transform(const std::string& input, Duration execution_time) {
-  Node transform = node(NodeType::transform, "filter", execution_time, "filtered");
+ReferenceNode transform(const std::string& input, Duration execution_time) {
+  ReferenceNode transform = node(NodeType::transform, "filter", execution_time, "filtered");
   transform.inputs.resize(1);
   transform.inputs.front().topic = input;
   transform.inputs.front().depth = 1;

@@ -110,7 +110,8 @@ std::vector<TimersOnlyValidation> validate_timers_only(const fs::path& reference
 std::vector<AutowareValidation> validate_autoware(const std::filesystem::path& reference) {
   Graph graph = load_graph(find_graph("autoware"));
   for (Node& node : graph.nodes) {
-    if (node.execution_time > Duration{}) node.execution_time = node.best_case_execution_time = 4220us;
+    for (Callback& callback : node.callbacks)
+      if (callback.worst > Duration{}) callback.worst = callback.best = 4220us;
   }
   const std::filesystem::path file = reference / "rclcpp_autoware_phases.csv";
   std::vector<AutowareValidation> all;

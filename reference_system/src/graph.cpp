@@ -221,7 +221,6 @@ GraphTasks make_tasks(const Graph& graph) {
   for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
     const Node& node = graph.nodes[n];
     const auto first_group = static_cast<std::uint32_t>(tasks.set.groups.size());
-    if (node.type != NodeType::callbacks) tasks.set.groups.push_back(node.group);
     tasks.set.groups.insert(tasks.set.groups.end(), node.groups.begin(), node.groups.end());
     std::uint32_t position = 0;
     for (Callback& callback : callbacks_of(node)) {
@@ -258,8 +257,6 @@ void scale_to_load(Graph& graph, double percent) {
   }
   const double factor = percent == 0 ? 0 : percent / load;
   for (Node& node : graph.nodes) {
-    node.execution_time = scaled(node.execution_time, factor);
-    node.best_case_execution_time = scaled(node.best_case_execution_time, factor);
     for (Callback& callback : node.callbacks) scale(callback, factor);
   }
 }

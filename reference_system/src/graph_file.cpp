@@ -7,6 +7,7 @@
 #include "graph_callbacks.hpp"
 #include "graph_source.hpp"
 #include "hotpath/core/worker.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
 
@@ -51,8 +52,8 @@ Words node_keys(NodeType type) {
   return keys;
 }
 
-Input parse_input(const YamlValue& value, const std::string& node, std::uint32_t depth) {
-  Input input;
+ReferenceInput parse_input(const YamlValue& value, const std::string& node, std::uint32_t depth) {
+  ReferenceInput input;
   input.depth = depth;
   if (value.is_text()) {
     input.topic = value.topic();
@@ -70,7 +71,7 @@ Input parse_input(const YamlValue& value, const std::string& node, std::uint32_t
   return input;
 }
 
-void parse_inputs(const YamlMap& map, const std::string& subject, Node& node, NodeLines& lines) {
+void parse_inputs(const YamlMap& map, const std::string& subject, ReferenceNode& node, NodeLines& lines) {
   const std::uint32_t depth = default_depth(node.type);
   const auto one = map.find("input");
   const auto many = map.find("inputs");
@@ -97,7 +98,7 @@ void parse_inputs(const YamlMap& map, const std::string& subject, Node& node, No
   }
 }
 
-void parse_connections(const YamlMap& map, const std::string& subject, Node& node, NodeLines& lines) {
+void parse_connections(const YamlMap& map, const std::string& subject, ReferenceNode& node, NodeLines& lines) {
   const YamlValue list = map.require("connections", "[{input: TOPIC, output: TOPIC}]");
   for (const YamlValue& value : list.list("a connection of " + subject)) {
     const YamlMap connection(value, "a connection of " + subject);
@@ -111,7 +112,7 @@ void parse_connections(const YamlMap& map, const std::string& subject, Node& nod
   }
 }
 
-void parse_timer(const YamlMap& map, Node& node) {
+void parse_timer(const YamlMap& map, ReferenceNode& node) {
   node.period = map.require("period_ms", "100").milliseconds(false);
   node.deadline = node.period;
   if (const auto given = map.find("phase_ms")) node.phase = given->milliseconds(true);
@@ -122,7 +123,7 @@ void parse_timer(const YamlMap& map, Node& node) {
   }
 }
 
-void parse_execution_time(const YamlMap& map, const std::string& subject, Node& node) {
+void parse_execution_time(const YamlMap& map, const std::string& subject, ReferenceNode& node) {
   if (const auto given = map.find("execution_time_ms")) node.execution_time = given->milliseconds(true);
   node.best_case_execution_time = node.execution_time;
   if (const auto given = map.find("best_case_execution_time_ms")) {
@@ -135,7 +136,7 @@ void parse_execution_time(const YamlMap& map, const std::string& subject, Node& 
 }
 
 /// A node of one of the six types.
-void parse_upstream_node(const YamlMap& map, const std::string& subject, Node& node, NodeLines& lines) {
+void parse_upstream_node(const YamlMap& map, const std::string& subject, ReferenceNode& node, NodeLines& lines) {
   if (node.type == NodeType::sensor || node.type == NodeType::cyclic) parse_timer(map, node);
   parse_execution_time(map, subject, node);
   if (const auto given = map.find("callback_group")) {
@@ -155,7 +156,7 @@ void parse_upstream_node(const YamlMap& map, const std::string& subject, Node& n
 
 void parse_node(const YamlValue& value, GraphSource& source) {
   YamlMap map(value, "a node");
-  Node node;
+  Node& node = source.graph.nodes.emplace_back();
   NodeLines lines;
   lines.node = map.line();
   const YamlValue name = map.require("name", "NAME");
@@ -168,10 +169,12 @@ void parse_node(const YamlValue& value, GraphSource& source) {
   if (node.type == NodeType::callbacks) {
     parse_callbacks(map, source.file, node, lines);
   } else {
-    node.name = name.name();
-    parse_upstream_node(map, subject, node, lines);
+    ReferenceNode short_form;
+    short_form.name = name.name();
+    short_form.type = node.type;
+    parse_upstream_node(map, subject, short_form, lines);
+    node = short_form;
   }
-  source.graph.nodes.push_back(std::move(node));
   source.nodes.push_back(std::move(lines));
 }
 

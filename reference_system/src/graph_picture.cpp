@@ -73,10 +73,10 @@ std::string identifier(std::string_view text) {
 std::string label(const Node& node) {
   std::string text = "<b>" + escaped(node.name) + "</b><br/><font point-size=\"9\" color=\"#455a64\">";
   text += to_string(node.type);
-  if (node.period > Duration::zero()) text += ", every " + format_ms(node.period) + " ms";
-  if (node.execution_time > Duration::zero()) text += ", works " + format_ms(node.execution_time) + " ms";
+  const bool short_form = node.type != NodeType::callbacks;
   for (const Callback& callback : node.callbacks) {
-    text += "<br/>" + escaped(callback.task.substr(node.name.size() + 1));
+    if (short_form && &callback != &node.callbacks.back()) continue;  // the last one stands for all
+    if (!short_form) text += "<br/>" + escaped(callback.task.substr(node.name.size() + 1));
     if (!callback.input) text += ", every " + format_ms(callback.period) + " ms";
     if (callback.worst > Duration::zero()) text += ", works " + format_ms(callback.worst) + " ms";
   }

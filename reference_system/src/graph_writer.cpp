@@ -119,8 +119,11 @@ class Writer {
   }
 
   void upstream_node(const Node& n) {
-    if (n.period > Duration::zero()) timer(n);
-    priority(n.priority);
+    const Callback& last = n.callbacks.back();  // the timer, or one of several subscriptions that work alike
+    if (!last.input) {
+      timer(last);
+      priority(last.priority);
+    }
     if (n.type == NodeType::intersection) {
       connections(n);
     } else if (!n.inputs.empty()) {
@@ -128,16 +131,14 @@ class Writer {
     }
     const bool has_output = n.type != NodeType::intersection && !n.outputs.empty();
     if (has_output && n.outputs[0] != n.name) pair("output", n.outputs[0]);
-    if (n.execution_time > Duration::zero()) milliseconds("execution_time_ms", n.execution_time);
-    if (n.best_case_execution_time != n.execution_time) {
-      milliseconds("best_case_execution_time_ms", n.best_case_execution_time);
-    }
-    if (n.group != CallbackGroup::mutually_exclusive) {
-      pair("callback_group", std::string(to_string(n.group)));
+    if (last.worst > Duration::zero()) milliseconds("execution_time_ms", last.worst);
+    if (last.best != last.worst) milliseconds("best_case_execution_time_ms", last.best);
+    if (n.groups[0] != CallbackGroup::mutually_exclusive) {
+      pair("callback_group", std::string(to_string(n.groups[0])));
     }
   }
 
-  void timer(const auto& of) {
+  void timer(const Callback& of) {
     milliseconds("period_ms", of.period);
     if (of.phase) milliseconds("phase_ms", *of.phase);
     if (of.deadline != of.period) milliseconds("deadline_ms", of.deadline);
@@ -148,7 +149,7 @@ class Writer {
     key("connections") << YAML::BeginSeq;
     for (std::size_t i = 0; i < n.inputs.size(); ++i) {
       out_ << YAML::BeginMap << YAML::Key << "input" << YAML::Value;
-      input(n, n.inputs[i]);
+      input(n, i);
       pair("output", n.outputs[i]);
       out_ << YAML::EndMap;
     }
@@ -159,19 +160,21 @@ class Writer {
     const bool several = n.inputs.size() > 1;
     key(several ? "inputs" : "input");
     if (several) out_ << YAML::BeginSeq;
-    for (const Input& i : n.inputs) input(n, i);
+    for (std::size_t i = 0; i < n.inputs.size(); ++i) input(n, i);
     if (several) out_ << YAML::EndSeq;
   }
 
-  void input(const Node& n, const Input& i) {
-    if (i == Input{i.topic, default_depth(n.type), {}}) {
-      out_ << i.topic;
+  void input(const Node& n, std::size_t index) {
+    const auto& [topic, depth] = n.inputs[index];
+    const bool given_depth = depth != default_depth(n.type);
+    if (!given_depth && !n.callbacks[index].priority) {
+      out_ << topic;
       return;
     }
     out_ << YAML::BeginMap;
-    pair("topic", i.topic);
-    if (i.depth != default_depth(n.type)) key("depth") << i.depth;
-    priority(i.priority);
+    pair("topic", topic);
+    if (given_depth) key("depth") << depth;
+    priority(n.callbacks[index].priority);
     out_ << YAML::EndMap;
   }
 

@@ -56,11 +56,11 @@ TEST_F(GraphFile, GivesUpstreamsDefaults) {
   const Graph graph = load_nodes(kSensor + "- {name: T, type: transform, input: S, execution_time_ms: 2}\n" +
                                  "- {name: C, type: command, input: T}\n");
   EXPECT_EQ(graph.work, WorkMode::cpu_time);
-  EXPECT_EQ(graph.nodes[0].deadline, std::chrono::milliseconds(10));
-  EXPECT_FALSE(graph.nodes[0].phase);
+  EXPECT_EQ(graph.nodes[0].callbacks[0].deadline, std::chrono::milliseconds(10));
+  EXPECT_FALSE(graph.nodes[0].callbacks[0].phase);
   EXPECT_THAT(graph.nodes[0].outputs, ElementsAre("S"));
   EXPECT_EQ(graph.nodes[1].inputs[0].depth, 1U);
-  EXPECT_EQ(graph.nodes[1].best_case_execution_time, std::chrono::milliseconds(2));
+  EXPECT_EQ(graph.nodes[1].callbacks[0].best, std::chrono::milliseconds(2));
   EXPECT_EQ(graph.nodes[2].inputs[0].depth, 10U);
   EXPECT_TRUE(graph.nodes[2].outputs.empty());
 }
@@ -107,7 +107,7 @@ platform:
 
 TEST_F(GraphFile, ReadsEveryKey) {
   const Graph graph = load(kEveryKey);
-  const Node& sensor = graph.nodes[0];
+  const Callback& sensor = graph.nodes[0].callbacks[0];
   EXPECT_EQ(graph.work, WorkMode::fixed);
   EXPECT_EQ(graph.description, "every key");
   EXPECT_EQ(sensor.period, std::chrono::microseconds(12500));
@@ -115,10 +115,10 @@ TEST_F(GraphFile, ReadsEveryKey) {
   EXPECT_EQ(sensor.release_jitter, std::chrono::microseconds(1500));
   EXPECT_EQ(sensor.deadline, std::chrono::milliseconds(7));
   EXPECT_EQ(sensor.priority, -3);
-  EXPECT_EQ(sensor.best_case_execution_time, Duration(1));
-  EXPECT_EQ(sensor.group, CallbackGroup::reentrant);
+  EXPECT_EQ(sensor.best, Duration(1));
+  EXPECT_THAT(graph.nodes[0].groups, ElementsAre(CallbackGroup::reentrant));
   EXPECT_EQ(graph.nodes[2].inputs[0].depth, 5U);
-  EXPECT_EQ(graph.nodes[2].inputs[0].priority, 9);
+  EXPECT_EQ(graph.nodes[2].callbacks[0].priority, 9);
   EXPECT_THAT(graph.nodes[2].outputs, ElementsAre("left", "right"));
   EXPECT_THAT(graph.chains[0].nodes, ElementsAre("S", "X", "Y"));  // creation order
   const GraphPlatform& platform = graph.platform;
@@ -134,9 +134,9 @@ TEST_F(GraphFile, ReadsEveryKey) {
 }
 
 TEST_F(GraphFile, TakesMillisecondsExactlyToTheNanosecond) {
-  EXPECT_EQ(load_nodes("- {name: S, type: sensor, period_ms: 33.333333}\n").nodes[0].period,
+  EXPECT_EQ(load_nodes("- {name: S, type: sensor, period_ms: 33.333333}\n").nodes[0].callbacks[0].period,
             Duration(33'333'333));
-  EXPECT_EQ(load_nodes("- {name: S, type: sensor, period_ms: 4.1}\n").nodes[0].period, Duration(4'100'000));
+  EXPECT_EQ(load_nodes("- {name: S, type: sensor, period_ms: 4.1}\n").nodes[0].callbacks[0].period, Duration(4'100'000));
   expect_error(error_of_nodes("- {name: S, type: sensor, period_ms: 0.0000001}\n"), 3);
 }
 
@@ -329,7 +329,7 @@ TEST_F(GraphFile, TimesAreNotNegativeAndPeriodsPositive) {
   expect_error(error_of_nodes(sensor("deadline_ms", "0")), kAnyLine, {"is 0"});
   expect_error(error_of_nodes(sensor("release_jitter_ms", "10")), 6,
                {"the release jitter of sensor S is not below its period"});
-  EXPECT_EQ(load_nodes(sensor("phase_ms", "0")).nodes[0].phase, Duration::zero());
+  EXPECT_EQ(load_nodes(sensor("phase_ms", "0")).nodes[0].callbacks[0].phase, Duration::zero());
 }
 
 TEST_F(GraphFile, AServiceWaitNeedsAService) {

@@ -96,7 +96,7 @@ TEST(CreationPhases, UseTheLeastSquaresFitToTheRecordedCreationInstants) {
     const auto phases = read_phases(recorded_phases(), autoware(), executor);
     for (const auto& [timer, count] : counts) {
       const auto [n, e] = count;
-      const double y = to_ms(of(phases, timer) - autoware().find(timer)->period);
+      const double y = to_ms(of(phases, timer) - autoware().find(timer)->callbacks.back().period);
       nn += n * n, ne += n * e, ee += e * e, ny += n * y, ey += e * y;
     }
   }
@@ -112,10 +112,10 @@ TEST(SynchronousPhases, AreAllAtTheEpoch) {
 
 TEST(GivenPhases, ComeFromTheGraphAndAreNeededForEveryTimer) {
   Graph graph = load_graph(find_graph("many_to_many"));
-  graph.nodes[0].phase = milliseconds(7);
-  graph.nodes[1].phase = milliseconds(0);
+  graph.nodes[0].callbacks[0].phase = milliseconds(7);
+  graph.nodes[1].callbacks[0].phase = milliseconds(0);
   EXPECT_THROW((void)make_phases(graph, make_tasks(graph), Phases::given), std::invalid_argument);
-  graph.nodes[2].phase = milliseconds(60);
+  graph.nodes[2].callbacks[0].phase = milliseconds(60);
   const auto phases = make_phases(graph, make_tasks(graph), Phases::given);
   EXPECT_EQ(of(phases, "SensorA", graph), milliseconds(7));
   EXPECT_EQ(of(phases, "SensorB", graph), Duration::zero());
