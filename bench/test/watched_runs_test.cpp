@@ -14,7 +14,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-ReferenceNode node(NodeType type, const std::string& name, Duration execution_time, const std::string& output) {
+ReferenceNode node(NodeType type, const std::string& name, Duration execution_time,
+                   const std::string& output) {
   ReferenceNode node;
   node.type = type;
   node.name = name;
@@ -23,7 +24,8 @@ ReferenceNode node(NodeType type, const std::string& name, Duration execution_ti
   return node;
 }
 
-ReferenceNode sensor(const std::string& name, Duration period, Duration execution_time, const std::string& output) {
+ReferenceNode sensor(const std::string& name, Duration period, Duration execution_time,
+                     const std::string& output) {
   ReferenceNode sensor = node(NodeType::sensor, name, execution_time, output);
   sensor.period = sensor.deadline = period;
   return sensor;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "hotpath/core/utf8.hpp"
-#include "hotpath/reference_system/graph_edges.hpp"
+#include "hotpath/reference_system/graph_layout.hpp"
 #include "hotpath/reference_system/graph_text.hpp"
 
 namespace hotpath {
@@ -38,24 +38,12 @@ const Look& look_of(const Node& node) { return kLooks[static_cast<std::size_t>(n
 
 /// Escapes text for HTML-like labels and, between quotes, for names.
 std::string escaped(std::string_view text) {
+  constexpr std::string_view kSpecial = "&<>\"";
+  constexpr std::array kEntities = {"&amp;", "&lt;", "&gt;", "&quot;"};
   std::string result;
   for (const char c : printable(text)) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
+    const std::size_t special = kSpecial.find(c);
+    special == std::string_view::npos ? result += c : result += kEntities[special];
   }
   return result;
 }

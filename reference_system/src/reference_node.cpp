@@ -7,17 +7,6 @@ namespace hotpath {
 
 namespace {
 
-Callback timer_of(const ReferenceNode& node) {
-  Callback timer;
-  timer.task = node.name;
-  timer.period = node.period;
-  timer.phase = node.phase;
-  timer.deadline = node.deadline > Duration::zero() ? node.deadline : node.period;
-  timer.priority = node.priority;
-  timer.release_jitter = node.release_jitter;
-  return timer;
-}
-
 /// The publications of jobs of an input, or of the timer.
 std::vector<Publication> publications_of(const ReferenceNode& node, std::optional<std::uint32_t> input) {
   const bool silent = node.type == NodeType::command || (node.type == NodeType::cyclic && input);
@@ -40,7 +29,15 @@ std::vector<Callback> expanded(const ReferenceNode& node) {
     subscription.input = i;
     subscription.priority = node.inputs[i].priority;
   }
-  if (node.type == NodeType::sensor || node.type == NodeType::cyclic) callbacks.push_back(timer_of(node));
+  if (node.type == NodeType::sensor || node.type == NodeType::cyclic) {
+    Callback& timer = callbacks.emplace_back();
+    timer.task = node.name;
+    timer.period = node.period;
+    timer.phase = node.phase;
+    timer.deadline = node.deadline > Duration::zero() ? node.deadline : node.period;
+    timer.priority = node.priority;
+    timer.release_jitter = node.release_jitter;
+  }
   for (Callback& callback : callbacks) {
     callback.publishes = publications_of(node, callback.input);
     if (node.type == NodeType::cyclic && callback.input) continue;  // only stores

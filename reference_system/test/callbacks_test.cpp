@@ -6,7 +6,7 @@
 #include <map>
 #include <sstream>
 
-#include "callbacks_graph.hpp"
+#include "graph_fixture.hpp"
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/core/trace_csv.hpp"
