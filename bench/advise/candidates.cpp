@@ -137,12 +137,8 @@ class Candidates {
     for (const Task& task : tasks_.set.tasks) periods.insert(task.period);
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
       const TaskOrigin& origin = tasks_.origin[id];
-      Node& node = graph.nodes[origin.node];
       const bool timer = tasks_.set[id].kind == TaskKind::timer;
-      std::optional<std::int64_t>& priority = node.type == NodeType::callbacks
-                                                  ? node.callbacks[origin.callback].priority
-                                              : timer ? node.priority
-                                                      : node.inputs[*origin.input].priority;
+      std::optional<std::int64_t>& priority = graph.nodes[origin.node].callbacks[origin.callback].priority;
       priority.reset();  // subscriptions inherit
       const auto rank = std::distance(periods.begin(), periods.find(tasks_.set[id].period));
       if (timer) priority = chain.contains(id) ? 1 : 100 + rank;

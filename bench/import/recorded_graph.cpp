@@ -35,14 +35,6 @@ bool is_beside_topics(CallbackKind kind) {
   return kind == CallbackKind::service || kind == CallbackKind::client || kind == CallbackKind::unannounced;
 }
 
-Node empty_node(const std::string& name) {
-  Node node;
-  node.name = name;
-  node.type = NodeType::callbacks;
-  node.group = {};
-  return node;
-}
-
 void add_publication(const Publication& p, Node& node, Callback& publisher) {
   if (std::ranges::count(node.outputs, p.topic) == 0) node.outputs.push_back(p.topic);
   publisher.publishes.push_back(p);
@@ -230,13 +222,14 @@ class Builder {
     for (const std::uint32_t c : order_.callbacks)
       if (uses_[c].is_task && callback(c).node == n) own.push_back(c);
     if (own.empty()) return;
-    Node node = empty_node(result_.node_names[n]);
+    Node node;
+    node.name = result_.node_names[n];
     std::map<std::uint32_t, std::uint32_t> input_of;  // by callback
     std::set<std::string> used;
     for (const std::uint32_t c : own) {
       if (callback(c).kind == CallbackKind::timer) continue;
       input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
-      node.inputs.push_back({input_name(c), std::max(1U, callback(c).depth), {}});
+      node.inputs.push_back({input_name(c), std::max(1U, callback(c).depth)});
       used.insert(input_name(c));
     }
     const bool several = input_of.size() + 1 < own.size();
@@ -307,7 +300,8 @@ class Builder {
     const std::span<const tracing::Job> jobs = recorded_.jobs;  // not empty: an input has jobs
     const RecordedTime recorded{jobs.front().start,
                                 std::ranges::max_element(jobs, {}, &tracing::Job::finish)->finish};
-    Node node = empty_node(kOutside);
+    Node node;
+    node.name = kOutside;
     node.groups = {CallbackGroup::mutually_exclusive};
     std::set<std::string> used;
     for (const std::uint32_t topic : outside_) {

@@ -47,7 +47,6 @@ Graph universe() {
     const std::string name = program::concat("N", n);
     Node& node = graph.nodes.emplace_back();
     node.name = name;
-    node.type = NodeType::callbacks;
     node.outputs = {name};
     for (std::uint32_t c = 0; c < (n < 20 ? 3 : 2); ++c) {
       Callback& callback = node.callbacks.emplace_back();
@@ -61,7 +60,7 @@ Graph universe() {
         callback.period = callback.deadline = n % 22 == 5 ? 20ms : n < 42 ? 100ms : 1s;
       } else {
         callback.input = static_cast<std::uint32_t>(node.inputs.size());
-        node.inputs.push_back({.topic = program::concat("N", n == 0 ? 1 : (n * 37 + c) % n), .priority = {}});
+        node.inputs.push_back({.topic = program::concat("N", n == 0 ? 1 : (n * 37 + c) % n)});
       }
     }
   }

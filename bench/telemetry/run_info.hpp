@@ -30,7 +30,7 @@ inline telemetry::RunInfo make_run_info(const Graph& graph, const std::string& e
     i.hot(on_hot_path(graph, node));
     i.layout_x(positions[n].column);
     i.layout_y(positions[n].row);
-    i.deadline_ns(node.deadline.count());
+    if (node.type != NodeType::callbacks) i.deadline_ns(node.callbacks.back().deadline.count());
   }
   for (const GraphEdge& edge : graph_edges(graph)) {
     telemetry::EdgeInfo& i = info.edges().emplace_back();

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "hotpath/analysis/analysis_error.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -15,24 +16,25 @@ using testing::HasSubstr;
 /// S -> N -> C, where N's only callback publishes like this.
 Graph graph_with(const std::vector<Publication>& publishes) {
   Graph graph;
-  Node& sensor = graph.nodes.emplace_back();
+  ReferenceNode sensor;
   sensor.name = "S";
   sensor.outputs = {"s"};
-  sensor.period = sensor.deadline = 10ms;
+  sensor.period = 10ms;
+  graph.nodes.push_back(sensor);
   Node& node = graph.nodes.emplace_back();
   node.name = "N";
-  node.type = NodeType::callbacks;
   node.groups = {CallbackGroup::mutually_exclusive};
-  node.inputs = {{"s", 1, std::nullopt}};
+  node.inputs = {{"s"}};
   Callback& callback = node.callbacks.emplace_back();
   callback.task = "N/s";
   callback.input = 0;
   callback.publishes = publishes;
   for (const Publication& p : publishes) node.outputs.push_back(p.topic);
-  Node& command = graph.nodes.emplace_back();
+  ReferenceNode command;
   command.name = "C";
   command.type = NodeType::command;
   command.inputs = {{publishes.front().topic, 1, std::nullopt}};
+  graph.nodes.push_back(command);
   return graph;
 }
 

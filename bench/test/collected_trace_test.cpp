@@ -6,6 +6,7 @@
 
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/schedule_check.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 #include "hotpath/reference_system/run_life.hpp"
 
 namespace hotpath {
@@ -24,10 +25,11 @@ Time at(int ms) { return kEpoch + milliseconds(ms); }
 Graph two_timers() {
   Graph graph;
   for (const char* name : {"A", "B"}) {
-    Node& node = graph.nodes.emplace_back();
+    ReferenceNode node;
     node.name = name;
     node.outputs = {name};
     node.period = node.deadline = milliseconds(20);
+    graph.nodes.push_back(node);
   }
   return graph;
 }

@@ -8,6 +8,7 @@
 #include "explained.hpp"
 #include "hotpath/reference_system/find_chains.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 #include "random_graphs.hpp"
 #include "results/measures.hpp"
 
@@ -156,8 +157,8 @@ TEST(Explain, CausesSumToTheLatencyInEveryDeployment) {
 }
 
 /// A timer with a period of 100 ms, if not given otherwise.
-Node timer(const std::string& name, Duration work, Duration period = 100ms, Duration phase = 0ms) {
-  Node node;
+ReferenceNode timer(const std::string& name, Duration work, Duration period = 100ms, Duration phase = 0ms) {
+  ReferenceNode node;
   node.name = name;
   node.type = NodeType::sensor;
   node.period = node.deadline = period;
@@ -168,7 +169,7 @@ Node timer(const std::string& name, Duration work, Duration period = 100ms, Dura
 }
 Node follower(const std::string& name, const std::vector<std::string>& inputs, Duration work,
               std::uint32_t depth = 1) {
-  Node node;
+  ReferenceNode node;
   node.name = name;
   node.type = inputs.size() > 1 ? NodeType::fusion : NodeType::transform;
   for (const std::string& input : inputs) node.inputs.push_back({input, depth, std::nullopt});
@@ -250,10 +251,8 @@ TEST(Explain, TheReleasesOfTheTimerThreadDisplaceAJob) {
 /// A service that runs ahead of its priority after 10 ms: the rules by which it goes before timer `b`.
 std::vector<std::string> behind_a_service(Duration period_of_caller, Duration phase_of_b, bool costs) {
   Node service = follower("s", {"a"}, 3ms);
-  service.callbacks = callbacks_of(service);
   service.callbacks[0].service = true;
   service.type = NodeType::callbacks;
-  service.groups = {service.group};
   Graph graph = graph_of({timer("a", 1ms, period_of_caller), timer("c", 9ms, 25ms, 1ms), service,
                           timer("b", 4ms, 100ms, phase_of_b)},
                          {"a"}, "s");
@@ -261,7 +260,7 @@ std::vector<std::string> behind_a_service(Duration period_of_caller, Duration ph
     graph.platform.delivery_delay = 2ms;
     graph.platform.set_dispatch_costs(1ms);
   } else {
-    graph.nodes[1].execution_time = graph.nodes[1].best_case_execution_time = 15ms;
+    graph.nodes[1].callbacks[0].worst = graph.nodes[1].callbacks[0].best = 15ms;
   }
   SchedulerOptions scheduling;
   scheduling.guaranteed_wait = 10ms;
@@ -288,7 +287,7 @@ TEST(Explain, AServiceGoesFirstByItsWaitOnlyIfItHasALowerPlace) {
 }
 
 TEST(Explain, AMessageWithoutTheSampleIsNotOnThePath) {
-  Node cyclic = timer("y", 0ms, 10ms, 5ms);
+  ReferenceNode cyclic = timer("y", 0ms, 10ms, 5ms);
   cyclic.type = NodeType::cyclic;
   cyclic.inputs.push_back({"s", 1, std::nullopt});
   const Graph graph = graph_of(

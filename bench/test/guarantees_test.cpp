@@ -8,6 +8,7 @@
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -52,18 +53,19 @@ TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   // Both sensors every 100 ms, Q 3 ms behind P: each job of Q completes the join.
   Graph graph;
   for (const char* name : {"P", "Q"}) {
-    Node& node = graph.nodes.emplace_back();
+    ReferenceNode node;
     node.name = name;
-    node.type = NodeType::sensor;
     node.outputs = {name};
     node.period = node.deadline = 100ms;
+    graph.nodes.push_back(node);
   }
-  Node& fusion = graph.nodes.emplace_back();
+  ReferenceNode fusion;
   fusion.name = "F";
   fusion.type = NodeType::fusion;
   fusion.inputs = {{"P", 1, std::nullopt}, {"Q", 1, std::nullopt}};
   fusion.outputs = {"F"};
   fusion.execution_time = fusion.best_case_execution_time = 2ms;
+  graph.nodes.push_back(fusion);
   graph.chains = {{"c", {"P", "Q", "F"}, {"P", "Q"}, "F"}};
   GraphTasks tasks = make_tasks(graph);
   const auto age = [&](Duration phase_of_q) {
@@ -88,17 +90,17 @@ Graph overloaded_service(Duration wait) {
   Graph graph;
   for (const auto& [name, period, work] :
        {std::tuple("Client", 1000ms, 1ms), std::tuple("Hog", 20ms, 30ms)}) {
-    Node& node = graph.nodes.emplace_back();
+    ReferenceNode node;
     node.name = name;
     node.outputs = {name};
     node.period = node.deadline = period;
     node.execution_time = node.best_case_execution_time = work;
-    node.priority = static_cast<std::int64_t>(graph.nodes.size());
+    node.priority = static_cast<std::int64_t>(graph.nodes.size()) + 1;
+    graph.nodes.push_back(node);
   }
   Node& node = graph.nodes.emplace_back();
   node.name = "Service";
-  node.type = NodeType::callbacks;
-  node.inputs = {{"Client", 1, std::nullopt}};
+  node.inputs = {{"Client"}};
   node.groups = {CallbackGroup::mutually_exclusive};
   Callback& callback = node.callbacks.emplace_back();
   callback.task = "Service/Client";

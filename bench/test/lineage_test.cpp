@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "explained.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 #include "random_graphs.hpp"
 
 namespace hotpath::explain {
@@ -27,20 +28,16 @@ void vary_rules(Graph& graph, test::Random& random) {
   std::vector<Node> readers;
   for (Node& node : graph.nodes) {
     if (node.type == NodeType::cyclic && test::chance(random, 60)) {
-      Node& fusion = readers.emplace_back();
+      ReferenceNode fusion;
       fusion.name = "F" + node.name;
       fusion.type = NodeType::fusion;
       for (const std::string& topic : {node.outputs.front(), node.inputs.back().topic})
         fusion.inputs.push_back({topic, 1, std::nullopt});
       fusion.outputs = {"f" + node.name};
+      readers.push_back(fusion);
     }
     if (node.type == NodeType::sensor || node.outputs.empty() || !test::chance(random, 60)) continue;
-    if (node.type != NodeType::callbacks) {
-      node.callbacks = callbacks_of(node);
-      node.groups = {node.group};
-      node.type = NodeType::callbacks;
-      for (Input& input : node.inputs) input.priority.reset();  // the callbacks have them
-    }
+    node.type = NodeType::callbacks;
     for (Callback& callback : node.callbacks) {
       if (callback.publishes.empty()) continue;
       Publication& first = callback.publishes.front();
@@ -56,10 +53,11 @@ void vary_rules(Graph& graph, test::Random& random) {
       const bool waits = callback.input && !second.of.empty() && test::chance(random, 50);
       if (waits) second.of.insert(std::ranges::lower_bound(second.of, *callback.input), *callback.input);
       if (!second.of.empty()) second.rule = waits ? PublishRule::all_new : PublishRule::last_of;
-      Node& reader = readers.emplace_back();
+      ReferenceNode reader;
       reader.name = "R" + second.topic;
       reader.type = NodeType::command;
       reader.inputs.push_back({second.topic, 1, std::nullopt});
+      readers.push_back(reader);
       node.outputs.push_back(second.topic);
       callback.publishes.push_back(second);
     }

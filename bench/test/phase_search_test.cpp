@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -94,7 +95,7 @@ TEST(PhaseSearch, KeepsTheBestWhenItIsStopped) {
 }
 
 Node node(const char* name, std::vector<std::string> inputs, Duration period) {
-  Node node;
+  ReferenceNode node;
   node.name = name;
   node.type = inputs.empty() ? NodeType::sensor : NodeType::fusion;
   for (std::string& input : inputs) node.inputs.push_back({std::move(input), 1, std::nullopt});

@@ -6,6 +6,8 @@
 #include <chrono>
 #include <set>
 
+#include "hotpath/reference_system/reference_node.hpp"
+
 namespace hotpath::test {
 
 using namespace std::chrono_literals;
@@ -23,16 +25,10 @@ class Generator {
     const std::int64_t others = chance(random_, 15) ? 0 : draw(random_, 1, 8);
     sequences_ = chance(random_, 15);
     for (std::int64_t i = 0; i < others; ++i) add(sequences_ ? NodeType::transform : any_type());
-    for (Node& node : graph_.nodes) {
-      if (node.type == NodeType::fusion && chance(random_, 30)) make_callbacks(node);
-    }
-    for (Node& node : graph_.nodes) {  // too few topics were available
-      if (node.type == NodeType::fusion && node.inputs.size() == 1) node.type = NodeType::transform;
-    }
+    for (const ReferenceNode& node : nodes_) add_node(node);
     scale_to_load(graph_, static_cast<double>(draw(random_, 20, 97)));
     for (Node& node : graph_.nodes) {
       const std::int64_t percent = chance(random_, 50) ? 100 : draw(random_, 0, 100);
-      node.best_case_execution_time = node.execution_time * percent / 100;
       for (Callback& c : node.callbacks) c.best = c.worst * percent / 100;
     }
     if (chance(random_, 40)) add_costs();
@@ -51,9 +47,9 @@ class Generator {
   }
 
   void add(NodeType type) {
-    Node node;
+    ReferenceNode node;
     node.type = type;
-    node.name = "N" + std::to_string(graph_.nodes.size());
+    node.name = "N" + std::to_string(nodes_.size());
     if (type == NodeType::sensor || type == NodeType::cyclic) {
       constexpr std::array kPeriods = {10, 20, 25, 30, 40, 50, 50, 60, 80, 100, 100, 120, 200};
       node.period = node.deadline =
@@ -61,7 +57,7 @@ class Generator {
       if (chance(random_, 25)) node.deadline = node.period * draw(random_, 50, 150) / 100;
       if (!chance(random_, 5)) node.priority = draw(random_, 0, 5);
     }
-    node.execution_time = draw(random_, graph_.nodes.empty() ? 1 : 0, 10) * 1ms;
+    node.execution_time = draw(random_, nodes_.empty() ? 1 : 0, 10) * 1ms;
     std::size_t inputs = type == NodeType::sensor                                   ? 0
                          : type == NodeType::transform || type == NodeType::command ? 1
                                                                                     : draw(random_, 2, 3);
@@ -72,11 +68,11 @@ class Generator {
     for (std::size_t i = 0; i < inputs; ++i) add_input(node, free[i]);
     const std::size_t outputs = type == NodeType::intersection ? inputs : type == NodeType::command ? 0 : 1;
     for (std::size_t i = 0; i < outputs; ++i) add_output(node);
-    graph_.nodes.push_back(std::move(node));
+    nodes_.push_back(std::move(node));
   }
 
-  void add_input(Node& node, const std::string& topic) {
-    Input input;
+  void add_input(ReferenceNode& node, const std::string& topic) {
+    ReferenceInput input;
     input.topic = topic;
     input.depth = chance(random_, 60) ? 1 : static_cast<std::uint32_t>(draw(random_, 2, 5));
     if (chance(random_, 12)) input.priority = draw(random_, 0, 5);
@@ -85,7 +81,7 @@ class Generator {
   }
 
   /// Sometimes reuses another node's topic, if it has no subscriber yet, so that no cycle arises.
-  void add_output(Node& node) {
+  void add_output(ReferenceNode& node) {
     std::vector<std::string> shared;
     for (const std::string& topic : topics_) {
       if (!read_.contains(topic) && std::ranges::find(node.outputs, topic) == node.outputs.end())
@@ -99,14 +95,15 @@ class Generator {
     topics_.push_back(node.outputs.back());
   }
 
-  /// Turns the fusion into equivalent callbacks, each with its own execution time.
-  void make_callbacks(Node& node) {
-    node.callbacks = callbacks_of(node);
-    node.type = NodeType::callbacks;
-    node.groups = {node.group};
-    for (Input& input : node.inputs) input.priority.reset();  // the callbacks have them
-    for (Callback& callback : node.callbacks) callback.worst = draw(random_, 0, 10) * 1ms;
-    node.execution_time = node.best_case_execution_time = {};
+  /// Some fusions become callbacks, each with its own execution time.
+  void add_node(ReferenceNode node) {
+    const bool of_callbacks = node.type == NodeType::fusion && chance(random_, 30);
+    const bool too_few_topics = node.type == NodeType::fusion && node.inputs.size() == 1;
+    if (too_few_topics && !of_callbacks) node.type = NodeType::transform;
+    Node& added = graph_.nodes.emplace_back(node);
+    if (!of_callbacks) return;
+    added.type = NodeType::callbacks;
+    for (Callback& callback : added.callbacks) callback.worst = draw(random_, 0, 10) * 1ms;
   }
 
   void add_costs() {
@@ -155,6 +152,7 @@ class Generator {
   }
 
   Random& random_;
+  std::vector<ReferenceNode> nodes_;
   Graph graph_;
   std::vector<std::string> topics_;
   std::set<std::string> read_;
@@ -176,7 +174,8 @@ Graph random_timers(Random& random) {
   std::erase_if(graph.nodes, [](const Node& node) { return node.type != NodeType::sensor; });
   graph.chains.clear();
   scale_to_load(graph, static_cast<double>(draw(random, 20, 97)));
-  for (Node& node : graph.nodes) node.best_case_execution_time = node.execution_time / 2;
+  for (Node& node : graph.nodes)
+    for (Callback& timer : node.callbacks) timer.best = timer.worst / 2;
   return graph;
 }
 

@@ -16,25 +16,11 @@ namespace {
 /// Some timers become ready up to a third of their periods late.
 void draw_jitter(Random& random, Graph& graph) {
   for (Node& node : graph.nodes) {
-    if (node.period > Duration{} && chance(random, 60)) {
-      node.release_jitter = Duration(draw(random, 0, node.period.count() / (chance(random, 50) ? 3 : 50)));
-    }
+    if (node.type == NodeType::callbacks) continue;
+    Callback& timer = node.callbacks.back();
+    if (timer.period > Duration{} && chance(random, 60))
+      timer.release_jitter = Duration(draw(random, 0, timer.period.count() / (chance(random, 50) ? 3 : 50)));
   }
-}
-
-/// The node with its callbacks in full, some of which are services.
-Node with_services(Random& random, const Node& node) {
-  Node full;
-  full.name = node.name;
-  full.type = NodeType::callbacks;
-  full.inputs = node.inputs;
-  full.outputs = node.outputs;
-  full.groups = node.type == NodeType::callbacks ? node.groups : std::vector<CallbackGroup>{node.group};
-  full.group_names = node.group_names;
-  full.callbacks = callbacks_of(node);
-  for (Input& input : full.inputs) input.priority.reset();  // the callbacks have them
-  for (Callback& callback : full.callbacks) callback.service = callback.input && chance(random, 60);
-  return full;
 }
 
 /// Some callbacks are services, often long ones, which run ahead of their priorities after 1 to 150 ms. In
@@ -42,7 +28,8 @@ Node with_services(Random& random, const Node& node) {
 void draw_services(Random& random, Graph& graph) {
   for (Node& node : graph.nodes) {
     if (node.inputs.empty() || !chance(random, 50)) continue;
-    node = with_services(random, node);
+    node.type = NodeType::callbacks;
+    for (Callback& callback : node.callbacks) callback.service = callback.input && chance(random, 60);
     for (Callback& callback : node.callbacks) {
       const std::int64_t longer = callback.service ? draw(random, 1, 4) : 1;
       callback.worst *= longer, callback.best *= longer;

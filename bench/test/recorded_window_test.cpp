@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include "hotpath/reference_system/graph_workload.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 #include "recorded.hpp"
 
 namespace hotpath {
@@ -262,10 +263,10 @@ class RecordedChains : public testing::Test {
  protected:
   RecordedChains() {
     Graph& graph = r_.graph.graph;
-    for (const char* name : {"a", "b"}) add(name, NodeType::sensor, {}).period = 10ms;
+    for (const char* name : {"a", "b"}) add(name, NodeType::sensor, {});
     add("join", NodeType::fusion, {"a", "b"});
     for (const char* sink : {"sink", "other"}) {
-      add(sink, NodeType::transform, {"join"}).outputs.clear();
+      add(sink, NodeType::transform, {"join"});
       graph.chains.push_back({sink, {"a", "join", sink}, {"a"}, sink});
     }
     r_.graph.tasks = make_tasks(graph);
@@ -304,14 +305,14 @@ class RecordedChains : public testing::Test {
   }
 
  private:
-  Node& add(const char* name, NodeType type, const std::vector<std::string>& inputs) {
-    Node& node = r_.graph.graph.nodes.emplace_back();
+  void add(const char* name, NodeType type, const std::vector<std::string>& inputs) {
+    ReferenceNode node;
     node.name = name;
     node.type = type;
-    node.deadline = 10ms;
+    node.period = node.deadline = 10ms;
     node.outputs = {name};
     for (const std::string& input : inputs) node.inputs.push_back({input, 1, std::nullopt});
-    return node;
+    r_.graph.graph.nodes.push_back(node);
   }
 
   Recorded r_;

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <map>
 
+#include "hotpath/reference_system/reference_node.hpp"
 #include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
 #include "machine/shared_memory_watch.hpp"
@@ -23,8 +24,8 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-Node node(const std::string& name, NodeType type, std::vector<Input> inputs = {}) {
-  Node n;
+Node node(const std::string& name, NodeType type, std::vector<ReferenceInput> inputs = {}) {
+  ReferenceNode n;
   n.name = name;
   n.type = type;
   n.inputs = std::move(inputs);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "hotpath/analysis/statistics.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 #include "telemetry/run_info.hpp"
 
 namespace hotpath {
@@ -15,8 +16,8 @@ using std::chrono::milliseconds;
 
 constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
 
-Node node(const std::string& name, NodeType type, std::vector<Input> inputs = {}) {
-  Node n;
+Node node(const std::string& name, NodeType type, std::vector<ReferenceInput> inputs = {}) {
+  ReferenceNode n;
   n.name = name;
   n.type = type;
   n.inputs = std::move(inputs);

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include "hotpath/reference_system/reference_node.hpp"
+
 namespace hotpath {
 namespace {
 
@@ -14,16 +16,16 @@ using testing::ElementsAre;
 class SelfCheckTest : public testing::Test {
  protected:
   SelfCheckTest() {
-    Node& sensor = graph_.nodes.emplace_back();
+    ReferenceNode sensor, command;
     sensor.name = "S";
     sensor.outputs = {"s"};
     sensor.period = sensor.deadline = 10ms;
     sensor.execution_time = sensor.best_case_execution_time = 3ms;
-    Node& command = graph_.nodes.emplace_back();
     command.name = "C";
     command.type = NodeType::command;
     command.inputs = {{"s", 1, std::nullopt}};
     command.execution_time = command.best_case_execution_time = 1ms;
+    graph_.nodes = {sensor, command};
     tasks_ = make_tasks(graph_);
     for (int i = 0; i < 100; ++i) {
       const Duration at = i * 10ms, end = at + length_of(i);

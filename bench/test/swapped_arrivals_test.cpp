@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "hotpath/reference_system/reference_node.hpp"
+
 namespace hotpath {
 namespace {
 
@@ -10,7 +12,7 @@ namespace {
 Graph three_readers() {
   Graph g;
   for (const char* name : {"S", "A", "B", "C"}) {
-    Node& node = g.nodes.emplace_back();
+    ReferenceNode node;
     node.name = name;
     if (name == std::string("S")) {
       node.period = node.deadline = std::chrono::milliseconds(10);
@@ -19,6 +21,7 @@ Graph three_readers() {
       node.type = NodeType::command;
       node.inputs = {{"S", 1, std::nullopt}};
     }
+    g.nodes.push_back(node);
   }
   return g;
 }

@@ -281,8 +281,15 @@ void let_all_jobs_last(Graph& graph, Random& random) {
     best = worst = Duration(draw(random, 1, 1000));
   };
   for (Node& node : graph.nodes) {
-    if (node.type != NodeType::callbacks) last(node.best_case_execution_time, node.execution_time);
-    for (Callback& callback : node.callbacks) last(callback.best, callback.worst);
+    Callback& working = node.callbacks.back();
+    if (node.type == NodeType::cyclic) {
+      last(working.best, working.worst);
+    } else if (node.type == NodeType::callbacks) {
+      for (Callback& callback : node.callbacks) last(callback.best, callback.worst);
+    } else {
+      last(working.best, working.worst);
+      for (Callback& callback : node.callbacks) callback.best = working.best, callback.worst = working.worst;
+    }
   }
 }
 

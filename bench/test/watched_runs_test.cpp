@@ -7,13 +7,16 @@
 #include <algorithm>
 #include <chrono>
 
+#include "hotpath/reference_system/reference_node.hpp"
+
 namespace hotpath::test {
 namespace {
 
 using namespace std::chrono_literals;
 
-Node sensor(const std::string& name, Duration period, Duration execution_time, const std::string& output) {
-  Node sensor;
+ReferenceNode sensor(const std::string& name, Duration period, Duration execution_time,
+                     const std::string& output) {
+  ReferenceNode sensor;
   sensor.type = NodeType::sensor;
   sensor.name = name;
   sensor.period = sensor.deadline = period;
@@ -22,8 +25,8 @@ Node sensor(const std::string& name, Duration period, Duration execution_time, c
   return sensor;
 }
 
-Node transform(const std::string& input, Duration execution_time) {
-  Node transform = sensor("filter", {}, execution_time, "filtered");
+ReferenceNode transform(const std::string& input, Duration execution_time) {
+  ReferenceNode transform = sensor("filter", {}, execution_time, "filtered");
   transform.type = NodeType::transform;
   transform.inputs.resize(1);
   transform.inputs.front().topic = input;

@@ -214,7 +214,8 @@ json timers_only_rows(const fs::path& reference) {
 json autoware_rows(const fs::path& reference) {
   Graph graph = load_graph(find_graph("autoware"));
   for (Node& node : graph.nodes) {
-    if (node.execution_time > Duration{}) node.execution_time = node.best_case_execution_time = 4220us;
+    for (Callback& callback : node.callbacks)
+      if (callback.worst > Duration{}) callback.worst = callback.best = 4220us;
   }
   const fs::path file = reference / "rclcpp_autoware_phases.csv";
   json rows = json::array();

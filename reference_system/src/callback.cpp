@@ -3,59 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
 #include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath {
-
-namespace {
-
-Callback timer_of(const Node& node) {
-  Callback timer;
-  timer.task = node.name;
-  timer.period = node.period;
-  timer.phase = node.phase;
-  timer.deadline = node.deadline > Duration::zero() ? node.deadline : node.period;
-  timer.priority = node.priority;
-  timer.release_jitter = node.release_jitter;
-  return timer;
-}
-
-/// The publications of jobs of an input, or of the timer, of a node of the six types.
-std::vector<Publication> publications_of(const Node& node, std::optional<std::uint32_t> input) {
-  const bool silent = node.type == NodeType::command || (node.type == NodeType::cyclic && input);
-  if (silent || node.outputs.empty()) return {};
-  Publication publication;
-  publication.topic = node.type == NodeType::intersection ? node.outputs.at(*input) : node.outputs.front();
-  if (node.type == NodeType::fusion || node.type == NodeType::cyclic) {
-    publication.rule = node.type == NodeType::fusion ? PublishRule::all_new : PublishRule::last_of;
-    publication.of.resize(node.inputs.size());
-    std::iota(publication.of.begin(), publication.of.end(), 0U);
-  }
-  return {publication};
-}
-
-std::vector<Callback> expanded(const Node& node) {
-  std::vector<Callback> callbacks;
-  for (std::uint32_t i = 0; i < node.inputs.size(); ++i) {
-    Callback& subscription = callbacks.emplace_back();
-    subscription.task = node.name + "/" + node.inputs[i].topic;
-    subscription.input = i;
-    subscription.priority = node.inputs[i].priority;
-  }
-  if (node.type == NodeType::sensor || node.type == NodeType::cyclic) callbacks.push_back(timer_of(node));
-  for (Callback& callback : callbacks) {
-    callback.publishes = publications_of(node, callback.input);
-    if (node.type == NodeType::cyclic && callback.input) continue;  // only stores
-    callback.worst = node.execution_time;
-    callback.best = node.best_case_execution_time;
-  }
-  return callbacks;
-}
-
-}  // namespace
 
 bool same_rule(const Publication& a, const Publication& b) {
   return std::tie(a.topic, a.rule, a.of, a.n) == std::tie(b.topic, b.rule, b.of, b.n);
@@ -97,7 +49,7 @@ bool operator==(const Callback& a, const Callback& b) {
 }
 
 std::vector<Callback> callbacks_of(const Node& node) {
-  std::vector<Callback> callbacks = node.type == NodeType::callbacks ? node.callbacks : expanded(node);
+  std::vector<Callback> callbacks = node.callbacks;
   std::vector<bool> stored(node.inputs.size(), false);
   for (const Callback& callback : callbacks) {
     for (const Publication& publication : callback.publishes) {

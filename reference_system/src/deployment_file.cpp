@@ -11,10 +11,6 @@
 #include "hotpath/reference_system/yaml_value.hpp"
 #include "yaml_folders.hpp"
 
-#ifndef HOTPATH_DEPLOYMENT_DIRS
-#define HOTPATH_DEPLOYMENT_DIRS ""
-#endif
-
 namespace hotpath {
 
 void check_affinity(const DeployedExecutor& executor, const std::string& file) {
@@ -79,9 +75,8 @@ class DeploymentReader {
     executor.line = map.line();
     const YamlValue name = map.require("name", "NAME");
     executor.name = name.topic();
-    for (const DeployedExecutor& other : deployment_.executors) {
-      if (other.name == executor.name) name.fail("executor " + executor.name + " occurs twice", "rename one");
-    }
+    if (std::ranges::count(deployment_.executors, executor.name, &DeployedExecutor::name) > 0)
+      name.fail("executor " + executor.name + " occurs twice", "rename one");
     map.set_what("executor " + executor.name);
     map.check_keys({"name", "executor", "policy", "processors", "process", "owns"});
     const auto kind = map.find("executor");
@@ -147,41 +142,41 @@ class DeploymentReader {
       for (const Node& n : graph_.nodes) names.push_back(n.name);
       item.fail("graph " + graph_.name + " has no node " + name, suggest(name, names));
     }
-    const std::set<std::uint32_t>& all = groups_[static_cast<std::size_t>(node - graph_.nodes.data())];
-    if (name == text) return all;
+    const auto index = static_cast<std::size_t>(node - graph_.nodes.data());
+    if (name == text) return groups_[index];
     const std::string group = text.substr(name.size() + 1);
     const auto group_name = std::ranges::find(node->group_names, group);
     if (group_name == node->group_names.end()) {
       item.fail("node " + name + " has no callback group " + group, suggest(group, node->group_names));
     }
-    // A group without callbacks has no tasks.
+    std::set<std::uint32_t> found;  // empty for a group without callbacks
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      const TaskOrigin& origin = tasks_.origin[id];
-      const bool of_node = &graph_.nodes[origin.node] == node;
-      if (!of_node || tasks_.callbacks[id].group != group_name - node->group_names.begin()) continue;
-      return {tasks_.set[id].group};
+      if (tasks_.origin[id].node == index &&
+          tasks_.callbacks[id].group == group_name - node->group_names.begin())
+        found.insert(tasks_.set[id].group);
     }
-    return {};
+    return found;
   }
 
   void give_rest() {
     for (std::size_t n = 0; n < groups_.size(); ++n) {
       for (const std::uint32_t group : groups_[n]) {
-        if (owner_[group] != kNobody) continue;
-        if (!rest_) {
+        if (owner_[group] == kNobody && !rest_) {
           throw InputError(path_, 1, "no executor owns all callback groups of node " + graph_.nodes[n].name,
                            "name the node, or give one executor `owns: rest`");
         }
-        owner_[group] = *rest_;
+        if (owner_[group] == kNobody) owner_[group] = *rest_;
       }
     }
   }
 
   void check_processes() const {
     for (std::size_t n = 0; n < groups_.size(); ++n) {
+      const auto owner_of = [&](std::uint32_t group) -> const DeployedExecutor& {
+        return deployment_.executors[owner_[group]];
+      };
       for (const std::uint32_t group : groups_[n]) {
-        const DeployedExecutor& first = deployment_.executors[owner_[*groups_[n].begin()]];
-        const DeployedExecutor& other = deployment_.executors[owner_[group]];
+        const DeployedExecutor &first = owner_of(*groups_[n].begin()), &other = owner_of(group);
         if (first.process == other.process) continue;
         throw InputError(path_, std::max(first.line, other.line),
                          "node " + graph_.nodes[n].name + " would run in two processes, with executors " +

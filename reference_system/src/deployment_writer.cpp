@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <yaml-cpp/yaml.h>
-
 #include <map>
 #include <set>
 #include <stdexcept>
 
 #include "hotpath/reference_system/deployment.hpp"
+#include "yaml_writer.hpp"
 
 namespace hotpath {
 
@@ -59,29 +58,25 @@ class Owners {
 
 std::string deployment_yaml(const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {
   Owners owners(graph, tasks, deployment);
-  YAML::Emitter out;
-  const auto pair = [&](const char* key, const auto& value) {
-    out << YAML::Key << key << YAML::Value << value;
-  };
-  out << YAML::BeginMap;
-  pair("name", deployment.name);
-  if (!deployment.description.empty()) pair("description", deployment.description);
-  out << YAML::Key << "executors" << YAML::Value << YAML::BeginSeq;
+  YamlWriter file;
+  file.out << YAML::BeginMap;
+  file.pair("name", deployment.name);
+  if (!deployment.description.empty()) file.pair("description", deployment.description);
+  file.key("executors") << YAML::BeginSeq;
   for (std::uint32_t e = 0; e < deployment.executors.size(); ++e) {
     const DeployedExecutor& executor = deployment.executors[e];
-    out << YAML::Flow << YAML::BeginMap;
-    pair("name", executor.name);
-    pair("executor", executor.executor);
-    if (executor.policy != ThreadPolicy{}) pair("policy", to_string(executor.policy));
-    if (!executor.processors.empty()) pair("processors", executor.processors);
+    file.out << YAML::Flow << YAML::BeginMap;
+    file.pair("name", executor.name);
+    file.pair("executor", executor.executor);
+    if (executor.policy != ThreadPolicy{}) file.pair("policy", to_string(executor.policy));
+    if (!executor.processors.empty()) file.key("processors") << executor.processors;
     const std::string& process = deployment.processes[executor.process];
-    if (!process.empty()) pair("process", process);
-    out << YAML::Key << "owns" << YAML::Value;
-    owners.write(out, e, deployment.executors.size() == 1);
-    out << YAML::EndMap;
+    if (!process.empty()) file.pair("process", process);
+    owners.write(file.key("owns"), e, deployment.executors.size() == 1);
+    file.out << YAML::EndMap;
   }
-  out << YAML::EndSeq << YAML::EndMap << YAML::Newline;
-  return out.c_str();
+  file.out << YAML::EndSeq << YAML::EndMap << YAML::Newline;
+  return file.out.c_str();
 }
 
 }  // namespace hotpath

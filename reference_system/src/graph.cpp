@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <ranges>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -28,8 +29,11 @@ Task make_task(const Node& node, const Callback& callback, std::uint32_t first_g
   return task;
 }
 
-bool contains(const std::vector<std::uint32_t>& list, std::uint32_t value) {
-  return std::find(list.begin(), list.end(), value) != list.end();
+/// The tasks of the task's node.
+auto of_same_node(const GraphTasks& tasks, TaskId id) {
+  return std::views::iota(id - tasks.origin[id].callback, tasks.set.size()) |
+         std::views::take_while(
+             [&, node = tasks.origin[id].node](TaskId t) { return tasks.origin[t].node == node; });
 }
 
 /// Computes rates recursively, from a task to the tasks that publish its topic.
@@ -77,10 +81,9 @@ class Rates {
     // One callback completes each set; which one depends on the phases.
     double slowest = activations(id);
     std::size_t sharers = 0;
-    const TaskId first = id - tasks_.origin[id].callback;
-    for (TaskId t = first; t < tasks_.set.size() && tasks_.origin[t].node == tasks_.origin[id].node; ++t) {
+    for (const TaskId t : of_same_node(tasks_, id)) {
       const Callback& callback = tasks_.callbacks[t];
-      if (callback.input && contains(publication.of, *callback.input))
+      if (callback.input && std::ranges::count(publication.of, *callback.input) > 0)
         slowest = std::min(slowest, activations(t));
       for (const Publication& p : callback.publishes) sharers += same_rule(p, publication);
     }
@@ -120,9 +123,8 @@ bool Graph::has_callbacks() const {
 
 std::vector<TaskId> GraphTasks::merged_inputs(TaskId id) const {
   std::vector<TaskId> merged;
-  const TaskId first = id - origin[id].callback;
-  for (TaskId t = first; t < set.size() && origin[t].node == origin[id].node; ++t) {
-    const auto merges = [&](const Publication& p) { return contains(p.of, *origin[t].input); };
+  for (const TaskId t : of_same_node(*this, id)) {
+    const auto merges = [&](const Publication& p) { return std::ranges::count(p.of, *origin[t].input) > 0; };
     const std::vector<Publication>& own = callbacks[id].publishes;
     if (origin[t].input && (t == id || std::any_of(own.begin(), own.end(), merges))) merged.push_back(t);
   }
@@ -131,9 +133,8 @@ std::vector<TaskId> GraphTasks::merged_inputs(TaskId id) const {
 
 std::vector<TaskId> GraphTasks::downstream(TaskId id) const {
   std::vector<TaskId> next = set[id].feeds;
-  const TaskId first = id - origin[id].callback;
-  for (TaskId t = first; t < set.size() && origin[t].node == origin[id].node; ++t) {
-    if (t != id && contains(merged_inputs(t), id)) next.push_back(t);
+  for (const TaskId t : of_same_node(*this, id)) {
+    if (t != id && std::ranges::count(merged_inputs(t), id) > 0) next.push_back(t);
   }
   return next;
 }
@@ -221,7 +222,6 @@ GraphTasks make_tasks(const Graph& graph) {
   for (std::uint32_t n = 0; n < graph.nodes.size(); ++n) {
     const Node& node = graph.nodes[n];
     const auto first_group = static_cast<std::uint32_t>(tasks.set.groups.size());
-    if (node.type != NodeType::callbacks) tasks.set.groups.push_back(node.group);
     tasks.set.groups.insert(tasks.set.groups.end(), node.groups.begin(), node.groups.end());
     std::uint32_t position = 0;
     for (Callback& callback : callbacks_of(node)) {
@@ -258,8 +258,6 @@ void scale_to_load(Graph& graph, double percent) {
   }
   const double factor = percent == 0 ? 0 : percent / load;
   for (Node& node : graph.nodes) {
-    node.execution_time = scaled(node.execution_time, factor);
-    node.best_case_execution_time = scaled(node.best_case_execution_time, factor);
     for (Callback& callback : node.callbacks) scale(callback, factor);
   }
 }

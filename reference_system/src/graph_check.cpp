@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <set>
 #include <unordered_map>
+#include <utility>
 
 #include "graph_source.hpp"
 #include "hotpath/core/suggestion.hpp"
@@ -40,10 +41,11 @@ class Check {
   void node_names() {
     for (std::size_t n = 0; n < graph_.nodes.size(); ++n) {
       const std::string& name = graph_.nodes[n].name;
-      const auto [previous, is_new] = index_.emplace(name, n);
-      if (!is_new) {
+      const auto previous = std::ranges::find(names_, name);
+      if (previous != names_.end()) {
+        const NodeLines& first = source_.nodes[static_cast<std::size_t>(previous - names_.begin())];
         fail(source_.nodes[n].node, "there are two nodes with the name " + name,
-             "rename this node or the node in line " + std::to_string(source_.nodes[previous->second].node));
+             "rename this node or the node in line " + std::to_string(first.node));
       }
       names_.push_back(name);
     }
@@ -123,38 +125,31 @@ class Check {
   void cycles() const {
     const TaskId count = tasks_.set.size();
     TaskLists upstream(count);
-    std::vector<std::size_t> open(count);
     for (TaskId id = 0; id < count; ++id) {
       for (const TaskId fed : tasks_.set[id].feeds) upstream[fed].push_back(id);
     }
-    std::vector<TaskId> free;
-    for (TaskId id = 0; id < count; ++id) {
-      open[id] = upstream[id].size();
-      if (open[id] == 0) free.push_back(id);
-    }
-    std::size_t left = count;
-    while (!free.empty()) {
-      const TaskId id = free.back();
-      free.pop_back();
-      --left;
-      for (const TaskId fed : tasks_.set[id].feeds) {
-        if (--open[fed] == 0) free.push_back(fed);
+    std::vector<bool> left(count, true);
+    const auto is_left = [&](TaskId id) { return left[id]; };
+    for (bool changed = true; std::exchange(changed, false);) {
+      for (TaskId id = 0; id < count; ++id) {
+        if (!left[id] || std::ranges::any_of(upstream[id], is_left)) continue;
+        left[id] = false;
+        changed = true;
       }
     }
-    if (left == 0) return;
+    TaskId id = 0;
+    while (id < count && !left[id]) ++id;
+    if (id == count) return;
 
     // Each remaining task has a remaining upstream task, so walking upstream ends in the cycle.
-    const auto is_left = [&](TaskId id) { return open[id] > 0; };
-    TaskId id = 0;
-    while (!is_left(id)) ++id;
     std::vector<TaskId> walk;
-    while (std::find(walk.begin(), walk.end(), id) == walk.end()) {
+    while (std::ranges::find(walk, id) == walk.end()) {
       walk.push_back(id);
-      id = *std::find_if(upstream[id].begin(), upstream[id].end(), is_left);
+      id = *std::ranges::find_if(upstream[id], is_left);
     }
-    walk.erase(walk.begin(), std::find(walk.begin(), walk.end(), id));
-    std::reverse(walk.begin(), walk.end());
-    std::rotate(walk.begin(), std::min_element(walk.begin(), walk.end()), walk.end());
+    walk.erase(walk.begin(), std::ranges::find(walk, id));
+    std::ranges::reverse(walk);
+    std::ranges::rotate(walk, std::ranges::min_element(walk));
     std::string path;
     for (const TaskId step : walk) path += node_of(step).name + " -> ";
     const TaskOrigin& origin = tasks_.origin[walk.front()];
@@ -234,22 +229,21 @@ class Check {
       fail(lines.sources[kMaxSources], subject + " has " + std::to_string(chain.sources.size()) + " sources",
            "list at most " + std::to_string(kMaxSources));
     }
-    const auto refuse_path = [&](const std::string& source, int line) {
-      fail(line,
-           "sink " + chain.sink + " of " + subject + " cannot be reached from source " + source +
-               " along its nodes",
-           "list all nodes between them in `nodes`, or choose another sink");
-    };
     for (std::size_t i = 0; i < chain.sources.size(); ++i) {
-      const std::string& source = chain.sources[i];
-      const TaskId start =
-          start_of(require_member(source, lines.sources[i]), source, subject, lines.sources[i]);
-      if (!reaches(start, sink, members)) refuse_path(source, lines.sources[i]);
+      const int line = lines.sources[i];
+      const std::string source = std::string("source ").append(chain.sources[i]);
+      const TaskId start = start_of(require_member(chain.sources[i], line), chain.sources[i], subject, line);
+      if (!reaches(start, sink, members)) {
+        fail(line,
+             std::string("sink ").append(chain.sink).append(" of ").append(subject) +
+                 " cannot be reached from " + source + " along its nodes",
+             "list all nodes between them in `nodes`, or choose another sink");
+      }
       if (tasks_.downstream(start).size() > tasks_.set[start].feeds.size()) {
-        std::string why = "source " + source + " of ";
-        why += subject;
-        why += " stores samples for messages that name only the job that publishes them";
-        fail(lines.sources[i], why, "begin with the node that publishes its topic");
+        fail(line,
+             source + " of " + subject +
+                 " stores samples for messages that name only the job that publishes them",
+             "begin with the node that publishes its topic");
       }
     }
   }
@@ -278,19 +272,14 @@ class Check {
   }
 
   /// Whether data flows from a timer to one of the tasks `to`, through members only.
-  bool reaches(TaskId from, const std::vector<TaskId>& to, const std::set<TaskId>& members) const {
-    std::vector<bool> seen(tasks_.set.size(), false);
-    std::vector<TaskId> pending = {from};
-    while (!pending.empty()) {
-      const TaskId id = pending.back();
-      pending.pop_back();
-      if (seen[id] || !members.contains(id)) continue;
-      if (std::find(to.begin(), to.end(), id) != to.end()) return true;
-      seen[id] = true;
-      const std::vector<TaskId> next = tasks_.downstream(id);
-      pending.insert(pending.end(), next.begin(), next.end());
+  bool reaches(TaskId from, const std::vector<TaskId>& to, std::set<TaskId> members) const {
+    std::vector<TaskId> reached;
+    if (members.erase(from) > 0) reached.push_back(from);
+    for (std::size_t i = 0; i < reached.size(); ++i) {
+      for (const TaskId next : tasks_.downstream(reached[i]))
+        if (members.erase(next) > 0) reached.push_back(next);
     }
-    return false;
+    return std::ranges::find_first_of(reached, to) != reached.end();
   }
 
   const Node& node_of(TaskId id) const { return graph_.nodes[tasks_.origin[id].node]; }
@@ -298,7 +287,6 @@ class Check {
   const GraphSource& source_;
   const Graph& graph_;
   GraphTasks tasks_;
-  std::unordered_map<std::string, std::size_t> index_;
   std::vector<std::string> names_, topics_;
 };
 

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <filesystem>
 #include <map>
+#include <sstream>
 
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/ros2_reference.hpp"
 #include "yaml_folders.hpp"
-
-#ifndef HOTPATH_GRAPH_DIRS
-#define HOTPATH_GRAPH_DIRS ""
-#endif
 
 namespace hotpath {
 
@@ -36,6 +34,15 @@ std::string find_graph(const std::string& name_or_path) {
   for (const auto& [name, file] : files) names.push_back(name);
   throw InputError(name_or_path, 0, "there is no graph of this name",
                    suggest(name_or_path, names) + " (to give a file, include its extension .yaml)");
+}
+
+std::optional<fs::path> find_ros2_reference() {
+  std::istringstream folders(HOTPATH_ROS2_REFERENCE_DIRS);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::error_code ignored;
+    if (fs::is_directory(folder, ignored)) return folder;
+  }
+  return std::nullopt;
 }
 
 std::vector<GraphListing> list_graphs() {

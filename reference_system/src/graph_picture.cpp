@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "hotpath/core/utf8.hpp"
-#include "hotpath/reference_system/graph_edges.hpp"
+#include "hotpath/reference_system/graph_layout.hpp"
 #include "hotpath/reference_system/graph_text.hpp"
 
 namespace hotpath {
@@ -38,24 +38,12 @@ const Look& look_of(const Node& node) { return kLooks[static_cast<std::size_t>(n
 
 /// Escapes text for HTML-like labels and, between quotes, for names.
 std::string escaped(std::string_view text) {
+  constexpr std::string_view kSpecial = "&<>\"";
+  constexpr std::array kEntities = {"&amp;", "&lt;", "&gt;", "&quot;"};
   std::string result;
   for (const char c : printable(text)) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
+    const std::size_t special = kSpecial.find(c);
+    special == std::string_view::npos ? result += c : result += kEntities[special];
   }
   return result;
 }
@@ -73,10 +61,10 @@ std::string identifier(std::string_view text) {
 std::string label(const Node& node) {
   std::string text = "<b>" + escaped(node.name) + "</b><br/><font point-size=\"9\" color=\"#455a64\">";
   text += to_string(node.type);
-  if (node.period > Duration::zero()) text += ", every " + format_ms(node.period) + " ms";
-  if (node.execution_time > Duration::zero()) text += ", works " + format_ms(node.execution_time) + " ms";
+  const bool short_form = node.type != NodeType::callbacks;
   for (const Callback& callback : node.callbacks) {
-    text += "<br/>" + escaped(callback.task.substr(node.name.size() + 1));
+    if (short_form && &callback != &node.callbacks.back()) continue;  // the last one stands for all
+    if (!short_form) text += "<br/>" + escaped(callback.task.substr(node.name.size() + 1));
     if (!callback.input) text += ", every " + format_ms(callback.period) + " ms";
     if (callback.worst > Duration::zero()) text += ", works " + format_ms(callback.worst) + " ms";
   }

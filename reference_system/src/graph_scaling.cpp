@@ -67,9 +67,6 @@ std::set<std::string> names_of(const Graph& graph) {
     names.insert(node.name);
     names.insert(node.outputs.begin(), node.outputs.end());
     for (const Input& input : node.inputs) names.insert(input.topic);
-    for (const Callback& callback : node.callbacks) {
-      for (const Publication& publication : callback.publishes) names.insert(publication.topic);
-    }
   }
   for (const Chain& chain : graph.chains) names.insert(chain.name);
   return names;
@@ -98,17 +95,14 @@ void scale_rates(Graph& graph, double percent) {
     if (d == Duration::zero()) return;
     d = std::max(Duration(1), Duration(std::llround(static_cast<double>(d.count()) * 100 / percent)));
   };
-  const auto scale_one = [&](auto& timer) {
-    scale(timer.period);
-    scale(timer.deadline);
-    if (timer.release_jitter > Duration::zero()) {
-      timer.release_jitter = std::min(timer.release_jitter, timer.period - Duration(1));
-    }
-    if (timer.phase) scale(*timer.phase);
-  };
   for (Node& node : graph.nodes) {
-    scale_one(node);
-    for (Callback& callback : node.callbacks) scale_one(callback);
+    for (Callback& timer : node.callbacks) {
+      scale(timer.period);
+      scale(timer.deadline);
+      if (timer.release_jitter > Duration::zero())
+        timer.release_jitter = std::min(timer.release_jitter, timer.period - Duration(1));
+      if (timer.phase) scale(*timer.phase);
+    }
   }
 }
 

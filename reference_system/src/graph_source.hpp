@@ -9,6 +9,8 @@
 
 namespace hotpath {
 
+class YamlValue;
+
 /// Default history depth of an input (upstream's nodes/settings.hpp).
 inline std::uint32_t default_depth(NodeType type) { return type == NodeType::command ? 10 : 1; }
 
@@ -37,8 +39,8 @@ struct GraphSource {
   std::map<std::string, TopicRule> rules;  ///< The file's `topics`.
 };
 
-/// Parses YAML text; checks each part separately. Throws InputError.
-GraphSource parse_graph(const std::string& file, const std::string& text);
+/// Adds a node of any type. Throws InputError.
+void read_node(const YamlValue& value, GraphSource& source);
 
 /// Checks the consistency of the parts. Throws InputError.
 void check_graph(const GraphSource& source);

@@ -2,7 +2,8 @@
 #include "hotpath/reference_system/graph_text.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <charconv>
+#include <cstdlib>
 
 namespace hotpath {
 
@@ -10,15 +11,6 @@ namespace {
 
 constexpr std::size_t kFractionDigits = 6;  // from milliseconds to nanoseconds
 constexpr std::size_t kIntegerDigits = 9;   // keeps sums of durations far from overflow
-
-bool all_digits(std::string_view text) {
-  return std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
-}
-
-std::int64_t to_integer(std::string_view digits) {
-  return std::accumulate(digits.begin(), digits.end(), std::int64_t{0},
-                         [](std::int64_t sum, char c) { return sum * 10 + (c - '0'); });
-}
 
 }  // namespace
 
@@ -29,12 +21,14 @@ std::optional<Duration> parse_ms(std::string_view text) {
   const std::string_view whole = text.substr(0, point);
   std::string fraction(text.substr(std::min(point + 1, text.size())));
   if (whole.empty() && fraction.empty()) return std::nullopt;
-  if (!all_digits(whole) || !all_digits(fraction) || whole.size() > kIntegerDigits) return std::nullopt;
   while (fraction.size() > kFractionDigits && fraction.back() == '0') fraction.pop_back();
-  if (fraction.size() > kFractionDigits) return std::nullopt;
+  if (whole.size() > kIntegerDigits || fraction.size() > kFractionDigits) return std::nullopt;
   fraction.resize(kFractionDigits, '0');
-  const std::int64_t ns = to_integer(whole) * 1'000'000 + to_integer(fraction);
-  return Duration(negative ? -ns : ns);
+  const std::string digits = std::string(whole) + fraction;
+  std::uint64_t ns = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), ns);
+  if (end != digits.data() + digits.size()) return std::nullopt;  // not only digits
+  return negative ? -Duration(ns) : Duration(ns);
 }
 
 std::string format_ms(Duration duration) {

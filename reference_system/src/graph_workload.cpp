@@ -11,6 +11,8 @@
 
 namespace hotpath {
 
+void SimulatedMessagePool::give_back(SimulatedMessage& message) { free_.push_back(&message); }
+
 Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
   const GraphPlatform& given = graph.platform;
   Platform p = default_platform(executor);
@@ -259,19 +261,17 @@ Trace working_jobs(const GraphTasks& tasks, const Trace& trace) {
   }
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     if (has_times[id] || !shows_work(id)) continue;
-    for (TaskId other = 0; other < tasks.set.size(); ++other) {
-      if (!has_times[other] || tasks.callbacks[other].publishes != tasks.callbacks[id].publishes ||
-          tasks.origin[other].node != tasks.origin[id].node) {
-        continue;
-      }
-      const std::size_t measured = working.jobs.size();
-      for (std::size_t i = 0; i < measured; ++i) {
-        if (working.jobs[i].job.task != other) continue;
-        JobRecord copy = working.jobs[i];
-        copy.job.task = id;
-        working.jobs.push_back(copy);
-      }
-      break;
+    TaskId other = 0;
+    while (other < tasks.set.size() &&
+           (!has_times[other] || tasks.callbacks[other].publishes != tasks.callbacks[id].publishes ||
+            tasks.origin[other].node != tasks.origin[id].node)) {
+      ++other;
+    }
+    const std::size_t measured = working.jobs.size();
+    for (std::size_t i = 0; i < measured; ++i) {
+      if (working.jobs[i].job.task != other) continue;
+      working.jobs.push_back(JobRecord(working.jobs[i]));
+      working.jobs.back().job.task = id;
     }
   }
   return working;

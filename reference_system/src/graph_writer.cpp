@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/reference_system/graph_writer.hpp"
 
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <set>
+#include <span>
 #include <sstream>
 
 #include "graph_source.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/core/utf8.hpp"
-#include "hotpath/reference_system/graph_text.hpp"
+#include "yaml_writer.hpp"
 
 namespace hotpath {
 
@@ -25,39 +25,41 @@ namespace fs = std::filesystem;
 /// file.
 using TimesFile = std::function<std::string(const Callback&)>;
 
-class Writer {
+class Writer : private YamlWriter {
  public:
   Writer(const Graph& graph, const GraphComments& comments, TimesFile times_file)
       : graph_(graph), comments_(comments), times_file_(std::move(times_file)) {}
 
   std::string text() {
-    if (!comments_.header.empty()) out_ << remark(comments_.header) << YAML::Newline;
-    out_ << YAML::BeginMap;
+    if (!comments_.header.empty()) out << remark(comments_.header) << YAML::Newline;
+    out << YAML::BeginMap;
     pair("name", graph_.name);
-    if (!graph_.description.empty()) pair("description", graph_.description);
-    pair("work", std::string(to_string(graph_.work)));
-    if (graph_.service_wait > Duration::zero()) milliseconds("service_wait_ms", graph_.service_wait);
-    if (graph_.platform != GraphPlatform{}) platform();
+    pair(KeysOf::graph, "description", graph_.description);
+    pair("work", graph_.work);
+    pair(KeysOf::graph, "service_wait_ms", graph_.service_wait);
+    if (graph_.platform != GraphPlatform{}) platform(graph_.platform);
     topics();
-    key("nodes") << YAML::BeginSeq;
-    for (const Node& n : graph_.nodes) node(n);
-    out_ << YAML::EndSeq;
-    if (!graph_.chains.empty()) chains();
-    out_ << YAML::EndMap << YAML::Newline;
-    return out_.c_str();
+    list("nodes", graph_.nodes, [&](const Node& n) { node(n); });
+    if (!graph_.chains.empty()) list("chains", graph_.chains, [&](const Chain& c) { chain(c); });
+    out << YAML::EndMap << YAML::Newline;
+    return out.c_str();
   }
 
  private:
-  YAML::Emitter& key(const std::string& k) { return out_ << YAML::Key << k << YAML::Value; }
-  void pair(const std::string& k, const std::string& value) { key(k) << value; }
-  void milliseconds(const std::string& k, Duration value) { pair(k, format_ms(value)); }
-  void words(const std::string& k, const std::vector<std::string>& list) { key(k) << YAML::Flow << list; }
-  void priority(const std::optional<std::int64_t>& given) {
-    if (given) key("priority") << *given;
+  void list(const std::string& name, const auto& items, const auto& write) {
+    key(name) << YAML::BeginSeq;
+    for (const auto& item : items) write(item);
+    out << YAML::EndSeq;
+  }
+  /// A single item stands without a list.
+  void one_or_list(const auto& items, const auto& write) {
+    if (items.size() > 1) out << YAML::BeginSeq;
+    for (const auto& item : items) write(item);
+    if (items.size() > 1) out << YAML::EndSeq;
   }
   void comment(const std::string& name) {
     const auto entry = comments_.of.find(name);
-    if (entry != comments_.of.end() && !entry->second.empty()) out_ << remark(entry->second);
+    if (entry != comments_.of.end() && !entry->second.empty()) out << remark(entry->second);
   }
   /// Formats a comment; a line break that the emitter does not recognise would end the comment.
   static YAML::_Comment remark(const std::string& lines) {
@@ -67,155 +69,127 @@ class Writer {
     return YAML::Comment(all);
   }
 
-  void platform() {
-    const GraphPlatform& p = graph_.platform;
+  void platform(const GraphPlatform& p) {
     key("platform") << YAML::BeginMap;
-    key("cores") << p.cores;
-    pair("timer_thread", std::string(to_string(p.timer_thread)));
-    pair("execution_times", std::string(to_string(p.execution_times)));
+    std::apply([&](const auto&... key) { (pair(key.first, p.*key.second), ...); }, graph_keys::kOfPlatform);
     for (const PlatformCost& cost : kPlatformCosts) {
-      // Microseconds have three fewer digits after the point.
       const std::optional<Duration> value = cost.in(p);
       if (value && (cost.other_kind != nullptr || *value > Duration::zero()))
-        milliseconds(std::string(cost.key), *value * 1000);
+        pair(std::string(cost.key), *value * 1000);  // in microseconds
     }
-    out_ << YAML::EndMap;
+    out << YAML::EndMap;
   }
 
   /// Writes the topics with several publishers or an order of delivery.
   void topics() {
-    std::set<std::string> once, many;
-    for (const Node& n : graph_.nodes) {
-      for (const std::string& topic : n.outputs) {
-        if (!once.insert(topic).second) many.insert(topic);
-      }
-    }
-    std::set<std::string> topics = many;
+    std::map<std::string, std::size_t> publishers;
+    for (const Node& n : graph_.nodes)
+      for (const std::string& topic : n.outputs) ++publishers[topic];
+    std::set<std::string> topics;
+    for (const auto& [topic, count] : publishers)
+      if (count > 1) topics.insert(topic);
     for (const auto& [topic, order] : graph_.delivery) topics.insert(topic);
     if (topics.empty()) return;
     key("topics") << YAML::BeginMap;
     for (const std::string& topic : topics) {
       key(topic) << YAML::Flow << YAML::BeginMap;
-      if (many.contains(topic)) pair("publishers", "many");
+      if (publishers[topic] > 1) pair("publishers", "many");
       const auto order = graph_.delivery.find(topic);
       if (order != graph_.delivery.end()) {
         order->second.unknown() ? pair("delivery", "unknown") : words("delivery", order->second.nodes);
       }
-      out_ << YAML::EndMap;
+      out << YAML::EndMap;
     }
-    out_ << YAML::EndMap;
+    out << YAML::EndMap;
   }
 
   void node(const Node& n) {
-    const bool is_upstreams = n.type != NodeType::callbacks;
-    if (is_upstreams) out_ << YAML::Flow;
-    out_ << YAML::BeginMap;
+    const bool is_short = n.type != NodeType::callbacks;
+    if (is_short) out << YAML::Flow;
+    out << YAML::BeginMap;
     pair("name", n.name);
-    if (!is_upstreams) comment(n.name);
-    pair("type", std::string(to_string(n.type)));
-    is_upstreams ? upstream_node(n) : callbacks_node(n);
-    out_ << YAML::EndMap;
-    if (is_upstreams) comment(n.name);
+    if (!is_short) comment(n.name);
+    pair("type", n.type);
+    is_short ? short_form(n) : long_form(n);
+    out << YAML::EndMap;
+    if (is_short) comment(n.name);
   }
 
-  void upstream_node(const Node& n) {
-    if (n.period > Duration::zero()) timer(n);
-    priority(n.priority);
+  void short_form(const Node& n) {
+    const auto of = static_cast<KeysOf>(n.type);
+    const Callback& last = n.callbacks.back();  // the timer, or one of several subscriptions that work alike
+    if (!last.input) timer(of, last);
     if (n.type == NodeType::intersection) {
-      connections(n);
+      list("connections", n.callbacks, [&](const Callback& c) {
+        out << YAML::BeginMap << YAML::Key << "input" << YAML::Value;
+        input(n, c);
+        pair("output", c.publishes.front().topic);
+        out << YAML::EndMap;
+      });
     } else if (!n.inputs.empty()) {
-      inputs(n);
+      key(n.inputs.size() > 1 ? "inputs" : "input");
+      const std::span subscriptions(n.callbacks.data(), n.inputs.size());
+      one_or_list(subscriptions, [&](const Callback& c) { input(n, c); });
     }
     const bool has_output = n.type != NodeType::intersection && !n.outputs.empty();
     if (has_output && n.outputs[0] != n.name) pair("output", n.outputs[0]);
-    if (n.execution_time > Duration::zero()) milliseconds("execution_time_ms", n.execution_time);
-    if (n.best_case_execution_time != n.execution_time) {
-      milliseconds("best_case_execution_time_ms", n.best_case_execution_time);
-    }
-    if (n.group != CallbackGroup::mutually_exclusive) {
-      pair("callback_group", std::string(to_string(n.group)));
-    }
+    pair(of, "execution_time_ms", last.worst);
+    if (last.best != last.worst) pair("best_case_execution_time_ms", last.best);
+    pair(of, "callback_group", n.groups[0]);
   }
 
-  void timer(const auto& of) {
-    milliseconds("period_ms", of.period);
-    if (of.phase) milliseconds("phase_ms", *of.phase);
-    if (of.deadline != of.period) milliseconds("deadline_ms", of.deadline);
-    if (of.release_jitter > Duration::zero()) milliseconds("release_jitter_ms", of.release_jitter);
+  void timer(KeysOf of, Callback c) {
+    if (c.deadline == c.period) c.deadline = {};
+    pairs(of, graph_keys::kOfTimer<Callback>, c);
+    pair(of, "priority", c.priority);
   }
 
-  void connections(const Node& n) {
-    key("connections") << YAML::BeginSeq;
-    for (std::size_t i = 0; i < n.inputs.size(); ++i) {
-      out_ << YAML::BeginMap << YAML::Key << "input" << YAML::Value;
-      input(n, n.inputs[i]);
-      pair("output", n.outputs[i]);
-      out_ << YAML::EndMap;
-    }
-    out_ << YAML::EndSeq;
-  }
-
-  void inputs(const Node& n) {
-    const bool several = n.inputs.size() > 1;
-    key(several ? "inputs" : "input");
-    if (several) out_ << YAML::BeginSeq;
-    for (const Input& i : n.inputs) input(n, i);
-    if (several) out_ << YAML::EndSeq;
-  }
-
-  void input(const Node& n, const Input& i) {
-    if (i == Input{i.topic, default_depth(n.type), {}}) {
-      out_ << i.topic;
+  void input(const Node& n, const Callback& c) {
+    const auto& [topic, depth] = n.inputs[*c.input];
+    if (depth == default_depth(n.type) && !c.priority) {
+      out << topic;
       return;
     }
-    out_ << YAML::BeginMap;
-    pair("topic", i.topic);
-    if (i.depth != default_depth(n.type)) key("depth") << i.depth;
-    priority(i.priority);
-    out_ << YAML::EndMap;
+    out << YAML::BeginMap;
+    pair("topic", topic);
+    if (depth != default_depth(n.type)) pair("depth", depth);
+    pair(KeysOf::input, "priority", c.priority);
+    out << YAML::EndMap;
   }
 
-  void callbacks_node(const Node& n) {
+  void long_form(const Node& n) {
     if (!n.group_names.empty()) {
       key("groups") << YAML::Flow << YAML::BeginMap;
-      for (std::size_t g = 0; g < n.group_names.size(); ++g) {
-        pair(n.group_names[g], std::string(to_string(n.groups[g])));
-      }
-      out_ << YAML::EndMap;
+      for (std::size_t g = 0; g < n.group_names.size(); ++g) pair(n.group_names[g], n.groups[g]);
+      out << YAML::EndMap;
     }
-    key("callbacks") << YAML::BeginSeq;
-    for (const Callback& c : n.callbacks) callback(n, c);
-    out_ << YAML::EndSeq;
+    list("callbacks", n.callbacks, [&](const Callback& c) { callback(n, c); });
   }
 
   void callback(const Node& n, const Callback& c) {
-    out_ << YAML::Flow << YAML::BeginMap;
+    out << YAML::Flow << YAML::BeginMap;
     const std::string name = c.task.substr(n.name.size() + 1);
     if (c.input) {
       pair("subscription", name);
-      const std::uint32_t depth = n.inputs[*c.input].depth;
-      if (depth != default_depth(n.type)) key("depth") << depth;
-      if (c.service) key("service") << true;
+      pair(KeysOf::subscription, "depth", n.inputs[*c.input].depth);
+      pairs(KeysOf::subscription, graph_keys::kOfSubscription, c);
+      pair(KeysOf::subscription, "priority", c.priority);
     } else {
       pair("timer", name);
-      timer(c);
+      timer(KeysOf::timer, c);
     }
-    priority(c.priority);
     execution_time(c);
     if (c.group < n.group_names.size()) pair("group", n.group_names[c.group]);
-    if (!c.publishes.empty()) key("publishes");
-    if (c.publishes.size() > 1) out_ << YAML::BeginSeq;
-    for (const Publication& p : c.publishes) publication(n, p);
-    if (c.publishes.size() > 1) out_ << YAML::EndSeq;
-    out_ << YAML::EndMap;
+    if (!c.publishes.empty()) {
+      key("publishes");
+      one_or_list(c.publishes, [&](const Publication& p) { publication(n, p); });
+    }
+    out << YAML::EndMap;
     comment(c.task);
   }
 
   void execution_time(const Callback& c) {
-    if (!c.measured && c.best == c.worst) {
-      if (c.worst > Duration::zero()) milliseconds("execution_time_ms", c.worst);
-      return;
-    }
+    if (!c.measured && c.best == c.worst) return pair(KeysOf::timer, "execution_time_ms", c.worst);
     key("execution_time_ms") << YAML::BeginMap;
     const bool listed = c.measured && c.quantiles.empty();
     const std::string file = listed ? times_file_(c) : std::string();
@@ -226,52 +200,45 @@ class Writer {
       for (const Duration value : *c.measured) values.push_back(format_ms(value));
       words("measured", values);
     } else {
-      milliseconds("min", c.best);
-      for (const DurationQuantile& q : c.quantiles) {
-        if (q.percent > 0 && q.percent < 100)
-          milliseconds("p" + std::to_string(std::lround(q.percent)), q.time);
-      }
-      milliseconds("max", c.worst);
+      pair("min", c.best);
+      for (const DurationQuantile& q : c.quantiles)
+        if (q.percent > 0 && q.percent < 100) pair("p" + std::to_string(std::lround(q.percent)), q.time);
+      pair("max", c.worst);
     }
-    out_ << YAML::EndMap;
+    out << YAML::EndMap;
   }
 
   void publication(const Node& n, const Publication& p) {
     if (p.rule == PublishRule::always && p.at == 1) {
-      out_ << p.topic;
+      out << p.topic;
       return;
     }
-    out_ << YAML::BeginMap;
+    out << YAML::BeginMap;
     pair("topic", p.topic);
     std::vector<std::string> of;
     for (const std::uint32_t i : p.of) of.push_back(n.inputs[i].topic);
-    if (p.rule == PublishRule::every) key("every") << p.n;
+    if (p.rule == PublishRule::every) pair("every", p.n);
     if (p.rule == PublishRule::last_of) words("last_of", of);
     if (p.rule == PublishRule::all_new) {
       pair("when", "all_new");
       words("of", of);
     }
-    if (p.at < 1) milliseconds("at_percent", Duration(std::llround(p.at * 1e8)));
-    out_ << YAML::EndMap;
+    if (p.at < 1) pair("at_percent", Duration(std::llround(p.at * 1e8)));  // with as many digits as a time
+    out << YAML::EndMap;
   }
 
-  void chains() {
-    key("chains") << YAML::BeginSeq;
-    for (const Chain& c : graph_.chains) {
-      out_ << YAML::BeginMap;
-      pair("name", c.name);
-      words("nodes", c.nodes);
-      words("sources", c.sources);
-      pair("sink", c.sink);
-      out_ << YAML::EndMap;
-    }
-    out_ << YAML::EndSeq;
+  void chain(const Chain& c) {
+    out << YAML::BeginMap;
+    pair("name", c.name);
+    words("nodes", c.nodes);
+    words("sources", c.sources);
+    pair("sink", c.sink);
+    out << YAML::EndMap;
   }
 
   const Graph& graph_;
   const GraphComments& comments_;
   const TimesFile times_file_;
-  YAML::Emitter out_;
 };
 
 [[noreturn]] void cannot_write(const fs::path& file) {

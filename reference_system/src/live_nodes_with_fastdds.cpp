@@ -5,10 +5,10 @@
 
 #include "hotpath/fastdds/fastdds_transport.hpp"
 #include "hotpath/live/intra_process_transport.hpp"
+#include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/message.hpp"
 #include "hotpath/reference_system/task_message.hpp"
 #include "hotpath/reference_system/typed_live_nodes.hpp"
-#include "make_live_nodes.hpp"
 
 namespace hotpath {
 

@@ -3,9 +3,9 @@
 // messages.
 #include "hotpath/live/intra_process_transport.hpp"
 #include "hotpath/reference_system/bounded_message.hpp"
+#include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/task_history.hpp"
 #include "hotpath/reference_system/typed_live_nodes.hpp"
-#include "make_live_nodes.hpp"
 
 namespace hotpath {
 

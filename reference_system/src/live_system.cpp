@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "make_live_nodes.hpp"
-
 namespace hotpath {
 
 LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options,

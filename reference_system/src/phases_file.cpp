@@ -45,9 +45,7 @@ class PhasesFile {
  private:
   void read_golden_header() {
     const GoldenTrace trace = read_golden_trace(path_);
-    for (const Task& task : trace.set.tasks) {
-      set(++last_line_, task.name, format_ms(task.phase), false);
-    }
+    for (const Task& task : trace.set.tasks) set(++last_line_, task.name, format_ms(task.phase), false);
   }
 
   void read_csv(const std::string& executor) {

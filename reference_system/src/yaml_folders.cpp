@@ -1,33 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "yaml_folders.hpp"
 
-#include <algorithm>
 #include <cstdlib>
-#include <vector>
+#include <sstream>
 
 namespace hotpath {
 
-namespace {
-
 namespace fs = std::filesystem;
 
-void append_folders(std::vector<fs::path>& folders, const std::string& colon_separated) {
-  std::size_t begin = 0;
-  while (begin <= colon_separated.size()) {
-    const std::size_t end = std::min(colon_separated.find(':', begin), colon_separated.size());
-    if (end > begin) folders.emplace_back(colon_separated.substr(begin, end - begin));
-    begin = end + 1;
-  }
-}
-
-}  // namespace
-
 std::map<std::string, fs::path> yaml_files(const char* variable, const std::string& built_in) {
-  std::vector<fs::path> folders;
-  if (const char* given = std::getenv(variable)) append_folders(folders, given);
-  append_folders(folders, built_in);
+  const char* const given = std::getenv(variable);
+  std::istringstream folders((given != nullptr ? std::string(given) + ":" : "") + built_in);
   std::map<std::string, fs::path> files;
-  for (const fs::path& folder : folders) {
+  for (std::string folder; std::getline(folders, folder, ':');) {
     std::error_code error, ignored;
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
       const fs::path& path = it->path();

@@ -36,8 +36,10 @@ std::string kind_of(const YAML::Node& node) {
   return "empty";
 }
 
-bool contains(const std::vector<std::string>& list, const std::string& word) {
-  return std::find(list.begin(), list.end(), word) != list.end();
+std::string joined(const std::vector<std::string>& words) {
+  std::string list;
+  for (const std::string& word : words) list += (list.empty() ? "" : ", ") + word;
+  return list;
 }
 
 }  // namespace
@@ -71,31 +73,18 @@ std::string YamlValue::checked_name(std::size_t most_bytes, bool slash) const {
   return name;
 }
 
-Duration YamlValue::milliseconds(bool zero_allowed) const {
-  const std::optional<Duration> duration = node_.IsScalar() ? parse_ms(node_.Scalar()) : std::nullopt;
-  if (!duration) {
-    fail(what_ + " is " + kind_of(node_),
-         "give decimal milliseconds such as 4.2 (up to 999999999, at most six digits after the point)");
+Duration YamlValue::duration(Duration unit, bool zero_allowed) const {
+  const std::int64_t per_unit = Duration(std::chrono::milliseconds(1)) / unit;
+  const std::string name = per_unit == 1 ? "milliseconds" : "microseconds";
+  const std::optional<Duration> decimal = node_.IsScalar() ? parse_ms(node_.Scalar()) : std::nullopt;
+  if (!decimal || decimal->count() % per_unit != 0) {
+    fail(what_ + " is " + kind_of(node_), "give decimal " + name + " such as 4.2 (up to 999999999, at most " +
+                                              (per_unit == 1 ? "six" : "three") + " digits after the point)");
   }
-  if (*duration < Duration::zero()) {
-    fail(what_ + " is negative (" + node_.Scalar() + ")",
-         zero_allowed ? "give 0 or more milliseconds" : "give more than 0 milliseconds");
-  }
-  if (*duration == Duration::zero() && !zero_allowed) fail(what_ + " is 0", "give more than 0 milliseconds");
-  return *duration;
-}
-
-Duration YamlValue::microseconds() const {
-  constexpr std::int64_t kPerMillisecond = 1000;
-  const std::optional<Duration> duration = node_.IsScalar() ? parse_ms(node_.Scalar()) : std::nullopt;
-  if (!duration || duration->count() % kPerMillisecond != 0) {
-    fail(what_ + " is " + kind_of(node_),
-         "give decimal microseconds such as 4.2 (up to 999999999, at most three digits after the point)");
-  }
-  if (*duration < Duration::zero()) {
-    fail(what_ + " is negative (" + node_.Scalar() + ")", "give 0 or more microseconds");
-  }
-  return *duration / kPerMillisecond;
+  const std::string remedy = (zero_allowed ? "give 0 or more " : "give more than 0 ") + name;
+  if (*decimal < Duration::zero()) fail(what_ + " is negative (" + node_.Scalar() + ")", remedy);
+  if (*decimal == Duration::zero() && !zero_allowed) fail(what_ + " is 0", remedy);
+  return *decimal / per_unit;
 }
 
 double YamlValue::percent() const {
@@ -124,11 +113,9 @@ std::size_t YamlValue::choice(const std::vector<std::string>& choices) const {
   const std::string word = node_.IsScalar() ? node_.Scalar() : std::string();
   const auto match = std::find(choices.begin(), choices.end(), word);
   if (match != choices.end()) return static_cast<std::size_t>(match - choices.begin());
-  std::string list;
-  for (const std::string& choice : choices) list += (list.empty() ? "" : ", ") + choice;
   const auto best = nearest(word, choices);
   fail(what_ + " is " + kind_of(node_),
-       "give one of: " + list + (best ? " (did you mean `" + *best + "`?)" : ""));
+       "give one of: " + joined(choices) + (best ? " (did you mean `" + *best + "`?)" : ""));
 }
 
 std::vector<YamlValue> YamlValue::list(const std::string& item) const {
@@ -186,13 +173,11 @@ YamlValue YamlMap::require(const std::string& key, const std::string& example) c
 void YamlMap::check_keys(const std::vector<std::string>& known,
                          const std::vector<std::string>& elsewhere) const {
   for (const std::string& key : keys_) {
-    if (contains(known, key)) continue;
+    if (std::ranges::count(known, key) > 0) continue;
     const int line = values_.at(key).first;
-    if (contains(elsewhere, key)) {
-      std::string list;
-      for (const std::string& word : known) list += (list.empty() ? "" : ", ") + word;
-      throw InputError(*file_, line, "`" + key + "` is not a key of " + what_, "its keys are: " + list);
-    }
+    if (std::ranges::count(elsewhere, key) > 0)
+      throw InputError(*file_, line, "`" + key + "` is not a key of " + what_,
+                       "its keys are: " + joined(known));
     throw InputError(*file_, line, "unknown key `" + key + "` in " + what_, suggest(key, known));
   }
 }

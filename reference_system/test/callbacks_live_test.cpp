@@ -13,6 +13,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/phases.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -115,7 +116,6 @@ TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence)
   for (int i = 0; i < 150; ++i) {
     Node& node = g.nodes.emplace_back();
     node.name = "N" + std::to_string(i);
-    node.type = NodeType::callbacks;
     node.outputs = {node.name};
     node.groups = {CallbackGroup::mutually_exclusive};
     Callback& callback = node.callbacks.emplace_back();
@@ -124,7 +124,7 @@ TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence)
       callback.task = node.name + "/t";
       callback.period = callback.deadline = std::chrono::milliseconds(100);
     } else {
-      node.inputs.push_back({"N" + std::to_string(i - 1), 1, std::nullopt});
+      node.inputs.push_back({"N" + std::to_string(i - 1)});
       callback.task = node.name + "/" + node.inputs[0].topic;
       callback.input = 0;
     }
@@ -163,8 +163,8 @@ std::vector<std::uint64_t> oldest_sources(const Live& live) {
 }
 
 TEST(LiveHistory, KeepsTheOldestJobOfASourceThatArrivesByTwoPaths) {
-  const auto node = [](const char* name, NodeType type, std::vector<Input> inputs) {
-    Node n;
+  const auto node = [](const char* name, NodeType type, std::vector<ReferenceInput> inputs) {
+    ReferenceNode n;
     n.name = name;
     n.type = type;
     n.inputs = std::move(inputs);
@@ -172,7 +172,7 @@ TEST(LiveHistory, KeepsTheOldestJobOfASourceThatArrivesByTwoPaths) {
     if (type != NodeType::fusion) n.period = n.deadline = std::chrono::milliseconds(10);
     return n;
   };
-  const Input s{"S", 1, std::nullopt}, n{"N", 1, std::nullopt};
+  const ReferenceInput s{"S", 1, std::nullopt}, n{"N", 1, std::nullopt};
   Graph g;
   g.nodes = {node("S", NodeType::sensor, {}), node("N", NodeType::cyclic, {s}),
              node("F", NodeType::fusion, {s, n})};

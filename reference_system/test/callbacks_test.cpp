@@ -6,7 +6,7 @@
 #include <map>
 #include <sstream>
 
-#include "callbacks_graph.hpp"
+#include "graph_fixture.hpp"
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/core/trace_csv.hpp"
@@ -67,7 +67,7 @@ Simulated simulate_text(const std::string& nodes, Duration duration,
 std::string as_callbacks(const Node& node) {
   std::ostringstream out;
   out.precision(15);
-  out << "  - name: " << node.name << "\n    type: callbacks\n    groups: {g: " << to_string(node.group)
+  out << "  - name: " << node.name << "\n    type: callbacks\n    groups: {g: " << to_string(node.groups[0])
       << "}\n    callbacks:\n";
   const auto set_of = [&](const Publication& p) {
     std::string topics;
@@ -125,7 +125,8 @@ std::string bytes(const GraphTasks& names, const Graph& graph, const Trace& trac
 TEST(Callbacks, TheSixTypesWrittenWithThemGiveTheSameRun) {
   for (const char* name : {"autoware", "many_to_many"}) {
     Graph graph = load_graph(find_graph(name));
-    for (Node& node : graph.nodes) node.best_case_execution_time = node.execution_time / 3;
+    for (Node& node : graph.nodes)
+      for (Callback& callback : node.callbacks) callback.best = callback.worst / 3;
     const Graph same = with_callbacks(graph);
     for (const ExecutorEntry& executor : executors()) {
       for (const std::uint64_t seed : {1, 2, 3}) {

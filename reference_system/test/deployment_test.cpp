@@ -10,14 +10,11 @@
 #include <set>
 #include <sstream>
 
-#include "expect_error.hpp"
-#include "hotpath/core/input_error.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 
 namespace hotpath {
 namespace {
 
-using testing::AllOf;
 using testing::HasSubstr;
 
 class Deployments : public testing::Test {
@@ -26,14 +23,7 @@ class Deployments : public testing::Test {
 
   /// The message for a file with these executors.
   std::string error(const std::string& executors) {
-    const std::string path = testing::TempDir() + "deployment_test.yaml";
-    std::ofstream(path) << "name: d\nexecutors:\n" << executors;
-    try {
-      static_cast<void>(find(path));
-    } catch (const InputError& e) {
-      return std::string(e.what()).substr(path.size());
-    }
-    return "";
+    return error_of("name: d\nexecutors:\n" + executors, [&](const std::string& path) { return find(path); });
   }
 
   const Graph graph = load_graph(find_graph("autoware"));
@@ -62,10 +52,7 @@ TEST_F(Deployments, EveryTaskHasAnExecutorInAllShippedDeployments) {
 TEST_F(Deployments, AreWrittenAsTheyAreRead) {
   for (const char* const name : {"single", "isolated", "cie", "prioritized", "upstream_cbg", "picas"}) {
     const Deployment d = find(name);
-    const std::string path = testing::TempDir() + "deployment_written.yaml";
-    std::ofstream(path) << deployment_yaml(graph, tasks, d);
-    const Deployment read = find(path);
-    std::filesystem::remove(path);
+    const Deployment read = find(File("written.yaml", deployment_yaml(graph, tasks, d)).path());
     EXPECT_EQ(read.executor_of, d.executor_of) << name;
     EXPECT_EQ(read.description, d.description) << name;
     ASSERT_EQ(read.executors.size(), d.executors.size()) << name;
@@ -123,12 +110,10 @@ TEST_F(Deployments, RateMonotonicThreadsHaveHigherPrioritiesForShorterPeriods) {
 }
 
 TEST_F(Deployments, ExecutorsThatNameNoProcessShareOne) {
-  const std::string path = testing::TempDir() + "processes.yaml";
-  std::ofstream(path) << "name: d\nexecutors:\n"
-                         "  - {name: a, owns: [Visualizer]}\n"
-                         "  - {name: b, process: drivers, owns: [FrontLidarDriver]}\n"
-                         "  - {name: c, owns: rest}\n";
-  const Deployment d = find(path);
+  const File file("processes.yaml",
+                  "name: d\nexecutors:\n  - {name: a, owns: [Visualizer]}\n"
+                  "  - {name: b, process: drivers, owns: [FrontLidarDriver]}\n  - {name: c, owns: rest}\n");
+  const Deployment d = find(file.path());
   EXPECT_EQ(d.processes, (std::vector<std::string>{"", "drivers"}));
   EXPECT_EQ(d.executors_in(0), (std::vector<std::size_t>{0, 2}));
   EXPECT_EQ(d.executors_in(1), (std::vector<std::size_t>{1}));
@@ -146,39 +131,25 @@ TEST_F(Deployments, CallbackGroupsOfOneNodeCanHaveDifferentExecutors) {
     if (n.groups.size() > 1 && !n.group_names.empty()) node = &n;
   }
   ASSERT_NE(node, nullptr);
-  const std::string path = testing::TempDir() + "groups.yaml",
-                    group = node->name + "/" + node->group_names[0];
-  std::ofstream(path) << "name: d\nexecutors:\n  - {name: a, owns: [" << group
-                      << "]}\n  - {name: b, owns: rest}\n";
-  const Deployment d = find_deployment(path, callbacks, of);
+  const std::string first =
+      "name: d\nexecutors:\n  - {name: a, owns: [" + node->name + "/" + node->group_names[0] + "]}\n";
+  const Deployment d =
+      find_deployment(File("groups.yaml", first + "  - {name: b, owns: rest}\n").path(), callbacks, of);
   for (TaskId id = 0; id < of.set.size(); ++id) {
     const bool in_group = &callbacks.nodes[of.origin[id].node] == node && of.callbacks[id].group == 0;
     EXPECT_EQ(d.executor_of[id], in_group ? 0U : 1U) << of.set[id].name;
   }
-  std::ofstream(path) << "name: d\nexecutors:\n  - {name: a, owns: [" << group
-                      << "]}\n  - {name: b, process: other, owns: rest}\n";
-  try {
-    static_cast<void>(find_deployment(path, callbacks, of));
-    ADD_FAILURE() << "a node in two processes";
-  } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), AllOf(HasSubstr(":4: "), HasSubstr("two processes, with executors")));
-  }
+  const auto read = [&](const std::string& path) { return find_deployment(path, callbacks, of); };
+  expect_error(error_of(first + "  - {name: b, process: other, owns: rest}\n", read), 4,
+               {"two processes, with executors"});
 }
 
 /// A configuration file of CallbackIsolatedExecutor.
 class CieFile : public Deployments {
  protected:
-  static std::string write(const std::string& groups) {
-    std::ofstream(path) << "callback_groups:\n" << groups;
-    return path;
-  }
   std::string cie_error(const std::string& groups) {
-    try {
-      static_cast<void>(find("cie:" + write(groups)));
-    } catch (const InputError& e) {
-      return std::string(e.what()).substr(path.size());
-    }
-    return "";
+    return error_of("callback_groups:\n" + groups,
+                    [&](const std::string& path) { return find("cie:" + path); });
   }
   const DeployedExecutor& of_task(const Deployment& d, const std::string& name) {
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
@@ -186,11 +157,11 @@ class CieFile : public Deployments {
     }
     throw std::out_of_range(name);
   }
-  static inline const std::string path = testing::TempDir() + "threads.yaml";
 };
 
 TEST_F(CieFile, GivesThreadsToCallbackGroups) {
-  const Deployment d = find("cie:" + write(R"(
+  const File file("threads.yaml", R"(callback_groups:
+
   - id: /FrontLidarDriver@Timer(100000000)
     affinity: [0, 1]
     policy: SCHED_FIFO
@@ -206,8 +177,9 @@ TEST_F(CieFile, GivesThreadsToCallbackGroups) {
     priority: 0
   - {id: /Visualizer@Timer(60000000), policy: SCHED_BATCH, nice: -5}
 non_ros_threads: []
-)"));
-  EXPECT_EQ(d.name, "cie:threads");
+)");
+  const Deployment d = find("cie:" + file.path());
+  EXPECT_THAT(d.name, testing::MatchesRegex("cie:[0-9]+threads"));
   EXPECT_EQ(d.executor_of, find("cie").executor_of);
   const DeployedExecutor& lidar = of_task(d, "FrontLidarDriver");
   EXPECT_EQ(to_string(lidar.policy), "fifo:50");
@@ -231,8 +203,7 @@ TEST_F(CieFile, IsWrittenAsItIsRead) {
   changed.executors[2].policy = parse_thread_policy("idle:4");
   first.str("");
   write_cie(first, graph, tasks, changed);
-  std::ofstream(path) << first.str();
-  const Deployment read = find("cie:" + path);
+  const Deployment read = find("cie:" + File("written.yaml", first.str()).path());
   write_cie(second, graph, tasks, read);
   EXPECT_EQ(first.str(), second.str());
   for (std::size_t e = 0; e < read.executors.size(); ++e) {
@@ -241,46 +212,53 @@ TEST_F(CieFile, IsWrittenAsItIsRead) {
   EXPECT_THROW(write_cie(second, graph, tasks, find("single")), std::invalid_argument);
 }
 
+struct Mistake {
+  std::string text;
+  int line;
+  std::vector<const char*> parts = {};  ///< Of the message.
+};
+
 TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
-  const std::string imu = "  - id: /Visualizer@Timer(60000000)\n";
-  expect_error(
-      cie_error("  - {id: /Visualizer@Timer(6000000), policy: SCHED_OTHER}\n"), 2,
-      {"no callback group /Visualizer@Timer(6000000)", "did you mean `/Visualizer@Timer(60000000)`"});
-  expect_error(cie_error("  - {id: /Nobody@Service(/a), policy: SCHED_OTHER}\n"), kAnyLine,
-               {"no callback group /Nobody"});
-  expect_error(cie_error(imu + "    policy: SCHED_FIFO\n"), kAnyLine, {"`priority` is missing"});
-  expect_error(cie_error(imu + "    policy: SCHED_FIFO\n    priority: 100\n"), 4);
-  expect_error(cie_error(imu + "    policy: FIFO\n"), 3, {"SCHED_FIFO"});
-  expect_error(
-      cie_error(imu + "    policy: SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n   "
-                      " period: 10000000\n"),
-      kAnyLine, {"at most the deadline"});
-  expect_error(cie_error(imu + "    policy: SCHED_OTHER\n    colour: red\n"), kAnyLine,
-               {"unknown key `colour`"});
-  expect_error(cie_error(imu + "    policy: SCHED_OTHER\n" + imu + "    policy: SCHED_OTHER\n"), 4,
-               {"occurs twice"});
+  const std::string imu = "  - id: /Visualizer@Timer(60000000)\n    policy: ";
+  const std::vector<Mistake> mistakes = {
+      {"  - {id: /Visualizer@Timer(6000000), policy: SCHED_OTHER}\n",
+       2,
+       {"no callback group /Visualizer@Timer(6000000)", "did you mean `/Visualizer@Timer(60000000)`"}},
+      {"  - {id: /Nobody@Service(/a), policy: SCHED_OTHER}\n", kAnyLine, {"no callback group /Nobody"}},
+      {imu + "SCHED_FIFO\n", kAnyLine, {"`priority` is missing"}},
+      {imu + "SCHED_FIFO\n    priority: 100\n", 4},
+      {imu + "FIFO\n", 3, {"SCHED_FIFO"}},
+      {imu + "SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n    period: 10000000\n",
+       kAnyLine,
+       {"at most the deadline"}},
+      {imu + "SCHED_OTHER\n    colour: red\n", kAnyLine, {"unknown key `colour`"}},
+      {imu + "SCHED_OTHER\n" + imu + "SCHED_OTHER\n", 4, {"occurs twice"}},
+  };
+  for (const Mistake& m : mistakes) expect_error(cie_error(m.text), m.line, m.parts);
 }
 
 TEST_F(Deployments, MistakesAreReportedWithTheirLine) {
-  expect_error(error("  - {name: a, owns: [FrontLidarDrivr]}\n"), 3,
-               {"no node FrontLidarDrivr", "did you mean"});
-  expect_error(error("  - {name: a, owns: [Visualizer]}\n  - {name: b, owns: [Visualizer]}\n"), 4,
-               {"belong to executor a already"});
-  expect_error(error("  - {name: a, owns: [FrontLidarDriver]}\n"), kAnyLine,
-               {"no executor owns all callback groups of node"});
-  expect_error(error("  - {name: a, owns: rest}\n  - {name: b, owns: rest}\n"), kAnyLine,
-               {"two executors own the rest"});
-  expect_error(error("  - {name: a, owns: rest}\n  - {name: a, owns: [Visualizer]}\n"), kAnyLine,
-               {"occurs twice"});
-  expect_error(error("  - {name: a, policy: 'fifo:100', owns: rest}\n"), 3, {"fifo:100"});
-  expect_error(error("  - {name: a, policy: deadline, owns: rest}\n"), kAnyLine, {"is not one of other"});
-  expect_error(error("  - {name: a, policy: 'deadline:20/10/10', owns: rest}\n"), 3,
-               {"at most the deadline"});
-  expect_error(error("  - {name: a, policy: 'deadline:1/10/10', processors: [0], owns: rest}\n"), 3,
-               {"cannot pin SCHED_DEADLINE threads"});
-  expect_error(error("  - {name: a, processors: [-1], owns: rest}\n"), 3);
-  expect_error(error("  - {name: a, processors: [0, 0], owns: rest}\n"), kAnyLine, {"occurs twice"});
-  expect_error(error("  - {name: a, thread: 1, owns: rest}\n"), kAnyLine, {"thread"});
+  const std::vector<Mistake> mistakes = {
+      {"  - {name: a, owns: [FrontLidarDrivr]}\n", 3, {"no node FrontLidarDrivr", "did you mean"}},
+      {"  - {name: a, owns: [Visualizer]}\n  - {name: b, owns: [Visualizer]}\n",
+       4,
+       {"to executor a already"}},
+      {"  - {name: a, owns: [FrontLidarDriver]}\n",
+       kAnyLine,
+       {"no executor owns all callback groups of node"}},
+      {"  - {name: a, owns: rest}\n  - {name: b, owns: rest}\n", kAnyLine, {"two executors own the rest"}},
+      {"  - {name: a, owns: rest}\n  - {name: a, owns: [Visualizer]}\n", kAnyLine, {"occurs twice"}},
+      {"  - {name: a, policy: 'fifo:100', owns: rest}\n", 3, {"fifo:100"}},
+      {"  - {name: a, policy: deadline, owns: rest}\n", kAnyLine, {"is not one of other"}},
+      {"  - {name: a, policy: 'deadline:20/10/10', owns: rest}\n", 3, {"at most the deadline"}},
+      {"  - {name: a, policy: 'deadline:1/10/10', processors: [0], owns: rest}\n",
+       3,
+       {"cannot pin SCHED_DEADLINE threads"}},
+      {"  - {name: a, processors: [-1], owns: rest}\n", 3},
+      {"  - {name: a, processors: [0, 0], owns: rest}\n", kAnyLine, {"occurs twice"}},
+      {"  - {name: a, thread: 1, owns: rest}\n", kAnyLine, {"thread"}},
+  };
+  for (const Mistake& m : mistakes) expect_error(error(m.text), m.line, m.parts);
   EXPECT_THROW(static_cast<void>(find("isolatd")), InputError);
 }
 

@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "callbacks_graph.hpp"
+#include "graph_fixture.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
 

@@ -7,12 +7,13 @@
 #include <set>
 
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
 
-Node node(const std::string& name, const std::vector<std::string>& inputs) {
-  Node n;
+ReferenceNode node(const std::string& name, const std::vector<std::string>& inputs) {
+  ReferenceNode n;
   n.name = name;
   for (const std::string& topic : inputs) n.inputs.push_back({topic, 1, {}});
   n.outputs = {name};

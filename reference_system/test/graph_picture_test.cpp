@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "hotpath/reference_system/graph_file.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -102,7 +103,7 @@ TEST(Picture, TheFirstCallbackColoursANodeOfSeveralExecutors) {
 TEST(Picture, EscapesWhatGraphvizWouldRead) {
   Graph graph;
   graph.name = "g";
-  Node node;
+  ReferenceNode node;
   node.name = "a<b>&\\";
   node.outputs = {node.name};
   graph.nodes = {node};

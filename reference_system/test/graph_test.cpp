@@ -12,6 +12,7 @@
 #include "hotpath/core/priority_order.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -201,31 +202,34 @@ INSTANTIATE_TEST_SUITE_P(
 Graph two_topics() {
   Graph g;
   for (const char* name : {"S", "T"}) {
-    Node& sensor = g.nodes.emplace_back();
+    ReferenceNode sensor;
     sensor.name = name;
     sensor.period = sensor.deadline = std::chrono::milliseconds(10);
     sensor.outputs = {name};
+    g.nodes.push_back(sensor);
   }
   for (const char* name : {"A", "B", "C"}) {
-    Node& fusion = g.nodes.emplace_back();
+    ReferenceNode fusion;
     fusion.name = name;
     fusion.type = name == std::string("C") ? NodeType::command : NodeType::fusion;
     fusion.inputs = {{"S", 1, std::nullopt}};
-    if (fusion.type == NodeType::command) continue;
-    fusion.inputs.push_back({"T", 1, std::nullopt});
-    fusion.outputs = {name};
+    if (fusion.type == NodeType::fusion) {
+      fusion.inputs.push_back({"T", 1, std::nullopt});
+      fusion.outputs = {name};
+    }
+    g.nodes.push_back(fusion);
   }
   return g;
 }
 
 TEST(Rates, KeepTheReleaseJitterBelowThePeriod) {
   Graph g;
-  Node& node = g.nodes.emplace_back();
-  node.period = std::chrono::milliseconds(100);
-  node.release_jitter = std::chrono::milliseconds(60);
+  Callback& timer = g.nodes.emplace_back().callbacks.emplace_back();
+  timer.period = std::chrono::milliseconds(100);
+  timer.release_jitter = std::chrono::milliseconds(60);
   scale_rates(g, 200);
-  EXPECT_EQ(node.period, std::chrono::milliseconds(50));
-  EXPECT_EQ(node.release_jitter, node.period - Duration(1));
+  EXPECT_EQ(timer.period, std::chrono::milliseconds(50));
+  EXPECT_EQ(timer.release_jitter, timer.period - Duration(1));
 }
 
 TEST(Delivery, OrdersTheSubscriptionsThatATaskFeeds) {

@@ -11,14 +11,15 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
 
 using namespace std::chrono_literals;
 
-Node sensor(const std::string& name, Duration period) {
-  Node n;
+ReferenceNode sensor(const std::string& name, Duration period) {
+  ReferenceNode n;
   n.name = name;
   n.type = NodeType::sensor;
   n.period = n.deadline = period;
@@ -26,12 +27,14 @@ Node sensor(const std::string& name, Duration period) {
   return n;
 }
 
-Node worker(const std::string& name, NodeType type, std::vector<std::string> inputs, Duration time) {
-  Node n;
+ReferenceNode worker(const std::string& name, NodeType type, std::vector<std::string> inputs, Duration time,
+                     Duration period = {}) {
+  ReferenceNode n;
   n.name = name;
   n.type = type;
   for (std::string& topic : inputs) n.inputs.push_back({std::move(topic), 1, std::nullopt});
   if (type != NodeType::command) n.outputs = {name};
+  n.period = period;
   n.execution_time = n.best_case_execution_time = time;
   return n;
 }
@@ -99,12 +102,11 @@ TEST(GraphWorkload, OrderOfDeliveryDecidesBetweenSubscribersOfOneTopic) {
 TEST(GraphWorkload, AgeCountsFromTheOldestJobOfASourceThatArrivesByTwoPaths) {
   // The job of N at 399 ms reads S's of 300 ms and ends at 401 ms; F then has S's of 400 ms as well.
   Graph g;
-  g.nodes = {sensor("S", 100ms), worker("N", NodeType::cyclic, {"S"}, 2ms),
+  g.nodes = {sensor("S", 100ms), worker("N", NodeType::cyclic, {"S"}, 2ms, 400ms),
              worker("F", NodeType::fusion, {"S", "N"}, 2ms)};
-  g.nodes[1].period = g.nodes[1].deadline = 400ms;
   g.chains = {{"chain", {"S", "N", "F"}, {"S"}, "F"}};
   for (const bool swapped : {false, true}) {
-    if (swapped) std::swap(g.nodes[2].inputs[0], g.nodes[2].inputs[1]);
+    if (swapped) g.nodes[2] = worker("F", NodeType::fusion, {"N", "S"}, 2ms);
     const Simulated s = simulate_graph(g, "rm-ro", 500ms, {0ms, 0ms, 399ms});
     ASSERT_EQ(s.chains.size(), 1U);
     EXPECT_EQ(s.chains[0].end_to_end_latency, 103ms);
@@ -117,9 +119,8 @@ TEST(GraphWorkload, AgeCountsFromTheOldestJobOfASourceThatArrivesByTwoPaths) {
 TEST(GraphWorkload, AgeLeavesOutDataThatReturnsToTheChain) {
   for (const bool with_feedback : {false, true}) {
     Graph g;
-    g.nodes = {sensor("S", 100ms), worker("P", NodeType::cyclic, {"S", "F"}, 1ms),
+    g.nodes = {sensor("S", 100ms), worker("P", NodeType::cyclic, {"S", "F"}, 1ms, 100ms),
                worker("X", NodeType::transform, {"P"}, 1ms), worker("F", NodeType::transform, {"X"}, 1ms)};
-    g.nodes[1].period = g.nodes[1].deadline = 100ms;
     g.chains = {{"chain", {"S", "P", "X"}, {"S"}, "X"}};
     if (with_feedback) g.chains[0].nodes.emplace_back("F");
     const Simulated s = simulate_graph(g, "rm-ro", 500ms, {0ms, 0ms, 0ms, 10ms});
@@ -131,9 +132,8 @@ TEST(GraphWorkload, AgeLeavesOutDataThatReturnsToTheChain) {
 /// Data of S reaches F at once, and by way of N, whether the chain names N or not.
 TEST(GraphWorkload, AgeCountsDataOfOtherPaths) {
   Graph g;
-  g.nodes = {sensor("S", 100ms), worker("N", NodeType::cyclic, {"S"}, 2ms),
+  g.nodes = {sensor("S", 100ms), worker("N", NodeType::cyclic, {"S"}, 2ms, 400ms),
              worker("F", NodeType::fusion, {"S", "N"}, 2ms)};
-  g.nodes[1].period = g.nodes[1].deadline = 400ms;
   g.chains = {{"chain", {"S", "F"}, {"S"}, "F"}, {"longer", {"S", "N", "F"}, {"S"}, "F"}};
   const Simulated s = simulate_graph(g, "rm-ro", 500ms, {0ms, 0ms, 399ms});
   ASSERT_EQ(s.chains.size(), 2U);
@@ -208,7 +208,8 @@ TEST_P(RclcppAutowarePhases, MedianOfTheRealStack) {
   const Reference& reference = GetParam();
   Graph graph = load_graph(find_graph("autoware"));
   for (Node& node : graph.nodes) {
-    if (node.execution_time > Duration{}) node.execution_time = node.best_case_execution_time = 4220us;
+    for (Callback& callback : node.callbacks)
+      if (callback.worst > Duration{}) callback.worst = callback.best = 4220us;
   }
   const auto phases = read_phases(std::string(HOTPATH_REFERENCE_DIR) + "/rclcpp_autoware_phases.csv", graph,
                                   reference.executor);

@@ -6,20 +6,16 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <stdexcept>
 
-#include "expect_error.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 
 namespace hotpath {
 namespace {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
-using testing::HasSubstr;
 
 const Graph& autoware() {
   static const Graph graph = load_graph(find_graph("autoware"));
@@ -39,28 +35,15 @@ Duration of(const std::vector<Duration>& phases, const std::string& timer, const
 
 class PhasesFile : public testing::Test {
  protected:
-  PhasesFile() {
-    const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = testing::TempDir() + "hotpath_phases_" + test->name() + ".csv";
-  }
-  ~PhasesFile() override { std::filesystem::remove(path_); }
-
   std::vector<Duration> read(const std::string& text, const std::string& executor = "default") {
-    std::ofstream(path_) << text;
-    return read_phases(path_, graph_, executor);
+    return read_phases(File("phases.csv", text).path(), graph_, executor);
   }
-  std::string error_of(const std::string& text, const std::string& executor = "default") {
-    try {
-      read(text, executor);
-    } catch (const InputError& error) {
-      return std::string(error.what()).substr(path_.size());
-    }
-    return "accepted";
+  std::string error(const std::string& text, const std::string& executor = "default") {
+    return error_of(text, [&](const std::string& path) { return read_phases(path, graph_, executor); });
   }
 
   Graph graph_ =
       load_graph(find_graph("many_to_many"));  // timers SensorA (25), SensorB (41), SensorC (51 ms)
-  std::string path_;
 };
 
 TEST(CreationPhases, AreCreationPlusPeriodWithOneStepPerNode) {
@@ -96,7 +79,7 @@ TEST(CreationPhases, UseTheLeastSquaresFitToTheRecordedCreationInstants) {
     const auto phases = read_phases(recorded_phases(), autoware(), executor);
     for (const auto& [timer, count] : counts) {
       const auto [n, e] = count;
-      const double y = to_ms(of(phases, timer) - autoware().find(timer)->period);
+      const double y = to_ms(of(phases, timer) - autoware().find(timer)->callbacks.back().period);
       nn += n * n, ne += n * e, ee += e * e, ny += n * y, ey += e * y;
     }
   }
@@ -112,10 +95,10 @@ TEST(SynchronousPhases, AreAllAtTheEpoch) {
 
 TEST(GivenPhases, ComeFromTheGraphAndAreNeededForEveryTimer) {
   Graph graph = load_graph(find_graph("many_to_many"));
-  graph.nodes[0].phase = milliseconds(7);
-  graph.nodes[1].phase = milliseconds(0);
+  graph.nodes[0].callbacks[0].phase = milliseconds(7);
+  graph.nodes[1].callbacks[0].phase = milliseconds(0);
   EXPECT_THROW((void)make_phases(graph, make_tasks(graph), Phases::given), std::invalid_argument);
-  graph.nodes[2].phase = milliseconds(60);
+  graph.nodes[2].callbacks[0].phase = milliseconds(60);
   const auto phases = make_phases(graph, make_tasks(graph), Phases::given);
   EXPECT_EQ(of(phases, "SensorA", graph), milliseconds(7));
   EXPECT_EQ(of(phases, "SensorB", graph), Duration::zero());
@@ -181,23 +164,18 @@ TEST_F(PhasesFile, ChoosesTheRowOfTheExecutor) {
 
 TEST_F(PhasesFile, NamesTheLineOfEachMistake) {
   const std::string head = "task,first_release_ms\n";
-  expect_error(error_of(""), kAnyLine, {"empty"});
-  expect_error(error_of("timer,phase\n"), 1);
-  EXPECT_THAT(error_of(head + "SensorA,1\nSensorB,2\n"),
-              HasSubstr(":3: no phase for the timer of node SensorC"));
-  EXPECT_THAT(
-      error_of(head + "SensorA,1\nSensrB,2\n"),
-      testing::AllOf(HasSubstr(":3: the graph has no timer SensrB"), HasSubstr("did you mean `SensorB`?")));
-  EXPECT_THAT(error_of(head + "ProcessorX/Data,1\n"), HasSubstr(":2: the graph has no timer"));
-  EXPECT_THAT(error_of(head + "SensorA,1\nSensorA,1\n"), HasSubstr(":3: timer SensorA has a second phase"));
-  EXPECT_THAT(error_of(head + "SensorA,soon\n"), HasSubstr(":2: the phase of timer SensorA is `soon`"));
-  expect_error(error_of(head + "SensorA,-1\n"), 2);
-  EXPECT_THAT(error_of(head + "SensorA\n"), HasSubstr(":2: 1 columns instead of 2"));
-  EXPECT_THAT(error_of(kWide, "dm-ro"), HasSubstr(":1: no row for executor dm-ro"));
-  EXPECT_THAT(error_of("executor,created_ms_SensorA,created_ms_SensorB\ndefault,1,2\n"),
-              HasSubstr(":1: no phase for the timer of node SensorC"));
-  EXPECT_THAT(error_of("executor,created_ms_Sensor\ndefault,1\n"),
-              HasSubstr(":2: the graph has no timer Sensor"));
+  expect_error(error(""), kAnyLine, {"empty"});
+  expect_error(error("timer,phase\n"), 1);
+  expect_error(error(head + "SensorA,1\nSensorB,2\n"), 3, {"no phase for the timer of node SensorC"});
+  expect_error(error(head + "SensorA,1\nSensrB,2\n"), 3, {"no timer SensrB", "did you mean `SensorB`?"});
+  expect_error(error(head + "ProcessorX/Data,1\n"), 2, {"the graph has no timer"});
+  expect_error(error(head + "SensorA,1\nSensorA,1\n"), 3, {"timer SensorA has a second phase"});
+  expect_error(error(head + "SensorA,soon\n"), 2, {"the phase of timer SensorA is `soon`"});
+  expect_error(error(head + "SensorA,-1\n"), 2);
+  expect_error(error(head + "SensorA\n"), 2, {"1 columns instead of 2"});
+  expect_error(error(kWide, "dm-ro"), 1, {"no row for executor dm-ro"});
+  expect_error(error("executor,created_ms_SensorA,created_ms_SensorB\ndefault,1,2\n"), 1, {"node SensorC"});
+  expect_error(error("executor,created_ms_Sensor\ndefault,1\n"), 2, {"the graph has no timer Sensor"});
   EXPECT_THROW((void)read_phases("/nonexistent.csv", graph_, "default"), InputError);
 }
 
@@ -211,9 +189,9 @@ TEST_F(PhasesFile, TakesTheHeaderOfAGoldenTrace) {
   EXPECT_EQ(of(phases, "SensorA", graph_), Duration(200'000'001));
   EXPECT_EQ(of(phases, "SensorB", graph_), Duration::zero());
   EXPECT_EQ(of(phases, "SensorC", graph_), milliseconds(5));
-  expect_error(error_of(header("SensorA", "1") + "# SensorB period\n" + job), 2,
+  expect_error(error(header("SensorA", "1") + "# SensorB period\n" + job), 2,
                {"header line of a golden trace"});
-  expect_error(error_of(header("SensorA", "1") + job), kAnyLine, {"no phase for the timer of node SensorB"});
+  expect_error(error(header("SensorA", "1") + job), kAnyLine, {"no phase for the timer of node SensorB"});
 }
 
 TEST(RecordedPhases, OfTheRealStackAreRead) {

@@ -120,40 +120,27 @@ inline constexpr std::array kPlatformCosts = {
                  "Delay from publication to arrival of a sample"},
 };
 
-/// A topic to which a node subscribes. In `callbacks` nodes, the Callback has the priority instead.
+/// A topic to which a node subscribes.
 struct Input {
   std::string topic;
-  std::uint32_t depth = 1;               ///< History depth; upstream: 1, command nodes 10.
-  std::optional<std::int64_t> priority;  ///< Given fixed priority of this subscription.
+  std::uint32_t depth = 1;  ///< History depth, >= 1.
   friend bool operator==(const Input&, const Input&) = default;
 };
 
-/// A node of a graph. The comments name the node types to which a member applies.
+/// A node of a graph: its callbacks, whatever its type. Files have short forms for the six types of the
+/// reference system (ReferenceNode).
 struct Node {
   std::string name;
-  NodeType type = NodeType::sensor;
-  Duration period{};                     ///< sensor, cyclic: > 0.
-  std::optional<Duration> phase;         ///< First timestamp relative to the epoch, for `--phases given`.
-  Duration deadline{};                   ///< sensor, cyclic: relative; default: the period.
-  Duration release_jitter{};             ///< sensor, cyclic: see Task; in [0, period).
-  std::optional<std::int64_t> priority;  ///< sensor, cyclic: given fixed priority of the timer.
+  NodeType type = NodeType::callbacks;  ///< How files write it and pictures show it.
   std::vector<Input> inputs;
-  /// intersection: one per input; command: none; callbacks: each topic that it publishes, once;
-  /// other types: one.
-  std::vector<std::string> outputs;
-  Duration execution_time{};                                ///< Work of one activation (worst case).
-  Duration best_case_execution_time{};                      ///< Default: execution_time.
-  CallbackGroup group = CallbackGroup::mutually_exclusive;  ///< Of all callbacks; not for type callbacks.
-  // Only for type `callbacks`, which uses no other member than name, type, inputs and outputs.
+  std::vector<std::string> outputs;  ///< Each topic that its callbacks publish, once.
   std::vector<CallbackGroup> groups;
-  std::vector<std::string> group_names;  ///< callbacks: parallel to groups.
+  std::vector<std::string> group_names;  ///< Of the first `groups`; the last group may have no name.
   std::vector<Callback> callbacks;       ///< In order of creation.
   friend bool operator==(const Node&, const Node&) = default;
 };
 
-/// The callbacks of a node of any type, in order of creation: expresses the six types of the
-/// reference system in terms of the seventh. Subscriptions come first, in input order, then the
-/// timer.
+/// The callbacks of a node, with Callback::stores_only.
 std::vector<Callback> callbacks_of(const Node& node);
 
 /// A path of data from sources to a sink, whose latency is measured. If a node has several relevant

@@ -39,6 +39,10 @@ struct LiveOptions {
   Calibration calibration;
 };
 
+/// Creates the nodes on the requested transport. Throws TransportError.
+std::unique_ptr<LiveNodes> make_live_nodes(const Graph& graph, const GraphTasks& tasks,
+                                           const LiveOptions& options, RunMemory& memory);
+
 /// The nodes of a graph in this process, driven by one or more executors. Their messages are
 /// upstream's, or TaskMessage if the graph has nodes of type `callbacks`. First timestamps are the
 /// phases in `tasks`. If the program runs with the sensor of `hotpath watch`, it is watched.

@@ -37,9 +37,11 @@ class YamlValue {
   /// A name that no message contains: of any length.
   std::string long_name() const { return checked_name(std::numeric_limits<std::size_t>::max(), false); }
   std::string topic() const { return checked_name(kMaxTopicBytes, true); }
-  Duration milliseconds(bool zero_allowed) const;
+  Duration milliseconds(bool zero_allowed) const {
+    return duration(std::chrono::milliseconds(1), zero_allowed);
+  }
   /// >= 0.
-  Duration microseconds() const;
+  Duration microseconds() const { return duration(std::chrono::microseconds(1), true); }
   /// In [0, 100].
   double percent() const;
   std::int64_t integer(std::int64_t least, std::int64_t most) const;
@@ -64,6 +66,8 @@ class YamlValue {
  private:
   friend class YamlMap;
   std::string checked_name(std::size_t most_bytes, bool slash) const;
+  /// A decimal number of this unit, exact to the nanosecond.
+  Duration duration(Duration unit, bool zero_allowed) const;
 
   const std::string* file_;
   YAML::Node node_;

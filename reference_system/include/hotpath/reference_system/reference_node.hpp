@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hotpath/reference_system/graph.hpp"
+
+namespace hotpath {
+
+/// An input of a ReferenceNode.
+struct ReferenceInput : Input {
+  std::optional<std::int64_t> priority;  ///< Given fixed priority of the subscription.
+};
+
+/// A node of one of the six types of the reference system, in the short form of files. The comments name
+/// the types to which a member applies.
+struct ReferenceNode {
+  std::string name;
+  NodeType type = NodeType::sensor;
+  Duration period{};                     ///< sensor, cyclic: > 0.
+  std::optional<Duration> phase;         ///< First timestamp relative to the epoch, for `--phases given`.
+  Duration deadline{};                   ///< sensor, cyclic: relative; 0: the period.
+  Duration release_jitter{};             ///< sensor, cyclic: see Task; in [0, period).
+  std::optional<std::int64_t> priority;  ///< sensor, cyclic: given fixed priority of the timer.
+  std::vector<ReferenceInput> inputs;
+  std::vector<std::string> outputs;  ///< intersection: one per input; command: none; other types: one.
+  Duration execution_time{};         ///< Work of one activation (worst case).
+  Duration best_case_execution_time{};
+  CallbackGroup group = CallbackGroup::mutually_exclusive;  ///< Of all callbacks.
+
+  /// The node with its callbacks: subscriptions in input order, then the timer.
+  operator Node() const;  // NOLINT(google-explicit-constructor): a node wherever a graph takes one
+};
+
+}  // namespace hotpath

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "hotpath/reference_system/graph_keys.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
+
+namespace hotpath {
+
+/// The value of a key as a member of this type.
+template <class T>
+T value_as(const YamlValue& value, const GraphKey& key) {
+  using enum ValueKind;
+  if constexpr (std::is_same_v<T, std::string>) {
+    return key.kind == name        ? value.name()
+           : key.kind == long_name ? value.long_name()
+           : key.kind == topic     ? value.topic()
+                                   : value.text();
+  } else if constexpr (requires(T optional) { optional.has_value(); }) {
+    return value_as<typename T::value_type>(value, key);
+  } else if constexpr (std::is_same_v<T, Duration>) {
+    return value.milliseconds(key.kind == time);
+  } else if constexpr (std::is_same_v<T, bool>) {
+    return value.choice({"false", "true"}) == 1;
+  } else if constexpr (std::is_floating_point_v<T>) {
+    return value.percent() / 100;
+  } else if constexpr (EnumWithTexts<T>) {
+    return value.choice<T>();
+  } else {
+    return static_cast<T>(key.kind == priority ? value.priority() : value.integer(key.least, key.most));
+  }
+}
+
+/// A map whose keys are in the table of keys. All functions throw InputError.
+class GraphMap : public YamlMap {
+ public:
+  GraphMap(const YamlValue& value, std::string what, KeysOf of) : YamlMap(value, std::move(what)), of_(of) {}
+  /// The map of a whole file, called `what` in messages; `remedy` describes such a file. Keeps a pointer to
+  /// `file`.
+  GraphMap(const std::string& file, const std::string& text, const std::string& remedy,
+           const std::string& what, KeysOf of)
+      : GraphMap(YamlValue(file, read_yaml(file, text, remedy), what, 1), what, of) {
+    check();
+  }
+
+  /// Rejects unknown keys, and by another message those of the maps `elsewhere` (bits).
+  void check(std::uint32_t elsewhere = 0) const { check_keys(key_names(keys_in(of_)), key_names(elsewhere)); }
+  void check_as(KeysOf of, std::uint32_t elsewhere) {
+    of_ = of;
+    check(elsewhere);
+  }
+
+  /// The value of a key that the map must have.
+  [[nodiscard]] YamlValue needed(const std::string& key) const {
+    return require(key, std::string(key_of(of_, key).example));
+  }
+
+  /// Reads the key into a member, which keeps its value if the key is absent. Returns whether it is there.
+  template <class T>
+  bool read(const std::string& key, T& to) const {
+    const GraphKey& row = key_of(of_, key);
+    const std::optional<YamlValue> given = row.example.empty() ? find(key) : needed(key);
+    if (given) to = value_as<T>(*given, row);
+    return given.has_value();
+  }
+
+  /// Reads all keys of a list of graph_keys.
+  template <class T>
+  void read_all(const auto& keys, T& to) const {
+    std::apply([&](const auto&... key) { (read(key.first, to.*key.second), ...); }, keys);
+  }
+
+ private:
+  KeysOf of_;
+};
+
+}  // namespace hotpath
