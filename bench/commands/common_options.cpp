@@ -170,10 +170,13 @@ void set_phases(setup::CommonOptions& o, const std::string& text) {
   }
 }
 
-CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const std::string& help) {
-  return command
-      .add_option_function<std::string>(
-          "--phases", [&o](const std::string& text) { set_phases(o, text); }, help)
+CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const std::string& help,
+                               bool* given) {
+  const auto set = [&o, given](const std::string& text) {
+    set_phases(o, text);
+    if (given != nullptr) *given = true;
+  };
+  return command.add_option_function<std::string>("--phases", set, help)
       ->check(CLI::Validator(refused_phases, ""))
       ->type_name("creation[:MS]|synchronous|given|random|FILE|RUN");
 }

@@ -12,18 +12,20 @@ constexpr double kLongestSimulation_s = 1e9;
 
 }  // namespace
 
-void add_simulate_command(CLI::App& app) { add_simulate_command(app, simulated::run_simulated); }
-
-void add_simulate_command(CLI::App& app, const std::function<void(const simulated::Options&)>& run) {
+void add_simulate_command(CLI::App& app) {
   auto [simulate, o] = add_command<simulated::Options>(
       app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
       "hotpath simulate --executors all --duration 600 --output runs/simulated",
-      [run](simulated::Options options) {
+      [](simulated::Options options) {
         options.executors = executors_of(options);
-        run(options);
+        simulated::run_simulated(options);
       });
-  o.duration_s = 60;
   add_simulate_options(simulate, o);
+}
+
+void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
+  o.duration_s = 60;
+  add_simulation_options(simulate, o);
   simulate
       .add_flag("--no-trace", o.no_trace,
                 "Store no jobs: no jobs.csv and no quantiles of response\n"
@@ -33,7 +35,7 @@ void add_simulate_command(CLI::App& app, const std::function<void(const simulate
   add_json_option(simulate);
 }
 
-void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
+void add_simulation_options(CLI::App& simulate, simulated::Options& o) {
   add_executors_option(simulate, o);
   add_graph_options(simulate, o);
   add_length_options(simulate, o, kLongestSimulation_s);

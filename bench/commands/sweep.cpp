@@ -141,7 +141,7 @@ class Sweep {
                                    journal.folder().string(), "; the same command resumes the sweep\n");
       return;
     }
-    journal.write_table(cells_.header());
+    journal.write_table(program::joined(cells_.columns(), ","));
     std::cout << "Table: " << (journal.folder() / "table.csv").string() << "\n";
     if (design_.command != "analyze") program::draw_figure("sweep", journal.folder());
   }
