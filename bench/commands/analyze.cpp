@@ -28,16 +28,6 @@ void analyze(const AnalyzeArguments& arguments) {
 
 }  // namespace
 
-void add_analyze_command(CLI::App& app) {
-  auto [command, o] = add_command<AnalyzeArguments>(
-      app, "analyze", "Compute worst-case bounds on response times and latencies",
-      "hotpath analyze autoware --executors fp-ro,default", analyze);
-  add_analyze_options(command, o);
-  add_output_file(command, "--contract", o.contract,
-                  "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
-  exclude(command, "--contract", {"--phases", "--trace", "--chain", "--exact", "--phase-uncertainty-us"});
-}
-
 void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& o) {
   o.graph.clear();  // no default
   add_graph_option(command, o.graph)->required();
@@ -76,5 +66,17 @@ void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& o) {
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
   exclude(command, "--chain", {"--deployments", "--exact", "--witness", "--csv", "--page"});
 }
+
+void add_analyze_command(CLI::App& app) {
+  auto [command, o] = add_command<AnalyzeArguments>(
+      app, "analyze", "Compute worst-case bounds on response times and latencies",
+      "hotpath analyze autoware --executors fp-ro,default", analyze);
+  add_analyze_options(command, o);
+  add_output_file(command, "--contract", o.contract,
+                  "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
+  exclude(command, "--contract", {"--phases", "--trace", "--chain", "--exact", "--phase-uncertainty-us"});
+}
+
+const Command kAnalyze("Predict", 50, add_analyze_command);
 
 }  // namespace hotpath::commands

@@ -89,4 +89,6 @@ void add_capacity_command(CLI::App& app) {
   add_json_option(capacity);
 }
 
+const Command kCapacity("Predict", 70, add_capacity_command);
+
 }  // namespace hotpath::commands

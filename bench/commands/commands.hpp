@@ -10,31 +10,18 @@
 
 namespace hotpath::commands {
 
-/// Each function adds one subcommand, whose callback throws UsageError or RunError.
-void add_run_command(CLI::App& app);
-void add_bench_command(CLI::App& app);
-void add_doctor_command(CLI::App& app);
+/// A command. Each is one file, which has one of these beside the function that adds the subcommand, whose
+/// callback throws UsageError or RunError.
+struct Command {
+  const char* group;  ///< In the help; empty: hidden.
+  int place;          ///< In the help.
+  void (*add)(CLI::App& app);
 
-void add_simulate_command(CLI::App& app);
-void add_analyze_command(CLI::App& app);
-void add_sweep_command(CLI::App& app);
-void add_capacity_command(CLI::App& app);
-void add_graph_command(CLI::App& app);
-void add_list_command(CLI::App& app);
+  Command(const char* of, int at, void (*adds)(CLI::App& app));
+};
 
-void add_import_command(CLI::App& app);
-void add_advise_command(CLI::App& app);
-void add_watch_command(CLI::App& app);
-
-void add_explain_command(CLI::App& app);
-void add_report_command(CLI::App& app);
-void add_diff_command(CLI::App& app);
-void add_replay_command(CLI::App& app);
-void add_export_command(CLI::App& app);
-
-void add_paper_command(CLI::App& app);
-/// Hidden: what the Python package reads.
-void add_feed_command(CLI::App& app);
+/// Adds all commands in the order of their places.
+void add_commands(CLI::App& app);
 
 /// The command line of `run`.
 struct RunOptions : live::Options {

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "commands/commands.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
@@ -39,6 +40,12 @@ std::string set_platform(setup::PlatformOptions& o, const std::string& item) {
   return program::concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys);
 }
 
+/// Filled before main() begins.
+std::vector<Command>& all_commands() {
+  static std::vector<Command> all;
+  return all;
+}
+
 /// The text after `creation:`.
 std::optional<std::string> creation_step(const std::string& text) {
   static const std::string kBefore = program::concat(to_string(Phases::creation), ":");
@@ -46,6 +53,18 @@ std::optional<std::string> creation_step(const std::string& text) {
 }
 
 }  // namespace
+
+Command::Command(const char* of, int at, void (*adds)(CLI::App& app)) : group(of), place(at), add(adds) {
+  all_commands().push_back(*this);
+}
+
+void add_commands(CLI::App& app) {
+  std::ranges::sort(all_commands(), {}, &Command::place);
+  for (const Command& command : all_commands()) {
+    command.add(app);
+    app.get_subcommands({}).back()->group(command.group);
+  }
+}
 
 void check_outputs(const CLI::App& command) {
   namespace fs = std::filesystem;

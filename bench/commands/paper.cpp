@@ -64,9 +64,8 @@ program::Table rows_of(std::span<const WcrtTable> tables) {
   for (const WcrtTable& table : tables) {
     for (const WcrtColumn& column : wcrt_table(table.delta)) {
       for (std::size_t i = 0; i < kTasks.size(); ++i) {
-        rows.rows.push_back({table.name, table.delta, program::value_of(column.utilisation_percent),
-                             kTasks[i].task, program::value_of(column.*kTasks[i].bound),
-                             program::value_of(column.printed_ms[i])});
+        rows.rows.push_back({table.name, table.delta, column.utilisation_percent, kTasks[i].task,
+                             column.*kTasks[i].bound, column.printed_ms[i]});
       }
     }
   }
@@ -92,13 +91,13 @@ void print_table1(const std::string& output) {
   const std::filesystem::path folder = output;
   program::create_folder(folder);
   program::write_whole_file(folder / "wcrt_table.csv", csv_of(rows));
-  program::write_whole_file(folder / "release_cost.csv", [&](std::ostream& costs) {
-    costs << "timers,passes,p50_ns,p99_ns,max_ns\n";
-    for (const machine::ReleaseCost::Pass& pass : measured.passes) {
-      program::write_row(costs, pass.timers, pass.passes, pass.p50.count(), pass.p99.count(),
-                         pass.max.count());
-    }
-  });
+  using Pass = machine::ReleaseCost::Pass;
+  const std::vector<program::Column<Pass>> costs = {{"timers", &Pass::timers},
+                                                    {"passes", &Pass::passes},
+                                                    {"p50_ns", &Pass::p50},
+                                                    {"p99_ns", &Pass::p99},
+                                                    {"max_ns", &Pass::max}};
+  program::write_whole_file(folder / "release_cost.csv", csv_of(program::table_of(costs, measured.passes)));
 }
 
 struct WatersArguments {
@@ -253,5 +252,7 @@ void add_paper_command(CLI::App& app) {
   add_waters(paper);
   add_golden(paper);
 }
+
+const Command kPaper("Paper", 180, add_paper_command);
 
 }  // namespace hotpath::commands

@@ -93,22 +93,6 @@ void compare_builds(const RunOptions& a, const std::vector<std::string>& words) 
 
 }  // namespace
 
-void add_run_command(CLI::App& app) {
-  auto [run, o] = add_command<RunOptions>(
-      app, "run", "Measure a graph live under several executors, repetitions interleaved",
-      "hotpath run autoware --executors default,rm-ro,edf-ro --duration 10",
-      [](const CLI::App& command, RunOptions& options) {
-        if (!options.against.empty()) {
-          compare_builds(options, given_options(command, {"against", "junit", "markdown", "repetitions",
-                                                          "seed", "output"}));
-        }
-        options.executors = executors_of(options);
-        live::run_live(options);
-      });
-  run.alias("compare");
-  add_run_options(run, o);
-}
-
 void add_run_options(CLI::App& run, RunOptions& o) {
   add_executors_option(run, o);
   o.repetitions = 3;
@@ -126,5 +110,23 @@ void add_run_options(CLI::App& run, RunOptions& o) {
   add_json_option(run);
   add_two_builds_options(run, o);
 }
+
+void add_run_command(CLI::App& app) {
+  auto [run, o] = add_command<RunOptions>(
+      app, "run", "Measure a graph live under several executors, repetitions interleaved",
+      "hotpath run autoware --executors default,rm-ro,edf-ro --duration 10",
+      [](const CLI::App& command, RunOptions& options) {
+        if (!options.against.empty()) {
+          compare_builds(options, given_options(command, {"against", "junit", "markdown", "repetitions",
+                                                          "seed", "output"}));
+        }
+        options.executors = executors_of(options);
+        live::run_live(options);
+      });
+  run.alias("compare");
+  add_run_options(run, o);
+}
+
+const Command kRun("Measure", 10, add_run_command);
 
 }  // namespace hotpath::commands

@@ -12,17 +12,6 @@ constexpr double kLongestSimulation_s = 1e9;
 
 }  // namespace
 
-void add_simulate_command(CLI::App& app) {
-  auto [simulate, o] = add_command<simulated::Options>(
-      app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
-      "hotpath simulate --executors all --duration 600 --output runs/simulated",
-      [](simulated::Options options) {
-        options.executors = executors_of(options);
-        simulated::run_simulated(options);
-      });
-  add_simulate_options(simulate, o);
-}
-
 void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
   o.duration_s = 60;
   add_simulation_options(simulate, o);
@@ -53,5 +42,18 @@ void add_simulation_options(CLI::App& simulate, simulated::Options& o) {
            "timers with jitter; by default as in the graph");
   add_threads_option(simulate, o.threads)->group("Results");
 }
+
+void add_simulate_command(CLI::App& app) {
+  auto [simulate, o] = add_command<simulated::Options>(
+      app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
+      "hotpath simulate --executors all --duration 600 --output runs/simulated",
+      [](simulated::Options options) {
+        options.executors = executors_of(options);
+        simulated::run_simulated(options);
+      });
+  add_simulate_options(simulate, o);
+}
+
+const Command kSimulate("Predict", 40, add_simulate_command);
 
 }  // namespace hotpath::commands

@@ -171,4 +171,6 @@ void add_sweep_command(CLI::App& app) {
   sweep.add_flag("--yes", o.yes, "Start even if the sweep takes more than 1 hour or 1 GB");
 }
 
+const Command kSweep("Predict", 60, add_sweep_command);
+
 }  // namespace hotpath::commands

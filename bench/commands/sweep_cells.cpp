@@ -76,17 +76,6 @@ struct CellOptions {
   }
 };
 
-template <class Row>
-std::vector<std::string> names_of(const std::vector<program::Column<Row>>& columns) {
-  return program::table_of(columns, {}).header;
-}
-
-template <class Row>
-std::vector<std::vector<program::Value>> values_of(const std::vector<program::Column<Row>>& columns,
-                                                   const std::vector<Row>& rows) {
-  return program::table_of(columns, rows).rows;
-}
-
 }  // namespace
 
 SweepCells::SweepCells(sweep::Design design, fs::path output)
@@ -139,8 +128,8 @@ std::vector<sweep::Option> SweepCells::options_of(const std::vector<sweep::Optio
 }
 
 std::vector<std::string> SweepCells::result_columns() const {
-  return design_.command == "analyze" ? names_of(guarantees::bound_columns())
-                                      : names_of(sweep::measured_columns());
+  return design_.command == "analyze" ? program::table_of(guarantees::bound_columns(), {}).header
+                                      : program::table_of(sweep::measured_columns(), {}).header;
 }
 
 std::vector<std::string> SweepCells::columns() const {
@@ -156,19 +145,14 @@ std::vector<std::string> SweepCells::columns() const {
 
 std::string SweepCells::rows_of(std::uint64_t cell) const {
   std::string failure;
-  const std::vector<Row> results = results_of(cell, failure);
+  std::vector<Row> rows = results_of(cell, failure);
   Row place = {cell};
   for (const sweep::Option& option : design_.coordinates(cell)) {
     if (sweep::has_column(option.name)) place.emplace_back(option.value);
   }
   place.insert(place.end(), {std::uint64_t{design_.repetition(cell)}, design_.seed_of(cell), failure});
-  std::ostringstream rows;
-  for (const Row& result : results) {
-    Row row = place;
-    row.insert(row.end(), result.begin(), result.end());
-    program::write_csv_row(rows, row);
-  }
-  return rows.str();
+  for (Row& row : rows) row.insert(row.begin(), place.begin(), place.end());
+  return program::csv_of(rows);
 }
 
 std::vector<SweepCells::Row> SweepCells::results_of(std::uint64_t cell, std::string& failure) const {
@@ -214,7 +198,7 @@ std::vector<SweepCells::Row> SweepCells::measured_of(std::uint64_t cell) const {
     const CellOptions options(design_.command, options_of(design_.coordinates(cell), cell));
     summary = simulated::summary_of_simulation(options.simulate);
   }
-  return values_of(sweep::measured_columns(), sweep::measured_rows(summary));
+  return program::table_of(sweep::measured_columns(), sweep::measured_rows(summary)).rows;
 }
 
 std::vector<SweepCells::Row> SweepCells::bounds_of(std::uint64_t cell) const {
@@ -227,7 +211,7 @@ std::vector<SweepCells::Row> SweepCells::bounds_of(std::uint64_t cell) const {
     throw CellFailure(error.what());
   }
   if (bounds.empty()) throw CellFailure("no bound is known");
-  return values_of(guarantees::bound_columns(), bounds);
+  return program::table_of(guarantees::bound_columns(), bounds).rows;
 }
 
 void SweepCells::run_as_child(std::uint64_t cell, const fs::path& folder) const {

@@ -24,27 +24,6 @@ namespace hotpath::guarantees {
 
 namespace {
 
-/// A bound on a chain of timers; without one, the reason.
-struct TimerChainRow {
-  std::string executor, chain;
-  TimerChainBound bound;
-};
-
-/// A method that does not cover an executor.
-struct Refusal {
-  std::string executor, method, why;
-};
-
-const std::vector<program::Column<TimerChainRow>> kTimerChainColumns = {
-    {"executor", &TimerChainRow::executor},
-    {"chain", &TimerChainRow::chain},
-    {"method", [](const TimerChainRow& row) { return row.bound.method; }},
-    {"bound_ns", [](const TimerChainRow& row) { return row.bound.latency; }},
-    {"refusal", [](const TimerChainRow& row) { return row.bound.refusal; }}};
-
-const std::vector<program::Column<Refusal>> kRefusalColumns = {
-    {"executor", &Refusal::executor}, {"method", &Refusal::method}, {"why", &Refusal::why}};
-
 class Analysis {
  public:
   Analysis(const AnalyzeOptions& options, std::ostream& out) : options_(options), out_(out) {
@@ -75,7 +54,7 @@ class Analysis {
         stored_.empty() ? setup::executors_to_run(options_, graph_, tasks_) : std::move(stored_);
     for (const setup::ExecutorSpec& executor : all) chain ? bound_chain(executor) : bound(executor);
     const program::Table table = program::table_of(bound_columns(), rows_);
-    program::show_json(json_of(chain ? program::table_of(kTimerChainColumns, timer_chain_rows_) : table));
+    program::show_json(json_of(chain ? timer_chains_ : table));
     if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", csv_of(table));
     if (!options_.page.empty()) write_page(table);
     if (observed_ && observed_->compared == 0) {
@@ -203,7 +182,7 @@ class Analysis {
       if (bounds.refusal.empty()) {
         show(executor.label, callbacks, bounds);
       } else {
-        refused_.push_back({executor.label, bounds.method, bounds.refusal});
+        refused_.rows.push_back({executor.label, bounds.method, bounds.refusal});
         if (!any) out_ << "  " << bounds.method << ": " << bounds.refusal << "\n";
       }
     }
@@ -262,8 +241,8 @@ class Analysis {
     for (const TimerChainBound& b :
          timer_chain_bounds(bounds::bounded_system(graph_, callbacks, *executor.entry, executor.scheduler),
                             options_.chain)) {
-      table.add_row({b.method, b.latency ? program::fixed(to_ms(Duration(*b.latency)), 3) : "-", b.refusal});
-      timer_chain_rows_.push_back({executor.label, chain, b});
+      table.add_row({b.method, in_ms(b.latency), b.refusal});
+      timer_chains_.rows.push_back({executor.label, chain, b.method, b.latency, b.refusal});
     }
     out_ << "\n" << table;
   }
@@ -276,7 +255,7 @@ class Analysis {
                                   {"load_percent", load_percent(graph_)},
                                   {"costs", costs_text()},
                                   {"trace", options_.trace},
-                                  {"refused", json_of(program::table_of(kRefusalColumns, refused_))}};
+                                  {"refused", json_of(refused_)}};
     program::write_whole_file(folder / "bounds.csv", "--page", csv_of(table));
     program::write_whole_file(folder / "bounds.json", "--page", facts.dump(1) + "\n");
     program::draw_figure("guarantees", folder);
@@ -309,8 +288,8 @@ class Analysis {
   GraphTasks tasks_;
   std::optional<Observed> observed_;
   std::vector<BoundRow> rows_;
-  std::vector<TimerChainRow> timer_chain_rows_;
-  std::vector<Refusal> refused_;
+  program::Table timer_chains_{{"executor", "chain", "method", "bound_ns", "refusal"}, {}};
+  program::Table refused_{{"executor", "method", "why"}, {}};
 };
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <ostream>
 
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 #include "results/measures.hpp"
 
 namespace hotpath::guarantees {
@@ -14,15 +13,8 @@ namespace {
 
 using bounds::Quantity;
 using program::Column;
-using program::Value;
 
-std::optional<program::Number> in_ms(std::optional<std::int64_t> ns) {
-  return program::with_decimals(ns ? std::optional(to_ms(Duration(*ns))) : std::nullopt, 3);
-}
-
-std::string part(std::int64_t ns, const std::string& cause) {
-  return program::fixed(to_ms(Duration(ns)), 3) + " " + cause;
-}
+std::string part(std::int64_t ns, const std::string& cause) { return in_ms(ns) + " " + cause; }
 
 std::string consists_of(const PathParts& parts, const TaskSet& set) {
   constexpr std::size_t kMost = 5;
@@ -63,7 +55,7 @@ std::vector<Column<BoundRow>> shown_columns(Quantity kind, bool compared) {
       {"bound ms", [](const BoundRow& row) { return in_ms(row.bound_ns); }}};
   if (kind == Quantity::task) {
     columns.emplace_back("deadline", [](const BoundRow& row) {
-      return row.deadline_ns ? Value(*in_ms(row.deadline_ns)) : Value(std::string());
+      return row.deadline_ns ? in_ms(row.deadline_ns) : std::string();
     });
   } else if (kind == Quantity::chain) {
     columns.emplace_back("response", [](const BoundRow& row) { return in_ms(row.response_ns); });
@@ -72,9 +64,10 @@ std::vector<Column<BoundRow>> shown_columns(Quantity kind, bool compared) {
   }
   if (!compared) return columns;
   columns.emplace_back("observed ms", [](const BoundRow& row) { return in_ms(row.observed_ns); });
-  columns.emplace_back("tightness",
-                       [](const BoundRow& row) { return program::with_decimals(row.tightness, 3); });
-  columns.emplace_back("", [](const BoundRow& row) { return std::string(row.violated ? "VIOLATED" : ""); });
+  columns.emplace_back("tightness", [](const BoundRow& row) {
+    return row.tightness ? program::fixed(*row.tightness, 3) : "-";
+  });
+  columns.emplace_back("", [](const BoundRow& row) { return row.violated ? "VIOLATED" : ""; });
   return columns;
 }
 
@@ -91,6 +84,10 @@ void print_verdict(std::ostream& out, const std::vector<BoundRow>& tasks) {
 
 }  // namespace
 
+std::string in_ms(std::optional<std::int64_t> ns) {
+  return ns ? program::fixed(to_ms(Duration(*ns)), 3) : "-";
+}
+
 const std::vector<Column<BoundRow>>& bound_columns() {
   static const std::vector<Column<BoundRow>> columns = {
       {"executor", &BoundRow::executor},
@@ -100,7 +97,7 @@ const std::vector<Column<BoundRow>>& bound_columns() {
       {"bound_ns", &BoundRow::bound_ns},
       {"observed_ns", &BoundRow::observed_ns},
       {"tightness", &BoundRow::tightness},
-      {"violated", [](const BoundRow& row) { return std::string(row.violated ? "yes" : "no"); }},
+      {"violated", [](const BoundRow& row) { return row.violated ? "yes" : "no"; }},
       {"deadline_ns", &BoundRow::deadline_ns},
       {"response_ns", &BoundRow::response_ns},
       {"waiting_ns", &BoundRow::waiting_ns},
@@ -111,30 +108,23 @@ const std::vector<Column<BoundRow>>& bound_columns() {
 std::vector<BoundRow> bound_rows(const std::string& executor, const CallbackGraph& graph,
                                  const GraphBounds& bounds) {
   std::vector<BoundRow> rows;
-  const auto add = [&](Quantity kind, const std::string& name,
-                       std::optional<std::int64_t> bound) -> BoundRow& {
-    BoundRow& row = rows.emplace_back();
-    row.executor = executor;
-    row.method = bounds.method;
-    row.kind = kind;
-    row.name = name;
-    row.bound_ns = bound;
-    return row;
+  const auto add = [&](Quantity kind, const std::string& name, std::optional<std::int64_t> bound) {
+    rows.push_back({executor, bounds.method, kind, name, bound});
   };
   for (TaskId id = 0; id < graph.set.size(); ++id) {
-    BoundRow& row = add(Quantity::task, graph.set[id].name, bounds.tasks[id]);
-    if (graph.set[id].kind == TaskKind::timer) row.deadline_ns = graph.set[id].deadline.count();
-    if (bounds.parts.contains(id)) row.dominated_by = consists_of(bounds.parts.at(id), graph.set);
+    const Task& task = graph.set[id];
+    add(Quantity::task, task.name, bounds.tasks[id]);
+    if (task.kind == TaskKind::timer) rows.back().deadline_ns = task.deadline.count();
+    if (bounds.parts.contains(id)) rows.back().dominated_by = consists_of(bounds.parts.at(id), graph.set);
   }
   for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
     const std::optional<ChainAge>& age = bounds.chains[c];
-    BoundRow& row =
-        add(Quantity::chain, graph.chains[c].name, age ? std::optional(age->latency) : std::nullopt);
-    age ? add_parts(row, *age, graph.set) : void(row.last_timer = bounds.no_chain_bound[c]);
+    add(Quantity::chain, graph.chains[c].name, age ? std::optional(age->latency) : std::nullopt);
+    age ? add_parts(rows.back(), *age, graph.set) : void(rows.back().last_timer = bounds.no_chain_bound[c]);
   }
   const auto bounded = [](const std::optional<ChainAge>& age) { return age && age->hot_path; };
-  if (std::ranges::none_of(bounds.chains, bounded)) return rows;
-  for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+  const bool any_hot_path = std::ranges::any_of(bounds.chains, bounded);
+  for (std::size_t c = 0; any_hot_path && c < bounds.chains.size(); ++c) {
     add(Quantity::hot_path, graph.chains[c].name,
         bounds.chains[c] ? bounds.chains[c]->hot_path : std::nullopt);
   }
@@ -187,7 +177,7 @@ void print(std::ostream& out, const std::vector<BoundRow>& rows, bool compared) 
     std::vector<BoundRow> shown;
     std::ranges::copy_if(rows, std::back_inserter(shown), [&](const BoundRow& r) { return r.kind == kind; });
     if (shown.empty() && kind != Quantity::task) continue;
-    out << program::TextTable("", program::table_of(shown_columns(kind, compared), shown));
+    out << text_of("", program::table_of(shown_columns(kind, compared), shown));
     if (kind == Quantity::task) print_verdict(out, shown);
   }
   for (const BoundRow& row : rows) {

@@ -17,14 +17,17 @@ struct BoundRow {
   std::string executor, method;
   bounds::Quantity kind = bounds::Quantity::task;
   std::string name;  ///< Of the task or chain.
-  std::optional<std::int64_t> bound_ns, observed_ns;
-  std::optional<double> tightness;  ///< Observed / bound.
+  std::optional<std::int64_t> bound_ns{}, observed_ns{};
+  std::optional<double> tightness{};  ///< Observed / bound.
   bool violated = false;
-  std::optional<std::int64_t> deadline_ns;              ///< Of a timer.
-  std::optional<std::int64_t> response_ns, waiting_ns;  ///< The parts of a chain's bound.
-  std::string dominated_by;                             ///< The largest parts, to reduce for a smaller bound.
-  std::string last_timer;  ///< Of a chain; if it has no bound, the reason. Only shown.
+  std::optional<std::int64_t> deadline_ns{};                ///< Of a timer.
+  std::optional<std::int64_t> response_ns{}, waiting_ns{};  ///< The parts of a chain's bound.
+  std::string dominated_by{};  ///< The largest parts, to reduce for a smaller bound.
+  std::string last_timer{};    ///< Of a chain; if it has no bound, the reason. Only shown.
 };
+
+/// Nanoseconds as milliseconds; `-` for none.
+[[nodiscard]] std::string in_ms(std::optional<std::int64_t> ns);
 
 /// The columns of the stored table.
 [[nodiscard]] const std::vector<program::Column<BoundRow>>& bound_columns();

@@ -32,15 +32,6 @@ TextTable::TextTable(std::string title, const std::vector<std::string>& header)
   }
 }
 
-TextTable::TextTable(std::string title, const Table& table, const std::string& none)
-    : TextTable(std::move(title), table.header) {
-  for (const std::vector<Value>& row : table.rows) {
-    std::vector<Cell> cells;
-    for (const Value& value : row) cells.emplace_back(text_of(value, none));
-    add_row(cells);
-  }
-}
-
 void TextTable::add_row(const std::vector<Cell>& cells) {
   for (const auto of : {&Cell::value, &Cell::below}) {
     Line& line = lines_.emplace_back();

@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "program/table.hpp"
-
 namespace hotpath::program {
 
 /// A table that a command prints: a title, a header of one or two lines, and rows of cells.
@@ -22,9 +20,6 @@ class TextTable {
   /// `header`: one text per column, with at most one line break. If all are empty, there is no
   /// header. A column without any text is left out.
   TextTable(std::string title, const std::vector<std::string>& header);
-
-  /// The rows of a table, with `none` for no value.
-  TextTable(std::string title, const Table& table, const std::string& none = "-");
 
   /// `cells`: one per column.
   void add_row(const std::vector<Cell>& cells);

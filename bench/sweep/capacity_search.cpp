@@ -12,7 +12,6 @@
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/limits.hpp"
@@ -27,8 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A level in all its digits (Levels::at()).
-constexpr int kLevelDigits = 12;
-std::string exact(double level) { return program::text("%.*g", kLevelDigits, level); }
+constexpr const char* kLevelFormat = "%.12g";
+std::string exact(double level) { return program::text(kLevelFormat, level); }
 
 /// A level that a source has tried; the analysis measures nothing.
 struct LevelRow {
@@ -43,24 +42,22 @@ struct LevelRow {
 };
 
 std::vector<program::Column<LevelRow>> level_columns(const std::string& over) {
-  const auto decimal = [](auto member) {
-    return [member](const LevelRow& row) { return program::with_decimals(row.*member, 6); };
-  };
+  constexpr const char* kMeasured = "%.6f";
   return {{"executor", &LevelRow::executor},
           {"source", &LevelRow::source},
-          {over, &LevelRow::level, kLevelDigits},
+          {over, &LevelRow::level, kLevelFormat},
           {"holds", &LevelRow::holds},
           {"capacity", &LevelRow::is_capacity},
           {"why", &LevelRow::why},
-          {"p99_ms", decimal(&LevelRow::p99_ms)},
-          {"p99_low_ms", decimal(&LevelRow::p99_low_ms)},
-          {"p99_high_ms", decimal(&LevelRow::p99_high_ms)},
-          {"worst_ms", decimal(&LevelRow::worst_ms)},
-          {"worst_low_ms", decimal(&LevelRow::worst_low_ms)},
-          {"worst_high_ms", decimal(&LevelRow::worst_high_ms)},
+          {"p99_ms", &LevelRow::p99_ms, kMeasured},
+          {"p99_low_ms", &LevelRow::p99_low_ms, kMeasured},
+          {"p99_high_ms", &LevelRow::p99_high_ms, kMeasured},
+          {"worst_ms", &LevelRow::worst_ms, kMeasured},
+          {"worst_low_ms", &LevelRow::worst_low_ms, kMeasured},
+          {"worst_high_ms", &LevelRow::worst_high_ms, kMeasured},
           {"lost", &LevelRow::lost},
           {"deadline_overruns", &LevelRow::deadline_overruns},
-          {"response_share_max", decimal(&LevelRow::response_share_max)}};
+          {"response_share_max", &LevelRow::response_share_max, kMeasured}};
 }
 
 LevelRow measured_level(const results::ExecutorSummary& executor, const results::Summary& summary) {
@@ -70,14 +67,15 @@ LevelRow measured_level(const results::ExecutorSummary& executor, const results:
     if (q.n > 0 && !(q.max <= most.quantiles.max)) most = chain.hot_path;
   }
   const MeasuredRow any_chain = measured_rows(summary).front();
+  const auto finite = [](std::optional<double> v) { return v && std::isfinite(*v) ? v : std::nullopt; };
   LevelRow row;
-  row.p99_ms = most.quantiles.p99;
-  if (most.p99) row.p99_low_ms = most.p99->low, row.p99_high_ms = most.p99->high;
-  row.worst_ms = most.quantiles.max;
-  if (most.max) row.worst_low_ms = most.max->low, row.worst_high_ms = most.max->high;
+  row.p99_ms = finite(most.quantiles.p99);
+  if (most.p99) row.p99_low_ms = finite(most.p99->low), row.p99_high_ms = finite(most.p99->high);
+  row.worst_ms = finite(most.quantiles.max);
+  if (most.max) row.worst_low_ms = finite(most.max->low), row.worst_high_ms = finite(most.max->high);
   row.lost = any_chain.lost();
   row.deadline_overruns = any_chain.deadline_overruns;
-  row.response_share_max = any_chain.response_share_max;
+  row.response_share_max = finite(any_chain.response_share_max);
   return row;
 }
 
@@ -290,12 +288,10 @@ class CapacitySearch {
     const std::string title =
         program::concat(options_.graph, ", ", source_, ": largest ", over_, " with ",
                         program::joined(options_.require), " (steps of ", exact(options_.resolution), ")");
-    std::cout << program::TextTable(title, summary()) << "\n" << confidence() << "\n";
+    std::cout << text_of(title, summary()) << "\n" << confidence() << "\n";
     program::create_folder(folder_);
-    program::write_whole_file(folder_ / "capacity.md", [&](std::ostream& page) {
-      write_markdown(page, summary(), {1, 2, 3});
-      page << "\n" << confidence() << "\n";
-    });
+    const std::string page = markdown_of(summary(), {1, 2, 3}) + "\n" + confidence() + "\n";
+    program::write_whole_file(folder_ / "capacity.md", page);
     const program::Table tried = program::table_of(level_columns(over_), levels());
     program::write_whole_file(folder_ / "levels.csv", csv_of(tried));
     program::show_json(json_of(tried));

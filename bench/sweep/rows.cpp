@@ -52,24 +52,24 @@ std::vector<MeasuredRow> measured_rows(const results::Summary& summary) {
 }
 
 const std::vector<program::Column<MeasuredRow>>& measured_columns() {
-  constexpr int kRowDigits = 12;
+  constexpr const char* kDigits12 = "%.12g";
   static const std::vector<program::Column<MeasuredRow>> columns = {
       {"executor", &MeasuredRow::executor},
       {"chain", &MeasuredRow::chain},
       {"samples", &MeasuredRow::samples},
-      {"hot_path_p50_ms", &MeasuredRow::hot_path_p50_ms, kRowDigits},
-      {"hot_path_p99_ms", &MeasuredRow::hot_path_p99_ms, kRowDigits},
-      {"hot_path_max_ms", &MeasuredRow::hot_path_max_ms, kRowDigits},
-      {"end_to_end_p50_ms", &MeasuredRow::end_to_end_p50_ms, kRowDigits},
-      {"end_to_end_max_ms", &MeasuredRow::end_to_end_max_ms, kRowDigits},
+      {"hot_path_p50_ms", &MeasuredRow::hot_path_p50_ms, kDigits12},
+      {"hot_path_p99_ms", &MeasuredRow::hot_path_p99_ms, kDigits12},
+      {"hot_path_max_ms", &MeasuredRow::hot_path_max_ms, kDigits12},
+      {"end_to_end_p50_ms", &MeasuredRow::end_to_end_p50_ms, kDigits12},
+      {"end_to_end_max_ms", &MeasuredRow::end_to_end_max_ms, kDigits12},
       {"drops", &MeasuredRow::drops},
       {"callbacks", &MeasuredRow::callbacks},
       {"skipped", &MeasuredRow::skipped},
       {"overwritten", &MeasuredRow::overwritten},
       {"lost", &MeasuredRow::lost},
       {"deadline_overruns", &MeasuredRow::deadline_overruns},
-      {"response_share_max", &MeasuredRow::response_share_max, kRowDigits},
-      {"longest_wait_ms", &MeasuredRow::longest_wait_ms, kRowDigits},
+      {"response_share_max", &MeasuredRow::response_share_max, kDigits12},
+      {"longest_wait_ms", &MeasuredRow::longest_wait_ms, kDigits12},
       {"never_ran", &MeasuredRow::never_ran}};
   return columns;
 }

@@ -1,7 +1,50 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The effect of each option of each command, for adverse_use_test.py and adverse_runs_test.py."""
+"""One use of each command, and the effect of each of its options: what a new command adds."""
 
-from adverse_tables import ONE
+from adverse_tables import BRIEF, ONE
+
+# One real use of each command, and a file that it writes or, after `>`, a text that it prints. Later
+# uses read the files of earlier ones.
+USES = {
+    "simulate --executors default,rm-ro --duration 1 --warm-up 0 --output stored": "stored/summary.json",
+    "export perfetto stored --output trace.json": "trace.json",
+    "explain stored --executors default,rm-ro": ">is faster than",
+    "doctor stored": ">one job per thread at a time",
+    "doctor killed --recover": "killed/summary.json",
+    "report stored --summary": ">rm-ro",
+    "report stored --output page": "page/report.html",
+    "diff stored stored --gate --markdown gate.md": "gate.md",
+    "diff stored --simulated --output validation": "validation/validation.json",
+    "export ctf stored --output exported": "exported/default-0/metadata",
+    "import ctf exported/default-0 --output imported": "imported/graph.yaml",
+    "advise autoware --repetitions 1 --duration 1 --output advice": "advice/advice.json",
+    "analyze timers_only_60 --csv bounds.csv": "bounds.csv",
+    "sweep sweep.yaml --output swept": "swept/table.csv",
+    "capacity --executors rm-ro --duration 1 --resolution 20 --output levels": "levels/levels.csv",
+    "paper waters --sets 2 --output waters": "waters/waters.csv",
+    "paper table1": ">LiDAR",
+    "paper golden --output golden": "golden/validation.json",
+    "graph autoware": ">chain hot_path:",
+    "list executors": ">rm-ro",
+    "list graphs": ">autoware",
+    "list deployments": ">isolated",
+    "list figures": ">hot-path",
+    "doctor --duration 0.01 --output machine.json": "machine.json",
+    f"run {BRIEF} --output live": "live/summary.json",
+    "watch --once -- true": ">0 events",
+    "replay live --duration 0.1": "",
+}
+SWEEP = "command: simulate\nfixed: {graph: autoware, duration: 1, warm-up: 0}\naxes: {load: [40, 80]}\n"
+# They measure for minutes: bench_command_test.py, ../hotpath_report/test/test_reproduction.py.
+MEASURES_FOR_MINUTES = {("bench",), ("paper", "figures")}
+NETWORKED = {"run", "replay"}  # second_host_test.py tests what they use
+# Command lines that print no table, and reject --json.
+NO_TABLES = (
+    *("export perfetto stored", "import ctf", "export ctf", "sweep", "graph", "replay"),
+    *("report stored --output page", "list figures"),
+)
+# The command line that prints JSON, where it is not the use and --json.
+PRINTS_JSON = {"watch --once -- true": "watch --once --json -- true"}
 
 # The effect of each option. A command's first line is a use; each other line is an option that
 # changes the result of that use. `+ WORDS`: both runs have them, too (`-NAME` takes one away).
