@@ -5,14 +5,6 @@
 
 namespace hotpath {
 
-namespace {
-
-std::ostream& operator<<(std::ostream& out, const ClusteredEstimate& e) {
-  return out << e.value << ',' << e.low << ',' << e.high;
-}
-
-}  // namespace
-
 void write_waters_csv(std::ostream& out, const WatersOptions& options, const WatersResult& result) {
   out << "utilisation,set,chain,length,default_ns";
   for (const WatersMethod m : options.methods)
@@ -29,19 +21,6 @@ void write_waters_csv(std::ostream& out, const WatersOptions& options, const Wat
       }
     }
     out << '\n';
-  }
-}
-
-void write_waters_summary_csv(std::ostream& out, const std::vector<WatersSummary>& summaries) {
-  out << "utilisation,method,sets,schedulable,schedulable_share,schedulable_share_low,schedulable_share_high,"
-         "sets_with_chains,chains,mean,mean_low,mean_high,median,median_low,median_high,p25,p25_low,p25_high,"
-         "p75,p75_low,"
-         "p75_high,positive_share,positive_share_low,positive_share_high,deviation,min,p1,p5,p95,p99,max\n";
-  for (const WatersSummary& s : summaries) {
-    out << s.utilisation << ',' << to_string(s.method) << ',' << s.sets << ',' << s.schedulable << ','
-        << s.schedulable_share << ',' << s.sets_with_chains << ',' << s.chains << ',' << s.mean << ','
-        << s.median << ',' << s.p25 << ',' << s.p75 << ',' << s.positive_share << ',' << s.deviation << ','
-        << s.min << ',' << s.p1 << ',' << s.p5 << ',' << s.p95 << ',' << s.p99 << ',' << s.max << '\n';
   }
 }
 

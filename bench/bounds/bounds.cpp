@@ -63,6 +63,11 @@ class Mapping {
   const GraphTasks& tasks_;
 };
 
+void keep_smaller(std::optional<Guarantee>& kept, std::optional<std::int64_t> bound,
+                  const std::string& method) {
+  if (bound && (!kept || *bound < kept->ns)) kept = {*bound, method};
+}
+
 }  // namespace
 
 CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool phases_known) {
@@ -85,6 +90,31 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
 BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
                              const ExecutorEntry& executor, const SchedulerOptions& options) {
   return {callbacks, executor, options, make_platform(graph, executor)};
+}
+
+const ChainGuarantee* Guarantees::chain(const std::string& name) const {
+  const auto chain = std::ranges::find(chains, name, &ChainGuarantee::name);
+  return chain == chains.end() ? nullptr : &*chain;
+}
+
+std::optional<Guarantees> smallest_of(const CallbackGraph& callbacks,
+                                      const std::vector<GraphBounds>& all_bounds) {
+  Guarantees all;
+  all.tasks.resize(callbacks.set.size());
+  for (const CallbackGraph::DataChain& chain : callbacks.chains) all.chains.push_back({chain.name, {}, {}});
+  bool covered = false;
+  for (const GraphBounds& bounds : all_bounds) {
+    covered = covered || bounds.refusal.empty();
+    for (std::size_t t = 0; t < bounds.tasks.size(); ++t) {
+      keep_smaller(all.tasks[t], bounds.tasks[t], bounds.method);
+    }
+    for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+      if (!bounds.chains[c]) continue;
+      keep_smaller(all.chains[c].age, bounds.chains[c]->latency, bounds.method);
+      keep_smaller(all.chains[c].hot_path, bounds.chains[c]->hot_path, bounds.method);
+    }
+  }
+  return covered ? std::optional(std::move(all)) : std::nullopt;
 }
 
 }  // namespace hotpath::bounds

@@ -1,11 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "hotpath/analysis/graph_bounds.hpp"
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/registry.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath::bounds {
+
+/// What has a worst case: the response time of a task, the age of a chain's data at its end, and the
+/// hot-path latency of a chain.
+enum class Quantity : std::uint8_t { task, chain, hot_path };
+constexpr auto enum_texts(Quantity) {
+  return std::to_array<EnumText<Quantity>>(
+      {{Quantity::task, "task"}, {Quantity::chain, "chain"}, {Quantity::hot_path, "hot_path"}});
+}
 
 /// The graph in the form that the analyses take. With `phases_known` it has the phases of the task
 /// set. Throws AnalysisError for nodes of type callbacks whose publication rules no method covers.
@@ -14,5 +29,30 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
 /// The graph under an executor on the machine of its platform. `callbacks` must outlive it.
 BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
                              const ExecutorEntry& executor, const SchedulerOptions& options);
+
+/// The smallest bound that a method gives.
+struct Guarantee {
+  std::int64_t ns = 0;
+  std::string method;
+};
+
+struct ChainGuarantee {
+  std::string name;
+  std::optional<Guarantee> age;       ///< End-to-end latency.
+  std::optional<Guarantee> hot_path;  ///< Hot-path latency.
+};
+
+/// What theory guarantees for a graph under one executor with any phases.
+struct Guarantees {
+  std::vector<std::optional<Guarantee>> tasks;  ///< Response times, by task.
+  std::vector<ChainGuarantee> chains;           ///< Those that begin in timers.
+
+  /// nullptr: the chain does not begin in timers.
+  [[nodiscard]] const ChainGuarantee* chain(const std::string& name) const;
+};
+
+/// The smallest of the bounds of all methods; std::nullopt if no method covers the system.
+[[nodiscard]] std::optional<Guarantees> smallest_of(const CallbackGraph& callbacks,
+                                                    const std::vector<GraphBounds>& all_bounds);
 
 }  // namespace hotpath::bounds

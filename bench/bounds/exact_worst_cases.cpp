@@ -69,7 +69,6 @@ class WorstCases final : public ExplorationObserver {
       if (!witnesses[slot]) continue;
       ReachedWorstCase& worst = all.emplace_back();
       worst.witness = std::move(*witnesses[slot]);
-      worst.kind = "task";
       worst.number = slot;
       if (slot < tasks_.set.size()) {
         worst.value_ns = *bounds_.tasks[slot];
@@ -78,7 +77,7 @@ class WorstCases final : public ExplorationObserver {
       worst.number = (slot - tasks_.set.size()) / 2;
       const ChainAge& age = *bounds_.chains[row_[worst.number]];
       const bool hot_path = slot_of_hot_path(worst.number) == slot;
-      worst.kind = hot_path ? "hot_path" : "chain";
+      worst.kind = hot_path ? Quantity::hot_path : Quantity::chain;
       worst.value_ns = hot_path ? *age.hot_path : age.latency;
     }
     return all;

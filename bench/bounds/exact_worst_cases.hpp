@@ -2,10 +2,9 @@
 #pragma once
 
 #include <algorithm>
-#include <string>
 #include <vector>
 
-#include "hotpath/analysis/graph_bounds.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/core/exploration.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
@@ -24,7 +23,7 @@ struct ExactOptions {
 
 /// A worst case, and a schedule that reaches it.
 struct ReachedWorstCase {
-  std::string kind;          ///< As in the table of bounds: `task`, `chain` or `hot_path`.
+  Quantity kind = Quantity::task;
   std::uint32_t number = 0;  ///< Of the task, or of the chain in the graph.
   std::int64_t value_ns = 0;
   Witness witness;

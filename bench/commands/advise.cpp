@@ -82,4 +82,6 @@ void add_advise_command(CLI::App& app) {
   add_json_option(advise);
 }
 
+const Command kAdvise("Your robot", 110, add_advise_command);
+
 }  // namespace hotpath::commands

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
-#include <memory>
 #include <string>
 
 #include "bounds/exact_worst_cases.hpp"
@@ -14,24 +13,23 @@
 
 namespace hotpath::commands {
 
-void add_analyze_command(CLI::App& app) {
-  auto contract = std::make_shared<std::string>();
-  add_analyze_command(app, [contract](const guarantees::AnalyzeOptions& options) {
-    program::catch_interrupts();
-    const std::string text = contract->empty() ? "" : watch::contract_text(watch::stated_contract(options));
-    guarantees::analyze(options, std::cout);
-    if (!contract->empty()) program::write_output_file(*contract, "--contract", text);
-  });
-  CLI::App& command = *app.get_subcommand("analyze");
-  add_output_file(command, "--contract", *contract,
-                  "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
-  exclude(command, "--contract", {"--phases", "--trace", "--chain", "--exact", "--phase-uncertainty-us"});
+namespace {
+
+struct AnalyzeArguments : guarantees::AnalyzeOptions {
+  std::string contract;
+};
+
+void analyze(const AnalyzeArguments& arguments) {
+  program::catch_interrupts();
+  const std::string contract =
+      arguments.contract.empty() ? "" : watch::contract_text(watch::stated_contract(arguments));
+  guarantees::analyze(arguments, std::cout);
+  if (!contract.empty()) program::write_output_file(arguments.contract, "--contract", contract);
 }
 
-void add_analyze_command(CLI::App& app, const std::function<void(const guarantees::AnalyzeOptions&)>& run) {
-  auto [command, o] = add_command<guarantees::AnalyzeOptions>(
-      app, "analyze", "Compute worst-case bounds on response times and latencies",
-      "hotpath analyze autoware --executors fp-ro,default", run);
+}  // namespace
+
+void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& o) {
   o.graph.clear();  // no default
   add_graph_option(command, o.graph)->required();
   add_list(command, "--executors", o.executors, "NAMES",
@@ -40,11 +38,10 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
            "default,events-ro,rm-ro,edf-ro, or those of --trace");
   add_deployments_option(command, o);
   add_scaling_options(command, o);
-  CLI::Option* const phases =
-      add_phases_option(command, o,
-                        "Bounds for these timer phases only; by default for any. RUN:\n"
-                        "those of the same executor's first repetition in a stored run");
-  command.parse_complete_callback([&o = o, phases] { o.known_phases = phases->count() > 0; });
+  add_phases_option(command, o,
+                    "Bounds for these timer phases only; by default for any. RUN:\n"
+                    "those of the same executor's first repetition in a stored run",
+                    &o.known_phases);
   add_number(
       command, "--phase-uncertainty-us", o.phase_uncertainty_us, {0, 1e9}, "US",
       "Bounds for phases that are off by up to this much, for each\ntimer by the same time in all jobs");
@@ -70,5 +67,17 @@ void add_analyze_command(CLI::App& app, const std::function<void(const guarantee
   exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
   exclude(command, "--chain", {"--deployments", "--exact", "--witness", "--csv", "--page"});
 }
+
+void add_analyze_command(CLI::App& app) {
+  auto [command, o] = add_command<AnalyzeArguments>(
+      app, "analyze", "Compute worst-case bounds on response times and latencies",
+      "hotpath analyze autoware --executors fp-ro,default", analyze);
+  add_analyze_options(command, o);
+  add_output_file(command, "--contract", o.contract,
+                  "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
+  exclude(command, "--contract", {"--phases", "--trace", "--chain", "--exact", "--phase-uncertainty-us"});
+}
+
+const Command kAnalyze("Predict", 50, add_analyze_command);
 
 }  // namespace hotpath::commands

@@ -42,4 +42,6 @@ void add_bench_command(CLI::App& app) {
   exclude(bench, "--quick", {"--repetitions"});
 }
 
+const Command kBench("Measure", 20, add_bench_command);
+
 }  // namespace hotpath::commands

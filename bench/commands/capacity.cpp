@@ -8,8 +8,7 @@ namespace hotpath::commands {
 
 namespace {
 
-struct CapacityArguments {
-  sweep::CapacityOptions options;
+struct CapacityArguments : sweep::CapacityOptions {
   std::string live_options;
 };
 
@@ -34,9 +33,9 @@ std::vector<std::string> more_words_for_run(const CLI::App& capacity, CLI::App& 
 
 /// The given options as words for `run`; rejects options for simulations only.
 std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityArguments& a) {
-  CLI::App app;
-  add_run_command(app, [](const live::Options&) {});
-  CLI::App& run = *app.get_subcommand("run");
+  CLI::App run;
+  RunOptions unused;
+  add_run_options(run, unused);
   const std::vector<std::string> own = {"over",        "require",     "from",         "to",     "resolution",
                                         "live",        "duration",    "live-options", "output", "executors",
                                         "deployments", "repetitions", "json"};
@@ -47,7 +46,7 @@ std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityA
     }
   }
   if (capacity.count("--phases") == 0) {
-    words.push_back(program::concat("--phases=", to_string(a.options.phases)));
+    words.push_back(program::concat("--phases=", to_string(a.phases)));
   }
   const std::vector<std::string> live_words = more_words_for_run(capacity, run, a.live_options);
   words.insert(words.end(), live_words.begin(), live_words.end());
@@ -57,21 +56,17 @@ std::vector<std::string> words_for_run(const CLI::App& capacity, const CapacityA
 }  // namespace
 
 void add_capacity_command(CLI::App& app) {
-  auto command = std::make_shared<const CLI::App*>();
-  auto [capacity, arguments] = add_command<CapacityArguments>(
+  auto [capacity, o] = add_command<CapacityArguments>(
       app, "capacity", "Find the highest load, rate or number of copies that executors sustain",
       "hotpath capacity --over load --executors default,rm-ro --repetitions 20",
-      [command](CapacityArguments a) {
-        sweep::CapacityOptions& options = a.options;
+      [](const CLI::App& command, CapacityArguments& options) {
         options.executors = executors_of(options);
         const std::string level = program::concat("--", to_string(options.over));
-        if ((*command)->count(level) > 0)
+        if (command.count(level) > 0)
           throw program::UsageError(level + " is the searched quantity (--over); leave it out");
-        if (options.live) options.run_words = words_for_run(**command, a);
+        if (options.live) options.run_words = words_for_run(command, options);
         sweep::search_capacities(options);
       });
-  *command = &capacity;
-  sweep::CapacityOptions& o = arguments.options;
   o.duration_s = 10;
   o.repetitions = 20;
   o.phases = Phases::random;
@@ -86,12 +81,14 @@ void add_capacity_command(CLI::App& app) {
   add_number(capacity, "--to", o.to, {0, 1e6}, "LEVEL", "Highest level");
   add_number(capacity, "--resolution", o.resolution, {1e-3, 1e6}, "LEVEL", "Search step between two levels");
   CLI::Option* const live = capacity.add_flag("--live", o.live, "Measure live instead of simulating");
-  add_text(capacity, "--live-options", arguments.live_options, "OPTIONS", "Further options of `hotpath run`")
+  add_text(capacity, "--live-options", o.live_options, "OPTIONS", "Further options of `hotpath run`")
       ->needs(live);
-  add_simulate_options(capacity, o);
+  add_simulation_options(capacity, o);
   capacity.get_option("--work")->needs(live);
   add_output_option(capacity, o, "runs/DATE-capacity");
   add_json_option(capacity);
 }
+
+const Command kCapacity("Predict", 70, add_capacity_command);
 
 }  // namespace hotpath::commands

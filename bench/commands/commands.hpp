@@ -2,54 +2,39 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <functional>
 #include <string>
 
-namespace hotpath::guarantees {
-struct AnalyzeOptions;
-}
-namespace hotpath::live {
-struct Options;
-}
-namespace hotpath::simulated {
-struct Options;
-}
+#include "guarantees/analyze.hpp"
+#include "live/live_run.hpp"
+#include "simulated/simulated_run.hpp"
 
 namespace hotpath::commands {
 
-/// Each function adds one subcommand, whose callback throws UsageError or RunError.
-void add_run_command(CLI::App& app);
-/// Calls `measure` in place of the measurement.
-void add_run_command(CLI::App& app, const std::function<void(const live::Options&)>& measure);
-void add_bench_command(CLI::App& app);
-void add_doctor_command(CLI::App& app);
+/// A command. Each is one file, which has one of these beside the function that adds the subcommand, whose
+/// callback throws UsageError or RunError.
+struct Command {
+  const char* group;  ///< In the help; empty: hidden.
+  int place;          ///< In the help.
+  void (*add)(CLI::App& app);
 
-void add_simulate_command(CLI::App& app);
-/// Calls `run` in place of the simulation.
-void add_simulate_command(CLI::App& app, const std::function<void(const simulated::Options&)>& run);
-/// All options of `simulate` except --no-trace and --output; `options` must outlive the parse.
+  Command(const char* of, int at, void (*adds)(CLI::App& app));
+};
+
+/// Adds all commands in the order of their places.
+void add_commands(CLI::App& app);
+
+/// The command line of `run`.
+struct RunOptions : live::Options {
+  std::string against, junit, markdown;
+};
+
+/// The options of commands that a sweep or a search runs; `options` must outlive the parse.
+void add_run_options(CLI::App& command, RunOptions& options);
 void add_simulate_options(CLI::App& command, simulated::Options& options);
-void add_analyze_command(CLI::App& app);
-/// Calls `run` in place of the analysis.
-void add_analyze_command(CLI::App& app, const std::function<void(const guarantees::AnalyzeOptions&)>& run);
-void add_sweep_command(CLI::App& app);
-void add_capacity_command(CLI::App& app);
-void add_graph_command(CLI::App& app);
-void add_list_command(CLI::App& app);
-
-void add_import_command(CLI::App& app);
-void add_advise_command(CLI::App& app);
-void add_watch_command(CLI::App& app);
-
-void add_explain_command(CLI::App& app);
-void add_report_command(CLI::App& app);
-void add_diff_command(CLI::App& app);
-void add_replay_command(CLI::App& app);
-void add_export_command(CLI::App& app);
-
-void add_paper_command(CLI::App& app);
-/// Hidden: what the Python package reads.
-void add_feed_command(CLI::App& app);
+/// Those without --no-trace, --output and --json.
+void add_simulation_options(CLI::App& command, simulated::Options& options);
+/// Those without --contract.
+void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& options);
 
 /// `word`, where it is --executor or --deployment as --executors or --deployments.
 [[nodiscard]] std::string plural(const std::string& word);

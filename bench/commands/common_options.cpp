@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "commands/commands.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
@@ -39,6 +40,12 @@ std::string set_platform(setup::PlatformOptions& o, const std::string& item) {
   return program::concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys);
 }
 
+/// Filled before main() begins.
+std::vector<Command>& all_commands() {
+  static std::vector<Command> all;
+  return all;
+}
+
 /// The text after `creation:`.
 std::optional<std::string> creation_step(const std::string& text) {
   static const std::string kBefore = program::concat(to_string(Phases::creation), ":");
@@ -46,6 +53,18 @@ std::optional<std::string> creation_step(const std::string& text) {
 }
 
 }  // namespace
+
+Command::Command(const char* of, int at, void (*adds)(CLI::App& app)) : group(of), place(at), add(adds) {
+  all_commands().push_back(*this);
+}
+
+void add_commands(CLI::App& app) {
+  std::ranges::sort(all_commands(), {}, &Command::place);
+  for (const Command& command : all_commands()) {
+    command.add(app);
+    app.get_subcommands({}).back()->group(command.group);
+  }
+}
 
 void check_outputs(const CLI::App& command) {
   namespace fs = std::filesystem;
@@ -170,10 +189,13 @@ void set_phases(setup::CommonOptions& o, const std::string& text) {
   }
 }
 
-CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const std::string& help) {
-  return command
-      .add_option_function<std::string>(
-          "--phases", [&o](const std::string& text) { set_phases(o, text); }, help)
+CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const std::string& help,
+                               bool* given) {
+  const auto set = [&o, given](const std::string& text) {
+    set_phases(o, text);
+    if (given != nullptr) *given = true;
+  };
+  return command.add_option_function<std::string>("--phases", set, help)
       ->check(CLI::Validator(refused_phases, ""))
       ->type_name("creation[:MS]|synchronous|given|random|FILE|RUN");
 }

@@ -67,4 +67,6 @@ void add_diff_command(CLI::App& app) {
       ->needs(simulated);
 }
 
+const Command kDiff("Understand", 150, add_diff_command);
+
 }  // namespace hotpath::commands

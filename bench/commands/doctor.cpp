@@ -112,4 +112,6 @@ void add_doctor_command(CLI::App& app) {
   add_json_option(doctor);
 }
 
+const Command kDoctor("Measure", 30, add_doctor_command);
+
 }  // namespace hotpath::commands

@@ -31,4 +31,6 @@ void add_explain_command(CLI::App& app) {
   command.add_flag("--json", o.json, "Print JSON");
 }
 
+const Command kExplain("Understand", 130, add_explain_command);
+
 }  // namespace hotpath::commands

@@ -57,4 +57,6 @@ void add_export_command(CLI::App& app) {
   add_export_perfetto_command(parent);
 }
 
+const Command kExport("Understand", 170, add_export_command);
+
 }  // namespace hotpath::commands

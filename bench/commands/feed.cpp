@@ -69,4 +69,6 @@ void add_feed_command(CLI::App& app) {
   add_number(jobs, "--to", of_jobs.to_ms, {-1e12, 1e12}, "MS", "");
 }
 
+const Command kFeed("", 190, add_feed_command);
+
 }  // namespace hotpath::commands

@@ -109,4 +109,6 @@ void add_graph_command(CLI::App& app) {
       ->check(not_empty());
 }
 
+const Command kGraph("Predict", 80, add_graph_command);
+
 }  // namespace hotpath::commands

@@ -38,4 +38,6 @@ void add_import_command(CLI::App& app) {
   add_import_ctf_command(import);
 }
 
+const Command kImport("Your robot", 100, add_import_command);
+
 }  // namespace hotpath::commands

@@ -89,4 +89,6 @@ void add_list_command(CLI::App& app) {
   });
 }
 
+const Command kList("Predict", 90, add_list_command);
+
 }  // namespace hotpath::commands

@@ -98,31 +98,6 @@ std::string wrong_use(const CLI::App* app, const CLI::Error& error) {
   return "hotpath: " + hotpath::printable(message, kLongestMessage) + "; see `" + command + " --help`\n";
 }
 
-/// The commands in the order of the help.
-void add_commands(CLI::App& app) {
-  using namespace hotpath::commands;
-  struct Group {
-    const char* name;
-    std::vector<void (*)(CLI::App&)> add;
-  };
-  const std::vector<Group> groups = {
-      {"Measure", {add_run_command, add_bench_command, add_doctor_command}},
-      {"Predict",
-       {add_simulate_command, add_analyze_command, add_sweep_command, add_capacity_command, add_graph_command,
-        add_list_command}},
-      {"Your robot", {add_import_command, add_advise_command, add_watch_command}},
-      {"Understand",
-       {add_explain_command, add_report_command, add_diff_command, add_replay_command, add_export_command}},
-      {"Paper", {add_paper_command}},
-      {"", {add_feed_command}}};
-  for (const Group& group : groups) {
-    for (const auto add : group.add) {
-      add(app);
-      app.get_subcommands({}).back()->group(group.name);
-    }
-  }
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -145,7 +120,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", HOTPATH_VERSION);
   app.failure_message(wrong_use);
   app.require_subcommand(1);
-  add_commands(app);
+  commands::add_commands(app);
   try {
     std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
     std::transform(words.begin(), std::ranges::find(words, "--"), words.begin(), commands::plural);

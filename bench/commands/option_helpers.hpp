@@ -25,7 +25,7 @@ namespace hotpath::commands {
 void check_outputs(const CLI::App& command);
 
 /// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the
-/// command.
+/// command, or with the command and its options.
 template <class Options, class Run>
 std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& name,
                                            const std::string& description, const std::string& example,
@@ -35,7 +35,11 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
   command.footer(example.empty() ? "" : "Example:  " + example);
   command.callback([&command, options, run] {
     check_outputs(command);
-    run(*options);
+    if constexpr (std::is_invocable_v<Run, const CLI::App&, Options&>) {
+      run(std::as_const(command), *options);
+    } else {
+      run(*options);
+    }
   });
   return {command, *options};
 }
@@ -181,7 +185,7 @@ inline constexpr const char* kAllInterfacesHelp = "Use all network interfaces, n
 inline constexpr const char* kJunitHelp = "Also write the gate's tests for CI (JUnit XML)";
 inline constexpr const char* kMarkdownHelp = "Also write the gate's summary for a pull request";
 
-/// Adds --json to a command that prints tables: it calls program::show_json() or show_rows() once.
+/// Adds --json to a command that prints tables: it calls program::show_json() once.
 CLI::Option* add_json_option(CLI::App& command);
 
 /// Adds --load, --rate and --copies.
@@ -195,8 +199,9 @@ void add_scaling_options(CLI::App& command, setup::CommonOptions& options);
 void add_graph_options(CLI::App& command, setup::CommonOptions& options);
 /// Adds the graph, as a position or as --graph.
 CLI::Option* add_graph_option(CLI::App& command, std::string& graph);
-/// Adds --phases: a word, the step of `creation`, a file or a run.
-CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& options, const std::string& help);
+/// Adds --phases: a word, the step of `creation`, a file or a run. `given`, if any, becomes true with it.
+CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& options, const std::string& help,
+                               bool* given = nullptr);
 /// Why --phases refuses a text; empty for a valid one.
 [[nodiscard]] std::string refused_phases(const std::string& text);
 void set_phases(setup::CommonOptions& options, const std::string& text);

@@ -2,7 +2,7 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
-#include <sstream>
+#include <span>
 #include <vector>
 
 #include "commands/commands.hpp"
@@ -58,13 +58,18 @@ void print(const WcrtTable& table) {
   std::cout << rows << "\n";
 }
 
-void write_rows(std::ostream& out, const WcrtTable& table) {
-  for (const WcrtColumn& column : wcrt_table(table.delta)) {
-    for (std::size_t i = 0; i < kTasks.size(); ++i) {
-      program::write_row(out, table.name, table.delta, column.utilisation_percent, kTasks[i].task,
-                         column.*kTasks[i].bound, column.printed_ms[i]);
+/// The stored rows.
+program::Table rows_of(std::span<const WcrtTable> tables) {
+  program::Table rows{{"delta_of", "delta_ns", "utilisation_percent", "task", "bound_ns", "printed_ms"}, {}};
+  for (const WcrtTable& table : tables) {
+    for (const WcrtColumn& column : wcrt_table(table.delta)) {
+      for (std::size_t i = 0; i < kTasks.size(); ++i) {
+        rows.rows.push_back({table.name, table.delta, column.utilisation_percent, kTasks[i].task,
+                             column.*kTasks[i].bound, column.printed_ms[i]});
+      }
     }
   }
+  return rows;
 }
 
 void print_table1(const std::string& output) {
@@ -80,21 +85,19 @@ void print_table1(const std::string& output) {
   for (const WcrtTable& table : tables) print(table);
   std::cout << "The printed table corresponds to delta = 0.119 ms (Delta = 0.833 ms), which the paper's text "
                "rounds to 0.12 ms.\n`-`: no bound within the deadline.\n";
-  std::ostringstream csv;
-  csv << "delta_of,delta_ns,utilisation_percent,task,bound_ns,printed_ms\n";
-  for (const WcrtTable& table : tables) write_rows(csv, table);
-  program::show_rows(csv.str());
+  const program::Table rows = rows_of(tables);
+  program::show_json(json_of(rows));
   if (output.empty()) return;
   const std::filesystem::path folder = output;
   program::create_folder(folder);
-  program::write_whole_file(folder / "wcrt_table.csv", csv.str());
-  program::write_whole_file(folder / "release_cost.csv", [&](std::ostream& costs) {
-    costs << "timers,passes,p50_ns,p99_ns,max_ns\n";
-    for (const machine::ReleaseCost::Pass& pass : measured.passes) {
-      program::write_row(costs, pass.timers, pass.passes, pass.p50.count(), pass.p99.count(),
-                         pass.max.count());
-    }
-  });
+  program::write_whole_file(folder / "wcrt_table.csv", csv_of(rows));
+  using Pass = machine::ReleaseCost::Pass;
+  const std::vector<program::Column<Pass>> costs = {{"timers", &Pass::timers},
+                                                    {"passes", &Pass::passes},
+                                                    {"p50_ns", &Pass::p50},
+                                                    {"p99_ns", &Pass::p99},
+                                                    {"max_ns", &Pass::max}};
+  program::write_whole_file(folder / "release_cost.csv", csv_of(program::table_of(costs, measured.passes)));
 }
 
 struct WatersArguments {
@@ -106,6 +109,36 @@ std::string with_interval(const ClusteredEstimate& e) {
   return program::text("%.2f [%.2f, %.2f]", e.value, e.low, e.high);
 }
 
+std::vector<program::Column<WatersSummary>> summary_columns() {
+  using S = WatersSummary;
+  std::vector<program::Column<S>> columns = {{"utilisation", &S::utilisation},
+                                             {"method", &S::method},
+                                             {"sets", &S::sets},
+                                             {"schedulable", &S::schedulable}};
+  const auto add = [&](const std::string& name, ClusteredEstimate S::*of) {
+    columns.emplace_back(name, [of](const S& s) { return (s.*of).value; });
+    columns.emplace_back(name + "_low", [of](const S& s) { return (s.*of).low; });
+    columns.emplace_back(name + "_high", [of](const S& s) { return (s.*of).high; });
+  };
+  add("schedulable_share", &S::schedulable_share);
+  columns.emplace_back("sets_with_chains", &S::sets_with_chains);
+  columns.emplace_back("chains", &S::chains);
+  add("mean", &S::mean);
+  add("median", &S::median);
+  add("p25", &S::p25);
+  add("p75", &S::p75);
+  add("positive_share", &S::positive_share);
+  const std::vector<program::Column<S>> others = {{"deviation", &S::deviation},
+                                                  {"min", &S::min},
+                                                  {"p1", &S::p1},
+                                                  {"p5", &S::p5},
+                                                  {"p95", &S::p95},
+                                                  {"p99", &S::p99},
+                                                  {"max", &S::max}};
+  columns.insert(columns.end(), others.begin(), others.end());
+  return columns;
+}
+
 void write_waters(const WatersArguments& arguments, const WatersResult& result) {
   const std::filesystem::path folder = arguments.output;
   program::create_folder(folder);
@@ -114,9 +147,8 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
     program::write_whole_file(folder / file, content);
   };
   write("waters.csv", [&](std::ostream& out) { write_waters_csv(out, arguments.options, result); });
-  std::ostringstream summary;
-  write_waters_summary_csv(summary, summaries);
-  write("waters_summary.csv", summary.str());
+  const program::Table summary = program::table_of(summary_columns(), summaries);
+  write("waters_summary.csv", csv_of(summary));
   write("waters_histogram.csv", [&](std::ostream& out) {
     write_waters_histogram_csv(out, waters_histograms(arguments.options, result));
   });
@@ -131,7 +163,7 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
                    program::fixed(s.max, 2), program::fixed(s.positive_share.value, 4)});
   }
   std::cout << table;
-  program::show_rows(summary.str());
+  program::show_json(json_of(summary));
   program::draw_figure("waters", folder);
   std::cout << "\nResults: " << folder.string() << "\n";
 }
@@ -181,16 +213,15 @@ struct FigureArguments {
 };
 
 void add_figures(CLI::App& paper) {
-  auto self = std::make_shared<const CLI::App*>();
-  auto [figures, o] = add_command<FigureArguments>(
-      paper, "figures", "All tables and figures of the evaluation, on one page",
-      "hotpath paper figures --only wcrt-table,hot-path", [self](const FigureArguments& a) {
-        std::vector<std::string> words = given_options(**self, {"live"});
-        if (!a.live.empty()) words.emplace_back("--live");
-        if (a.live == "full") words.emplace_back("--full");
-        program::become_python_tool("reproduce", words);
-      });
-  *self = &figures;
+  auto [figures, o] =
+      add_command<FigureArguments>(paper, "figures", "All tables and figures of the evaluation, on one page",
+                                   "hotpath paper figures --only wcrt-table,hot-path",
+                                   [](const CLI::App& command, const FigureArguments& a) {
+                                     std::vector<std::string> words = given_options(command, {"live"});
+                                     if (!a.live.empty()) words.emplace_back("--live");
+                                     if (a.live == "full") words.emplace_back("--full");
+                                     program::become_python_tool("reproduce", words);
+                                   });
   figures
       .add_option("--live", o.live,
                   "Also measure: takes hours, resumable (with --quick: minutes);\n"
@@ -221,5 +252,7 @@ void add_paper_command(CLI::App& app) {
   add_waters(paper);
   add_golden(paper);
 }
+
+const Command kPaper("Paper", 180, add_paper_command);
 
 }  // namespace hotpath::commands

@@ -21,4 +21,6 @@ void add_replay_command(CLI::App& app) {
   replay.add_flag("--all-interfaces", o.all_interfaces, kAllInterfacesHelp);
 }
 
+const Command kReplay("Understand", 160, add_replay_command);
+
 }  // namespace hotpath::commands

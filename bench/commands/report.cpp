@@ -65,4 +65,6 @@ void add_report_command(CLI::App& app) {
   add_json_option(command)->needs(summary);
 }
 
+const Command kReport("Understand", 140, add_report_command);
+
 }  // namespace hotpath::commands

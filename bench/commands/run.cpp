@@ -14,11 +14,6 @@ namespace hotpath::commands {
 
 namespace {
 
-struct RunArguments {
-  live::Options options;
-  std::string against, junit, markdown;
-};
-
 void add_where_options(CLI::App& command, live::Options& o) {
   command.option_defaults()->group("Environment");
   add_list(command, "--stack", o.stacks, "native|rclcpp",
@@ -54,30 +49,25 @@ void add_live_options(CLI::App& command, live::Options& o) {
                    "the domain of --domain");
 }
 
-/// All options but --against and those of its gate; `o` must outlive the parse.
-void add_run_options(CLI::App& command, live::Options& o) {
-  add_graph_options(command, o);
-  command.add_flag("--quick", o.quick, "Short run: 1 repetition of 2 s after 0.5 s of warm-up")
-      ->group(kDurationGroup);
-  add_length_options(command, o, 86400);
-  exclude(command, "--quick", {"--duration", "--warm-up", "--repetitions"});
-  add_number(command, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
-             "Lateness after which a process counts as hung and its\n"
-             "repetition fails; raise it for thousands of nodes");
-  add_where_options(command, o);
-  add_live_options(command, o);
-  add_output_option(command, o);
-  add_json_option(command);
+void add_two_builds_options(CLI::App& run, RunOptions& o) {
+  run.option_defaults()->group("Two builds");
+  CLI::Option* const against = add_text(run, "--against", o.against, "HOTPATH",
+                                        "Another build of this program: alternate the repetitions of\n"
+                                        "both builds, then run `diff --gate` with the other build as\n"
+                                        "baseline; exit code 1 on a regression");
+  exclude(run, "--against", {"--quick", "--json"});
+  add_output_file(run, "--junit", o.junit, kJunitHelp)->needs(against);
+  add_output_file(run, "--markdown", o.markdown, kMarkdownHelp)->needs(against);
 }
 
 /// Alternates between two builds, each repetition in its own process and folder, then runs the
 /// gate. `words`: the options of both.
-void compare_builds(const RunArguments& a, const std::vector<std::string>& words) {
-  const std::filesystem::path folder = setup::output_folder(a.options.output, "against");
+void compare_builds(const RunOptions& a, const std::vector<std::string>& words) {
+  const std::filesystem::path folder = setup::output_folder(a.output, "against");
   program::check_output_folder(folder);
-  if (a.options.repetitions < 3)
+  if (a.repetitions < 3)
     throw program::UsageError("--against: the gate needs --repetitions 3 or more, preferably 20");
-  const auto order = setup::interleaved(a.options.repetitions, 2, a.options.seed);
+  const auto order = setup::interleaved(a.repetitions, 2, a.seed);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto [repetition, build] = order[i];
     const char* const name = build == 0 ? "new" : "old";
@@ -85,7 +75,7 @@ void compare_builds(const RunArguments& a, const std::vector<std::string>& words
     std::vector<std::string> all = {"run"};
     all.insert(all.end(), words.begin(), words.end());
     all.insert(all.end(),
-               {"--repetitions=1", program::concat("--seed=", a.options.seed + repetition),
+               {"--repetitions=1", program::concat("--seed=", a.seed + repetition),
                 program::concat("--output=", (folder / name / program::text("%04u", repetition)).string())});
     try {
       sweep::run_hotpath(all, build == 0 ? "" : a.against);
@@ -101,36 +91,40 @@ void compare_builds(const RunArguments& a, const std::vector<std::string>& words
 
 }  // namespace
 
-void add_run_command(CLI::App& app) { add_run_command(app, live::run_live); }
-
-void add_run_command(CLI::App& app, const std::function<void(const live::Options&)>& measure) {
-  auto self = std::make_shared<const CLI::App*>();
-  auto [run, arguments] = add_command<RunArguments>(
-      app, "run", "Measure a graph live under several executors, repetitions interleaved",
-      "hotpath run autoware --executors default,rm-ro,edf-ro --duration 10",
-      [self, measure](RunArguments& a) {
-        if (!a.against.empty()) {
-          const std::vector<std::string> own = {"against",     "junit", "markdown",
-                                                "repetitions", "seed",  "output"};
-          compare_builds(a, given_options(**self, own));
-        }
-        a.options.executors = executors_of(a.options);
-        measure(a.options);
-      });
-  *self = &run;
-  run.alias("compare");
-  live::Options& o = arguments.options;
+void add_run_options(CLI::App& run, RunOptions& o) {
   add_executors_option(run, o);
   o.repetitions = 3;
-  add_run_options(run, o);
-  run.option_defaults()->group("Two builds");
-  CLI::Option* const against = add_text(run, "--against", arguments.against, "HOTPATH",
-                                        "Another build of this program: alternate the repetitions of\n"
-                                        "both builds, then run `diff --gate` with the other build as\n"
-                                        "baseline; exit code 1 on a regression");
-  exclude(run, "--against", {"--quick", "--json"});
-  add_output_file(run, "--junit", arguments.junit, kJunitHelp)->needs(against);
-  add_output_file(run, "--markdown", arguments.markdown, kMarkdownHelp)->needs(against);
+  add_graph_options(run, o);
+  run.add_flag("--quick", o.quick, "Short run: 1 repetition of 2 s after 0.5 s of warm-up")
+      ->group(kDurationGroup);
+  add_length_options(run, o, 86400);
+  exclude(run, "--quick", {"--duration", "--warm-up", "--repetitions"});
+  add_number(run, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
+             "Lateness after which a process counts as hung and its\n"
+             "repetition fails; raise it for thousands of nodes");
+  add_where_options(run, o);
+  add_live_options(run, o);
+  add_output_option(run, o);
+  add_json_option(run);
+  add_two_builds_options(run, o);
 }
+
+void add_run_command(CLI::App& app) {
+  auto [run, o] = add_command<RunOptions>(
+      app, "run", "Measure a graph live under several executors, repetitions interleaved",
+      "hotpath run autoware --executors default,rm-ro,edf-ro --duration 10",
+      [](const CLI::App& command, RunOptions& options) {
+        if (!options.against.empty()) {
+          compare_builds(options, given_options(command, {"against", "junit", "markdown", "repetitions",
+                                                          "seed", "output"}));
+        }
+        options.executors = executors_of(options);
+        live::run_live(options);
+      });
+  run.alias("compare");
+  add_run_options(run, o);
+}
+
+const Command kRun("Measure", 10, add_run_command);
 
 }  // namespace hotpath::commands

@@ -12,18 +12,9 @@ constexpr double kLongestSimulation_s = 1e9;
 
 }  // namespace
 
-void add_simulate_command(CLI::App& app) { add_simulate_command(app, simulated::run_simulated); }
-
-void add_simulate_command(CLI::App& app, const std::function<void(const simulated::Options&)>& run) {
-  auto [simulate, o] = add_command<simulated::Options>(
-      app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
-      "hotpath simulate --executors all --duration 600 --output runs/simulated",
-      [run](simulated::Options options) {
-        options.executors = executors_of(options);
-        run(options);
-      });
+void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
   o.duration_s = 60;
-  add_simulate_options(simulate, o);
+  add_simulation_options(simulate, o);
   simulate
       .add_flag("--no-trace", o.no_trace,
                 "Store no jobs: no jobs.csv and no quantiles of response\n"
@@ -33,7 +24,7 @@ void add_simulate_command(CLI::App& app, const std::function<void(const simulate
   add_json_option(simulate);
 }
 
-void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
+void add_simulation_options(CLI::App& simulate, simulated::Options& o) {
   add_executors_option(simulate, o);
   add_graph_options(simulate, o);
   add_length_options(simulate, o, kLongestSimulation_s);
@@ -51,5 +42,18 @@ void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
            "timers with jitter; by default as in the graph");
   add_threads_option(simulate, o.threads)->group("Results");
 }
+
+void add_simulate_command(CLI::App& app) {
+  auto [simulate, o] = add_command<simulated::Options>(
+      app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
+      "hotpath simulate --executors all --duration 600 --output runs/simulated",
+      [](simulated::Options options) {
+        options.executors = executors_of(options);
+        simulated::run_simulated(options);
+      });
+  add_simulate_options(simulate, o);
+}
+
+const Command kSimulate("Predict", 40, add_simulate_command);
 
 }  // namespace hotpath::commands

@@ -141,7 +141,7 @@ class Sweep {
                                    journal.folder().string(), "; the same command resumes the sweep\n");
       return;
     }
-    journal.write_table(cells_.header());
+    journal.write_table(program::joined(cells_.columns(), ","));
     std::cout << "Table: " << (journal.folder() / "table.csv").string() << "\n";
     if (design_.command != "analyze") program::draw_figure("sweep", journal.folder());
   }
@@ -170,5 +170,7 @@ void add_sweep_command(CLI::App& app) {
              "Parallel cells per rank, 0 for one per CPU; live cells run\none at a time");
   sweep.add_flag("--yes", o.yes, "Start even if the sweep takes more than 1 hour or 1 GB");
 }
+
+const Command kSweep("Predict", 60, add_sweep_command);
 
 }  // namespace hotpath::commands

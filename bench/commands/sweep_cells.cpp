@@ -6,11 +6,9 @@
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
-#include "guarantees/analyze.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
-#include "simulated/simulated_run.hpp"
 #include "sweep/child_run.hpp"
 #include "sweep/rows.hpp"
 
@@ -19,11 +17,6 @@ namespace hotpath::commands {
 namespace {
 
 namespace fs = std::filesystem;
-using Words = std::vector<std::string>;
-
-constexpr const char* kBoundColumns =
-    "executor,method,kind,name,bound_ns,observed_ns,tightness,violated,deadline_ns,response_ns,waiting_ns,"
-    "dominated_by";
 
 /// The reason why a cell has no result; the table has a row for it.
 struct CellFailure : std::runtime_error {
@@ -31,64 +24,72 @@ struct CellFailure : std::runtime_error {
 };
 
 /// The option of a key in a sweep's file: `platform.KEY` is one key of --platform.
-std::string option_of(const std::string& key) { return key.substr(0, key.find('.')); }
+std::string option_of(const std::string& key) { return plural("--" + key.substr(0, key.find('.'))); }
 
-std::string option_word(const sweep::Option& option) {
+std::string value_of(const sweep::Option& option) {
   const std::size_t dot = option.name.find('.');
-  const std::string key = dot == std::string::npos ? "" : option.name.substr(dot + 1) + "=";
-  return plural("--" + option_of(option.name)) + "=" + key + option.value;
+  return dot == std::string::npos ? option.value : option.name.substr(dot + 1) + "=" + option.value;
 }
 
-/// Parses the options of a command without running it.
-class OptionParser {
- public:
-  explicit OptionParser(std::string command) : app_("", "hotpath"), command_(std::move(command)) {
-    add_simulate_command(app_, [this](const simulated::Options& options) { simulate_ = options; });
-    add_run_command(app_, [](const live::Options&) {});
-    add_analyze_command(app_, [this](const guarantees::AnalyzeOptions& options) { analyze_ = options; });
-    app_.require_subcommand(1);
-    sub_ = app_.get_subcommand(command_);
+/// The options of one call of a command. `table` has a row for each, which checks a text and sets the
+/// member of the options.
+struct CellOptions {
+  explicit CellOptions(const std::string& command) {
+    if (command == "simulate") add_simulate_options(table, simulate);
+    if (command == "run") add_run_options(table, run);
+    if (command == "analyze") add_analyze_options(table, analyze);
+  }
+  CellOptions(const std::string& command, const std::vector<sweep::Option>& options) : CellOptions(command) {
+    set(options);
+    simulate.executors = executors_of(simulate);
+    simulate.threads = 1;
   }
 
-  bool has(const std::string& option) const {
-    return sub_->get_option_no_throw(plural("--" + option)) != nullptr;
-  }
-  std::string all() const {
-    Words names;
-    for (const CLI::Option* option : sub_->get_options()) {
-      for (const std::string& name : option->get_lnames()) names.push_back(name);
-    }
-    return program::joined(names);
-  }
   /// Throws CLI::ParseError.
-  void parse(const Words& words) {
-    Words all = words;
-    all.insert(all.begin(), command_);
-    std::ranges::reverse(all);  // CLI11 expects the arguments in reverse order
-    app_.parse(all);
+  void set(const std::vector<sweep::Option>& options) {
+    for (const sweep::Option& option : options)
+      table.get_option(option_of(option.name))->add_result(value_of(option));
+    const std::vector<CLI::Option*> all = table.get_options();
+    for (CLI::Option* option : all) {
+      if (option->count() > 0) option->run_callback();
+    }
+    for (const CLI::Option* option : all) check_others(*option);
   }
-  /// The options of `simulate`, and of `analyze`, after parse().
-  [[nodiscard]] const simulated::Options& simulate() const { return simulate_; }
-  [[nodiscard]] const guarantees::AnalyzeOptions& analyze() const { return analyze_; }
+
+  CLI::App table;
+  simulated::Options simulate;
+  RunOptions run;
+  guarantees::AnalyzeOptions analyze;
 
  private:
-  CLI::App app_;
-  const std::string command_;
-  CLI::App* sub_ = nullptr;
-  simulated::Options simulate_;
-  guarantees::AnalyzeOptions analyze_;
+  static void check_others(const CLI::Option& option) {
+    if (option.count() == 0) {
+      if (option.get_required()) throw CLI::RequiredError(option.get_name());
+      return;
+    }
+    for (const CLI::Option* needed : option.get_needs()) {
+      if (needed->count() == 0) throw CLI::RequiresError(option.get_name(), needed->get_name());
+    }
+    for (const CLI::Option* excluded : option.get_excludes()) {
+      if (excluded->count() > 0) throw CLI::ExcludesError(option.get_name(), excluded->get_name());
+    }
+  }
 };
 
 }  // namespace
 
 SweepCells::SweepCells(sweep::Design design, fs::path output)
     : design_(std::move(design)), output_(std::move(output)) {
-  OptionParser parser(design_.command);
+  const CellOptions known(design_.command);
   const auto check_name = [&](const std::string& name, int line) {
     const bool one_key = name.find('.') == std::string::npos || name.starts_with("platform.");
-    if (one_key && parser.has(option_of(name))) return;
+    if (one_key && known.table.get_option_no_throw(option_of(name)) != nullptr) return;
+    std::vector<std::string> names;
+    for (const CLI::Option* option : known.table.get_options()) {
+      for (const std::string& long_name : option->get_lnames()) names.push_back(long_name);
+    }
     throw InputError(design_.file, line, "`" + design_.command + "` has no option --" + name,
-                     "it has " + parser.all());
+                     "it has " + program::joined(names));
   };
   for (const sweep::Option& option : design_.fixed) check_name(option.name, option.line);
   for (const sweep::Axis& axis : design_.axes) {
@@ -103,9 +104,8 @@ SweepCells::SweepCells(sweep::Design design, fs::path output)
 
 void SweepCells::check_cell(const std::vector<sweep::Option>& at, int line) const {
   try {
-    OptionParser parser(design_.command);
-    parser.parse(words_of(at, 0));
-    if (design_.command == "simulate") simulated::check_simulation(parser.simulate());
+    const CellOptions options(design_.command, options_of(at, 0));
+    if (design_.command == "simulate") simulated::check_simulation(options.simulate);
   } catch (const CLI::ParseError& error) {
     throw InputError(design_.file, line, error.what(), "see `hotpath " + design_.command + " --help`");
   } catch (const program::UsageError& error) {
@@ -113,52 +113,61 @@ void SweepCells::check_cell(const std::vector<sweep::Option>& at, int line) cons
   }
 }
 
-Words SweepCells::words_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const {
-  Words words;
-  const auto add = [&](const sweep::Option& option) { words.push_back(option_word(option)); };
-  std::ranges::for_each(design_.fixed, add);
+std::vector<sweep::Option> SweepCells::options_of(const std::vector<sweep::Option>& at,
+                                                  std::uint64_t cell) const {
+  std::vector<sweep::Option> options = design_.fixed;
   const bool first = design_.repetition(cell) == 0;
   bool seeded = design_.command == "analyze";
   for (const sweep::Option& option : at) {
     if (option.name == "seed" && !first) continue;
-    add(option);
+    options.push_back(option);
     seeded = seeded || option.name == "seed";
   }
-  if (!seeded) words.push_back(program::concat("--seed=", design_.seed_of(cell)));
-  return words;
+  if (!seeded) options.push_back({"seed", std::to_string(design_.seed_of(cell))});
+  return options;
 }
 
-std::string SweepCells::place_of(std::uint64_t cell) const {
-  std::string place = std::to_string(cell) + ",";
-  for (const sweep::Option& option : design_.coordinates(cell)) {
-    if (sweep::has_column(option.name)) place += program::csv_field(option.value) + ",";
-  }
-  return program::concat(place, design_.repetition(cell), ",", design_.seed_of(cell), ",");
+std::vector<std::string> SweepCells::result_columns() const {
+  return design_.command == "analyze" ? program::table_of(guarantees::bound_columns(), {}).header
+                                      : program::table_of(sweep::measured_columns(), {}).header;
 }
 
-std::string SweepCells::header() const {
-  std::string columns = "cell,";
+std::vector<std::string> SweepCells::columns() const {
+  std::vector<std::string> names = {"cell"};
   for (const sweep::Axis& axis : design_.axes) {
-    if (sweep::has_column(axis.name)) columns += axis.name + ",";
+    if (sweep::has_column(axis.name)) names.push_back(axis.name);
   }
-  return columns + "repetition,seed,failure," +
-         (design_.command == "analyze" ? kBoundColumns : sweep::kMeasuredColumns);
+  names.insert(names.end(), {"repetition", "seed", "failure"});
+  const std::vector<std::string> results = result_columns();
+  names.insert(names.end(), results.begin(), results.end());
+  return names;
 }
 
 std::string SweepCells::rows_of(std::uint64_t cell) const {
-  const std::string place = place_of(cell);
+  std::string failure;
+  std::vector<Row> rows = results_of(cell, failure);
+  Row place = {cell};
+  for (const sweep::Option& option : design_.coordinates(cell)) {
+    if (sweep::has_column(option.name)) place.emplace_back(option.value);
+  }
+  place.insert(place.end(), {std::uint64_t{design_.repetition(cell)}, design_.seed_of(cell), failure});
+  for (Row& row : rows) row.insert(row.begin(), place.begin(), place.end());
+  return program::csv_of(rows);
+}
+
+std::vector<SweepCells::Row> SweepCells::results_of(std::uint64_t cell, std::string& failure) const {
   try {
-    if (design_.command == "analyze") return bounds_of(cell, place);
-    return measured_of(cell, place);
+    return design_.command == "analyze" ? bounds_of(cell) : measured_of(cell);
   } catch (const program::OverloadError& error) {
-    return failed(cell, place, error.what());
+    failure = error.what();
   } catch (const CellFailure& error) {
-    return failed(cell, place, error.what());
+    failure = error.what();
   } catch (const program::UsageError& error) {
     throw program::UsageError(program::concat(design_.file, ": ", named(cell), ": ", error.what()));
   } catch (const InputError& error) {
     throw program::UsageError(program::concat(design_.file, ": ", named(cell), ": ", error.what()));
   }
+  return {failed(cell)};
 }
 
 std::string SweepCells::named(std::uint64_t cell) const {
@@ -168,68 +177,52 @@ std::string SweepCells::named(std::uint64_t cell) const {
   return name;
 }
 
-std::string SweepCells::failed(std::uint64_t cell, const std::string& place, const std::string& why) const {
+SweepCells::Row SweepCells::failed(std::uint64_t cell) const {
   // The interrupt also ended the cell's process.
   if (program::interrupted() != 0) throw program::RunError("interrupted; the same command resumes the sweep");
-  std::string executor;
+  Row row(result_columns().size());
   for (const sweep::Option& option : design_.coordinates(cell)) {
-    if (sweep::names_executor(option.name)) executor = option.value;
+    if (sweep::names_executor(option.name)) row.front() = option.value;
   }
-  const std::string columns = design_.command == "analyze" ? kBoundColumns : sweep::kMeasuredColumns;
-  const auto empty_columns = static_cast<std::size_t>(std::ranges::count(columns, ','));
-  return place + program::csv_field(why) + "," + program::csv_field(executor) +
-         std::string(empty_columns, ',') + "\n";
+  return row;
 }
 
-fs::path SweepCells::folder_of(std::uint64_t cell) const { return output_ / "cells" / std::to_string(cell); }
-
-std::string SweepCells::measured_of(std::uint64_t cell, const std::string& place) const {
+std::vector<SweepCells::Row> SweepCells::measured_of(std::uint64_t cell) const {
   results::Summary summary;
   if (live() || design_.keeps(cell)) {
-    const fs::path folder = folder_of(cell);
-    run_as_child(cell, "--output=" + folder.string());
+    const fs::path folder = output_ / "cells" / std::to_string(cell);
+    run_as_child(cell, folder);
     summary = sweep::summary_of_folder(folder);
     if (!design_.keeps(cell)) fs::remove_all(folder);
   } else {
-    OptionParser parser(design_.command);
-    parser.parse(words_of(design_.coordinates(cell), cell));
-    simulated::Options options = parser.simulate();
-    options.threads = 1;
-    summary = simulated::summary_of_simulation(options);
+    const CellOptions options(design_.command, options_of(design_.coordinates(cell), cell));
+    summary = simulated::summary_of_simulation(options.simulate);
   }
-  std::string rows;
-  for (const sweep::MeasuredRow& row : sweep::measured_rows(summary))
-    rows += place + "," + sweep::csv_of(row) + "\n";
-  return rows;
+  return program::table_of(sweep::measured_columns(), sweep::measured_rows(summary)).rows;
 }
 
-std::string SweepCells::bounds_of(std::uint64_t cell, const std::string& place) const {
-  OptionParser parser(design_.command);
-  parser.parse(words_of(design_.coordinates(cell), cell));
+std::vector<SweepCells::Row> SweepCells::bounds_of(std::uint64_t cell) const {
+  const CellOptions options(design_.command, options_of(design_.coordinates(cell), cell));
   std::ostringstream printed;
-  std::istringstream table;
+  std::vector<guarantees::BoundRow> bounds;
   try {
-    table.str(guarantees::analyze(parser.analyze(), printed));
+    bounds = guarantees::analyze(options.analyze, printed);
   } catch (const program::RunError& error) {
     throw CellFailure(error.what());
   }
-  std::string rows, line;
-  for (std::getline(table, line); std::getline(table, line);)
-    rows.append(place).append(",").append(line).append("\n");
-  return rows.empty() ? failed(cell, place, "no bound is known") : rows;
+  if (bounds.empty()) throw CellFailure("no bound is known");
+  return program::table_of(guarantees::bound_columns(), bounds).rows;
 }
 
-void SweepCells::run_as_child(std::uint64_t cell, const std::string& results) const {
-  Words words = words_of(design_.coordinates(cell), cell);
+void SweepCells::run_as_child(std::uint64_t cell, const fs::path& folder) const {
+  const std::vector<sweep::Option> options = options_of(design_.coordinates(cell), cell);
   const bool simulated = design_.command == "simulate";
-  if (simulated) {
-    OptionParser parser(design_.command);
-    parser.parse(words);
-    simulated::check_simulation(parser.simulate());
-  }
-  words.insert(words.begin(), design_.command);
-  words.push_back(results);
-  fs::remove_all(folder_of(cell));  // left by an earlier attempt
+  if (simulated) simulated::check_simulation(CellOptions(design_.command, options).simulate);
+  std::vector<std::string> words = {design_.command};
+  for (const sweep::Option& option : options)
+    words.push_back(option_of(option.name) + "=" + value_of(option));
+  words.push_back("--output=" + folder.string());
+  fs::remove_all(folder);  // left by an earlier attempt
   try {
     sweep::run_hotpath(words);
   } catch (const program::RunError& error) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "program/table.hpp"
 #include "sweep/design.hpp"
 
 namespace hotpath::commands {
@@ -20,27 +21,30 @@ class SweepCells {
   const sweep::Design& design() const { return design_; }
   bool live() const { return design_.command == "run"; }
 
-  /// The table's header.
-  [[nodiscard]] std::string header() const;
-  /// The rows of one cell. A cell that overloads the system or fails has one row with the reason.
-  /// Throws UsageError if the command rejects its options, RunError after Ctrl-C.
+  /// The columns of the table: the cell's coordinates, without executor or deployment, which have a
+  /// column of their own among the results; then the reason of a failure; then the results.
+  [[nodiscard]] std::vector<std::string> columns() const;
+  /// The rows of one cell, as CSV. A cell that overloads the system or fails has one row with the
+  /// reason. Throws UsageError if the command rejects its options, RunError after Ctrl-C.
   [[nodiscard]] std::string rows_of(std::uint64_t cell) const;
 
  private:
+  using Row = std::vector<program::Value>;
+
   void check_cell(const std::vector<sweep::Option>& at, int line) const;
-  /// The arguments of the command for a cell with these coordinates.
-  std::vector<std::string> words_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const;
-  /// The cell's coordinates, which begin each of its rows, without executor or deployment: they
-  /// have a column of their own.
-  std::string place_of(std::uint64_t cell) const;
-  std::string failed(std::uint64_t cell, const std::string& place, const std::string& why) const;
-  std::filesystem::path folder_of(std::uint64_t cell) const;
+  /// The options of the command for a cell with these coordinates.
+  std::vector<sweep::Option> options_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const;
+  std::vector<std::string> result_columns() const;
+  /// The results of a cell; `failure` gets the reason if there are none.
+  std::vector<Row> results_of(std::uint64_t cell, std::string& failure) const;
+  std::vector<Row> measured_of(std::uint64_t cell) const;
+  std::vector<Row> bounds_of(std::uint64_t cell) const;
+  /// The row of a failure names the executor, if it is an axis.
+  Row failed(std::uint64_t cell) const;
   /// The cell and its axis values, for messages.
   std::string named(std::uint64_t cell) const;
-  std::string measured_of(std::uint64_t cell, const std::string& place) const;
-  std::string bounds_of(std::uint64_t cell, const std::string& place) const;
-  /// Runs a cell in its own process, which writes its results to files.
-  void run_as_child(std::uint64_t cell, const std::string& results) const;
+  /// Runs a cell in its own process, which writes its results into the folder.
+  void run_as_child(std::uint64_t cell, const std::filesystem::path& folder) const;
 
   sweep::Design design_;
   std::filesystem::path output_;

@@ -43,4 +43,6 @@ void add_watch_command(CLI::App& app) {
           {"COMMAND", "--for", "--once", "--contract", "--fail-on", "--record", "--keep", "--json"});
 }
 
+const Command kWatch("Your robot", 120, add_watch_command);
+
 }  // namespace hotpath::commands

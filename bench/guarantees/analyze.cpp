@@ -6,8 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
-#include "bounds/bound_report.hpp"
-#include "bounds/bounds.hpp"
 #include "bounds/exact_worst_cases.hpp"
 #include "guarantees/witnesses.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
@@ -33,63 +31,38 @@ class Analysis {
       trace_.emplace(options.trace, "--trace");
       take_over_run();
     }
-    if (!options.page.empty()) program::check_output_folder(options.page, "bounds.json", "--page");
-    if (!options.witness.empty()) {
-      program::check_output_folder(options.witness, "", "--witness");
-      if (!options.known_phases)
-        throw program::UsageError("--witness: worst cases are exact for known phases; give --phases");
-    }
-    if (options.phase_uncertainty_us && !options.known_phases)
-      throw program::UsageError("--phase-uncertainty-us needs known phases; give --phases");
-    if (options.phase_uncertainty_us && (trace_ || !options.chain.empty())) {
-      throw program::UsageError("--phase-uncertainty-us excludes --trace and --chain; leave one of them out");
-    }
+    check_options();
     if (options_.executors.empty() && options_.deployments.empty() && stored_.empty())
       options_.executors = {"default", "events-ro", "rm-ro", "edf-ro"};
     if (!trace_) graph_ = setup::graph_to_run(options_);
     const GraphPlatform platform = graph_.platform;
     options_.apply_to(graph_.platform);
-    if (simulated()) {
-      if (graph_.platform != platform) {
-        throw program::UsageError(
-            "--trace: the bounds apply to the machine of this simulation; leave out options that change "
-            "it");
-      }
+    if (simulated() && graph_.platform != platform) {
+      throw program::UsageError(
+          "--trace: the bounds apply to the machine of this simulation; leave out options that change it");
     }
     tasks_ = make_tasks(graph_);
-    for (const std::string& name : options_.chain) {
-      const auto task = std::ranges::find(tasks_.set.tasks, name, &Task::name);
-      if (task != tasks_.set.tasks.end() && task->kind == TaskKind::timer) continue;
-      throw program::UsageError(program::concat("--chain: the graph has no timer `", name, "`"));
-    }
-    try {
-      bounds::callback_graph(graph_, tasks_, false);
-    } catch (const AnalysisError& error) {
-      throw program::UsageError("analyze " + options_.graph + ": " + error.what() +
-                                "; simulate the graph instead");
-    }
-    if (!trace_) return;
-    observed_.emplace(*trace_, tasks_.set);
+    check_graph();
+    if (trace_) observed_.emplace(*trace_, tasks_.set);
   }
 
-  std::string run() {
+  std::vector<BoundRow> run() {
     out_ << program::text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
                           costs_text().c_str());
-    bounds::Report report(tasks_.set, observed_, out_);
+    const bool chain = !options_.chain.empty();
     const std::vector<setup::ExecutorSpec> all =
         stored_.empty() ? setup::executors_to_run(options_, graph_, tasks_) : std::move(stored_);
-    for (const setup::ExecutorSpec& executor : all) {
-      options_.chain.empty() ? bound(executor, report) : bound_chain(executor);
-    }
-    program::show_rows(options_.chain.empty() ? report.csv() : chain_rows_.str());
-    if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", report.csv());
-    if (!options_.page.empty()) write_page(report);
-    if (trace_ && report.compared() == 0) {
+    for (const setup::ExecutorSpec& executor : all) chain ? bound_chain(executor) : bound(executor);
+    const program::Table table = program::table_of(bound_columns(), rows_);
+    program::show_json(json_of(chain ? timer_chains_ : table));
+    if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", csv_of(table));
+    if (!options_.page.empty()) write_page(table);
+    if (observed_ && observed_->compared == 0) {
       trace_->fail("no bound covers its tasks under these executors; it ran " +
                    program::joined(trace_->executors(), ", "));
     }
-    if (report.violations() > 0) judge(report);
-    return report.csv();
+    if (observed_ && observed_->violations > 0) judge();
+    return std::move(rows_);
   }
 
  private:
@@ -108,6 +81,34 @@ class Analysis {
     system.options.phases_of = options_.phases_of;
     static_cast<setup::CommonOptions&>(options_) = std::move(system.options);
     graph_ = std::move(system.graph);
+  }
+
+  void check_options() const {
+    if (!options_.page.empty()) program::check_output_folder(options_.page, "bounds.json", "--page");
+    if (!options_.witness.empty()) {
+      program::check_output_folder(options_.witness, "", "--witness");
+      if (!options_.known_phases)
+        throw program::UsageError("--witness: worst cases are exact for known phases; give --phases");
+    }
+    if (options_.phase_uncertainty_us && !options_.known_phases)
+      throw program::UsageError("--phase-uncertainty-us needs known phases; give --phases");
+    if (options_.phase_uncertainty_us && (trace_ || !options_.chain.empty())) {
+      throw program::UsageError("--phase-uncertainty-us excludes --trace and --chain; leave one of them out");
+    }
+  }
+
+  void check_graph() const {
+    for (const std::string& name : options_.chain) {
+      const auto task = std::ranges::find(tasks_.set.tasks, name, &Task::name);
+      if (task != tasks_.set.tasks.end() && task->kind == TaskKind::timer) continue;
+      throw program::UsageError(program::concat("--chain: the graph has no timer `", name, "`"));
+    }
+    try {
+      bounds::callback_graph(graph_, tasks_, false);
+    } catch (const AnalysisError& error) {
+      throw program::UsageError("analyze " + options_.graph + ": " + error.what() +
+                                "; simulate the graph instead");
+    }
   }
 
   /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
@@ -164,11 +165,9 @@ class Analysis {
     return bounds::callback_graph(graph_, tasks, known);
   }
 
-  void bound(const setup::ExecutorSpec& executor, bounds::Report& report) {
+  void bound(const setup::ExecutorSpec& executor) {
     const CallbackGraph callbacks = callbacks_of(executor);
     check_phases_of_run(callbacks, executor.label);
-    std::string refusals;
-    bool any = false;
     CallbackGraph bounded = callbacks;
     if (uncertainty() > Duration{}) forget_phases(bounded);
     std::vector<GraphBounds> all = setup::bounds_of(graph_, bounded, executor);
@@ -177,18 +176,16 @@ class Analysis {
     std::vector<bounds::ReachedWorstCase> reached;
     const bool explored = callbacks.phases_known || options_.exact;
     if (explored) all.push_back(exact(callbacks, tasks, executor, reached));
+    const bool any = std::ranges::any_of(all, [](const GraphBounds& b) { return b.refusal.empty(); });
+    if (!any) out_ << "\n" << executor.label << ": no bound is known\n";
     for (const GraphBounds& bounds : all) {
-      if (!bounds.refusal.empty()) {
-        refusals += "  " + bounds.method + ": " + bounds.refusal + "\n";
-        refused_.push_back(
-            {{"executor", executor.label}, {"method", bounds.method}, {"why", bounds.refusal}});
-        continue;
+      if (bounds.refusal.empty()) {
+        show(executor.label, callbacks, bounds);
+      } else {
+        refused_.rows.push_back({executor.label, bounds.method, bounds.refusal});
+        if (!any) out_ << "  " << bounds.method << ": " << bounds.refusal << "\n";
       }
-      report.print(executor.label, callbacks, bounds);
-      if (!bounds.left_out.empty()) out_ << "No exact " << bounds.left_out << "\n";
-      any = true;
     }
-    if (!any) out_ << "\n" << executor.label << ": no bound is known\n" << refusals;
     if (any && explored && !all.back().refusal.empty()) {
       out_ << (uncertainty() > Duration{} ? "No bounds near these phases: " : "No exact values: ")
            << all.back().refusal << "\n";
@@ -196,6 +193,17 @@ class Analysis {
     if (!options_.witness.empty() && !reached.empty()) {
       out_ << write_witnesses(reached, graph_, tasks, executor, options_, options_.witness);
     }
+  }
+
+  void show(const std::string& executor, const CallbackGraph& callbacks, const GraphBounds& bounds) {
+    std::vector<BoundRow> rows = bound_rows(executor, callbacks, bounds);
+    for (BoundRow& row : rows) {
+      if (observed_) observed_->compare(row);
+    }
+    out_ << "\n" << executor << ", " << bounds.method << "\n";
+    print(out_, rows, observed_.has_value());
+    if (!bounds.left_out.empty()) out_ << "No exact " << bounds.left_out << "\n";
+    rows_.insert(rows_.end(), rows.begin(), rows.end());
   }
 
   /// Of the phases, only their distances are bounded.
@@ -227,40 +235,39 @@ class Analysis {
 
   void bound_chain(const setup::ExecutorSpec& executor) {
     const CallbackGraph callbacks = callbacks_of(executor);
-    program::TextTable table(executor.label + ", chain " + program::joined(options_.chain, " -> ") +
-                                 ": largest reaction time and data age",
+    const std::string chain = program::joined(options_.chain, " -> ");
+    program::TextTable table(executor.label + ", chain " + chain + ": largest reaction time and data age",
                              {"method", "ms", ""});
     for (const TimerChainBound& b :
          timer_chain_bounds(bounds::bounded_system(graph_, callbacks, *executor.entry, executor.scheduler),
                             options_.chain)) {
-      table.add_row({b.method, bounds::in_ms(b.latency), b.refusal});
-      program::write_row(chain_rows_, executor.label, program::joined(options_.chain, " -> "),
-                         program::csv_field(b.method), b.latency, program::csv_field(b.refusal));
+      table.add_row({b.method, in_ms(b.latency), b.refusal});
+      timer_chains_.rows.push_back({executor.label, chain, b.method, b.latency, b.refusal});
     }
     out_ << "\n" << table;
   }
 
   /// Writes the page's data and renders the page.
-  void write_page(const bounds::Report& report) const {
+  void write_page(const program::Table& table) const {
     const std::filesystem::path folder = options_.page;
     program::create_folder(folder, "--page");
     const nlohmann::json facts = {{"graph", graph_.name},
                                   {"load_percent", load_percent(graph_)},
                                   {"costs", costs_text()},
                                   {"trace", options_.trace},
-                                  {"refused", refused_}};
-    program::write_whole_file(folder / "bounds.csv", "--page", report.csv());
+                                  {"refused", json_of(refused_)}};
+    program::write_whole_file(folder / "bounds.csv", "--page", csv_of(table));
     program::write_whole_file(folder / "bounds.json", "--page", facts.dump(1) + "\n");
     program::draw_figure("guarantees", folder);
   }
 
   /// Throws RunError if a bound is violated although its assumptions hold.
-  void judge(const bounds::Report& report) const {
+  void judge() const {
     const std::string share = program::text(
-        "%zu of %zu observed values (%.4f %%) exceed their bound, first %s", report.violations(),
-        report.compared(),
-        100.0 * static_cast<double>(report.violations()) / static_cast<double>(report.compared()),
-        report.first_violation().c_str());
+        "%zu of %zu observed values (%.4f %%) exceed their bound, first %s", observed_->violations,
+        observed_->compared,
+        100.0 * static_cast<double>(observed_->violations) / static_cast<double>(observed_->compared),
+        observed_->first_violation.c_str());
     if (simulated()) {
       throw program::RunError("--trace " + options_.trace + ": " + share +
                               ". A bound is wrong; please report the graph " + find_graph(options_.graph) +
@@ -279,13 +286,16 @@ class Analysis {
   std::vector<setup::ExecutorSpec> stored_;  // the executors of trace_, unless others are asked for
   Graph graph_;
   GraphTasks tasks_;
-  std::optional<bounds::Observed> observed_;
-  nlohmann::json refused_ = nlohmann::json::array();
-  std::ostringstream chain_rows_{"executor,chain,method,bound_ns,refusal\n", std::ios::ate};
+  std::optional<Observed> observed_;
+  std::vector<BoundRow> rows_;
+  program::Table timer_chains_{{"executor", "chain", "method", "bound_ns", "refusal"}, {}};
+  program::Table refused_{{"executor", "method", "why"}, {}};
 };
 
 }  // namespace
 
-std::string analyze(const AnalyzeOptions& options, std::ostream& out) { return Analysis(options, out).run(); }
+std::vector<BoundRow> analyze(const AnalyzeOptions& options, std::ostream& out) {
+  return Analysis(options, out).run();
+}
 
 }  // namespace hotpath::guarantees

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "guarantees/bound_rows.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath::guarantees {
@@ -20,8 +21,8 @@ struct AnalyzeOptions : setup::CommonOptions, setup::PlatformOptions {
 };
 
 /// Bounds the worst cases of every executor of `options`, prints them to `out` and writes the files
-/// that the options name. Returns the table as CSV. Throws UsageError and InputError, and RunError
-/// if a bound is violated.
-std::string analyze(const AnalyzeOptions& options, std::ostream& out);
+/// that the options name. Returns the rows of all methods, none with `chain`. Throws UsageError and
+/// InputError, and RunError if a bound is violated.
+std::vector<BoundRow> analyze(const AnalyzeOptions& options, std::ostream& out);
 
 }  // namespace hotpath::guarantees

@@ -69,11 +69,11 @@ class Witnesses {
 
   void add(const bounds::ReachedWorstCase& worst) {
     const WitnessTimes times(tasks_.set, worst.witness);
-    const std::string quantity = worst.kind == "task"       ? "response_"
-                                 : worst.kind == "hot_path" ? "hot_path_"
-                                                            : "age_";
-    const std::string& subject =
-        worst.kind == "task" ? tasks_.set[worst.number].name : graph_.chains[worst.number].name;
+    const std::string quantity = worst.kind == bounds::Quantity::task       ? "response_"
+                                 : worst.kind == bounds::Quantity::hot_path ? "hot_path_"
+                                                                            : "age_";
+    const std::string& subject = worst.kind == bounds::Quantity::task ? tasks_.set[worst.number].name
+                                                                      : graph_.chains[worst.number].name;
     std::string name = file_name(quantity + subject);
     while (fs::exists(folder_ / name)) name += "_";
     const std::int64_t ms =
@@ -122,12 +122,14 @@ class Witnesses {
   static std::int64_t largest(const results::Repetition& repetition, const bounds::ReachedWorstCase& worst) {
     Duration largest{-1};
     for (const JobRecord& r : repetition.trace.jobs) {
-      if (worst.kind != "task" || r.outcome != Outcome::ran || r.job.task != worst.number) continue;
+      if (worst.kind != bounds::Quantity::task || r.outcome != Outcome::ran || r.job.task != worst.number)
+        continue;
       largest = std::max(largest, results::response_time(r));
     }
     for (const ChainRecord& c : repetition.trace.chains) {
-      if (worst.kind == "task" || c.chain != worst.number) continue;
-      largest = std::max(largest, worst.kind == "chain" ? c.end_to_end_latency : c.hot_path_latency);
+      if (worst.kind == bounds::Quantity::task || c.chain != worst.number) continue;
+      largest = std::max(largest,
+                         worst.kind == bounds::Quantity::chain ? c.end_to_end_latency : c.hot_path_latency);
     }
     return largest.count();
   }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <string>
 
 namespace hotpath::program {
 
@@ -15,8 +14,5 @@ void reserve_output_for_json();
 
 /// Prints the document if reserve_output_for_json() was called. Throws RunError.
 void show_json(const nlohmann::json& document);
-/// The same for the rows of a CSV text with a header: an object for each, whose values are numbers
-/// where a field is one, and null for an empty field.
-void show_rows(const std::string& csv);
 
 }  // namespace hotpath::program

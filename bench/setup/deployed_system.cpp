@@ -3,7 +3,6 @@
 
 #include <numeric>
 
-#include "bounds/bounds.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/text.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bounds/guarantees.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/analysis/deployment_bounds.hpp"
 #include "setup/executor_spec.hpp"
 

@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "hotpath/core/time.hpp"
-#include "program/text.hpp"
 
 namespace hotpath::sweep {
 
@@ -31,11 +29,6 @@ void add_executor(const results::ExecutorSummary& executor, MeasuredRow& row) {
 
 }  // namespace
 
-const char* const kMeasuredColumns =
-    "executor,chain,samples,hot_path_p50_ms,hot_path_p99_ms,hot_path_max_ms,end_to_end_p50_ms,"
-    "end_to_end_max_ms,drops,callbacks,skipped,overwritten,lost,deadline_overruns,response_share_max,"
-    "longest_wait_ms,never_ran";
-
 std::vector<MeasuredRow> measured_rows(const results::Summary& summary) {
   std::vector<MeasuredRow> rows;
   for (const results::ExecutorSummary& executor : summary.executors) {
@@ -58,16 +51,27 @@ std::vector<MeasuredRow> measured_rows(const results::Summary& summary) {
   return rows;
 }
 
-std::string csv_of(const MeasuredRow& row) {
-  std::ostringstream line;
-  line.precision(12);
-  program::write_row(line, row.executor, row.chain, row.samples, row.hot_path_p50_ms, row.hot_path_p99_ms,
-                     row.hot_path_max_ms, row.end_to_end_p50_ms, row.end_to_end_max_ms, row.drops,
-                     row.callbacks, row.skipped, row.overwritten, row.lost(), row.deadline_overruns,
-                     row.response_share_max, row.longest_wait_ms, row.never_ran);
-  std::string text = line.str();
-  text.pop_back();
-  return text;
+const std::vector<program::Column<MeasuredRow>>& measured_columns() {
+  constexpr const char* kDigits12 = "%.12g";
+  static const std::vector<program::Column<MeasuredRow>> columns = {
+      {"executor", &MeasuredRow::executor},
+      {"chain", &MeasuredRow::chain},
+      {"samples", &MeasuredRow::samples},
+      {"hot_path_p50_ms", &MeasuredRow::hot_path_p50_ms, kDigits12},
+      {"hot_path_p99_ms", &MeasuredRow::hot_path_p99_ms, kDigits12},
+      {"hot_path_max_ms", &MeasuredRow::hot_path_max_ms, kDigits12},
+      {"end_to_end_p50_ms", &MeasuredRow::end_to_end_p50_ms, kDigits12},
+      {"end_to_end_max_ms", &MeasuredRow::end_to_end_max_ms, kDigits12},
+      {"drops", &MeasuredRow::drops},
+      {"callbacks", &MeasuredRow::callbacks},
+      {"skipped", &MeasuredRow::skipped},
+      {"overwritten", &MeasuredRow::overwritten},
+      {"lost", &MeasuredRow::lost},
+      {"deadline_overruns", &MeasuredRow::deadline_overruns},
+      {"response_share_max", &MeasuredRow::response_share_max, kDigits12},
+      {"longest_wait_ms", &MeasuredRow::longest_wait_ms, kDigits12},
+      {"never_ran", &MeasuredRow::never_ran}};
+  return columns;
 }
 
 }  // namespace hotpath::sweep

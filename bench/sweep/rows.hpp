@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "program/table.hpp"
 #include "results/summary.hpp"
 
 namespace hotpath::sweep {
@@ -29,9 +30,7 @@ struct MeasuredRow {
 
 [[nodiscard]] std::vector<MeasuredRow> measured_rows(const results::Summary& summary);
 
-/// The columns of csv_of(), beginning with `executor`.
-extern const char* const kMeasuredColumns;
-/// A line without line break; a missing measurement is an empty cell.
-[[nodiscard]] std::string csv_of(const MeasuredRow& row);
+/// The columns of the stored table, beginning with `executor`.
+[[nodiscard]] const std::vector<program::Column<MeasuredRow>>& measured_columns();
 
 }  // namespace hotpath::sweep

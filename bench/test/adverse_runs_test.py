@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults during a command: what the machine refuses or takes away, processes that die or hang, a full
-disk, a stepped clock, a power loss. The command succeeds anyway, or ends with one clear sentence and no
+disk, a stepped clock. The command succeeds anyway, or ends with one clear sentence and no
 half result that looks whole.
 
 HOTPATH_KILLS (default 4) processes are killed or stopped at random instants; with HOTPATH_PUBLISH=1,
@@ -21,11 +21,12 @@ from typing import Any
 import pytest
 
 import adverse_tables as tables
-from adverse_files_test import BENCH, NOBODY, limit
+from adverse_effects import LIVE_EFFECTS
+from adverse_files_test import NOBODY, limit
 from adverse_tables import rows, words
 from adverse_use_test import WRONG_USE, Results, assert_says, check_effect, effects
 from evidence import publish_on_request
-from hotpath_command import HOTPATH, CommandTest, RunFolder, processes_of
+from hotpath_command import BENCH, HOTPATH, CommandTest, RunFolder, processes_of
 
 WHOLE, FAILED = 0, 1
 KILLS = int(os.environ.get("HOTPATH_KILLS", "4"))
@@ -51,7 +52,7 @@ def lines_of(err: str) -> list[str]:
     return [line for line in err.splitlines() if line.startswith("hotpath: ")]
 
 
-@pytest.mark.parametrize("use, effect", effects(tables.LIVE_EFFECTS))
+@pytest.mark.parametrize("use, effect", effects(LIVE_EFFECTS))
 def test_each_option_of_a_live_run_has_its_effect(live_results: Results, use: str, effect: str) -> None:
     check_effect(live_results, use, effect)
 
@@ -258,6 +259,22 @@ def test_a_killed_command_leaves_no_process_and_no_shared_memory(shell: CommandT
     assert_nothing_looks_whole(shell)
 
 
+def test_a_killed_report_leaves_no_program(shell: CommandTest, stock: Path) -> None:
+    program, started = shell.folder / "hotpath", shell.folder / "started"
+    program.write_text(f"#!/bin/sh\necho $$ >{started}\nexec sleep 60\n")
+    program.chmod(0o755)
+    library = Path(HOTPATH).with_name("libhotpath_python.so")
+    report = subprocess.Popen(
+        ["/usr/bin/python3", "-I", "-B", BENCH, *words(tables.REPORT, stock)],
+        env={**shell.environment, "HOTPATH": str(program), "HOTPATH_LIBRARY": str(library)},
+        start_new_session=True,
+    )
+    shell.wait_for(started.exists, "it asks the program")
+    report.kill()
+    report.wait()
+    shell.wait_for(lambda: not processes_of(report.pid), "its program lives on")
+
+
 def hit(process: Any, number: int, seconds: float, choice: Any) -> bool:
     """After `seconds`, sends a signal to one of the run's processes. Returns whether there was one."""
     time.sleep(seconds)
@@ -342,14 +359,6 @@ def inside(group: Path) -> Any:
     return {"preexec_fn": lambda: (group / "cgroup.procs").write_text(str(os.getpid()))}
 
 
-@pytest.mark.parametrize("line", tables.TOO_LONG)
-def test_traces_that_would_not_fit_are_refused(shell: CommandTest, group: Path, line: str) -> None:
-    code, _, err = shell.command(*line.split(), "--output", "run", **inside(group))
-    assert code == WRONG_USE, err
-    assert_says(err, "--duration", " GB of memory, but 0.31 GB are available; take a shorter")
-    assert not (shell.folder / "run").exists()
-
-
 def test_the_limit_of_memory_is_reached_during_a_run(shell: CommandTest, group: Path) -> None:
     process = shell.start(*tables.FOUR_RUNS.split(), "--output", "run", **inside(group))
     shell.addCleanup(lambda: process.poll() is None and process.kill())
@@ -367,127 +376,3 @@ def test_the_limit_of_memory_is_reached_during_a_run(shell: CommandTest, group: 
     assert_says(err, f"{len(failures)} of 4 runs failed")
     assert "Killed" in failures[0] and len(run.jobs()) == 4 - len(failures)
     shell.wait_for(lambda: not processes_of(process.pid), "a process lives on")
-
-
-# A power loss. disk_calls.cpp logs each sync, mkdir and rename. A model disk keeps only synced content;
-# when the command has ended, it must hold the same content as the folder. During the command, a file is
-# renamed only after its content is synced; a new name is synced before another name is created in the
-# same folder or below; run.json names only repetitions whose rows are synced; a file that grows under
-# its final name has that name synced before its content. Without any sync of the log, there is a defect.
-
-
-class Event:
-    """An entry of the log."""
-
-    def __init__(self, line: bytes, content: bytes) -> None:
-        facts, path, renamed = line.decode().rstrip("\n").split("\t")
-        self.kind, inode, _ = facts.split(" ")
-        self.inode, self.content, self.path, self.named = (
-            int(inode),
-            content,
-            Path(path),
-            Path(renamed or path),
-        )
-
-
-def events_of(log: Path) -> list[Event]:
-    found = []
-    with open(log, "rb") as file:
-        while line := file.readline():
-            found.append(Event(line, file.read(int(line.split(b"\t")[0].split(b" ")[2]))))
-    return found
-
-
-def disk_state(folder: Path) -> Any:
-    """{path: (inode, content)}; a folder's content is its names with their inodes."""
-    return {
-        p: (p.stat().st_ino, {q.name: q.stat().st_ino for q in p.iterdir()} if p.is_dir() else p.read_bytes())
-        for p in [folder, *folder.rglob("*")]
-    }
-
-
-def defects_of(first: Any, events: list[Event], last: Any) -> list[str]:
-    """What is wrong with the model disk during these events and after them."""
-    kept = dict(first.values())  # by inode
-    names = {path: content for path, (_, content) in first.items() if isinstance(content, dict)}
-    stored = {path.name: content for path, (_, content) in first.items() if path.suffix == ".part"}
-    unkept_names: set[Path] = set()  # folders with a new name that is not synced
-    defects = []
-    for event in events:
-        if event.kind == "rename-file" and kept.get(event.inode) != event.content:
-            defects.append(f"{event.path} is renamed before its content was kept")
-        if event.kind.startswith(("rename", "make")) and event.named.suffix != ".part":
-            if unkept_names & set(event.named.parents):
-                defects.append(f"{event.path} is named before the name given before was kept")
-            unkept_names.add(event.named.parent)
-        elif event.kind == "wait-folder":
-            lines = (line.split(" ", 1) for line in event.content.decode().splitlines())
-            kept[event.inode] = names[event.path] = {name: int(inode) for inode, name in lines}
-            unkept_names.discard(event.path)
-        else:
-            kept[event.inode] = stored[event.path.name] = event.content
-            parts = any(name.endswith(".part") for name in event.path.parts)
-            if not parts and names.get(event.path.parent, {}).get(event.path.name) != event.inode:
-                defects.append(f"{event.path} is kept before its name was kept")
-            for run in (
-                json.loads(event.content).get("runs", []) if event.path.name.startswith(".run.json.") else []
-            ):
-                row = f"\n{run['executor']},{run['repetition']},".encode()
-                if any(row not in stored.get(name, b"") for name in ("jobs.csv.part", "chains.csv.part")):
-                    defects.append(f"{event.path} names rows that are not kept")
-    return defects + [
-        f"{p} is not kept as it is" for p, (inode, content) in last.items() if kept.get(inode) != content
-    ]
-
-
-def assert_survives(shell: CommandTest, line: list[Any], program: str = HOTPATH) -> None:
-    """Checks that the command's result survives a power loss."""
-    disk, log = shell.folder / "disk", shell.folder / "log"
-    log.write_bytes(b"")
-    first = disk_state(disk)
-    noted = {
-        "LD_PRELOAD": os.environ["DISK_CALLS"],
-        "HOTPATH_DISK_LOG": str(log),
-        "HOTPATH_DISK_FOLDER": str(disk),
-    }
-    done = subprocess.run(
-        [program, *line], cwd=shell.folder, env=shell.environment | noted, capture_output=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    events, last = events_of(log), disk_state(disk)
-    assert defects_of(first, events, last) == []
-    assert defects_of(
-        first, [e for e in events if not e.kind.startswith("wait")], last
-    ), "the check needs no sync"
-
-
-@pytest.mark.parametrize("lines", rows(tables.SURVIVE), ids=lambda lines: lines[0].split()[0])
-def test_a_power_loss(shell: CommandTest, stock: Path, lines: list[str]) -> None:
-    (shell.folder / "disk").mkdir()
-    shutil.copytree(stock / "run", shell.folder / "disk" / "run0")
-    for line in lines:
-        assert_survives(shell, words(line, stock))
-
-
-def test_a_power_loss_during_a_recovery(shell: CommandTest) -> None:
-    (shell.folder / "disk").mkdir()
-    process = shell.start(*tables.FOUR_RUNS.split(), "--output", "disk/run")
-    facts = shell.folder / "disk" / "run" / "run.json"
-    shell.wait_for(
-        lambda: facts.exists() and json.loads(facts.read_text())["runs"], "no repetition is stored"
-    )
-    process.kill()
-    shell.finish(process)
-    shell.wait_for(lambda: not processes_of(process.pid), "a process lives on")
-    assert_survives(shell, [word.replace("run", "disk/run") for word in tables.RECOVER])
-
-
-def test_a_power_loss_of_the_python_package(shell: CommandTest) -> None:
-    (shell.folder / "disk").mkdir()
-    shell.environment["PYTHONPATH"] = str(BENCH)
-    code = (
-        "import sys, pathlib; from hotpath_report import tables; f = pathlib.Path(sys.argv[1]);"
-        "tables.make_folder(f / 'a' / 'b'); tables.write_file(f / 'a' / 'b' / 'page', 'text');"
-        "tables.write_json(f / 'a' / 'facts', {'a': 1})"
-    )
-    assert_survives(shell, ["-B", "-c", code, shell.folder / "disk"], sys.executable)

@@ -24,49 +24,6 @@ ONE = "--executors rm-ro --repetitions 1"  # of `run`, whose default is all of t
 BRIEF = f"{ONE} --transport intra_process --load 5 --duration 0.2 --warm-up 0"
 LONG = "--duration 3000"
 
-# One real use of each command, and a file that it writes or, after `>`, a text that it prints. Later
-# uses read the files of earlier ones.
-USES = {
-    "simulate --executors default,rm-ro --duration 1 --warm-up 0 --output stored": "stored/summary.json",
-    "export perfetto stored --output trace.json": "trace.json",
-    "explain stored --executors default,rm-ro": ">is faster than",
-    "doctor stored": ">one job per thread at a time",
-    "doctor killed --recover": "killed/summary.json",
-    "report stored --summary": ">rm-ro",
-    "report stored --output page": "page/report.html",
-    "diff stored stored --gate --markdown gate.md": "gate.md",
-    "diff stored --simulated --output validation": "validation/validation.json",
-    "export ctf stored --output exported": "exported/default-0/metadata",
-    "import ctf exported/default-0 --output imported": "imported/graph.yaml",
-    "advise autoware --repetitions 1 --duration 1 --output advice": "advice/advice.json",
-    "analyze timers_only_60 --csv bounds.csv": "bounds.csv",
-    "sweep sweep.yaml --output swept": "swept/table.csv",
-    "capacity --executors rm-ro --duration 1 --resolution 20 --output levels": "levels/levels.csv",
-    "paper waters --sets 2 --output waters": "waters/waters.csv",
-    "paper table1": ">LiDAR",
-    "paper golden --output golden": "golden/validation.json",
-    "graph autoware": ">chain hot_path:",
-    "list executors": ">rm-ro",
-    "list graphs": ">autoware",
-    "list deployments": ">isolated",
-    "list figures": ">hot-path",
-    "doctor --duration 0.01 --output machine.json": "machine.json",
-    f"run {BRIEF} --output live": "live/summary.json",
-    "watch --once -- true": ">0 events",
-    "replay live --duration 0.1": "",
-}
-SWEEP = "command: simulate\nfixed: {graph: autoware, duration: 1, warm-up: 0}\naxes: {load: [40, 80]}\n"
-# They measure for minutes: bench_command_test.py, ../hotpath_report/test/test_reproduction.py.
-MEASURES_FOR_MINUTES = {("bench",), ("paper", "figures")}
-NETWORKED = {"run", "replay"}  # second_host_test.py tests what they use
-# Command lines that print no table, and reject --json.
-NO_TABLES = (
-    *("export perfetto stored", "import ctf", "export ctf", "sweep", "graph", "replay"),
-    *("report stored --output page", "list figures"),
-)
-# The command line that prints JSON, where it is not the use and --json.
-PRINTS_JSON = {"watch --once -- true": "watch --once --json -- true"}
-
 # Rows of printed JSON have the names of the stored files: command line, fields of one row.
 JSON_HOLDS: dict[str, dict[str, Any]] = {
     "analyze timers_only_60 --executors rm-ro": {"kind": "task", "name": "FrontCamera", "observed_ns": None},
@@ -85,14 +42,8 @@ rum | `rum` | did you mean `run`?
 run --fast | --fast | hotpath run --help
 run --duration soon | --duration | `soon` | 0.1
 run --repetitions 2.5 | --repetitions | `2.5` | whole number
-run --repetitions 0 | --repetitions | 1 to 10000
-run --load -1 | --load | `-1`
 run --transport tcp | --transport | tcp | fastdds,intra_process
 run --domain 233 | --domain | 0 to 232
-run --executors best | `best` | edf-ro
-run --executors rm-ro:last | `last` | inherit
-run --executors multi:0 | between 1 and
-run --executors rm-ro,rm-ro | `rm-ro` | twice
 run --cpus 4000 | --cpus | may not use processor 4000
 run --cpus 1- | --cpus | `1-`
 run --timer-policy fifo | `fifo` | fifo:N
@@ -110,7 +61,6 @@ import ctf nowhere | cannot be read (No such file
 import ctf {stock}/bounds | holds no CTF trace
 import ctf {stock}/json_ctf | ctf-1.8
 import ctf {stock}/text_ctf | is not CTF
-import ctf /proc | /proc
 import ctf {stock}/ctf/rm-ro-0 --chain A | is not SOURCE
 import ctf {stock}/ctf/rm-ro-0 --chain nobody:nothing | is not a node or task
 import ctf {stock}/ctf/rm-ro-0 --deployments {stock}/nobody.yaml --output new | Nobody
@@ -131,14 +81,12 @@ run --against x --json | --against | --json
 explain run --worst --sequence 3 | --worst | --sequence
 explain {stock}/timers --executors static | no executor static
 explain {stock}/run --executors rm-ro,rm-ro | the same
-explain {stock}/run --executors a,b,c | --executor
 explain {stock}/autoware --executors rm-ro --chain hot | hot_path
 explain {stock}/autoware --executors rm-ro --task RearLidar | RearLidarDriver
 explain {stock}/autoware --executors rm-ro --sequence 100000 | --sequence
 explain {stock}/autoware --executors rm-ro --repetition 7 | repetition 7
 explain {stock}/run {stock}/autoware | different tasks
 explain run run --worst | --worst
-explain {stock}/autoware --worst --quantile 0.5 | --worst
 export perfetto {stock}/timers --from 5 --to 4 --output x | --to must lie after --from
 replay {stock}/tiny --executors best | best | rm-ro (repetition 0)
 replay {stock}/tiny --repetition 1 | repetition 1 | rm-ro (repetition 0)
@@ -146,7 +94,6 @@ replay {stock}/tiny --from 5 | after the end of the run
 replay {stock}/tiny --speed 0 | --speed
 replay {stock}/tiny --graph sequences | no task | another graph
 simulate --cores 0 | --cores | from 1 to 64
-simulate --cores 1.5 | --cores | whole number
 simulate --platform release_cost_us=-1 | --platform | release_cost_us
 simulate --platform cost=1 | --platform | release_cost_us
 simulate --duration 1e12 | --duration | from 0.1 to 1e+09
@@ -156,9 +103,9 @@ simulate --executors rm-or | rm-or | rm-ro
 simulate --graph {stock}/tiny.yaml --phases {stock}/phases.csv | phases.csv:2
 simulate --executors rm-ro --execution-times replay:{stock}/timers | jobs.csv: | another graph
 simulate --executors rm-ro --phases {stock}/timers | --phases | another graph
-simulate --phases {stock}/bounds | run.json
 simulate --graph timers_only_60 --executors edf-ro --execution-times replay:{stock}/timers | edf-ro (repetition 0)
 capacity --require fast | --require: `fast`
+simulate --deployments a,,b | --deployments: `a,,b` has an empty item
 capacity --over copies --from 0.5 | whole numbers
 capacity --from 9 --to 5 | --from is greater than --to
 capacity --live --cores 2 | --cores applies to simulations only
@@ -171,30 +118,15 @@ capacity --over copies --from 1 --to 2000 | --over | --copies | 1000
 capacity --over rate --from 0 | --over | --rate
 capacity --live-options --quick | --live-options | --live
 simulate --executors , | --executors: `,` has an empty item
-run --executors a,,b | --executors: `a,,b` has an empty item
-run --stack , | --stack: `,` has an empty item
-bench --only a, | --only: `a,` has an empty item
-simulate --deployments ,a | --deployments: `,a` has an empty item
-capacity --require , | --require: `,` has an empty item
-analyze autoware --chain , | --chain: `,` has an empty item
-explain run --executors , | --executors: `,` has an empty item
 simulat | simulate
 run --executers rm-ro | --executors
 timeline | `timeline` is | export perfetto RUN
-machine | `machine` is | `doctor`
-check | `check` is | `doctor RUN`
-recover | `recover` is | `doctor RUN --recover`
-summarize | `summarize` is | `report RUN --summary`
-compare-results | `compare-results` is | `diff OLD NEW`
 validate | `validate` is | `diff RUN --simulated`
-experiment | `experiment` is | `paper waters`
-completion | completion | completions for bash
 """
 # Numbers are read strictly: words | values that are not whole numbers of the range.
 NUMBERS = {
     "simulate --seed": "-1 +1 0x10 1e3 18446744073709551616 1.0",
     "paper waters --threads": "-1 1025",
-    **{f"{c} --seed": "-1" for c in ("run", "capacity", "advise", "bench", "paper waters")},
 }
 # ROS 2's stack rejects what it would ignore; $ROS_DISTRO | words | parts of the sentence.
 ROS2_RUN = f"run --stack rclcpp {BRIEF}"
@@ -213,214 +145,6 @@ humble | --executors events-re | events-re@rclcpp | ROS 2 humble | static, multi
 """
 # An option that changes nothing for this executor: a note says so.
 NOTED = "simulate --duration 1 --output out --executors rm-ro --entity-order reverse"
-
-# The effect of each option. A command's first line is a use; each other line is an option that
-# changes the result of that use. `+ WORDS`: both runs have them, too (`-NAME` takes one away).
-# `! PART`: the option is rejected with this sentence, since it would be ignored or its effect is to
-# reject. `= REASON`: it changes no result. `@ FILE`: that test program shows its effect, or none can.
-# For --output and --json, see adverse_use_test.py.
-COMMON = """
---graph sequences
---load 50
---rate 110
---copies 2
---phases synchronous
---entity-order reverse
---seed 2 + --phases random
---deployments isolated + --cores 2
---duration 2
---warm-up 0.5
-"""
-SIMULATED = (
-    COMMON
-    + """
---executors default,edf-ro
---threads 3 = results do not depend on the number of threads
---cores 2 + --executors multi:2
---platform release_cost_us=100
---repetitions 3
---max-backlog 1 + --load 95 ! overload: more than 1
---execution-times uniform + --graph callbacks
-"""
-)
-SIMULATION = "simulate --executors default,rm-ro --output out --duration 1 --warm-up 0"
-VALIDATE = ("diff", "--simulated")
-STORED = "simulate --executors=rm-ro --rate=110 --duration=1"
-# Values of options that have several kinds of them; the platform's keys are those of graph files.
-MORE_VALUES = """
---phases {reference}/rclcpp_autoware_phases.csv
---phases {stock}/autoware
---phases creation:3
---executors default,rm-ro:first
---executors default,rm-ro:fifo
---platform timer_thread=equal
---platform pass_cost_us=100
---platform dispatch_cost_us=100
---platform timer_dispatch_cost_us=100
---platform subscription_dispatch_cost_us=100
---platform wait_cost_us=100
---platform wait_cost_per_entity_us=10
---platform wake_up_us=100
---platform delivery_delay_us=100
-"""
-EFFECTS = {
-    SIMULATION: SIMULATED
-    + """
---work wall = virtual time has one kind of work
---no-trace
-""",
-    "capacity --executors default,rm-ro --from 60 --to 120 --resolution 30 --repetitions 2 --output out"
-    " --duration 1 --warm-up 0": SIMULATED
-    + """
---load 50 ! --over
---work wall ! --live
---max-backlog 1
---over rate
---require latency:30
---from 30
---to 90
---resolution 15
---live --threads 2 ! --threads
---live-options=--domain=3 ! --live
-""",
-    "advise autoware --executors default,rm-ro --repetitions 2 --output out --duration 1 --warm-up 0": COMMON
-    + """
---graph sequences + -operand
---copies 2 + --cores 2
---deployments isolated
---seed 2
---executors default,edf-ro
---threads 3 = results do not depend on the number of threads
---repetitions 3
---for hot_path:median
---now rm-ro
---cores 2
---costs graph
---margin 1 ! --phases
---time-out @ advise_command_test.py
-""",
-    "analyze timers_only_60 --executors default,rm-ro": """
---graph sequences + -operand --graph timers_only_60
---contract @ watch_test.py
---executors edf-ro
---load 50
---rate 90
---copies 2
---phases synchronous + --chain IMU,FrontCamera
---cores 2 + --platform timer_thread=equal
---platform release_cost_us=100
---exact
---phase-uncertainty-us 100 + --phases synchronous
---witness worst + --phases synchronous
---entity-order reverse + -operand sequences --phases creation
---trace {stock}/timers
---deployments rm-threads
---strict @ analyze_test.py
---chain IMU,FrontCamera
---csv bounds.csv
---page page
-""",
-    "sweep {stock}/sweep.yaml --output out": """
---threads @ sweep_test.py
---yes @ sweep_test.py
-""",
-    "explain {stock}/autoware": """
---executors rm-ro
---repetition 1
---chain lane_detection + -operand {stock}/run
---task RearLidarDriver
---worst
---quantile 0.9
---sequence 5
---json
-""",
-    "replay": """
---executors --repetition --graph --from @ adverse_tables.py
---speed --duration --domain @ live_test.py
---all-interfaces @ it needs another machine
-""",
-    "list executors": "",
-    "list graphs": "",
-    "list deployments": "",
-    "list figures": "",
-    "graph autoware": """
---graph sequences + -operand --graph autoware
---as dot
---deployments isolated + --as dot
-""",
-    "paper table1 --output out": "",
-    "paper waters --sets 3 --output out": """
---sets 4
---seed 2
---threads 3 = results do not depend on the number of threads
-""",
-    "paper golden --output out": "",
-    "paper figures": "--live --quick --only --jobs @ of the package: test_reproduction",
-    "doctor {stock}/run": """
---duration @ bench_command_test.py
---recover @ recover_test.py
-""",
-    "bench": """
---quick --repetitions --only --time-out @ bench_command_test.py
---seed 2 --only nope ! no program
-""",
-    "report {stock}/tiny": """
---output page
---summary
-""",
-    "diff {stock}/tiny {stock}/tiny": """
---gate
---across-loads @ diff_test.py
---page @ result_pages_test.py
---simulated --csv --junit --markdown @ adverse_tables.py
-""",
-    "import ctf {stock}/exported/default-0 --output out": """
---executors static
---deployments {stock}/static.yaml
---chain FrontLidarDriver:ObjectCollisionEstimator
---cores 3
---jobs 100
-""",
-    "export ctf {stock}/autoware --output out": "",
-    "export perfetto {stock}/autoware --output out": """
---executors rm-ro
---repetition 1
---from 300
---to 300
-""",
-    "watch": "--for --once --contract --fail-on --record --keep --print-environment @ watch_test.py",
-}
-# The same for runs in real time: their measured values always differ, so that only what follows from
-# the options counts.
-RUN = f"run {ONE} --load 1 --transport intra_process --duration 0.1 --warm-up 0 --output out"
-LIVE_EFFECTS = {
-    RUN: COMMON
-    + """
---executors default
---deployments isolated + -executors
---load 2
---work wall
---entity-order reverse + --executors default
---duration 0.2
---warm-up 0.1
---quick -duration -warm-up -repetitions
---repetitions 2
---time-out @ adverse_runs_test.py
---stack @ adverse_tables.py
---rmw cyclonedds ! --stack
---transport fastdds
---processes 2 + --transport fastdds
---network shared_memory + --transport fastdds
---all-interfaces + --transport fastdds
---domain 7 + --transport fastdds
---cpus 0
---executor-policy other
---timer-policy other
---lock-memory
---live
---against --junit --markdown @ sweep_test.py
-"""
-}
 
 # Every option that writes: a command line that ends in the option. The first file option of
 # hotpath and of its Python package, and the first folder option, meet every kind of target; the
@@ -530,10 +254,6 @@ export perfetto {run} --from 1000 --to 1100 --output chart.json | 0 |
 diff {run} {run} | 0 |
 diff {run} {run} --gate --junit gate.xml --markdown gate.md --page gate | 0 |
 """
-NAMED_CAPACITY = (
-    "capacity sequences --executors rm-ro --from 20 --to 20 --duration 1 --require no-loss"
-    " --output capacity"
-)
 
 # Commands that start Python, in a folder of hostile modules; {run} is a run.
 STARTS_PYTHON = """
@@ -583,7 +303,6 @@ SHORT_RUNS = (
 )
 LIVE_RUN = f"run {ONE} --live --processes 2 --load 5 --duration 2 --warm-up 0"
 FOUR_RUNS = "run --executors default,rm-ro --repetitions 2 --load 5 --duration 1.5 --warm-up 0"
-TOO_LONG = ("simulate --duration 40000", f"run {ONE} --transport intra_process --duration 5000")
 RECOVER = ("doctor", "run", "--recover")
 # Command lines whose results, in the folder `disk`, survive a power loss.
 SURVIVE = """

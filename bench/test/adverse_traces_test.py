@@ -42,29 +42,23 @@ def no_initialisation(_trace: Any, _handles: Any) -> None:
     pass
 
 
-@fault("no event for 60.0 s from 2.0 s on", 600)
-def a_clock_that_jumps(trace: Any, handles: Any) -> None:
-    run_on(trace, handles, handles["at"] + 60_000 * MS, 100)
-
-
-@fault("no event for 1.2 s", 600)
-def a_gap_of_more_than_ten_periods(trace: Any, handles: Any) -> None:
-    run_on(trace, handles, handles["at"] + 1200 * MS, 100)
-
-
-@fault("", 600)
-def a_gap_of_nine_periods(trace: Any, handles: Any) -> None:
-    run_on(trace, handles, handles["at"] + 900 * MS, 100)
-
-
-@fault("the trace's clock jumps, or the trace is damaged", -1)
-def a_clock_that_jumps_by_a_year(trace: Any, handles: Any) -> None:
-    run_on(trace, handles, handles["at"] + 365 * 24 * HOUR, 100)
-
-
-@fault("breaks off: its clock jumps back after 2.0 s", 400)
-def a_clock_that_jumps_back(trace: Any, handles: Any) -> None:
-    run_on(trace, handles, handles["at"] - 1000 * MS, 100)
+# After the last event, the clock moves on by so many milliseconds before the trace goes on.
+for name, moved, words_of_it, used in (
+    ("jump", 60_000, "no event for 60.0 s from 2.0 s on", 600),
+    ("gap of more than ten periods", 1200, "no event for 1.2 s", 600),
+    ("gap of nine periods", 900, "", 600),
+    ("jump by a year", 365 * 24 * HOUR // MS, "the trace's clock jumps, or the trace is damaged", -1),
+    ("jump back", -1000, "breaks off: its clock jumps back after 2.0 s", 400),
+):
+    FAULTS.append(
+        pytest.param(
+            sensor_and_filter,
+            lambda trace, handles, moved=moved: run_on(trace, handles, handles["at"] + moved * MS, 100),
+            words_of_it,
+            used,
+            id=name,
+        )
+    )
 
 
 @fault("1 jobs have no end in the trace", 401)

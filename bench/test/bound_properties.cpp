@@ -183,14 +183,14 @@ class BoundCase {
 
   /// The witness of a worst case reaches it to the nanosecond.
   void expect_reached(const bounds::ReachedWorstCase& worst) {
-    const bool of_task = worst.kind == "task";
-    std::vector<std::int64_t>& seen = of_task                 ? tasks_seen_
-                                      : worst.kind == "chain" ? chains_seen_
-                                                              : hot_paths_seen_;
+    const bool of_task = worst.kind == bounds::Quantity::task;
+    std::vector<std::int64_t>& seen = of_task                                 ? tasks_seen_
+                                      : worst.kind == bounds::Quantity::chain ? chains_seen_
+                                                                              : hot_paths_seen_;
     std::ranges::fill(seen, 0);
     simulate(tasks_, WitnessTimes(tasks_.set, worst.witness), worst.witness.instant - Time{} + 1ns);
     if (worst.number < seen.size() && seen[worst.number] == worst.value_ns) return;
-    wrong(worst.kind + " of its witness",
+    wrong(std::string(to_string(worst.kind)) + " of its witness",
           of_task ? tasks_.set[worst.number].name : graph_.chains[worst.number].name,
           worst.number < seen.size() ? seen[worst.number] : 0, worst.value_ns);
   }

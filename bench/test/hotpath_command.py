@@ -18,6 +18,7 @@ from shared_memory import expect_nothing_left_behind
 
 ONE = ("--executors", "rm-ro", "--repetitions", 1)  # of `run`, whose default is all of the paper's
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
+BENCH = Path(__file__).resolve().parents[1]
 TIME_LIMIT_S = 60
 
 JOB_COLUMNS = (

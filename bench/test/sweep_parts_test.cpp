@@ -100,44 +100,41 @@ TEST_F(SweepTest, ARandomDesignDrawsWithinItsAxesAndIsRepeatable) {
 }
 
 TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
-  EXPECT_THAT(refusal("command: simulate\nfixd: {}\naxes: {load: [1]}\n"), HasSubstr("sweep.yaml:2"));
-  EXPECT_THAT(refusal("command: simulate\nfixed: {load: 1}\naxes:\n  load: [1]\n"),
-              HasSubstr("sweep.yaml:4: axis load contradicts the fixed load in line 2"));
-  EXPECT_THAT(refusal("command: simulate\naxes:\n  executors: [rm-ro]\n  deployments: [cie]\n"),
-              HasSubstr("sweep.yaml:4: axis deployments contradicts axis executors"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 1]}\n"), HasSubstr("has 1 twice"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2}}\n"), HasSubstr("has no step"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0}}\n"),
-              HasSubstr("too small for a grid"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 1e-12}}\n"),
-              HasSubstr("too small for a grid"))
-      << "values that read the same";
-  EXPECT_THAT(refusal("command: simulate\naxes: {output: [a]}\n"), HasSubstr("sets itself"));
+  const std::vector<std::pair<const char*, const char*>> cases = {
+      {"fixd: {}\naxes: {load: [1]}", "sweep.yaml:2"},
+      {"fixed: {load: 1}\naxes:\n  load: [1]",
+       "sweep.yaml:4: axis load contradicts the fixed load in line 2"},
+      {"axes:\n  executors: [rm-ro]\n  deployments: [cie]",
+       "sweep.yaml:4: axis deployments contradicts axis executors"},
+      {"axes: {load: [1, 1]}", "has 1 twice"},
+      {"axes: {load: {from: 1, to: 2}}", "has no step"},
+      {"axes: {load: {from: 1, to: 2, step: 0}}", "too small for a grid"},
+      {"axes: {load: {from: 1, to: 2, step: 1e-12}}", "too small for a grid"},  // values that read the same
+      {"axes: {output: [a]}", "sets itself"},
+      {"axes: {load: {from: 1, to: 9e5, step: 1}, rate: {from: 1, to: 9e5, step: 1}}",
+       "the limit is 100 million"},
+      {"axes: {load: [1, 2]}\nkeep: [{load: 3}]", "no value `3`"},
+      {"axes: {load: {from: 1, to: 2, step: 0.25}}\nkeep: [{load: 1.3}]", "no value `1.3`"}};
+  for (const auto& [text, said] : cases) {
+    EXPECT_THAT(refusal(program::concat("command: simulate\n", text, "\n")), HasSubstr(said));
+  }
   EXPECT_THAT(refusal("command: fly\naxes: {load: [1]}\n"), HasSubstr("simulate"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 9e5, step: 1}, rate: {from: 1, to: 9e5, "
-                      "step: 1}}\n"),
-              HasSubstr("the limit is 100 million"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: [1, 2]}\nkeep: [{load: 3}]\n"),
-              HasSubstr("no value `3`"));
-  EXPECT_THAT(refusal("command: simulate\naxes: {load: {from: 1, to: 2, step: 0.25}}\nkeep: [{load: 1.3}]\n"),
-              HasSubstr("no value `1.3`"));
 }
 
-TEST_F(SweepTest, AxesOfAnySizeAreNotListed) {
-  const sweep::Design d = design(
-      "command: simulate\naxes: {load: {from: 0, to: 90, step: 1e-6}}\nkeep: [{load: 0.000002}, {load: "
-      "90}]\n");
-  EXPECT_EQ(d.cells(), 90'000'001U);
-  EXPECT_EQ(values(d, 89'999'999), "load=89.999999 ");
-  EXPECT_THAT((std::vector<bool>{d.keeps(1), d.keeps(2), d.keeps(90'000'000)}),
-              testing::ElementsAre(false, true, true));
-}
-
-TEST_F(SweepTest, KeepsTheCellsThatMatch) {
-  const sweep::Design d =
-      design("command: simulate\naxes: {load: [1, 2], phases: [creation, random]}\nkeep: [{load: 2}]\n");
-  EXPECT_THAT((std::vector<bool>{d.keeps(0), d.keeps(1), d.keeps(2), d.keeps(3)}),
-              ElementsAre(false, false, true, true));
+TEST_F(SweepTest, KeepsTheCellsThatMatchOnAxesOfAnySize) {
+  const auto kept = [](const sweep::Design& d, std::vector<std::uint64_t> cells) {
+    std::erase_if(cells, [&](std::uint64_t cell) { return !d.keeps(cell); });
+    return cells;
+  };
+  const std::string command = "command: simulate\naxes: ";
+  const sweep::Design many =
+      design(command + "{load: {from: 0, to: 90, step: 1e-6}}\nkeep: [{load: 0.000002}, {load: 90}]\n");
+  EXPECT_EQ(many.cells(), 90'000'001U);
+  EXPECT_EQ(values(many, 89'999'999), "load=89.999999 ");
+  EXPECT_THAT(kept(many, {1, 2, 90'000'000}), ElementsAre(2U, 90'000'000U));
+  const sweep::Design few =
+      design(command + "{load: [1, 2], phases: [creation, random]}\nkeep: [{load: 2}]\n");
+  EXPECT_THAT(kept(few, {0, 1, 2, 3}), ElementsAre(2U, 3U));
 }
 
 TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
@@ -289,50 +286,43 @@ TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {
 }
 
 TEST(CapacityTest, FindsTheLastLevelBelowTheFirstFailure) {
-  const sweep::Capacity c =
-      sweep::find_capacity({0, 100, 0.5}, 6, [](double level) { return level > 73.2 ? "no" : ""; });
+  const auto found = [](const sweep::Levels& levels, std::size_t coarse, double fails_above, double to) {
+    return sweep::find_capacity(levels, coarse,
+                                [=](double level) { return level > fails_above && level < to ? "no" : ""; });
+  };
+  const sweep::Capacity c = found({0, 100, 0.5}, 6, 73.2, 1000);
   EXPECT_EQ(c.highest, 146U);
   EXPECT_THAT(c.again(), IsEmpty());
   EXPECT_LT(c.tried.size(), 15U);
-}
-
-TEST(CapacityTest, ShowsWhereItHoldsAgain) {
-  const sweep::Capacity c = sweep::find_capacity(
-      {0, 100, 1}, 11, [](double level) { return level > 35 && level < 65 ? "no" : ""; });
-  EXPECT_EQ(c.highest, 35U);
-  EXPECT_THAT(c.again(), ElementsAre(70U, 80U, 90U, 100U));
-}
-
-TEST(CapacityTest, NoLevelAndEveryLevel) {
-  EXPECT_EQ(sweep::find_capacity({5, 9, 1}, 3, [](double) { return "no"; }).highest, std::nullopt);
-  EXPECT_EQ(sweep::find_capacity({5, 9, 1}, 3, [](double) { return ""; }).highest, 4U);
-  EXPECT_EQ(sweep::find_capacity({5, 5, 1}, 3, [](double) { return ""; }).highest, 0U);
+  const sweep::Capacity holds_again = found({0, 100, 1}, 11, 35, 65);
+  EXPECT_EQ(holds_again.highest, 35U);
+  EXPECT_THAT(holds_again.again(), ElementsAre(70U, 80U, 90U, 100U));
+  EXPECT_EQ(found({5, 9, 1}, 3, 0, 1000).highest, std::nullopt);
+  EXPECT_EQ(found({5, 9, 1}, 3, 1000, 1000).highest, 4U);
+  EXPECT_EQ(found({5, 5, 1}, 3, 1000, 1000).highest, 0U);
 }
 
 TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
-  results::ExecutorSummary good, bad;
-  for (results::ExecutorSummary* executor : {&good, &bad}) executor->chains.resize(2);
+  using Each = results::RepetitionMeasures;
+  results::ExecutorSummary good;
+  good.chains.resize(2);
   good.chains[1].chain = "c";
   good.each = {{0, 0, 0, 0, 0, {{5, 20}, {5, 30}}}, {1, 0, 0, 0, 0, {{5, 20}, {5, 30}}}};
-  bad.each = {{0, 0, 0, 0, 0, {{5, 20}, {5, 30}}}, {1, 0, 3, 0, 0, {{5, 20}, {5, 70}}}};
-  bad.overwritten = 3;
-  const sweep::Requirement required = sweep::Requirement::parse({"no-loss", "latency:60"});
-  EXPECT_EQ(required.failure(good), "");
-  EXPECT_EQ(required.failure(bad), "0 timestamps skipped, 3 samples overwritten (1 of 2 repetitions)");
-  EXPECT_EQ(sweep::Requirement::parse({"latency:60"}).failure(bad), "latency 70.0 ms (1 of 2 repetitions)");
-  EXPECT_EQ(required.failure({}), "nothing was measured");
-  // One after the other: each repetition must meet each requirement.
-  const auto changed = [&](const auto& change) {
+  const std::vector<std::pair<void (*)(Each&), const char*>> cases = {
+      {[](Each&) {}, ""},
+      {[](Each& r) { r.skipped = 1; }, "0 timestamps skipped, 0 samples overwritten (1 of 2 repetitions)"},
+      {[](Each& r) { r.overwritten = 1; },
+       "0 timestamps skipped, 0 samples overwritten (1 of 2 repetitions)"},
+      {[](Each& r) { r.deadline_overruns = 1; }, "0 deadlines missed (1 of 2 repetitions)"},
+      {[](Each& r) { r.never_ran = 1; }, "a task never ran (1 of 2 repetitions)"},
+      {[](Each& r) { r.chains[1] = {}; }, "no output of chain c (1 of 2 repetitions)"},
+      {[](Each& r) { r.chains[1].worst_hot_path_ms = 70; }, "latency 70.0 ms (1 of 2 repetitions)"}};
+  for (const auto& [change, why] : cases) {
     results::ExecutorSummary executor = good;
     change(executor.each[1]);
-    return sweep::Requirement::parse({"no-loss", "deadlines", "latency:60"}).failure(executor);
-  };
-  using Each = results::RepetitionMeasures;
-  EXPECT_EQ(changed([](Each&) {}), "");
-  EXPECT_THAT(changed([](Each& r) { r.skipped = 1; }), HasSubstr("skipped"));
-  EXPECT_THAT(changed([](Each& r) { r.deadline_overruns = 1; }), HasSubstr("deadlines missed (1 of 2"));
-  EXPECT_EQ(changed([](Each& r) { r.never_ran = 1; }), "a task never ran (1 of 2 repetitions)");
-  EXPECT_EQ(changed([](Each& r) { r.chains[1] = {}; }), "no output of chain c (1 of 2 repetitions)");
+    EXPECT_EQ(sweep::Requirement::parse({"no-loss", "deadlines", "latency:60"}).failure(executor), why);
+  }
+  EXPECT_EQ(sweep::Requirement::parse({"no-loss"}).failure({}), "nothing was measured");
   for (const char* wrong : {"fast", "latency:", "latency:-1", "latency:1s"}) {
     EXPECT_THROW((void)sweep::Requirement::parse({wrong}), program::UsageError) << wrong;
   }

@@ -41,11 +41,10 @@ class SweepTest(CommandTest):
         return self.accepted("sweep", self.sweep_file(text), "--output", output, *arguments)
 
     def mpirun(self, ranks: int, *words: object, wait: bool = True) -> Any:
-        options = ["--allow-run-as-root", "--oversubscribe", "--bind-to", "none"]
-        command: list[Any] = [MPIRUN, *options, "-n", str(ranks), *map(str, words)]
-        process = subprocess.Popen(
-            command, cwd=self.folder, env=self.environment, text=True, stdout=-1, stderr=-1
-        )
+        options = ["--allow-run-as-root", "--oversubscribe", "--bind-to", "none", "-n", str(ranks)]
+        command: list[Any] = [MPIRUN, *options, *map(str, words)]
+        options_of_it: Any = {"cwd": self.folder, "env": self.environment, "text": True}
+        process = subprocess.Popen(command, stdout=-1, stderr=-1, **options_of_it)
         return self.finish(process) if wait else process
 
 
@@ -63,13 +62,10 @@ class Sweeps(SweepTest):
     def test_a_cell_is_what_simulate_says_of_it_and_overload_is_a_row(self) -> None:
         self.sweep("out")
         rows = self.rows("out")
-        row = next(
-            r for r in rows if r["load"] == "80" and r["executor"] == "rm-ro" and r["repetition"] == "2"
-        )
-        words = (
-            "--graph autoware --duration 2 --warm-up 0.5 --phases random --load 80 --executors rm-ro".split()
-        )
-        run = self.measure("simulate", *words, "--seed", row["seed"])
+        wanted = {"load": "80", "executor": "rm-ro", "repetition": "2"}
+        row = next(r for r in rows if wanted.items() <= r.items())
+        words = "--graph autoware --duration 2 --warm-up 0.5 --phases random --load 80 --executors rm-ro"
+        run = self.measure("simulate", *words.split(), "--seed", row["seed"])
         chain = run.summary()["executors"][0]["chains"][0]
         self.assertAlmostEqual(float(row["hot_path_p50_ms"]), chain["hot_path_latency_ms"]["p50"])
         self.assertAlmostEqual(float(row["end_to_end_max_ms"]), chain["end_to_end_latency_ms"]["max"])
@@ -137,10 +133,8 @@ class Sweeps(SweepTest):
         self.assertTrue((self.folder / "kept" / "cells" / folders[0] / "jobs.csv").exists())
         self.sweep("plain", text=SWEEP.replace("300", "20"))
         self.assertEqual(self.table("kept"), self.table("plain"))
-        self.sweep(
-            "bounds",
-            text="command: analyze\nfixed: {graph: timers_only_60, executors: [rm-ro]}\naxes: {load: [50, 60]}\n",
-        )
+        fixed = "fixed: {graph: timers_only_60, executors: [rm-ro]}"
+        self.sweep("bounds", text=f"command: analyze\n{fixed}\naxes: {{load: [50, 60]}}\n")
         rows = self.rows("bounds")
         self.assertEqual({row["load"] for row in rows}, {"50", "60"})
         self.assertTrue(any(row["bound_ns"] for row in rows))
@@ -154,13 +148,17 @@ class Sweeps(SweepTest):
         self.assertTrue(all(row["failure"] == "" and int(row["callbacks"]) > 0 for row in rows))
 
     def test_wrong_use_names_file_and_line(self) -> None:
-        for wrong, said in (
-            (("load: [40, 80, 300]", "laod: [40]"), "sweep.yaml:4: `simulate` has no option --laod"),
-            (("load: [40, 80, 300]", "load: [40, -1]"), "sweep.yaml:4: --load"),
-            (("rm-ro]", "rm-or]"), "sweep.yaml:5: there is no executor `rm-or`"),
-            (("autoware,", "autoware, seed: 3,"), "sweep.yaml:2: `seed` of a cell follows"),
+        analyze = "command: analyze\nfixed: {%s}\naxes: {load: [10]}\n"
+        for text, said in (
+            (SWEEP.replace("load: [40, 80", "laod: [40"), "sweep.yaml:4: `simulate` has no option --laod"),
+            (SWEEP.replace("80, 300", "-1"), "sweep.yaml:4: --load: `-1` is not a number"),
+            (SWEEP.replace("rm-ro]", "rm-or]"), "sweep.yaml:5: there is no executor `rm-or`"),
+            (SWEEP.replace("re,", "re, seed: 3,", 1), "sweep.yaml:2: `seed` of a cell follows"),
+            (analyze % "copies: 2", "sweep.yaml:3: --graph is required"),
+            (analyze % "graph: autoware, strict: true", "sweep.yaml:3: --strict requires --trace"),
+            (analyze % "graph: autoware, trace: x", "sweep.yaml:3: --load excludes --trace"),
         ):
-            code, _, err = self.command("sweep", self.sweep_file(SWEEP.replace(*wrong)), "--output", "wrong")
+            code, _, err = self.command("sweep", self.sweep_file(text), "--output", "wrong")
             self.assertEqual(code, 2, err)
             self.assertIn(said, err)
             self.assertFalse((self.folder / "wrong").exists())
@@ -217,26 +215,12 @@ class Capacities(SweepTest):
         )
 
     def test_rates_and_copies_multiply_the_load(self) -> None:
-        _, levels = self.capacity(
-            "--load", 30, "--executors", "rm-ro", "--over", "copies", "--from", 1, "--to", 5
-        )
+        _, levels = self.capacity(*"--load 30 --executors rm-ro --over copies --from 1 --to 5".split())
         simulated = [(r["holds"], r["capacity"]) for r in levels if r["source"] == "simulated"]
         self.assertEqual(simulated, [("1", "0"), ("1", "0"), ("1", "1"), ("0", "0"), ("0", "0")])
         shutil.rmtree(self.folder / "capacity")
-        _, levels = self.capacity(
-            "--load",
-            40,
-            "--executors",
-            "rm-ro",
-            "--over",
-            "rate",
-            "--from",
-            50,
-            "--to",
-            400,
-            "--resolution",
-            10,
-        )
+        rates = "--load 40 --executors rm-ro --over rate --from 50 --to 400 --resolution 10"
+        _, levels = self.capacity(*rates.split())
         most = max(float(r["rate"]) for r in levels if r["source"] == "simulated" and r["holds"] == "1")
         self.assertGreater(most, 150)
         self.assertLessEqual(most, 250)

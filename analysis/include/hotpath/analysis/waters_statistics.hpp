@@ -41,9 +41,8 @@ struct WatersHistogram {
 std::vector<WatersHistogram> waters_histograms(const WatersOptions& options, const WatersResult& result,
                                                std::size_t bins = 200);
 
-/// Write one line per chain, summary or bin, with header lines; reductions in percent.
+/// Write one line per chain or bin, with header lines; reductions in percent.
 void write_waters_csv(std::ostream& out, const WatersOptions& options, const WatersResult& result);
-void write_waters_summary_csv(std::ostream& out, const std::vector<WatersSummary>& summaries);
 void write_waters_histogram_csv(std::ostream& out, const std::vector<WatersHistogram>& histograms);
 
 }  // namespace hotpath

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "guarantees/bound_rows.hpp"
+
+#include <algorithm>
+#include <ostream>
+
+#include "program/text.hpp"
+#include "results/measures.hpp"
+
+namespace hotpath::guarantees {
+
+namespace {
+
+using bounds::Quantity;
+using program::Column;
+
+std::string part(std::int64_t ns, const std::string& cause) { return in_ms(ns) + " " + cause; }
+
+std::string consists_of(const PathParts& parts, const TaskSet& set) {
+  constexpr std::size_t kMost = 5;
+  std::string out;
+  if (parts.blocking > 0) {
+    const bool job = parts.blocker != kNoTask;
+    out += part(parts.blocking, job ? "blocked by " + set[parts.blocker].name + "; " : "waking up; ");
+  }
+  for (std::size_t i = 0; i < std::min(kMost, parts.work.size()); ++i) {
+    out += (i > 0 ? "; " : "") + part(parts.work[i].second, set[parts.work[i].first].name);
+  }
+  return out + (parts.work.size() > kMost ? "; ..." : "");
+}
+
+std::string dominated_by(const ChainAge& age, const TaskSet& set) {
+  std::string out;
+  if (age.waited_at != kNoTask) out = part(age.waiting, "ms waiting at " + set[age.waited_at].name + "; ");
+  out += part(age.response, "ms behind " + set[age.last_timer].name + "'s timestamp");
+  return age.parts.work.empty() ? out : out + ": " + consists_of(age.parts, set);
+}
+
+void add_parts(BoundRow& row, const ChainAge& age, const TaskSet& set) {
+  row.last_timer = "-";
+  if (age.last_timer == kNoTask) return;
+  row.last_timer = set[age.last_timer].name;
+  row.response_ns = age.response;
+  row.waiting_ns = age.waiting;
+  row.dominated_by = dominated_by(age, set);
+}
+
+/// The columns of a printed table.
+std::vector<Column<BoundRow>> shown_columns(Quantity kind, bool compared) {
+  static const std::map<Quantity, const char*> kSubjects = {{Quantity::task, "task"},
+                                                            {Quantity::chain, "chain, end to end"},
+                                                            {Quantity::hot_path, "chain, hot path"}};
+  std::vector<Column<BoundRow>> columns = {
+      {kSubjects.at(kind), &BoundRow::name},
+      {"bound ms", [](const BoundRow& row) { return in_ms(row.bound_ns); }}};
+  if (kind == Quantity::task) {
+    columns.emplace_back("deadline", [](const BoundRow& row) {
+      return row.deadline_ns ? in_ms(row.deadline_ns) : std::string();
+    });
+  } else if (kind == Quantity::chain) {
+    columns.emplace_back("response", [](const BoundRow& row) { return in_ms(row.response_ns); });
+    columns.emplace_back("waiting", [](const BoundRow& row) { return in_ms(row.waiting_ns); });
+    columns.emplace_back("last timer", &BoundRow::last_timer);
+  }
+  if (!compared) return columns;
+  columns.emplace_back("observed ms", [](const BoundRow& row) { return in_ms(row.observed_ns); });
+  columns.emplace_back("tightness", [](const BoundRow& row) {
+    return row.tightness ? program::fixed(*row.tightness, 3) : "-";
+  });
+  columns.emplace_back("", [](const BoundRow& row) { return row.violated ? "VIOLATED" : ""; });
+  return columns;
+}
+
+void print_verdict(std::ostream& out, const std::vector<BoundRow>& tasks) {
+  const auto late = std::ranges::find_if(tasks, [](const BoundRow& row) {
+    return row.deadline_ns && (!row.bound_ns || *row.bound_ns > *row.deadline_ns);
+  });
+  if (late == tasks.end()) {
+    out << "Schedulable: every timer meets its deadline.\n";
+  } else {
+    out << "Schedulability not shown: " << late->name << " may exceed its deadline.\n";
+  }
+}
+
+}  // namespace
+
+std::string in_ms(std::optional<std::int64_t> ns) {
+  return ns ? program::fixed(to_ms(Duration(*ns)), 3) : "-";
+}
+
+const std::vector<Column<BoundRow>>& bound_columns() {
+  static const std::vector<Column<BoundRow>> columns = {
+      {"executor", &BoundRow::executor},
+      {"method", &BoundRow::method},
+      {"kind", &BoundRow::kind},
+      {"name", &BoundRow::name},
+      {"bound_ns", &BoundRow::bound_ns},
+      {"observed_ns", &BoundRow::observed_ns},
+      {"tightness", &BoundRow::tightness},
+      {"violated", [](const BoundRow& row) { return row.violated ? "yes" : "no"; }},
+      {"deadline_ns", &BoundRow::deadline_ns},
+      {"response_ns", &BoundRow::response_ns},
+      {"waiting_ns", &BoundRow::waiting_ns},
+      {"dominated_by", &BoundRow::dominated_by}};
+  return columns;
+}
+
+std::vector<BoundRow> bound_rows(const std::string& executor, const CallbackGraph& graph,
+                                 const GraphBounds& bounds) {
+  std::vector<BoundRow> rows;
+  const auto add = [&](Quantity kind, const std::string& name, std::optional<std::int64_t> bound) {
+    rows.push_back({executor, bounds.method, kind, name, bound});
+  };
+  for (TaskId id = 0; id < graph.set.size(); ++id) {
+    const Task& task = graph.set[id];
+    add(Quantity::task, task.name, bounds.tasks[id]);
+    if (task.kind == TaskKind::timer) rows.back().deadline_ns = task.deadline.count();
+    if (bounds.parts.contains(id)) rows.back().dominated_by = consists_of(bounds.parts.at(id), graph.set);
+  }
+  for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
+    const std::optional<ChainAge>& age = bounds.chains[c];
+    add(Quantity::chain, graph.chains[c].name, age ? std::optional(age->latency) : std::nullopt);
+    age ? add_parts(rows.back(), *age, graph.set) : void(rows.back().last_timer = bounds.no_chain_bound[c]);
+  }
+  const auto bounded = [](const std::optional<ChainAge>& age) { return age && age->hot_path; };
+  const bool any_hot_path = std::ranges::any_of(bounds.chains, bounded);
+  for (std::size_t c = 0; any_hot_path && c < bounds.chains.size(); ++c) {
+    add(Quantity::hot_path, graph.chains[c].name,
+        bounds.chains[c] ? bounds.chains[c]->hot_path : std::nullopt);
+  }
+  return rows;
+}
+
+Observed::Observed(results::StoredRun& run, const TaskSet& set) {
+  run.load(set);
+  for (const Trace& trace : run.traces()) {
+    const auto keep = [&](Quantity kind, const std::string& name, Duration value) {
+      values_[{kind, trace.executor, name}].push_back(value.count());
+    };
+    for (const JobRecord& r : trace.jobs) {
+      if (r.outcome == Outcome::ran) keep(Quantity::task, set[r.job.task].name, results::response_time(r));
+    }
+    for (const ChainRecord& c : trace.chains) {
+      keep(Quantity::hot_path, run.chains()[c.chain], c.hot_path_latency);
+      if (c.end_to_end_latency < Duration::zero()) continue;  // unknown
+      keep(Quantity::chain, run.chains()[c.chain], c.end_to_end_latency);
+    }
+  }
+}
+
+const std::vector<std::int64_t>& Observed::of(Quantity kind, const std::string& executor,
+                                              const std::string& name) const {
+  static const std::vector<std::int64_t> none;
+  const auto entry = values_.find({kind, executor, name});
+  return entry == values_.end() ? none : entry->second;
+}
+
+void Observed::compare(BoundRow& row) {
+  const std::vector<std::int64_t>& values = of(row.kind, row.executor, row.name);
+  if (values.empty()) return;
+  row.observed_ns = std::ranges::max(values);
+  if (!row.bound_ns) return;
+  row.violated = *row.observed_ns > *row.bound_ns;
+  if (*row.bound_ns > 0)
+    row.tightness = static_cast<double>(*row.observed_ns) / static_cast<double>(*row.bound_ns);
+  compared += values.size();
+  if (row.violated && violations == 0) {
+    first_violation =
+        program::concat(to_string(row.kind), " ", row.name, " under ", row.executor, " by ", row.method);
+  }
+  violations += static_cast<std::size_t>(
+      std::ranges::count_if(values, [&](std::int64_t value) { return value > *row.bound_ns; }));
+}
+
+void print(std::ostream& out, const std::vector<BoundRow>& rows, bool compared) {
+  for (const Quantity kind : {Quantity::task, Quantity::chain, Quantity::hot_path}) {
+    std::vector<BoundRow> shown;
+    std::ranges::copy_if(rows, std::back_inserter(shown), [&](const BoundRow& r) { return r.kind == kind; });
+    if (shown.empty() && kind != Quantity::task) continue;
+    out << text_of("", program::table_of(shown_columns(kind, compared), shown));
+    if (kind == Quantity::task) print_verdict(out, shown);
+  }
+  for (const BoundRow& row : rows) {
+    if (row.kind == Quantity::chain && !row.dominated_by.empty())
+      out << row.name << ": " << row.dominated_by << "\n";
+  }
+}
+
+}  // namespace hotpath::guarantees

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bounds/bounds.hpp"
+#include "program/table.hpp"
+#include "results/stored_run.hpp"
+
+namespace hotpath::guarantees {
+
+/// A bound of one method, beside the worst observation of a run, if there is one. In nanoseconds.
+struct BoundRow {
+  std::string executor, method;
+  bounds::Quantity kind = bounds::Quantity::task;
+  std::string name;  ///< Of the task or chain.
+  std::optional<std::int64_t> bound_ns{}, observed_ns{};
+  std::optional<double> tightness{};  ///< Observed / bound.
+  bool violated = false;
+  std::optional<std::int64_t> deadline_ns{};                ///< Of a timer.
+  std::optional<std::int64_t> response_ns{}, waiting_ns{};  ///< The parts of a chain's bound.
+  std::string dominated_by{};  ///< The largest parts, to reduce for a smaller bound.
+  std::string last_timer{};    ///< Of a chain; if it has no bound, the reason. Only shown.
+};
+
+/// Nanoseconds as milliseconds; `-` for none.
+[[nodiscard]] std::string in_ms(std::optional<std::int64_t> ns);
+
+/// The columns of the stored table.
+[[nodiscard]] const std::vector<program::Column<BoundRow>>& bound_columns();
+
+/// The rows of tasks, then of chains, then of hot paths, if the method bounds any.
+[[nodiscard]] std::vector<BoundRow> bound_rows(const std::string& executor, const CallbackGraph& graph,
+                                               const GraphBounds& bounds);
+
+/// Response times, end-to-end and hot-path latencies of a run.
+class Observed {
+ public:
+  /// Throws UsageError, which names `--trace`, unless the folder holds a run of these tasks.
+  Observed(results::StoredRun& run, const TaskSet& set);
+
+  /// In nanoseconds and in no order.
+  [[nodiscard]] const std::vector<std::int64_t>& of(bounds::Quantity kind, const std::string& executor,
+                                                    const std::string& name) const;
+  /// Adds the worst observation to a row, and counts what exceeds its bound.
+  void compare(BoundRow& row);
+
+  std::size_t compared = 0;     ///< Values with a bound.
+  std::size_t violations = 0;   ///< Values beyond it.
+  std::string first_violation;  ///< Names the first such row.
+
+ private:
+  using Key = std::tuple<bounds::Quantity, std::string, std::string>;
+  std::map<Key, std::vector<std::int64_t>> values_;
+};
+
+/// Prints the rows of one method, with the columns of a comparison if `compared`.
+void print(std::ostream& out, const std::vector<BoundRow>& rows, bool compared);
+
+}  // namespace hotpath::guarantees

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// One table, four writers.
+#include "program/table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace hotpath {
+namespace {
+
+struct Row {
+  std::string name;
+  std::optional<double> share;
+  std::uint64_t jobs = 0;
+  bool holds = false;
+};
+
+program::Table table() {
+  const std::vector<program::Column<Row>> columns = {{"name", &Row::name},
+                                                     {"share", &Row::share, "%.3g"},
+                                                     {"mean_ms", &Row::share, "%.2f"},
+                                                     {"jobs", &Row::jobs},
+                                                     {"holds", &Row::holds}};
+  const std::vector<Row> rows = {{"a,\"b\"", 1.23456, 7, true}, {"<c>", std::nullopt, 0, false}, {"", 12, 1}};
+  return program::table_of(columns, rows);
+}
+
+TEST(TypedTable, IsWrittenAsText) {
+  std::ostringstream out;
+  out << text_of("", table());
+  EXPECT_EQ(out.str(),
+            "name   share  mean_ms  jobs  holds\n"
+            "----------------------------------\n"
+            "a,\"b\"   1.23     1.23     7      1\n"
+            "<c>                       0      0\n"
+            "          12    12.00     1      0\n");
+}
+
+TEST(TypedTable, IsWrittenAsCsvWithQuotes) {
+  EXPECT_EQ(csv_of(table()),
+            "name,share,mean_ms,jobs,holds\n\"a,\"\"b\"\"\",1.23,1.23,7,1\n<c>,,,0,0\n,12,12.00,1,0\n");
+}
+
+TEST(TypedTable, IsWrittenAsJsonWithTheSameDigits) {
+  using nlohmann::json;
+  const json rows = json_of(table());
+  EXPECT_EQ(rows[0],
+            json({{"name", "a,\"b\""}, {"share", 1.23}, {"mean_ms", 1.23}, {"jobs", 7}, {"holds", 1}}));
+  EXPECT_EQ(rows[1]["share"], json());
+  EXPECT_EQ(rows[2]["name"], json()) << "an empty text is no value";
+  EXPECT_EQ(rows[2].dump(), R"({"holds":0,"jobs":1,"mean_ms":12.0,"name":null,"share":12})");
+  const json other = json_of(program::Table{{"a", "b", "c"}, {{NAN, 1e9, ""}}});
+  EXPECT_EQ(other[0].dump(), R"({"a":"nan","b":1000000000.0,"c":null})");
+}
+
+TEST(TypedTable, IsWrittenAsMarkdown) {
+  EXPECT_EQ(markdown_of(table(), {1, 3}),
+            "| name | share | mean_ms | jobs | holds |\n| --- | ---: | --- | ---: | --- |\n"
+            "| a,\"b\" | 1.23 | 1.23 | 7 | 1 |\n| &lt;c> |  |  | 0 | 0 |\n|  | 12 | 12.00 | 1 | 0 |\n");
+}
+
+}  // namespace
+}  // namespace hotpath
