@@ -29,8 +29,8 @@ large() {
       if (i % length_) printf "  - {name: N%d, type: transform, input: N%d, execution_time_ms: 0.001}\n", i, i - 1
       else printf "  - {name: N%d, type: sensor, period_ms: %s}\n", i, period
   }' >"$folder/graph.yaml"
-  build/bench/hotpath run --graph "$folder/graph.yaml" --executor rm-ro --duration 10 --warm-up 0 "${@:4}" \
-    --output "$folder/run" && build/bench/hotpath check "$folder/run" || code=1
+  build/bench/hotpath run "$folder/graph.yaml" --executors rm-ro --duration 10 --warm-up 0 "${@:4}" \
+    --output "$folder/run" && build/bench/hotpath doctor "$folder/run" || code=1
   rm -r "$folder"
   return $code
 }
