@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "hotpath/core/explored_scheduler.hpp"
 #include "hotpath/core/exploration.hpp"
+#include "hotpath/core/explored_scheduler.hpp"
 
 namespace hotpath {
 

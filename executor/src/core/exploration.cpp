@@ -21,7 +21,10 @@ constexpr std::size_t kMostAtOnce = 12;
 class Exploration final : public JobSink, public ExploredInstant {
  public:
   Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer)
-      : set_(set), options_(options), observer_(observer), met_(hyperperiod(set), options.publications, branches_) {
+      : set_(set),
+        options_(options),
+        observer_(observer),
+        met_(hyperperiod(set), options.publications, branches_) {
     kept_.resize(options.witnesses);
   }
 

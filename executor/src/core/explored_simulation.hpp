@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "hotpath/core/explored_scheduler.hpp"
 #include "hotpath/core/exploration.hpp"
+#include "hotpath/core/explored_scheduler.hpp"
 #include "simulation.hpp"
 
 namespace hotpath {
@@ -20,7 +20,8 @@ class ExploredSimulation : public Simulation {
   ExploredSimulation(const TaskSet& set, const SimulatedExecutor& executor,
                      const std::vector<std::uint32_t>& executor_of, ExploredScheduler& scheduler,
                      Workload& workload, const SimulationOptions& options, JobSink* sink)
-      : Simulation(set, std::span(&executor, 1), executor_of, workload, options, sink), scheduler_(&scheduler) {}
+      : Simulation(set, std::span(&executor, 1), executor_of, workload, options, sink),
+        scheduler_(&scheduler) {}
 
   /// Everything until the first instant at which something ends or falls due. `released`: held timers
   /// (Timer::is_held()) that are ready then.

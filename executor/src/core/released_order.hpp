@@ -9,8 +9,8 @@
 
 namespace hotpath {
 
-/// ExploredScheduler::released_by() for timers with an order. `entries` are sorted by `before`, first of all by the
-/// instant `due` of `timers[timer]`. Timestamps stay as they are: some schedule has this order.
+/// ExploredScheduler::released_by() for timers with an order. `entries` are sorted by `before`, first of all
+/// by the instant `due` of `timers[timer]`. Timestamps stay as they are: some schedule has this order.
 template <class Entry, class Before>
 void released_by(Time now, std::vector<Entry>& entries, std::vector<Timer>& timers, const Before& before) {
   for (std::size_t i = entries.size(); i-- > 0;) {

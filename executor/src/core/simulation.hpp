@@ -328,8 +328,8 @@ class Simulation {
     if (waiting > overload_backlog_) check_load(waiting);
   }
 
-  /// Throws SimulationError if so many waiting jobs mean overload. Below full load a long queue is a burst, or
-  /// a job that waits for a long one.
+  /// Throws SimulationError if so many waiting jobs mean overload. Below full load a long queue is a burst,
+  /// or a job that waits for a long one.
   void check_load(std::uint64_t waiting) const;
 
   JobRecord record(Worker w, Outcome outcome) const {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "hotpath/core/events_queue.hpp"
-#include "hotpath/core/guaranteed_jobs.hpp"
 #include "hotpath/core/explored_scheduler.hpp"
+#include "hotpath/core/guaranteed_jobs.hpp"
 #include "hotpath/core/timers_manager.hpp"
 #include "hotpath/core/unread_samples.hpp"
 
