@@ -94,10 +94,11 @@ TEST(Candidates, FollowFromTraitsGraphAndCores) {
 
 TEST(Candidates, PutTheTimersOfTheChainFirst) {
   const advise::Candidate c = candidates_of(graph_named("autoware")).at("fp-ro:chain");
-  EXPECT_EQ(c.graph.find("FrontLidarDriver")->priority, 1);
-  EXPECT_EQ(c.graph.find("RearLidarDriver")->priority, 1);
-  EXPECT_GT(c.graph.find("EuclideanClusterSettings")->priority, 1);
-  EXPECT_GT(c.graph.find("PointCloudMap")->priority, c.graph.find("Visualizer")->priority);
+  const auto priority = [&](const char* node) { return c.graph.find(node)->callbacks.back().priority; };
+  EXPECT_EQ(priority("FrontLidarDriver"), 1);
+  EXPECT_EQ(priority("RearLidarDriver"), 1);
+  EXPECT_GT(priority("EuclideanClusterSettings"), 1);
+  EXPECT_GT(priority("PointCloudMap"), priority("Visualizer"));
 }
 
 /// PriorityExecutor has a service wait by default, a graph has not.

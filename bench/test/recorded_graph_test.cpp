@@ -6,6 +6,7 @@
 
 #include <functional>
 
+#include "hotpath/reference_system/reference_node.hpp"
 #include "program/errors.hpp"
 #include "recorded.hpp"
 
@@ -228,17 +229,18 @@ TEST_F(Unmodelled, ATopicThatNoRuleDescribesIsNamedWithTheBestOne) {
 /// S -> F -> C, and T, whose data goes nowhere.
 Chain chain_of(const std::string& option) {
   Graph graph;
-  for (const auto& [name, type, inputs] : std::vector<std::tuple<const char*, NodeType, std::vector<Input>>>{
+  for (const auto& [name, type, inputs] : std::vector<std::tuple<const char*, NodeType, std::vector<ReferenceInput>>>{
            {"S", NodeType::sensor, {}},
            {"T", NodeType::sensor, {}},
            {"F", NodeType::transform, {{"S", 1, std::nullopt}}},
            {"C", NodeType::command, {{"F", 1, std::nullopt}}}}) {
-    Node& node = graph.nodes.emplace_back();
+    ReferenceNode node;
     node.name = name;
     node.type = type;
     node.period = node.deadline = 10ms;
     node.inputs = inputs;
     if (type != NodeType::command) node.outputs = {name};
+    graph.nodes.push_back(node);
   }
   return imports::chain_of(option, graph, make_tasks(graph));
 }
