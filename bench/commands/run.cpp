@@ -115,8 +115,8 @@ void add_run_command(CLI::App& app) {
       "hotpath run autoware --executors default,rm-ro,edf-ro --duration 10",
       [](const CLI::App& command, RunOptions& options) {
         if (!options.against.empty()) {
-          compare_builds(options, given_options(command, {"against", "junit", "markdown", "repetitions",
-                                                          "seed", "output"}));
+          return compare_builds(options, given_options(command, {"against", "junit", "markdown",
+                                                                 "repetitions", "seed", "output"}));
         }
         options.executors = executors_of(options);
         live::run_live(options);

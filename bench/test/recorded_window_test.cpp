@@ -266,7 +266,7 @@ class RecordedChains : public testing::Test {
     for (const char* name : {"a", "b"}) add(name, NodeType::sensor, {});
     add("join", NodeType::fusion, {"a", "b"});
     for (const char* sink : {"sink", "other"}) {
-      add(sink, NodeType::transform, {"join"});
+      add(sink, NodeType::command, {"join"});
       graph.chains.push_back({sink, {"a", "join", sink}, {"a"}, sink});
     }
     r_.graph.tasks = make_tasks(graph);
@@ -310,7 +310,7 @@ class RecordedChains : public testing::Test {
     node.name = name;
     node.type = type;
     node.period = node.deadline = 10ms;
-    node.outputs = {name};
+    if (type != NodeType::command) node.outputs = {name};
     for (const std::string& input : inputs) node.inputs.push_back({input, 1, std::nullopt});
     r_.graph.graph.nodes.push_back(node);
   }
