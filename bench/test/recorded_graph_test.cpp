@@ -229,7 +229,8 @@ TEST_F(Unmodelled, ATopicThatNoRuleDescribesIsNamedWithTheBestOne) {
 /// S -> F -> C, and T, whose data goes nowhere.
 Chain chain_of(const std::string& option) {
   Graph graph;
-  for (const auto& [name, type, inputs] : std::vector<std::tuple<const char*, NodeType, std::vector<ReferenceInput>>>{
+  for (const auto& [name, type, inputs] :
+       std::vector<std::tuple<const char*, NodeType, std::vector<ReferenceInput>>>{
            {"S", NodeType::sensor, {}},
            {"T", NodeType::sensor, {}},
            {"F", NodeType::transform, {{"S", 1, std::nullopt}}},
