@@ -4,7 +4,6 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <random>
-#include <ranges>
 
 #include "advise/advice_files.hpp"
 #include "advise/phase_search.hpp"
@@ -50,8 +49,9 @@ struct Compared {
   bool refused() const { return !phases.front().exact(); }
   const std::string& refusal() const { return phases.front().refusal; }
   std::vector<PhaseValues> by(Phases rule) const {
-    auto all = phases | std::views::filter([&](const PhaseValues& v) { return v.rule == rule; });
-    return {all.begin(), all.end()};
+    std::vector<PhaseValues> all = phases;
+    std::erase_if(all, [&](const PhaseValues& v) { return v.rule != rule; });
+    return all;
   }
   /// Searched ones first.
   std::pair<bool, PhaseScore> score() const {

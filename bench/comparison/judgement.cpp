@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 #include <tuple>
 
 #include "program/errors.hpp"
@@ -23,9 +22,13 @@ struct Compared {
   Series before, after;
 };
 
-auto least(const Series& series) { return std::ranges::min(series | std::views::values); }
+double least(const Series& series) {
+  return std::ranges::min_element(series, {}, &Series::value_type::second)->second;
+}
 
-bool any(const Series& series) { return std::ranges::any_of(series | std::views::values, std::identity{}); }
+bool any(const Series& series) {
+  return std::ranges::any_of(series, [](const auto& of) { return of.second != 0; });
+}
 
 /// How many repetitions both sides have.
 std::size_t common(const Series& a, const Series& b) {

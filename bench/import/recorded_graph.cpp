@@ -353,7 +353,7 @@ class Builder {
       std::vector<TaskId> cycle = find_cycle(tasks);
       if (cycle.empty()) return;
       const auto jobs_of = [&](TaskId id) { return callback(result_.callback_of[id]).jobs; };
-      std::ranges::rotate(cycle, std::ranges::min_element(cycle, {}, jobs_of));
+      std::rotate(cycle.begin(), std::ranges::min_element(cycle, {}, jobs_of), cycle.end());
       const TaskOrigin& to = tasks.origin[cycle.front()];
       const std::string topic = result_.graph.nodes[to.node].inputs[*to.input].topic;
       std::erase_if(callback_of_task(result_.graph, tasks.origin[cycle.back()]).publishes,

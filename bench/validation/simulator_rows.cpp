@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
-#include <ranges>
 #include <set>
 
 #include "hotpath/core/golden_trace.hpp"
@@ -79,8 +78,8 @@ struct TimersOnlyRun {
 using TimersOnlyRuns = std::vector<TimersOnlyRun>;
 
 std::pair<double, double> range(const TimersOnlyRuns& runs, double TimersOnlyRun::*measure) {
-  const auto [least, most] = std::ranges::minmax(runs | std::views::transform(measure));
-  return {least, most};
+  const auto [least, most] = std::ranges::minmax_element(runs, {}, measure);
+  return {*least.*measure, *most.*measure};
 }
 
 json ranges_json(const TimersOnlyRuns& runs) {

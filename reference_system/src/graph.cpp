@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <ranges>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -30,10 +29,12 @@ Task make_task(const Node& node, const Callback& callback, std::uint32_t first_g
 }
 
 /// The tasks of the task's node.
-auto of_same_node(const GraphTasks& tasks, TaskId id) {
-  return std::views::iota(id - tasks.origin[id].callback, tasks.set.size()) |
-         std::views::take_while(
-             [&, node = tasks.origin[id].node](TaskId t) { return tasks.origin[t].node == node; });
+std::vector<TaskId> of_same_node(const GraphTasks& tasks, TaskId id) {
+  std::vector<TaskId> all;
+  const std::uint32_t node = tasks.origin[id].node;
+  for (TaskId t = id - tasks.origin[id].callback; t < tasks.set.size() && tasks.origin[t].node == node; ++t)
+    all.push_back(t);
+  return all;
 }
 
 /// Computes rates recursively, from a task to the tasks that publish its topic.

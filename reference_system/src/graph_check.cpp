@@ -149,7 +149,7 @@ class Check {
     }
     walk.erase(walk.begin(), std::ranges::find(walk, id));
     std::ranges::reverse(walk);
-    std::ranges::rotate(walk, std::ranges::min_element(walk));
+    std::rotate(walk.begin(), std::ranges::min_element(walk), walk.end());
     std::string path;
     for (const TaskId step : walk) path += node_of(step).name + " -> ";
     const TaskOrigin& origin = tasks_.origin[walk.front()];
