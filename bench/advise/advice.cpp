@@ -125,6 +125,7 @@ std::vector<Doubt> doubts(const Question& q, const Advice& advice) {
   std::vector<Doubt> all;
   for (const Assumption& assumption : changed) {
     std::vector<Candidate> candidates;
+    candidates.reserve(kept.size());
     for (const Candidate* c : kept) candidates.push_back(with_graph(*c, assumption.change(c->graph)));
     all.push_back(doubted(advice, assumption.text, predicted(q, assumption.text, candidates, share)));
   }

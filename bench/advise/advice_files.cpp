@@ -97,7 +97,7 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
   o.copies = o.repetitions = o.threads = 1;
   o.executors.clear();
   o.deployments.clear();
-  const std::string label = candidate.executor();
+  std::string label = candidate.executor();
   if (candidate.spec.deployment) {
     Deployment plan = candidate.spec.deployment->plan;
     plan.name = candidate.name;

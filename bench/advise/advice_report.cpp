@@ -199,6 +199,7 @@ std::string who_pays(const Advice& advice) {
   if (paying.empty()) return "No timer pays for it: no period varies clearly more than today.";
   std::ranges::stable_sort(paying, std::greater(), &std::pair<double, std::string>::first);
   std::vector<std::string> sentences;
+  sentences.reserve(paying.size());
   for (const auto& [growth, sentence] : paying) sentences.push_back(sentence);
   const std::size_t more = paying.size() - std::min(kMost, paying.size());
   sentences.resize(paying.size() - more);

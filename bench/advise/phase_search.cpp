@@ -157,6 +157,7 @@ class PhaseSearch {
     });
     for (auto& [point, value] : news) known_.insert_or_assign(point, std::move(value));
     std::vector<PhaseValues> values;
+    values.reserve(points.size());
     for (const FirstTimestamps& point : points) values.push_back(known_.at(point).values);
     return values;
   }

@@ -132,6 +132,7 @@ void add_bound(Prediction& prediction, const Objective& objective) {
 std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
                                       const Objective& objective) {
   std::vector<const Prediction*> order;
+  order.reserve(predictions.size());
   for (const Prediction& p : predictions) order.push_back(&p);
   std::ranges::stable_sort(order, [&](const Prediction* a, const Prediction* b) {
     if (!a->keeps_up() || !b->keeps_up()) return a->keeps_up() && !b->keeps_up();
