@@ -8,6 +8,7 @@
 
 #include "hotpath/core/utf8.hpp"
 #include "hotpath/reference_system/deployment.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/ros_names.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"

@@ -9,6 +9,7 @@ TextTable text_of(const std::string& title, const Table& table) {
   TextTable shown(title, table.header);
   for (const std::vector<Value>& row : table.rows) {
     std::vector<TextTable::Cell> cells;
+    cells.reserve(row.size());
     for (const Value& value : row) cells.emplace_back(value.text());
     shown.add_row(cells);
   }

@@ -61,6 +61,7 @@ using Instants = std::function<Duration(int)>;
 
 imports::OutsideReleases outside(int number, const Instants& at, Duration length) {
   std::vector<Time> all;
+  all.reserve(static_cast<std::size_t>(number));
   for (int i = 0; i < number; ++i) all.push_back(Time{} + at(i));
   return imports::outside_releases(all, {Time{}, Time{} + length});
 }

@@ -241,7 +241,7 @@ class Check {
       }
       if (tasks_.downstream(start).size() > tasks_.set[start].feeds.size()) {
         fail(line,
-             source + " of " + subject +
+             std::string(source).append(" of ").append(subject) +
                  " stores samples for messages that name only the job that publishes them",
              "begin with the node that publishes its topic");
       }

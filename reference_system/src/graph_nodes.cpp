@@ -31,10 +31,10 @@ void read_timer(const GraphMap& map, Timer& timer) {
 }
 
 ReferenceInput read_input(const YamlValue& value, const std::string& node, std::uint32_t depth) {
-  if (value.is_text()) return {{value.topic(), depth}, {}};
+  if (value.is_text()) return {value.topic(), depth, {}};
   const GraphMap map(value, "an input of " + node, KeysOf::input);
   map.check();
-  ReferenceInput input{{"", depth}, {}};
+  ReferenceInput input{"", depth, {}};
   map.read("topic", input.topic);
   map.read("depth", input.depth);
   map.read("priority", input.priority);

@@ -11,8 +11,12 @@
 namespace hotpath {
 
 /// An input of a ReferenceNode.
-struct ReferenceInput : Input {
+struct ReferenceInput {
+  std::string topic;
+  std::uint32_t depth = 1;               ///< As Input::depth.
   std::optional<std::int64_t> priority;  ///< Given fixed priority of the subscription.
+
+  operator Input() const { return {topic, depth}; }  // NOLINT(google-explicit-constructor)
 };
 
 /// A node of one of the six types of the reference system, in the short form of files. The comments name
