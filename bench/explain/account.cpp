@@ -30,6 +30,7 @@ void divide(Time from, Time to, const std::vector<Held>& all, const auto& betwee
 
 std::vector<Held> held_by(const std::vector<const Seen*>& jobs) {
   std::vector<Held> held;
+  held.reserve(jobs.size());
   for (const Seen* job : jobs) held.push_back({job->record.start, job->record.finish, &job->record});
   return held;
 }
