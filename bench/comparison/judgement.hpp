@@ -45,8 +45,8 @@ struct Judgement {
 /// tested by test_growth(). Simulated repetitions with equal draws (seed, phases, execution times, length)
 /// are pairs without noise. Live repetitions are pairs if both sides were measured by turns
 /// (`interleaved`); all others are independent. Holm's correction keeps the probability of any false alarm
-/// below kAlarmRate. A chain or task that has fewer than half of its outputs or jobs in a repetition is
-/// worse without a test; a task's jobs are told only then. Throws UsageError for too few repetitions.
+/// below kAlarmRate. A chain or task whose outputs or jobs more than halve in a repetition is worse without
+/// a test; jobs are reported only if they halve or double. Throws UsageError for too few repetitions.
 [[nodiscard]] std::vector<Judgement> judge(const Side& before, const Side& after, bool interleaved);
 
 }  // namespace hotpath::comparison
