@@ -9,7 +9,6 @@
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 
 namespace hotpath::comparison {
 
@@ -60,28 +59,12 @@ std::string three_digits(double value) {
 
 }  // namespace
 
-void Rows::write_text(std::ostream& out) const {
-  program::TextTable table("", columns);
-  for (const auto& row : cells) table.add_row({row.begin(), row.end()});
-  out << table;
-}
-
-std::string Rows::csv() const {
-  std::string csv = program::joined(columns, ",") + "\n";
-  for (std::vector<std::string> row : cells) {
-    for (std::string& field : row) field = program::csv_field(field);
-    csv += program::joined(row, ",") + "\n";
+void show_texts(const program::Table& table) {
+  json rows = json_of(table);
+  for (json& row : rows) {
+    for (json& cell : row) cell = cell.is_null() ? "" : cell;
   }
-  return csv;
-}
-
-json Rows::json() const {
-  nlohmann::json objects = nlohmann::json::array();
-  for (const auto& row : cells) {
-    nlohmann::json& object = objects.emplace_back();
-    for (std::size_t c = 0; c < row.size(); ++c) object[columns[c]] = row[c];
-  }
-  return objects;
+  program::show_json(rows);
 }
 
 Noise noise_of(const Samples& old, const Samples& now, const Estimate& change) {
@@ -91,30 +74,30 @@ Noise noise_of(const Samples& old, const Samples& now, const Estimate& change) {
   return change.interval->low <= 0 && 0 <= change.interval->high ? Noise::within : Noise::beyond;
 }
 
-Rows percentiles_of(const Side& before, const Side& after) {
-  Rows rows{{"quantity", "study", "source", "setting", "executor", "tasks", "percentile", "old_ms", "new_ms",
-             "difference_ms", "interval_95_ms", "verdict"},
-            {}};
+program::Table percentiles_of(const Side& before, const Side& after) {
+  program::Table table{{"quantity", "study", "source", "setting", "executor", "tasks", "percentile", "old_ms",
+                        "new_ms", "difference_ms", "interval_95_ms", "verdict"},
+                       {}};
   for (const auto& [key, samples] : before.samples) {
     const auto other = after.samples.find(key);
     if (other == after.samples.end()) continue;
     const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
     for (const auto& [p, name] : kPercentiles) {
       const Estimate change = difference_of_quantiles(now, old, p);
-      rows.cells.push_back({to_string(key.quantity), key.study, to_string(key.source), key.setting,
+      table.rows.push_back({to_string(key.quantity), key.study, to_string(key.source), key.setting,
                             key.executor, key.tasks, name, text("%.3f", quantile(old.pooled(), p)),
                             text("%.3f", quantile(now.pooled(), p)), text("%+.3f", change.value),
                             interval_text("[%+.3f, %+.3f]", change.interval),
                             to_string(noise_of(samples, other->second, change))});
     }
   }
-  return rows;
+  return table;
 }
 
 void compare_counters(const Options& options) {
   const auto old_file = options.old / "bench.json", file = options.now / "bench.json";
   const auto before = read_counters(old_file), after = read_counters(file);
-  Rows rows{{"counter", "old", "new", "difference", "95 % interval", "verdict"}, {}};
+  program::Table table{{"counter", "old", "new", "difference", "95 % interval", "verdict"}, {}};
   std::size_t beyond = 0;
   for (const auto& [name, samples] : before) {
     const auto other = after.find(name);
@@ -123,18 +106,18 @@ void compare_counters(const Options& options) {
     const Estimate change = difference_of_quantiles(now, old, 0.5);
     const Noise noise = noise_of(samples, other->second, change);
     beyond += noise == Noise::beyond;
-    rows.cells.push_back({name, three_digits(quantile(old.pooled(), 0.5)),
+    table.rows.push_back({name, three_digits(quantile(old.pooled(), 0.5)),
                           three_digits(quantile(now.pooled(), 0.5)), text("%+.3g", change.value),
                           interval_text("[%+.3g, %+.3g]", change.interval), to_string(noise)});
   }
-  if (rows.cells.empty()) {
+  if (table.rows.empty()) {
     throw program::UsageError(options.old.string() + " and " + options.now.string() +
                               " have no counter in common, there is nothing to compare");
   }
-  program::show_json(rows.json());
-  rows.columns.back().clear();
-  rows.write_text(std::cout);
-  std::cout << beyond << " of " << rows.cells.size() << " counters differ beyond noise.\n"
+  show_texts(table);
+  table.header.back().clear();
+  std::cout << text_of("", table) << beyond << " of " << table.rows.size()
+            << " counters differ beyond noise.\n"
             << "Times: /usr/share/benchmark/compare.py benchmarks " << old_file.string() << " "
             << file.string() << "\n";
 }

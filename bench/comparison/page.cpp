@@ -79,20 +79,25 @@ std::string name_of(const fs::path& folder) {
 }  // namespace
 
 void write_page(const Options& options, const Side& before, const Side& after,
-                const std::vector<std::string>& sentences, const std::string& title, const Rows& table) {
+                const std::vector<std::string>& sentences, const std::string& title,
+                const program::Table& table) {
   const fs::path folder = options.page;
   const bool are_runs = fs::exists(options.old / "run.json") && fs::exists(options.now / "run.json");
   json facts = {"Old: " + options.old.string(), "New: " + options.now.string()};
   for (const std::string& sentence : sentences) facts.push_back(sentence);
+  json cells = json::array();
+  for (const std::vector<program::Value>& row : table.rows) {
+    json& texts = cells.emplace_back();
+    for (const program::Value& value : row) texts.push_back(value.text());
+  }
   program::create_folder(folder, "--page");
-  program::write_whole_file(
-      folder / "comparison.json", "--page",
-      json{{"version", 1},
-           {"title", name_of(options.old) + " against " + name_of(options.now)},
-           {"facts", facts},
-           {"folders", {options.old.string(), options.now.string()}},
-           {"table", {{"title", title}, {"columns", table.columns}, {"cells", table.cells}}},
-           {"targets", are_runs ? json() : targets_of(before, after)}});
+  program::write_whole_file(folder / "comparison.json", "--page",
+                            json{{"version", 1},
+                                 {"title", name_of(options.old) + " against " + name_of(options.now)},
+                                 {"facts", facts},
+                                 {"folders", {options.old.string(), options.now.string()}},
+                                 {"table", {{"title", title}, {"columns", table.header}, {"cells", cells}}},
+                                 {"targets", are_runs ? json() : targets_of(before, after)}});
   program::call_python_tool("comparison", {folder.string()});
 }
 

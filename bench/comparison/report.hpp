@@ -1,25 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <iosfwd>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "comparison/comparison.hpp"
 #include "comparison/judgement.hpp"
+#include "program/table.hpp"
 
 namespace hotpath::comparison {
-
-/// A comparison as it is shown: the names of the columns, and rows of as many texts; three writers.
-struct Rows {
-  std::vector<std::string> columns;
-  std::vector<std::vector<std::string>> cells;
-
-  void write_text(std::ostream& out) const;
-  [[nodiscard]] std::string csv() const;
-  [[nodiscard]] nlohmann::json json() const;
-};
 
 /// Whether two sides differ.
 enum class Noise : std::uint8_t { beyond, exact_difference, no_interval, same, within };
@@ -33,13 +23,15 @@ constexpr auto enum_texts(Noise) {
 [[nodiscard]] Noise noise_of(const Samples& old, const Samples& now, const Estimate& change);
 
 /// Median, p99 and maximum of everything that both sides have, with a column for each part of the key.
-[[nodiscard]] Rows percentiles_of(const Side& before, const Side& after);
+[[nodiscard]] program::Table percentiles_of(const Side& before, const Side& after);
+/// For --json: also an empty cell is a text.
+void show_texts(const program::Table& table);
 
 /// Prints the medians of all counters of two results of `hotpath bench`. Throws UsageError, InputError.
 void compare_counters(const Options& options);
 
 /// The judgements as rows; `worst_first`: those that became worse before the others.
-[[nodiscard]] Rows rows_of(const std::vector<Judgement>& judgements, bool worst_first);
+[[nodiscard]] program::Table rows_of(const std::vector<Judgement>& judgements, bool worst_first);
 /// The result in one sentence, and the smallest growth of a latency that raises an alarm.
 [[nodiscard]] std::string verdict_of(const std::vector<Judgement>& judgements);
 [[nodiscard]] std::string power_of(const std::vector<Judgement>& judgements);
@@ -52,6 +44,7 @@ void compare_counters(const Options& options);
 /// Writes `options.page`: comparison.json and, by the Python package, report.html and report.md from it.
 /// The page reads runs itself; of others it has the distributions. Throws UsageError and RunError.
 void write_page(const Options& options, const Side& before, const Side& after,
-                const std::vector<std::string>& sentences, const std::string& title, const Rows& table);
+                const std::vector<std::string>& sentences, const std::string& title,
+                const program::Table& table);
 
 }  // namespace hotpath::comparison
