@@ -79,9 +79,7 @@ class Watching : public testing::Test {
     return incidents().back().facts();
   }
   ThreadFacts facts() const {
-    ThreadFacts f;
-    f.process = f.thread = 7;
-    f.name = "spin";
+    ThreadFacts f{.process = 7, .thread = 7, .name = "spin"};
     f.policy = parse_thread_policy("fifo:80");
     f.processors = {1, 2};
     return f;
