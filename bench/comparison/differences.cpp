@@ -43,7 +43,7 @@ std::map<std::string, Samples> read_counters(const std::filesystem::path& file) 
       const auto benchmark = std::regex_replace(row.at("run_name").get<std::string>(), modifiers, "");
       for (const auto& [name, value] : row.items()) {
         if (!value.is_number() || kNoCounters.contains(name)) continue;
-        Samples& samples = counters[benchmark + " " + name];
+        Samples& samples = counters[program::concat(benchmark, " ", name)];
         samples.of(static_cast<std::int64_t>(samples.repetitions.size())).push_back(value.get<double>());
       }
     }

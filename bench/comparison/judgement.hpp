@@ -46,7 +46,8 @@ struct Judgement {
 /// are pairs without noise. Live repetitions are pairs if both sides were measured by turns
 /// (`interleaved`); all others are independent. Holm's correction keeps the probability of any false alarm
 /// below kAlarmRate. A chain or task whose outputs or jobs more than halve in a repetition is worse without
-/// a test; jobs are reported only if they halve or double. Throws UsageError for too few repetitions.
+/// a test; jobs are reported only if they more than halve or double. Throws UsageError for too few
+/// repetitions.
 [[nodiscard]] std::vector<Judgement> judge(const Side& before, const Side& after, bool interleaved);
 
 }  // namespace hotpath::comparison
