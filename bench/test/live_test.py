@@ -298,6 +298,24 @@ class Replay(LiveTest):
         for node, last in zip(received.run["nodes"], received.last["nodes"], strict=True):
             self.assertEqual(last["ran"], finished[node["name"]], node["name"])
 
+    def test_an_output_of_a_fusion_is_the_job_that_completed_the_set(self) -> None:
+        output = self.folder / "run"
+        graph = Path(__file__).with_name("field") / "fusion_sink.yaml"
+        code, _, err = self.command(
+            "simulate", graph, "--executors", "rm-ro", "--duration", 2, "--warm-up", 0, "--output", output
+        )
+        self.assertEqual(code, 0, err)
+        listener = self.listen()
+        self.replay("--speed", 4)
+        received = self.received(listener)
+        starts: dict[str, dict[int, int]] = {"F/t": {}, "F/s": {}}
+        for job in RunFolder(output).jobs()["rm-ro", 0]:
+            if job.task in starts and job.outcome == "ran":
+                starts[job.task][job.sequence] = received.run["epoch_ns"] + job.start
+        stamps = {sample["job"]: sample["stamp_ns"] for sample in received.samples}
+        self.assertEqual(stamps, starts["F/t"])
+        self.assertNotEqual(stamps, {job: starts["F/s"][job] for job in stamps})
+
 
 class SlowReader(LiveTest):
     def test_a_slow_reader_blocks_nobody_and_its_losses_are_counted(self) -> None:
