@@ -79,10 +79,10 @@ function(hotpath_warnings target)
   endif()
 endfunction()
 
-# hotpath_cold(target): compiles with -O1, which takes a third less time, what no job and no loop over
-# jobs waits for.
+# hotpath_cold(target): compiles with -Og, which takes half the time, what no job and no loop over jobs
+# waits for.
 function(hotpath_cold target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-Og>)
 endfunction()
 
 # hotpath_precompile(target headers...): precompiles the standard containers and these headers for the

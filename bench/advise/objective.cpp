@@ -2,10 +2,10 @@
 #include "advise/objective.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -48,9 +48,8 @@ Objective::Requirement requirement(const std::string& text, const Graph& graph) 
   const std::size_t less = text.find('<');
   if (less == std::string::npos) refuse(text);
   Objective::Requirement r;
-  const char* const end = text.data() + text.size();
-  const auto parsed = std::from_chars(text.data() + less + 1, end, r.most_ms);
-  if (parsed.ptr != end || parsed.ec != std::errc{} || !(r.most_ms > 0)) refuse(text);
+  r.most_ms = parse<double>(std::string_view(text).substr(less + 1)).value_or(0);
+  if (!(r.most_ms > 0)) refuse(text);
   r.chain = chain_named(text.substr(0, less), graph);
   return r;
 }

@@ -34,7 +34,7 @@ std::string set_platform(setup::PlatformOptions& o, const std::string& item) {
     if (key != kPlatformCosts[i].key) continue;
     if (std::string refusal = refused_number<double>(value, {0, kLargestCost_us}); !refusal.empty())
       return program::concat(key, ": ", refusal);
-    o.costs_us[i] = number_of<double>(value);
+    o.costs_us[i] = parse<double>(value);
     return "";
   }
   return program::concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys);
@@ -181,7 +181,7 @@ void set_phases(setup::CommonOptions& o, const std::string& text) {
   o.phases_file = o.phases_of = "";
   const std::optional<std::string> step = creation_step(text);
   const std::optional<Phases> named = step ? Phases::creation : parse<Phases>(text);
-  o.phase_step_ms = step ? number_of<double>(*step) : std::nullopt;
+  o.phase_step_ms = step ? parse<double>(*step) : std::nullopt;
   if (named) {
     o.phases = *named;
   } else {

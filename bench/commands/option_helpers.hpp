@@ -2,7 +2,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -95,21 +94,12 @@ inline constexpr Limits kAnySeed{0, 0x1p64};  // parsing rejects what does not f
 /// `help` with the range of valid values, except for seeds.
 [[nodiscard]] std::string with_range(const std::string& help, Limits limits);
 
-/// All of `text` as a number.
-template <class Number>
-std::optional<Number> number_of(const std::string& text) {
-  Number number{};
-  const char* const end = text.data() + text.size();
-  const auto parsed = std::from_chars(text.data(), end, number);
-  return parsed.ec == std::errc{} && parsed.ptr == end ? std::optional(number) : std::nullopt;
-}
-
 /// Why `text` is not a number within limits; empty for a valid number. Rewrites a whole number,
 /// because CLI11 would read 010 as 8.
 template <class Number>
 std::string refused_number(std::string& text, Limits limits) {
   constexpr bool whole = std::is_integral_v<Number>;
-  const std::optional<Number> number = number_of<Number>(text);
+  const std::optional<Number> number = parse<Number>(text);
   const double n = number ? static_cast<double>(*number) : std::nan("");
   if (n >= limits.least && n <= limits.most) {
     if (whole) text = program::concat(*number);
@@ -153,7 +143,7 @@ CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<
     for (const std::string& list : lists) {
       for (const std::string& item : list_items(list)) {
         if constexpr (std::is_arithmetic_v<Item>) {
-          items.push_back(*number_of<Item>(item));
+          items.push_back(*parse<Item>(item));
         } else {
           items.push_back(item);
         }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <set>
 
 #include "comparison/report.hpp"
@@ -25,14 +25,15 @@ const std::set<std::string> kNoCounters = {"family_index", "per_family_instance_
                                            "threads",      "iterations",
                                            "real_time",    "cpu_time"};
 
+/// Ends of a benchmark's name say how it was measured.
+constexpr const char* kMeasured[] = {"/iterations:", "/manual_time", "/min_time:", "/real_time", "/repeats:"};
+
 std::string interval_text(const char* format, const std::optional<Interval>& interval) {
   return interval ? text(format, interval->low, interval->high) : "";
 }
 
 /// The counters of a result of `hotpath bench`, by benchmark and name: a value for each repetition.
 std::map<std::string, Samples> read_counters(const std::filesystem::path& file) {
-  // They say how it was measured, not what.
-  const std::regex modifiers("/(iterations:|manual_time|min_time:|real_time|repeats:)[^/]*");
   std::map<std::string, Samples> counters;
   use_json(file, "hotpath bench", [&](const json& bench) {
     static_cast<void>(bench.at("context").at("machine"));
@@ -40,7 +41,8 @@ std::map<std::string, Samples> read_counters(const std::filesystem::path& file) 
       throw program::UsageError(file.string() + ": no measurements, there is nothing to report");
     for (const json& row : bench.at("benchmarks")) {
       static_cast<void>(row.at("real_time").get<double>());
-      const auto benchmark = std::regex_replace(row.at("run_name").get<std::string>(), modifiers, "");
+      auto benchmark = row.at("run_name").get<std::string>();
+      for (const char* end : kMeasured) benchmark.resize(std::min(benchmark.size(), benchmark.find(end)));
       for (const auto& [name, value] : row.items()) {
         if (!value.is_number() || kNoCounters.contains(name)) continue;
         Samples& samples = counters[program::concat(benchmark, " ", name)];
@@ -53,8 +55,8 @@ std::map<std::string, Samples> read_counters(const std::filesystem::path& file) 
 
 /// Three significant digits, trailing zeros kept, never with an exponent.
 std::string three_digits(double value) {
-  if (value <= 0) return "0";
-  return text("%.*f", std::max(0, 2 - static_cast<int>(std::floor(std::log10(value)))), value);
+  return value <= 0 ? "0"
+                    : text("%.*f", std::max(0, 2 - static_cast<int>(std::floor(std::log10(value)))), value);
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <zlib.h>
 
-#include <algorithm>
-#include <cctype>
+#include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -36,10 +35,8 @@ std::string content_of(const fs::path& file) {
 
 /// The task's group of timers, or its own name.
 std::string group_of(const std::string& task) {
-  std::string lower = task;
-  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
   for (const char* const group : {"camera", "lidar", "imu"}) {
-    if (lower.find(group) != std::string::npos) return group;
+    if (strcasestr(task.c_str(), group) != nullptr) return group;
   }
   return task;
 }

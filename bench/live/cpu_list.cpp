@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <regex>
 #include <set>
 #include <sstream>
+#include <string_view>
 
+#include "hotpath/core/enum_text.hpp"
 #include "live/live_run.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -11,18 +12,16 @@
 namespace hotpath::live {
 
 std::vector<int> parse_cpus(const std::string& option, const std::string& text) {
-  static const std::regex kRange("([0-9]{1,4})(-([0-9]{1,4}))?");
   const auto refuse = [&](const auto&... words) {
     throw program::UsageError(program::concat(option, " ", text, ": ", words...));
   };
   std::set<int> cpus;
   std::istringstream parts(text);
   for (std::string part; std::getline(parts, part, ',');) {
-    std::smatch range;
-    const bool matches = std::regex_match(part, range, kRange);
-    const int first = matches ? std::stoi(range[1]) : 0;
-    const int last = matches && range[3].matched ? std::stoi(range[3]) : first;
-    if (!matches || last < first || last > 4095) {
+    const std::string_view range = part;
+    const int first = parse<int>(range.substr(0, range.find('-'))).value_or(-1);
+    const int last = parse<int>(range.substr(range.find('-') + 1)).value_or(-1);
+    if (first < 0 || last < first || last > 4095) {
       refuse("`", part, "` is not a processor number or a range like 2-3");
     }
     for (int cpu = first; cpu <= last; ++cpu) cpus.insert(cpu);

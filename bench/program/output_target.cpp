@@ -5,8 +5,8 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 
+#include "hotpath/core/enum_text.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath::program {
@@ -23,10 +23,7 @@ int descriptor_of(const fs::path& file) {
   std::error_code error;
   const fs::path own = fs::canonical("/proc/self/fd", error);
   if (error || fs::canonical(folder_of(file), error) != own || error) return -1;
-  const std::string name = file.filename();
-  int descriptor = -1;
-  const auto parsed = std::from_chars(name.data(), name.data() + name.size(), descriptor);
-  return parsed.ptr == name.data() + name.size() ? descriptor : -1;
+  return parse<int>(file.filename().string()).value_or(-1);
 }
 
 /// Why the effective user lacks the access `mode`; empty: permitted.

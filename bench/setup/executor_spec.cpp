@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "setup/executor_spec.hpp"
 
-#include <charconv>
-
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "program/errors.hpp"
@@ -15,16 +14,13 @@ namespace {
 
 void apply_variant(ExecutorSpec& spec, const std::string& variant) {
   const bool has_rules = spec.entry->traits.family == Family::priority_events;
-  unsigned threads = 0;
-  const char* end = variant.data() + variant.size();
-  const auto number = std::from_chars(variant.data(), end, threads);
-  if (spec.entry->traits.many_workers && number.ec == std::errc{} && number.ptr == end) {
+  if (const auto threads = parse<unsigned>(variant); spec.entry->traits.many_workers && threads) {
     const unsigned most = most_threads(spec.entry->traits);
-    if (threads < 1 || threads > most) {
+    if (*threads < 1 || *threads > most) {
       throw program::UsageError(program::concat("executor `", spec.label,
                                                 "`: the number of threads must lie between 1 and ", most));
     }
-    spec.scheduler.workers = threads;
+    spec.scheduler.workers = *threads;
   } else if (const auto rule = parse<SubscriptionRule>(variant); has_rules && rule) {
     spec.scheduler.rule = *rule;
   } else if (const auto ties = parse<Ties>(variant); has_rules && ties) {

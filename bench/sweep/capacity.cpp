@@ -2,9 +2,9 @@
 #include "sweep/capacity.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
+#include "hotpath/core/enum_text.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -60,13 +60,11 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
       r.no_loss = true;
     } else if (word == "deadlines") {
       r.deadlines = true;
-    } else if (double ms = 0; word.starts_with(latency)) {
-      const char* const end = word.data() + word.size();
-      const auto parsed = std::from_chars(word.data() + latency.size(), end, ms);
-      if (parsed.ec != std::errc{} || parsed.ptr != end || !(ms > 0)) {
+    } else if (word.starts_with(latency)) {
+      r.latency_ms = parse<double>(std::string_view(word).substr(latency.size()));
+      if (!(r.latency_ms > 0.0)) {
         throw program::UsageError("--require: `" + word + "` is not a latency; write latency:60 for 60 ms");
       }
-      r.latency_ms = ms;
     } else {
       throw program::UsageError("--require: `" + word + "` is not no-loss, deadlines or latency:MS");
     }

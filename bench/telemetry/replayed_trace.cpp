@@ -24,34 +24,13 @@ Time end_of(const results::StoredRun& run, const Trace& trace) {
   return std::min(end + Duration(1), planned);
 }
 
-using StartedJobs = std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*>;
-
-/// The records of started jobs, by task and sequence.
-StartedJobs started_jobs(const Trace& trace) {
-  StartedJobs jobs;
-  for (const JobRecord& r : trace.jobs) {
-    if (started(r)) jobs[{r.job.task, r.job.sequence}] = &r;
-  }
-  return jobs;
-}
-
-/// The job that ended the chain: of the recorded sink, in runs that did not record it the last started
-/// of the chain's sinks. nullptr: none.
-const JobRecord* sink_job(const StartedJobs& jobs, const results::MeasuredChain& chain,
-                          const ChainRecord& record) {
-  const JobRecord* last = nullptr;
-  for (const TaskId sink : chain.sink_tasks) {
-    const auto job = jobs.find({sink, record.sequence});
-    if ((record.sink != kNoTask && record.sink != sink) || job == jobs.end()) continue;
-    if (last == nullptr || job->second->start > last->start) last = job->second;
-  }
-  return last;
-}
-
 std::vector<ReplayedChain> replayed_chains(const results::StoredRun& run, const Trace& trace,
                                            const Graph& graph, const GraphTasks& tasks) {
   const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph, tasks);
-  const StartedJobs jobs = started_jobs(trace);
+  std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*> jobs;  // started ones, by task and sequence
+  for (const JobRecord& r : trace.jobs) {
+    if (started(r)) jobs[{r.job.task, r.job.sequence}] = &r;
+  }
   std::vector<ReplayedChain> replayed;
   for (const ChainRecord& record : trace.chains) {
     const std::string& name = run.chains()[record.chain];
@@ -62,13 +41,13 @@ std::vector<ReplayedChain> replayed_chains(const results::StoredRun& run, const 
     ReplayedChain& r = replayed.emplace_back();
     r.record = record;
     r.record.chain = static_cast<std::uint32_t>(chain - chains.begin());
-    const JobRecord* sink = sink_job(jobs, *chain, record);
-    if (sink == nullptr) {
+    const auto sink = jobs.find({record.sink, record.sequence});
+    if (sink == jobs.end()) {
       run.fail("jobs.csv has no job " + std::to_string(record.sequence) + " of the sink of chain `" + name +
-               "`; the files do not belong to one run");
+               "` in chains.csv; the files do not belong to one run, or to one of an older version");
     }
-    r.sink_start = sink->start;
-    r.sink_finish = sink->outcome == Outcome::ran ? sink->finish : kNever;
+    r.sink_start = sink->second->start;
+    r.sink_finish = sink->second->outcome == Outcome::ran ? sink->second->finish : kNever;
   }
   std::ranges::stable_sort(replayed, {}, &ReplayedChain::sink_finish);
   return replayed;

@@ -183,14 +183,11 @@ class Live(LiveTest):
     def test_an_outside_reader_of_the_graphs_topics_disturbs_nothing(self) -> None:
         topics = ["FrontLidarDriver", "RearLidarDriver"]
         listener = self.listen("--runs", 2, *(a for t in topics for a in ("--topic", t)))
-        output = self.folder / "run"
-        code, _, err = self.command(
+        folder = self.measure(
             "compare", "--executors", "rm-ro,default", "--repetitions", 1, "--processes", 2, "--live",
-            "--domain", self.domain, *SHORT, "--output", output,
+            "--domain", self.domain, *SHORT,
         )  # fmt: skip
-        self.assertEqual(code, 0, err)
         messages = self.received(listener).messages()
-        folder = self.checked(output)
         for executor in folder.summary()["executors"]:
             self.assertTrue(executor["loss_equations"]["hold"])
         for topic in topics:
@@ -207,9 +204,7 @@ class Live(LiveTest):
         )  # fmt: skip
         self.addCleanup(process.kill)
         first = self.listen("--seconds", 60)
-        for line in first.stdout:
-            if '"sample"' in line:
-                break
+        next(line for line in first.stdout if '"sample"' in line)
         first.kill()
         first.communicate()
         late = self.listen()
@@ -247,9 +242,7 @@ class Faults(LiveTest):
         listener = self.listen()
         process = self.start_live("--transport", "intra_process", "--duration", 30, "--warm-up", 0)
         sender = self.child_named(process, "live_sender")
-        for line in listener.stdout:
-            if '"statistics"' in line:
-                break
+        next(line for line in listener.stdout if '"statistics"' in line)
         process.kill()
         self.finish(process)
         self.wait_for(lambda: not os.path.exists(f"/proc/{sender}"), "the sender lives on")
@@ -264,9 +257,7 @@ class Faults(LiveTest):
         )
         listener = self.listen()
         process = self.start("replay", "run", "--domain", self.domain, "--speed", 0.01)
-        for line in listener.stdout:
-            if '"clock"' in line:
-                break
+        next(line for line in listener.stdout if '"clock"' in line)
         process.send_signal(signal.SIGINT)
         code, out, err = self.finish(process)
         self.assertEqual((code, out, err), (128 + signal.SIGINT, "", ""))
@@ -276,17 +267,12 @@ class Faults(LiveTest):
 
 class Replay(LiveTest):
     def test_a_part_of_a_simulated_run(self) -> None:
-        output = self.folder / "run"
-        code, _, err = self.command(
-            "simulate", "--executors", "rm-ro,default", "--duration", 4, "--warm-up", 1, "--output", output
-        )
-        self.assertEqual(code, 0, err)
+        folder = self.measure("simulate", "--executors", "rm-ro,default", "--duration", 4, "--warm-up", 1)
         listener = self.listen()
         self.replay("--executor", "default", "--from", 2, "--duration", 1, "--speed", 4)
         received = self.received(listener)
         self.assertEqual((received.run["executor"], received.run["transport"]), ("default", "simulated"))
         self.assertAlmostEqual(received.last["run_time_s"], 3)
-        folder = self.checked(output)
         jobs = folder.jobs()["default", 0]
         sink = {
             j.sequence: j.finish for j in jobs if j.node == "ObjectCollisionEstimator" and j.outcome == "ran"
@@ -299,17 +285,13 @@ class Replay(LiveTest):
             self.assertEqual(last["ran"], finished[node["name"]], node["name"])
 
     def test_an_output_of_a_fusion_is_the_job_that_completed_the_set(self) -> None:
-        output = self.folder / "run"
         graph = Path(__file__).with_name("field") / "fusion_sink.yaml"
-        code, _, err = self.command(
-            "simulate", graph, "--executors", "rm-ro", "--duration", 2, "--warm-up", 0, "--output", output
-        )
-        self.assertEqual(code, 0, err)
+        folder = self.measure("simulate", graph, "--executors", "rm-ro", "--duration", 2, "--warm-up", 0)
         listener = self.listen()
         self.replay("--speed", 4)
         received = self.received(listener)
         starts: dict[str, dict[int, int]] = {"F/t": {}, "F/s": {}}
-        for job in RunFolder(output).jobs()["rm-ro", 0]:
+        for job in folder.jobs()["rm-ro", 0]:
             if job.task in starts and job.outcome == "ran":
                 starts[job.task][job.sequence] = received.run["epoch_ns"] + job.start
         stamps = {sample["job"]: sample["stamp_ns"] for sample in received.samples}
@@ -319,20 +301,14 @@ class Replay(LiveTest):
 
 class SlowReader(LiveTest):
     def test_a_slow_reader_blocks_nobody_and_its_losses_are_counted(self) -> None:
-        output = self.folder / "run"
-        code, _, err = self.command(
-            "simulate", "--executors", "rm-ro", "--duration", 200, "--warm-up", 0, "--output", output
-        )
-        self.assertEqual(code, 0, err)
-        rows = RunFolder(output).chains()["rm-ro", 0]
+        folder = self.measure("simulate", "--executors", "rm-ro", "--duration", 200, "--warm-up", 0)
+        rows = folder.chains()["rm-ro", 0]
         kept = 1024
         self.assertGreater(len(rows), kept + 500)
 
         stopped, healthy = self.listen(), self.listen()
         process = self.start("replay", "run", "--domain", self.domain, "--speed", 60)
-        for line in stopped.stdout:
-            if '"clock"' in line:
-                break
+        next(line for line in stopped.stdout if '"clock"' in line)
         stopped.send_signal(signal.SIGSTOP)
         received = self.received(healthy)
         self.assertEqual(self.finish(process), (0, "", ""))

@@ -2,8 +2,8 @@
 #include "hotpath/reference_system/yaml_value.hpp"
 
 #include <algorithm>
-#include <charconv>
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/core/utf8.hpp"
 #include "hotpath/reference_system/graph_text.hpp"
@@ -97,16 +97,13 @@ double YamlValue::percent() const {
 
 std::int64_t YamlValue::integer(std::int64_t least, std::int64_t most) const {
   const std::string digits = node_.IsScalar() ? node_.Scalar() : std::string();
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-  if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) {
-    fail(what_ + " is " + kind_of(node_), "give a whole number");
-  }
-  if (number < least || number > most) {
+  const auto number = parse<std::int64_t>(digits);
+  if (!number) fail(what_ + " is " + kind_of(node_), "give a whole number");
+  if (*number < least || *number > most) {
     fail(what_ + " is " + digits,
          "give a whole number from " + std::to_string(least) + " to " + std::to_string(most));
   }
-  return number;
+  return *number;
 }
 
 std::size_t YamlValue::choice(const std::vector<std::string>& choices) const {

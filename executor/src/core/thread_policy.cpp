@@ -19,21 +19,12 @@ std::string milliseconds(Duration duration) {
   return {text.data(), end};
 }
 
-/// Parses the whole text as a number.
-template <class Number>
-std::optional<Number> number(std::string_view text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 /// Parses `RUNTIME/DEADLINE/PERIOD` in ms.
 std::optional<ThreadPolicy> parse_budget(std::string_view text) {
   ThreadPolicy policy{Class::deadline};
   for (Duration* const part : {&policy.runtime, &policy.deadline, &policy.period}) {
     const std::size_t slash = text.find('/');
-    const auto ms = number<double>(text.substr(0, slash));
+    const auto ms = parse<double>(text.substr(0, slash));
     if (!ms || !(*ms > 0) || *ms > 1e9 || (slash == std::string_view::npos) != (part == &policy.period)) {
       return std::nullopt;
     }
@@ -67,7 +58,7 @@ ThreadPolicy parse_thread_policy(const std::string& text) {
     ThreadPolicy policy{*scheduling_class};
     if (policy.ordinary() && colon == std::string::npos) return policy;
     const int least = policy.ordinary() ? -20 : 1, most = policy.ordinary() ? 19 : kHighestPriority;
-    const auto priority = number<int>(rest);
+    const auto priority = parse<int>(rest);
     policy.priority = priority.value_or(0);
     if (priority && policy.priority >= least && policy.priority <= most) return policy;
   }

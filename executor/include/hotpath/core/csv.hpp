@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/time.hpp"
@@ -66,13 +67,8 @@ class CsvReader {
   /// throws InputError otherwise.
   template <class Number>
   [[nodiscard]] Number number(std::size_t column) const {
-    Number value{};
-    const std::string_view field = text(column);
-    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-    if (error != std::errc{} || end != field.data() + field.size()) {
-      fail_number(column, std::is_floating_point_v<Number> ? "number" : "whole number");
-    }
-    return value;
+    if (const auto value = parse<Number>(text(column))) return *value;
+    fail_number(column, std::is_floating_point_v<Number> ? "number" : "whole number");
   }
   template <class Number>
   [[nodiscard]] Number number(std::string_view name) const {

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <array>
+#include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <type_traits>
 #include <vector>
 
 namespace hotpath {
@@ -41,6 +44,15 @@ template <EnumWithTexts Enum>
     if (t.text == text) return t.value;
   }
   return std::nullopt;
+}
+
+/// All of `text` as a decimal number within the range of its type; std::nullopt for any other text.
+template <class Number>
+requires std::is_arithmetic_v<Number>
+[[nodiscard]] std::optional<Number> parse(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
 }
 
 /// All words of an enumeration.
