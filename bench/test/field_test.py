@@ -53,6 +53,9 @@ class Judgements(FieldTest):
         with open(self.folder / name, newline="") as file:
             return list(csv.DictReader(file))
 
+    def test_a_chain_from_a_subscription_that_only_stores(self) -> None:
+        self.refused("graph", FIELD / "chain_from_fusion.yaml", says="source F/a of chain c0 stores samples")
+
     def test_levels_have_all_digits(self) -> None:
         words = "--executors rm-ro --from 12.345678 --to 12.345679 --resolution 0.001 --repetitions 1 --duration 1"
         self.accepted("capacity", *words.split(), "--output", "levels")
