@@ -61,7 +61,7 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
     } else if (word == "deadlines") {
       r.deadlines = true;
     } else if (word.starts_with(latency)) {
-      r.latency_ms = parse<double>(std::string_view(word).substr(latency.size()));
+      r.latency_ms = hotpath::parse<double>(std::string_view(word).substr(latency.size()));
       if (!(r.latency_ms > 0.0)) {
         throw program::UsageError("--require: `" + word + "` is not a latency; write latency:60 for 60 ms");
       }
