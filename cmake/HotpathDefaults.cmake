@@ -79,8 +79,8 @@ function(hotpath_warnings target)
   endif()
 endfunction()
 
-# hotpath_cold(target): compiles with -Og, which takes half the time, what no job and no loop over jobs
-# waits for.
+# hotpath_cold(target): compiles with -Og, which takes a fifth less time than -O1, what no job and no
+# loop over jobs waits for.
 function(hotpath_cold target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-Og>)
 endfunction()
