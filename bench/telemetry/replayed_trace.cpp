@@ -39,8 +39,8 @@ std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const re
 std::vector<ReplayedChain> replayed_chains(const results::StoredRun& run, const Trace& trace,
                                            const Graph& graph, const GraphTasks& tasks) {
   const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph, tasks);
-  std::vector<std::map<std::uint64_t, const JobRecord*>> sinks;
-  for (const results::MeasuredChain& chain : chains) sinks.push_back(sink_jobs(trace, chain));
+  std::vector<std::map<std::uint64_t, const JobRecord*>> sinks(chains.size());
+  std::ranges::transform(chains, sinks.begin(), [&](const auto& chain) { return sink_jobs(trace, chain); });
   std::vector<ReplayedChain> replayed;
   for (const ChainRecord& record : trace.chains) {
     const std::string& name = run.chains()[record.chain];
