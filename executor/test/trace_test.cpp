@@ -172,25 +172,6 @@ TEST(ChainsCsv, LeavesAnUnknownLatencyEmpty) {
   EXPECT_EQ(out.str(), "rm-ro,0,hot path,7,20,31,sink/topic\nrm-ro,0,other,8,21,,\n");
 }
 
-TEST(JobsCsv, IsReadWithoutTheGraph) {
-  TaskSet set;
-  add_timer(set, 10ms, 1ms, 500us);  // its last job waits
-  add_subscription(set, {add_timer(set, 30ms, 1ms)}, 1ms);
-  set.tasks[0].deadline = 8ms;
-  std::istringstream in(written(set, run(set, "default", 185ms)));
-  const JobsCsv jobs = read_jobs_csv(in, "jobs.csv");
-  ASSERT_EQ(jobs.traces.size(), 1U);
-  ASSERT_EQ(jobs.set.size(), 3U);
-  for (const Task& task : jobs.set.tasks) {
-    const auto same =
-        std::find_if(set.tasks.begin(), set.tasks.end(), [&](const Task& t) { return t.name == task.name; });
-    ASSERT_NE(same, set.tasks.end());
-    EXPECT_EQ(task.kind, same->kind);
-    EXPECT_EQ(task.period, same->period);
-    EXPECT_EQ(task.deadline, same->deadline) << task.name;
-  }
-}
-
 TEST(ChainsCsv, IsReadBack) {
   Trace trace;
   trace.executor = "rm-ro";

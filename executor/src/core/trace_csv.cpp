@@ -63,30 +63,22 @@ struct RowOut {
   void instant_if(bool applies, Time t) const { number_if(applies, (t - trace.epoch).count()); }
 };
 
-/// Task names: of a fixed set, or of a set that grows with every new name.
+/// The tasks of a set by name.
 class TaskNames {
  public:
   explicit TaskNames(const TaskSet& set) : set_(&set) {
     for (TaskId id = 0; id < set.size(); ++id) ids_.emplace(set[id].name, id);
   }
-  TaskNames(const TaskSet& set, TaskSet& growing) : TaskNames(set) { growing_ = &growing; }
 
-  /// The task named in a field. A new task's kind comes from another field.
-  TaskId find(const CsvReader& in, std::size_t column) {
+  TaskId find(const CsvReader& in, std::size_t column) const {
     const auto known = ids_.find(in.text(column));
     if (known != ids_.end()) return known->second;
-    const std::string name(in.text(column));
-    if (growing_ == nullptr)
-      in.fail("the graph has no task `" + name + "`", "give a trace of this graph, not of another graph");
-    ids_.emplace(name, growing_->size());
-    growing_->tasks.emplace_back().name = name;
-    return growing_->size() - 1;
+    in.fail("the graph has no task `" + std::string(in.text(column)) + "`",
+            "give a trace of this graph, not of another graph");
   }
   /// 0 if it is not known yet.
   Duration period(TaskId id) const { return (*set_)[id].period; }
-  void check_kind(const CsvReader& in, std::size_t column, TaskId id) {
-    const bool timer = in.text(column) == to_string(TaskKind::timer);
-    if (growing_ != nullptr) growing_->tasks[id].kind = timer ? TaskKind::timer : TaskKind::subscription;
+  void check_kind(const CsvReader& in, std::size_t column, TaskId id) const {
     if (in.text(column) == to_string((*set_)[id].kind)) return;
     in.fail("task `" + (*set_)[id].name + "` is a " + to_string((*set_)[id].kind) + ", not a `" +
                 std::string(in.text(column)) + "`",
@@ -99,14 +91,13 @@ class TaskNames {
     std::size_t operator()(std::string_view name) const { return std::hash<std::string_view>{}(name); }
   };
   const TaskSet* set_;
-  TaskSet* growing_ = nullptr;
   std::unordered_map<std::string, TaskId, Hash, std::equal_to<>> ids_;
 };
 
 /// A row being read.
 struct RowIn {
   const CsvReader& in;
-  TaskNames& tasks;
+  const TaskNames& tasks;
   std::string_view executor{};
   std::uint32_t repetition = 0;
   JobRecord r{};
@@ -270,7 +261,7 @@ void add_skipped(const RowIn& row, JobRecord* last) {
   }
 }
 
-Trace& trace_for(const RowIn& row, std::vector<Trace>& traces) {
+Trace& trace_for(const JobRow& row, std::vector<Trace>& traces) {
   const auto same = [&](const Trace& t) {
     return t.repetition == row.repetition && t.executor == row.executor;
   };
@@ -283,7 +274,8 @@ Trace& trace_for(const RowIn& row, std::vector<Trace>& traces) {
   return added;
 }
 
-void read_rows(std::istream& stream, TaskNames tasks, const std::string& file_name, const auto& use) {
+void read_rows(std::istream& stream, const TaskSet& set, const std::string& file_name, const auto& use) {
+  const TaskNames tasks(set);
   CsvReader in(stream, file_name);
   in.require_header(kJobsCsvHeader);
   while (in.next()) {
@@ -298,43 +290,11 @@ void read_rows(std::istream& stream, TaskNames tasks, const std::string& file_na
   }
 }
 
-std::vector<Trace> read_jobs(std::istream& stream, const TaskNames& tasks, const std::string& file_name) {
-  std::vector<Trace> traces;
-  read_rows(stream, tasks, file_name, [&](const RowIn& row) {
-    Trace& trace = trace_for(row, traces);
-    if (row.r.outcome == Outcome::skipped) {
-      add_skipped(row, trace.jobs.empty() ? nullptr : &trace.jobs.back());
-    } else {
-      trace.jobs.push_back(row.r);
-    }
-  });
-  return traces;
-}
-
-void derive_periods_and_deadlines(TaskSet& set, const Trace& trace) {
-  std::vector<const JobRecord*> last(set.size(), nullptr);
-  for (const JobRecord& r : trace.jobs) {
-    Task& task = set.tasks[r.job.task];
-    if (task.kind != TaskKind::timer) continue;
-    if (r.job.deadline != kNever) task.deadline = r.job.deadline - r.job.timestamp;
-    const JobRecord*& before = last[r.job.task];
-    if (before != nullptr && r.job.sequence > before->job.sequence) {
-      task.period = (r.job.timestamp - before->job.timestamp) /
-                    static_cast<std::int64_t>(r.job.sequence - before->job.sequence);
-    }
-    before = &r;
-  }
-}
-
 }  // namespace
-
-std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std::string& file_name) {
-  return read_jobs(in, TaskNames(set), file_name);
-}
 
 void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_name,
                   const std::function<void(const JobRow&)>& use) {
-  read_rows(in, TaskNames(set), file_name, [&](const RowIn& row) {
+  read_rows(in, set, file_name, [&](const RowIn& row) {
     use({row.executor, row.repetition, row.r, row.in.line()});
   });
 }
@@ -348,7 +308,7 @@ void for_each_record(std::istream& in, const TaskSet& set, const std::string& fi
   const auto use_last = [&] {
     if (last) use({executor, repetition, *last, line});
   };
-  read_rows(in, TaskNames(set), file_name, [&](const RowIn& row) {
+  read_rows(in, set, file_name, [&](const RowIn& row) {
     const bool same = last && row.repetition == repetition && row.executor == executor;
     if (row.r.outcome == Outcome::skipped) return add_skipped(row, same ? &*last : nullptr);
     use_last();
@@ -360,11 +320,11 @@ void for_each_record(std::istream& in, const TaskSet& set, const std::string& fi
   use_last();
 }
 
-JobsCsv read_jobs_csv(std::istream& in, const std::string& file_name) {
-  JobsCsv jobs;
-  jobs.traces = read_jobs(in, TaskNames(jobs.set, jobs.set), file_name);
-  for (const Trace& trace : jobs.traces) derive_periods_and_deadlines(jobs.set, trace);
-  return jobs;
+std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std::string& file_name) {
+  std::vector<Trace> traces;
+  for_each_record(in, set, file_name,
+                  [&](const JobRow& row) { trace_for(row, traces).jobs.push_back(row.record); });
+  return traces;
 }
 
 void for_each_chain(std::istream& stream, const std::string& file_name,

@@ -46,16 +46,6 @@ void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_
 void for_each_record(std::istream& in, const TaskSet& set, const std::string& file_name,
                      const std::function<void(const JobRow&)>& use);
 
-/// The contents of a jobs.csv and the tasks that occur in it, in order of appearance.
-struct JobsCsv {
-  /// Names and kinds; for timers also the period, derived from two timestamps of one run (0 if
-  /// there is only one), and the relative deadline (0 if none is recorded).
-  TaskSet set;
-  std::vector<Trace> traces;
-};
-/// Reads jobs.csv without the graph of the run. Throws InputError.
-[[nodiscard]] JobsCsv read_jobs_csv(std::istream& in, const std::string& file_name);
-
 /// A row of chains.csv.
 struct ChainRow {
   std::string executor;
