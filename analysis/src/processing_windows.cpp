@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <numeric>
 
 #include "hotpath/analysis/exact.hpp"
 
@@ -13,13 +12,10 @@ using exact::add, exact::multiply;
 
 ProcessingWindows::ProcessingWindows(const GraphTopology& topology, const std::vector<TaskId>& entity_order,
                                      const GraphOverheads& overheads)
-    : topology_(topology), overheads_(overheads), sequence_(entity_order), position_(topology.size()) {
-  if (sequence_.empty()) {
-    sequence_.resize(topology.size());
-    std::iota(sequence_.begin(), sequence_.end(), TaskId{0});
-  }
-  std::stable_partition(sequence_.begin(), sequence_.end(),
-                        [&](TaskId id) { return topology.set()[id].kind == TaskKind::timer; });
+    : topology_(topology),
+      overheads_(overheads),
+      sequence_(in_order_of_kinds(topology.set(), entity_order)),
+      position_(topology.size()) {
   for (std::size_t i = 0; i < sequence_.size(); ++i) position_[sequence_[i]] = i;
   whole_ = add(overheads_.wait, work(0, sequence_.size(), topology.graph().joins.size()));
 }

@@ -206,9 +206,10 @@ class Account {
     if (w.of_wait_set()) {
       if (system_.kind == results::RunKind::recorded) return Rule::recorded;  // traces lack the snapshots
       if (first.start < w.snapshot) return Rule::earlier_snapshot;
-      const TaskKind kind = system_.task(first.job.task).kind;
-      if (kind == system_.task(w.job.job.task).kind || traits.runs_first != kind) return Rule::snapshot_order;
-      return kind == TaskKind::timer ? Rule::timers_first : Rule::subscriptions_first;
+      const Task &ahead = system_.task(first.job.task), &waits = system_.task(w.job.job.task);
+      if (ahead.kind != waits.kind && traits.runs_first == ahead.kind)
+        return ahead.kind == TaskKind::timer ? Rule::timers_first : Rule::subscriptions_first;
+      return waits.guaranteed && !ahead.guaranteed ? Rule::services_last : Rule::snapshot_order;
     }
     if (traits.family == Family::callback_groups) return Rule::group_order;
     return w.executor.order ? rule_of_queue(w, first) : Rule::fifo;

@@ -33,6 +33,7 @@ namespace hotpath::explain {
   RULE(earlier_snapshot, "in an earlier snapshot")           \
   RULE(timers_first, "timers before subscriptions")          \
   RULE(subscriptions_first, "subscriptions before timers")   \
+  RULE(services_last, "services and clients last")           \
   RULE(snapshot_order, "earlier in the wait set's snapshot") \
   RULE(fifo, "earlier event (FIFO)")                         \
   RULE(group_order, "callback group ready earlier (FIFO)")   \

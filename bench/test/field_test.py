@@ -72,6 +72,13 @@ class Judgements(FieldTest):
             run = self.simulate(f"run{len(trace)}", *words, "--max-backlog", 1000, *trace)
             self.assertGreater(run.summary()["executors"][0]["deadline_overruns"], 0)
 
+    def test_services_come_behind_subscriptions(self) -> None:
+        graph = FIELD / "services.yaml"
+        words = ("--executors", "default", "--phases", "given", "--json")
+        for exact in ((), ("--exact",)):
+            out = self.accepted("analyze", graph, *words, *exact)
+            print(out)
+
     def test_copies_have_names_of_their_own(self) -> None:
         graph = FIELD / "names_with_numbers.yaml"
         run = self.simulate(

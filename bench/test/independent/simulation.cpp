@@ -238,14 +238,18 @@ class Simulation {
     return thread.requests.front().first;
   }
 
-  /// Snapshot: all ready timers and all subscriptions with unread samples, in the order of creation.
+  /// Snapshot: all ready timers, all subscriptions with unread samples, then all such services and clients, each
+  /// kind in the order of creation.
   void poll(ThreadState& thread) {
     thread.queue.clear();
     const bool timers_first = thread.thread.executor.timers_first != faulty(Fault::kinds_swapped);
-    for (const bool timers : {timers_first, !timers_first}) {
+    enum Kind { kTimer, kSubscription, kService };
+    for (const Kind kind : {timers_first ? kTimer : kSubscription, timers_first ? kSubscription : kTimer, kService}) {
       for (std::size_t t = 0; t < tasks_.size(); ++t) {
-        if (graph_.tasks[t].timer != timers || &thread_of(static_cast<int>(t)) != &thread) continue;
-        if (timers ? tasks_[t].next_call <= now_ : !tasks_[t].unread.empty())
+        const Task& task = graph_.tasks[t];
+        const Kind its = task.timer ? kTimer : task.service ? kService : kSubscription;
+        if (its != kind || &thread_of(static_cast<int>(t)) != &thread) continue;
+        if (task.timer ? tasks_[t].next_call <= now_ : !tasks_[t].unread.empty())
           thread.queue.push_back({static_cast<int>(t), 0, 0, now_});
       }
     }

@@ -1,11 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/task.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <numeric>
 #include <unordered_map>
 #include <utility>
 
 namespace hotpath {
+
+std::vector<TaskId> in_order_of_kinds(const TaskSet& set, std::vector<TaskId> entity_order) {
+  if (entity_order.empty()) {
+    entity_order.resize(set.size());
+    std::iota(entity_order.begin(), entity_order.end(), TaskId{0});
+  }
+  std::ranges::stable_sort(entity_order, {}, [&](TaskId id) {
+    return std::pair(set[id].kind == TaskKind::subscription, set[id].guaranteed);
+  });
+  return entity_order;
+}
 
 TaskPart part_of(const TaskSet& whole, const std::vector<TaskId>& ids, const std::vector<TaskId>& urgent) {
   TaskPart part{{{}, {}}, ids};

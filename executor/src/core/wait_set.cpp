@@ -16,8 +16,7 @@ WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
       group_busy_(set.groups.size(), false) {
   assert(workers >= 1 && workers <= kMaxWorkers);
   assert(entity_order.empty() || entity_order.size() == set.size());
-  for (TaskId i = 0; i < set_.size(); ++i) {
-    const TaskId id = entity_order.empty() ? i : entity_order[i];
+  for (const TaskId id : in_order_of_kinds(set_, entity_order)) {
     if (!set_[id].local) continue;
     if (set_[id].kind == TaskKind::timer) {
       timer_index_[id] = static_cast<std::uint32_t>(timer_ids_.size());
@@ -38,7 +37,7 @@ Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
     timer_ids_.push_back(id);
     timers_.emplace_back(id, set_[id], now);
   } else {
-    subscription_ids_.push_back(id);
+    subscription_ids_.insert(set_[id].guaranteed ? subscription_ids_.end() : services(), id);
   }
   snapshot_.add_task();
   snapshot_.reserve(timer_ids_.size() + subscription_ids_.size());

@@ -7,8 +7,8 @@ namespace hotpath {
 
 /// rclcpp 26.0.0 StaticSingleThreadedExecutor (static_single_threaded_executor.cpp): after each
 /// wait it runs all executables that the wait found ready. Subscriptions run first, then timers,
-/// each kind in entity order; a timer must still be ready when its turn comes. Callback groups are
-/// ignored.
+/// then services and clients, each kind in entity order; a timer must still be ready when its turn
+/// comes. Callback groups are ignored.
 class StaticScheduler final : public WaitSet {
  public:
   explicit StaticScheduler(const TaskSet& set, const std::vector<TaskId>& entity_order = {})

@@ -53,8 +53,8 @@ struct Task {
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.
   bool local = true;  ///< Runs in this process. Tasks of other processes only pass on their priorities.
-  /// Subscriptions: no job waits without limit for more urgent ones; see
-  /// SchedulerOptions::guaranteed_wait.
+  /// Subscriptions: stands for a service or client. Wait sets offer it behind all subscriptions; under the
+  /// paper's executors none of its jobs waits without limit (SchedulerOptions::guaranteed_wait).
   bool guaranteed = false;
   std::vector<TaskId> feeds;  ///< Subscriptions activated by the publications of this task's jobs.
 };
@@ -67,6 +67,11 @@ struct TaskSet {
   const Task& operator[](TaskId id) const { return tasks[id]; }
   [[nodiscard]] TaskId size() const { return static_cast<TaskId>(tasks.size()); }
 };
+
+/// The tasks in the order in which rclcpp's wait sets offer those that are ready: by kind, timers before
+/// subscriptions before services and clients; within a kind in `entity_order`, or if it is empty in the order
+/// of creation (rclcpp 29.3 executor.cpp; the static executor offers timers behind subscriptions).
+[[nodiscard]] std::vector<TaskId> in_order_of_kinds(const TaskSet& set, std::vector<TaskId> entity_order);
 
 /// A subset of a task set, for a scheduler that serves only these tasks: each of many such
 /// schedulers needs memory for its own tasks only.

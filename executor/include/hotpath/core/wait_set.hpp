@@ -46,19 +46,24 @@ class WaitSet : public ExploredScheduler {
     forget,  ///< Continue with the next task; this one waits for the next poll.
   };
 
-  /// In a snapshot, tasks of kind `runs_first` run before tasks of the other kind, each kind in
-  /// `entity_order` (see SchedulerOptions).
+  /// In a snapshot, timers run before subscriptions, or behind them if these are what `runs_first`; services
+  /// and clients run last; each kind in `entity_order` (see SchedulerOptions).
   WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first, const std::vector<TaskId>& entity_order);
 
   /// Appends the ready tasks for which `eligible(TaskId)` is true to the snapshot. Returns the
   /// number of tasks in the wait set.
   template <class Eligible>
   std::uint32_t poll(Time now, Eligible&& eligible) {
+    const auto poll_samples = [&](auto from, auto to) {
+      for (; from != to; ++from) {
+        if (unread_.count(*from) > 0 && eligible(*from)) snapshot_.add(*from, now);
+      }
+    };
+    const auto first_service = services();
     if (runs_first_ == TaskKind::timer) poll_timers(now, eligible);
-    for (const TaskId id : subscription_ids_) {
-      if (unread_.count(id) > 0 && eligible(id)) snapshot_.add(id, now);
-    }
+    poll_samples(subscription_ids_.begin(), first_service);
     if (runs_first_ != TaskKind::timer) poll_timers(now, eligible);
+    poll_samples(first_service, subscription_ids_.end());
     return static_cast<std::uint32_t>(timer_ids_.size() + subscription_ids_.size());
   }
 
@@ -178,6 +183,10 @@ class WaitSet : public ExploredScheduler {
   };
 
   [[nodiscard]] std::uint32_t group(TaskId task) const { return set_.tasks[task].group; }
+  /// The first service among the subscriptions.
+  [[nodiscard]] std::vector<TaskId>::const_iterator services() const {
+    return std::ranges::partition_point(subscription_ids_, [this](TaskId id) { return !set_[id].guaranteed; });
+  }
 
   template <class Eligible>
   void poll_timers(Time now, Eligible&& eligible) {
@@ -188,7 +197,7 @@ class WaitSet : public ExploredScheduler {
 
   const std::vector<WorkerRole> roles_;
   const TaskKind runs_first_;
-  std::vector<TaskId> timer_ids_, subscription_ids_;  // in entity order
+  std::vector<TaskId> timer_ids_, subscription_ids_;  // in entity order; services behind all others
   std::vector<Timer> timers_;                         // parallel to timer_ids_
   std::vector<std::uint32_t> timer_index_;            // by task
   Snapshot snapshot_;
