@@ -34,8 +34,16 @@ large() {
   rm -r "$folder"
   return $code
 }
+# The build of hot_path.sh.
+first_commands() {
+  cmake -S . -B build-first -G Ninja -DCMAKE_UNITY_BUILD=ON -DHOTPATH_ALL_COMMANDS=OFF >build-first.log &&
+    cmake --build build-first --target hotpath >>build-first.log || { tail -20 build-first.log; return 1; }
+  HOTPATH_FIGURES=none build-first/bench/hotpath simulate autoware --output "$(mktemp -d)/run" &&
+    build-first/bench/hotpath import ctf trace 2>&1 | grep -q 'is not built yet'
+}
 check install launch_scripts/setup.sh test
 check build launch_scripts/build.sh -DBUILD_TESTING=ON
+check first-commands first_commands
 check interleavings env HOTPATH_INTERLEAVINGS=70000 \
   build/executor/hotpath_executor_interleavings_test --gtest_output=json:build/interleavings.json
 check 5000-nodes large 5000 5 1000 --phases random

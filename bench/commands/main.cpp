@@ -19,12 +19,10 @@
 #include "hotpath/analysis/analysis_error.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/core/utf8.hpp"
-#include "hotpath/tracing/ctf_trace.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/new_files.hpp"
 #include "program/shown_text.hpp"
-#include "watch/watch.hpp"
 
 namespace {
 
@@ -64,8 +62,7 @@ std::atomic<bool> out_of_memory = false;
 bool is_wrong_use(const std::exception& error) {
   return dynamic_cast<const hotpath::program::UsageError*>(&error) != nullptr ||
          dynamic_cast<const hotpath::InputError*>(&error) != nullptr ||
-         dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr ||
-         dynamic_cast<const hotpath::tracing::TraceError*>(&error) != nullptr;
+         dynamic_cast<const hotpath::AnalysisError*>(&error) != nullptr;
 }
 
 /// The stack limit is also the default stack size of threads; a library call that overflows it
@@ -138,7 +135,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::fputs(kOutOfMemory, stderr);
     return 1;
-  } catch (const watch::ContractBroken& error) {
+  } catch (const program::ContractBroken& error) {
     std::fprintf(stderr, "hotpath: %s\n", printable(error.what(), kLongestMessage).c_str());
     return 3;
   } catch (const std::exception& error) {

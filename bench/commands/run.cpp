@@ -4,11 +4,10 @@
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
-#include "comparison/comparison.hpp"
 #include "live/live_run.hpp"
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
-#include "sweep/child_run.hpp"
 
 namespace hotpath::commands {
 
@@ -78,15 +77,18 @@ void compare_builds(const RunOptions& a, const std::vector<std::string>& words) 
                {"--repetitions=1", program::concat("--seed=", a.seed + repetition),
                 program::concat("--output=", (folder / name / program::text("%04u", repetition)).string())});
     try {
-      sweep::run_hotpath(all, build == 0 ? "" : a.against);
+      program::run_hotpath(all, build == 0 ? "" : a.against);
     } catch (const program::UsageError& error) {
       throw program::UsageError(program::concat(name, " build, repetition ", repetition, ": ", error.what()));
     } catch (const program::RunError& error) {
       throw program::RunError(program::concat(name, " build, repetition ", repetition, ": ", error.what()));
     }
   }
-  if (comparison::compare({folder / "old", folder / "new", true, false, "", "", a.junit, a.markdown}))
-    throw CLI::RuntimeError();
+  std::vector<std::string> gate = {program::own_program(), "diff", (folder / "old").string(),
+                                   (folder / "new").string(), "--gate"};
+  if (!a.junit.empty()) gate.push_back("--junit=" + a.junit);
+  if (!a.markdown.empty()) gate.push_back("--markdown=" + a.markdown);
+  program::become(gate);
 }
 
 }  // namespace

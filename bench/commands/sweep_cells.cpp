@@ -7,9 +7,10 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "hotpath/core/input_error.hpp"
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
-#include "sweep/child_run.hpp"
+#include "results/stored_summary.hpp"
 #include "sweep/rows.hpp"
 
 namespace hotpath::commands {
@@ -192,7 +193,8 @@ std::vector<SweepCells::Row> SweepCells::measured_of(std::uint64_t cell) const {
   if (live() || design_.keeps(cell)) {
     const fs::path folder = output_ / "cells" / std::to_string(cell);
     run_as_child(cell, folder);
-    summary = sweep::summary_of_folder(folder);
+    const results::StoredRun run(folder, "a run");
+    summary = results::summarize(run, run.summary_options());
     if (!design_.keeps(cell)) fs::remove_all(folder);
   } else {
     const CellOptions options(design_.command, options_of(design_.coordinates(cell), cell));
@@ -224,7 +226,7 @@ void SweepCells::run_as_child(std::uint64_t cell, const fs::path& folder) const 
   words.push_back("--output=" + folder.string());
   fs::remove_all(folder);  // left by an earlier attempt
   try {
-    sweep::run_hotpath(words);
+    program::run_hotpath(words);
   } catch (const program::RunError& error) {
     throw CellFailure(error.what());
   } catch (const program::UsageError& error) {

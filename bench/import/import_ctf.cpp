@@ -209,7 +209,7 @@ void remove_files(const fs::path& output, bool is_new) {
 
 }  // namespace
 
-void import_ctf(const CtfOptions& given) {
+void import_ctf(const CtfOptions& given) try {
   CtfOptions options = given;
   if (options.output.empty())
     options.output = fs::path("imports") / fs::path(options.trace).lexically_normal().filename();
@@ -231,6 +231,8 @@ void import_ctf(const CtfOptions& given) {
   if (WTERMSIG(*status) == SIGKILL) throw program::RunError(problem + "; memory may have run out");
   throw program::UsageError(
       problem + ": the trace is damaged, and libbabeltrace2 does not survive it; record it again");
+} catch (const tracing::TraceError& error) {
+  throw program::UsageError(error.what());
 }
 
 }  // namespace hotpath::imports

@@ -9,8 +9,10 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iostream>
 #include <memory>
 #include <tuple>
 #include <utility>
@@ -84,6 +86,28 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
     end.errors.push_back(static_cast<char>(c));
   }
   return end;
+}
+
+void run_hotpath(std::vector<std::string> words, const std::string& program) {
+  words.insert(words.begin(), program.empty() ? own_program() : program);
+  static const int once = setenv("HOTPATH_FIGURES", "none", 1);  // threads read the environment
+  (void)once;
+  auto [status, errors] = run_program(std::move(words), true);
+  if (exited_with(status, 0)) return;
+  while (errors.ends_with('\n')) errors.pop_back();
+  errors = errors.substr(errors.rfind('\n') + 1);
+  constexpr std::string_view kOurName = "hotpath: ";
+  if (errors.starts_with(kOurName)) errors.erase(0, kOurName.size());
+  if (errors.empty()) errors = how_it_ended(status);
+  if (exited_with(status, 2)) throw UsageError(errors);
+  throw RunError(errors);
+}
+
+void become(std::vector<std::string> words) {
+  std::cout << std::flush;
+  std::fflush(stdout);
+  execv(words.front().c_str(), argument_list(words).data());
+  throw RunError(words.front() + " could not be started (" + std::strerror(errno) + ")");
 }
 
 std::optional<int> continue_in_child() {

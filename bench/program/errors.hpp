@@ -20,4 +20,9 @@ struct RunError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A watched contract is broken: exit code 3.
+struct ContractBroken : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 }  // namespace hotpath::program

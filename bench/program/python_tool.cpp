@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/python_tool.hpp"
 
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <iostream>
 #include <sstream>
 #include <string_view>
@@ -49,9 +45,7 @@ std::vector<std::string> command_line(const std::string& command, const std::vec
 }  // namespace
 
 void become_python_tool(const std::string& command, const std::vector<std::string>& arguments) {
-  std::vector<std::string> words = command_line(command, arguments);
-  execv(words.front().c_str(), argument_list(words).data());
-  throw RunError(words.front() + " could not be started (" + std::strerror(errno) + ")");
+  become(command_line(command, arguments));
 }
 
 void call_python_tool(const std::string& command, const std::vector<std::string>& arguments) {

@@ -7,16 +7,17 @@
 #include <iostream>
 #include <map>
 
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
+#include "results/stored_summary.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/limits.hpp"
 #include "sweep/capacity.hpp"
-#include "sweep/child_run.hpp"
 #include "sweep/rows.hpp"
 
 namespace hotpath::sweep {
@@ -208,8 +209,9 @@ class CapacitySearch {
     words.push_back(deployed ? "--deployments=" + options.deployments[0]
                              : "--executors=" + options.executors[0]);
     words.push_back("--" + over_ + "=" + exact(level));
-    run_hotpath(words);
-    results::Summary summary = summary_of_folder(folder);
+    program::run_hotpath(words);
+    const results::StoredRun run(folder, "a run");
+    results::Summary summary = results::summarize(run, run.summary_options());
     fs::remove_all(folder);
     return summary;
   }

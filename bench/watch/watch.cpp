@@ -110,7 +110,7 @@ class Watch {
       throw program::RunError("nothing was observed, so the contract " + options_.contract +
                               " could not be judged");
     if (options_.fail_on && observer_.judge().broken())
-      throw ContractBroken("the contract " + options_.contract +
+      throw program::ContractBroken("the contract " + options_.contract +
                            " is broken: " + observer_.judge().incident());
   }
 

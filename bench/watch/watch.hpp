@@ -10,11 +10,6 @@
 
 namespace hotpath::watch {
 
-/// Exit code 3.
-struct ContractBroken : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 enum class FailOn : std::uint8_t { broken };
 constexpr auto enum_texts(FailOn) { return std::to_array<EnumText<FailOn>>({{FailOn::broken, "broken"}}); }
 

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stands for the commands that a first measurement does not need, where these are not built.
+#include "commands/commands.hpp"
+#include "program/errors.hpp"
+
+namespace hotpath::commands {
+
+namespace {
+
+constexpr const char* kGroup = "After `HOTPATH_TARGET=hotpath launch_scripts/build.sh`";
+
+}  // namespace
+
+void add_unbuilt_commands(CLI::App& app) {
+  for (const std::string name :
+       {"bench", "analyze", "sweep", "capacity", "import", "advise", "watch", "diff", "export", "paper"}) {
+    CLI::App& command = *app.add_subcommand(name)->group(kGroup)->allow_extras();
+    command.callback([name] {
+      throw program::UsageError("`" + name +
+                                "` is not built yet; run `HOTPATH_TARGET=hotpath launch_scripts/build.sh`");
+    });
+  }
+}
+
+const Command kUnbuilt(kGroup, 200, add_unbuilt_commands);
+
+}  // namespace hotpath::commands
