@@ -40,9 +40,8 @@ class RunReader {
 
   void read(bool losses) {
     for (const std::string& chain : record_.chains) plan(Measure::outputs, Quantity::hot_path, chain);
-    std::ifstream chains = run_.open("chains.csv");
-    for_each_chain(chains, (run_.folder() / "chains.csv").string(), [&](const ChainRow& row) {
-      const Key key = key_of(Quantity::hot_path, row.chain, row.executor);
+    run_.for_each_chain([&](const ChainRow& row) {
+      const Key key = key_of(Quantity::hot_path, run_.chains()[row.record.chain], row.executor);
       side_.samples[key].of(first_ + row.repetition).push_back(to_ms(row.record.hot_path_latency));
       ++side_.counts[{Measure::outputs, key}][first_ + row.repetition];
     });

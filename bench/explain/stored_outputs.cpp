@@ -92,17 +92,13 @@ bool StoredOutputs::selected(std::string_view executor, std::uint32_t repetition
 }
 
 void StoredOutputs::read_chains() {
-  std::ifstream in = run_.open("chains.csv");
-  const std::vector<Task>& tasks = stored_.tasks.set.tasks;
-  for_each_chain(in, (run_.folder() / "chains.csv").string(), [&](const ChainRow& row) {
-    if (row.chain != subject_.chain || !selected(row.executor, row.repetition)) return;
+  run_.for_each_chain([&](const ChainRow& row) {
+    if (run_.chains()[row.record.chain] != subject_.chain || !selected(row.executor, row.repetition)) return;
     if (row.record.hot_path_latency < Duration{}) {
       ++younger_;
       return;
     }
-    const auto sink = std::ranges::find(tasks, row.sink_task, &Task::name);
-    outputs_.push_back({row.repetition, row.record.sequence, row.record.hot_path_latency,
-                        sink != tasks.end() ? static_cast<TaskId>(sink - tasks.begin()) : kNoTask});
+    outputs_.push_back({row.repetition, row.record.sequence, row.record.hot_path_latency, row.record.sink});
   });
 }
 

@@ -32,10 +32,12 @@ struct ProgramEnd {
 ProgramEnd run_program(std::vector<std::string> words, bool silent = false);
 
 /// Runs this program, or another build of it, with these words in its own process, silently and without
-/// figures. On failure, throws its last line of output: UsageError for wrong use (exit code 2), else RunError.
+/// figures. On failure, throws its last line of output: UsageError for wrong use (exit code 2), else
+/// RunError.
 void run_hotpath(std::vector<std::string> words, const std::string& program = "");
 
-/// Continues as the program of this path, after writing all output. Throws RunError when it cannot be started.
+/// Continues as the program of this path, after writing all output. Throws RunError when it cannot be
+/// started.
 [[noreturn]] void become(std::vector<std::string> words);
 
 /// Forks; the child continues with std::nullopt and is killed with this process. The parent only

@@ -119,20 +119,22 @@ void StoredRun::read_jobs() {
 }
 
 void StoredRun::read_chains() {
-  std::ifstream in = open("chains.csv");
-  const std::string file = (folder_ / "chains.csv").string();
-  for (const ChainRow& row : read_chains_csv(in, file)) {
-    const auto refuse = [&](const std::string& error) {
-      throw InputError(file, static_cast<std::int64_t>(row.line), error,
-                       "the files do not belong to one run");
-    };
+  for_each_chain([&](const ChainRow& row) {
     const auto trace = find_trace(traces_, row.executor, row.repetition);
-    if (trace == traces_.end()) refuse("jobs.csv has no such repetition of `" + row.executor + "`");
-    const auto chain = std::ranges::find(chains(), row.chain);
-    if (chain == chains().end()) refuse("run.json names no chain `" + row.chain + "`");
-    ChainRecord& r = trace->chains.emplace_back(row.record);
-    r.chain = static_cast<std::uint32_t>(chain - chains().begin());
-  }
+    if (trace == traces_.end()) refuse_chain(row);
+    trace->chains.push_back(row.record);
+  });
+}
+
+void StoredRun::for_each_chain(const std::function<void(const ChainRow&)>& use) const {
+  std::ifstream in = open("chains.csv");
+  hotpath::for_each_chain(in, tasks_, chains(), (folder_ / "chains.csv").string(), use);
+}
+
+void StoredRun::refuse_chain(const ChainRow& row) const {
+  throw InputError((folder_ / "chains.csv").string(), static_cast<std::int64_t>(row.line),
+                   "jobs.csv has no such repetition of `" + row.executor + "`",
+                   "the files do not belong to one run");
 }
 
 const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetition) const {

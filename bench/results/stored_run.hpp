@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "hotpath/core/trace_csv.hpp"
 #include "results/run_record.hpp"
 #include "results/summary.hpp"
 
@@ -37,6 +39,8 @@ class StoredRun {
   /// Opens a file of the folder. Throws UsageError if it is missing, InputError if it is not a
   /// regular file.
   [[nodiscard]] std::ifstream open(const char* file) const;
+  /// Reads chains.csv row by row. Throws like open(), and InputError for a file of another run.
+  void for_each_chain(const std::function<void(const ChainRow&)>& use) const;
 
   /// First timestamp of every timer, by task. Throws UsageError if that executor or repetition did
   /// not run, or if the run's timers differ from the timers of `set`.
@@ -61,6 +65,8 @@ class StoredRun {
   /// For summarize().
   [[nodiscard]] SummaryOptions summary_options() const;
 
+  /// Throws InputError for a row of a repetition that jobs.csv lacks.
+  [[noreturn]] void refuse_chain(const ChainRow& row) const;
   /// Throws UsageError with option, folder and `what`.
   [[noreturn]] void fail(const std::string& what) const;
 

@@ -43,22 +43,11 @@ class StoredSummary {
   }
 
   void read_chains() {
-    std::ifstream in = run_.open("chains.csv");
-    const std::string file = (run_.folder() / "chains.csv").string();
     std::set<std::pair<RepetitionKey, std::uint32_t>> seen;
-    for_each_chain(in, file, [&](const ChainRow& row) {
-      const auto refuse = [&](const std::string& error) {
-        throw InputError(file, static_cast<std::int64_t>(row.line), error,
-                         "the files do not belong to one run");
-      };
+    run_.for_each_chain([&](const ChainRow& row) {
       const RepetitionKey key = {place_of(row.executor), row.repetition};
-      if (!repetitions_.contains(key)) {
-        refuse("jobs.csv has no such repetition of `" + row.executor + "`");
-      }
-      const auto chain = std::ranges::find(run_.chains(), row.chain);
-      if (chain == run_.chains().end()) refuse("run.json names no chain `" + row.chain + "`");
+      if (!repetitions_.contains(key)) run_.refuse_chain(row);
       ChainRecord record = row.record;
-      record.chain = static_cast<std::uint32_t>(chain - run_.chains().begin());
       // run.json has only the sum of the drops; it is assigned to the first output.
       if (seen.emplace(key, record.chain).second) record.dropped = drops(row);
       measures_[key.first].add(row.repetition, record);
@@ -99,7 +88,7 @@ class StoredSummary {
 
   std::uint32_t drops(const ChainRow& row) const {
     const auto& drops = run_.run(row.executor, row.repetition).hot_path_drops;
-    const auto of_chain = drops.find(row.chain);
+    const auto of_chain = drops.find(run_.chains()[row.record.chain]);
     return of_chain == drops.end() ? 0 : static_cast<std::uint32_t>(of_chain->second);
   }
 

@@ -23,24 +23,15 @@ Time end_of(const results::StoredRun& run, const Trace& trace) {
   return std::min(end + Duration(1), planned);
 }
 
-/// The records of jobs that end a chain, by sequence. If several sink tasks have a job of a
-/// sequence, the last started job.
-std::map<std::uint64_t, const JobRecord*> sink_jobs(const Trace& trace, const results::MeasuredChain& chain) {
-  std::map<std::uint64_t, const JobRecord*> jobs;
-  for (const JobRecord& r : trace.jobs) {
-    const auto& sinks = chain.sink_tasks;
-    if (!started(r) || std::ranges::find(sinks, r.job.task) == sinks.end()) continue;
-    const JobRecord*& last_started = jobs[r.job.sequence];
-    if (last_started == nullptr || r.start > last_started->start) last_started = &r;
-  }
-  return jobs;
-}
-
 std::vector<ReplayedChain> replayed_chains(const results::StoredRun& run, const Trace& trace,
                                            const Graph& graph, const GraphTasks& tasks) {
   const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph, tasks);
-  std::vector<std::map<std::uint64_t, const JobRecord*>> sinks(chains.size());
-  std::ranges::transform(chains, sinks.begin(), [&](const auto& chain) { return sink_jobs(trace, chain); });
+  std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*> sinks;  // started jobs, by task and sequence
+  for (const ChainRecord& r : trace.chains) sinks[{r.sink, r.sequence}] = nullptr;
+  for (const JobRecord& r : trace.jobs) {
+    const auto sink = sinks.find({r.job.task, r.job.sequence});
+    if (sink != sinks.end() && started(r)) sink->second = &r;
+  }
   std::vector<ReplayedChain> replayed;
   for (const ChainRecord& record : trace.chains) {
     const std::string& name = run.chains()[record.chain];
@@ -51,13 +42,13 @@ std::vector<ReplayedChain> replayed_chains(const results::StoredRun& run, const 
     ReplayedChain& r = replayed.emplace_back();
     r.record = record;
     r.record.chain = static_cast<std::uint32_t>(chain - chains.begin());
-    const auto sink = sinks[r.record.chain].find(r.record.sequence);
-    if (sink == sinks[r.record.chain].end()) {
+    const JobRecord* const sink = sinks.at({record.sink, record.sequence});
+    if (sink == nullptr) {
       run.fail("jobs.csv has no job " + std::to_string(record.sequence) + " of the sink of chain `" + name +
                "`; the files do not belong to one run");
     }
-    r.sink_start = sink->second->start;
-    r.sink_finish = sink->second->outcome == Outcome::ran ? sink->second->finish : kNever;
+    r.sink_start = sink->start;
+    r.sink_finish = sink->outcome == Outcome::ran ? sink->finish : kNever;
   }
   std::ranges::stable_sort(replayed, {}, &ReplayedChain::sink_finish);
   return replayed;

@@ -111,7 +111,7 @@ class Watch {
                               " could not be judged");
     if (options_.fail_on && observer_.judge().broken())
       throw program::ContractBroken("the contract " + options_.contract +
-                           " is broken: " + observer_.judge().incident());
+                                    " is broken: " + observer_.judge().incident());
   }
 
  private:

@@ -172,6 +172,13 @@ TEST(ChainsCsv, LeavesAnUnknownLatencyEmpty) {
   EXPECT_EQ(out.str(), "rm-ro,0,hot path,7,20,31,sink/topic\nrm-ro,0,other,8,21,,\n");
 }
 
+std::vector<ChainRow> chains_of(const TaskSet& set, const std::vector<std::string>& chains,
+                                std::istream& file) {
+  std::vector<ChainRow> rows;
+  for_each_chain(file, set, chains, "chains.csv", [&](const ChainRow& row) { rows.push_back(row); });
+  return rows;
+}
+
 TEST(ChainsCsv, IsReadBack) {
   Trace trace;
   trace.executor = "rm-ro";
@@ -183,27 +190,28 @@ TEST(ChainsCsv, IsReadBack) {
   std::stringstream file;
   file << kChainsCsvHeader << '\n';
   write_chains_csv(file, set, {"hot path", "other"}, trace);
-  const std::vector<ChainRow> rows = read_chains_csv(file, "chains.csv");
+  const std::vector<ChainRow> rows = chains_of(set, {"hot path", "other"}, file);
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].executor, "rm-ro");
   EXPECT_EQ(rows[0].repetition, 2U);
-  EXPECT_EQ(rows[0].chain, "other");
-  EXPECT_EQ(rows[0].record.chain, 0U);
-  EXPECT_EQ(rows[1].record.chain, 1U);
+  EXPECT_EQ(rows[0].record.chain, 1U);
+  EXPECT_EQ(rows[1].record.chain, 0U);
   EXPECT_EQ(rows[1].record.sequence, 7U);
   EXPECT_EQ(rows[0].record.end_to_end_latency, -1ns);
   EXPECT_EQ(rows[1].record.end_to_end_latency, 31ns);
-  EXPECT_EQ(rows[0].sink_task, "sink");
-  EXPECT_EQ(rows[1].sink_task, "");
+  EXPECT_EQ(rows[0].record.sink, 0U);
+  EXPECT_EQ(rows[1].record.sink, kNoTask);
+  std::istringstream again(file.str());
+  EXPECT_THROW(chains_of(set, {"hot path"}, again), InputError) << "a chain of another run";
 }
 
 TEST(ChainsCsv, IsReadWithoutTheSinksTask) {
   std::istringstream file(
       "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns\nrm-ro,0,c,7,20,31\n");
-  const std::vector<ChainRow> rows = read_chains_csv(file, "chains.csv");
+  const std::vector<ChainRow> rows = chains_of({}, {"c"}, file);
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].record.end_to_end_latency, 31ns);
-  EXPECT_EQ(rows[0].sink_task, "");
+  EXPECT_EQ(rows[0].record.sink, kNoTask);
 }
 
 class Accounting : public testing::Test {

@@ -238,13 +238,14 @@ class Simulation {
     return thread.requests.front().first;
   }
 
-  /// Snapshot: all ready timers, all subscriptions with unread samples, then all such services and clients, each
-  /// kind in the order of creation.
+  /// Snapshot: all ready timers, all subscriptions with unread samples, then all such services and clients,
+  /// each kind in the order of creation.
   void poll(ThreadState& thread) {
     thread.queue.clear();
     const bool timers_first = thread.thread.executor.timers_first != faulty(Fault::kinds_swapped);
     enum Kind { kTimer, kSubscription, kService };
-    for (const Kind kind : {timers_first ? kTimer : kSubscription, timers_first ? kSubscription : kTimer, kService}) {
+    for (const Kind kind :
+         {timers_first ? kTimer : kSubscription, timers_first ? kSubscription : kTimer, kService}) {
       for (std::size_t t = 0; t < tasks_.size(); ++t) {
         const Task& task = graph_.tasks[t];
         const Kind its = task.timer ? kTimer : task.service ? kService : kSubscription;

@@ -327,32 +327,26 @@ std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std
   return traces;
 }
 
-void for_each_chain(std::istream& stream, const std::string& file_name,
-                    const std::function<void(const ChainRow&)>& use) {
+void for_each_chain(std::istream& stream, const TaskSet& set, const std::vector<std::string>& chains,
+                    const std::string& file_name, const std::function<void(const ChainRow&)>& use) {
   CsvReader in(stream, file_name);
   const std::optional<std::size_t> sink_task = in.find_column(kSinkTask);
   in.require_header(sink_task ? kChainsCsvHeader
                               : kChainsCsvHeader.substr(0, kChainsCsvHeader.size() - kSinkTask.size() - 1));
-  std::unordered_map<std::string, std::uint32_t> chains;
-  ChainRow row;
+  const TaskNames tasks(set);
   while (in.next()) {
-    row.line = in.line();
-    row.executor = in.text(0);
-    row.repetition = in.number<std::uint32_t>(1);
-    row.chain = in.text(2);
-    row.record.chain = chains.emplace(row.chain, static_cast<std::uint32_t>(chains.size())).first->second;
+    ChainRow row{std::string(in.text(0)), in.number<std::uint32_t>(1), in.line(), {}};
+    const auto chain = std::ranges::find(chains, in.text(2));
+    if (chain == chains.end())
+      in.fail("run.json names no chain `" + std::string(in.text(2)) + "`",
+              "the files do not belong to one run");
+    row.record.chain = static_cast<std::uint32_t>(chain - chains.begin());
     row.record.sequence = in.number<std::uint64_t>(3);
     row.record.hot_path_latency = in.nanoseconds(4);
-    row.record.end_to_end_latency = in.text(5).empty() ? ChainRecord{}.end_to_end_latency : in.nanoseconds(5);
-    if (sink_task) row.sink_task = in.text(*sink_task);
+    if (!in.text(5).empty()) row.record.end_to_end_latency = in.nanoseconds(5);
+    if (sink_task && !in.text(*sink_task).empty()) row.record.sink = tasks.find(in, *sink_task);
     use(row);
   }
-}
-
-std::vector<ChainRow> read_chains_csv(std::istream& in, const std::string& file_name) {
-  std::vector<ChainRow> rows;
-  for_each_chain(in, file_name, [&](const ChainRow& row) { rows.push_back(row); });
-  return rows;
 }
 
 }  // namespace hotpath

@@ -50,16 +50,13 @@ void for_each_record(std::istream& in, const TaskSet& set, const std::string& fi
 struct ChainRow {
   std::string executor;
   std::uint32_t repetition = 0;
-  std::string chain;
-  std::string sink_task;  ///< Empty: unknown; older files lack the column.
-  std::size_t line = 0;   ///< In the file; counts from 1.
-  /// `chain` counts the names in order of appearance; `dropped` and `sink` are not set.
+  std::size_t line = 0;  ///< In the file; counts from 1.
+  /// `dropped` is not in the file; older files lack `sink`, too.
   ChainRecord record;
 };
-/// Read all rows in file order; the second in memory that does not grow with the file. Throw
-/// InputError.
-[[nodiscard]] std::vector<ChainRow> read_chains_csv(std::istream& in, const std::string& file_name);
-void for_each_chain(std::istream& in, const std::string& file_name,
-                    const std::function<void(const ChainRow&)>& use);
+/// Reads chains.csv row by row, in memory that does not grow with the file; `chains` are the names of the
+/// run's chains. Throws InputError, also for a chain or task of another run.
+void for_each_chain(std::istream& in, const TaskSet& set, const std::vector<std::string>& chains,
+                    const std::string& file_name, const std::function<void(const ChainRow&)>& use);
 
 }  // namespace hotpath
