@@ -6,7 +6,7 @@
 #include <random>
 
 #include "hotpath/analysis/statistics.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
+#include "reference_nodes.hpp"
 #include "telemetry/run_info.hpp"
 
 namespace hotpath {
@@ -16,22 +16,13 @@ using std::chrono::milliseconds;
 
 constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
 
-Node node(const std::string& name, NodeType type, std::vector<ReferenceInput> inputs = {}) {
-  ReferenceNode n;
-  n.name = name;
-  n.type = type;
-  n.inputs = std::move(inputs);
-  if (type != NodeType::command) n.outputs = {name};
-  if (type == NodeType::sensor || type == NodeType::cyclic) n.period = n.deadline = milliseconds(20);
-  return n;
-}
-
 /// Tasks: 0 Lidar, 1 Planner/Lidar, 2 Planner (its timer), 3 Logger/Planner.
 Graph small_graph() {
   Graph g;
   g.name = "small";
-  g.nodes = {node("Lidar", NodeType::sensor), node("Planner", NodeType::cyclic, {{"Lidar", 1, {}}}),
-             node("Logger", NodeType::command, {{"Planner", 10, {}}})};
+  g.nodes = {reference_node("Lidar", NodeType::sensor, {}, milliseconds(20)),
+             reference_node("Planner", NodeType::cyclic, {{"Lidar", 1, {}}}, milliseconds(20)),
+             reference_node("Logger", NodeType::command, {{"Planner", 10, {}}})};
   g.chains = {{"path", {"Lidar", "Planner"}, {"Lidar"}, "Planner"}};
   return g;
 }
@@ -39,12 +30,7 @@ Graph small_graph() {
 Time at(std::int64_t ms) { return Time{} + milliseconds(ms); }
 
 JobRecord ran(TaskId task, std::int64_t timestamp_ms, std::int64_t start_ms, std::int64_t finish_ms) {
-  JobRecord r;
-  r.job.task = task;
-  r.job.timestamp = at(timestamp_ms);
-  r.start = at(start_ms);
-  r.finish = at(finish_ms);
-  return r;
+  return {{task, 0, at(timestamp_ms), {}, kNever, {}}, at(start_ms), at(finish_ms)};
 }
 
 class RunStatisticsTest : public ::testing::Test {
@@ -161,11 +147,7 @@ TEST_F(RunStatisticsTest, OnlyTheTimerOfACyclicNodeResponds) {
 
 TEST_F(RunStatisticsTest, NumbersTheSamplesOfAChain) {
   telemetry::RunStatistics statistics = make();
-  ChainRecord record;
-  record.sequence = 7;
-  record.dropped = 2;
-  record.hot_path_latency = milliseconds(3);
-  record.end_to_end_latency = milliseconds(4);
+  const ChainRecord record{0, 7, 2, milliseconds(3), milliseconds(4)};
   const telemetry::ChainSample first = statistics.add(record, at(10)),
                                second = statistics.add(record, at(11));
   EXPECT_EQ(first.run_id(), "id");

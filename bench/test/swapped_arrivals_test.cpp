@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "hotpath/reference_system/reference_node.hpp"
+#include "reference_nodes.hpp"
 
 namespace hotpath {
 namespace {
@@ -11,27 +11,14 @@ namespace {
 /// S is read by A, B and C.
 Graph three_readers() {
   Graph g;
-  for (const char* name : {"S", "A", "B", "C"}) {
-    ReferenceNode node;
-    node.name = name;
-    if (name == std::string("S")) {
-      node.period = node.deadline = std::chrono::milliseconds(10);
-      node.outputs = {name};
-    } else {
-      node.type = NodeType::command;
-      node.inputs = {{"S", 1, std::nullopt}};
-    }
-    g.nodes.push_back(node);
-  }
+  g.nodes.push_back(reference_node("S", NodeType::sensor, {}, std::chrono::milliseconds(10)));
+  for (const char* name : {"A", "B", "C"})
+    g.nodes.push_back(reference_node(name, NodeType::command, {{"S", 1, {}}}));
   return g;
 }
 
 JobRecord arrival(TaskId task, std::uint64_t message, std::int64_t ns) {
-  JobRecord r;
-  r.job.task = task;
-  r.job.parent = {0, message};
-  r.job.release = Time{} + Duration(ns);
-  return r;
+  return {{task, 0, {}, Time{} + Duration(ns), kNever, {0, message}}};
 }
 
 TEST(SwappedArrivals, ComparesNeighboursOfTheGraphsOrder) {
