@@ -83,12 +83,8 @@ TEST(RunRecord, ATimerWithoutAPeriodIsRejected) {
   record.tasks = timer_and_subscription();
   nlohmann::json stored = record;
   stored["tasks"][0]["period_ns"] = 0;
-  try {
-    stored.get<results::RunRecord>();
-    FAIL();
-  } catch (const std::out_of_range& error) {
-    EXPECT_THAT(error.what(), HasSubstr("`period_ns` of Lidar is 0"));
-  }
+  EXPECT_THAT([&] { stored.get<results::RunRecord>(); },
+              testing::ThrowsMessage<std::out_of_range>(HasSubstr("`period_ns` of Lidar is 0")));
 }
 
 }  // namespace

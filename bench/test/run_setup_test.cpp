@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <set>
 
 #include "bounds/bounds.hpp"
@@ -53,25 +54,16 @@ std::vector<TaskId> order_from(const std::string& lines) {
   std::ofstream(file) << lines;
   setup::CommonOptions options;
   options.entity_order = file;
-  try {
-    const SchedulerOptions scheduling = setup::scheduling_of(options, Graph{}, set, 2);
-    std::filesystem::remove(file);
-    return scheduling.entity_order;
-  } catch (...) {
-    std::filesystem::remove(file);
-    throw;
-  }
+  const std::unique_ptr<const std::string, void (*)(const std::string*)> remove(
+      &file, [](const std::string* path) { std::filesystem::remove(*path); });
+  return setup::scheduling_of(options, Graph{}, set, 2).entity_order;
 }
 
 TEST(RunSetup, TasksThatAnOrderDoesNotNameFollow) {
   EXPECT_THAT(order_from("C\n"), ElementsAre(2, 0, 1));
   EXPECT_THAT(order_from("B\n\nA\n"), ElementsAre(1, 0, 2));
-  try {
-    order_from("A\nB\nA\n");
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(":3: A occurs twice"));
-  }
+  EXPECT_THAT([] { order_from("A\nB\nA\n"); },
+              testing::ThrowsMessage<InputError>(HasSubstr(":3: A occurs twice")));
 }
 
 TEST(RunSetup, EachRepetitionDrawsItsOwnPhases) {
