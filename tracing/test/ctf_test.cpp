@@ -23,12 +23,7 @@ class Ctf : public testing::Test {
     std::vector<Event> events;
     for (const EventFormat& format : kEvents) {
       const auto i = static_cast<std::uint32_t>(events.size());
-      Event& e = events.emplace_back();
-      e.kind = format.kind;
-      e.at = Time(Duration(1'000'000 + 10 * i));
-      e.process = 7;
-      e.thread = 100 + i;
-      e.processor = static_cast<std::int32_t>(i % 2);
+      Event e{format.kind, 7, 100 + i, static_cast<std::int32_t>(i % 2), Time(Duration(1'000'000 + 10 * i))};
       std::size_t numbers = 0, texts = 0;
       for (const EventField& field : format.fields()) {
         if (field.type == FieldType::text) {
@@ -39,6 +34,7 @@ class Ctf : public testing::Test {
           e.number[numbers] = 1000 * (i + 1) + numbers;
         }
       }
+      events.push_back(e);
     }
     return events;
   }
