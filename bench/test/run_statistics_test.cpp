@@ -56,10 +56,9 @@ TEST_F(RunStatisticsTest, NothingIsKnownAtTheEpoch) {
   for (const telemetry::NodeStatistics& n : s.nodes()) {
     EXPECT_EQ(n.ran() + n.skipped() + n.overwritten() + n.overruns() + n.queued(), 0U);
     EXPECT_EQ(n.utilization(), 0);
-    EXPECT_EQ(n.response_window_ns(), -1);
-    EXPECT_EQ(n.response_median_ns(), -1);
-    EXPECT_EQ(n.response_p99_ns(), -1);
-    EXPECT_EQ(n.response_max_ns(), -1);
+    for (const std::int64_t ns :
+         {n.response_window_ns(), n.response_median_ns(), n.response_p99_ns(), n.response_max_ns()})
+      EXPECT_EQ(ns, -1);
   }
   EXPECT_EQ(s.chains()[0].samples(), 0U);
   EXPECT_EQ(s.chains()[0].latency_median_ns(), -1);
