@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -56,13 +56,9 @@ class Ctf : public testing::Test {
     return line;
   }
 
-  std::string error_of(const fs::path& folder) const {
-    try {
-      const CtfTrace trace(folder);
-    } catch (const TraceError& error) {
-      return error.what();
-    }
-    return "";
+  static void expect_error(const fs::path& folder, const char* said) {
+    EXPECT_THAT([&] { const CtfTrace trace(folder); },
+                testing::ThrowsMessage<TraceError>(testing::HasSubstr(said)));
   }
 
   std::string name_ = fs::temp_directory_path() / "hotpath-ctf-test-XXXXXX";
@@ -89,12 +85,12 @@ TEST_F(Ctf, ExceptionsOfTheVisitorEndTheReading) {
 }
 
 TEST_F(Ctf, FoldersWithoutATraceAreRejectedWithARemedy) {
-  EXPECT_NE(error_of(fs::path(name_) / "nowhere").find("cannot be read (No such file"), std::string::npos);
-  EXPECT_NE(error_of(name_).find("holds no CTF trace"), std::string::npos);
+  expect_error(fs::path(name_) / "nowhere", "cannot be read (No such file");
+  expect_error(name_, "holds no CTF trace");
   std::ofstream(fs::path(name_) / "metadata") << "{\"type\": \"preamble\"}";
-  EXPECT_NE(error_of(name_).find("--trace-format=ctf-1.8"), std::string::npos);
+  expect_error(name_, "--trace-format=ctf-1.8");
   std::ofstream(fs::path(name_) / "metadata") << "text";
-  EXPECT_NE(error_of(name_).find("is not CTF"), std::string::npos);
+  expect_error(name_, "is not CTF");
 }
 
 }  // namespace
