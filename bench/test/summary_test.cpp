@@ -87,15 +87,6 @@ TEST(WarmUp, TheOutputsOwnJobDecidesWhereBothSinkTasksHaveTheSequence) {
   EXPECT_EQ(results::counted_chains(r.trace, at(50)).size(), 1u);
 }
 
-TEST(WarmUp, JobsOfOtherTasksAndThoseThatDidNotRunDecideNothing) {
-  const results::Repetition r =
-      repetition(0,
-                 {job(kLidar, 3, 0, 1, 2), job(kPlanner, 3, 0, 2, 3),
-                  job(kClusters, 3, 0, 0, 0, Outcome::overwritten), job(kPoints, 3, 150, 160, 161)},
-                 {output(3, 10)});
-  EXPECT_EQ(results::counted_chains(r.trace, at(100)).size(), 1u);
-}
-
 TEST(WarmUp, IsLeftOutOfResponseTimesPeriodsAndOverruns) {
   const results::ExecutorSummary s = summary_of_jobs(
       {job(kPlanner, 0, 0, 150, 190), job(kPlanner, 1, 100, 200, 230), job(kPlanner, 2, 200, 310, 320)}, 100);
