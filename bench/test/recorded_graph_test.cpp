@@ -224,11 +224,8 @@ Chain chain_of(const std::string& option) {
 }
 
 TEST(ChainOption, ConsistsOfTheTasksBetweenSourceAndSink) {
-  const Chain chain = chain_of("S:C");
-  EXPECT_EQ(chain.name, "C");
-  EXPECT_THAT(chain.sources, ElementsAre("S"));
-  EXPECT_THAT(chain.nodes, ElementsAre("S", "F/S", "C/F"));
-  EXPECT_EQ(chain.sink, "C/F");
+  const Chain expected = {"C", {"S", "F/S", "C/F"}, {"S"}, "C/F"};
+  EXPECT_EQ(chain_of("S:C"), expected);
 }
 
 TEST(ChainOption, BeginsAtTimersWhoseDataReachesTheSink) {

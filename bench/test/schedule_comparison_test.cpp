@@ -2,7 +2,7 @@
 // The comparison of two schedules of one task set.
 #include "validation/validation.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "simulated/own_times.hpp"
 
@@ -10,6 +10,7 @@ namespace hotpath {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::FieldsAre;
 
 Time at(Duration d) { return Time{} + d; }
 
@@ -43,10 +44,7 @@ TEST(ScheduleComparison, SimilarityIsTwiceTheCommonSubsequenceOverBothLengths) {
       validation::compare_schedules(a, in_order(set, {0, 1, 0, 2, 1, 2}));
   EXPECT_DOUBLE_EQ(c.similarity, 10.0 / 12);
   ASSERT_TRUE(c.first_difference);
-  EXPECT_EQ(c.first_difference->place, 2U);
-  EXPECT_EQ(c.first_difference->at_ms, 2);
-  EXPECT_EQ(c.first_difference->measured, "T2");
-  EXPECT_EQ(c.first_difference->other, "T0");
+  EXPECT_THAT(*c.first_difference, FieldsAre(2U, 2, "T2", "T0"));
 }
 
 TEST(ScheduleComparison, OrderAmongEqualPeriodsCanBeLeftOut) {
@@ -98,12 +96,9 @@ TEST(OwnCosts, AreTheGapsBeforeJobsThatWereDue) {
                 timer_job(1, 0, 15ms, 15ms, 16ms), timer_job(0, 2, 20ms, 20010us, 25ms),
                 timer_job(1, 1, 20ms, 25030us, 26ms)};
   trace.jobs[2].worker = 1;
-  const simulated::OwnCosts one = simulated::own_costs(trace, 1);
-  EXPECT_EQ(one.dispatch, 20us);
-  EXPECT_EQ(one.wake_up, 100us);
+  EXPECT_THAT(simulated::own_costs(trace, 1), FieldsAre(20us, 100us));
   trace.jobs[4].worker = 1;  // a sleeping thread on its own core, woken 5 ms late
-  EXPECT_EQ(simulated::own_costs(trace, 2).dispatch, 10us);
-  EXPECT_EQ(simulated::own_costs(trace, 2).wake_up, 5030us - 10us);
+  EXPECT_THAT(simulated::own_costs(trace, 2), FieldsAre(10us, 5030us - 10us));
   EXPECT_EQ(simulated::own_costs(Trace{}, 1).dispatch, 0us);
 }
 

@@ -18,6 +18,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
+using testing::FieldsAre;
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
@@ -105,13 +106,10 @@ TEST_F(StoredSummaryTest, MarksWhatTheKernelCountedInEachRepetition) {
   usage(0, 0ms, 51ms, 0ms);
   const results::StoredRun stored = run();
   const results::Summary summary = results::summarize(stored, stored.summary_options());
-  const auto& disturbed = summary.executors.at(0).disturbed;
-  ASSERT_EQ(disturbed.size(), 2U);
-  EXPECT_EQ(disturbed[0].repetition, 0U);
-  EXPECT_THAT(disturbed[0].marks, ElementsAre("0.5 % of the time throttled by a quota or by heat"));
-  EXPECT_EQ(disturbed[1].repetition, 2U);
-  EXPECT_THAT(disturbed[1].marks, ElementsAre("0.6 % of the time stolen by the hypervisor",
-                                              "6.0 % of the time used by other processes"));
+  EXPECT_THAT(summary.executors.at(0).disturbed,
+              ElementsAre(FieldsAre(0U, ElementsAre("0.5 % of the time throttled by a quota or by heat")),
+                          FieldsAre(2U, ElementsAre("0.6 % of the time stolen by the hypervisor",
+                                                    "6.0 % of the time used by other processes"))));
   EXPECT_EQ(summary.executors[0].executed, 3U) << "they count";
 }
 

@@ -10,6 +10,8 @@ namespace hotpath {
 namespace {
 
 using std::chrono::milliseconds;
+using testing::_;
+using testing::FieldsAre;
 
 constexpr TaskId kLidar = 0, kPoints = 1, kClusters = 2, kPlanner = 3;
 constexpr Time kEpoch = from_ns(5'000'000'000);
@@ -102,9 +104,7 @@ TEST(WarmUp, TimestampsAfterItThatACallInItSkippedCount) {
   JobRecord skipping = job(kPlanner, 0, 0, 250, 260);
   skipping.job.skipped = 2;  // 100 and 200
   const results::TaskSummary planner = summary_of_jobs({skipping}, 200).tasks.at(kPlanner);
-  EXPECT_EQ(planner.after_warm_up.reached, 1u);
-  EXPECT_EQ(planner.after_warm_up.skipped, 1u);
-  EXPECT_EQ(planner.after_warm_up.ran, 0u);
+  EXPECT_THAT(planner.after_warm_up, FieldsAre(1u, 0u, 1u, _));
 }
 
 TEST(Waits, LastFromTheTimestampToTheStartOrToTheEndOfTheRun) {
@@ -246,20 +246,15 @@ TEST(Counts, FollowTheAccountsOfAllRepetitionsWithTheWarmUp) {
   EXPECT_EQ(s.skipped, 4u);
   EXPECT_EQ(s.overwritten, 2u);
   ASSERT_EQ(s.each.size(), 2u);
-  EXPECT_EQ(s.each[1].repetition, 1u);
-  EXPECT_EQ(s.each[1].skipped, 2u);
-  EXPECT_EQ(s.each[1].overwritten, 1u);
+  EXPECT_THAT(s.each[1], FieldsAre(1u, 2u, 1u, _, _, _));
   EXPECT_EQ(s.tasks[kPlanner].account[Outcome::skipped], 4u);
   EXPECT_EQ(s.tasks[kPlanner].account[Outcome::queued], 2u);
   EXPECT_EQ(s.tasks[kPoints].account[Outcome::overwritten], 2u);
   EXPECT_EQ(s.tasks[kPlanner].response_ms.n, 0u);
   // No row accounts for the LiDAR's five timestamps and the two samples of Estimator/clusters.
   ASSERT_EQ(s.unbalanced.size(), 4u);
-  EXPECT_EQ(s.unbalanced[0].task, "Lidar");
-  EXPECT_EQ(s.unbalanced[0].accounted, 0u);
-  EXPECT_EQ(s.unbalanced[0].expected, 5u);
-  EXPECT_EQ(s.unbalanced[3].task, "Estimator/clusters");
-  EXPECT_EQ(s.unbalanced[3].repetition, 1u);
+  EXPECT_THAT(s.unbalanced[0], FieldsAre(0u, "Lidar", 0u, 5u));
+  EXPECT_THAT(s.unbalanced[3], FieldsAre(1u, "Estimator/clusters", 0u, 2u));
 }
 
 TEST(AuthorsResponse, RefersToTheLatestReleaseBeforeTheStart) {
