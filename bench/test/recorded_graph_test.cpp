@@ -94,9 +94,7 @@ TEST(OutsideReleases, AreOneTimerOrOneForEachArrival) {
            {"too many at once", 500, two_bursts, 10s, 1, Duration(10s + 499us) / 499},
        }) {
     const imports::OutsideReleases releases = outside(c.arrivals, c.at, c.length);
-    ASSERT_EQ(releases.first.size(), c.timers) << c.name;
-    EXPECT_EQ(releases.period, c.period) << c.name;
-    EXPECT_EQ(releases.jitter, 0ms) << c.name;
+    ASSERT_THAT(releases, testing::FieldsAre(testing::SizeIs(c.timers), c.period, 0ms, testing::_)) << c.name;
     for (int i = 0; i < static_cast<int>(c.timers); ++i)
       EXPECT_EQ(releases.first[static_cast<std::size_t>(i)] - Time{}, c.at(i)) << c.name;
   }
