@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The noise floor, which `hotpath machine` prints and every result folder records.
+// The noise floor, which `hotpath machine` prints and every result folder records, and its quantiles.
 #include "machine/machine.hpp"
 
 #include <unistd.h>
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
@@ -18,6 +21,39 @@ using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+TEST(LatencyHistogram, QuantilesAreWithinOnePercentOfTheSortedSamples) {
+  std::mt19937_64 random(1);
+  std::lognormal_distribution<double> microseconds(6, 2);
+  program::LatencyHistogram histogram;
+  std::vector<double> sorted;
+  for (int i = 0; i < 20000; ++i) {
+    const Duration sample(static_cast<std::int64_t>(1000 * microseconds(random)));
+    histogram.add(sample);
+    sorted.push_back(static_cast<double>(sample.count()));
+  }
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(histogram.count(), sorted.size());
+  EXPECT_EQ(static_cast<double>(histogram.max().count()), sorted.back());
+  for (const double p : {0.01, 0.5, 0.9, 0.99, 0.999}) {
+    const double exact = sorted[static_cast<std::size_t>(std::ceil(p * 20000)) - 1];
+    EXPECT_NEAR(static_cast<double>(histogram.quantile(p).count()) / exact, 1, 0.01) << p;
+  }
+}
+
+TEST(LatencyHistogram, SmallNumbersOfSamplesAndExtremesAreExactOrClipped) {
+  program::LatencyHistogram histogram;
+  EXPECT_EQ(histogram.quantile(0.5), Duration(-1));
+  histogram.add(Duration(5));
+  EXPECT_EQ(histogram.quantile(0.5), Duration(5));
+  EXPECT_EQ(histogram.quantile(1), Duration(5));
+  histogram.add(Duration(-3));
+  EXPECT_EQ(histogram.quantile(0.5), Duration(0));
+  histogram.add(Duration::max());
+  EXPECT_LE(histogram.quantile(1), Duration::max());
+  EXPECT_GT(histogram.quantile(1), Duration::max() / 100 * 99);
+  EXPECT_EQ(histogram.max(), Duration::max());
+}
 
 TEST(HiccupHistogram, HasTheQuantilesOfAllDistances) {
   machine::HiccupHistogram distances;
