@@ -67,13 +67,10 @@ TEST(MemoryLimit, IsAtMostWhatUlimitAllows) {
 
 TEST(TraceMemory, IsRefusedWithTheSizeThatItWouldTake) {
   EXPECT_NO_THROW(program::check_trace_memory(1e6, "--duration 1", "less"));
-  try {
-    program::check_trace_memory(1e18, "--duration 9", "a shorter one");
-    FAIL();
-  } catch (const program::UsageError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("--duration 9: the traces would take about 1e+09 GB"));
-    EXPECT_THAT(error.what(), HasSubstr("take a shorter one"));
-  }
+  EXPECT_THAT(
+      [] { program::check_trace_memory(1e18, "--duration 9", "a shorter one"); },
+      testing::ThrowsMessage<program::UsageError>(testing::AllOf(
+          HasSubstr("--duration 9: the traces would take about 1e+09 GB"), HasSubstr("take a shorter one"))));
 }
 
 }  // namespace

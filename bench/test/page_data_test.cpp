@@ -46,25 +46,16 @@ TEST(ListedOutputs, OfManyTheWorstHalfAndOthersFromBeginningToEnd) {
 
 TEST(JobColumns, HoldDifferencesThatSumToTheJobs) {
   JobColumns columns(2);
-  JobRecord timer, sample;
-  timer.job.task = 0;
-  timer.job.sequence = 5;
-  timer.job.timestamp = Time(Duration(100));
-  timer.job.release = Time(Duration(110));
-  timer.start = Time(Duration(150));
-  timer.finish = Time(Duration(180));
-  sample.job.task = 1;
-  sample.job.sequence = 3;
-  sample.job.timestamp = sample.job.release = Time(Duration(170));
-  sample.job.parent = {0, 5};
-  sample.start = Time(Duration(200));
+  const auto at = [](std::int64_t ns) { return Time(Duration(ns)); };
+  JobRecord timer{{0, 5, at(100), at(110), kNever, {}}, at(150), at(180)};
+  JobRecord sample{{1, 3, at(170), at(170), kNever, {0, 5}}, at(200)};
   sample.outcome = Outcome::running;
   sample.worker = 1;
   columns.add(timer);
   columns.add(sample);
   timer.job.sequence = 6;
-  timer.start = Time(Duration(300));
-  timer.finish = Time(Duration(301));
+  timer.start = at(300);
+  timer.finish = at(301);
   columns.add(timer);
   const nlohmann::json expected = {{"task", {0, 1, 0}},
                                    {"sequence", {5, 3, 1}},

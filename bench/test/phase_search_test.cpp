@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
+#include "reference_nodes.hpp"
 
 namespace hotpath {
 namespace {
@@ -94,24 +94,19 @@ TEST(PhaseSearch, KeepsTheBestWhenItIsStopped) {
   EXPECT_FALSE(advise::search_phases(set, {}, {{0ms, 60ms}}, score, 1, [] { return true; }).values.exact());
 }
 
-Node node(const char* name, std::vector<std::string> inputs, Duration period) {
-  ReferenceNode node;
-  node.name = name;
-  node.type = inputs.empty() ? NodeType::sensor : NodeType::fusion;
-  for (std::string& input : inputs) node.inputs.push_back({std::move(input), 1, std::nullopt});
-  node.outputs = {name};
-  node.period = node.deadline = period;
-  node.execution_time = 6ms;
-  node.best_case_execution_time = 2ms;
-  return node;
-}
-
 /// Two sensors whose data meet in a join, and a third one beside them.
 class SearchOfGraph : public testing::Test {
  protected:
   static Graph three_sensors() {
     Graph graph;
-    graph.nodes = {node("P", {}, 40ms), node("Q", {}, 40ms), node("R", {}, 60ms), node("F", {"P", "Q"}, {})};
+    for (ReferenceNode node :
+         {reference_node("P", NodeType::sensor, {}, 40ms, 6ms),
+          reference_node("Q", NodeType::sensor, {}, 40ms, 6ms),
+          reference_node("R", NodeType::sensor, {}, 60ms, 6ms),
+          reference_node("F", NodeType::fusion, {{"P", 1, {}}, {"Q", 1, {}}}, {}, 6ms)}) {
+      node.best_case_execution_time = 2ms;
+      graph.nodes.push_back(node);
+    }
     graph.chains = {{"c", {"P", "Q", "F"}, {"P", "Q"}, "F"}};
     return graph;
   }

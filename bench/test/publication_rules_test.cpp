@@ -9,56 +9,44 @@ namespace {
 
 using imports::InferredRule;
 using testing::ElementsAre;
-using Jobs = std::vector<std::pair<std::uint32_t, std::vector<std::uint32_t>>>;
 
-/// The rules of a node with subscriptions 0 and 1; each job is of one of them and publishes these topics.
-std::vector<InferredRule> inferred(const Jobs& made) {
+/// The rules of a node with subscriptions 0 and 1. Each job is given by its subscription, and behind it the
+/// topics that it publishes (a: 0, b: 1, ...).
+std::vector<InferredRule> inferred(const std::string& jobs) {
   RecordedCallbacks r;
   r.system.topics.resize(4);
   for (const std::uint32_t topic : {1U, 2U}) r.callback(tracing::CallbackKind::subscription, 0, topic);
-  for (const auto& [callback, topics] : made) {
-    tracing::Job& job = r.job(callback, 0, Duration{}, Duration{});
-    for (const std::uint32_t topic : topics) job.published.push_back({topic, {}});
+  for (const char c : jobs) {
+    if (c == '0' || c == '1') r.job(c == '0' ? 0U : 1U, 0, Duration{}, Duration{});
+    if (c >= 'a') r.jobs.back().published.push_back({static_cast<std::uint32_t>(c - 'a'), {}});
   }
   return imports::infer_rules(r.system, r.jobs, {true, true});
 }
 
 TEST(PublicationRules, TheOneThatExplainsMostJobsWins) {
-  const std::vector<std::uint32_t> yes = {0}, no = {};
   struct Case {
-    const char* name;
-    Jobs jobs;
+    const char *name, *jobs;
     PublishRule rule;
     std::vector<std::uint32_t> publishers, of;
     std::uint64_t explained;
     std::uint32_t n = 1;
   };
   for (const Case& c : std::vector<Case>{
-           {"a set that either input completes",
-            {{0, no}, {1, yes}, {1, no}, {0, yes}, {0, no}, {0, no}, {1, yes}},
-            PublishRule::all_new,
-            {0, 1},
-            {0, 1},
-            7},
+           {"a set that either input completes", "0 1a 1 0a 0 0 1a", PublishRule::all_new, {0, 1}, {0, 1}, 7},
            {"a set begins anew with each message; the trace begins within a set",
-            {{0, yes}, {1, no}, {0, yes}, {0, no}, {1, yes}, {1, no}, {0, yes}},
+            "0a 1 0a 0 1a 1 0a",
             PublishRule::all_new,
             {0, 1},
             {0, 1},
             6},
            {"every third, wherever the trace begins",
-            {{0, no}, {0, yes}, {0, no}, {0, no}, {0, yes}, {0, no}, {0, no}, {0, yes}},
+            "0 0a 0 0 0a 0 0 0a",
             PublishRule::every,
             {0},
             {},
             8,
             3},
-           {"inputs that do not fit are kept",
-            {{0, yes}, {0, yes}, {1, no}, {0, yes}, {0, yes}, {0, yes}},
-            PublishRule::last_of,
-            {0},
-            {1},
-            6},
+           {"inputs that do not fit are kept", "0a 0a 1 0a 0a 0a", PublishRule::last_of, {0}, {1}, 6},
        }) {
     const std::vector<InferredRule> rules = inferred(c.jobs);
     ASSERT_EQ(rules.size(), 1U) << c.name;
@@ -73,8 +61,7 @@ TEST(PublicationRules, TheOneThatExplainsMostJobsWins) {
 TEST(PublicationRules, AnInputThatPublishesOtherTopicsIsInNoSet) {
   const auto rule = testing::AllOf(testing::Field(&InferredRule::rule, PublishRule::always),
                                    testing::Field(&InferredRule::explained, 6U));
-  EXPECT_THAT(inferred({{1, {3}}, {0, {0}}, {1, {3}}, {0, {0}}, {1, {3}}, {0, {0}}}),
-              ElementsAre(rule, rule));
+  EXPECT_THAT(inferred("1d 0a 1d 0a 1d 0a"), ElementsAre(rule, rule));
 }
 
 }  // namespace

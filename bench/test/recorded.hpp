@@ -87,9 +87,7 @@ struct Recorded : RecordedCallbacks {
     job.processor = shared ? 0 : static_cast<std::int32_t>(thread);
     job.started = 2 * jobs.size();
     job.finished = 1000 + job.started;
-    JobRecord& record = records.emplace_back();
-    record.job.task = task;
-    record.job.timestamp = Time{} + ready;
+    records.push_back({{task, 0, Time{} + ready, {}, kNever, {}}});
     return job;
   }
 

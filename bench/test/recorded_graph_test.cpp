@@ -6,9 +6,9 @@
 
 #include <functional>
 
-#include "hotpath/reference_system/reference_node.hpp"
 #include "program/errors.hpp"
 #include "recorded.hpp"
+#include "reference_nodes.hpp"
 
 namespace hotpath {
 namespace {
@@ -94,9 +94,7 @@ TEST(OutsideReleases, AreOneTimerOrOneForEachArrival) {
            {"too many at once", 500, two_bursts, 10s, 1, Duration(10s + 499us) / 499},
        }) {
     const imports::OutsideReleases releases = outside(c.arrivals, c.at, c.length);
-    ASSERT_EQ(releases.first.size(), c.timers) << c.name;
-    EXPECT_EQ(releases.period, c.period) << c.name;
-    EXPECT_EQ(releases.jitter, 0ms) << c.name;
+    ASSERT_THAT(releases, testing::FieldsAre(testing::SizeIs(c.timers), c.period, 0ms, testing::_)) << c.name;
     for (int i = 0; i < static_cast<int>(c.timers); ++i)
       EXPECT_EQ(releases.first[static_cast<std::size_t>(i)] - Time{}, c.at(i)) << c.name;
   }
@@ -118,22 +116,8 @@ TEST(OutsideReleases, JitterCoversVeryManyArrivals) {
   EXPECT_THAT(one.timers, testing::MatchesRegex("a timer of 10.0 ms with a release jitter of .*"));
 }
 
-TEST(RecordedGraph, ASecondSubscriptionOfANodeReadsACopyOfTheTopic) {
-  RecordedCallbacks r;
-  r.system.topics = {{"/a", {}}};
-  r.callback(K::timer);
-  for (int i = 0; i < 2; ++i) r.callback(K::subscription, 1, 0);
-  for (int i = 0; i < 10; ++i) {
-    r.job(0, 0, i * 10ms, i * 10ms + 1ms).published.push_back({0, Time{} + i * 10ms});
-    for (const std::uint32_t reader : {1U, 2U}) r.job(reader, 0, i * 10ms + 2ms, i * 10ms + 3ms);
-  }
-  const imports::RecordedGraph graph = r.graph();
-  EXPECT_EQ(graph.tasks.set[graph.task_of.at(1)].name, "n1/a");
-  EXPECT_EQ(graph.tasks.set[graph.task_of.at(2)].name, "n1/a_2");
-  EXPECT_EQ(graph.tasks.set[graph.task_of.at(0)].feeds.size(), 2U);
-}
-
-/// The names that the graph would make are those of other topics, of a service and of a node.
+/// A node has two subscriptions to a topic, of which the second one reads a copy. The names that the graph
+/// would make are those of other topics, of a service and of a node.
 TEST(RecordedGraph, NamesAreDifferent) {
   RecordedCallbacks r;
   r.system.topics = {{"/a", {}}, {"/a", {}}, {"/a_2", {}}, {"/timer", {}}, {"/strange", {}}};
@@ -230,43 +214,24 @@ TEST_F(Unmodelled, ATopicThatNoRuleDescribesIsNamedWithTheBestOne) {
 /// S -> F -> C, and T, whose data goes nowhere.
 Chain chain_of(const std::string& option) {
   Graph graph;
-  for (const auto& [name, type, inputs] :
-       std::vector<std::tuple<const char*, NodeType, std::vector<ReferenceInput>>>{
-           {"S", NodeType::sensor, {}},
-           {"T", NodeType::sensor, {}},
-           {"F", NodeType::transform, {{"S", 1, std::nullopt}}},
-           {"C", NodeType::command, {{"F", 1, std::nullopt}}}}) {
-    ReferenceNode node;
-    node.name = name;
-    node.type = type;
-    node.period = node.deadline = 10ms;
-    node.inputs = inputs;
-    if (type != NodeType::command) node.outputs = {name};
-    graph.nodes.push_back(node);
-  }
+  graph.nodes = {reference_node("S", NodeType::sensor, {}, 10ms),
+                 reference_node("T", NodeType::sensor, {}, 10ms),
+                 reference_node("F", NodeType::transform, {{"S", 1, {}}}),
+                 reference_node("C", NodeType::command, {{"F", 1, {}}})};
   return imports::chain_of(option, graph, make_tasks(graph));
 }
 
 TEST(ChainOption, ConsistsOfTheTasksBetweenSourceAndSink) {
-  const Chain chain = chain_of("S:C");
-  EXPECT_EQ(chain.name, "C");
-  EXPECT_THAT(chain.sources, ElementsAre("S"));
-  EXPECT_THAT(chain.nodes, ElementsAre("S", "F/S", "C/F"));
-  EXPECT_EQ(chain.sink, "C/F");
+  const Chain expected = {"C", {"S", "F/S", "C/F"}, {"S"}, "C/F"};
+  EXPECT_EQ(chain_of("S:C"), expected);
 }
 
 TEST(ChainOption, BeginsAtTimersWhoseDataReachesTheSink) {
-  const auto error_of = [](const char* option) -> std::string {
-    try {
-      return chain_of(option).name;
-    } catch (const program::UsageError& error) {
-      return error.what();
-    }
-  };
-  EXPECT_THAT(error_of("F:C"), HasSubstr("F is not a timer"));
-  EXPECT_THAT(error_of("S,T:C"), HasSubstr("no data flows from T to C"));
-  EXPECT_THAT(error_of("C"), HasSubstr("is not SOURCE"));
-  EXPECT_THAT(error_of("S:D"), HasSubstr("D is not a node or task"));
+  for (const auto& [option, error] :
+       {std::pair("F:C", "F is not a timer"), std::pair("S,T:C", "no data flows from T to C"),
+        std::pair("C", "is not SOURCE"), std::pair("S:D", "D is not a node or task")})
+    EXPECT_THAT([option = option] { chain_of(option); },
+                testing::ThrowsMessage<program::UsageError>(HasSubstr(error)));
 }
 
 }  // namespace

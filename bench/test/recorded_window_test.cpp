@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 #include "recorded.hpp"
+#include "reference_nodes.hpp"
 
 namespace hotpath {
 namespace {
@@ -263,10 +263,11 @@ class RecordedChains : public testing::Test {
  protected:
   RecordedChains() {
     Graph& graph = r_.graph.graph;
-    for (const char* name : {"a", "b"}) add(name, NodeType::sensor, {});
-    add("join", NodeType::fusion, {"a", "b"});
+    for (const char* name : {"a", "b"})
+      graph.nodes.push_back(reference_node(name, NodeType::sensor, {}, 10ms));
+    graph.nodes.push_back(reference_node("join", NodeType::fusion, {{"a", 1, {}}, {"b", 1, {}}}));
     for (const char* sink : {"sink", "other"}) {
-      add(sink, NodeType::command, {"join"});
+      graph.nodes.push_back(reference_node(sink, NodeType::command, {{"join", 1, {}}}));
       graph.chains.push_back({sink, {"a", "join", sink}, {"a"}, sink});
     }
     r_.graph.tasks = make_tasks(graph);
@@ -305,16 +306,6 @@ class RecordedChains : public testing::Test {
   }
 
  private:
-  void add(const char* name, NodeType type, const std::vector<std::string>& inputs) {
-    ReferenceNode node;
-    node.name = name;
-    node.type = type;
-    node.period = node.deadline = 10ms;
-    if (type != NodeType::command) node.outputs = {name};
-    for (const std::string& input : inputs) node.inputs.push_back({input, 1, std::nullopt});
-    r_.graph.graph.nodes.push_back(node);
-  }
-
   Recorded r_;
   std::uint64_t events_ = 0;
   std::map<TaskId, std::uint64_t> jobs_of_;

@@ -11,10 +11,10 @@
 #include <fstream>
 #include <map>
 
-#include "hotpath/reference_system/reference_node.hpp"
 #include "hotpath/reference_system/run_channel.hpp"
 #include "live/repetition_runner.hpp"
 #include "machine/shared_memory_watch.hpp"
+#include "reference_nodes.hpp"
 
 namespace hotpath {
 namespace {
@@ -24,22 +24,13 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-Node node(const std::string& name, NodeType type, std::vector<ReferenceInput> inputs = {}) {
-  ReferenceNode n;
-  n.name = name;
-  n.type = type;
-  n.inputs = std::move(inputs);
-  if (type != NodeType::command) n.outputs = {name};
-  if (type == NodeType::sensor) n.period = n.deadline = milliseconds(20);
-  return n;
-}
-
 /// Two timers, one of which starts a chain; the nodes do no work.
 Graph idle_graph() {
   Graph g;
-  g.nodes = {node("Lidar", NodeType::sensor), node("Camera", NodeType::sensor),
-             node("Filter", NodeType::transform, {{"Lidar", 10, {}}}),
-             node("Logger", NodeType::command, {{"Filter", 10, {}}})};
+  g.nodes = {reference_node("Lidar", NodeType::sensor, {}, milliseconds(20)),
+             reference_node("Camera", NodeType::sensor, {}, milliseconds(20)),
+             reference_node("Filter", NodeType::transform, {{"Lidar", 10, {}}}),
+             reference_node("Logger", NodeType::command, {{"Filter", 10, {}}})};
   g.chains = {{"path", {"Lidar", "Filter", "Logger"}, {"Lidar"}, "Logger"}};
   return g;
 }
@@ -181,18 +172,21 @@ class SharedMemoryUser {
   bool ready_ = false;
 };
 
-TEST(SharedMemoryWatch, RemovesWhatADeadProcessLeftBehind) {
+TEST(SharedMemoryWatch, RemovesWhatANotedProcessLeftBehindWhenItIsDead) {
   SharedMemoryUser user;
   ASSERT_TRUE(user.ready());
   std::ofstream(user.semaphore()) << "";
-  machine::SharedMemoryWatch watch;
+  machine::SharedMemoryWatch watch, blind;
   watch.note(user.process());
-  user.end();
-  ASSERT_TRUE(std::filesystem::exists(user.segment()));
   watch.remove_orphans();
-  EXPECT_FALSE(std::filesystem::exists(user.segment()));
-  EXPECT_FALSE(std::filesystem::exists(user.lock_file()));
-  EXPECT_FALSE(std::filesystem::exists(user.semaphore()));
+  for (const std::string& file : {user.segment(), user.lock_file()})
+    EXPECT_TRUE(std::filesystem::exists(file)) << "a living process uses it";
+  user.end();
+  blind.remove_orphans();
+  EXPECT_TRUE(std::filesystem::exists(user.segment())) << "it has not noted the process";
+  watch.remove_orphans();
+  for (const std::string& file : {user.segment(), user.lock_file(), user.semaphore()})
+    EXPECT_FALSE(std::filesystem::exists(file)) << file;
 }
 
 TEST(SharedMemoryWatch, RemovesWhatFastDdsMadeJustBeforeItsProcessDied) {
@@ -208,19 +202,6 @@ TEST(SharedMemoryWatch, RemovesWhatFastDdsMadeJustBeforeItsProcessDied) {
   EXPECT_TRUE(std::filesystem::exists(living.segment()));
   EXPECT_FALSE(std::filesystem::exists(dead.segment()));
   EXPECT_FALSE(std::filesystem::exists(dead.lock_file()));
-}
-
-TEST(SharedMemoryWatch, LeavesAloneWhatALivingProcessUsesAndWhatItHasNotNoted) {
-  SharedMemoryUser user;
-  ASSERT_TRUE(user.ready());
-  machine::SharedMemoryWatch watch, blind;
-  watch.note(user.process());
-  watch.remove_orphans();
-  EXPECT_TRUE(std::filesystem::exists(user.segment()));
-  EXPECT_TRUE(std::filesystem::exists(user.lock_file()));
-  user.end();
-  blind.remove_orphans();
-  EXPECT_TRUE(std::filesystem::exists(user.segment()));
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -11,7 +10,6 @@
 #include <cstring>
 #include <memory>
 #include <random>
-#include <sstream>
 
 #include "watch/observer.hpp"
 
@@ -69,11 +67,8 @@ TEST_F(RingReading, GivesEventsWithTheirTexts) {
   add(EventKind::callback_end, 6);
   const std::vector<Event> events = read();
   ASSERT_EQ(events.size(), 2U);
-  EXPECT_EQ(events[0].kind, EventKind::node_init);
-  EXPECT_EQ(events[0].process, 7U);
-  EXPECT_EQ(events[0].thread, 8U);
-  EXPECT_EQ(events[0].processor, 3);
-  EXPECT_EQ(events[0].at, tracing::Time{tracing::Duration(5)});
+  EXPECT_THAT(events[0], testing::FieldsAre(EventKind::node_init, 7U, 8U, 3,
+                                            tracing::Time(tracing::Duration(5)), testing::_, testing::_));
   EXPECT_EQ(events[0].number[0], 11U);
   EXPECT_STREQ(events[0].text[0], "a node with a long name that needs two records: this one");
   EXPECT_STREQ(events[0].text[1], "/space");

@@ -6,8 +6,8 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <fstream>
 #include <set>
-#include <sstream>
 
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
@@ -34,9 +34,7 @@ class RunFolderTest : public ::testing::Test {
 
   static std::string content(const fs::path& file) {
     std::ifstream in(file);
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
+    return {std::istreambuf_iterator<char>(in), {}};
   }
   static std::set<std::string> files(const fs::path& folder) {
     std::set<std::string> names;
@@ -57,10 +55,8 @@ class RunFolderTest : public ::testing::Test {
     t.executor = "rm-ro";
     t.repetition = repetition;
     t.epoch = from_ns(1'000'000);
-    JobRecord& r = t.jobs.emplace_back();
-    r.job.task = 0;
-    r.job.timestamp = r.job.release = r.start = t.epoch + Duration(5);
-    r.finish = t.epoch + Duration(7);
+    const Time start = t.epoch + Duration(5);
+    t.jobs.push_back({{0, 0, start, start, kNever, {}}, start, t.epoch + Duration(7)});
     return t;
   }
 
@@ -152,12 +148,9 @@ TEST_F(RunFolderOnAFullDisk, KeepsTheOldFileWhole) {
   const results::RunFolder folder(base_ / "run");
   folder.write("run.json", std::string("old"));
   fill();
-  try {
-    folder.write("run.json", std::string(1000, 'x'));
-    ADD_FAILURE() << "no error";
-  } catch (const program::RunError& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("run.json"), HasSubstr("File too large")));
-  }
+  EXPECT_THAT(
+      [&] { folder.write("run.json", std::string(1000, 'x')); },
+      testing::ThrowsMessage<program::RunError>(AllOf(HasSubstr("run.json"), HasSubstr("File too large"))));
   EXPECT_EQ(content(base_ / "run" / "run.json"), "old");
   EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part", "run.json"));
 }

@@ -63,15 +63,7 @@ TEST(RunRecord, TasksAreReadAsTheyWereWritten) {
 TEST(RunRecord, TheUsageOfARepetitionIsReadAsItWasWritten) {
   const results::ProcessUsage usage{3ms, 2000, 4, 5, 6ms, 7ms, 8ms, 9ms};
   nlohmann::json stored = usage;
-  const auto read = stored.get<results::ProcessUsage>();
-  EXPECT_EQ(read.cpu_time, 3ms);
-  EXPECT_EQ(read.peak_memory_kib, 2000);
-  EXPECT_EQ(read.voluntary_switches, 4);
-  EXPECT_EQ(read.involuntary_switches, 5);
-  EXPECT_EQ(read.stolen, 6ms);
-  EXPECT_EQ(read.throttled, 7ms);
-  EXPECT_EQ(read.others, 8ms);
-  EXPECT_EQ(read.wall, 9ms);
+  EXPECT_THAT(stored.get<results::ProcessUsage>(), testing::FieldsAre(3ms, 2000, 4, 5, 6ms, 7ms, 8ms, 9ms));
   stored.erase("throttled_ms");
   stored.erase("others_ms");
   EXPECT_EQ(stored.get<results::ProcessUsage>().wall, 9ms) << "of an older version";
@@ -83,12 +75,8 @@ TEST(RunRecord, ATimerWithoutAPeriodIsRejected) {
   record.tasks = timer_and_subscription();
   nlohmann::json stored = record;
   stored["tasks"][0]["period_ns"] = 0;
-  try {
-    stored.get<results::RunRecord>();
-    FAIL();
-  } catch (const std::out_of_range& error) {
-    EXPECT_THAT(error.what(), HasSubstr("`period_ns` of Lidar is 0"));
-  }
+  EXPECT_THAT([&] { stored.get<results::RunRecord>(); },
+              testing::ThrowsMessage<std::out_of_range>(HasSubstr("`period_ns` of Lidar is 0")));
 }
 
 }  // namespace

@@ -3,10 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include <random>
-
-#include "hotpath/analysis/statistics.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
+#include "reference_nodes.hpp"
 #include "telemetry/run_info.hpp"
 
 namespace hotpath {
@@ -16,22 +13,13 @@ using std::chrono::milliseconds;
 
 constexpr std::int64_t kEpochNs = 1'700'000'000'000'000'000;
 
-Node node(const std::string& name, NodeType type, std::vector<ReferenceInput> inputs = {}) {
-  ReferenceNode n;
-  n.name = name;
-  n.type = type;
-  n.inputs = std::move(inputs);
-  if (type != NodeType::command) n.outputs = {name};
-  if (type == NodeType::sensor || type == NodeType::cyclic) n.period = n.deadline = milliseconds(20);
-  return n;
-}
-
 /// Tasks: 0 Lidar, 1 Planner/Lidar, 2 Planner (its timer), 3 Logger/Planner.
 Graph small_graph() {
   Graph g;
   g.name = "small";
-  g.nodes = {node("Lidar", NodeType::sensor), node("Planner", NodeType::cyclic, {{"Lidar", 1, {}}}),
-             node("Logger", NodeType::command, {{"Planner", 10, {}}})};
+  g.nodes = {reference_node("Lidar", NodeType::sensor, {}, milliseconds(20)),
+             reference_node("Planner", NodeType::cyclic, {{"Lidar", 1, {}}}, milliseconds(20)),
+             reference_node("Logger", NodeType::command, {{"Planner", 10, {}}})};
   g.chains = {{"path", {"Lidar", "Planner"}, {"Lidar"}, "Planner"}};
   return g;
 }
@@ -39,12 +27,7 @@ Graph small_graph() {
 Time at(std::int64_t ms) { return Time{} + milliseconds(ms); }
 
 JobRecord ran(TaskId task, std::int64_t timestamp_ms, std::int64_t start_ms, std::int64_t finish_ms) {
-  JobRecord r;
-  r.job.task = task;
-  r.job.timestamp = at(timestamp_ms);
-  r.start = at(start_ms);
-  r.finish = at(finish_ms);
-  return r;
+  return {{task, 0, at(timestamp_ms), {}, kNever, {}}, at(start_ms), at(finish_ms)};
 }
 
 class RunStatisticsTest : public ::testing::Test {
@@ -70,10 +53,9 @@ TEST_F(RunStatisticsTest, NothingIsKnownAtTheEpoch) {
   for (const telemetry::NodeStatistics& n : s.nodes()) {
     EXPECT_EQ(n.ran() + n.skipped() + n.overwritten() + n.overruns() + n.queued(), 0U);
     EXPECT_EQ(n.utilization(), 0);
-    EXPECT_EQ(n.response_window_ns(), -1);
-    EXPECT_EQ(n.response_median_ns(), -1);
-    EXPECT_EQ(n.response_p99_ns(), -1);
-    EXPECT_EQ(n.response_max_ns(), -1);
+    for (const std::int64_t ns :
+         {n.response_window_ns(), n.response_median_ns(), n.response_p99_ns(), n.response_max_ns()})
+      EXPECT_EQ(ns, -1);
   }
   EXPECT_EQ(s.chains()[0].samples(), 0U);
   EXPECT_EQ(s.chains()[0].latency_median_ns(), -1);
@@ -161,11 +143,7 @@ TEST_F(RunStatisticsTest, OnlyTheTimerOfACyclicNodeResponds) {
 
 TEST_F(RunStatisticsTest, NumbersTheSamplesOfAChain) {
   telemetry::RunStatistics statistics = make();
-  ChainRecord record;
-  record.sequence = 7;
-  record.dropped = 2;
-  record.hot_path_latency = milliseconds(3);
-  record.end_to_end_latency = milliseconds(4);
+  const ChainRecord record{0, 7, 2, milliseconds(3), milliseconds(4)};
   const telemetry::ChainSample first = statistics.add(record, at(10)),
                                second = statistics.add(record, at(11));
   EXPECT_EQ(first.run_id(), "id");
@@ -179,39 +157,6 @@ TEST_F(RunStatisticsTest, NumbersTheSamplesOfAChain) {
   EXPECT_EQ(s.chains()[0].samples(), 2U);
   EXPECT_EQ(s.chains()[0].dropped(), 4U);
   EXPECT_EQ(s.chains()[0].latency_max_ns(), 3'000'000);
-}
-
-TEST(LatencyHistogram, QuantilesAreWithinOnePercentOfTheSortedSamples) {
-  std::mt19937_64 random(1);
-  std::lognormal_distribution<double> microseconds(6, 2);
-  program::LatencyHistogram histogram;
-  std::vector<double> sorted;
-  for (int i = 0; i < 20000; ++i) {
-    const Duration sample(static_cast<std::int64_t>(1000 * microseconds(random)));
-    histogram.add(sample);
-    sorted.push_back(static_cast<double>(sample.count()));
-  }
-  std::sort(sorted.begin(), sorted.end());
-  EXPECT_EQ(histogram.count(), sorted.size());
-  EXPECT_EQ(static_cast<double>(histogram.max().count()), sorted.back());
-  for (const double p : {0.01, 0.5, 0.9, 0.99, 0.999}) {
-    const double exact = sorted[static_cast<std::size_t>(std::ceil(p * 20000)) - 1];
-    EXPECT_NEAR(static_cast<double>(histogram.quantile(p).count()) / exact, 1, 0.01) << p;
-  }
-}
-
-TEST(LatencyHistogram, SmallNumbersOfSamplesAndExtremesAreExactOrClipped) {
-  program::LatencyHistogram histogram;
-  EXPECT_EQ(histogram.quantile(0.5), Duration(-1));
-  histogram.add(Duration(5));
-  EXPECT_EQ(histogram.quantile(0.5), Duration(5));
-  EXPECT_EQ(histogram.quantile(1), Duration(5));
-  histogram.add(Duration(-3));
-  EXPECT_EQ(histogram.quantile(0.5), Duration(0));
-  histogram.add(Duration::max());
-  EXPECT_LE(histogram.quantile(1), Duration::max());
-  EXPECT_GT(histogram.quantile(1), Duration::max() / 100 * 99);
-  EXPECT_EQ(histogram.max(), Duration::max());
 }
 
 TEST(RunInfo, NamesNodesEdgesAndChainsOfTheGraph) {

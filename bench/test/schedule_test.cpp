@@ -22,13 +22,8 @@ TaskSet one_timer() {
 
 /// A job that is ready and released at its timestamp.
 JobRecord job(Duration timestamp, Duration start, Outcome outcome = Outcome::ran) {
-  JobRecord r;
-  r.job.task = 0;
-  r.job.timestamp = r.job.release = kEpoch + timestamp;
-  r.start = kEpoch + start;
-  r.finish = r.start + 3ms;
-  r.outcome = outcome;
-  return r;
+  const Time ready = kEpoch + timestamp, begin = kEpoch + start;
+  return {{0, 0, ready, ready, kNever, {}}, begin, begin + 3ms, Duration(-1), outcome};
 }
 
 results::Schedule schedule_of(std::vector<JobRecord> jobs) {
@@ -50,8 +45,10 @@ TEST(Schedule, TheNextCallFollowsTheLatestReleaseAtTheStart) {
   EXPECT_FALSE(schedule.jobs[1].finished());
 }
 
+/// The call of a wait set's timer releases the job that it starts.
 TEST(Schedule, SkippedTimestampsMoveTheNextCall) {
   JobRecord late = job(2ms, 26ms);
+  late.job.release = late.start;
   late.job.skipped = 2;
   EXPECT_EQ(schedule_of({late}).jobs.at(0).next_call, Time{} + 32ms);
 }

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "hotpath/reference_system/reference_node.hpp"
+#include "reference_nodes.hpp"
 
 namespace hotpath {
 namespace {
@@ -16,16 +16,8 @@ using testing::ElementsAre;
 class SelfCheckTest : public testing::Test {
  protected:
   SelfCheckTest() {
-    ReferenceNode sensor, command;
-    sensor.name = "S";
-    sensor.outputs = {"s"};
-    sensor.period = sensor.deadline = 10ms;
-    sensor.execution_time = sensor.best_case_execution_time = 3ms;
-    command.name = "C";
-    command.type = NodeType::command;
-    command.inputs = {{"s", 1, std::nullopt}};
-    command.execution_time = command.best_case_execution_time = 1ms;
-    graph_.nodes = {sensor, command};
+    graph_.nodes = {reference_node("S", NodeType::sensor, {}, 10ms, 3ms),
+                    reference_node("C", NodeType::command, {{"S", 1, {}}}, {}, 1ms)};
     tasks_ = make_tasks(graph_);
     for (int i = 0; i < 100; ++i) {
       const Duration at = i * 10ms, end = at + length_of(i);
@@ -39,13 +31,10 @@ class SelfCheckTest : public testing::Test {
   static Duration length_of(int i) { return i % 2 == 0 ? 1ms : 3ms; }
 
   JobRecord& add(TaskId task, int sequence, Duration timestamp, Duration start, Duration finish) {
-    JobRecord& r = trace_.jobs.emplace_back();
-    r.job.task = task;
-    r.job.sequence = static_cast<std::uint64_t>(sequence);
-    r.job.timestamp = r.job.release = Time{} + timestamp;
-    r.start = Time{} + start;
-    r.finish = Time{} + finish;
-    return r;
+    const Job job{task, static_cast<std::uint64_t>(sequence), Time{} + timestamp, Time{} + timestamp, kNever,
+                  {}};
+    trace_.jobs.push_back({job, Time{} + start, Time{} + finish});
+    return trace_.jobs.back();
   }
   void lose(int samples, Duration at) {
     for (int i = 0; i < samples; ++i) add(1, 100 + i, at, 0ms, 0ms).outcome = Outcome::overwritten;
@@ -90,7 +79,7 @@ TEST_F(SelfCheckTest, TheLargestDifferenceOfLossesComesFirst) {
   trace_.jobs.front().job.skipped = 1;
   std::vector<std::string> tasks;
   for (const imports::SelfCheck::LossCheck& loss : check().losses) tasks.push_back(loss.task);
-  EXPECT_THAT(tasks, ElementsAre("C/s", "S"));
+  EXPECT_THAT(tasks, ElementsAre("C/S", "S"));
 }
 
 }  // namespace

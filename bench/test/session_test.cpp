@@ -2,7 +2,7 @@
 #include "watch/session.hpp"
 
 #include <fcntl.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -55,9 +55,7 @@ TEST(Session, MergesTheThreadsOfAProgramByTime) {
     const auto node = std::ranges::find(events, EventKind::node_init, &Event::kind);
     EXPECT_STREQ(node->text[0], "node");
     EXPECT_STREQ(node->text[1], "/space");
-    EXPECT_EQ(session.losses().dropped, 0U);
-    EXPECT_EQ(session.losses().damaged, 0U);
-    EXPECT_EQ(session.losses().late, 0U);
+    EXPECT_THAT(session.losses(), testing::FieldsAre(0U, 0U, 0U));
     EXPECT_TRUE(is_left(name));
   }
   EXPECT_FALSE(is_left(name));

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A library for LD_PRELOAD that steps the real-time clock of a program by HOTPATH_CLOCK_STEP
-// seconds, HOTPATH_CLOCK_STEP_AFTER seconds after its start, or after HOTPATH_CLOCK_STEP_FROM
-// (CLOCK_MONOTONIC) so that several programs step at once. It converts deadlines on this clock to the
-// kernel's clock, so that timed waits behave as after a real step.
+// seconds, HOTPATH_CLOCK_STEP_AFTER seconds after its start. It converts deadlines on this clock to
+// the kernel's clock, so that timed waits behave as after a real step.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <semaphore.h>
@@ -28,9 +27,8 @@ timespec kernel_clock(clockid_t clock) {
 
 /// Current difference from the kernel's clock, in seconds.
 time_t step() {
-  static const time_t from = number("HOTPATH_CLOCK_STEP_FROM");
-  static const time_t began = from > 0 ? from : kernel_clock(CLOCK_MONOTONIC).tv_sec,
-                      by = number("HOTPATH_CLOCK_STEP"), after = number("HOTPATH_CLOCK_STEP_AFTER");
+  static const time_t began = kernel_clock(CLOCK_MONOTONIC).tv_sec, by = number("HOTPATH_CLOCK_STEP"),
+                      after = number("HOTPATH_CLOCK_STEP_AFTER");
   return kernel_clock(CLOCK_MONOTONIC).tv_sec >= began + after ? by : 0;
 }
 

@@ -18,7 +18,9 @@ namespace {
 
 using namespace std::chrono_literals;
 using testing::ElementsAre;
+using testing::FieldsAre;
 using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 class StoredSummaryTest : public testing::Test {
  protected:
@@ -40,9 +42,7 @@ class StoredSummaryTest : public testing::Test {
     Trace& trace = traces_.emplace_back();
     trace.executor = executor;
     trace.repetition = repetition;
-    JobRecord& r = trace.jobs.emplace_back();
-    r.job.task = 0;
-    r.finish = Time{} + Duration(response);
+    trace.jobs.push_back({{0, 0, {}, {}, kNever, {}}, {}, Time{} + Duration(response)});
     trace.chains = {{0, 0, 0, Duration(response), Duration(response)},
                     {0, 1, 0, Duration(response), Duration(response)}};
     results::RepetitionRecord& stored = record_.runs.emplace_back();
@@ -92,34 +92,24 @@ TEST_F(StoredSummaryTest, RowsOfARepetitionMustStandTogether) {
   ran("default", 1, 2);
   traces_.push_back(traces_.front());
   const results::StoredRun stored = run();
-  try {
-    results::for_each_record(stored, [](const JobRow&) {});
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("jobs.csv:4: rows of default, repetition 0, have ended before"));
-  }
+  EXPECT_THAT(
+      [&] { results::for_each_record(stored, [](const JobRow&) {}); },
+      ThrowsMessage<InputError>(HasSubstr("jobs.csv:4: rows of default, repetition 0, have ended before")));
 }
 
 TEST_F(StoredSummaryTest, MarksWhatTheKernelCountedInEachRepetition) {
   const auto usage = [&](std::uint32_t repetition, Duration stolen, Duration throttled, Duration others) {
-    results::ProcessUsage& of = ran("default", repetition, 1).usage;
-    of.wall = 10s;
-    of.stolen = stolen;
-    of.throttled = throttled;
-    of.others = others;
+    ran("default", repetition, 1).usage = {0ms, 0, 0, 0, stolen, throttled, others, 10s};
   };
   usage(2, 60ms, 0ms, 600ms);
   usage(1, 50ms, 50ms, 500ms);  // at each limit
   usage(0, 0ms, 51ms, 0ms);
   const results::StoredRun stored = run();
   const results::Summary summary = results::summarize(stored, stored.summary_options());
-  const auto& disturbed = summary.executors.at(0).disturbed;
-  ASSERT_EQ(disturbed.size(), 2U);
-  EXPECT_EQ(disturbed[0].repetition, 0U);
-  EXPECT_THAT(disturbed[0].marks, ElementsAre("0.5 % of the time throttled by a quota or by heat"));
-  EXPECT_EQ(disturbed[1].repetition, 2U);
-  EXPECT_THAT(disturbed[1].marks, ElementsAre("0.6 % of the time stolen by the hypervisor",
-                                              "6.0 % of the time used by other processes"));
+  EXPECT_THAT(summary.executors.at(0).disturbed,
+              ElementsAre(FieldsAre(0U, ElementsAre("0.5 % of the time throttled by a quota or by heat")),
+                          FieldsAre(2U, ElementsAre("0.6 % of the time stolen by the hypervisor",
+                                                    "6.0 % of the time used by other processes"))));
   EXPECT_EQ(summary.executors[0].executed, 3U) << "they count";
 }
 
@@ -131,13 +121,9 @@ TEST_F(StoredSummaryTest, RefusesRepetitionsThatWereMeasuredAgain) {
   std::ifstream(base_ + "/run/run.json") >> old;
   old["runs"][0]["replaced_by"] = 3;
   std::ofstream(base_ + "/run/run.json") << old;
-  try {
-    const results::StoredRun refused(base_ + "/run", "RUN");
-    FAIL();
-  } catch (const program::UsageError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("hotpath 0.9 measured again"));
-    EXPECT_THAT(error.what(), HasSubstr("measure it again"));
-  }
+  EXPECT_THAT([&] { const results::StoredRun refused(base_ + "/run", "RUN"); },
+              ThrowsMessage<program::UsageError>(
+                  testing::AllOf(HasSubstr("hotpath 0.9 measured again"), HasSubstr("measure it again"))));
 }
 
 }  // namespace

@@ -81,11 +81,9 @@ TEST_F(StoredSystemTest, HasTheThreadsOfItsDeployments) {
   EXPECT_EQ(read.processes.size(), 2U);
   ASSERT_EQ(read.executors.size(), 2U);
   for (std::size_t e = 0; e < 2; ++e) {
-    EXPECT_EQ(read.executors[e].name, plan.executors[e].name);
-    EXPECT_EQ(read.executors[e].executor, plan.executors[e].executor);
-    EXPECT_EQ(read.executors[e].policy, plan.executors[e].policy);
-    EXPECT_EQ(read.executors[e].processors, plan.executors[e].processors);
-    EXPECT_EQ(read.executors[e].process, plan.executors[e].process);
+    const DeployedExecutor& planned = plan.executors[e];
+    EXPECT_THAT(read.executors[e], testing::FieldsAre(planned.name, planned.executor, planned.policy,
+                                                      planned.processors, testing::_, planned.process));
   }
 }
 

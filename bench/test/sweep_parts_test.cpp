@@ -35,13 +35,8 @@ class SweepTest : public testing::Test {
     std::ofstream(folder_ / "sweep.yaml") << text;
     return sweep::load_sweep(folder_ / "sweep.yaml");
   }
-  std::string refusal(const std::string& text) {
-    try {
-      (void)design(text);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+  void expect_refusal(const std::string& text, const std::string& said) {
+    EXPECT_THAT([&] { (void)design(text); }, testing::ThrowsMessage<InputError>(HasSubstr(said))) << text;
   }
   static std::string values(const sweep::Design& d, std::uint64_t cell) {
     std::string all;
@@ -115,10 +110,9 @@ TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
        "the limit is 100 million"},
       {"axes: {load: [1, 2]}\nkeep: [{load: 3}]", "no value `3`"},
       {"axes: {load: {from: 1, to: 2, step: 0.25}}\nkeep: [{load: 1.3}]", "no value `1.3`"}};
-  for (const auto& [text, said] : cases) {
-    EXPECT_THAT(refusal(program::concat("command: simulate\n", text, "\n")), HasSubstr(said));
-  }
-  EXPECT_THAT(refusal("command: fly\naxes: {load: [1]}\n"), HasSubstr("simulate"));
+  for (const auto& [text, said] : cases)
+    expect_refusal(program::concat("command: simulate\n", text, "\n"), said);
+  expect_refusal("command: fly\naxes: {load: [1]}\n", "simulate");
 }
 
 TEST_F(SweepTest, KeepsTheCellsThatMatchOnAxesOfAnySize) {

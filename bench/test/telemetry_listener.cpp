@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// telemetry_listener --domain N [--runs N] [--seconds S] [--volatile] [--topic T...]
+// telemetry_listener --domain N [--runs N] [--seconds S] [--topic T...]
 //
 // Prints `{"kind": "ready"}`, then one line of JSON for each sample of a live run or a replay. Ends
 // after the last statistics of `--runs` repetitions, or after `--seconds`. With --topic, it also
@@ -33,23 +33,15 @@ struct Arguments {
   FastDdsOptions dds;
   std::uint32_t runs = 1;
   double seconds = 60;
-  bool volatile_reader = false;
   std::vector<std::string> topics;
 };
 
 json to_json(const telemetry::RunInfo& m) {
   json nodes = json::array(), edges = json::array(), chains = json::array();
   for (const auto& n : m.nodes()) {
-    nodes.push_back({{"name", n.name()},
-                     {"type", n.type()},
-                     {"hot", n.hot()},
-                     {"x", n.layout_x()},
-                     {"y", n.layout_y()},
-                     {"deadline_ns", n.deadline_ns()}});
+    nodes.push_back({{"name", n.name()}, {"hot", n.hot()}, {"x", n.layout_x()}, {"y", n.layout_y()}});
   }
-  for (const auto& e : m.edges()) {
-    edges.push_back({{"source", e.source()}, {"target", e.target()}, {"topic", e.topic()}, {"hot", e.hot()}});
-  }
+  for (const auto& e : m.edges()) edges.push_back({{"source", e.source()}, {"target", e.target()}});
   for (const auto& c : m.chains()) chains.push_back({{"name", c.name()}, {"sink", c.sink()}});
   return {{"kind", "run"},
           {"run_id", m.run_id()},
@@ -60,7 +52,6 @@ json to_json(const telemetry::RunInfo& m) {
           {"topic_prefix", m.topic_prefix()},
           {"origin", m.origin()},
           {"epoch_ns", m.epoch_ns()},
-          {"speed", m.speed()},
           {"facts", json::parse(m.facts())},
           {"nodes", nodes},
           {"edges", edges},
@@ -74,19 +65,10 @@ json to_json(const telemetry::Statistics& m) {
                      {"skipped", n.skipped()},
                      {"overwritten", n.overwritten()},
                      {"overruns", n.overruns()},
-                     {"queued", n.queued()},
-                     {"utilization", n.utilization()},
-                     {"response_window_ns", n.response_window_ns()},
-                     {"response_median_ns", n.response_median_ns()},
-                     {"response_p99_ns", n.response_p99_ns()},
-                     {"response_max_ns", n.response_max_ns()}});
+                     {"queued", n.queued()}});
   }
   for (const auto& c : m.chains()) {
-    chains.push_back({{"samples", c.samples()},
-                      {"dropped", c.dropped()},
-                      {"latency_median_ns", c.latency_median_ns()},
-                      {"latency_p99_ns", c.latency_p99_ns()},
-                      {"latency_max_ns", c.latency_max_ns()}});
+    chains.push_back({{"samples", c.samples()}, {"latency_max_ns", c.latency_max_ns()}});
   }
   return {{"kind", "statistics"}, {"run_id", m.run_id()},     {"number", m.number()},
           {"last", m.last()},     {"stamp_ns", m.stamp_ns()}, {"run_time_s", m.run_time_s()},
@@ -156,8 +138,7 @@ class Listener {
     type.register_type(participant_);
     dds::DataReaderQos qos;
     qos.reliability().kind = reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
-    qos.durability().kind = reliable && !arguments_.volatile_reader ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
-                                                                    : dds::VOLATILE_DURABILITY_QOS;
+    qos.durability().kind = reliable ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = 4096;
     qos.data_sharing().off();
@@ -242,7 +223,6 @@ int main(int argc, char** argv) {
   app.add_option("--domain", arguments.dds.domain);
   app.add_option("--runs", arguments.runs);
   app.add_option("--seconds", arguments.seconds);
-  app.add_flag("--volatile", arguments.volatile_reader);
   app.add_option("--topic", arguments.topics);
   CLI11_PARSE(app, argc, argv);
   hotpath::Listener(arguments).run();

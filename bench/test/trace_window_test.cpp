@@ -21,12 +21,11 @@ std::string tasks_in(Duration from, Duration to) {
   Trace trace;
   trace.executor = "default";
   const auto add = [&](const char* name, Duration ready, Duration start, Duration finish, Outcome outcome) {
-    JobRecord& r = trace.jobs.emplace_back();
-    r.job.task = static_cast<TaskId>(set.tasks.size());
-    r.job.timestamp = r.job.release = Time{} + ready;
-    r.start = Time{} + start;
-    r.finish = Time{} + finish;
-    r.outcome = outcome;
+    trace.jobs.push_back({{set.size(), 0, Time{} + ready, Time{} + ready, kNever, {}},
+                          Time{} + start,
+                          Time{} + finish,
+                          Duration(-1),
+                          outcome});
     set.tasks.emplace_back().name = name;
   };
   add("waits", 0ms, 12ms, 13ms, Outcome::ran);
@@ -50,10 +49,8 @@ std::string tasks_in(Duration from, Duration to) {
   std::istringstream lines(window.str());
   std::string names;
   for (std::string line; std::getline(lines, line);) {
-    std::istringstream fields(line);
-    std::string field;
-    for (int column = 0; column < 3; ++column) std::getline(fields, field, ',');
-    names += (names.empty() ? "" : " ") + field;
+    const std::size_t begin = line.find(',', line.find(',') + 1) + 1;
+    names += (names.empty() ? "" : " ") + line.substr(begin, line.find(',', begin) - begin);
   }
   return names;
 }

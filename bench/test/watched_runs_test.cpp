@@ -7,32 +7,12 @@
 #include <algorithm>
 #include <chrono>
 
-#include "hotpath/reference_system/reference_node.hpp"
+#include "reference_nodes.hpp"
 
 namespace hotpath::test {
 namespace {
 
 using namespace std::chrono_literals;
-
-ReferenceNode sensor(const std::string& name, Duration period, Duration execution_time,
-                     const std::string& output) {
-  ReferenceNode sensor;
-  sensor.type = NodeType::sensor;
-  sensor.name = name;
-  sensor.period = sensor.deadline = period;
-  sensor.execution_time = sensor.best_case_execution_time = execution_time;
-  sensor.outputs = {output};
-  return sensor;
-}
-
-ReferenceNode transform(const std::string& input, Duration execution_time) {
-  ReferenceNode transform = sensor("filter", {}, execution_time, "filtered");
-  transform.type = NodeType::transform;
-  transform.inputs.resize(1);
-  transform.inputs.front().topic = input;
-  transform.inputs.front().depth = 1;
-  return transform;
-}
 
 void expect_calm(const Graph& graph, const std::string& executor) {
   std::uint64_t jobs = 0;
@@ -49,8 +29,9 @@ void expect_calm(const Graph& graph, const std::string& executor) {
 TEST(ReleaseAndExecute, BudgetsCountTheReleasesDuringTheJobsOfTheTimerThread) {
   Graph graph;
   graph.platform.release_cost = 1ms;
-  graph.nodes = {sensor("slow", 200ms, 0ms, "slow"), sensor("fast", 10ms, 5ms, "fast"),
-                 transform("slow", 40ms)};
+  graph.nodes = {reference_node("slow", NodeType::sensor, {}, 200ms),
+                 reference_node("fast", NodeType::sensor, {}, 10ms, 5ms),
+                 reference_node("filter", NodeType::transform, {{"slow", 1, {}}}, {}, 40ms)};
   for (const char* executor : {"rm-re", "edf-re", "fp-re"}) expect_calm(graph, executor);
 }
 
@@ -58,8 +39,12 @@ TEST(ReleaseAndExecute, BudgetsCountTheReleasesDuringTheJobsOfTheTimerThread) {
 TEST(ReleaseAndExecute, KeepsTheOrderOfThreadsAtOneInstant) {
   Graph graph;
   graph.platform.cores = 2;
-  graph.nodes = {sensor("one", 10ms, 0ms, "points"), sensor("two", 10ms, 0ms, "points"),
-                 transform("points", 1ms)};
+  for (const char* name : {"one", "two"}) {
+    ReferenceNode node = reference_node(name, NodeType::sensor, {}, 10ms);
+    node.outputs = {"points"};
+    graph.nodes.push_back(node);
+  }
+  graph.nodes.push_back(reference_node("filter", NodeType::transform, {{"points", 1, {}}}, {}, 1ms));
   for (const char* executor : {"events-re", "rm-re"}) expect_calm(graph, executor);
 }
 

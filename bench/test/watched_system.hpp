@@ -17,14 +17,7 @@ struct WatchedSystem {
 
   void add(K kind, double ms, std::array<std::uint64_t, 4> numbers,
            std::array<const char*, 2> texts = {"", ""}) {
-    tracing::Event event;
-    event.kind = kind;
-    event.process = event.thread = 7;
-    event.processor = 1;
-    event.at = at_ms(ms);
-    event.number = numbers;
-    event.text = texts;
-    events.push_back(event);
+    events.push_back({kind, 7, 7, 1, at_ms(ms), numbers, texts});
   }
 
   WatchedSystem() {

@@ -2,7 +2,7 @@
 // Files that get their final names only when they are complete.
 #include "program/whole_file.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <fstream>
@@ -43,12 +43,8 @@ TEST(WholeFile, HoldsTextJsonOrWhatAFunctionWrites) {
 TEST(WholeFile, NamesTheOptionThatAskedForAFileThatCannotBeWritten) {
   const fs::path file = fs::path(testing::TempDir()) / "nowhere" / "file";
   EXPECT_THROW(program::write_whole_file(file, std::string("text")), program::RunError);
-  try {
-    program::write_whole_file(file, "--output", std::string("text"));
-    FAIL();
-  } catch (const program::UsageError& error) {
-    EXPECT_EQ(std::string(error.what()).find("--output: " + file.string()), 0U) << error.what();
-  }
+  EXPECT_THAT([&] { program::write_whole_file(file, "--output", std::string("text")); },
+              testing::ThrowsMessage<program::UsageError>(testing::StartsWith("--output: " + file.string())));
 }
 
 TEST(WholeFile, IsNotWrittenThroughALink) {

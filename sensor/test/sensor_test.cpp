@@ -120,13 +120,6 @@ TEST(Sensor, RecordsCallsAndPassesThemOn) {
   EXPECT_EQ(ring.records[8].number[0], 10U);
 }
 
-TEST(Sensor, HasARingForEachThread) {
-  Session session('b');
-  EXPECT_EQ(session.run("100 4"), 4 * (2 + 3 * 100));
-  ASSERT_EQ(session.rings().size(), 4U);
-  for (const Ring* ring : session.rings()) EXPECT_EQ(ring->head, 7U + 3U * 100U);
-}
-
 TEST(Sensor, CountsWhatAFullRingDrops) {
   Session session('c');
   constexpr std::uint64_t kJobs = 4000;

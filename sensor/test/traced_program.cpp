@@ -7,7 +7,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <bit>
 #include <cerrno>
 #include <cstdlib>
 #include <iostream>
@@ -18,8 +17,6 @@
 #include "tracetools.hpp"
 
 namespace {
-
-const void* handle(std::uintptr_t address) { return std::bit_cast<const void*>(address); }
 
 void run_jobs(long jobs, const std::string& topic) {
   errno = 77;

@@ -13,10 +13,6 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// Handles are never dereferenced.
-// NOLINTNEXTLINE(performance-no-int-to-ptr)
-const void* handle(std::uintptr_t address) { return reinterpret_cast<const void*>(address); }
-
 const void* const source = handle(0x100);
 const void* const publisher = handle(0x110);
 const void* const rmw_publisher = handle(0x120);

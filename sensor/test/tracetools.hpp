@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+
+/// A handle, which is never dereferenced.
+inline const void* handle(std::uintptr_t address) { return std::bit_cast<const void*>(address); }
 
 // The tracepoints that the traced program of the tests calls, as tracetools 8 declares them.
 extern "C" {

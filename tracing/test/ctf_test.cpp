@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -23,12 +23,7 @@ class Ctf : public testing::Test {
     std::vector<Event> events;
     for (const EventFormat& format : kEvents) {
       const auto i = static_cast<std::uint32_t>(events.size());
-      Event& e = events.emplace_back();
-      e.kind = format.kind;
-      e.at = Time(Duration(1'000'000 + 10 * i));
-      e.process = 7;
-      e.thread = 100 + i;
-      e.processor = static_cast<std::int32_t>(i % 2);
+      Event e{format.kind, 7, 100 + i, static_cast<std::int32_t>(i % 2), Time(Duration(1'000'000 + 10 * i))};
       std::size_t numbers = 0, texts = 0;
       for (const EventField& field : format.fields()) {
         if (field.type == FieldType::text) {
@@ -39,6 +34,7 @@ class Ctf : public testing::Test {
           e.number[numbers] = 1000 * (i + 1) + numbers;
         }
       }
+      events.push_back(e);
     }
     return events;
   }
@@ -60,13 +56,9 @@ class Ctf : public testing::Test {
     return line;
   }
 
-  std::string error_of(const fs::path& folder) const {
-    try {
-      const CtfTrace trace(folder);
-    } catch (const TraceError& error) {
-      return error.what();
-    }
-    return "";
+  static void expect_error(const fs::path& folder, const char* said) {
+    EXPECT_THAT([&] { const CtfTrace trace(folder); },
+                testing::ThrowsMessage<TraceError>(testing::HasSubstr(said)));
   }
 
   std::string name_ = fs::temp_directory_path() / "hotpath-ctf-test-XXXXXX";
@@ -93,12 +85,12 @@ TEST_F(Ctf, ExceptionsOfTheVisitorEndTheReading) {
 }
 
 TEST_F(Ctf, FoldersWithoutATraceAreRejectedWithARemedy) {
-  EXPECT_NE(error_of(fs::path(name_) / "nowhere").find("cannot be read (No such file"), std::string::npos);
-  EXPECT_NE(error_of(name_).find("holds no CTF trace"), std::string::npos);
+  expect_error(fs::path(name_) / "nowhere", "cannot be read (No such file");
+  expect_error(name_, "holds no CTF trace");
   std::ofstream(fs::path(name_) / "metadata") << "{\"type\": \"preamble\"}";
-  EXPECT_NE(error_of(name_).find("--trace-format=ctf-1.8"), std::string::npos);
+  expect_error(name_, "--trace-format=ctf-1.8");
   std::ofstream(fs::path(name_) / "metadata") << "text";
-  EXPECT_NE(error_of(name_).find("is not CTF"), std::string::npos);
+  expect_error(name_, "is not CTF");
 }
 
 }  // namespace

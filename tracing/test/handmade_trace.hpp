@@ -17,15 +17,7 @@ class Recording : public Sink {
 
   void tell(K kind, std::int64_t at_ns, std::array<std::uint64_t, 4> numbers,
             std::array<const char*, 2> texts = {"", ""}, std::uint32_t thread = 1) {
-    Event e;
-    e.kind = kind;
-    e.at = at(at_ns);
-    e.process = process;
-    e.thread = thread;
-    e.processor = 0;
-    e.number = numbers;
-    e.text = texts;
-    assembler.event(e);
+    assembler.event({kind, process, thread, 0, at(at_ns), numbers, texts});
   }
 
   /// Node 1 with a timer (callback 11) that publishes /a (publisher 13), and node 2 with a
