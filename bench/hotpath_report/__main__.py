@@ -33,7 +33,7 @@ COMMANDS: dict[str, tuple[str, str, Arguments]] = {
     "timers-only": ("figures.timers:draw_runs", TIMERS, RUNS),
     "report": ("report:write", REPORT, RUNS),
     "perfetto": ("perfetto:write", "trace of `hotpath export perfetto`", OPTIONS),
-    "validate": ("pages.text:tell_validation", "print and draw `hotpath paper golden`", FOLDER),
+    "validate": ("pages.text:tell_validation", "print `hotpath paper golden`", FOLDER),
     "import-page": ("pages.text:write_import", "page of `hotpath import ctf`", FOLDER),
     "guarantees": ("pages.guarantees:write", "page of `hotpath analyze`", FOLDER),
     "capacity": ("pages.capacity_page:write", "levels and page of `hotpath capacity`", FOLDER),
