@@ -72,7 +72,6 @@ class Executor:
 
     name: str
     family: str  # as `hotpath list executors --json` names it
-    timers: str  # how it handles them, likewise
     policy: str | None  # of the events queue, if it has one
     colour: str  # #RRGGBB
 

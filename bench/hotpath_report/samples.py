@@ -25,12 +25,12 @@ def group_of(task: str) -> str | None:
 
 
 def samples_by(frame: pd.DataFrame, keys: list[str], value: str) -> dict[Any, Samples]:
-    """Samples of each group of rows with equal keys, in order of first appearance. The column
-    `repetition` numbers the repetitions; one key must be `source`."""
+    """Samples of each group of rows with equal keys, in order of first appearance, by the column
+    `repetition`; one key must be `source`."""
     found = {}
     for key, rows in frame.groupby(keys, sort=False):
-        of = {int(n): r[value].to_numpy() for n, r in rows.groupby("repetition", sort=False)}
-        found[key] = Samples(of.values(), key[keys.index("source")] == "simulated", of.keys())
+        of = (r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False))
+        found[key] = Samples(of, exact=key[keys.index("source")] == "simulated")
     return found
 
 
