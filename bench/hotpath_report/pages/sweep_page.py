@@ -30,10 +30,7 @@ def plots(of: Table) -> list[dict[str, Any]]:
 
 def figures(of: Table) -> list[tuple[str, str, Any]]:
     """Name, title and drawing of the figures that the table allows."""
-    made: list[tuple[str, str, Any]] = [
-        ("lines", f"{of.what} over {of.x}", sweep.lines),
-        ("map", f"{of.what} and losses over {of.x} and executor", sweep.heat_map),
-    ]
+    made: list[tuple[str, str, Any]] = [("lines", f"{of.what} over {of.x}", sweep.lines)]
     if of.others:
         made.append(("multiples", f"{of.multiplied.title.capitalize()}, by {of.others[0]}", sweep.multiples))
     return made
