@@ -17,7 +17,6 @@ from typing import Any, TextIO
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
-from hotpath_report.paper import publish
 from hotpath_report.paper.cells import ITEMS, MODES, NAMES, Cell, all_cells, duration_text
 from hotpath_report.paper.runner import Runner, facts_of
 from hotpath_report.tables import make_folder, write_json
@@ -47,8 +46,6 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--output", metavar="FOLDER", type=Path, default="runs/paper", help=output)
     jobs = "concurrent live single-core repetitions, each on its own processor (%(default)s)"
     made.add_argument("--jobs", metavar="N", type=int, default=1, help=jobs)
-    copy = "then copy the publishable results to this folder, as results/paper"
-    made.add_argument("--publish", metavar="FOLDER", type=Path, help=copy)
     program = "the hotpath program (default: from the build tree)"
     made.add_argument("--hotpath", metavar="PROGRAM", help=program)
     return made
@@ -65,10 +62,6 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     for name in options.items:
         if name not in NAMES:
             raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(NAMES)}")
-    if options.publish and options.only:
-        raise InputError("--publish needs a complete reproduction; omit --only")
-    if options.publish and (problem := publish.problem_with(options.output, options.publish)):
-        raise InputError(f"--publish {options.publish} {problem}; name a new folder or a publication")
     # On most machines the last processors get the fewest interrupts.
     options.cpus = sorted(os.sched_getaffinity(0), reverse=True)
     if not 1 <= options.jobs <= len(options.cpus):
@@ -168,8 +161,8 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
         tell(f"{cell.name} failed: {sentence}")
 
 
-def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], wanted: list[Cell]) -> None:
-    """Writes the results, publishes them on request, and prints a line per claim."""
+def present(options: argparse.Namespace, runner: Runner, cells: list[Cell]) -> None:
+    """Writes the results, and prints a line per claim."""
     from hotpath_report.paper import evidence, results  # takes a second; not needed for errors
 
     complete = [c for c in cells if runner.complete(c)]
@@ -180,11 +173,6 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
     collected.mode = options.mode.name
     planned = sum(c.source == "live" for c in cells)
     verdicts = results.write_results(collected, shown, options.output, planned)
-    if options.publish:
-        if missing := len(set(wanted) - set(complete)):
-            why = f"{missing} of {len(wanted)} cells are missing"
-            raise RunError(f"--publish: {why}; nothing was copied; run the command again")
-        publish.publish(options.output, options.publish)
     for v in verdicts:
         text = next((f.text for f in reversed(v.known.values())), "")
         print(f"{v.verdict:<10}  {v.claim.name:<22} {text}")
@@ -208,7 +196,7 @@ def reproduce(arguments: Sequence[str]) -> int:
         runner = Runner(options.hotpath, build, options.output, options.cpus)
         try:
             measure(options, runner, wanted)
-            present(options, runner, cells, wanted)
+            present(options, runner, cells)
         except Interrupted as signalled:
             done = f"{sum(map(runner.complete, cells))} cells are complete"
             tell(

@@ -343,18 +343,6 @@ class WrongUse(ReproductionTest):
         self.assert_refused(reproduce(folder, "--jobs", "1000"), "--jobs 1000")
         self.assert_refused(reproduce(folder, "--hotpath", "/nowhere"), "/nowhere", "build")
         self.assert_refused(reproduce(folder, "--fast"), "--fast")
-        self.assert_refused(
-            reproduce(folder, "--only", "load", "--publish", str(folder / "published")), "--publish"
-        )
-
-    def test_publishing_replaces_only_an_earlier_publication(self) -> None:
-        folder = self.folder()
-        mine = folder / "mine"
-        mine.mkdir()
-        (mine / "thesis.tex").write_text("years of work")
-        for destination in (folder, folder / "paper", folder / "paper" / "cells", mine):
-            self.assert_refused(reproduce(folder / "paper", "--publish", str(destination)), "--publish")
-        self.assertTrue((mine / "thesis.tex").exists())
 
     def test_two_at_a_time_in_one_folder(self) -> None:
         folder = self.folder()
