@@ -46,16 +46,12 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--output", metavar="FOLDER", type=Path, default="runs/paper", help=output)
     jobs = "concurrent live single-core repetitions, each on its own processor (%(default)s)"
     made.add_argument("--jobs", metavar="N", type=int, default=1, help=jobs)
-    program = "the hotpath program (default: from the build tree)"
-    made.add_argument("--hotpath", metavar="PROGRAM", help=program)
     return made
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Parses and checks the options. Raises InputError."""
     options = parser().parse_args(arguments)
-    if options.hotpath:
-        os.environ["HOTPATH"] = options.hotpath  # also for reading results
     options.hotpath = str(hotpath_command.program())
     options.mode = MODES[options.mode or "standard"]
     options.items = [name for part in options.only for name in part.split(",") if name] or list(NAMES)
@@ -90,7 +86,7 @@ def build_of(hotpath: str) -> str:
         return f"{hotpath_command.output_of('--version').strip()} ({digest})"
     except (OSError, RunError) as error:
         hint = "build it with launch_scripts/build.sh"
-        raise InputError(f"--hotpath {hotpath}: cannot run ({error}); {hint}") from None
+        raise InputError(f"{hotpath}: cannot run ({error}); {hint}") from None
 
 
 def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
