@@ -19,12 +19,10 @@ namespace hotpath {
 struct TelemetryOptions {
   std::uint32_t domain = 0;     ///< DDS domain, 0 to 232.
   bool all_interfaces = false;  ///< False: only this machine's loopback.
-  std::size_t queue = 4096;     ///< Capacity of the queue, in samples.
-  std::size_t queue_bytes = 64 << 20;
 };
 
 /// Receives a benchmark's telemetry from Fast DDS. Its listeners run in Fast DDS threads and only
-/// enqueue.
+/// enqueue, at most 4096 samples and 64 MiB.
 class TelemetryInput {
  public:
   /// Throws std::runtime_error if Fast DDS cannot create an entity.
@@ -60,7 +58,7 @@ class TelemetryInput {
   void enqueue(Event event);
   void complain(const std::string& text);
 
-  BoundedQueue<Event> queue_;
+  BoundedQueue<Event> queue_{4096, 64 << 20};
   std::array<Counters, std::variant_size_v<Event>> counters_;
   std::mutex mutex_;
   std::set<std::string> known_complaints_;
