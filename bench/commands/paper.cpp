@@ -209,7 +209,6 @@ struct FigureArguments {
   std::string live, output = "runs/paper";
   bool quick = false;
   std::vector<std::string> only;
-  unsigned jobs = 1;
 };
 
 void add_figures(CLI::App& paper) {
@@ -234,8 +233,6 @@ void add_figures(CLI::App& paper) {
   add_list(figures, "--only", o.only, "ITEMS",
            "Only these items (`hotpath list figures`), separated by commas");
   add_text(figures, "--output", o.output, "FOLDER", "Folder for results and for resuming");
-  add_number(figures, "--jobs", o.jobs, {1, 1024}, "N",
-             "Concurrent live repetitions on one core, each on its own\nprocessor");
 }
 
 }  // namespace

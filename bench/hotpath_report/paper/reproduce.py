@@ -44,8 +44,6 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--list", action="store_true", help=listed)
     output = "folder for results and for resuming (%(default)s)"
     made.add_argument("--output", metavar="FOLDER", type=Path, default="runs/paper", help=output)
-    jobs = "concurrent live single-core repetitions, each on its own processor (%(default)s)"
-    made.add_argument("--jobs", metavar="N", type=int, default=1, help=jobs)
     return made
 
 
@@ -60,8 +58,6 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
             raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(NAMES)}")
     # On most machines the last processors get the fewest interrupts.
     options.cpus = sorted(os.sched_getaffinity(0), reverse=True)
-    if not 1 <= options.jobs <= len(options.cpus):
-        raise InputError(f"--jobs {options.jobs}: choose 1 to {len(options.cpus)}, the usable processors")
     return options
 
 
@@ -114,16 +110,11 @@ def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
     return file
 
 
-def run_cells(runner: Runner, todo: list[Cell], jobs: int) -> None:
-    """Runs simulations first, then measurements: repetition by repetition if several run at once, since cells of
-    several cores run alone."""
-    runner.run_all([c for c in todo if c.source != "live" and not c.alone], SIMULATIONS_AT_ONCE)
-    runner.run_all([c for c in todo if c.alone], 1)
-    live = [c for c in todo if c.source == "live"]
-    for repetition in sorted({c.repetition for c in live}):
-        cells = [c for c in live if c.repetition == repetition]
-        runner.run_all([c for c in cells if c.cores == 1 or jobs == 1], jobs)
-        runner.run_all([c for c in cells if c.cores > 1 and jobs > 1], 1)
+def run_cells(runner: Runner, todo: list[Cell]) -> None:
+    """Runs simulations first, then what measures, one at a time."""
+    measuring = [c for c in todo if c.alone or c.source == "live"]
+    runner.run_all([c for c in todo if c not in measuring], SIMULATIONS_AT_ONCE)
+    runner.run_all(measuring, 1)
 
 
 def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> None:
@@ -152,7 +143,7 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
 
     runner.on_change = show
     with contextlib.closing(bar), interruptible():
-        run_cells(runner, todo, options.jobs)
+        run_cells(runner, todo)
     for cell, sentence in runner.failed:
         tell(f"{cell.name} failed: {sentence}")
 

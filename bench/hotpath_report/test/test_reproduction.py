@@ -340,7 +340,6 @@ class WrongUse(ReproductionTest):
         folder = self.folder()
         self.assert_refused(reproduce(folder, "--only", "violins"), "violins", "dropped-jobs")
         self.assert_refused(reproduce(folder, "--full"), "--quick")
-        self.assert_refused(reproduce(folder, "--jobs", "1000"), "--jobs 1000")
         self.assert_refused(reproduce(folder, "--fast"), "--fast")
         with mock.patch.dict(os.environ, {"HOTPATH": "/nowhere"}):
             self.assert_refused(reproduce(folder), "/nowhere", "build")
