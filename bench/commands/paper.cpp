@@ -164,7 +164,6 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
   }
   std::cout << table;
   program::show_json(json_of(summary));
-  program::draw_figure("waters", folder);
   std::cout << "\nResults: " << folder.string() << "\n";
 }
 
@@ -185,7 +184,7 @@ void add_waters(CLI::App& paper) {
   add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets per utilisation");
   add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "Seed of the task sets");
   add_threads_option(waters, o.options.threads);
-  add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables and the figure");
+  add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables");
   add_json_option(waters);
 }
 

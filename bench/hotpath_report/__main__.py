@@ -37,7 +37,6 @@ COMMANDS: dict[str, tuple[str, str, Arguments]] = {
     "capacity": ("pages.capacity_page:write", "levels and page of `hotpath capacity`", FOLDER),
     "sweep": ("pages.sweep_page:write", "figures and page of `hotpath sweep`", FOLDER),
     "advice": ("pages.advice_page:write", "predictions and page of `hotpath advise`", FOLDER),
-    "waters": ("figures.waters:draw", "reduction of bounds on WATERS task sets", FOLDER),
     "bench": ("bench_suite:bench", "run the programs of `hotpath bench`", OPTIONS),
     "bench-report": ("pages.bench_report:write", "report of `hotpath bench`", FOLDER),
     "comparison": ("pages.comparison_page:write", "page of `hotpath diff`", FOLDER),
