@@ -6,11 +6,9 @@ import importlib
 import json
 import os
 import subprocess
-import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from hotpath_report.errors import InputError, RunError
 
@@ -52,18 +50,6 @@ def load(module: str) -> ModuleType:
     finally:
         os.fchdir(folder)
         os.close(folder)
-
-
-def draw_if_possible(call: str, *arguments: Any) -> None:
-    """Calls MODULE:FUNCTION, which draws an optional figure. Reports missing Python packages on
-    standard error. HOTPATH_FIGURES=none in the environment skips these figures."""
-    if os.environ.get("HOTPATH_FIGURES") == "none":
-        return
-    module, _, function = call.partition(":")
-    try:
-        getattr(load(module), function)(*arguments)
-    except ImportError as error:
-        print(f"note: the figure was not drawn: {error}", file=sys.stderr)
 
 
 @dataclass(frozen=True)

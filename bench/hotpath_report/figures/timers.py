@@ -146,5 +146,4 @@ def draw_run(folder: str) -> None:
     drawn = drops(runs, labels, style.WIDE), responses(runs, groups, labels, bounds_of(runs), style.WIDE)
     titles = {"dropped": "Dropped jobs per executor", "response": "Response times of executed jobs"}
     for (name, title), figure in zip(titles.items(), drawn):
-        style.add_title(figure, title, subtitle, run.partial)
-        style.save(figure, folder, f"timers_only_{name}")
+        style.save(figure, folder, f"timers_only_{name}", title, subtitle, run.partial)

@@ -133,8 +133,7 @@ def write(folder: str) -> None:
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
     figure: Figure = predictions(found, shown, style.WIDE).figure
-    style.add_title(figure, "Predicted latency of each executor", subtitle)
-    style.save(figure, folder, "advice")
+    style.save(figure, folder, "advice", "Predicted latency of each executor", subtitle)
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
     title = "Predicted latency of each candidate"
     made = make_figure("predictions", title, lambda width: predictions(found, shown, width), [])
