@@ -24,12 +24,11 @@ RUNS: Arguments = {
 }
 FOLDER: Arguments = {"folder": {"metavar": "FOLDER"}}
 OPTIONS: Arguments = {"options": {"metavar": "OPTIONS", "help": "JSON from `hotpath`"}}
-REPORT = "page about runs, or about a published reproduction"
 # The function that runs each command, what it does, and its arguments.
 COMMANDS: dict[str, tuple[str, str, Arguments]] = {
     "hot-path": ("figures.hot_path:draw_run", "hot-path latency of each executor", FOLDER),
     "timers-only": ("figures.timers:draw_run", "dropped jobs and response times of timers", FOLDER),
-    "report": ("report:write", REPORT, RUNS),
+    "report": ("report:write", "page about runs, or about a published reproduction", RUNS),
     "perfetto": ("perfetto:write", "trace of `hotpath export perfetto`", OPTIONS),
     "validate": ("pages.text:tell_validation", "print `hotpath paper golden`", FOLDER),
     "import-page": ("pages.text:write_import", "page of `hotpath import ctf`", FOLDER),

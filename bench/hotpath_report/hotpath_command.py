@@ -19,11 +19,8 @@ WRONG_USE = 2  # exit code of `hotpath` for unusable input
 
 
 def program() -> Path:
-    """$HOTPATH, or the program in the build tree or in the prefix of the installed package."""
-    if "HOTPATH" in os.environ:
-        return Path(os.environ["HOTPATH"]).resolve()
-    built, installed = PACKAGE.parents[1] / "build/bench/hotpath", PACKAGE.parents[2] / "bin/hotpath"
-    return installed if installed.exists() and not built.exists() else built
+    """$HOTPATH, which `hotpath` sets, or the program in the build tree."""
+    return Path(os.environ.get("HOTPATH", PACKAGE.parents[1] / "build/bench/hotpath")).resolve()
 
 
 def output_of(*words: object) -> str:
