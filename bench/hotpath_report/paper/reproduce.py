@@ -169,7 +169,7 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell]) -> N
     print(f"The page: {options.output}/report.html (and report.md); data: {options.output}/data")
 
 
-def reproduce(arguments: Sequence[str]) -> int:
+def reproduce(*arguments: str) -> int:
     """Runs the selected cells and writes the page. Raises InputError, RunError."""
     began, options = time.monotonic(), parse(arguments)
     cells = all_cells(options.mode, SEED)
