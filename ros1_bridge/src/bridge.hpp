@@ -69,9 +69,9 @@ class Bridge {
 
   std::vector<std::string> node_names_, chain_names_;  ///< ROS names; parallel to the run's.
   Topics latency_topics_, response_time_topics_, points_topics_;
-  std::vector<ros::Publisher> response_times_;                ///< Parallel to the run's nodes.
-  std::vector<ros::Publisher> latencies_;                     ///< Parallel to the run's chains.
-  std::vector<std::optional<std::uint64_t>> next_samples_;    ///< Expected numbers, likewise.
+  std::vector<ros::Publisher> response_times_;              ///< Parallel to the run's nodes.
+  std::vector<ros::Publisher> latencies_;                   ///< Parallel to the run's chains.
+  std::vector<std::optional<std::uint64_t>> next_samples_;  ///< Expected numbers, likewise.
   std::vector<Points> points_;
   ros::Publisher graph_, metadata_, diagnostics_;
   ros::Publisher transforms_, clock_;  ///< Advertised when they are needed.

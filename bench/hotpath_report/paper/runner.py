@@ -143,7 +143,8 @@ class Runner:
             shutil.rmtree(part, ignore_errors=True)
         with concurrent.futures.ThreadPoolExecutor(workers) as pool:
             try:
-                for future in concurrent.futures.as_completed([pool.submit(self.run, cell) for cell in cells]):
+                submitted = [pool.submit(self.run, cell) for cell in cells]
+                for future in concurrent.futures.as_completed(submitted):
                     future.result()
             except BaseException:
                 with self.lock:
