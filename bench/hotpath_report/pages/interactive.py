@@ -172,7 +172,8 @@ def run_of_samples(name: str, source: str, executors: Sequence[str]) -> dict[str
 
 def without_jobs(**parts: Any) -> dict[str, Any]:
     """What the interactive part shows of a page without stored runs: these parts of a document()."""
-    return {"causes": [], "rules": [], "series": [], "targets": [], "runs": []} | parts
+    nothing: dict[str, Any] = {"causes": [], "rules": [], "series": [], "targets": [], "runs": []}
+    return nothing | parts
 
 
 def distributions(sources: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
