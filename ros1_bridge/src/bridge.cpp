@@ -242,7 +242,6 @@ diagnostic_msgs::DiagnosticStatus Bridge::own_health() {
     value(std::string(kStreams[stream]) + " dropped, queue full", counts.dropped);
     losses += counts.dropped;
   }
-  value("longest queue", input_.longest_queue());
   value("runs", counts_.runs);
   value("samples before the first", counts_.before_first);
   value("lost on the way", counts_.lost);

@@ -44,7 +44,6 @@ class TelemetryInput {
     std::uint64_t dropped = 0;  ///< Dropped because the queue was full.
   };
   Counts counts(std::size_t stream) const;
-  std::size_t longest_queue() const { return queue_.longest(); }
 
   /// New messages about conflicts in this domain, each reported once.
   std::vector<std::string> take_complaints();
