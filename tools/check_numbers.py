@@ -1,10 +1,10 @@
 #!/usr/bin/env -S PYTHONPATH=bench /usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the generated blocks of README.md, docs/*.md and results/*/README.md from results/.
+"""Writes the generated blocks of README.md, docs/*.md and the README.md of results/ from results/.
 
 The template numbers.md.j2 has the blocks, each between `<!-- generated: NAME -->` and `<!-- end -->`.
 With --check the pages stay as they are; the tool reports blocks that disagree with results/, and
-sentences of results/paper/claims.json and facts.json that the published pages lack.
+sentences of results/paper/claims.json that the published page lacks.
 """
 
 import csv
@@ -55,9 +55,9 @@ def check_blocks(texts: dict[Path, str], blocks: dict[str, str]) -> None:
 
 
 def disagreements(root: Path) -> Iterator[str]:
-    """Sentences of the data of results/paper that its page or results/README.md lacks."""
+    """Sentences of the claims of results/paper that its page lacks."""
     paper = root / "results/paper"
-    claims, facts = (json.loads((paper / f"{name}.json").read_text("utf-8")) for name in ("claims", "facts"))
+    claims = json.loads((paper / "claims.json").read_text(encoding="utf-8"))
     page = (paper / "report.md").read_text(encoding="utf-8").replace("\\|", "|")
     parts = page.split("<details>")
     for claim in claims:
@@ -67,10 +67,6 @@ def disagreements(root: Path) -> Iterator[str]:
         for text in (row, claim["quote"], claim["rule"], *findings):
             if text not in (page if text == row else part):
                 yield f"results/paper/report.md lacks `{text}` of the claim {claim['claim']}"
-    readme = (root / "results/README.md").read_text(encoding="utf-8")
-    for text in (facts["where"], facts["live_runs"]):
-        if text and text not in readme:
-            yield f"results/README.md lacks `{text}`"
 
 
 def main() -> int:
@@ -81,7 +77,7 @@ def main() -> int:
     options = arguments.parse_args()
     wrong = []
     try:
-        pages = ("README.md", "docs/*.md", "results/*/README.md")
+        pages = ("README.md", "docs/*.md", "results/README.md", "results/*/README.md")
         files = [file for page in pages for file in sorted(options.root.glob(page))]
         texts = {file: file.read_text(encoding="utf-8") for file in files}
         blocks = render(options.root)

@@ -33,9 +33,8 @@ SEEDS = {
     "jobs_csv": "bench/test/fuzz/run/jobs.csv",
     "chains_csv": "bench/test/fuzz/run/chains.csv",
 }
-LONGEST_INPUT = 16384
 # A second for an input; 4096 times the longest input for an allocation, 1 GiB for all of them.
-LIMITS = [f"-max_len={LONGEST_INPUT}", "-timeout=1", "-malloc_limit_mb=64", "-rss_limit_mb=1024"]
+LIMITS = ["-max_len=16384", "-timeout=1", "-malloc_limit_mb=64", "-rss_limit_mb=1024"]
 
 
 def corpus(target: str) -> list[Path]:

@@ -53,17 +53,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="hotpath_soak_") as scratch:
         runs = {}
         for domain, executor in enumerate(EXECUTORS, 40):
-            words: list[Any] = [
-                hotpath_command.program(),
-                "run",
-                "--repetitions",
-                "1",
-                "--executors",
-                executor,
-                "--load",
-                10,
-            ]
-            words += ["--domain", domain, "--duration", f"{seconds:g}", "--output", f"{scratch}/{domain}"]
+            words: list[Any] = [hotpath_command.program(), "run", "--repetitions", 1, "--load", 10]
+            words += ["--executors", executor, "--domain", domain]
+            words += ["--duration", f"{seconds:g}", "--output", f"{scratch}/{domain}"]
             runs[executor] = subprocess.Popen(list(map(str, words)), start_new_session=True)
         try:
             samples: dict[str, list[Counter[str]]] = {executor: [] for executor in runs}

@@ -164,7 +164,6 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
   }
   std::cout << table;
   program::show_json(json_of(summary));
-  program::draw_figure("waters", folder);
   std::cout << "\nResults: " << folder.string() << "\n";
 }
 
@@ -185,7 +184,7 @@ void add_waters(CLI::App& paper) {
   add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets per utilisation");
   add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "Seed of the task sets");
   add_threads_option(waters, o.options.threads);
-  add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables and the figure");
+  add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables");
   add_json_option(waters);
 }
 
@@ -209,7 +208,6 @@ struct FigureArguments {
   std::string live, output = "runs/paper";
   bool quick = false;
   std::vector<std::string> only;
-  unsigned jobs = 1;
 };
 
 void add_figures(CLI::App& paper) {
@@ -234,8 +232,6 @@ void add_figures(CLI::App& paper) {
   add_list(figures, "--only", o.only, "ITEMS",
            "Only these items (`hotpath list figures`), separated by commas");
   add_text(figures, "--output", o.output, "FOLDER", "Folder for results and for resuming");
-  add_number(figures, "--jobs", o.jobs, {1, 1024}, "N",
-             "Concurrent live repetitions on one core, each on its own\nprocessor");
 }
 
 }  // namespace

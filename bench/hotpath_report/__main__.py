@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Command line of the package. `hotpath` calls it for its figures and pages."""
 
-import argparse
 import contextlib
 import os
 import sys
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from hotpath_report.errors import READ, InputError, RunError
 from hotpath_report.hotpath_command import load
@@ -17,47 +15,23 @@ from hotpath_report.shown_text import PrintableStream, printable
 EXIT_FAILED, EXIT_WRONG_USE = 1, 2
 LONGEST_MESSAGE = 4000
 
-Arguments = dict[str, dict[str, Any]]  # of a command: name and options of add_argument()
-RUNS: Arguments = {
-    "folders": {"metavar": "RUN", "nargs": "+", "help": "run folders, live or simulated"},
-    "--output": {"metavar": "DIR", "help": "output folder (default: the first RUN)"},
+# The function that runs each command, with the command's arguments.
+COMMANDS = {
+    "hot-path": "figures.hot_path:draw_run",
+    "timers-only": "figures.timers:draw_run",
+    "report": "report:write",
+    "perfetto": "perfetto:write",
+    "validate": "pages.text:tell_validation",
+    "import-page": "pages.text:write_import",
+    "guarantees": "pages.guarantees:write",
+    "capacity": "pages.capacity_page:write",
+    "sweep": "pages.sweep_page:write",
+    "advice": "pages.advice_page:write",
+    "bench": "bench_suite:bench",
+    "bench-report": "pages.bench_report:write",
+    "comparison": "pages.comparison_page:write",
+    "reproduce": "paper.reproduce:reproduce",
 }
-FOLDER: Arguments = {"folder": {"metavar": "FOLDER"}}
-OPTIONS: Arguments = {"options": {"metavar": "OPTIONS", "help": "JSON from `hotpath`"}}
-HOT_PATH = "hot-path latency of each executor, for runs of one graph"
-TIMERS = "dropped jobs and response times of timers-only graphs"
-REPORT = "page about runs, or about a published reproduction"
-# The function that runs each command, what it does, and its arguments.
-COMMANDS: dict[str, tuple[str, str, Arguments]] = {
-    "hot-path": ("figures.hot_path:draw_runs", HOT_PATH, RUNS),
-    "timers-only": ("figures.timers:draw_runs", TIMERS, RUNS),
-    "report": ("report:write", REPORT, RUNS),
-    "perfetto": ("perfetto:write", "trace of `hotpath export perfetto`", OPTIONS),
-    "validate": ("pages.text:tell_validation", "print and draw `hotpath paper golden`", FOLDER),
-    "import-page": ("pages.text:write_import", "page of `hotpath import ctf`", FOLDER),
-    "guarantees": ("pages.guarantees:write", "page of `hotpath analyze`", FOLDER),
-    "capacity": ("pages.capacity_page:write", "levels and page of `hotpath capacity`", FOLDER),
-    "sweep": ("pages.sweep_page:write", "figures and page of `hotpath sweep`", FOLDER),
-    "advice": ("pages.advice_page:write", "predictions and page of `hotpath advise`", FOLDER),
-    "waters": ("figures.waters:draw", "reduction of bounds on WATERS task sets", FOLDER),
-    "bench": ("bench_suite:bench", "run the programs of `hotpath bench`", OPTIONS),
-    "bench-report": ("pages.bench_report:write", "report of `hotpath bench`", FOLDER),
-    "comparison": ("pages.comparison_page:write", "page of `hotpath diff`", FOLDER),
-}
-
-
-def command_parser() -> argparse.ArgumentParser:
-    """Parser of all commands; `call` in its result names the function."""
-    parser = argparse.ArgumentParser(prog="hotpath_report", description=__doc__)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, (call, about, arguments) in COMMANDS.items():
-        command = commands.add_parser(name, help=about, description=about)
-        command.set_defaults(call=call)
-        for argument, options in arguments.items():
-            command.add_argument(argument, **options)
-    reproduce = "reproduce the paper's evaluation; see reproduce --help"
-    commands.add_parser("reproduce", help=reproduce, add_help=False)
-    return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -69,12 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(arguments: Sequence[str]) -> int:
     """Runs one command without filtering its output."""
+    command, *words = arguments
     try:
-        if arguments[:1] == ["reproduce"]:  # own options and exit codes
-            return int(load("paper.reproduce").reproduce(arguments[1:]))
-        options = vars(command_parser().parse_args(arguments))
-        module, name = options.pop("call").split(":")
-        code = getattr(load(module), name)(**options) or 0
+        module, name = COMMANDS[command].split(":")
+        code = int(getattr(load(module), name)(*words) or 0)
         sys.stdout.flush()
         return code
     except BrokenPipeError:  # the reader closed the pipe
@@ -91,7 +63,7 @@ def run(arguments: Sequence[str]) -> int:
         code, sentence = EXIT_FAILED, f"cannot write: {error}"
     except Exception as error:  # pylint: disable=broad-except
         code, sentence = EXIT_FAILED, of_strange_content(error)
-    print(f"{arguments[0]}: {printable(sentence)[:LONGEST_MESSAGE]}", file=sys.stderr)
+    print(f"{command}: {printable(sentence)[:LONGEST_MESSAGE]}", file=sys.stderr)
     return code
 
 

@@ -119,13 +119,6 @@ def run_hot_path(program: Path, output: Path, options: dict[str, Any], rows: Row
     return []
 
 
-def new_folder(name: str) -> Path:
-    """The folder of the results, with raw/ in it. Raises InputError."""
-    folder = Path(name or time.strftime("runs/%Y%m%d-%H%M%S-bench"))
-    make_folder(folder / "raw")
-    return folder
-
-
 def read_machine(folder: Path) -> dict[str, Any]:
     """What `hotpath doctor` says, which notes on standard error what may disturb a measurement."""
     path = folder / "machine.json"
@@ -138,13 +131,15 @@ def read_machine(folder: Path) -> dict[str, Any]:
     return machine
 
 
-def measure(options: dict[str, Any]) -> int:
-    """Runs the programs; the exit code. Raises InputError, RunError."""
+def bench(options: str) -> int:
+    """Runs what `hotpath bench` was told, as JSON; the exit code. Raises InputError, RunError."""
     import tqdm
 
-    programs = options["programs"] or list(PROGRAMS)
+    told: dict[str, Any] = json.loads(options)
+    programs = told["programs"] or list(PROGRAMS)
     paths = {name: find_program(name) for name in programs}
-    folder, code = new_folder(options["output"]), 0
+    folder, code = Path(told["output"] or time.strftime("runs/%Y%m%d-%H%M%S-bench")), 0
+    make_folder(folder / "raw")
     rows: Rows = []
     failures: list[str] = []
     facts: dict[str, Any] = {
@@ -152,9 +147,9 @@ def measure(options: dict[str, Any]) -> int:
         "version": hotpath_command.output_of("--version").strip(),
     }
     facts |= {"date": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "programs": programs}
-    facts |= {key: options[key] for key in ("quick", "seed")}
-    facts["repetitions"] = 1 if options["quick"] else options["repetitions"]
-    generator, order = random.Random(options["seed"]), []
+    facts |= {key: told[key] for key in ("quick", "seed")}
+    facts["repetitions"] = 1 if told["quick"] else told["repetitions"]
+    generator, order = random.Random(told["seed"]), []
     for repetition in range(facts["repetitions"]):
         order += [(name, repetition) for name in generator.sample(programs, len(programs))]
     try:
@@ -164,7 +159,7 @@ def measure(options: dict[str, Any]) -> int:
             ):
                 output = folder / "raw" / f"{name}-{repetition}.json"
                 run = run_hot_path if name == HOT_PATH else run_program
-                failures += run(paths[name], output, options, rows)
+                failures += run(paths[name], output, told, rows)
     except Interrupted as signalled:
         code = signalled.exit_code
     if failures and not rows:
@@ -174,14 +169,10 @@ def measure(options: dict[str, Any]) -> int:
     if not rows:
         print("note: Interrupted before anything was measured.", file=sys.stderr)
         return code
-    hotpath_command.draw_if_possible("pages.bench_report:write", str(folder))
+    if os.environ.get("HOTPATH_FIGURES") != "none":
+        hotpath_command.load("pages.bench_report").write(str(folder))
     print(f"Results: {folder}", flush=True)
     print(*(f"note: {failure}\n" for failure in failures), sep="", end="", file=sys.stderr)
     if failures and code == 0:
         raise RunError(f"{len(failures)} measurements failed; the rest is in {folder}")
     return code
-
-
-def bench(options: str) -> int:
-    """What `hotpath bench` was told, as JSON; the exit code. Raises InputError, RunError."""
-    return measure(json.loads(options))

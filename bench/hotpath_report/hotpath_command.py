@@ -6,11 +6,9 @@ import importlib
 import json
 import os
 import subprocess
-import sys
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from hotpath_report.errors import InputError, RunError
 
@@ -21,11 +19,8 @@ WRONG_USE = 2  # exit code of `hotpath` for unusable input
 
 
 def program() -> Path:
-    """$HOTPATH, or the program in the build tree or in the prefix of the installed package."""
-    if "HOTPATH" in os.environ:
-        return Path(os.environ["HOTPATH"]).resolve()
-    built, installed = PACKAGE.parents[1] / "build/bench/hotpath", PACKAGE.parents[2] / "bin/hotpath"
-    return installed if installed.exists() and not built.exists() else built
+    """$HOTPATH, which `hotpath` sets, or the program in the build tree."""
+    return Path(os.environ.get("HOTPATH", PACKAGE.parents[1] / "build/bench/hotpath")).resolve()
 
 
 def output_of(*words: object) -> str:
@@ -54,25 +49,12 @@ def load(module: str) -> ModuleType:
         os.close(folder)
 
 
-def draw_if_possible(call: str, *arguments: Any) -> None:
-    """Calls MODULE:FUNCTION, which draws an optional figure. Reports missing Python packages on
-    standard error. HOTPATH_FIGURES=none in the environment skips these figures."""
-    if os.environ.get("HOTPATH_FIGURES") == "none":
-        return
-    module, _, function = call.partition(":")
-    try:
-        getattr(load(module), function)(*arguments)
-    except ImportError as error:
-        print(f"note: the figure was not drawn: {error}", file=sys.stderr)
-
-
 @dataclass(frozen=True)
 class Executor:
     """Traits of an executor, from the C++ registry."""
 
     name: str
     family: str  # as `hotpath list executors --json` names it
-    timers: str  # how it handles them, likewise
     policy: str | None  # of the events queue, if it has one
     colour: str  # #RRGGBB
 

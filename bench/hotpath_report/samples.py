@@ -3,7 +3,6 @@
 
 import functools
 import math
-from collections import Counter
 from collections.abc import Hashable
 from typing import Any
 
@@ -25,12 +24,12 @@ def group_of(task: str) -> str | None:
 
 
 def samples_by(frame: pd.DataFrame, keys: list[str], value: str) -> dict[Any, Samples]:
-    """Samples of each group of rows with equal keys, in order of first appearance. The column
-    `repetition` numbers the repetitions; one key must be `source`."""
+    """Samples of each group of rows with equal keys, in order of first appearance, by the column
+    `repetition`; one key must be `source`."""
     found = {}
     for key, rows in frame.groupby(keys, sort=False):
-        of = {int(n): r[value].to_numpy() for n, r in rows.groupby("repetition", sort=False)}
-        found[key] = Samples(of.values(), key[keys.index("source")] == "simulated", of.keys())
+        of = (r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False))
+        found[key] = Samples(of, exact=key[keys.index("source")] == "simulated")
     return found
 
 
@@ -55,25 +54,18 @@ class TimerRuns:
 
     def __init__(self, counts: pd.DataFrame, responses: pd.DataFrame) -> None:
         self.counts, self.responses = (f.assign(group=f["task"].map(group_of)) for f in (counts, responses))
-        self.settings, self.executors = (list(self.counts[key].unique()) for key in ("setting", "executor"))
+        self.executors = list(self.counts["executor"].unique())
         self._counts = dict(list(self.counts.groupby(self.KEY, sort=False)))
         self._responses = dict(list(self.responses.groupby(self.KEY, sort=False)))
 
     @classmethod
-    def of_runs(cls, runs: list[Run]) -> "TimerRuns":
-        """Timers of run folders. Further runs of the same setting and source get a number."""
-        seen: Counter[tuple[str, str]] = Counter()
-        counts, responses = [], []
-        for run in runs:
-            seen[run.setting(), run.source] += 1
-            number = seen[run.setting(), run.source]
-            setting = run.setting() if number == 1 else f"{run.setting()} ({number})"
-            key = {"setting": setting, "source": run.source}
-            responses.append(run.responses().assign(**key))
-            counts.append(run.timer_counts().assign(**key, repetition=0))
-            if not counts[-1]["reached"].sum():
-                raise InputError(f"{run.folder / 'jobs.csv'}: no row of a timer, there is nothing to draw")
-        return cls(pd.concat(counts), pd.concat(responses))
+    def of_run(cls, run: Run) -> "TimerRuns":
+        """Timers of a run folder. Raises InputError if none was reached."""
+        key = {"setting": run.setting(), "source": run.source}
+        responses, counts = run.responses().assign(**key), run.timer_counts().assign(**key, repetition=0)
+        if not counts["reached"].sum():
+            raise InputError(f"{run.folder / 'jobs.csv'}: no row of a timer, there is nothing to draw")
+        return cls(counts, responses)
 
     def rows(self, setting: Setting, source: str, executor: str, group: str | None = None) -> pd.DataFrame:
         """Counts of a group of timers; empty if the executor did not run."""

@@ -54,18 +54,11 @@ class Estimate(NamedTuple):
 class Samples:
     """Samples of one quantity (by default in ms) by repetition, each repetition in time order."""
 
-    def __init__(
-        self,
-        repetitions: Iterable[Iterable[float]],
-        exact: bool = False,
-        numbers: Iterable[int] | None = None,
-    ) -> None:
+    def __init__(self, repetitions: Iterable[Iterable[float]], exact: bool = False) -> None:
         """`exact`: a single repetition comes from a deterministic simulation and has no sampling
-        error. `numbers` number the repetitions; the default is 0, 1, 2..."""
-        arrays = [np.array(s, dtype=float) for s in repetitions]
-        kept = [(n, r) for n, r in zip(range(len(arrays)) if numbers is None else numbers, arrays) if len(r)]
-        self.numbers: list[int] = [n for n, _ in kept]
-        self.repetitions: list[Values] = [r for _, r in kept]
+        error."""
+        arrays = (np.array(s, dtype=float) for s in repetitions)
+        self.repetitions: list[Values] = [r for r in arrays if len(r)]
         self.exact = exact and len(self.repetitions) == 1
         units = self.repetitions
         if len(units) == 1 and not self.exact and len(units[0]) >= LEAST_FOR_BLOCKS:
@@ -101,11 +94,6 @@ class Samples:
         return self.estimate(p).value
 
     @property
-    def mean(self) -> float:
-        """Mean of all samples."""
-        return float(library().hotpath_mean(self._handle))
-
-    @property
     def worst(self) -> float:
         """The largest sample."""
         return self.quantile(1.0)
@@ -129,9 +117,9 @@ def percent_of(part: int, whole: int) -> float:
     return float(library().hotpath_percent_of(int(part), int(whole)))
 
 
-def ratio(a: Samples, b: Samples, p: float, confidence: float = CONFIDENCE_PERCENT / 100) -> Estimate:
+def ratio(a: Samples, b: Samples, p: float) -> Estimate:
     """Quantile of `a` divided by that of `b`."""
-    return a.of_two("quantile_ratio", b, p, confidence)
+    return a.of_two("quantile_ratio", b, p)
 
 
 class RankTest(NamedTuple):

@@ -98,17 +98,6 @@ def reserve(figure: Figure, below: float = 0, above: float = 0) -> None:
     engine.set(rect=(0, below / height, 1, 1 - (below + above) / height))
 
 
-def add_title(figure: Figure, title: str, subtitle: str, partial: bool = False) -> None:
-    """Adds title and subtitle above the panels of a stand-alone figure."""
-    if partial:
-        title += " (partial: the run did not finish)"
-    inches = 0.55 + 0.2 * (subtitle.count("\n") + 1)
-    reserve(figure, above=inches)
-    height, left = figure.get_figheight(), 0.1 / figure.get_figwidth()
-    figure.text(left, 1 - 0.1 / height, title, fontsize=15, fontweight="bold", va="top")
-    figure.text(left, 1 - 0.44 / height, subtitle, fontsize=10, color=FAINT, va="top", linespacing=1.35)
-
-
 def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
     """Adds a legend below all panels, in at most `columns` columns."""
     narrow = is_narrow(figure.get_figwidth())
@@ -164,8 +153,17 @@ def settle(figure: Figure) -> None:
         axes.set_position([round(share, 4) for share in axes.get_position().bounds])
 
 
-def save(figure: Figure, folder: str | Path, name: str) -> None:
-    """Writes name.svg and name.png, each renamed only when complete, and prints their names."""
+def save(
+    figure: Figure, folder: str | Path, name: str, title: str, subtitle: str, partial: bool = False
+) -> None:
+    """Writes name.svg and name.png with title and subtitle above the panels, each renamed only when
+    complete, and prints their names."""
+    if partial:
+        title += " (partial: the run did not finish)"
+    reserve(figure, above=0.55 + 0.2 * (subtitle.count("\n") + 1))
+    height, left = figure.get_figheight(), 0.1 / figure.get_figwidth()
+    figure.text(left, 1 - 0.1 / height, title, fontsize=15, fontweight="bold", va="top")
+    figure.text(left, 1 - 0.44 / height, subtitle, fontsize=10, color=FAINT, va="top", linespacing=1.35)
     make_folder(Path(folder))
     settle(figure)
     for suffix, metadata in (("svg", {"Date": None, "Creator": "hotpath"}), ("png", {"Software": None})):

@@ -45,8 +45,6 @@ double hotpath_percent_of(std::uint64_t part, std::uint64_t whole) {
   return hotpath::results::percent_of(part, whole);
 }
 
-double hotpath_mean(const void* handle) { return hotpath::quantiles(samples(handle).pooled()).mean; }
-
 void hotpath_quantile_estimate(const void* handle, double probability, double* out) {
   store(hotpath::estimate_quantiles(samples(handle), std::array{probability}).front(), out);
 }
@@ -59,9 +57,8 @@ void hotpath_quantile_estimates(const void* handle, const double* probabilities,
   }
 }
 
-void hotpath_quantile_ratio(const void* a, const void* b, double probability, double confidence,
-                            double* out) {
-  store(hotpath::ratio_of_quantiles(samples(a), samples(b), probability, {.confidence = confidence}), out);
+void hotpath_quantile_ratio(const void* a, const void* b, double probability, double* out) {
+  store(hotpath::ratio_of_quantiles(samples(a), samples(b), probability), out);
 }
 
 double hotpath_rank_test(const void* a, const void* b) { return hotpath::rank_test(samples(a), samples(b)); }

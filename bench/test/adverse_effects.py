@@ -187,7 +187,7 @@ EFFECTS = {
 --threads 3 = results do not depend on the number of threads
 """,
     "paper golden --output out": "",
-    "paper figures": "--live --quick --only --jobs @ of the package: test_reproduction",
+    "paper figures": "--live --quick --only @ of the package: test_reproduction",
     "doctor {stock}/run": """
 --duration @ bench_command_test.py
 --recover @ recover_test.py

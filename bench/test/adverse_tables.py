@@ -221,9 +221,9 @@ ctf/rm-ro-0/stream | import ctf {d} {o}
 """
 # The same for the Python package, which runs in the test's process: a start takes a second.
 PYTHON_READERS = """
-run/run.json | report {d} {o} | hot-path {d} {o}
-run/summary.json | report {d} {o} | timers-only {d} {o}
-run/chains.csv | hot-path {d} {o} | report {d} {o}
+run/run.json | report {d} {o} | hot-path {d}
+run/summary.json | report {d} {o} | timers-only {d}
+run/chains.csv | hot-path {d} | report {d} {o}
 bench/bench.json | bench-report {d}
 swept/table.csv | sweep {d}
 capacity/levels.csv | capacity {d}

@@ -28,7 +28,6 @@ class BoundedQueue {
       if (items_.size() >= times * max_items_ || too_large) return false;
       items_.push_back({std::move(item), bytes});
       bytes_ += bytes;
-      if (items_.size() > longest_) longest_ = items_.size();
     }
     arrived_.notify_one();
     return true;
@@ -44,12 +43,6 @@ class BoundedQueue {
     return std::move(entry.item);
   }
 
-  /// The largest number of items so far.
-  std::size_t longest() const {
-    const std::lock_guard lock(mutex_);
-    return longest_;
-  }
-
  private:
   struct Entry {
     Item item;
@@ -57,11 +50,10 @@ class BoundedQueue {
   };
 
   const std::size_t max_items_, max_bytes_;
-  mutable std::mutex mutex_;
+  std::mutex mutex_;
   std::condition_variable arrived_;
   std::deque<Entry> items_;
   std::size_t bytes_ = 0;
-  std::size_t longest_ = 0;
 };
 
 }  // namespace hotpath

@@ -7,8 +7,6 @@
 #include <std_msgs/String.h>
 #include <tf2_msgs/TFMessage.h>
 
-#include <algorithm>
-#include <type_traits>
 #include <utility>
 
 #include "graph_markers.hpp"
@@ -52,9 +50,9 @@ Bridge::Bridge(const Parameters& parameters, TelemetryInput& input)
     : parameters_(parameters),
       input_(input),
       name_(ros::this_node::getName().substr(1)),
-      graph_(advertise<visualization_msgs::MarkerArray>("hotpath/graph", parameters.ros_queue, true)),
+      graph_(advertise<visualization_msgs::MarkerArray>("hotpath/graph", kQueue, true)),
       metadata_(advertise<std_msgs::String>("hotpath/run", 1, true)),
-      diagnostics_(advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", parameters.ros_queue)) {}
+      diagnostics_(advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics")) {}
 
 void Bridge::handle(Event event) {
   const bool of_any_run =
@@ -89,39 +87,15 @@ void Bridge::show(telemetry::RunInfo& run) {
   not_published_ = 0;
   other_run_known_ = false;
   node_names_ = unique_names(names_of(run_->nodes()), "nodes");
-  response_times_ = advertise_all<std_msgs::Float64>(response_time_topics_, "hotpath/response_time/",
-                                                     node_names_, parameters_.ros_queue);
-  advertise_chains();
+  chain_names_ = unique_names(names_of(run_->chains()), "chains");
+  response_times_ =
+      advertise_all<std_msgs::Float64>(response_time_topics_, "hotpath/response_time/", node_names_);
+  latencies_ = advertise_all<std_msgs::Float64>(latency_topics_, "hotpath/latency/", chain_names_);
+  next_samples_.assign(latencies_.size(), std::nullopt);
   advertise_points();
   metadata_.publish(message_of<std_msgs::String>(run_metadata(*run_, node_names_, chain_names_)));
   graph_.publish(graph_markers(*run_, nullptr, parameters_.frame));
   for (Event& event : pending_.take(run_->run_id())) handle(std::move(event));
-}
-
-void Bridge::advertise_chains() {
-  const std::vector<std::string> all = names_of(run_->chains());
-  const std::vector<std::string>& wanted = parameters_.chains;
-  chain_names_ = unique_names(all, "chains");
-  std::vector<std::size_t> shown;  // indices
-  std::vector<std::string> shown_names, unknown;
-  for (std::size_t c = 0; c < all.size(); ++c) {
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), all[c]) == wanted.end()) continue;
-    shown.push_back(c);
-    shown_names.push_back(chain_names_[c]);
-  }
-  for (const std::string& name : wanted) {
-    if (std::find(all.begin(), all.end(), name) == all.end()) unknown.push_back("`" + name + "`");
-  }
-  unknown_chains_ = printable(joined(unknown), kMostOfList);
-  if (!unknown.empty()) {
-    ROS_ERROR_STREAM("parameter ~chains names " << unknown_chains_ << ", which graph " << run_->graph()
-                                                << " does not have; it has "
-                                                << printable(joined(all), kMostOfList));
-  }
-  const auto latencies = advertise_all<std_msgs::Float64>(latency_topics_, "hotpath/latency/", shown_names,
-                                                          parameters_.ros_queue);
-  chains_.assign(all.size(), {});
-  for (std::size_t i = 0; i < shown.size(); ++i) chains_[shown[i]].latency = latencies[i];
 }
 
 void Bridge::advertise_points() {
@@ -140,8 +114,8 @@ void Bridge::advertise_points() {
     transform.transform.rotation.w = 1;
   }
   points_.clear();
-  for (ros::Publisher& publisher : advertise_all<sensor_msgs::PointCloud2>(points_topics_, "hotpath/points/",
-                                                                           names, parameters_.ros_queue)) {
+  for (ros::Publisher& publisher :
+       advertise_all<sensor_msgs::PointCloud2>(points_topics_, "hotpath/points/", names)) {
     const std::string& frame = transforms.transforms[points_.size()].child_frame_id;
     points_.push_back({std::move(publisher), frame});
   }
@@ -173,20 +147,20 @@ void Bridge::show(const telemetry::Statistics& statistics) {
 }
 
 void Bridge::show(const telemetry::ChainSample& sample) {
-  if (sample.chain() >= chains_.size()) {
+  if (sample.chain() >= latencies_.size()) {
     ++counts_.malformed;
     return;
   }
-  Chain& chain = chains_[sample.chain()];
-  if (!chain.next) counts_.before_first += sample.number();
-  if (chain.next && sample.number() > *chain.next) counts_.lost += sample.number() - *chain.next;
-  chain.next = sample.number() + 1;
-  if (chain.latency) chain.latency.publish(milliseconds_message(sample.hot_path_latency_ns()));
+  std::optional<std::uint64_t>& next = next_samples_[sample.chain()];
+  if (!next) counts_.before_first += sample.number();
+  if (next && sample.number() > *next) counts_.lost += sample.number() - *next;
+  next = sample.number() + 1;
+  latencies_[sample.chain()].publish(milliseconds_message(sample.hot_path_latency_ns()));
 }
 
 void Bridge::show(const telemetry::Clock& clock) {
   if (!parameters_.clock) return;
-  if (!clock_) clock_ = advertise<rosgraph_msgs::Clock>("/clock", parameters_.ros_queue);
+  if (!clock_) clock_ = advertise<rosgraph_msgs::Clock>("/clock");
   bool followed = false;
   if (!std::exchange(clock_known_, true) && !(ros::param::get("/use_sim_time", followed) && followed)) {
     ROS_INFO_STREAM(
@@ -268,7 +242,6 @@ diagnostic_msgs::DiagnosticStatus Bridge::own_health() {
     value(std::string(kStreams[stream]) + " dropped, queue full", counts.dropped);
     losses += counts.dropped;
   }
-  value("longest queue", input_.longest_queue());
   value("runs", counts_.runs);
   value("samples before the first", counts_.before_first);
   value("lost on the way", counts_.lost);
@@ -279,9 +252,6 @@ diagnostic_msgs::DiagnosticStatus Bridge::own_health() {
   if (losses > losses_reported_) {
     health.level = Status::WARN;
     health.message = std::to_string(losses - losses_reported_) + " samples lost in the last second";
-  } else if (!unknown_chains_.empty()) {
-    health.level = Status::WARN;
-    health.message = "unknown in ~chains: " + unknown_chains_;
   }
   losses_reported_ = losses;
   return health;

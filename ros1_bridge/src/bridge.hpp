@@ -28,10 +28,6 @@ class Bridge {
   void tick(Clock::time_point now);
 
  private:
-  struct Chain {
-    ros::Publisher latency;             ///< Invalid for a chain that is not in ~chains.
-    std::optional<std::uint64_t> next;  ///< Expected number of the next sample.
-  };
   struct Points {
     ros::Publisher publisher;
     std::string frame;
@@ -45,7 +41,6 @@ class Bridge {
   };
 
   void show(telemetry::RunInfo& run);
-  void advertise_chains();
   void advertise_points();
   void show(const telemetry::Statistics& statistics);
   void show(const telemetry::ChainSample& sample);
@@ -71,12 +66,12 @@ class Bridge {
   std::int32_t benchmarks_ = -1;
   bool other_run_known_ = false, clock_known_ = false;
   bool refusal_known_ = false;  ///< A refusal was logged in this second.
-  std::string unknown_chains_;
 
   std::vector<std::string> node_names_, chain_names_;  ///< ROS names; parallel to the run's.
   Topics latency_topics_, response_time_topics_, points_topics_;
-  std::vector<Chain> chains_;                   ///< Parallel to the run's.
-  std::vector<ros::Publisher> response_times_;  ///< Parallel to the run's nodes.
+  std::vector<ros::Publisher> response_times_;              ///< Parallel to the run's nodes.
+  std::vector<ros::Publisher> latencies_;                   ///< Parallel to the run's chains.
+  std::vector<std::optional<std::uint64_t>> next_samples_;  ///< Expected numbers, likewise.
   std::vector<Points> points_;
   ros::Publisher graph_, metadata_, diagnostics_;
   ros::Publisher transforms_, clock_;  ///< Advertised when they are needed.

@@ -91,7 +91,7 @@ void run_bridge(const Parameters& parameters) {
 
 /// Publishes the lines of `hotpath watch --json` from standard input on /diagnostics until they end.
 void publish_watch() {
-  const ros::Publisher diagnostics = advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 1000);
+  const ros::Publisher diagnostics = advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics");
   relay_watch(STDIN_FILENO, goes_on, [&](const std::vector<WatchStatus>& statuses) {
     diagnostic_msgs::DiagnosticArray message;
     message.header = header(now_ns(), "");

@@ -2,7 +2,6 @@
 #include "parameters.hpp"
 
 #include <set>
-#include <sstream>
 #include <stdexcept>
 
 #include "text.hpp"
@@ -28,35 +27,13 @@ class Reader {
       value = static_cast<std::string&>(*given);
   }
 
-  template <class Integer>
-  void whole(const std::string& name, Integer& value, int first, int last) {
+  void whole(const std::string& name, std::uint32_t& value, int first, int last) {
     const std::string right = "a whole number, " + std::to_string(first) + " to " + std::to_string(last);
     XmlRpcValue* const given = find(name, XmlRpcValue::TypeInt, right);
     if (given == nullptr) return;
     const int number = static_cast<int&>(*given);
     if (number < first || number > last) refuse(name, right);
-    value = static_cast<Integer>(number);
-  }
-
-  /// A list of texts, or one comma-separated text.
-  void names(const std::string& name, std::vector<std::string>& value) {
-    constexpr const char* kRight = "a list of texts or a comma-separated text";
-    if (given_.hasMember(name) && given_[name].getType() == XmlRpcValue::TypeString) {
-      std::string list;
-      text(name, list);
-      std::istringstream in(list);
-      for (std::string item; std::getline(in, item, ',');) {
-        const auto first = item.find_first_not_of(' ');
-        if (first != std::string::npos)
-          value.push_back(item.substr(first, item.find_last_not_of(' ') + 1 - first));
-      }
-    } else if (XmlRpcValue* given = find(name, XmlRpcValue::TypeArray, kRight)) {
-      for (int i = 0; i < given->size(); ++i) {
-        XmlRpcValue& item = (*given)[i];
-        if (item.getType() != XmlRpcValue::TypeString) refuse(name, kRight);
-        value.push_back(static_cast<std::string&>(item));
-      }
-    }
+    value = static_cast<std::uint32_t>(number);
   }
 
   std::string unknown() {
@@ -93,23 +70,16 @@ class Reader {
 }  // namespace
 
 Parameters read_parameters(XmlRpcValue given, const std::string& node, std::string& unknown) {
-  constexpr int kMost = 1'000'000;
   Parameters p;
   // With the node's namespace, so that the frames of two bridges differ.
   p.frame = node.substr(1, node.rfind('/')) + "hotpath";
-  std::size_t queue_mib = p.telemetry.queue_bytes >> 20;
   Reader read(given, node);
   read.whole("domain", p.telemetry.domain, 0, 232);
   read.flag("all_interfaces", p.telemetry.all_interfaces);
-  read.names("chains", p.chains);
   read.flag("points", p.points);
   read.flag("clock", p.clock);
   read.text("frame", p.frame);
-  read.whole("queue_size", p.telemetry.queue, 1, kMost);
-  read.whole("queue_mib", queue_mib, 1, 65536);
-  read.whole("ros_queue_size", p.ros_queue, 1, kMost);
   unknown = read.unknown();
-  p.telemetry.queue_bytes = queue_mib << 20;
   return p;
 }
 

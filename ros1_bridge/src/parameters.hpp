@@ -3,9 +3,7 @@
 
 #include <xmlrpcpp/XmlRpcValue.h>
 
-#include <cstdint>
 #include <string>
-#include <vector>
 
 #include "telemetry_input.hpp"
 
@@ -14,8 +12,6 @@ namespace hotpath {
 /// Private ROS parameters of the bridge; README.md describes them.
 struct Parameters {
   TelemetryOptions telemetry;
-  std::vector<std::string> chains;  ///< Names; empty: all.
-  std::uint32_t ros_queue = 1000;
   bool points = true;
   bool clock = true;
   std::string frame;

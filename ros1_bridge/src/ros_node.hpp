@@ -38,11 +38,14 @@ class Registration {
 /// not report it to publishers.
 void report_other_type(const std::string& topic, const std::string& type);
 
+/// Messages queued for each subscriber of a topic.
+inline constexpr std::uint32_t kQueue = 1000;
+
 /// `topic` is relative to the node's namespace unless it starts with a slash. roscpp drops the oldest
 /// message if a subscriber falls `queue` behind. A new subscriber of a `latched` topic gets the last
 /// message. Waits for the master.
 template <class Message>
-ros::Publisher advertise(const std::string& topic, std::uint32_t queue, bool latched = false) {
+ros::Publisher advertise(const std::string& topic, std::uint32_t queue = kQueue, bool latched = false) {
   ros::NodeHandle node;
   report_other_type(node.resolveName(topic), ros::message_traits::DataType<Message>::value());
   return node.advertise<Message>(topic, queue, latched);
@@ -55,12 +58,12 @@ using Topics = std::map<std::string, ros::Publisher>;
 /// order. Existing topics keep their publishers, so that their subscribers stay connected.
 template <class Message>
 std::vector<ros::Publisher> advertise_all(Topics& topics, const std::string& prefix,
-                                          const std::vector<std::string>& names, std::uint32_t queue) {
+                                          const std::vector<std::string>& names) {
   Topics now;
   std::vector<ros::Publisher> publishers;
   for (const std::string& name : names) {
     const auto known = topics.find(prefix + name);
-    publishers.push_back(known != topics.end() ? known->second : advertise<Message>(prefix + name, queue));
+    publishers.push_back(known != topics.end() ? known->second : advertise<Message>(prefix + name));
     now.emplace(prefix + name, publishers.back());
   }
   topics = std::move(now);

@@ -167,7 +167,7 @@ struct TelemetryInput::Dds final : dds::DomainParticipantListener {
   dds::Subscriber* points_subscriber = nullptr;
 };
 
-TelemetryInput::TelemetryInput(const TelemetryOptions& options) : queue_(options.queue, options.queue_bytes) {
+TelemetryInput::TelemetryInput(const TelemetryOptions& options) {
   dds_ = std::make_unique<Dds>(*this, options);
   const auto read = [&]<class PubSubType>(const std::string& topic, std::int32_t depth, bool transient_local,
                                           PubSubType*) {

@@ -19,12 +19,10 @@ namespace hotpath {
 struct TelemetryOptions {
   std::uint32_t domain = 0;     ///< DDS domain, 0 to 232.
   bool all_interfaces = false;  ///< False: only this machine's loopback.
-  std::size_t queue = 4096;     ///< Capacity of the queue, in samples.
-  std::size_t queue_bytes = 64 << 20;
 };
 
 /// Receives a benchmark's telemetry from Fast DDS. Its listeners run in Fast DDS threads and only
-/// enqueue.
+/// enqueue, at most 4096 samples and 64 MiB.
 class TelemetryInput {
  public:
   /// Throws std::runtime_error if Fast DDS cannot create an entity.
@@ -46,7 +44,6 @@ class TelemetryInput {
     std::uint64_t dropped = 0;  ///< Dropped because the queue was full.
   };
   Counts counts(std::size_t stream) const;
-  std::size_t longest_queue() const { return queue_.longest(); }
 
   /// New messages about conflicts in this domain, each reported once.
   std::vector<std::string> take_complaints();
@@ -60,7 +57,7 @@ class TelemetryInput {
   void enqueue(Event event);
   void complain(const std::string& text);
 
-  BoundedQueue<Event> queue_;
+  BoundedQueue<Event> queue_{4096, 64 << 20};
   std::array<Counters, std::variant_size_v<Event>> counters_;
   std::mutex mutex_;
   std::set<std::string> known_complaints_;

@@ -9,9 +9,7 @@
 namespace hotpath {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using XmlRpc::XmlRpcValue;
 
 Parameters read(const XmlRpcValue& given, const std::string& node = "/bridge") {
@@ -36,7 +34,6 @@ TEST(Parameters, HaveDefaults) {
   const Parameters p = read({});
   EXPECT_EQ(p.telemetry.domain, 0U);
   EXPECT_TRUE(p.points && p.clock && !p.telemetry.all_interfaces);
-  EXPECT_THAT(p.chains, IsEmpty());
   EXPECT_EQ(p.frame, "hotpath");
   EXPECT_EQ(read({}, "/left/bridge").frame, "left/hotpath");
 }
@@ -46,17 +43,10 @@ TEST(Parameters, AreTakenFromTheDictionary) {
   given["domain"] = 7;
   given["clock"] = false;
   given["frame"] = "map";
-  given["queue_mib"] = 2;
-  given["chains"] = "a, b c,";
-  EXPECT_THAT(read(given).chains, ElementsAre("a", "b c"));
-  given["chains"].clear();
-  given["chains"][0] = "x";
   const Parameters p = read(given);
   EXPECT_EQ(p.telemetry.domain, 7U);
-  EXPECT_EQ(p.telemetry.queue_bytes, 2U << 20);
   EXPECT_FALSE(p.clock);
   EXPECT_EQ(p.frame, "map");
-  EXPECT_THAT(p.chains, ElementsAre("x"));
 }
 
 TEST(Parameters, OfAnotherTypeOrRangeAreRefused) {
@@ -64,10 +54,6 @@ TEST(Parameters, OfAnotherTypeOrRangeAreRefused) {
     EXPECT_THAT(refusal("domain", wrong), HasSubstr("/bridge/domain must be a whole number, 0 to 232"));
   EXPECT_THAT(refusal("points", 1), HasSubstr("true or false"));
   EXPECT_THAT(refusal("frame", 1), HasSubstr("a text"));
-  EXPECT_THAT(refusal("chains", 1), HasSubstr("comma-separated"));
-  XmlRpcValue list;
-  list[0] = 1;
-  EXPECT_THAT(refusal("chains", list), HasSubstr("comma-separated"));
 }
 
 TEST(Parameters, ThatDoNotExistAreReported) {

@@ -5,7 +5,6 @@ import itertools
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -77,33 +76,27 @@ def read_latencies(run: Run) -> dict[str, dict[str, Samples]]:
     return samples_of_run(frame, "chain", "hot_path_ms", run)
 
 
-def draw_runs(folders: Sequence[str], output: str | None) -> None:
-    """Writes hot_path.svg and .png for runs of one graph. Raises InputError."""
-    runs = [Run(folder) for folder in folders]
-    graphs = list(dict.fromkeys(run["graph.name"] for run in runs))
-    if len(graphs) > 1:
-        raise InputError(f"these are runs of {' and '.join(graphs)}; give runs of one graph")
-    found = [read_latencies(run) for run in runs]
-    chains = list(dict.fromkeys(chain for chains in found for chain in chains))
-    rows = {c: with_ratios(rows_of_runs([f.get(c, {}) for f in found], runs)) for c in chains}
-    first = rows[chains[0]]
-    figure, panels = style.new_figure(style.WIDE, 0.6 + 0.55 * len(first), len(chains))
+def draw_run(folder: str) -> None:
+    """Writes hot_path.svg and .png into a run folder. Raises InputError."""
+    run = Run(folder)
+    rows = {c: with_ratios(rows_of_runs([of], [run])) for c, of in read_latencies(run).items()}
+    first = next(iter(rows.values()))
+    figure, panels = style.new_figure(style.WIDE, 0.6 + 0.55 * len(first), len(rows))
     # Without work in the nodes there is no limit.
-    limits = sorted((x for x in runs[0].facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
-    for axes, chain in zip(panels, chains):
-        limit = violins.axis_limit(rows[chain], [x["ms"] for x in limits])
-        if any(any(row.notes) for row in rows[chain]):
+    limits = sorted((x for x in run.facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
+    for axes, (chain, of_chain) in zip(panels, rows.items()):
+        limit = violins.axis_limit(of_chain, [x["ms"] for x in limits])
+        if any(any(row.notes) for row in of_chain):
             limit *= 1.12  # room for the note behind the longest violin
-        violins.draw_rows(axes, rows[chain], limit, violins.sources_of(first), " ms")
+        violins.draw_rows(axes, of_chain, limit, violins.sources_of(first), " ms")
         axes.set_xlabel("hot-path latency (ms)")
-        if len(chains) > 1:
+        if len(rows) > 1:
             axes.set_title(chain)
         draw_limits(axes, limits if axes is panels[0] else ())
     key = [style.patch(NOTE, alpha=0)] if any(any(row.notes) for row in first) else []
     violins.add_key(figure, violins.sources_of(first), key)
-    subtitle = "\n".join(dict.fromkeys(run.what_ran() for run in runs))
-    style.add_title(figure, "Hot-path latency per executor", subtitle, any(run.partial for run in runs))
-    style.save(figure, output or Path(folders[0]), "hot_path")
+    title = "Hot-path latency per executor"
+    style.save(figure, folder, "hot_path", title, run.what_ran(), run.partial)
 
 
 def draw_rows(

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of `hotpath sweep`: lines with intervals, heat maps and small multiples."""
+"""Figures of `hotpath sweep`: lines with intervals, and small multiples."""
 
 import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
@@ -18,11 +16,9 @@ from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.maps import dashes
 from hotpath_report.statistics import Estimate, Samples
-from hotpath_report.style import FAINT, GRID, INK
 from hotpath_report.tables import read_json, read_table
 
 MOST_PANELS = 9  # small multiples
-MOST_NUMBERED = 20  # columns of a map with room for numbers in its cells
 
 
 @dataclass(frozen=True)
@@ -135,56 +131,4 @@ def multiples(table: Table, width: float) -> Figure:
     for axes in panels[len(values) :]:
         axes.set_visible(False)
     key(figure, table)
-    return figure
-
-
-def number_text(value: float) -> str:
-    """At most four characters."""
-    if value >= 9999:
-        return f"{value / 1000:.0f}k"
-    return f"{value:.1f}" if 0 < value < 10 and value != round(value) else f"{value:.0f}"
-
-
-def draw_map(axes: Axes, table: Table, measure: Measure) -> None:
-    """Executors in rows, x in columns; grey cells could not run."""
-    xs = sorted(table.rows[table.x].unique())
-    rows = dict(list(table.rows.groupby("executor")))
-    points = [table.points(rows[executor], measure) for executor in table.executors]
-    grid = np.array([[of[x].value if x in of else math.nan for x in xs] for of in points])
-    positive = grid[np.isfinite(grid) & (grid > 0)]
-    axes.set_facecolor(GRID)
-    norm: Any = LogNorm(positive.min(), max(positive.max(), positive.min() * 1.01)) if len(positive) else None
-    colours = plt.get_cmap("YlOrRd").with_extremes(under="white")  # for zero
-    shown = np.where(grid <= 0, positive.min() / 2 if len(positive) else 0, grid)
-    axes.imshow(shown, aspect="auto", cmap=colours if len(positive) else "Greys", norm=norm)
-    axes.grid(False)
-    if len(xs) <= MOST_NUMBERED:
-        write_numbers(axes, grid, norm)
-    step = math.ceil(len(xs) / 16)
-    axes.set_xticks(range(0, len(xs), step), [f"{x:g}" for x in xs[::step]])
-    axes.set_yticks(range(len(table.executors)), table.executors)
-    axes.tick_params(length=0)
-    axes.set_title(measure.title)
-
-
-def write_numbers(axes: Axes, grid: Any, norm: Any) -> None:
-    """Writes each cell's value in a legible colour."""
-    for (i, j), value in np.ndenumerate(grid):
-        if math.isnan(value):
-            continue
-        dark = norm is not None and value > 0 and norm(value) > 0.7
-        look: Any = {"fontsize": 7.5, "color": "white" if dark else INK}
-        axes.text(j, i, number_text(value), ha="center", va="center", **look)
-
-
-def heat_map(table: Table, width: float) -> Figure:
-    """Median, worst case and losses over x and executor."""
-    rows = 0.5 + 0.27 * len(table.executors)
-    figure, panels = style.new_figure(width, rows, len(table.measures))
-    for axes, measure in zip(panels, table.measures):
-        draw_map(axes, table, measure)
-    panels[-1].set_xlabel(table.x)
-    if table.failed:
-        failed = style.patch("run not finished: overload", facecolor=GRID, edgecolor=FAINT)
-        style.add_key(figure, [failed], 1)
     return figure

@@ -18,7 +18,6 @@ from hotpath_report.run import SOURCES, Run
 from hotpath_report.samples import GROUPS, TimerRuns
 from hotpath_report.style import FAINT, INK
 
-MOST_SETTINGS = 5
 BAND = 0.82  # share of a row's height for all settings
 
 
@@ -133,24 +132,18 @@ def bounds_of(runs: TimerRuns) -> Bounds:
     return found
 
 
-def draw_runs(folders: Sequence[str], output: str | None) -> None:
-    """Writes timers_only_dropped and timers_only_response. Raises InputError."""
-    given = sorted(map(Run, folders), key=lambda run: (run["load_percent"], run.source))
-    names = {run.setting() for run in given}
-    if len(names) > MOST_SETTINGS:
-        raise InputError(f"{len(names)} graphs given; at most {MOST_SETTINGS} fit into one figure")
-    runs = TimerRuns.of_runs(given)
+def draw_run(folder: str) -> None:
+    """Writes timers_only_dropped and timers_only_response into a run folder. Raises InputError."""
+    run = Run(folder)
+    runs = TimerRuns.of_run(run)
     groups = [group for group in GROUPS if group in set(runs.responses["group"])]
     if not groups:
-        wanted, path = ", ".join(GROUPS.values()), given[0].folder / "jobs.csv"
+        wanted, path = ", ".join(GROUPS.values()), run.folder / "jobs.csv"
         raise InputError(f"{path}: after the warm-up no timer ran whose name contains {wanted}")
-    labels = {setting: setting for setting in runs.settings}
-    # Without graphs and loads, which the panels name.
-    first = {run.source: run for run in reversed(given)}
-    subtitle = "\n".join(f"{s}: {run.conditions()}\n{run.where()}" for s, run in sorted(first.items()))
-    width = max(style.WIDE, 1.2 + 2.7 * len(labels))
-    drawn = drops(runs, labels, style.WIDE), responses(runs, groups, labels, bounds_of(runs), width)
+    labels = {run.setting(): run.setting()}
+    # Without graph and load, which the panels name.
+    subtitle = f"{run.source}: {run.conditions()}\n{run.where()}"
+    drawn = drops(runs, labels, style.WIDE), responses(runs, groups, labels, bounds_of(runs), style.WIDE)
     titles = {"dropped": "Dropped jobs per executor", "response": "Response times of executed jobs"}
     for (name, title), figure in zip(titles.items(), drawn):
-        style.add_title(figure, title, subtitle, any(run.partial for run in given))
-        style.save(figure, output or folders[0], f"timers_only_{name}")
+        style.save(figure, folder, f"timers_only_{name}", title, subtitle, run.partial)

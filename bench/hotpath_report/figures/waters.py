@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reduction of end-to-end bounds on WATERS task sets, as in the paper's Section VII-B."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hotpath_report import style
-from hotpath_report.errors import InputError
 from hotpath_report.style import INK, SERIES
-from hotpath_report.tables import read_table
 
 PAPER = "brueggen_davare"
 METHODS = {
@@ -56,16 +52,3 @@ def reductions(histogram: pd.DataFrame, summary: pd.DataFrame, width: float) -> 
     panels[-1].set_xlabel("reduction of the end-to-end bound (%)")
     style.add_key(figure, panels[0].get_legend_handles_labels()[0], 4)
     return figure
-
-
-def draw(folder: str) -> None:
-    """Writes waters.svg and waters.png. Raises InputError."""
-    tables = [Path(folder) / f"waters_{name}.csv" for name in ("histogram", "summary")]
-    histogram, summary = map(read_table, tables)
-    if histogram.empty:
-        raise InputError(f"{tables[0]}: no rows, there is nothing to draw")
-    figure = reductions(histogram, summary, style.WIDE)
-    title = "End-to-end bounds: RM events executor against the default executor"
-    subtitle = "WATERS 2015 task sets; reduction: (default's bound - RM's bound) / default's bound"
-    style.add_title(figure, title, f"{subtitle}\nright of 0: RM guarantees the smaller latency")
-    style.save(figure, folder, "waters")

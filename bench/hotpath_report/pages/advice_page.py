@@ -16,6 +16,7 @@ from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.writer import Section, Table, make_figure, write_report
 from hotpath_report.run import Run
 from hotpath_report.samples import samples_by
+from hotpath_report.statistics import Estimate
 from hotpath_report.style import INK
 from hotpath_report.tables import NS_PER_MS, read_json, read_table
 
@@ -35,8 +36,7 @@ def text_of(value: dict[str, Any]) -> str:
     """A value with its interval; `-` if nothing was measured."""
     if value["value"] is None:
         return "-"
-    interval = value.get("interval")
-    return f"{value['value']:.1f}" + (f" [{interval[0]:.1f}, {interval[1]:.1f}]" if interval else "")
+    return Estimate(value["value"], *value.get("interval", ())).text(1)
 
 
 def predictions(advice: Advice, rows: list[dict[str, Any]], width: float) -> Drawing:
@@ -133,8 +133,7 @@ def write(folder: str) -> None:
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
     figure: Figure = predictions(found, shown, style.WIDE).figure
-    style.add_title(figure, "Predicted latency of each executor", subtitle)
-    style.save(figure, folder, "advice")
+    style.save(figure, folder, "advice", "Predicted latency of each executor", subtitle)
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
     title = "Predicted latency of each candidate"
     made = make_figure("predictions", title, lambda width: predictions(found, shown, width), [])

@@ -13,6 +13,7 @@ from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages import curves
+from hotpath_report.pages.interactive import without_jobs
 from hotpath_report.pages.writer import Section, Table, make_figure, write_report
 from hotpath_report.statistics import Estimate
 from hotpath_report.style import FAINT, INK, WARNING
@@ -94,8 +95,7 @@ def write(folder: str) -> None:
     title = f"Highest {over} that each executor sustains"
     figure = levels(rows, style.WIDE)
     source = "live" if (rows["source"] == "live").any() else "simulated"
-    style.add_title(figure, title, f"{source}; each mark is a tried level")
-    style.save(figure, folder, "capacity")
+    style.save(figure, folder, "capacity", title, f"{source}; each mark is a tried level")
     drawn = plots(rows, over)
     made = make_figure("capacity", title, lambda width: Drawing(levels(rows, width), rows), [])
     executors = ", ".join(rows["executor"].unique())
@@ -106,6 +106,6 @@ def write(folder: str) -> None:
         title=title,
         facts=[f"{executors}; the table with confidence: capacity.md"],
         made_by="`hotpath capacity`. Every tried level: levels.csv.",
-        data=curves.document(drawn) if drawn else None,
+        data=without_jobs(plots=drawn) if drawn else None,
     )
     print(Path(folder) / "report.html")

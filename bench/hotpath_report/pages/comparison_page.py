@@ -25,13 +25,11 @@ def distributions(targets: list[dict[str, Any]]) -> dict[str, Any]:
         target |= {"title": target["name"], "measure": measure, "figure": "", "marks": []}
         for curve in target["curves"]:
             curve["series"] = places.index((curve.pop("side"), curve.pop("executor")))
-    return {
-        "causes": [],
-        "rules": [],
-        "series": interactive.curves_of([(side, e, f"{e}, {SIDES[side]}") for side, e in places]),
-        "targets": targets,
-        "runs": [interactive.run_of_samples(name, name, of) for name, of in zip(SIDES, found)],
-    }
+    return interactive.without_jobs(
+        series=interactive.curves_of([(side, e, f"{e}, {SIDES[side]}") for side, e in places]),
+        targets=targets,
+        runs=[interactive.run_of_samples(name, name, of) for name, of in zip(SIDES, found)],
+    )
 
 
 def document(content: dict[str, Any]) -> dict[str, Any]:

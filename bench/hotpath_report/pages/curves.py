@@ -41,12 +41,6 @@ def plot(title: str, x: str, lines: Sequence[dict[str, Any]], figure: str = "") 
     }
 
 
-def document(plots: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """What the interactive part of a page with curves alone shows."""
-    nothing: dict[str, Any] = {"causes": [], "rules": [], "series": [], "targets": [], "runs": []}
-    return nothing | {"plots": [of for of in plots if of["lines"]]}
-
-
 def table(of: Mapping[str, Any]) -> Table:
     """The values of a plot with their intervals, with a row for each x."""
     cells: dict[float, list[str]] = {x: [] for x in sorted({x for line in of["lines"] for x in line["x"]})}

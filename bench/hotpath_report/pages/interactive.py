@@ -170,17 +170,21 @@ def run_of_samples(name: str, source: str, executors: Sequence[str]) -> dict[str
     }
 
 
+def without_jobs(**parts: Any) -> dict[str, Any]:
+    """What the interactive part shows of a page without stored runs: these parts of a document()."""
+    nothing: dict[str, Any] = {"causes": [], "rules": [], "series": [], "targets": [], "runs": []}
+    return nothing | parts
+
+
 def distributions(sources: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
     """As document(), of samples alone: a series for each executor of each source."""
     executors = [list(dict.fromkeys(e for m in measured for e in m.runs[k])) for k in range(len(sources))]
     series = curves_of([(k, e, f"{e}, {s}") for k, s in enumerate(sources) for e in executors[k]])
-    return {
-        "causes": [],
-        "rules": [],
-        "series": series,
-        "targets": [target_of(m, samples_of(m, series), []) for m in measured],
-        "runs": [run_of_samples(s, s, names) for s, names in zip(sources, executors)],
-    }
+    return without_jobs(
+        series=series,
+        targets=[target_of(m, samples_of(m, series), []) for m in measured],
+        runs=[run_of_samples(s, s, names) for s, names in zip(sources, executors)],
+    )
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from hotpath_report.figures import sweep
 from hotpath_report.figures.sweep import Table
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages import curves
+from hotpath_report.pages.interactive import without_jobs
 from hotpath_report.pages.writer import Section, make_figure, write_report
 
 
@@ -30,10 +31,7 @@ def plots(of: Table) -> list[dict[str, Any]]:
 
 def figures(of: Table) -> list[tuple[str, str, Any]]:
     """Name, title and drawing of the figures that the table allows."""
-    made: list[tuple[str, str, Any]] = [
-        ("lines", f"{of.what} over {of.x}", sweep.lines),
-        ("map", f"{of.what} and losses over {of.x} and executor", sweep.heat_map),
-    ]
+    made: list[tuple[str, str, Any]] = [("lines", f"{of.what} over {of.x}", sweep.lines)]
     if of.others:
         made.append(("multiples", f"{of.multiplied.title.capitalize()}, by {of.others[0]}", sweep.multiples))
     return made
@@ -43,9 +41,7 @@ def write(folder: str) -> None:
     """Draws the figures of a sweep, and writes report.html and report.md. Raises InputError."""
     of = Table(Path(folder))
     for name, title, draw in figures(of):
-        figure = draw(of, style.WIDE)
-        style.add_title(figure, title, of.subtitle())
-        style.save(figure, folder, f"sweep_{name}")
+        style.save(draw(of, style.WIDE), folder, f"sweep_{name}", title, of.subtitle())
     drawn = plots(of)
     values = [
         {"measure": p["title"], of.x: x, "executor": a["label"], "value": value, "low": low, "high": high}
@@ -66,6 +62,6 @@ def write(folder: str) -> None:
         title=f"Sweep over {', '.join(of.axes)}",
         facts=[of.subtitle()],
         made_by="`hotpath sweep`. Every row of every cell: table.csv.",
-        data=curves.document(drawn) if drawn else None,
+        data=without_jobs(plots=drawn) if drawn else None,
     )
     print(Path(folder) / "report.html")

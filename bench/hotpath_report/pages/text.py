@@ -9,7 +9,6 @@ from typing import Any
 import jinja2
 import markupsafe
 
-from hotpath_report.hotpath_command import draw_if_possible
 from hotpath_report.shown_text import markdown, markdown_cell, markdown_code
 from hotpath_report.tables import read_json, text_table, write_file
 
@@ -55,10 +54,9 @@ def render(template: str, form: str, content: Mapping[str, Any]) -> str:
 
 
 def tell_validation(folder: str) -> None:
-    """Prints and draws the result of `hotpath diff --simulated` and `paper golden`. Raises InputError."""
+    """Prints the result of `hotpath diff --simulated` and `paper golden`. Raises InputError."""
     result: dict[str, Any] = read_json(Path(folder) / "validation.json", "hotpath diff --simulated")
-    print(environment("txt").get_template("validation.txt.j2").render(result), flush=True)
-    draw_if_possible("figures.validation:draw", folder)
+    print(environment("txt").get_template("validation.txt.j2").render(result))
     print(f"\nResults: {folder}")
 
 

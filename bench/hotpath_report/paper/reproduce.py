@@ -17,7 +17,6 @@ from typing import Any, TextIO
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
-from hotpath_report.paper import publish
 from hotpath_report.paper.cells import ITEMS, MODES, NAMES, Cell, all_cells, duration_text
 from hotpath_report.paper.runner import Runner, facts_of
 from hotpath_report.tables import make_folder, write_json
@@ -45,34 +44,20 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--list", action="store_true", help=listed)
     output = "folder for results and for resuming (%(default)s)"
     made.add_argument("--output", metavar="FOLDER", type=Path, default="runs/paper", help=output)
-    jobs = "concurrent live single-core repetitions, each on its own processor (%(default)s)"
-    made.add_argument("--jobs", metavar="N", type=int, default=1, help=jobs)
-    copy = "then copy the publishable results to this folder, as results/paper"
-    made.add_argument("--publish", metavar="FOLDER", type=Path, help=copy)
-    program = "the hotpath program (default: from the build tree)"
-    made.add_argument("--hotpath", metavar="PROGRAM", help=program)
     return made
 
 
 def parse(arguments: Sequence[str]) -> argparse.Namespace:
     """Parses and checks the options. Raises InputError."""
     options = parser().parse_args(arguments)
-    if options.hotpath:
-        os.environ["HOTPATH"] = options.hotpath  # also for reading results
     options.hotpath = str(hotpath_command.program())
     options.mode = MODES[options.mode or "standard"]
     options.items = [name for part in options.only for name in part.split(",") if name] or list(NAMES)
     for name in options.items:
         if name not in NAMES:
             raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(NAMES)}")
-    if options.publish and options.only:
-        raise InputError("--publish needs a complete reproduction; omit --only")
-    if options.publish and (problem := publish.problem_with(options.output, options.publish)):
-        raise InputError(f"--publish {options.publish} {problem}; name a new folder or a publication")
     # On most machines the last processors get the fewest interrupts.
     options.cpus = sorted(os.sched_getaffinity(0), reverse=True)
-    if not 1 <= options.jobs <= len(options.cpus):
-        raise InputError(f"--jobs {options.jobs}: choose 1 to {len(options.cpus)}, the usable processors")
     return options
 
 
@@ -97,7 +82,7 @@ def build_of(hotpath: str) -> str:
         return f"{hotpath_command.output_of('--version').strip()} ({digest})"
     except (OSError, RunError) as error:
         hint = "build it with launch_scripts/build.sh"
-        raise InputError(f"--hotpath {hotpath}: cannot run ({error}); {hint}") from None
+        raise InputError(f"{hotpath}: cannot run ({error}); {hint}") from None
 
 
 def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
@@ -125,16 +110,11 @@ def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
     return file
 
 
-def run_cells(runner: Runner, todo: list[Cell], jobs: int) -> None:
-    """Runs simulations first, then measurements: repetition by repetition if several run at once, since cells of
-    several cores run alone."""
-    runner.run_all([c for c in todo if c.source != "live" and not c.alone], SIMULATIONS_AT_ONCE)
-    runner.run_all([c for c in todo if c.alone], 1)
-    live = [c for c in todo if c.source == "live"]
-    for repetition in sorted({c.repetition for c in live}):
-        cells = [c for c in live if c.repetition == repetition]
-        runner.run_all([c for c in cells if c.cores == 1 or jobs == 1], jobs)
-        runner.run_all([c for c in cells if c.cores > 1 and jobs > 1], 1)
+def run_cells(runner: Runner, todo: list[Cell]) -> None:
+    """Runs simulations first, then what measures, one at a time."""
+    measuring = [c for c in todo if c.alone or c.source == "live"]
+    runner.run_all([c for c in todo if c not in measuring], SIMULATIONS_AT_ONCE)
+    runner.run_all(measuring, 1)
 
 
 def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> None:
@@ -163,13 +143,13 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
 
     runner.on_change = show
     with contextlib.closing(bar), interruptible():
-        run_cells(runner, todo, options.jobs)
+        run_cells(runner, todo)
     for cell, sentence in runner.failed:
         tell(f"{cell.name} failed: {sentence}")
 
 
-def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], wanted: list[Cell]) -> None:
-    """Writes the results, publishes them on request, and prints a line per claim."""
+def present(options: argparse.Namespace, runner: Runner, cells: list[Cell]) -> None:
+    """Writes the results, and prints a line per claim."""
     from hotpath_report.paper import evidence, results  # takes a second; not needed for errors
 
     complete = [c for c in cells if runner.complete(c)]
@@ -180,11 +160,6 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
     collected.mode = options.mode.name
     planned = sum(c.source == "live" for c in cells)
     verdicts = results.write_results(collected, shown, options.output, planned)
-    if options.publish:
-        if missing := len(set(wanted) - set(complete)):
-            why = f"{missing} of {len(wanted)} cells are missing"
-            raise RunError(f"--publish: {why}; nothing was copied; run the command again")
-        publish.publish(options.output, options.publish)
     for v in verdicts:
         text = next((f.text for f in reversed(v.known.values())), "")
         print(f"{v.verdict:<10}  {v.claim.name:<22} {text}")
@@ -194,7 +169,7 @@ def present(options: argparse.Namespace, runner: Runner, cells: list[Cell], want
     print(f"The page: {options.output}/report.html (and report.md); data: {options.output}/data")
 
 
-def reproduce(arguments: Sequence[str]) -> int:
+def reproduce(*arguments: str) -> int:
     """Runs the selected cells and writes the page. Raises InputError, RunError."""
     began, options = time.monotonic(), parse(arguments)
     cells = all_cells(options.mode, SEED)
@@ -208,7 +183,7 @@ def reproduce(arguments: Sequence[str]) -> int:
         runner = Runner(options.hotpath, build, options.output, options.cpus)
         try:
             measure(options, runner, wanted)
-            present(options, runner, cells, wanted)
+            present(options, runner, cells)
         except Interrupted as signalled:
             done = f"{sum(map(runner.complete, cells))} cells are complete"
             tell(

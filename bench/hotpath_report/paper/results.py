@@ -93,8 +93,8 @@ def noise_table(evidence: Evidence) -> Table:
         percent = (c["noise"].get(f"{cause}_percent") for cause in CAUSES)
         shares = ["" if share is None else f"{share:.2f}" for share in percent]
         name, marks = c["name"].removeprefix("live."), "; ".join(c["noise"]["marks"])
-        rows.append([name, c.get("at_once", 1), *shares, marks])
-    header = ["repetition", "at once", "stolen %", "throttled %", "used by others %", "marks"]
+        rows.append([name, *shares, marks])
+    header = ["repetition", "stolen %", "throttled %", "used by others %", "marks"]
     return Table("All live repetitions", header, rows, folded=True)
 
 

@@ -5,12 +5,10 @@ import concurrent.futures
 import contextlib
 import itertools
 import os
-import queue
 import shutil
 import signal
 import subprocess
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -57,20 +55,18 @@ class Runner:
         found = os.stat(self.hotpath)
         return found.st_ino, found.st_size, found.st_mtime_ns
 
-    def cpus_of(self, cell: Cell, slot: int) -> list[int]:
-        """Processors of a live cell: one of its own, or as many as it has cores."""
-        if cell.source != "live":
-            return []
-        return sorted(self.cpus[slot : slot + 1] if cell.cores == 1 else self.cpus[: cell.cores])
+    def cpus_of(self, cell: Cell) -> list[int]:
+        """Processors of a live cell: as many as it has cores."""
+        return sorted(self.cpus[: cell.cores]) if cell.source == "live" else []
 
-    def command(self, cell: Cell, slot: int, output: object) -> list[str]:
-        """Arguments of `hotpath`. Concurrent live cells use different DDS domains."""
-        cpus = ",".join(map(str, self.cpus_of(cell, slot)))
-        return cell.command(output, ("--cpus", cpus, "--domain", str(slot)) if cpus else ())
+    def command(self, cell: Cell, output: object) -> list[str]:
+        """Arguments of `hotpath`."""
+        cpus = ",".join(map(str, self.cpus_of(cell)))
+        return cell.command(output, ("--cpus", cpus, "--domain", "0") if cpus else ())
 
-    def identity(self, cell: Cell, slot: int) -> dict[str, Any]:
+    def identity(self, cell: Cell) -> dict[str, Any]:
         """Facts that two equivalent results of a cell share."""
-        command = ["hotpath", *self.command(cell, slot, f"cells/{cell.name}")]
+        command = ["hotpath", *self.command(cell, f"cells/{cell.name}")]
         return {"command": command, "build": self.build, "complete": True}
 
     def facts(self, cell: Cell) -> dict[str, Any]:
@@ -79,9 +75,7 @@ class Runner:
 
     def complete(self, cell: Cell) -> bool:
         """Whether the cell's folder holds the planned result of this build."""
-        facts = self.facts(cell)
-        # Any of several equal processors will do.
-        return any(self.identity(cell, k).items() <= facts.items() for k in range(max(1, len(self.cpus))))
+        return self.identity(cell).items() <= self.facts(cell).items()
 
     def store(self, cell: Cell, part: Path, facts: dict[str, Any]) -> None:
         """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
@@ -117,16 +111,14 @@ class Runner:
             )
             return self.running[cell.name]
 
-    def run(self, cell: Cell, slot: int, at_once: int) -> None:
+    def run(self, cell: Cell) -> None:
         """Runs one cell to completion."""
         part = self.folder / f".{cell.name}.{os.getpid()}.part"
-        started = time.time()
-        process = self.start(cell, self.command(cell, slot, part))
+        process = self.start(cell, self.command(cell, part))
         if process is None:
             return
         self.on_change(0)
         _, errors = process.communicate()
-        elapsed = time.time() - started
         with self.lock:
             del self.running[cell.name]
             if self.stopped:
@@ -138,32 +130,21 @@ class Runner:
             )
             shutil.rmtree(part, ignore_errors=True)
         else:
-            facts = self.identity(cell, slot) | cell.facts()
-            facts |= {"cpus": self.cpus_of(cell, slot), "elapsed_s": elapsed}
+            facts = self.identity(cell) | cell.facts() | {"cpus": self.cpus_of(cell)}
             if cell.source == "live":
-                facts |= {"at_once": at_once, "noise": noise_of(run, facts_of(part / "summary.json"))}
+                facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
             self.store(cell, part, facts)
-        self.on_change(cell.seconds / at_once)
+        self.on_change(cell.seconds)
 
     def run_all(self, cells: list[Cell], workers: int) -> None:
         """Runs the cells in order, `workers` at once. An exception, such as a signal's, interrupts all processes and
         skips the remaining cells; complete cells stay."""
         for part in self.folder.glob(".*.part"):  # leftovers of killed or interrupted reproductions
             shutil.rmtree(part, ignore_errors=True)
-        slots: queue.SimpleQueue[int] = queue.SimpleQueue()
-        for slot in range(workers):
-            slots.put(slot)
-
-        def work(cell: Cell) -> None:
-            slot = slots.get()
-            try:
-                self.run(cell, slot, workers)
-            finally:
-                slots.put(slot)
-
         with concurrent.futures.ThreadPoolExecutor(workers) as pool:
             try:
-                for future in concurrent.futures.as_completed([pool.submit(work, cell) for cell in cells]):
+                submitted = [pool.submit(self.run, cell) for cell in cells]
+                for future in concurrent.futures.as_completed(submitted):
                     future.result()
             except BaseException:
                 with self.lock:

@@ -47,7 +47,7 @@ def write(evidence: Evidence, folder: Path) -> None:
 
 def stored(publication: Path) -> Evidence:
     """Reads the evidence of a published reproduction. Raises InputError."""
-    data, facts = publication / "data", read_json(publication / "facts.json", "reproduce_paper.sh --publish")
+    data, facts = publication / "data", read_json(publication / "facts.json", "reproduce_paper.sh")
     columns = [IN_FILES.get(name, name) for name in COLUMNS["timers"]]
     return Evidence(
         read_samples(data / HOT_PATH_FILE),

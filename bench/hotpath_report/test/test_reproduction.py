@@ -39,7 +39,7 @@ ITEMS = "dropped-jobs,wcrt-table,hot-path"
 
 
 def reproduce(output: Path, *arguments: object) -> list[Any]:
-    words = [sys.executable, "-I", "-B", str(BENCH), "reproduce", "--quick", "--hotpath", HOTPATH]
+    words = [sys.executable, "-I", "-B", str(BENCH), "reproduce", "--quick"]
     return [*words, "--output", str(output), *arguments]
 
 
@@ -340,21 +340,9 @@ class WrongUse(ReproductionTest):
         folder = self.folder()
         self.assert_refused(reproduce(folder, "--only", "violins"), "violins", "dropped-jobs")
         self.assert_refused(reproduce(folder, "--full"), "--quick")
-        self.assert_refused(reproduce(folder, "--jobs", "1000"), "--jobs 1000")
-        self.assert_refused(reproduce(folder, "--hotpath", "/nowhere"), "/nowhere", "build")
         self.assert_refused(reproduce(folder, "--fast"), "--fast")
-        self.assert_refused(
-            reproduce(folder, "--only", "load", "--publish", str(folder / "published")), "--publish"
-        )
-
-    def test_publishing_replaces_only_an_earlier_publication(self) -> None:
-        folder = self.folder()
-        mine = folder / "mine"
-        mine.mkdir()
-        (mine / "thesis.tex").write_text("years of work")
-        for destination in (folder, folder / "paper", folder / "paper" / "cells", mine):
-            self.assert_refused(reproduce(folder / "paper", "--publish", str(destination)), "--publish")
-        self.assertTrue((mine / "thesis.tex").exists())
+        with mock.patch.dict(os.environ, {"HOTPATH": "/nowhere"}):
+            self.assert_refused(reproduce(folder), "/nowhere", "build")
 
     def test_two_at_a_time_in_one_folder(self) -> None:
         folder = self.folder()

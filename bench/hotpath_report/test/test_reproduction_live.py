@@ -34,7 +34,6 @@ class Live(unittest.TestCase):
         facts = json.loads((output / "cells" / cell.name / "cell.json").read_text())
         measured = {"stolen_percent", "throttled_percent", "others_percent", "marks"}
         self.assertEqual(set(facts["noise"]), measured)
-        self.assertEqual(facts["at_once"], 1)
         self.assertIn(str(cpu), facts["command"])
         self.assertFalse(runner_of.Runner(HOTPATH, "another build", output, [cpu]).complete(cell))
         found = evidence_of.collect(output, [cell])

@@ -21,10 +21,6 @@ class Quantiles(unittest.TestCase):
         found = [Samples([values[:20], values[20:]]).quantile(p) for p in PERCENTILES]
         np.testing.assert_allclose(found, np.quantile(values, list(PERCENTILES)))
 
-    def test_the_mean_equals_that_of_numpy(self) -> None:
-        values = np.random.default_rng(3).normal(size=57)
-        self.assertAlmostEqual(Samples([values[:20], values[20:]]).mean, float(np.mean(values)))
-
     def test_one_repetition_is_resampled_in_blocks_unless_it_is_exact_or_short(self) -> None:
         one = normal(10, repetitions=1)
         self.assertTrue(Samples(one).estimate(0.5).has_interval)

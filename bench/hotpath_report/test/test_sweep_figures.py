@@ -62,7 +62,7 @@ class SweepFigures(unittest.TestCase):
         self.write(chain="", axes=("load",))
         sweep_page.write(str(self.folder))
         names = {p.name for p in self.folder.glob("*.svg")}
-        self.assertEqual(names, {"sweep_lines.svg", "sweep_map.svg"})
+        self.assertEqual(names, {"sweep_lines.svg"})
 
     def test_rejects_a_sweep_without_a_numeric_axis(self) -> None:
         self.write(axes=("phases",))
