@@ -44,17 +44,6 @@ TEST_F(CallbackGroupExecutor, GroupsQueueUpInTheOrderInWhichTheyBecameReady) {
   EXPECT_EQ(next(2ms), kNoTask);
 }
 
-TEST_F(CallbackGroupExecutor, AGroupWithMoreEventsGoesToTheEndOfTheQueue) {
-  const TaskId timer = add_timer(set, 100ms, 0ms, 50ms);
-  const TaskId one = add_subscription(set, {timer}, 0ms, 5);
-  const TaskId other = add_subscription(set, {timer}, 0ms, 5);
-  start();
-  for (const TaskId s : {one, one, other}) scheduler->sample_arrived(s, {}, at(0ms));
-  EXPECT_EQ(next(1ms), one);
-  EXPECT_EQ(next(1ms), other);
-  EXPECT_EQ(next(1ms), one);
-}
-
 TEST_F(CallbackGroupExecutor, ATimerIsCalledWhenItStartsAndReturnsToTheManagerWhenItHasRun) {
   const TaskId timer = add_timer(set, 10ms, 0ms);
   start();
@@ -90,18 +79,6 @@ TEST_F(CallbackGroupExecutor, EachReadyGroupWakesAnotherIdleWorker) {
   EXPECT_EQ(release(5ms), both);
   EXPECT_TRUE(decide(1, 5ms));
   EXPECT_TRUE(decide(0, 5ms));
-}
-
-TEST_F(CallbackGroupExecutor, AnEventWhoseSampleWasOverwrittenRunsEmpty) {
-  const TaskId timer = add_timer(set, 100ms, 0ms, 50ms);
-  const TaskId subscription = add_subscription(set, {timer}, 0ms);
-  start();
-  scheduler->sample_arrived(subscription, {}, at(0ms));
-  EXPECT_TRUE(scheduler->sample_arrived(subscription, {}, at(1ms)).overwritten);
-  const Job first = *decide(0, 2ms);
-  EXPECT_EQ(first.sequence, 1U);  // the younger sample
-  scheduler->finished(0, first, at(2ms));
-  EXPECT_TRUE(decide(0, 3ms)->empty);
 }
 
 }  // namespace

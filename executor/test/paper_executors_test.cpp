@@ -85,44 +85,6 @@ TEST_F(PaperExecutor, SectionVIReleaseAndExecuteRunsSubscriptionsInTheExecutorWo
   EXPECT_EQ(next(kExecutor, 0ms)->task, of_slow);
 }
 
-TEST_F(PaperExecutor, SectionVIEdfSubscriptionInheritsTheDeadlineOfTheJobThatPublished) {
-  const TaskId a = add_timer(set, 100ms, 2ms);
-  const TaskId b = add_timer(set, 30ms, 2ms, 1ms);
-  const TaskId of_a = add_subscription(set, {a}, 2ms);
-  const Trace trace = run(set, "edf-ro", 30ms);
-  EXPECT_EQ(schedule(trace), (std::vector<Ran>{{a, 0, 0ms, 2ms}, {b, 0, 2ms, 4ms}, {of_a, 0, 4ms, 6ms}}));
-  EXPECT_EQ(trace.jobs[2].job.deadline, at(100ms));
-  EXPECT_EQ(trace.jobs[2].job.parent, (JobRef{a, 0}));
-}
-
-/// Two chains of a timer and a subscription each; the second timer is released while the first runs.
-TEST(SubscriptionRule, FirstFinishesAChainThatInheritLeavesForAMoreUrgentTimer) {
-  TaskSet set;
-  const TaskId slow = add_timer(set, 100ms, 4ms);
-  const TaskId fast = add_timer(set, 20ms, 4ms, 1ms);
-  const TaskId of_slow = add_subscription(set, {slow}, 4ms);
-  const TaskId of_fast = add_subscription(set, {fast}, 4ms);
-  EXPECT_EQ(
-      schedule(run(set, "rm-ro", 20ms)),
-      (std::vector<Ran>{
-          {slow, 0, 0ms, 4ms}, {fast, 0, 4ms, 8ms}, {of_fast, 0, 8ms, 12ms}, {of_slow, 0, 12ms, 16ms}}));
-  EXPECT_EQ(
-      schedule(run(set, "rm-ro", 20ms, {}, {.rule = SubscriptionRule::first})),
-      (std::vector<Ran>{
-          {slow, 0, 0ms, 4ms}, {of_slow, 0, 4ms, 8ms}, {fast, 0, 8ms, 12ms}, {of_fast, 0, 12ms, 16ms}}));
-}
-
-TEST(SectionIV, ReleaserIsNotHeldUpByTheJobInExecution) {
-  TaskSet set;
-  const TaskId slow = add_timer(set, 100ms, 30ms);
-  const TaskId fast = add_timer(set, 10ms, 1ms, 1ms);
-  const Trace trace = run(set, "rm-ro", 40ms);
-  for (const JobRecord& r : trace.jobs) EXPECT_EQ(r.job.release, r.job.timestamp);
-  EXPECT_EQ(skipped(trace, fast), 0U);
-  EXPECT_EQ(schedule(trace)[0], (Ran{slow, 0, 0ms, 30ms}));
-  EXPECT_EQ(schedule(trace)[3], (Ran{fast, 2, 32ms, 33ms}));  // caught up
-}
-
 TEST(Registry, EveryExecutorHasTheWorkersOfItsTraits) {
   TaskSet set;
   add_timer(set, 10ms, 1ms);

@@ -88,19 +88,6 @@ TEST(ReleaseCost, SectionVBReleaseAndExecutePaysForTheScanBeforeTheJob) {
             (std::vector<Ran>{{0, 0, 210us, 1210us}, {1, 0, 1210us, 2210us}}));
 }
 
-TEST(DispatchCost, LiesBetweenDecisionAndStart) {
-  TaskSet set;
-  const TaskId timer = add_timer(set, 100ms, 1ms);
-  const TaskId subscription = add_subscription(set, {timer}, 1ms);
-  Platform p;
-  p.set_dispatch_costs(50us);
-  for (const char* executor : {"default", "static", "events-ro", "rm-ro"}) {
-    EXPECT_EQ(schedule(run(set, executor, 20ms, p)),
-              (std::vector<Ran>{{timer, 0, 50us, 1050us}, {subscription, 0, 1100us, 2100us}}))
-        << executor;
-  }
-}
-
 TEST(DispatchCost, DependsOnTheKindOfTheCallback) {
   TaskSet set;
   const TaskId timer = add_timer(set, 100ms, 1ms);
