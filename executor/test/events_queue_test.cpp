@@ -137,28 +137,11 @@ TEST_F(PriorityOrderTest, LevelsFollowTasksThatComeAndGo) {
   EXPECT_EQ(order.level(5), to_ns(at(30ms)));  // was task 1's level
 }
 
-TEST_F(PriorityOrderTest, SubscriptionInheritsTheHighestTimerUpstream) {
-  const std::vector<std::int64_t> level = inherited_levels(set, Policy::rm);
-  EXPECT_EQ(level[3], Duration(30ms).count());
-  EXPECT_EQ(level[4], Duration(10ms).count());
-  EXPECT_EQ(level[5], Duration(10ms).count());
-  EXPECT_EQ(level[6], std::numeric_limits<std::int64_t>::max());
-}
-
 TEST_F(PriorityOrderTest, InheritanceReachesThroughChainsAndAcrossCycles) {
   set.tasks[4].feeds = {6};
   set.tasks[6].feeds = {4};
   const std::vector<std::int64_t> level = inherited_levels(set, Policy::rm);
   EXPECT_EQ(level[6], Duration(10ms).count());
-}
-
-TEST_F(PriorityOrderTest, GivenPriorityOfASubscriptionGoesBeforeTheInheritedOne) {
-  set.tasks[0].priority = 3;
-  set.tasks[1].priority = 2;
-  set.tasks[3].priority = 1;
-  const std::vector<std::int64_t> level = inherited_levels(set, Policy::fp);
-  EXPECT_EQ(level[3], 1);
-  EXPECT_EQ(level[5], 2);
 }
 
 TEST_F(PriorityOrderTest, OrdersJobs) {

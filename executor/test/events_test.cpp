@@ -92,11 +92,7 @@ TEST_P(EdgeTriggered, DeepHistoryYieldsOneJobPerSample) {
 
 INSTANTIATE_TEST_SUITE_P(Registry, EdgeTriggered,
                          testing::Values("events-ro", "events-re", "rm-ro", "rm-re", "edf-ro", "edf-re"),
-                         [](const auto& param) {
-                           std::string n = param.param;
-                           std::replace(n.begin(), n.end(), '-', '_');
-                           return n;
-                         });
+                         [](const auto& executor) { return identifier(executor.param); });
 
 }  // namespace
 }  // namespace hotpath::test

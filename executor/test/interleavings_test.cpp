@@ -142,17 +142,8 @@ TEST_P(Interleavings, EveryLostNotificationIsDetected) {
   }
 }
 
-std::vector<std::string_view> names() {
-  std::vector<std::string_view> all;
-  for (const ExecutorEntry& e : executors()) all.push_back(e.name);
-  return all;
-}
-
-INSTANTIATE_TEST_SUITE_P(Registry, Interleavings, testing::ValuesIn(names()), [](const auto& p) {
-  std::string name(p.param);
-  std::replace(name.begin(), name.end(), '-', '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Registry, Interleavings, testing::ValuesIn(executor_names()),
+                         [](const auto& executor) { return identifier(executor.param); });
 
 // These tests prove that the check detects the defects.
 TEST(BrokenExecutor, ThatSleepsAfterBeingWokenIsDetected) {

@@ -16,26 +16,6 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(Simulator, RecordsStandInStartOrderAndCarryTheWholeJob) {
-  TaskSet set;
-  const TaskId timer = add_timer(set, 10ms, 3ms, 1ms);
-  const TaskId subscription = add_subscription(set, {timer}, 2ms);
-  const Trace trace = run(set, "rm-ro", 10ms);
-  EXPECT_EQ(trace.executor, "rm-ro");
-  EXPECT_EQ(trace.epoch, Time{});
-  EXPECT_EQ(trace.end, at(10ms));
-  EXPECT_EQ(trace.published, (std::vector<std::uint64_t>{0, 1}));
-  ASSERT_EQ(trace.jobs.size(), 2U);
-  EXPECT_EQ(trace.jobs[0].job.timestamp, at(1ms));
-  EXPECT_EQ(trace.jobs[0].job.release, at(1ms));
-  EXPECT_EQ(trace.jobs[0].start, at(1ms));
-  EXPECT_EQ(trace.jobs[0].finish, at(4ms));
-  EXPECT_EQ(trace.jobs[1].job.task, subscription);
-  EXPECT_EQ(trace.jobs[1].job.timestamp, at(4ms));
-  EXPECT_EQ(trace.jobs[1].job.parent, (JobRef{timer, 0}));
-  EXPECT_EQ(trace.jobs[1].finish, at(6ms));
-}
-
 TEST(Simulator, RecordsWhatIsLeftAtTheEndAsRunningAndQueued) {
   TaskSet set;
   const TaskId long_one = add_timer(set, 100ms, 50ms);
