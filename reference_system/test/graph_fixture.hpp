@@ -45,6 +45,15 @@ inline std::string error_of(const std::string& text, const auto& read) {
 }
 inline std::string error_of(const std::string& text) { return error_of(text, load_graph); }
 
+/// The task with this name.
+inline TaskId task_named(const GraphTasks& tasks, const std::string& name) {
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].name == name) return id;
+  }
+  ADD_FAILURE() << "no task " << name;
+  return 0;
+}
+
 constexpr int kAnyLine = 0;
 
 /// Expects a message `:LINE: ...` that has these parts.

@@ -5,10 +5,8 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 
 namespace hotpath {
 namespace {
@@ -17,27 +15,8 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
-class GraphWriter : public testing::Test {
- protected:
-  GraphWriter() {
-    const testing::TestInfo* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = testing::TempDir() + "hotpath_writer_" + test->name();
-    fs::create_directory(folder_);
-  }
-  ~GraphWriter() override { fs::remove_all(folder_); }
-
-  Graph load(const std::string& text) {
-    const fs::path file = folder_ / "given.yaml";
-    std::ofstream(file) << text;
-    return load_graph(file);
-  }
-
-  fs::path folder_;
-};
-
-TEST_F(GraphWriter, WritesEveryShippedGraphAsItWasRead) {
+TEST(GraphWriter, WritesEveryShippedGraphAsItWasRead) {
   for (const GraphListing& listing : list_graphs()) {
     const Graph graph = load_graph(listing.path);
     EXPECT_EQ(load(graph_yaml(graph)), graph) << listing.name;
@@ -68,12 +47,12 @@ chains:
 - {name: c, nodes: [S, I, K/a], sources: [S], sink: K/a}
 )";
 
-TEST_F(GraphWriter, WritesEveryFeatureOfAGraph) {
+TEST(GraphWriter, WritesEveryFeatureOfAGraph) {
   const Graph graph = load(kEverything);
   EXPECT_EQ(load(graph_yaml(graph)), graph) << graph_yaml(graph);
 }
 
-TEST_F(GraphWriter, PutsLongMeasurementsIntoFilesBesideTheGraph) {
+TEST(GraphWriter, PutsLongMeasurementsIntoFilesBesideTheGraph) {
   Graph graph = load(kEverything);
   std::vector<Duration> times(kMaxInlineTimes + 1, 5ms);
   times[3] = 1ns;
@@ -81,12 +60,15 @@ TEST_F(GraphWriter, PutsLongMeasurementsIntoFilesBesideTheGraph) {
   callback.measured = std::make_shared<const std::vector<Duration>>(times);
   callback.best = 1ns;
   callback.worst = 5ms;
-  write_graph(folder_ / "mine.yaml", graph);
-  EXPECT_TRUE(fs::exists(folder_ / "mine_times" / "K-a.csv"));
-  EXPECT_EQ(load_graph(folder_ / "mine.yaml"), graph);
+  const fs::path folder = testing::TempDir() + "hotpath_graph_writer";
+  fs::create_directory(folder);
+  write_graph(folder / "mine.yaml", graph);
+  EXPECT_TRUE(fs::exists(folder / "mine_times" / "K-a.csv"));
+  EXPECT_EQ(load_graph(folder / "mine.yaml"), graph);
+  fs::remove_all(folder);
 }
 
-TEST_F(GraphWriter, WritesTheComments) {
+TEST(GraphWriter, WritesTheComments) {
   const Graph graph = load(kEverything);
   const std::string text =
       graph_yaml(graph, {"Imported.\nBy test.", {{"S", "a sensor"}, {"K", "a node"}, {"K/a", "half known"}}});
@@ -95,14 +77,9 @@ TEST_F(GraphWriter, WritesTheComments) {
   EXPECT_EQ(load(text), graph);
 }
 
-TEST_F(GraphWriter, NamesTheFileThatCannotBeWritten) {
-  const Graph graph = load(kEverything);
-  try {
-    write_graph(folder_ / "none" / "mine.yaml", graph);
-    ADD_FAILURE() << "written";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("mine.yaml"));
-  }
+TEST(GraphWriter, NamesTheFileThatCannotBeWritten) {
+  EXPECT_THAT([] { write_graph("/nonexistent/mine.yaml", load(kEverything)); },
+              testing::ThrowsMessage<InputError>(HasSubstr("mine.yaml")));
 }
 
 }  // namespace
