@@ -28,32 +28,28 @@ Intervals finish(const std::vector<SagJob>& jobs) {
   return intervals;
 }
 
-TEST(NpSchedulabilityAnalysisTests, AllNextJobs) {
-  EXPECT_EQ(finish({job(1, 0, 0, 3, 8, 1), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 1, 11, 3)}),
-            (Intervals{{3, 8}, {12, 13}, {13, 24}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, LargeInterval) {
-  EXPECT_EQ(finish({job(1, 0, 0, 3, 10, 3), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 5, 5, 1)}),
-            (Intervals{{3, 10}, {12, 20}, {15, 19}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, Priorities) {
-  EXPECT_EQ(finish({job(1, 0, 0, 3, 10, 2), job(2, 0, 0, 5, 5, 1)}), (Intervals{{8, 15}, {5, 5}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, Jitter) {
-  EXPECT_EQ(finish({job(1, 0, 1, 3, 10, 2), job(2, 0, 1, 5, 5, 1)}), (Intervals{{3, 16}, {5, 15}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, Eager) {
-  EXPECT_EQ(finish({job(1, 0, 0, 1, 5, 2), job(2, 0, 0, 1, 20, 3), job(3, 10, 10, 5, 5, 1)}),
-            (Intervals{{1, 5}, {2, 25}, {15, 30}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, EqualPriorities) {
-  EXPECT_EQ(finish({job(1, 0, 10, 2, 50, 1), job(2, 0, 10, 50, 1200, 2), job(3, 1000, 1010, 2, 50, 1)}),
-            (Intervals{{2, 1259}, {50, 1260}, {1002, 1310}}));
+TEST(NpSchedulabilityAnalysisTests, HaveTheirIntervals) {
+  const struct {
+    const char* name;
+    std::vector<SagJob> jobs;
+    Intervals intervals;
+  } rows[] = {
+      {"all next jobs",
+       {job(1, 0, 0, 3, 8, 1), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 1, 11, 3)},
+       {{3, 8}, {12, 13}, {13, 24}}},
+      {"large interval",
+       {job(1, 0, 0, 3, 10, 3), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 5, 5, 1)},
+       {{3, 10}, {12, 20}, {15, 19}}},
+      {"priorities", {job(1, 0, 0, 3, 10, 2), job(2, 0, 0, 5, 5, 1)}, {{8, 15}, {5, 5}}},
+      {"jitter", {job(1, 0, 1, 3, 10, 2), job(2, 0, 1, 5, 5, 1)}, {{3, 16}, {5, 15}}},
+      {"eager",
+       {job(1, 0, 0, 1, 5, 2), job(2, 0, 0, 1, 20, 3), job(3, 10, 10, 5, 5, 1)},
+       {{1, 5}, {2, 25}, {15, 30}}},
+      {"equal priorities",
+       {job(1, 0, 10, 2, 50, 1), job(2, 0, 10, 50, 1200, 2), job(3, 1000, 1010, 2, 50, 1)},
+       {{2, 1259}, {50, 1260}, {1002, 1310}}},
+  };
+  for (const auto& row : rows) EXPECT_EQ(finish(row.jobs), row.intervals) << row.name;
 }
 
 PeriodicTasks in_microseconds(int utilisation, bool shorter_runs) {

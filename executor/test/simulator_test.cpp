@@ -65,6 +65,24 @@ TEST(Simulator, SummaryWithoutSinkEqualsTheTrace) {
   EXPECT_EQ(summary.jobs, schedule(trace).size());
 }
 
+/// Sequence numbers, and instants in microseconds, beyond 32 bits.
+TEST(Simulator, CountsBeyond32BitsInASimulationOfHours) {
+  TaskSet set;
+  const TaskId fast = add_timer(set, 1ns, 100ms);  // each of its jobs skips 10^8 timestamps
+  const TaskId slow = add_timer(set, 60s, 1ms);
+  const TaskId subscription = add_subscription(set, {slow}, 1ms);
+  const Trace trace = run(set, "default", 2h);
+  constexpr std::uint64_t kBeyond = std::uint64_t{1} << 32;
+  EXPECT_EQ(legal(set, trace), "");
+  EXPECT_EQ(balanced(set, trace), "");
+  const JobRecord& last = *std::find_if(trace.jobs.rbegin(), trace.jobs.rend(), started);
+  EXPECT_EQ(last.job.task, fast);
+  EXPECT_GT(last.job.sequence, kBeyond);
+  EXPECT_EQ(last.job.sequence, static_cast<std::uint64_t>((last.job.timestamp - trace.epoch).count()));
+  EXPECT_GT(static_cast<std::uint64_t>((last.start - trace.epoch) / 1us), kBeyond);
+  EXPECT_EQ(count(trace, subscription, Outcome::ran), 120U);
+}
+
 /// Counts message numbers to check that each has exactly one fate.
 class MessageWorkload final : public Workload {
  public:

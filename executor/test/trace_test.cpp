@@ -31,9 +31,10 @@ std::vector<Trace> read(const TaskSet& set, const std::string& text) {
   return read_jobs_csv(in, set, "jobs.csv");
 }
 
+/// Sequence numbers, and instants in microseconds, are beyond 32 bits.
 TEST(JobsCsv, OneRowPerJobAndPerSkippedTimestampRelativeToTheEpoch) {
   TaskSet set;
-  const TaskId timer = add_timer(set, 10ns, 3ns);
+  const TaskId timer = add_timer(set, 10us, 3ns);
   const TaskId subscription = add_subscription(set, {timer}, 1ns);
   Trace trace;
   trace.executor = "default";
@@ -41,25 +42,28 @@ TEST(JobsCsv, OneRowPerJobAndPerSkippedTimestampRelativeToTheEpoch) {
   trace.epoch = at(1000ns);
   JobRecord r;
   r.job.task = timer;
-  r.job.sequence = 4;
-  r.job.timestamp = r.job.release = at(1040ns);
-  r.job.deadline = at(1050ns);
+  r.job.sequence = 4'294'967'300;
+  r.job.timestamp = r.job.release = at(1000ns + 4'294'967'300 * 10us);
+  r.job.deadline = r.job.timestamp + 10us;
   r.job.skipped = 1;
-  r.start = at(1052ns);
-  r.finish = at(1055ns);
+  r.start = r.job.deadline + 2ns;
+  r.finish = r.job.deadline + 5ns;
   r.worker = 1;
   trace.jobs.push_back(r);
   JobRecord lost;
   lost.job.task = subscription;
-  lost.job.timestamp = at(1055ns);
-  lost.job.parent = {timer, 4};
+  lost.job.timestamp = r.finish;
+  lost.job.parent = r.job.ref();
   lost.outcome = Outcome::overwritten;
   trace.jobs.push_back(lost);
-  EXPECT_EQ(written(set, trace), std::string(kJobsCsvHeader) +
-                                     "\n"
-                                     "default,2,T0,timer,4,ran,40,40,52,55,,50,1,,0,,\n"
-                                     "default,2,T0,timer,5,skipped,50,,,,,60,,,0,,\n"
-                                     "default,2,S1,subscription,0,overwritten,55,,,,,,,,0,T0,4\n");
+  const std::string text = kJobsCsvHeader +
+                           "\n"
+                           "default,2,T0,timer,4294967300,ran,42949673000000,42949673000000,42949673010002,"
+                           "42949673010005,,42949673010000,1,,0,,\n"
+                           "default,2,T0,timer,4294967301,skipped,42949673010000,,,,,42949673020000,,,0,,\n"
+                           "default,2,S1,subscription,0,overwritten,42949673010005,,,,,,,,0,T0,4294967300\n";
+  EXPECT_EQ(written(set, trace), text);
+  EXPECT_EQ(written(set, read(set, text).at(0)), text);
 }
 
 TEST(JobsCsv, RoundTripKeepsEveryRecordOfEveryExecutor) {

@@ -116,7 +116,7 @@ TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence)
     const std::string name = "N" + std::to_string(i), before = "N" + std::to_string(i - 1);
     nodes += "- {name: " + name + ", type: callbacks, callbacks: [{" +
              (i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before) + ", publishes: " + name +
-             "}]}\n";
+             "}]}\n";  // NOLINT(performance-*)
   }
   Graph g = load("name: g\nnodes:\n" + nodes);
   // Fast DDS reserves memory for 100 entries. The chain is read from its last node.

@@ -205,12 +205,6 @@ TEST_F(CieFile, IsWrittenAsItIsRead) {
   EXPECT_THROW(write_cie(second, graph, tasks, find("single")), std::invalid_argument);
 }
 
-struct Mistake {
-  std::string text;
-  int line;
-  std::vector<const char*> parts = {};  ///< Of the message.
-};
-
 TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
   const std::string imu = "  - id: /Visualizer@Timer(60000000)\n    policy: ";
   const std::vector<Mistake> mistakes = {

@@ -127,14 +127,8 @@ TEST(GraphFile, ThatCannotBeReadIsRefused) {
     EXPECT_THROW((void)load_graph(path), InputError) << path;
 }
 
-struct Refused {
-  std::string text;
-  int line;
-  std::vector<const char*> parts = {};  ///< Of the message.
-};
-
 TEST(GraphFile, MistakesInTheFileAreRefused) {
-  const std::vector<Refused> cases = {
+  const std::vector<Mistake> cases = {
       {"", kAnyLine, {"empty"}},
       {"- 1\n", 1},
       {"name: g\nnodes: [}\n", 2, {"not valid YAML"}},
@@ -152,7 +146,7 @@ TEST(GraphFile, MistakesInTheFileAreRefused) {
       {"name: g\nwork: walls\nnodes:\n" + kSensor, 2, {"fixed, wall, cpu_time", "did you mean `wall`?"}},
       {"name: g\nservice_wait_ms: 100\nnodes:\n" + kSensor, 2, {"no callback of the graph is a service"}},
   };
-  for (const Refused& c : cases) expect_error(error_of(c.text), c.line, c.parts);
+  for (const Mistake& c : cases) expect_error(error_of(c.text), c.line, c.parts);
   EXPECT_EQ(error_of("name: g\nservice_wait_ms: 100\nnodes:\n" + kSensor +
                      "- {name: N, type: callbacks, callbacks: [{subscription: S, service: true}]}\n"),
             "");
@@ -160,7 +154,7 @@ TEST(GraphFile, MistakesInTheFileAreRefused) {
 
 /// Each after the sensor S of 10 ms in line 3.
 TEST(GraphFile, MistakesInNodesAreRefused) {
-  const std::vector<Refused> cases = {
+  const std::vector<Mistake> cases = {
       // Keys.
       {"- name: N\n  type: sensor\n  periode_ms: 10\n", 6, {"did you mean `period_ms`?"}},
       {"- {name: T, type: transform, input: {topik: S}}", 4, {"did you mean `topic`?"}},
@@ -256,7 +250,7 @@ TEST(GraphFile, MistakesInNodesAreRefused) {
        7,
        {"source F/S", "begin with"}},
   };
-  for (const Refused& c : cases) expect_error(error_of_nodes(kSensor + c.text + "\n"), c.line, c.parts);
+  for (const Mistake& c : cases) expect_error(error_of_nodes(kSensor + c.text + "\n"), c.line, c.parts);
 }
 
 TEST(GraphFile, WhatIsJustAllowed) {

@@ -56,6 +56,12 @@ inline TaskId task_named(const GraphTasks& tasks, const std::string& name) {
 
 constexpr int kAnyLine = 0;
 
+struct Mistake {
+  std::string text;
+  int line;
+  std::vector<const char*> parts = {};  ///< Of the message.
+};
+
 /// Expects a message `:LINE: ...` that has these parts.
 inline void expect_error(const std::string& message, int line, const std::vector<const char*>& parts = {}) {
   EXPECT_NE(message, "") << "accepted";
