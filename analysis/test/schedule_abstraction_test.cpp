@@ -83,19 +83,6 @@ TEST(NasriBrandenburg2017, PaperTaskSetsWithExecutionTimesFromZero) {
   }
 }
 
-TEST(NasriBrandenburg2017, FixedExecutionTimesGiveOneStateForEachJob) {
-  for (const int utilisation : {60, 80, 90}) {
-    const auto jobs = sag_jobs(in_microseconds(utilisation, false), SagPolicy::fixed_priority);
-    EXPECT_EQ(nasri_2017(jobs).states, 383U);
-  }
-}
-
-TEST(NasriBrandenburg2017, EdfMeetsAllDeadlinesOfThePaperTaskSets) {
-  for (const int utilisation : {60, 80, 90}) {
-    EXPECT_TRUE(nasri_2017(sag_jobs(in_microseconds(utilisation, true), SagPolicy::edf)).schedulable);
-  }
-}
-
 TEST(NasriBrandenburg2017, MissedDeadlineIsNotSchedulable) {
   std::vector<SagJob> jobs = {job(1, 0, 0, 3, 10, 1), job(2, 0, 0, 5, 5, 2)};
   jobs[1].deadline = 14;
@@ -113,33 +100,12 @@ TEST(NasriBrandenburg2017, LimitsAreReportedWhenReached) {
   EXPECT_EQ(nasri_2017(jobs, {.memory = 64}).end, SagEnd::memory_limit);
 }
 
-TEST(SagJobs, ReleasesStartAtThePhaseAndCoverTwoHyperperiodsBehindIt) {
-  PeriodicTasks tasks = {task(1, 4), task(1, 6)};
-  EXPECT_EQ(sag_jobs(tasks, SagPolicy::edf).size(), 3U + 2U);
-  tasks[1].phase = 5;
-  EXPECT_EQ(sag_jobs(tasks, SagPolicy::edf).size(), 8U + 4U);  // releases below 5 + 2 * 12
-  tasks[1].jitter = 1;
-  const auto jobs = sag_jobs(tasks, SagPolicy::edf);
-  EXPECT_EQ(jobs.size(), 11U + 6U);  // plus one hyperperiod, the reach of the busy window
-  EXPECT_EQ(jobs[2].arrival_min, 5);
-  EXPECT_EQ(jobs[2].arrival_max, 6);
-  EXPECT_EQ(jobs[2].priority, 11);
-}
-
 TEST(SagJobs, JitterNeedsAsManyHyperperiodsAsTheBusyWindowReachesBack) {
   PeriodicTasks tasks = {task(4, 10), task(3, 10)};
   tasks[0].jitter = 8;
   tasks[1].deadline = 8;
   const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
   EXPECT_EQ(sag_response_times(jobs, nasri_2017(jobs), 2)[1], 9);  // 7 in the first hyperperiod
-}
-
-TEST(SagJobs, AUtilisationAboveOneIsRefused) {
-  EXPECT_THROW(sag_jobs({task(3, 4), task(2, 6)}, SagPolicy::edf), AnalysisError);
-  PeriodicTasks full = {task(2, 4), task(3, 6)};
-  EXPECT_FALSE(sag_jobs(full, SagPolicy::edf).empty());
-  full[0].jitter = 1;
-  EXPECT_THROW(sag_jobs(full, SagPolicy::edf), AnalysisError);
 }
 
 /// The worst response times by the exploration of whole graphs, for the phases of the tasks.

@@ -51,15 +51,6 @@ TEST_F(EventsExecutor, ReleaseAndExecuteRunsTheEarliestNextCallInTheTimerThread)
   EXPECT_FALSE(next(kReleaser, 5ms));
 }
 
-TEST_F(EventsExecutor, ReleaseAndExecuteSkipsOverdueReleases) {
-  add_timer(set, 10ms, 0ms);
-  start("events-re");
-  EXPECT_EQ(next(kReleaser, 0ms)->skipped, 0U);
-  const Job late = *next(kReleaser, 35ms);
-  EXPECT_EQ(late.timestamp, at(10ms));
-  EXPECT_EQ(late.skipped, 2U);
-}
-
 class EdgeTriggered : public EventsExecutor, public testing::WithParamInterface<const char*> {};
 
 TEST_P(EdgeTriggered, SurplusEventsOfAShallowHistoryFindNothing) {

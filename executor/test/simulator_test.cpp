@@ -137,25 +137,6 @@ TEST(Workload, EveryMessageIsTakenByItsJobOrOverwritten) {
   }
 }
 
-TEST(Workload, AJobThatDoesNotPublishActivatesNobody) {
-  struct Silent final : Workload {
-    Duration start(const Job&, Time) override { return 1ms; }
-    std::span<const TaskId> finish(const Job& job, const Task& task, Time) override {
-      return job.sequence % 2 == 1 ? std::span<const TaskId>(task.feeds) : std::span<const TaskId>();
-    }
-  };
-  TaskSet set;
-  const TaskId timer = add_timer(set, 10ms, 1ms);
-  const TaskId subscription = add_subscription(set, {timer}, 1ms);
-  Silent workload;
-  SimulationOptions options;
-  options.duration = 40ms;
-  const Trace trace = simulate_trace(set, *find_executor("events-ro"), {}, workload, options);
-  EXPECT_EQ(trace.published[subscription], 2U);
-  EXPECT_EQ(count(trace, subscription, Outcome::ran), 2U);
-  EXPECT_EQ(balanced(set, trace), "");
-}
-
 TEST(UniformTimes, CoverBcetToWcetAndDependOnSeedTaskAndSequenceOnly) {
   TaskSet set;
   add_timer(set, 10ms, 9ns);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling rule).
+// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling rule), and the timer release queue (rclcpp
+// timers_manager.hpp; paper, Section III).
 #include "hotpath/core/timer.hpp"
 
 #include <gtest/gtest.h>
 
+#include "hotpath/core/timers_manager.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {
@@ -54,6 +56,33 @@ TEST(RclTimer, EveryTimestampIsReleasedOrSkippedExactlyOnce) {
       ASSERT_GT(t.next_call(), now);
       ASSERT_LE(t.next_call() - period, now);
     }
+  }
+}
+
+TEST(TimersManager, WithoutTimersItIsNeverDue) {
+  TaskSet set;
+  TimersManager manager;
+  manager.begin(set, Time{});
+  EXPECT_EQ(manager.next_due(), kNever);
+  EXPECT_FALSE(manager.due(at(1000h)));
+}
+
+TEST(TimersManager, ReleasesAllTimestampsOfRandomTimersInOrder) {
+  Random random(2);
+  for (int i = 0; i < 100; ++i) {
+    const TaskSet set = random_timers(random, static_cast<int>(uniform(random, 1, 40)), 0.5);
+    std::vector<std::pair<Time, TaskId>> expected, released;
+    for (TaskId id = 0; id < set.size(); ++id) {
+      for (Duration t = set[id].phase; t < 500ms; t += set[id].period) expected.emplace_back(at(t), id);
+    }
+    std::sort(expected.begin(), expected.end());
+    TimersManager manager;
+    manager.begin(set, Time{});
+    while (manager.next_due() < at(500ms)) {
+      const Job job = manager.call_head(manager.next_due());
+      released.emplace_back(job.timestamp, job.task);
+    }
+    ASSERT_EQ(released, expected);
   }
 }
 

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes of type `callbacks` in virtual time: the six types expressed as callbacks give the same
-// run; cases by hand for what bench/test/independent/ does not draw.
+// Nodes of type `callbacks` in virtual time: cases by hand for what bench/test/independent/ does not draw.
 #include <gmock/gmock.h>
 
 #include <map>
-#include <sstream>
 
 #include "graph_fixture.hpp"
-#include "hotpath/core/trace_csv.hpp"
 #include "simulated_graph.hpp"
 
 namespace hotpath {
@@ -18,91 +15,6 @@ using testing::ElementsAre;
 
 Simulated simulate_text(const std::string& nodes, Duration duration) {
   return simulate_graph(load("name: g\nnodes:\n" + nodes), "events-ro", duration);
-}
-
-/// Expresses a node of the six types as callbacks.
-std::string as_callbacks(const Node& node) {
-  std::ostringstream out;
-  out.precision(15);
-  out << "  - name: " << node.name << "\n    type: callbacks\n    groups: {g: " << to_string(node.groups[0])
-      << "}\n    callbacks:\n";
-  const auto set_of = [&](const Publication& p) {
-    std::string topics;
-    for (const std::uint32_t i : p.of) topics += (topics.empty() ? "" : ", ") + node.inputs[i].topic;
-    return "[" + topics + "]";
-  };
-  for (const Callback& c : callbacks_of(node)) {
-    if (c.input) {
-      out << "      - {subscription: " << node.inputs[*c.input].topic
-          << ", depth: " << node.inputs[*c.input].depth;
-    } else {
-      out << "      - {timer: timer, period_ms: " << to_ms(c.period)
-          << ", deadline_ms: " << to_ms(c.deadline);
-    }
-    if (c.priority) out << ", priority: " << *c.priority;
-    out << ", group: g, execution_time_ms: {min: " << to_ms(c.best) << ", max: " << to_ms(c.worst) << "}";
-    for (const Publication& p : c.publishes) {
-      out << ", publishes: [{topic: " << p.topic;
-      if (p.rule == PublishRule::all_new) out << ", when: all_new, of: " << set_of(p);
-      if (p.rule == PublishRule::last_of) out << ", last_of: " << set_of(p);
-      out << "}]";
-    }
-    out << "}\n";
-  }
-  return out.str();
-}
-
-Graph with_callbacks(const Graph& graph) {
-  std::string text = "name: g\nwork: " + std::string(to_string(graph.work)) + "\nnodes:\n";
-  std::map<std::string, int> publishers;
-  for (const Node& node : graph.nodes) {
-    text += as_callbacks(node);
-    for (const std::string& topic : node.outputs) ++publishers[topic];
-  }
-  text += "topics:\n";
-  for (const auto& [topic, count] : publishers) {
-    text += "  " + topic + ": {publishers: " + (count > 1 ? "many" : "one") + "}\n";
-  }
-  Graph same = load(text);
-  same.chains = graph.chains;
-  return same;
-}
-
-/// All columns of all jobs and chains; timers have the names of the six types.
-std::string bytes(const GraphTasks& names, const Graph& graph, const Trace& trace) {
-  std::ostringstream out;
-  write_jobs_csv(out, names.set, trace);
-  std::vector<std::string> chains;
-  for (const Chain& chain : graph.chains) chains.push_back(chain.name);
-  write_chains_csv(out, names.set, chains, trace);
-  for (const ChainRecord& r : trace.chains) out << r.dropped << '\n';
-  return out.str();
-}
-
-TEST(Callbacks, TheSixTypesWrittenWithThemGiveTheSameRun) {
-  for (const char* name : {"autoware", "many_to_many"}) {
-    Graph graph = load_graph(find_graph(name));
-    for (Node& node : graph.nodes)
-      for (Callback& callback : node.callbacks) callback.best = callback.worst / 3;
-    const Graph same = with_callbacks(graph);
-    for (const ExecutorEntry& entry : executors()) {
-      const std::string executor(entry.name);
-      for (const std::uint64_t seed : {1, 2, 3}) {
-        const Simulated a = simulate_graph(graph, executor, 4s, {}, {.workers = 2}, seed);
-        const Simulated b = simulate_graph(same, executor, 4s, {}, {.workers = 2}, seed);
-        EXPECT_GT(a.trace.jobs.size(), 100U);
-        ASSERT_TRUE(bytes(a.tasks, graph, a.trace) == bytes(a.tasks, graph, b.trace))
-            << name << ", " << executor << ", seed " << seed;
-      }
-    }
-  }
-}
-
-TEST(Callbacks, LoadAndRatesOfTheSixTypesStay) {
-  const Graph graph = load_graph(find_graph("autoware"));
-  const Graph same = with_callbacks(graph);
-  EXPECT_DOUBLE_EQ(load_percent(same), load_percent(graph));
-  EXPECT_EQ(activation_rates(make_tasks(same)), activation_rates(make_tasks(graph)));
 }
 
 /// A node of type `callbacks` with these callbacks.

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "graph_fixture.hpp"
+#include "hotpath/reference_system/phases.hpp"
 #include "simulated_graph.hpp"
 
 namespace hotpath {

@@ -4,14 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "hotpath/reference_system/phases.hpp"
 
 namespace hotpath {
 
@@ -31,22 +29,16 @@ struct Simulated {
   }
 };
 
-/// `phases`: first timestamps of the timers, by task; missing ones are 0. With a seed, phases and execution
-/// times are random.
+/// `phases`: first timestamps of the timers, by task; missing ones are 0.
 inline Simulated simulate_graph(const Graph& graph, const std::string& executor, Duration duration,
                                 const std::vector<Duration>& phases = {},
-                                const SchedulerOptions& scheduling = {},
-                                std::optional<std::uint64_t> seed = std::nullopt) {
+                                const SchedulerOptions& scheduling = {}) {
   const ExecutorEntry& entry = *find_executor(executor);
   Simulated s;
   s.tasks = make_tasks(graph);
-  const std::vector<Duration> first =
-      seed ? make_phases(graph, s.tasks, Phases::random, {{}, *seed}) : phases;
-  for (TaskId id = 0; id < first.size(); ++id) s.tasks.set.tasks[id].phase = first[id];
-  const UniformTimes uniform(s.tasks.set, seed.value_or(0));
-  const WorstCaseTimes worst(s.tasks.set);
-  GraphWorkload workload(graph, s.tasks, seed ? static_cast<const ExecutionTimes&>(uniform) : worst,
-                         &s.observations);
+  for (TaskId id = 0; id < phases.size(); ++id) s.tasks.set.tasks[id].phase = phases[id];
+  const WorstCaseTimes times(s.tasks.set);
+  GraphWorkload workload(graph, s.tasks, times, &s.observations);
   SimulationOptions options;
   options.platform = make_platform(graph, entry);
   options.duration = duration;
