@@ -50,13 +50,7 @@ TaskSet random_set(RandomStream& random, bool subscriptions) {
   random.shuffle(std::span(tasks));
   TaskSet set;
   for (const PeriodicTask& p : tasks) {
-    Task t;
-    t.name = "t" + std::to_string(set.size());
-    t.period = t.deadline = Duration(p.period);
-    t.wcet = Duration(p.wcet);
-    t.bcet = Duration(p.bcet);
-    t.phase = Duration(p.phase);
-    set.tasks.push_back(t);
+    set.tasks.push_back(as_timer(p, "t" + std::to_string(set.size())));
     for (std::size_t n = subscriptions ? random.below(4) : 0; n > 0; --n) {
       Task s;
       s.name = "s" + std::to_string(set.size());

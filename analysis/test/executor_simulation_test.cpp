@@ -22,15 +22,7 @@ TaskSet random_timers(RandomStream& random) {
   PeriodicTasks tasks = random_tasks(random, parameters);
   random.shuffle(std::span(tasks));
   TaskSet set;
-  for (const PeriodicTask& p : tasks) {
-    Task t;
-    t.name = "t" + std::to_string(set.size());
-    t.period = t.deadline = Duration(p.period * kMs);
-    t.wcet = Duration(p.wcet * kMs);
-    t.bcet = Duration(p.bcet * kMs);
-    t.phase = Duration(p.phase * kMs);
-    set.tasks.push_back(t);
-  }
+  for (const PeriodicTask& p : tasks) set.tasks.push_back(as_timer(p, "t" + std::to_string(set.size()), kMs));
   return set;
 }
 

@@ -114,14 +114,8 @@ class ExploredResponses final : public ExplorationObserver {
   ExploredResponses(const PeriodicTasks& tasks, const std::string& executor) : worst(tasks.size()) {
     TaskSet set;
     for (std::size_t i = 0; i < tasks.size(); ++i) {
-      Task& t = set.tasks.emplace_back();
-      t.name = std::to_string(i);
-      t.period = Duration(tasks[i].period);
-      t.phase = Duration(tasks[i].phase);
-      t.deadline = Duration(tasks[i].deadline);
-      t.wcet = Duration(tasks[i].wcet);
-      t.bcet = Duration(tasks[i].bcet);
-      t.priority = static_cast<std::int64_t>(i);
+      set.tasks.push_back(as_timer(tasks[i], std::to_string(i)));
+      set.tasks.back().priority = static_cast<std::int64_t>(i);
     }
     const WorstCaseTimes times(set);
     explore(set, *find_executor(executor)->make(set, {}), PublishingWorkload(times), {}, *this);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The paper's executors: Section IV (modifications), Section V-A (condition C2) and Section VI
-// (subscriptions). bench/test/independent/ checks whole schedules.
+// The paper's executors: Section IV (modifications). properties.cpp (Section V-A, condition C2, and
+// Section VI, subscriptions) and bench/test/independent/ check whole schedules.
 #include "events_fixture.hpp"
 
 namespace hotpath::test {
@@ -61,28 +61,6 @@ TEST_F(PaperExecutor, SeveralWorkersShareTheQueueAndKeepGroupsApart) {
   EXPECT_EQ(next(1, 0ms)->task, other);  // `slow` belongs to the busy group
   EXPECT_TRUE(scheduler->finished(0, first, at(1ms)).wake.contains(1));
   EXPECT_EQ(next(0, 1ms)->task, slow);
-}
-
-TEST_F(PaperExecutor, SectionVAConditionC2AllThatIsDueIsReleasedBeforeEachDecision) {
-  const TaskId slow = add_timer(set, 50ms, 0ms);
-  const TaskId middle = add_timer(set, 20ms, 0ms);
-  const TaskId fast = add_timer(set, 10ms, 0ms, 3ms);
-  start("rm-re");
-  EXPECT_EQ(next(kReleaser, 0ms)->task, middle);
-  EXPECT_EQ(next(kReleaser, 4ms)->task, fast);  // became due during the job
-  EXPECT_EQ(next(kReleaser, 5ms)->task, slow);
-}
-
-TEST_F(PaperExecutor, SectionVIReleaseAndExecuteRunsSubscriptionsInTheExecutorWorkerByPriority) {
-  const TaskId slow = add_timer(set, 50ms, 0ms);
-  const TaskId fast = add_timer(set, 10ms, 0ms);
-  const TaskId of_slow = add_subscription(set, {slow}, 0ms);
-  const TaskId of_fast = add_subscription(set, {fast}, 0ms);
-  start("rm-re");
-  scheduler->sample_arrived(of_slow, {}, at(0ms));
-  EXPECT_EQ(scheduler->sample_arrived(of_fast, {}, at(0ms)).wake, WorkerSet::of(kExecutor));
-  EXPECT_EQ(next(kExecutor, 0ms)->task, of_fast);
-  EXPECT_EQ(next(kExecutor, 0ms)->task, of_slow);
 }
 
 TEST(Registry, EveryExecutorHasTheWorkersOfItsTraits) {

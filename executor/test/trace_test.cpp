@@ -74,26 +74,6 @@ TEST(JobsCsv, RoundTripKeepsEveryRecordOfEveryExecutor) {
     trace.repetition = 3;
     const std::vector<Trace> back = read(set, written(set, trace));
     ASSERT_EQ(back.size(), 1U);
-    EXPECT_EQ(back[0].executor, executor.name);
-    EXPECT_EQ(back[0].repetition, 3U);
-    ASSERT_EQ(back[0].jobs.size(), trace.jobs.size());
-    for (std::size_t i = 0; i < trace.jobs.size(); ++i) {
-      const JobRecord &a = trace.jobs[i], &b = back[0].jobs[i];
-      ASSERT_EQ(a.job.ref(), b.job.ref());
-      ASSERT_EQ(a.outcome, b.outcome);
-      ASSERT_EQ(a.job.skipped, b.job.skipped);
-      ASSERT_EQ(a.job.timestamp, b.job.timestamp);
-      ASSERT_EQ(a.job.deadline, b.job.deadline);
-      ASSERT_EQ(a.job.parent, b.job.parent);
-      if (started(a)) {
-        ASSERT_EQ(a.job.release, b.job.release);
-        ASSERT_EQ(a.start, b.start);
-        ASSERT_EQ(a.worker, b.worker);
-      }
-      if (a.outcome == Outcome::ran) {
-        ASSERT_EQ(a.finish, b.finish);
-      }
-    }
     EXPECT_EQ(written(set, back[0]), written(set, trace));
   }
 }
