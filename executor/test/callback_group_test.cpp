@@ -18,13 +18,6 @@ class CallbackGroupExecutor : public testing::Test {
   }
   WorkerSet release(Duration now) { return scheduler->release_timers(manager, at(now)).wake; }
   std::optional<Job> decide(Worker worker, Duration now) { return scheduler->decide(worker, at(now)).job; }
-  /// The task that worker 0 runs at `now`, in no time, or kNoTask.
-  TaskId next(Duration now) {
-    const auto job = decide(0, now);
-    if (!job) return kNoTask;
-    scheduler->finished(0, *job, at(now));
-    return job->task;
-  }
 
   TaskSet set;
   Worker manager = 1;
@@ -38,10 +31,12 @@ TEST_F(CallbackGroupExecutor, GroupsQueueUpInTheOrderInWhichTheyBecameReady) {
   start();
   scheduler->sample_arrived(subscription, {}, at(0ms));
   release(2ms);
-  EXPECT_EQ(next(2ms), subscription);
-  EXPECT_EQ(next(2ms), early);
-  EXPECT_EQ(next(2ms), late);
-  EXPECT_EQ(next(2ms), kNoTask);
+  for (const TaskId expected : {subscription, early, late}) {
+    const Job job = *decide(0, 2ms);
+    EXPECT_EQ(job.task, expected);
+    scheduler->finished(0, job, at(2ms));
+  }
+  EXPECT_FALSE(decide(0, 2ms));
 }
 
 TEST_F(CallbackGroupExecutor, ATimerIsCalledWhenItStartsAndReturnsToTheManagerWhenItHasRun) {

@@ -180,16 +180,12 @@ TEST(Exploration, AJobThatIsShorterCanDelayAnother) {
   EXPECT_EQ(worst.at(rare), 5ms);
 }
 
-TEST(Exploration, RefusesSeveralThreadsAndOverload) {
+TEST(Exploration, RefusesSeveralThreadsOverloadAndReleasesThatDisplaceWallClockWork) {
   TaskSet set;
   add_timer(set, 10ms, 11ms);
   EXPECT_THROW(explored(set, "rm-ro"), ExplorationRefused);
   EXPECT_THROW(explored(set, "rm-re"), ExplorationRefused);
-}
-
-TEST(Exploration, RefusesReleasesThatDisplaceWallClockWork) {
-  TaskSet set;
-  add_timer(set, 10ms, 1ms);
+  set.tasks[0].wcet = set.tasks[0].bcet = 1ms;
   Platform platform;
   platform.wall_clock_work = true;
   EXPECT_NO_THROW(explored(set, "rm-ro", platform));

@@ -171,13 +171,9 @@ TEST(RoundRobin, ReleaserOfEqualPriorityWaitsAtMostOneTimeSlice) {
   TaskSet set;
   add_timer(set, 100ms, 20ms);
   for (int i = 1; i <= 15; ++i) add_timer(set, 100ms, 1ms, 1ms * i + 300us);
-  Platform p;
-  p.raised_releaser = false;
-  p.time_slice = 2ms;
+  const Trace trace = run(set, "events-ro", 50ms, {.raised_releaser = false, .time_slice = 2ms});
   Duration latest{};
-  for (const JobRecord& r : run(set, "events-ro", 50ms, p).jobs) {
-    latest = std::max(latest, r.job.release - r.job.timestamp);
-  }
+  for (const JobRecord& r : trace.jobs) latest = std::max(latest, r.job.release - r.job.timestamp);
   EXPECT_GT(latest, 0ms);
   EXPECT_LE(latest, 2ms);
 }
@@ -185,10 +181,8 @@ TEST(RoundRobin, ReleaserOfEqualPriorityWaitsAtMostOneTimeSlice) {
 TEST(Cores, MoreCoresThanWorkersChangeNothing) {
   Random random(41);
   const TaskSet set = random_graph(random, 4, 6, 0.9);
-  Platform two, many;
-  two.cores = 2;
-  many.cores = 1000;
-  EXPECT_EQ(schedule(run(set, "rm-re", 300ms, two)), schedule(run(set, "rm-re", 300ms, many)));
+  EXPECT_EQ(schedule(run(set, "rm-re", 300ms, {.cores = 2})),
+            schedule(run(set, "rm-re", 300ms, {.cores = 1000})));
 }
 
 TEST(Cores, NeverMoreWorkDoneThanCoresHaveTime) {

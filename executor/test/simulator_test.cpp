@@ -198,11 +198,12 @@ TEST(ReplayedTimes, RepeatTheTraceAndFallBackToTheLastEarlierJob) {
 class Refusal : public testing::Test {
  protected:
   Refusal() { add_timer(set, 10ms, 1ms); }
-  std::string message() {
+  /// Of the refusal; empty if there is none.
+  std::string message(const char* executor = "rm-ro") {
     const WorstCaseTimes times(set);
     PublishingWorkload workload(times);
     try {
-      simulate_trace(set, *find_executor("rm-ro"), {}, workload, options);
+      simulate_trace(set, *find_executor(executor), {}, workload, options);
     } catch (const SimulationError& e) {
       return e.what();
     }
@@ -252,9 +253,7 @@ TEST_F(Refusal, OverloadByStarvedSubscriptionsStopsToo) {
   set.tasks[0].wcet = 10ms;
   add_subscription(set, {0}, 1ms);
   options.max_backlog = 50;
-  const WorstCaseTimes times(set);
-  PublishingWorkload workload(times);
-  EXPECT_THROW(simulate_trace(set, *find_executor("rm-re"), {}, workload, options), SimulationError);
+  EXPECT_NE(message("rm-re"), "");
 }
 
 TEST_F(Refusal, ExecutionTimeOutOfRange) {

@@ -7,6 +7,7 @@
 
 #include <map>
 #include <stdexcept>
+#include <tuple>
 
 #include "graph_fixture.hpp"
 #include "hotpath/core/paper_timers.hpp"
@@ -242,19 +243,16 @@ TEST(Delivery, OfACopyIsThatOfTheGraph) {
 }
 
 TEST(TimersOnlyGraphs, AreThePapersTaskSetsAsWrittenInTheLibrary) {
+  const auto fields = [](const Task& t) {
+    return std::tuple(t.name, t.kind, t.period, t.deadline, t.wcet, t.bcet, t.group);
+  };
   for (const int utilisation : kPaperUtilisations) {
     const TaskSet in_file =
         make_tasks(load_graph(find_graph("timers_only_" + std::to_string(utilisation)))).set;
     const TaskSet in_library = paper_timers(utilisation);
     ASSERT_EQ(in_file.size(), in_library.size());
     for (TaskId id = 0; id < in_file.size(); ++id) {
-      EXPECT_EQ(in_file[id].name, in_library[id].name);
-      EXPECT_EQ(in_file[id].kind, in_library[id].kind);
-      EXPECT_EQ(in_file[id].period, in_library[id].period);
-      EXPECT_EQ(in_file[id].deadline, in_library[id].deadline);
-      EXPECT_EQ(in_file[id].wcet, in_library[id].wcet);
-      EXPECT_EQ(in_file[id].bcet, in_library[id].bcet);
-      EXPECT_EQ(in_file[id].group, in_library[id].group);
+      EXPECT_EQ(fields(in_file[id]), fields(in_library[id])) << in_file[id].name;
     }
     EXPECT_EQ(in_file.groups, in_library.groups);
   }
