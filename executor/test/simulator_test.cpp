@@ -6,9 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <deque>
-#include <sstream>
 
-#include "hotpath/core/trace_csv.hpp"
 #include "schedule_checks.hpp"
 
 namespace hotpath::test {

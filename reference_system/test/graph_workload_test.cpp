@@ -65,7 +65,7 @@ chains:
 }
 
 /// Two sensors, a fusion and its reader.
-Graph fusion() {
+Graph fusion_graph() {
   return load(R"(
 name: g
 nodes:
@@ -79,7 +79,7 @@ chains:
 }
 
 TEST(ChainJoin, KnowsNoEndToEndLatencyWithoutTheRecordsOfBothEnds) {
-  const Graph g = fusion();
+  const Graph g = fusion_graph();
   const GraphTasks tasks = make_tasks(g);
   const TaskId p = 0, q = 1, sink = 3;
   ChainJoin join(g, tasks);
@@ -107,7 +107,7 @@ TEST(ChainJoin, KnowsNoEndToEndLatencyWithoutTheRecordsOfBothEnds) {
 }
 
 TEST(WorkingJobs, FusionsReplayTheTimesOfJobsThatPublished) {
-  const Graph g = fusion();
+  const Graph g = fusion_graph();
   const Simulated measured = simulate_graph(g, "events-ro", 300ms, {0ms, 10ms});
   const ReplayedTimes times(measured.tasks.set, working_jobs(measured.tasks, measured.trace));
   // Input P never completed a set in the trace; if it did, it would take the measured time of a
