@@ -5,21 +5,17 @@
 
 #include "hotpath/analysis/teper_2024.hpp"
 #include "hotpath/core/wait_set_scheduler.hpp"
-#include "task_sets.hpp"
+#include "reference_simulation.hpp"
 
 namespace hotpath {
 namespace {
 
-struct Ran {
-  std::int64_t timestamp = 0, start = 0, finish = 0;
-};
-
 /// All jobs of each task until `end`, in order of start; execution times drawn from [bcet, wcet].
-std::vector<std::vector<Ran>> run_default_executor(const TaskSet& set, std::int64_t end,
-                                                   RandomStream& random) {
+std::vector<std::vector<SimulatedJob>> run_default_executor(const TaskSet& set, std::int64_t end,
+                                                            RandomStream& random) {
   WaitSetScheduler scheduler(set, 1);
   scheduler.begin(from_ns(0));
-  std::vector<std::vector<Ran>> ran(set.size());
+  std::vector<std::vector<SimulatedJob>> ran(set.size());
   std::vector<std::uint64_t> sequence(set.size(), 0);
   for (Time now = from_ns(0); to_ns(now) < end;) {
     const Turn turn = take_turn(scheduler, 0, now);
@@ -33,7 +29,7 @@ std::vector<std::vector<Ran>> run_default_executor(const TaskSet& set, std::int6
     const bool longest = random.below(2) == 0;
     const std::int64_t saved = longest ? 0 : static_cast<std::int64_t>(random.below(spread + 1));
     const Time finish = now + task.wcet - Duration(saved);
-    ran[job.task].push_back({to_ns(job.timestamp), to_ns(now), to_ns(finish)});
+    ran[job.task].push_back({.start = to_ns(now), .finish = to_ns(finish)});
     now = finish;
     for (const TaskId next : task.feeds) {
       scheduler.sample_arrived(next, {.published = now, .deadline = job.deadline, .parent = job.ref()}, now);
@@ -54,13 +50,7 @@ TaskSet random_set(RandomStream& random, bool subscriptions) {
   random.shuffle(std::span(tasks));
   TaskSet set;
   for (const PeriodicTask& p : tasks) {
-    Task t;
-    t.name = "t" + std::to_string(set.size());
-    t.period = t.deadline = Duration(p.period);
-    t.wcet = Duration(p.wcet);
-    t.bcet = Duration(p.bcet);
-    t.phase = Duration(p.phase);
-    set.tasks.push_back(t);
+    set.tasks.push_back(as_timer(p, "t" + std::to_string(set.size())));
     for (std::size_t n = subscriptions ? random.below(4) : 0; n > 0; --n) {
       Task s;
       s.name = "s" + std::to_string(set.size());
@@ -84,26 +74,6 @@ std::string as_text(const TaskSet& set) {
     text += '\n';
   }
   return text;
-}
-
-/// Largest time from right after the start of a job of the first task to the finish of the first
-/// output that depends on it.
-std::int64_t largest_reaction(const std::vector<std::vector<Ran>>& ran, const std::vector<TaskId>& chain) {
-  std::int64_t largest = 0;
-  const auto& first = ran[chain.front()];
-  for (std::size_t j = 0; j + 1 < first.size(); ++j) {
-    std::int64_t finish = first[j + 1].finish;
-    bool arrived = true;
-    for (std::size_t i = 1; i < chain.size() && arrived; ++i) {
-      const auto& list = ran[chain[i]];
-      const auto reader =
-          std::find_if(list.begin(), list.end(), [&](const Ran& r) { return r.start >= finish; });
-      arrived = reader != list.end();
-      if (arrived) finish = reader->finish;
-    }
-    if (arrived) largest = std::max(largest, finish - first[j].start);
-  }
-  return largest;
 }
 
 /// A random walk: after a task that feeds another one comes that subscription, otherwise any timer.

@@ -28,18 +28,7 @@ TEST(Teper2024, PaperTaskSetsWithoutOverhead) {
   EXPECT_THAT(in_ms(90), ElementsAre(115, 170, 186, 202, 218, 350, 360));
 }
 
-TaskSet set_of(const std::vector<Task>& tasks) {
-  TaskSet set;
-  set.tasks.assign(tasks.begin(), tasks.end());
-  return set;
-}
-
-Task timer(std::int64_t wcet, std::int64_t period) {
-  Task t;
-  t.wcet = Duration(wcet);
-  t.period = Duration(period);
-  return t;
-}
+Task timer(std::int64_t wcet, std::int64_t period) { return as_timer(task(wcet, period), {}); }
 
 Task subscription(std::int64_t wcet, std::uint32_t depth = 1) {
   Task t;
@@ -64,7 +53,8 @@ TEST(Teper2024, GeneralLemmasReduceToTheTimersForm) {
 }
 
 TEST(Teper2024, LemmaVI4AtTheHeadAndVI5BehindAPredecessor) {
-  const TaskSet set = set_of({timer(1, 100), timer(2, 50), subscription(4), subscription(8, 3)});
+  TaskSet set;
+  set.tasks = {timer(1, 100), timer(2, 50), subscription(4), subscription(8, 3)};
   const std::int64_t w = 15;
   EXPECT_EQ(teper_2024(set, {0}), w + (100 - 1 + 0) + 1) << "VI.2";
   EXPECT_EQ(teper_2024(set, {1}), w + (50 - 2 + 1) + 2) << "VI.2";

@@ -25,27 +25,10 @@ struct Latency {
   std::int64_t reaction = 0, age = 0;
 };
 
-/// Jobs read at their start and write at their finish. An event right after a read is processed by
-/// the next job of the first task, and from there by the first job of each task that starts at or
-/// after the previous finish. Data age lasts until the next output. Only events and data from
-/// `from` on count.
+/// Data age lasts until the next output. Only events and data from `from` on count.
 Latency measure(const std::vector<std::vector<SimulatedJob>>& jobs, const TaskChain& chain,
                 std::int64_t from) {
-  Latency latency;
-  const auto& first = jobs[chain.front()];
-  for (std::size_t j = 0; j + 1 < first.size(); ++j) {
-    if (first[j].nominal < from) continue;
-    std::int64_t finish = first[j + 1].finish;
-    bool arrived = true;
-    for (std::size_t i = 1; i < chain.size() && arrived; ++i) {
-      const auto& list = jobs[chain[i]];
-      const auto reader =
-          std::find_if(list.begin(), list.end(), [&](const SimulatedJob& r) { return r.start >= finish; });
-      arrived = reader != list.end();
-      if (arrived) finish = reader->finish;
-    }
-    if (arrived) latency.reaction = std::max(latency.reaction, finish - first[j].start);
-  }
+  Latency latency{largest_reaction(jobs, chain, from)};
   const auto& last = jobs[chain.back()];
   for (std::size_t j = 0; j + 1 < last.size(); ++j) {
     const SimulatedJob* reader = &last[j];
@@ -101,50 +84,34 @@ RandomSet small_set(RandomStream& random) {
   return parameters;
 }
 
-TEST(EndToEnd, DavareBoundsDuerrBoundsPhaseAwareBoundsSimulationUnderNpFp) {
-  RandomStream random(21, {0});
+/// Checks 3000 random sets under NP-FP or NP-EDF. Returns the number of schedulable ones.
+int check_sets(std::uint64_t seed, Priorities priorities, bool jitter) {
+  const bool fixed = priorities == Priorities::fixed;
+  RandomStream random(seed, {0});
   int compared = 0;
-  for (int set = 0; set < 3000; ++set) {
-    const PeriodicTasks tasks = random_tasks(random, small_set(random));
-    const ResponseTimes bounds = davis_2007(tasks, TimeModel::discrete);
+  for (int set = 0; set < 3000 && !testing::Test::HasFatalFailure(); ++set) {
+    RandomSet parameters = small_set(random);
+    parameters.jitter = jitter;
+    const PeriodicTasks tasks = random_tasks(random, parameters);
+    if (!fixed && utilisation(tasks) > 0.999) continue;
+    const ResponseTimes bounds =
+        fixed ? davis_2007(tasks, TimeModel::discrete) : spuri_1996(tasks, TimeModel::discrete);
     if (!schedulable(tasks, bounds)) continue;
     ++compared;
-    check_set(tasks, bounds, Priorities::fixed, Rule::fixed_priority, random);
-    if (HasFatalFailure()) return;
+    check_set(tasks, bounds, priorities, fixed ? Rule::fixed_priority : Rule::edf, random);
   }
-  EXPECT_GT(compared, 300);
+  return compared;
+}
+
+TEST(EndToEnd, DavareBoundsDuerrBoundsPhaseAwareBoundsSimulationUnderNpFp) {
+  EXPECT_GT(check_sets(21, Priorities::fixed, false), 300);
 }
 
 TEST(EndToEnd, DavareBoundsDuerrBoundsPhaseAwareBoundsSimulationUnderNpEdf) {
-  RandomStream random(22, {0});
-  int compared = 0;
-  for (int set = 0; set < 3000; ++set) {
-    const PeriodicTasks tasks = random_tasks(random, small_set(random));
-    if (utilisation(tasks) > 0.999) continue;
-    const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
-    if (!schedulable(tasks, bounds)) continue;
-    ++compared;
-    check_set(tasks, bounds, Priorities::dynamic, Rule::edf, random);
-    if (HasFatalFailure()) return;
-  }
-  EXPECT_GT(compared, 300);
+  EXPECT_GT(check_sets(22, Priorities::dynamic, false), 300);
 }
 
-TEST(EndToEnd, JitterKeepsTheBoundsSafe) {
-  RandomStream random(23, {0});
-  int compared = 0;
-  for (int set = 0; set < 3000; ++set) {
-    RandomSet parameters = small_set(random);
-    parameters.jitter = true;
-    const PeriodicTasks tasks = random_tasks(random, parameters);
-    const ResponseTimes bounds = davis_2007(tasks, TimeModel::discrete);
-    if (!schedulable(tasks, bounds)) continue;
-    ++compared;
-    check_set(tasks, bounds, Priorities::fixed, Rule::fixed_priority, random);
-    if (HasFatalFailure()) return;
-  }
-  EXPECT_GT(compared, 200);
-}
+TEST(EndToEnd, JitterKeepsTheBoundsSafe) { EXPECT_GT(check_sets(23, Priorities::fixed, true), 200); }
 
 }  // namespace
 }  // namespace hotpath

@@ -22,28 +22,19 @@ TaskSet random_timers(RandomStream& random) {
   PeriodicTasks tasks = random_tasks(random, parameters);
   random.shuffle(std::span(tasks));
   TaskSet set;
-  for (const PeriodicTask& p : tasks) {
-    Task t;
-    t.name = "t" + std::to_string(set.size());
-    t.period = t.deadline = Duration(p.period * kMs);
-    t.wcet = Duration(p.wcet * kMs);
-    t.bcet = Duration(p.bcet * kMs);
-    t.phase = Duration(p.phase * kMs);
-    set.tasks.push_back(t);
-  }
+  for (const PeriodicTask& p : tasks) set.tasks.push_back(as_timer(p, "t" + std::to_string(set.size()), kMs));
   return set;
 }
 
+/// With a raised releaser: one that is late would skip timestamps. Odd seeds draw execution times.
 Trace simulated(const TaskSet& set, const char* executor, Duration delta, std::uint64_t seed) {
-  const ExecutorEntry* entry = find_executor(executor);
   SimulationOptions options;
-  options.platform = default_platform(*entry);
   options.platform.release_cost = delta;
   options.duration = std::chrono::milliseconds(500);
   const UniformTimes drawn(set, seed);
   const WorstCaseTimes longest(set);
   PublishingWorkload workload(seed % 2 == 0 ? static_cast<const ExecutionTimes&>(longest) : drawn);
-  return simulate_trace(set, *entry, {}, workload, options);
+  return simulate_trace(set, *find_executor(executor), {}, workload, options);
 }
 
 /// Checks that every finished job met the bound of its task and that no timestamp was skipped.
@@ -116,15 +107,8 @@ TEST(Fifo, BoundHoldsForTheStockEventsExecutorWhereItSkipsNothing) {
     const PeriodicTasks tasks = periodic_tasks(set, Policy::fifo);
     if (utilisation(tasks) > 0.999) continue;
     const ResponseTimes bounds(tasks.size(), bedarkar_2022(tasks));
-    ExecutorEntry stock = *find_executor("events-ro");
-    SimulationOptions options;
-    options.platform = default_platform(stock);
-    options.platform.raised_releaser = true;  // otherwise a late releaser skips timestamps
-    options.duration = std::chrono::milliseconds(500);
-    const WorstCaseTimes longest(set);
-    PublishingWorkload workload(longest);
     ++compared;
-    expect_within(simulate_trace(set, stock, {}, workload, options), set, tasks, bounds);
+    expect_within(simulated(set, "events-ro", Duration{}, 0), set, tasks, bounds);
     ASSERT_FALSE(HasFatalFailure()) << i;
   }
   EXPECT_GT(compared, 60);

@@ -138,22 +138,6 @@ TEST(NpEdfTest, PaperTaskSetsPassWithTheirLeastSlack) {
   }
 }
 
-TEST(NpEdfTest, FailsAtTheDeadlineThatALongLaterJobBlocks) {
-  const DemandTest test = george_1996({task(2, 5), task(4, 20)});
-  EXPECT_FALSE(test.schedulable);
-  EXPECT_EQ(test.t, 5);
-  EXPECT_EQ(test.slack, -1);
-  EXPECT_TRUE(george_1996({task(2, 5), task(4, 20)}, TimeModel::discrete).schedulable);
-}
-
-TEST(NpEdfTest, UtilisationAboveOneFails) { EXPECT_FALSE(george_1996({task(3, 5), task(3, 5)}).schedulable); }
-
-TEST(NpEdfTest, ConstrainedDeadlinesAreTestedUpToTheEndOfTheBusyPeriod) {
-  // Demand exceeds time first at the second deadline of task 1: 3 * 2 + 2 = 8 > 7.
-  const DemandTest test = george_1996({task(3, 5, 3), task(2, 100, 7)}, TimeModel::discrete);
-  EXPECT_FALSE(test.schedulable);
-}
-
 TEST(NpEdfWcrt, PaperTaskSets) {
   EXPECT_THAT(spuri_1996(paper_set(60, 833'000)), ElementsAre(12'666'000, 57'831'000, 57'831'000, 57'831'000,
                                                               57'831'000, 68'664'000, 68'664'000));

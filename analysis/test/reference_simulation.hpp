@@ -86,4 +86,29 @@ inline std::vector<std::int64_t> largest_response_times(const std::vector<Simula
   return largest;
 }
 
+/// Jobs by task, in order of their releases, read at their start and write at their finish. An event right
+/// after a read is processed by the next job of the first task, and from there by the first job of each task
+/// that starts at or after the previous finish. Returns the largest time until the last finish, of events
+/// behind jobs with nominal releases from `from` on.
+template <class Tasks>
+std::int64_t largest_reaction(const std::vector<std::vector<SimulatedJob>>& jobs, const Tasks& chain,
+                              std::int64_t from = 0) {
+  std::int64_t largest = 0;
+  const auto& first = jobs[chain.front()];
+  for (std::size_t j = 0; j + 1 < first.size(); ++j) {
+    if (first[j].nominal < from) continue;
+    std::int64_t finish = first[j + 1].finish;
+    bool arrived = true;
+    for (std::size_t i = 1; i < chain.size() && arrived; ++i) {
+      const auto& list = jobs[chain[i]];
+      const auto reader =
+          std::find_if(list.begin(), list.end(), [&](const SimulatedJob& r) { return r.start >= finish; });
+      arrived = reader != list.end();
+      if (arrived) finish = reader->finish;
+    }
+    if (arrived) largest = std::max(largest, finish - first[j].start);
+  }
+  return largest;
+}
+
 }  // namespace hotpath

@@ -28,32 +28,28 @@ Intervals finish(const std::vector<SagJob>& jobs) {
   return intervals;
 }
 
-TEST(NpSchedulabilityAnalysisTests, AllNextJobs) {
-  EXPECT_EQ(finish({job(1, 0, 0, 3, 8, 1), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 1, 11, 3)}),
-            (Intervals{{3, 8}, {12, 13}, {13, 24}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, LargeInterval) {
-  EXPECT_EQ(finish({job(1, 0, 0, 3, 10, 3), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 5, 5, 1)}),
-            (Intervals{{3, 10}, {12, 20}, {15, 19}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, Priorities) {
-  EXPECT_EQ(finish({job(1, 0, 0, 3, 10, 2), job(2, 0, 0, 5, 5, 1)}), (Intervals{{8, 15}, {5, 5}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, Jitter) {
-  EXPECT_EQ(finish({job(1, 0, 1, 3, 10, 2), job(2, 0, 1, 5, 5, 1)}), (Intervals{{3, 16}, {5, 15}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, Eager) {
-  EXPECT_EQ(finish({job(1, 0, 0, 1, 5, 2), job(2, 0, 0, 1, 20, 3), job(3, 10, 10, 5, 5, 1)}),
-            (Intervals{{1, 5}, {2, 25}, {15, 30}}));
-}
-
-TEST(NpSchedulabilityAnalysisTests, EqualPriorities) {
-  EXPECT_EQ(finish({job(1, 0, 10, 2, 50, 1), job(2, 0, 10, 50, 1200, 2), job(3, 1000, 1010, 2, 50, 1)}),
-            (Intervals{{2, 1259}, {50, 1260}, {1002, 1310}}));
+TEST(NpSchedulabilityAnalysisTests, HaveTheirIntervals) {
+  const struct {
+    const char* name;
+    std::vector<SagJob> jobs;
+    Intervals intervals;
+  } rows[] = {
+      {"all next jobs",
+       {job(1, 0, 0, 3, 8, 1), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 1, 11, 3)},
+       {{3, 8}, {12, 13}, {13, 24}}},
+      {"large interval",
+       {job(1, 0, 0, 3, 10, 3), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 5, 5, 1)},
+       {{3, 10}, {12, 20}, {15, 19}}},
+      {"priorities", {job(1, 0, 0, 3, 10, 2), job(2, 0, 0, 5, 5, 1)}, {{8, 15}, {5, 5}}},
+      {"jitter", {job(1, 0, 1, 3, 10, 2), job(2, 0, 1, 5, 5, 1)}, {{3, 16}, {5, 15}}},
+      {"eager",
+       {job(1, 0, 0, 1, 5, 2), job(2, 0, 0, 1, 20, 3), job(3, 10, 10, 5, 5, 1)},
+       {{1, 5}, {2, 25}, {15, 30}}},
+      {"equal priorities",
+       {job(1, 0, 10, 2, 50, 1), job(2, 0, 10, 50, 1200, 2), job(3, 1000, 1010, 2, 50, 1)},
+       {{2, 1259}, {50, 1260}, {1002, 1310}}},
+  };
+  for (const auto& row : rows) EXPECT_EQ(finish(row.jobs), row.intervals) << row.name;
 }
 
 PeriodicTasks in_microseconds(int utilisation, bool shorter_runs) {
@@ -87,19 +83,6 @@ TEST(NasriBrandenburg2017, PaperTaskSetsWithExecutionTimesFromZero) {
   }
 }
 
-TEST(NasriBrandenburg2017, FixedExecutionTimesGiveOneStateForEachJob) {
-  for (const int utilisation : {60, 80, 90}) {
-    const auto jobs = sag_jobs(in_microseconds(utilisation, false), SagPolicy::fixed_priority);
-    EXPECT_EQ(nasri_2017(jobs).states, 383U);
-  }
-}
-
-TEST(NasriBrandenburg2017, EdfMeetsAllDeadlinesOfThePaperTaskSets) {
-  for (const int utilisation : {60, 80, 90}) {
-    EXPECT_TRUE(nasri_2017(sag_jobs(in_microseconds(utilisation, true), SagPolicy::edf)).schedulable);
-  }
-}
-
 TEST(NasriBrandenburg2017, MissedDeadlineIsNotSchedulable) {
   std::vector<SagJob> jobs = {job(1, 0, 0, 3, 10, 1), job(2, 0, 0, 5, 5, 2)};
   jobs[1].deadline = 14;
@@ -117,19 +100,6 @@ TEST(NasriBrandenburg2017, LimitsAreReportedWhenReached) {
   EXPECT_EQ(nasri_2017(jobs, {.memory = 64}).end, SagEnd::memory_limit);
 }
 
-TEST(SagJobs, ReleasesStartAtThePhaseAndCoverTwoHyperperiodsBehindIt) {
-  PeriodicTasks tasks = {task(1, 4), task(1, 6)};
-  EXPECT_EQ(sag_jobs(tasks, SagPolicy::edf).size(), 3U + 2U);
-  tasks[1].phase = 5;
-  EXPECT_EQ(sag_jobs(tasks, SagPolicy::edf).size(), 8U + 4U);  // releases below 5 + 2 * 12
-  tasks[1].jitter = 1;
-  const auto jobs = sag_jobs(tasks, SagPolicy::edf);
-  EXPECT_EQ(jobs.size(), 11U + 6U);  // plus one hyperperiod, the reach of the busy window
-  EXPECT_EQ(jobs[2].arrival_min, 5);
-  EXPECT_EQ(jobs[2].arrival_max, 6);
-  EXPECT_EQ(jobs[2].priority, 11);
-}
-
 TEST(SagJobs, JitterNeedsAsManyHyperperiodsAsTheBusyWindowReachesBack) {
   PeriodicTasks tasks = {task(4, 10), task(3, 10)};
   tasks[0].jitter = 8;
@@ -138,28 +108,14 @@ TEST(SagJobs, JitterNeedsAsManyHyperperiodsAsTheBusyWindowReachesBack) {
   EXPECT_EQ(sag_response_times(jobs, nasri_2017(jobs), 2)[1], 9);  // 7 in the first hyperperiod
 }
 
-TEST(SagJobs, AUtilisationAboveOneIsRefused) {
-  EXPECT_THROW(sag_jobs({task(3, 4), task(2, 6)}, SagPolicy::edf), AnalysisError);
-  PeriodicTasks full = {task(2, 4), task(3, 6)};
-  EXPECT_FALSE(sag_jobs(full, SagPolicy::edf).empty());
-  full[0].jitter = 1;
-  EXPECT_THROW(sag_jobs(full, SagPolicy::edf), AnalysisError);
-}
-
 /// The worst response times by the exploration of whole graphs, for the phases of the tasks.
 class ExploredResponses final : public ExplorationObserver {
  public:
   ExploredResponses(const PeriodicTasks& tasks, const std::string& executor) : worst(tasks.size()) {
     TaskSet set;
     for (std::size_t i = 0; i < tasks.size(); ++i) {
-      Task& t = set.tasks.emplace_back();
-      t.name = std::to_string(i);
-      t.period = Duration(tasks[i].period);
-      t.phase = Duration(tasks[i].phase);
-      t.deadline = Duration(tasks[i].deadline);
-      t.wcet = Duration(tasks[i].wcet);
-      t.bcet = Duration(tasks[i].bcet);
-      t.priority = static_cast<std::int64_t>(i);
+      set.tasks.push_back(as_timer(tasks[i], std::to_string(i)));
+      set.tasks.back().priority = static_cast<std::int64_t>(i);
     }
     const WorstCaseTimes times(set);
     explore(set, *find_executor(executor)->make(set, {}), PublishingWorkload(times), {}, *this);

@@ -13,23 +13,14 @@ namespace {
 
 using Repetitions = std::vector<std::vector<double>>;
 
-TEST(Quantile, OfNoSampleIsNotANumber) { EXPECT_TRUE(std::isnan(quantile({}, 0.5))); }
-
-TEST(Quantile, OfOneSampleIsThatSample) {
-  const std::array one = {7.0};
+TEST(Quantile, IsThatOfHyndmanAndFansType7) {
+  const std::vector<double> one = {7}, two = {10, 20}, four = {1, 2, 3, 4};
+  EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
   for (const double p : {0.0, 0.5, 0.999, 1.0}) EXPECT_EQ(quantile(one, p), 7.0);
-}
-
-TEST(Quantile, OfTwoSamplesLiesOnTheLineBetweenThem) {
-  const std::array two = {10.0, 20.0};
   EXPECT_EQ(quantile(two, 0.0), 10.0);
   EXPECT_DOUBLE_EQ(quantile(two, 0.25), 12.5);
   EXPECT_DOUBLE_EQ(quantile(two, 0.99), 19.9);
   EXPECT_EQ(quantile(two, 1.0), 20.0);
-}
-
-TEST(Quantile, HyndmanAndFanType7) {
-  const std::array four = {1.0, 2.0, 3.0, 4.0};
   EXPECT_DOUBLE_EQ(quantile(four, 0.25), 1.75);
   EXPECT_DOUBLE_EQ(quantile(four, 0.5), 2.5);
   EXPECT_DOUBLE_EQ(quantile(four, 0.9), 3.7);
@@ -44,19 +35,14 @@ TEST(NearestRank, IsTheFirstSampleThatEnoughDoNotExceed) {
   EXPECT_EQ(nearest_rank(5, 1), 4u);
 }
 
-TEST(Quantiles, OfNoSampleCountZeroAndHaveNoValue) {
-  const Quantiles none = quantiles({});
+TEST(Quantiles, OfNoSampleHaveNoValueAndThoseOfOneAreAllTheSame) {
+  const Quantiles none = quantiles({}), one = quantiles({3.0});
   EXPECT_EQ(none.n, 0u);
-  for (const double q : {none.min, none.p50, none.p90, none.p99, none.p999, none.max, none.mean}) {
-    EXPECT_TRUE(std::isnan(q));
-  }
-}
-
-TEST(Quantiles, OfOneSampleAreAllTheSame) {
-  const Quantiles one = quantiles({3.0});
   EXPECT_EQ(one.n, 1u);
-  for (const double q : {one.min, one.p50, one.p90, one.p99, one.p999, one.max, one.mean}) {
-    EXPECT_EQ(q, 3.0);
+  for (const auto q : {&Quantiles::min, &Quantiles::p50, &Quantiles::p90, &Quantiles::p99, &Quantiles::p999,
+                       &Quantiles::max, &Quantiles::mean}) {
+    EXPECT_TRUE(std::isnan(none.*q));
+    EXPECT_EQ(one.*q, 3.0);
   }
 }
 

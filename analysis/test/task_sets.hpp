@@ -69,6 +69,18 @@ inline PeriodicTasks random_tasks(RandomStream& random, const RandomSet& paramet
   return tasks;
 }
 
+/// The task as a timer; `unit`: nanoseconds of its unit of time.
+inline Task as_timer(const PeriodicTask& periodic, const std::string& name, std::int64_t unit = 1) {
+  Task t;
+  t.name = name;
+  t.period = Duration(periodic.period * unit);
+  t.phase = Duration(periodic.phase * unit);
+  t.deadline = Duration(periodic.deadline * unit);
+  t.wcet = Duration(periodic.wcet * unit);
+  t.bcet = Duration(periodic.bcet * unit);
+  return t;
+}
+
 /// Least common multiple of the periods.
 inline std::int64_t hyperperiod(const PeriodicTasks& tasks) {
   std::int64_t h = 1;

@@ -76,13 +76,10 @@ TEST(Csv, AHeaderMayBeMissingWhereTheColumnsAreKnown) {
   }
 }
 
-TEST(Csv, AFileThatCannotBeReadIsNamed) {
+TEST(Csv, AFileThatCannotBeReadAndADeviceWithoutEndAreNamed) {
   EXPECT_THAT(refusal([] { CsvReader csv("/nonexistent.csv"); }),
               HasSubstr("/nonexistent.csv: cannot be read (No such file"));
   EXPECT_THAT(refusal([] { CsvReader csv(std::filesystem::path("/tmp")); }), HasSubstr("cannot be read"));
-}
-
-TEST(Csv, ADeviceWithoutEndIsRefused) {
   EXPECT_THAT(refusal([] { CsvReader csv("/dev/zero"); }),
               HasSubstr("it is a device, which may have no end"));
 }
@@ -92,14 +89,6 @@ TEST(Csv, ALineWithoutEndIsRefused) {
   CsvReader csv(in, "a.csv");
   EXPECT_THAT(refusal([&] { static_cast<void>(csv.next()); }),
               HasSubstr("a.csv:2: the line has more than 4 MiB"));
-}
-
-TEST(Csv, ALastLineNeedsNoEnd) {
-  std::istringstream in("name\r\nIMU\n\nGNSS");
-  CsvReader csv(in, "a.csv");
-  std::vector<std::string> names;
-  while (csv.next()) names.emplace_back(csv.text(0));
-  EXPECT_THAT(names, ElementsAre("IMU", "", "GNSS"));
 }
 
 /// A file on a disk that fails after the first bytes.

@@ -25,9 +25,8 @@ std::vector<JobRef> drain(EventsQueue& queue) {
   return order;
 }
 
-std::vector<JobRef> order(const TaskSet& set, Policy policy, const std::vector<Job>& pushed,
-                          SubscriptionRule rule = SubscriptionRule::inherit, Ties ties = Ties::lifo) {
-  PriorityEventsQueue queue(PriorityOrder(set, policy, rule, ties));
+std::vector<JobRef> order(const TaskSet& set, Policy policy, const std::vector<Job>& pushed) {
+  PriorityEventsQueue queue(PriorityOrder(set, policy, SubscriptionRule::inherit, Ties::lifo));
   for (const Job& j : pushed) queue.push(j);
   EXPECT_EQ(queue.size(), pushed.size());
   return drain(queue);
@@ -137,14 +136,6 @@ TEST_F(PriorityOrderTest, LevelsFollowTasksThatComeAndGo) {
   EXPECT_EQ(order.level(5), to_ns(at(30ms)));  // was task 1's level
 }
 
-TEST_F(PriorityOrderTest, SubscriptionInheritsTheHighestTimerUpstream) {
-  const std::vector<std::int64_t> level = inherited_levels(set, Policy::rm);
-  EXPECT_EQ(level[3], Duration(30ms).count());
-  EXPECT_EQ(level[4], Duration(10ms).count());
-  EXPECT_EQ(level[5], Duration(10ms).count());
-  EXPECT_EQ(level[6], std::numeric_limits<std::int64_t>::max());
-}
-
 TEST_F(PriorityOrderTest, InheritanceReachesThroughChainsAndAcrossCycles) {
   set.tasks[4].feeds = {6};
   set.tasks[6].feeds = {4};
@@ -152,15 +143,7 @@ TEST_F(PriorityOrderTest, InheritanceReachesThroughChainsAndAcrossCycles) {
   EXPECT_EQ(level[6], Duration(10ms).count());
 }
 
-TEST_F(PriorityOrderTest, GivenPriorityOfASubscriptionGoesBeforeTheInheritedOne) {
-  set.tasks[0].priority = 3;
-  set.tasks[1].priority = 2;
-  set.tasks[3].priority = 1;
-  const std::vector<std::int64_t> level = inherited_levels(set, Policy::fp);
-  EXPECT_EQ(level[3], 1);
-  EXPECT_EQ(level[5], 2);
-}
-
+/// The other ties and the rule that puts subscriptions first: properties.cpp.
 TEST_F(PriorityOrderTest, OrdersJobs) {
   set.tasks[0].deadline = 5ms;
   set.tasks[0].priority = 1;
@@ -171,8 +154,6 @@ TEST_F(PriorityOrderTest, OrdersJobs) {
     Policy policy;
     std::vector<Job> pushed;
     std::vector<JobRef> popped;
-    SubscriptionRule rule = SubscriptionRule::inherit;
-    Ties ties = Ties::lifo;
   };
   for (const Case& c : std::vector<Case>{
            {"the shorter period", Policy::rm, {job(0), job(1)}, {{1, 0}, {0, 0}}},
@@ -195,24 +176,8 @@ TEST_F(PriorityOrderTest, OrdersJobs) {
             Policy::edf,
             {due(2, 9ms), due(1, 9ms), due(3, 9ms)},
             {{3, 0}, {1, 0}, {2, 0}}},
-           {"ties by activation",
-            Policy::rm,
-            {job(2), job(4, 0), job(1), job(5), job(0)},
-            {{2, 0}, {4, 0}, {1, 0}, {5, 0}, {0, 0}},
-            SubscriptionRule::inherit,
-            Ties::fifo},
-           {"subscriptions ahead of timers by rule, rate-monotonic",
-            Policy::rm,
-            {job(1), job(3), job(6)},
-            {{6, 0}, {3, 0}, {1, 0}},
-            SubscriptionRule::first},
-           {"subscriptions ahead of timers by rule, by deadline",
-            Policy::edf,
-            {due(1, 1ms), due(3, 9ms), due(6, 8ms)},
-            {{6, 0}, {3, 0}, {1, 0}},
-            SubscriptionRule::first},
        }) {
-    EXPECT_EQ(order(set, c.policy, c.pushed, c.rule, c.ties), c.popped) << c.what;
+    EXPECT_EQ(order(set, c.policy, c.pushed), c.popped) << c.what;
   }
 }
 

@@ -180,49 +180,17 @@ TEST(Exploration, AJobThatIsShorterCanDelayAnother) {
   EXPECT_EQ(worst.at(rare), 5ms);
 }
 
-TEST(Exploration, RefusesSeveralThreadsAndOverload) {
+TEST(Exploration, RefusesSeveralThreadsOverloadAndReleasesThatDisplaceWallClockWork) {
   TaskSet set;
   add_timer(set, 10ms, 11ms);
   EXPECT_THROW(explored(set, "rm-ro"), ExplorationRefused);
   EXPECT_THROW(explored(set, "rm-re"), ExplorationRefused);
-}
-
-TEST(Exploration, RefusesReleasesThatDisplaceWallClockWork) {
-  TaskSet set;
-  add_timer(set, 10ms, 1ms);
+  set.tasks[0].wcet = set.tasks[0].bcet = 1ms;
   Platform platform;
   platform.wall_clock_work = true;
   EXPECT_NO_THROW(explored(set, "rm-ro", platform));
   platform.release_cost = 1us;
   EXPECT_THROW(explored(set, "rm-ro", platform), ExplorationRefused);
-}
-
-/// The timer thread holds the scheduler's lock from 10 to 12 ms. The rare job ends from 8 to 11 ms.
-TEST(Exploration, AJobThatEndsDuringAReleaseWaitsForIt) {
-  TaskSet set;
-  const TaskId often = add_timer(set, 10ms, 2ms);
-  const TaskId rare = add_timer(set, 20ms, 4ms, 5ms);
-  set.tasks[rare].bcet = 1ms;
-  Platform platform;
-  platform.cores = 2;
-  platform.release_cost = 2ms;
-  const Worst worst = explored(set, "rm-ro", platform);
-  EXPECT_EQ(worst.at(often), 4ms);
-  EXPECT_EQ(worst.at(rare), 6ms);
-}
-
-TEST(Exploration, SamplesArriveAfterTheDelay) {
-  TaskSet set;
-  const TaskId often = add_timer(set, 10ms, 2ms);
-  const TaskId rare = add_timer(set, 20ms, 4ms, 5ms);
-  add_subscription(set, {rare}, 3ms);
-  set.tasks[rare].bcet = 1ms;
-  Platform platform;
-  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 4ms);  // the reader runs from 9 to 12
-  platform.delivery_delay = 1ms;
-  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 5ms);  // it runs from 10 to 13
-  platform.delivery_delay = 5ms;
-  EXPECT_EQ(explored(set, "events-ro", platform).at(often), 2ms);  // its sample arrives at 11 or later
 }
 
 /// Sets so small that all combinations of execution times can be simulated.

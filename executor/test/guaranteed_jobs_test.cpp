@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Jobs of guaranteed tasks under an executor that is overloaded by a more urgent timer.
-#include "events_fixture.hpp"
+#include <gtest/gtest.h>
+
+#include "hotpath/core/events_scheduler.hpp"
+#include "task_sets.hpp"
 
 namespace hotpath::test {
 namespace {
 
 constexpr Duration kWait = 100ms;
+constexpr Worker kExecutor = EventsScheduler::kExecutor;
 
 struct Started {
   Duration arrival, start;

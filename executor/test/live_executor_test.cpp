@@ -148,17 +148,8 @@ TEST_P(LiveExecutor, EndsEarlyOnRequestAndStillAccountsForEverything) {
   for (const TaskAccount& a : account(set, trace)) EXPECT_EQ(a.accounted(), a.expected) << set[a.task].name;
 }
 
-std::vector<std::string_view> names() {
-  std::vector<std::string_view> all;
-  for (const ExecutorEntry& e : executors()) all.push_back(e.name);
-  return all;
-}
-
-INSTANTIATE_TEST_SUITE_P(Registry, LiveExecutor, testing::ValuesIn(names()), [](const auto& p) {
-  std::string name(p.param);
-  std::replace(name.begin(), name.end(), '-', '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Registry, LiveExecutor, testing::ValuesIn(test::executor_names()),
+                         [](const auto& executor) { return test::identifier(executor.param); });
 
 // Paper, Section IV: the events queue serves the released job of highest priority; a waiting job is
 // never passed over.

@@ -9,6 +9,16 @@
 namespace hotpath::test {
 namespace {
 
+struct Timing {
+  Duration period, wcet, phase{};
+};
+
+TaskSet timers(const std::vector<Timing>& timings) {
+  TaskSet set;
+  for (const auto& [period, wcet, phase] : timings) add_timer(set, period, wcet, phase);
+  return set;
+}
+
 TEST(DefaultPlatform, RaisesTheReleaserOfThePapersExecutorsOnly) {
   int raised = 0;
   for (const ExecutorEntry& executor : executors()) {
@@ -20,85 +30,42 @@ TEST(DefaultPlatform, RaisesTheReleaserOfThePapersExecutorsOnly) {
 }
 
 TEST(ReleaseCost, SectionVBProlongsTheJobInExecutionByDeltaPerRelease) {
-  TaskSet set;
-  add_timer(set, 100ms, 5ms);
-  add_timer(set, 100ms, 1ms, 1ms);
-  add_timer(set, 100ms, 1ms, 2ms);
-  Platform p;
-  p.release_cost = 100us;
-  const Trace trace = run(set, "rm-ro", 20ms, p);
+  const TaskSet set = timers({{100ms, 5ms}, {100ms, 1ms, 1ms}, {100ms, 1ms, 2ms}});
+  const Trace trace = run(set, "rm-ro", 20ms, {.release_cost = 100us});
   EXPECT_EQ(schedule(trace),
             (std::vector<Ran>{{0, 0, 100us, 5300us}, {1, 0, 5300us, 6300us}, {2, 0, 6300us, 7300us}}));
   EXPECT_EQ(trace.jobs[1].job.release, at(1ms));
 }
 
 TEST(ReleaseCost, PapersReleaserWakesTheExecutorOnceAfterTheWholeBatch) {
-  TaskSet set;
-  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 1ms);
-  Platform p;
-  p.cores = 2;
-  p.release_cost = 100us;
-  p.pass_cost = 10us;
-  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, p)),
+  const TaskSet set = timers({{100ms, 1ms}, {100ms, 1ms}, {100ms, 1ms}});
+  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, {.cores = 2, .release_cost = 100us, .pass_cost = 10us})),
             (std::vector<Ran>{{0, 0, 310us, 1310us}, {1, 0, 1310us, 2310us}, {2, 0, 2310us, 3310us}}));
 }
 
 TEST(ReleaseCost, StockReleaserWakesTheExecutorAfterEachTimerAndPaysKOncePerPass) {
-  TaskSet set;
-  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 50us);
-  Platform p;
-  p.cores = 2;
-  p.release_cost = 100us;
-  p.pass_cost = 10us;
-  EXPECT_EQ(schedule(run(set, "events-ro", 20ms, p)),
+  const TaskSet set = timers({{100ms, 50us}, {100ms, 50us}, {100ms, 50us}});
+  EXPECT_EQ(schedule(run(set, "events-ro", 20ms, {.cores = 2, .release_cost = 100us, .pass_cost = 10us})),
             (std::vector<Ran>{{0, 0, 110us, 160us}, {1, 0, 210us, 260us}, {2, 0, 310us, 360us}}));
 }
 
 TEST(ReleaseCost, RaisedReleaserOnOneCoreFinishesItsBatchFirst) {
-  TaskSet set;
-  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 50us);
-  Platform p;
-  p.release_cost = 100us;
-  EXPECT_EQ(schedule(run(set, "events-ro", 20ms, p)),
+  const TaskSet set = timers({{100ms, 50us}, {100ms, 50us}, {100ms, 50us}});
+  EXPECT_EQ(schedule(run(set, "events-ro", 20ms, {.release_cost = 100us})),
             (std::vector<Ran>{{0, 0, 300us, 350us}, {1, 0, 350us, 400us}, {2, 0, 400us, 450us}}));
 }
 
 TEST(ReleaseCost, NobodyDecidesWhileTheReleaserHoldsTheLock) {
   // The executor worker finishes on its own core in the middle of the release of the more urgent timer.
-  TaskSet set;
-  const TaskId slow = add_timer(set, 100ms, 1050us);
-  const TaskId middle = add_timer(set, 50ms, 1ms, 500us);
-  const TaskId fast = add_timer(set, 20ms, 1ms, 1100us);
-  Platform p;
-  p.cores = 2;
-  p.release_cost = 100us;
-  EXPECT_EQ(
-      schedule(run(set, "rm-ro", 10ms, p)),
-      (std::vector<Ran>{{slow, 0, 100us, 1150us}, {fast, 0, 1200us, 2200us}, {middle, 0, 2200us, 3200us}}));
+  const TaskSet set = timers({{100ms, 1050us}, {50ms, 1ms, 500us}, {20ms, 1ms, 1100us}});
+  EXPECT_EQ(schedule(run(set, "rm-ro", 10ms, {.cores = 2, .release_cost = 100us})),
+            (std::vector<Ran>{{0, 0, 100us, 1150us}, {2, 0, 1200us, 2200us}, {1, 0, 2200us, 3200us}}));
 }
 
 TEST(ReleaseCost, SectionVBReleaseAndExecutePaysForTheScanBeforeTheJob) {
-  TaskSet set;
-  add_timer(set, 100ms, 1ms);
-  add_timer(set, 100ms, 1ms);
-  Platform p;
-  p.release_cost = 100us;
-  p.pass_cost = 10us;
-  EXPECT_EQ(schedule(run(set, "rm-re", 20ms, p)),
+  const TaskSet set = timers({{100ms, 1ms}, {100ms, 1ms}});
+  EXPECT_EQ(schedule(run(set, "rm-re", 20ms, {.release_cost = 100us, .pass_cost = 10us})),
             (std::vector<Ran>{{0, 0, 210us, 1210us}, {1, 0, 1210us, 2210us}}));
-}
-
-TEST(DispatchCost, LiesBetweenDecisionAndStart) {
-  TaskSet set;
-  const TaskId timer = add_timer(set, 100ms, 1ms);
-  const TaskId subscription = add_subscription(set, {timer}, 1ms);
-  Platform p;
-  p.set_dispatch_costs(50us);
-  for (const char* executor : {"default", "static", "events-ro", "rm-ro"}) {
-    EXPECT_EQ(schedule(run(set, executor, 20ms, p)),
-              (std::vector<Ran>{{timer, 0, 50us, 1050us}, {subscription, 0, 1100us, 2100us}}))
-        << executor;
-  }
 }
 
 TEST(DispatchCost, DependsOnTheKindOfTheCallback) {
@@ -118,11 +85,8 @@ TEST(DispatchCost, DependsOnTheKindOfTheCallback) {
 }
 
 TEST(DispatchCost, JobThatIsDecidedButNotStartedAtTheEndIsQueued) {
-  TaskSet set;
-  add_timer(set, 100ms, 1ms);
-  Platform p;
-  p.set_dispatch_costs(2ms);
-  const Trace trace = run(set, "default", 1ms, p);
+  const TaskSet set = timers({{100ms, 1ms}});
+  const Trace trace = run(set, "default", 1ms, {.timer_dispatch_cost = 2ms});
   EXPECT_EQ(count(trace, 0, Outcome::queued), 1U);
   EXPECT_EQ(balanced(set, trace), "");
 }
@@ -131,9 +95,7 @@ TEST(DeliveryDelay, SamplesArriveThatMuchLaterAndAreAccountedForAtTheEnd) {
   TaskSet set;
   const TaskId timer = add_timer(set, 10ms, 1ms);
   const TaskId subscription = add_subscription(set, {timer}, 1ms);
-  Platform p;
-  p.delivery_delay = 3ms;
-  const Trace trace = run(set, "rm-ro", 12ms, p);
+  const Trace trace = run(set, "rm-ro", 12ms, {.delivery_delay = 3ms});
   EXPECT_EQ(schedule(trace),
             (std::vector<Ran>{{timer, 0, 0ms, 1ms}, {subscription, 0, 4ms, 5ms}, {timer, 1, 10ms, 11ms}}));
   EXPECT_EQ(trace.jobs[1].job.timestamp, at(1ms));
@@ -143,74 +105,56 @@ TEST(DeliveryDelay, SamplesArriveThatMuchLaterAndAreAccountedForAtTheEnd) {
 }
 
 TEST(WakeUpLatency, DelaysSleepersButNotBusyWorkers) {
-  TaskSet set;
-  add_timer(set, 100ms, 2ms, 1ms);
-  add_timer(set, 100ms, 2ms, 2ms);
-  Platform p;
-  p.wake_up_latency = 100us;
-  EXPECT_EQ(schedule(run(set, "default", 20ms, p)),
+  const TaskSet set = timers({{100ms, 2ms, 1ms}, {100ms, 2ms, 2ms}});
+  EXPECT_EQ(schedule(run(set, "default", 20ms, {.wake_up_latency = 100us})),
             (std::vector<Ran>{{0, 0, 1100us, 3100us}, {1, 0, 3100us, 5100us}}));
   // Releaser and executor worker both sleep.
-  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, p))[0], (Ran{0, 0, 1200us, 3200us}));
+  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, {.wake_up_latency = 100us}))[0], (Ran{0, 0, 1200us, 3200us}));
 }
 
 TEST(WakeUpLatency, DoesNotDelayAWorkerThatQueuesForTheMutex) {
-  TaskSet set;
-  for (int i = 0; i < 2; ++i) add_timer(set, 100ms, 2ms, 1ms);
-  Platform p;
-  p.cores = 2;
-  p.wake_up_latency = 100us;
-  EXPECT_EQ(schedule(run(set, "multi", 20ms, p, {.workers = 2})),
+  const TaskSet set = timers({{100ms, 2ms, 1ms}, {100ms, 2ms, 1ms}});
+  EXPECT_EQ(schedule(run(set, "multi", 20ms, {.cores = 2, .wake_up_latency = 100us}, {.workers = 2})),
             (std::vector<Ran>{{0, 0, 1100us, 3100us}, {1, 0, 1100us, 3100us}}));
 }
 
 /// A timer of 10 ms with 4 ms of work in the timer thread, and a subscription to another timer.
-class ReleaseAndExecuteOnOneCore : public testing::Test {
- protected:
-  ReleaseAndExecuteOnOneCore() {
-    source = add_timer(set, 100ms, 1ms);
-    frequent = add_timer(set, 10ms, 4ms, 3ms);
-    subscription = add_subscription(set, {source}, 5ms);
-  }
+TEST(ReleaseAndExecute, ThreadsShareCoresByPriorityAndTimeSlice) {
   TaskSet set;
-  TaskId source, frequent, subscription;
-  Platform platform;
-};
-
-TEST_F(ReleaseAndExecuteOnOneCore, RaisedTimerThreadPreemptsTheExecutorThread) {
-  EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
-            (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 10ms}, {frequent, 0, 3ms, 7ms}}));
-}
-
-TEST_F(ReleaseAndExecuteOnOneCore, WorkUntilAWallClockInstantGoesOnWhileDisplaced) {
-  platform.wall_clock_work = true;
-  // 1 + 5 ms have passed at 6 ms; the job finishes as soon as it gets the core again.
-  EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
-            (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 7ms}, {frequent, 0, 3ms, 7ms}}));
-}
-
-TEST_F(ReleaseAndExecuteOnOneCore, EqualPrioritiesTakeTurnsByTimeSlice) {
-  platform.raised_releaser = false;
-  platform.time_slice = 3ms;
-  // The executor thread holds the core from 1 ms to 4 ms; then they alternate every 3 ms.
-  EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
-            (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 9ms}, {frequent, 0, 4ms, 10ms}}));
-}
-
-TEST_F(ReleaseAndExecuteOnOneCore, TwoCoresServeBothThreadsAtOnce) {
-  platform.cores = 2;
-  EXPECT_EQ(schedule(run(set, "rm-re", 12ms, platform)),
-            (std::vector<Ran>{{source, 0, 0ms, 1ms}, {subscription, 0, 1ms, 6ms}, {frequent, 0, 3ms, 7ms}}));
+  const TaskId source = add_timer(set, 100ms, 1ms);
+  const TaskId frequent = add_timer(set, 10ms, 4ms, 3ms);
+  const TaskId subscription = add_subscription(set, {source}, 5ms);
+  const struct {
+    const char* what;
+    Platform platform;
+    Duration subscription_ends, frequent_starts, frequent_ends;
+  } rows[] = {
+      {"a raised timer thread preempts the executor thread", {}, 10ms, 3ms, 7ms},
+      {"1 + 5 ms of wall-clock work have passed at 6 ms, and the job ends as soon as it gets the core again",
+       {.wall_clock_work = true},
+       7ms,
+       3ms,
+       7ms},
+      {"the executor thread holds the core from 1 ms to 4 ms; then they alternate every 3 ms",
+       {.raised_releaser = false, .time_slice = 3ms},
+       9ms,
+       4ms,
+       10ms},
+      {"two cores serve both threads at once", {.cores = 2}, 6ms, 3ms, 7ms},
+  };
+  for (const auto& row : rows) {
+    EXPECT_EQ(schedule(run(set, "rm-re", 12ms, row.platform)),
+              (std::vector<Ran>{{source, 0, 0ms, 1ms},
+                                {subscription, 0, 1ms, row.subscription_ends},
+                                {frequent, 0, row.frequent_starts, row.frequent_ends}}))
+        << row.what;
+  }
 }
 
 TEST(RoundRobin, WorkersThatOutnumberTheCoresShareThemEvenly) {
-  TaskSet set;
-  for (int i = 0; i < 3; ++i) add_timer(set, 100ms, 4ms);
-  Platform p;
-  p.cores = 2;
-  p.time_slice = 2ms;
+  const TaskSet set = timers({{100ms, 4ms}, {100ms, 4ms}, {100ms, 4ms}});
   // 0 and 1 start; at 2 ms one of them yields to 2, and so on: 12 ms of work on two cores.
-  const Trace trace = run(set, "multi", 50ms, p, {.workers = 3});
+  const Trace trace = run(set, "multi", 50ms, {.cores = 2, .time_slice = 2ms}, {.workers = 3});
   Time last{};
   for (const JobRecord& r : trace.jobs) last = std::max(last, r.finish);
   EXPECT_EQ(schedule(trace).size(), 3U);
@@ -218,25 +162,18 @@ TEST(RoundRobin, WorkersThatOutnumberTheCoresShareThemEvenly) {
 }
 
 TEST(RoundRobin, WorkersOfOneCoreAlternateFromTheFirstFullSliceOn) {
-  TaskSet set;
-  const TaskId a = add_timer(set, 100ms, 4ms), b = add_timer(set, 100ms, 4ms);
-  Platform p;
-  p.time_slice = 2ms;
-  EXPECT_EQ(schedule(run(set, "multi", 20ms, p, {.workers = 2})),
-            (std::vector<Ran>{{a, 0, 0ms, 6ms}, {b, 0, 2ms, 8ms}}));
+  const TaskSet set = timers({{100ms, 4ms}, {100ms, 4ms}});
+  EXPECT_EQ(schedule(run(set, "multi", 20ms, {.time_slice = 2ms}, {.workers = 2})),
+            (std::vector<Ran>{{0, 0, 0ms, 6ms}, {1, 0, 2ms, 8ms}}));
 }
 
 TEST(RoundRobin, ReleaserOfEqualPriorityWaitsAtMostOneTimeSlice) {
   TaskSet set;
   add_timer(set, 100ms, 20ms);
   for (int i = 1; i <= 15; ++i) add_timer(set, 100ms, 1ms, 1ms * i + 300us);
-  Platform p;
-  p.raised_releaser = false;
-  p.time_slice = 2ms;
+  const Trace trace = run(set, "events-ro", 50ms, {.raised_releaser = false, .time_slice = 2ms});
   Duration latest{};
-  for (const JobRecord& r : run(set, "events-ro", 50ms, p).jobs) {
-    latest = std::max(latest, r.job.release - r.job.timestamp);
-  }
+  for (const JobRecord& r : trace.jobs) latest = std::max(latest, r.job.release - r.job.timestamp);
   EXPECT_GT(latest, 0ms);
   EXPECT_LE(latest, 2ms);
 }
@@ -244,10 +181,8 @@ TEST(RoundRobin, ReleaserOfEqualPriorityWaitsAtMostOneTimeSlice) {
 TEST(Cores, MoreCoresThanWorkersChangeNothing) {
   Random random(41);
   const TaskSet set = random_graph(random, 4, 6, 0.9);
-  Platform two, many;
-  two.cores = 2;
-  many.cores = 1000;
-  EXPECT_EQ(schedule(run(set, "rm-re", 300ms, two)), schedule(run(set, "rm-re", 300ms, many)));
+  EXPECT_EQ(schedule(run(set, "rm-re", 300ms, {.cores = 2})),
+            schedule(run(set, "rm-re", 300ms, {.cores = 1000})));
 }
 
 TEST(Cores, NeverMoreWorkDoneThanCoresHaveTime) {

@@ -23,12 +23,8 @@ TEST_P(EveryProperty, HoldsForRandomTaskSets) {
   EXPECT_GT(jobs, 10 * property.cases) << "too few jobs to check";
 }
 
-INSTANTIATE_TEST_SUITE_P(Registry, EveryProperty, testing::ValuesIn(properties()), [](const auto& param) {
-  std::string name = param.param.name;
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return c == '/' || c == '-'; }, '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Registry, EveryProperty, testing::ValuesIn(properties()),
+                         [](const auto& property) { return identifier(property.param.name); });
 
 class SectionVA : public testing::TestWithParam<const char*> {};
 

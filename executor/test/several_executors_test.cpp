@@ -138,14 +138,5 @@ TEST(OrdinaryPolicy, NiceScalesTheTimeSlice) {
   EXPECT_EQ(schedule(trace)[1].finish, 180ms);
 }
 
-TEST(Publication, ReachesTheExecutorOfTheSubscription) {
-  TaskSet set;
-  const TaskId timer = add_timer(set, 10ms, 2ms);
-  const TaskId subscription = add_subscription(set, {timer}, 3ms);
-  const Trace trace = one_executor_each(set, {{1, 0, 1}, {2, 0, 2}}, 2, 10ms);
-  EXPECT_EQ(schedule(trace), (std::vector<Ran>{{timer, 0, 0ms, 2ms}, {subscription, 0, 2ms, 5ms}}));
-  EXPECT_EQ(trace.jobs[1].worker, 1U);
-}
-
 }  // namespace
 }  // namespace hotpath::test

@@ -6,35 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <deque>
-#include <sstream>
 
-#include "hotpath/core/trace_csv.hpp"
 #include "schedule_checks.hpp"
 
 namespace hotpath::test {
 namespace {
 
 using testing::HasSubstr;
-
-TEST(Simulator, RecordsStandInStartOrderAndCarryTheWholeJob) {
-  TaskSet set;
-  const TaskId timer = add_timer(set, 10ms, 3ms, 1ms);
-  const TaskId subscription = add_subscription(set, {timer}, 2ms);
-  const Trace trace = run(set, "rm-ro", 10ms);
-  EXPECT_EQ(trace.executor, "rm-ro");
-  EXPECT_EQ(trace.epoch, Time{});
-  EXPECT_EQ(trace.end, at(10ms));
-  EXPECT_EQ(trace.published, (std::vector<std::uint64_t>{0, 1}));
-  ASSERT_EQ(trace.jobs.size(), 2U);
-  EXPECT_EQ(trace.jobs[0].job.timestamp, at(1ms));
-  EXPECT_EQ(trace.jobs[0].job.release, at(1ms));
-  EXPECT_EQ(trace.jobs[0].start, at(1ms));
-  EXPECT_EQ(trace.jobs[0].finish, at(4ms));
-  EXPECT_EQ(trace.jobs[1].job.task, subscription);
-  EXPECT_EQ(trace.jobs[1].job.timestamp, at(4ms));
-  EXPECT_EQ(trace.jobs[1].job.parent, (JobRef{timer, 0}));
-  EXPECT_EQ(trace.jobs[1].finish, at(6ms));
-}
 
 TEST(Simulator, RecordsWhatIsLeftAtTheEndAsRunningAndQueued) {
   TaskSet set;
@@ -83,6 +61,24 @@ TEST(Simulator, SummaryWithoutSinkEqualsTheTrace) {
   const SimulationSummary summary = simulate(set, *scheduler, workload, options);
   EXPECT_EQ(summary.published, trace.published);
   EXPECT_EQ(summary.jobs, schedule(trace).size());
+}
+
+/// Sequence numbers, and instants in microseconds, beyond 32 bits.
+TEST(Simulator, CountsBeyond32BitsInASimulationOfHours) {
+  TaskSet set;
+  const TaskId fast = add_timer(set, 1ns, 100ms);  // each of its jobs skips 10^8 timestamps
+  const TaskId slow = add_timer(set, 60s, 1ms);
+  const TaskId subscription = add_subscription(set, {slow}, 1ms);
+  const Trace trace = run(set, "default", 2h);
+  constexpr std::uint64_t kBeyond = std::uint64_t{1} << 32;
+  EXPECT_EQ(legal(set, trace), "");
+  EXPECT_EQ(balanced(set, trace), "");
+  const JobRecord& last = *std::find_if(trace.jobs.rbegin(), trace.jobs.rend(), started);
+  EXPECT_EQ(last.job.task, fast);
+  EXPECT_GT(last.job.sequence, kBeyond);
+  EXPECT_EQ(last.job.sequence, static_cast<std::uint64_t>((last.job.timestamp - trace.epoch).count()));
+  EXPECT_GT(static_cast<std::uint64_t>((last.start - trace.epoch) / 1us), kBeyond);
+  EXPECT_EQ(count(trace, subscription, Outcome::ran), 120U);
 }
 
 /// Counts message numbers to check that each has exactly one fate.
@@ -137,25 +133,6 @@ TEST(Workload, EveryMessageIsTakenByItsJobOrOverwritten) {
       simulate_trace(set, executor, {.workers = 3}, workload, options);
     }
   }
-}
-
-TEST(Workload, AJobThatDoesNotPublishActivatesNobody) {
-  struct Silent final : Workload {
-    Duration start(const Job&, Time) override { return 1ms; }
-    std::span<const TaskId> finish(const Job& job, const Task& task, Time) override {
-      return job.sequence % 2 == 1 ? std::span<const TaskId>(task.feeds) : std::span<const TaskId>();
-    }
-  };
-  TaskSet set;
-  const TaskId timer = add_timer(set, 10ms, 1ms);
-  const TaskId subscription = add_subscription(set, {timer}, 1ms);
-  Silent workload;
-  SimulationOptions options;
-  options.duration = 40ms;
-  const Trace trace = simulate_trace(set, *find_executor("events-ro"), {}, workload, options);
-  EXPECT_EQ(trace.published[subscription], 2U);
-  EXPECT_EQ(count(trace, subscription, Outcome::ran), 2U);
-  EXPECT_EQ(balanced(set, trace), "");
 }
 
 TEST(UniformTimes, CoverBcetToWcetAndDependOnSeedTaskAndSequenceOnly) {
@@ -219,11 +196,12 @@ TEST(ReplayedTimes, RepeatTheTraceAndFallBackToTheLastEarlierJob) {
 class Refusal : public testing::Test {
  protected:
   Refusal() { add_timer(set, 10ms, 1ms); }
-  std::string message() {
+  /// Of the refusal; empty if there is none.
+  std::string message(const char* executor = "rm-ro") {
     const WorstCaseTimes times(set);
     PublishingWorkload workload(times);
     try {
-      simulate_trace(set, *find_executor("rm-ro"), {}, workload, options);
+      simulate_trace(set, *find_executor(executor), {}, workload, options);
     } catch (const SimulationError& e) {
       return e.what();
     }
@@ -273,9 +251,7 @@ TEST_F(Refusal, OverloadByStarvedSubscriptionsStopsToo) {
   set.tasks[0].wcet = 10ms;
   add_subscription(set, {0}, 1ms);
   options.max_backlog = 50;
-  const WorstCaseTimes times(set);
-  PublishingWorkload workload(times);
-  EXPECT_THROW(simulate_trace(set, *find_executor("rm-re"), {}, workload, options), SimulationError);
+  EXPECT_NE(message("rm-re"), "");
 }
 
 TEST_F(Refusal, ExecutionTimeOutOfRange) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "hotpath/core/simulator.hpp"
@@ -87,6 +89,20 @@ inline std::uint64_t skipped(const Trace& trace, TaskId task) {
   std::uint64_t sum = 0;
   for (const JobRecord& r : trace.jobs) sum += r.job.task == task ? r.job.skipped : 0;
   return sum;
+}
+
+/// A name for a test: only letters, digits and underscores.
+inline std::string identifier(std::string_view text) {
+  std::string name(text);
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+}
+
+inline std::vector<std::string_view> executor_names() {
+  std::vector<std::string_view> names;
+  for (const ExecutorEntry& executor : executors()) names.push_back(executor.name);
+  return names;
 }
 
 using Random = std::mt19937_64;

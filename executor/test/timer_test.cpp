@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling rule).
+// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling rule), and the timer release queue (rclcpp
+// timers_manager.hpp; paper, Section III).
 #include "hotpath/core/timer.hpp"
 
 #include <gtest/gtest.h>
 
+#include "hotpath/core/timers_manager.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {
 namespace {
 
-Timer timer(Duration period, Duration phase, Time epoch = Time{}) {
+Timer timer(Duration period, Duration phase, Time epoch) {
   TaskSet set;
   set.tasks.resize(3);
   set.tasks.push_back({});
@@ -20,69 +22,67 @@ Timer timer(Duration period, Duration phase, Time epoch = Time{}) {
   return Timer(3, t, epoch);
 }
 
-TEST(RclTimer, FirstTimestampIsEpochPlusPhase) {
-  EXPECT_EQ(timer(10ms, 4ms, at(100ms)).next_call(), at(104ms));
-}
-
-TEST(RclTimer, IsReadyFromItsNextCallOn) {
-  const Timer t = timer(10ms, 4ms);
-  EXPECT_FALSE(t.is_ready(at(4ms - 1ns)));
-  EXPECT_TRUE(t.is_ready(at(4ms)));
-}
-
-TEST(RclTimer, CallAtTheTimestampMovesOnByOnePeriod) {
-  Timer t = timer(10ms, 4ms);
-  const Job job = t.call(at(4ms));
+TEST(RclTimer, IsReadyFromItsTimestampOnAndACallThereMovesOnByOnePeriod) {
+  Timer t = timer(10ms, 4ms, at(100ms));
+  EXPECT_EQ(t.next_call(), at(104ms));
+  EXPECT_FALSE(t.is_ready(at(104ms - 1ns)));
+  EXPECT_TRUE(t.is_ready(at(104ms)));
+  const Job job = t.call(at(104ms));
   EXPECT_EQ(job.task, 3U);
   EXPECT_EQ(job.sequence, 0U);
-  EXPECT_EQ(job.timestamp, at(4ms));
-  EXPECT_EQ(job.release, at(4ms));
-  EXPECT_EQ(job.deadline, at(9ms));
+  EXPECT_EQ(job.timestamp, at(104ms));
+  EXPECT_EQ(job.release, at(104ms));
+  EXPECT_EQ(job.deadline, at(109ms));
   EXPECT_EQ(job.skipped, 0U);
-  EXPECT_EQ(t.next_call(), at(14ms));
+  EXPECT_EQ(t.next_call(), at(114ms));
 }
 
-TEST(RclTimer, LateCallKeepsThePhase) {
-  Timer t = timer(10ms, 4ms);
-  EXPECT_EQ(t.call(at(13ms)).skipped, 0U);
-  EXPECT_EQ(t.next_call(), at(14ms));
-}
-
-TEST(RclTimer, CallOnePeriodLateSkipsTheTimestampThatIsJustDue) {
-  // Rolling: "due" means next call <= now; Humble would keep the timestamp equal to now.
-  Timer t = timer(10ms, 4ms);
-  const Job job = t.call(at(14ms));
-  EXPECT_EQ(job.timestamp, at(4ms));
-  EXPECT_EQ(job.skipped, 1U);
-  EXPECT_EQ(t.next_call(), at(24ms));
-}
-
-TEST(RclTimer, OneCallCoversAllMissedTimestampsAndSequencesCountThem) {
-  Timer t = timer(10ms, 4ms);
-  EXPECT_EQ(t.would_skip(at(47ms)), 4U);
-  EXPECT_EQ(t.call(at(47ms)).skipped, 4U);  // 14, 24, 34, 44
-  EXPECT_EQ(t.next_call(), at(54ms));
-  const Job next = t.call(at(54ms));
-  EXPECT_EQ(next.sequence, 5U);
-  EXPECT_EQ(next.timestamp, at(54ms));
-}
-
+/// A timestamp equal to the instant of a late call is skipped as well; Humble would keep it.
 TEST(RclTimer, EveryTimestampIsReleasedOrSkippedExactlyOnce) {
   Random random(1);
   for (int i = 0; i < 1000; ++i) {
     const Duration period(uniform(random, 1, 50)), phase(uniform(random, 0, 50));
-    Timer t = timer(period, phase);
+    Timer t = timer(period, phase, Time{});
     Time now = at(phase);
     std::uint64_t covered = 0;
     for (int calls = 0; calls < 20; ++calls) {
       now = std::max(now, t.next_call()) + Duration(uniform(random, 0, 200));
+      const std::uint32_t would_skip = t.would_skip(now);
       const Job job = t.call(now);
+      ASSERT_EQ(job.skipped, would_skip);
       ASSERT_EQ(job.sequence, covered);
       ASSERT_EQ(job.timestamp, at(phase) + static_cast<std::int64_t>(covered) * period);
       covered += 1 + job.skipped;
       ASSERT_GT(t.next_call(), now);
       ASSERT_LE(t.next_call() - period, now);
     }
+  }
+}
+
+TEST(TimersManager, WithoutTimersItIsNeverDue) {
+  TaskSet set;
+  TimersManager manager;
+  manager.begin(set, Time{});
+  EXPECT_EQ(manager.next_due(), kNever);
+  EXPECT_FALSE(manager.due(at(1000h)));
+}
+
+TEST(TimersManager, ReleasesAllTimestampsOfRandomTimersInOrder) {
+  Random random(2);
+  for (int i = 0; i < 100; ++i) {
+    const TaskSet set = random_timers(random, static_cast<int>(uniform(random, 1, 40)), 0.5);
+    std::vector<std::pair<Time, TaskId>> expected, released;
+    for (TaskId id = 0; id < set.size(); ++id) {
+      for (Duration t = set[id].phase; t < 500ms; t += set[id].period) expected.emplace_back(at(t), id);
+    }
+    std::sort(expected.begin(), expected.end());
+    TimersManager manager;
+    manager.begin(set, Time{});
+    while (manager.next_due() < at(500ms)) {
+      const Job job = manager.call_head(manager.next_due());
+      released.emplace_back(job.timestamp, job.task);
+    }
+    ASSERT_EQ(released, expected);
   }
 }
 

@@ -15,7 +15,9 @@
 namespace hotpath::test {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::ThrowsMessage;
 
 std::string written(const TaskSet& set, const Trace& trace) {
   std::ostringstream out;
@@ -29,9 +31,10 @@ std::vector<Trace> read(const TaskSet& set, const std::string& text) {
   return read_jobs_csv(in, set, "jobs.csv");
 }
 
+/// Sequence numbers, and instants in microseconds, are beyond 32 bits.
 TEST(JobsCsv, OneRowPerJobAndPerSkippedTimestampRelativeToTheEpoch) {
   TaskSet set;
-  const TaskId timer = add_timer(set, 10ns, 3ns);
+  const TaskId timer = add_timer(set, 10us, 3ns);
   const TaskId subscription = add_subscription(set, {timer}, 1ns);
   Trace trace;
   trace.executor = "default";
@@ -39,25 +42,28 @@ TEST(JobsCsv, OneRowPerJobAndPerSkippedTimestampRelativeToTheEpoch) {
   trace.epoch = at(1000ns);
   JobRecord r;
   r.job.task = timer;
-  r.job.sequence = 4;
-  r.job.timestamp = r.job.release = at(1040ns);
-  r.job.deadline = at(1050ns);
+  r.job.sequence = 4'294'967'300;
+  r.job.timestamp = r.job.release = at(1000ns + 4'294'967'300 * 10us);
+  r.job.deadline = r.job.timestamp + 10us;
   r.job.skipped = 1;
-  r.start = at(1052ns);
-  r.finish = at(1055ns);
+  r.start = r.job.deadline + 2ns;
+  r.finish = r.job.deadline + 5ns;
   r.worker = 1;
   trace.jobs.push_back(r);
   JobRecord lost;
   lost.job.task = subscription;
-  lost.job.timestamp = at(1055ns);
-  lost.job.parent = {timer, 4};
+  lost.job.timestamp = r.finish;
+  lost.job.parent = r.job.ref();
   lost.outcome = Outcome::overwritten;
   trace.jobs.push_back(lost);
-  EXPECT_EQ(written(set, trace), std::string(kJobsCsvHeader) +
-                                     "\n"
-                                     "default,2,T0,timer,4,ran,40,40,52,55,,50,1,,0,,\n"
-                                     "default,2,T0,timer,5,skipped,50,,,,,60,,,0,,\n"
-                                     "default,2,S1,subscription,0,overwritten,55,,,,,,,,0,T0,4\n");
+  const std::string text = kJobsCsvHeader +
+                           "\n"
+                           "default,2,T0,timer,4294967300,ran,42949673000000,42949673000000,42949673010002,"
+                           "42949673010005,,42949673010000,1,,0,,\n"
+                           "default,2,T0,timer,4294967301,skipped,42949673010000,,,,,42949673020000,,,0,,\n"
+                           "default,2,S1,subscription,0,overwritten,42949673010005,,,,,,,,0,T0,4294967300\n";
+  EXPECT_EQ(written(set, trace), text);
+  EXPECT_EQ(written(set, read(set, text).at(0)), text);
 }
 
 TEST(JobsCsv, RoundTripKeepsEveryRecordOfEveryExecutor) {
@@ -68,26 +74,6 @@ TEST(JobsCsv, RoundTripKeepsEveryRecordOfEveryExecutor) {
     trace.repetition = 3;
     const std::vector<Trace> back = read(set, written(set, trace));
     ASSERT_EQ(back.size(), 1U);
-    EXPECT_EQ(back[0].executor, executor.name);
-    EXPECT_EQ(back[0].repetition, 3U);
-    ASSERT_EQ(back[0].jobs.size(), trace.jobs.size());
-    for (std::size_t i = 0; i < trace.jobs.size(); ++i) {
-      const JobRecord &a = trace.jobs[i], &b = back[0].jobs[i];
-      ASSERT_EQ(a.job.ref(), b.job.ref());
-      ASSERT_EQ(a.outcome, b.outcome);
-      ASSERT_EQ(a.job.skipped, b.job.skipped);
-      ASSERT_EQ(a.job.timestamp, b.job.timestamp);
-      ASSERT_EQ(a.job.deadline, b.job.deadline);
-      ASSERT_EQ(a.job.parent, b.job.parent);
-      if (started(a)) {
-        ASSERT_EQ(a.job.release, b.job.release);
-        ASSERT_EQ(a.start, b.start);
-        ASSERT_EQ(a.worker, b.worker);
-      }
-      if (a.outcome == Outcome::ran) {
-        ASSERT_EQ(a.finish, b.finish);
-      }
-    }
     EXPECT_EQ(written(set, back[0]), written(set, trace));
   }
 }
@@ -108,68 +94,37 @@ TEST(JobsCsv, SeparatesExecutorsAndRepetitions) {
   EXPECT_EQ(traces[1].repetition, 1U);
 }
 
-struct BadRow {
-  const char* text;
-  const char* complaint;
-};
-
-class MalformedJobsCsv : public testing::TestWithParam<BadRow> {};
-
-TEST_P(MalformedJobsCsv, IsRefusedWithFileAndLine) {
+TEST(JobsCsv, AMalformedRowIsRefusedWithFileAndLine) {
   TaskSet set;
   add_timer(set, 10ms, 1ms);
-  const std::string good = "rm-ro,0,T0,timer,0,ran,0,0,0,5,,10,0,,0,,\n";
-  ASSERT_EQ(read(set, std::string(kJobsCsvHeader) + "\n" + good).front().jobs.size(), 1U);
-  try {
-    read(set, std::string(kJobsCsvHeader) + "\n" + good + GetParam().text + "\n");
-    FAIL() << "accepted: " << GetParam().text;
-  } catch (const InputError& e) {
-    EXPECT_THAT(e.what(), HasSubstr("jobs.csv:3: "));
-    EXPECT_THAT(e.what(), HasSubstr(GetParam().complaint));
+  const std::string good = kJobsCsvHeader + "\nrm-ro,0,T0,timer,0,ran,0,0,0,5,,10,0,,0,,\n";
+  ASSERT_EQ(read(set, good).front().jobs.size(), 1U);
+  const std::pair<const char*, const char*> rows[] = {
+      {"", "1 columns instead of 17"},
+      {"rm-ro,0,T9,timer,1,ran,0,0,0,5,,10,0,,0,,", "no task `T9`"},
+      {"rm-ro,0,T0,subscription,1,ran,0,0,0,5,,10,0,,0,,", "is a timer"},
+      {"rm-ro,0,T0,timer,-1,ran,0,0,0,5,,10,0,,0,,", "column 5"},
+      {"rm-ro,0,T0,timer,1,done,0,0,0,5,,10,0,,0,,", "unknown outcome `done`"},
+      {"rm-ro,0,T0,timer,1,ran,,0,0,5,,10,0,,0,,", "column 7"},
+      {"rm-ro,0,T0,timer,1,ran,0,0,0,5x,,10,0,,0,,", "`5x`"},
+      {"rm-ro,0,T0,timer,1,ran,0,0,99999999999999999999,5,,10,0,,0,,", "column 9"},
+      {"rm-ro,0,T0,timer,1,ran,0,0,0,,,10,0,,0,,", "a finish_ns"},
+      {"rm-ro,0,T0,timer,1,queued,0,0,3,,,10,0,,0,,", "no start_ns"},
+      {"rm-ro,0,T0,timer,7,skipped,70,,,,,80,,,0,,", "in sequence"},
+      {"rm-ro,0,T0,timer,1,skipped,10000001,,,,,20,,,0,,", "whole number of periods"},
+      {"edf-ro,0,T0,timer,1,skipped,10,,,,,20,,,0,,", "must follow"}};
+  for (const auto& row : rows) {
+    EXPECT_THAT([&] { read(set, good + row.first + "\n"); },
+                ThrowsMessage<InputError>(AllOf(HasSubstr("jobs.csv:3: "), HasSubstr(row.second))))
+        << row.first;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Rows, MalformedJobsCsv,
-    testing::Values(BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,5,,10,0,,0,", "16 columns instead of 17"},
-                    BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,5,,10,0,,0,,,", "more than 17 columns"},
-                    BadRow{"", "1 columns instead of 17"},
-                    BadRow{"rm-ro,0,T9,timer,1,ran,0,0,0,5,,10,0,,0,,", "no task `T9`"},
-                    BadRow{"rm-ro,0,T0,subscription,1,ran,0,0,0,5,,10,0,,0,,", "is a timer"},
-                    BadRow{"rm-ro,0,T0,timer,-1,ran,0,0,0,5,,10,0,,0,,", "column 5"},
-                    BadRow{"rm-ro,0,T0,timer,1,done,0,0,0,5,,10,0,,0,,", "unknown outcome `done`"},
-                    BadRow{"rm-ro,0,T0,timer,1,ran,,0,0,5,,10,0,,0,,", "column 7"},
-                    BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,5x,,10,0,,0,,", "`5x`"},
-                    BadRow{"rm-ro,0,T0,timer,1,ran,0,0,99999999999999999999,5,,10,0,,0,,", "column 9"},
-                    BadRow{"rm-ro,0,T0,timer,1,ran,0,0,0,,,10,0,,0,,", "a finish_ns"},
-                    BadRow{"rm-ro,0,T0,timer,1,queued,0,0,3,,,10,0,,0,,", "no start_ns"},
-                    BadRow{"rm-ro,0,T0,timer,7,skipped,70,,,,,80,,,0,,", "in sequence"},
-                    BadRow{"rm-ro,0,T0,timer,1,skipped,10000001,,,,,20,,,0,,", "whole number of periods"},
-                    BadRow{"edf-ro,0,T0,timer,1,skipped,10,,,,,20,,,0,,", "must follow"}));
-
-TEST(MalformedJobsCsvHeader, IsRefused) {
-  TaskSet set;
+TEST(JobsCsv, AMalformedHeaderIsRefused) {
   for (const char* text : {"", "executor,task\n"}) {
-    EXPECT_THROW(
-        try { read(set, text); } catch (const InputError& e) {
-          EXPECT_THAT(e.what(), HasSubstr("jobs.csv:1: the header must be"));
-          throw;
-        },
-        InputError);
+    EXPECT_THAT([&] { read({}, text); },
+                ThrowsMessage<InputError>(HasSubstr("jobs.csv:1: the header must be")));
   }
-}
-
-TEST(ChainsCsv, LeavesAnUnknownLatencyEmpty) {
-  Trace trace;
-  trace.executor = "rm-ro";
-  trace.chains.push_back({0, 7, 0, 20ns, 31ns, 1});
-  trace.chains.push_back({1, 8, 0, 21ns, -1ns, kNoTask});
-  TaskSet set;
-  set.tasks.resize(2);
-  set.tasks[1].name = "sink/topic";
-  std::ostringstream out;
-  write_chains_csv(out, set, {"hot path", "other"}, trace);
-  EXPECT_EQ(out.str(), "rm-ro,0,hot path,7,20,31,sink/topic\nrm-ro,0,other,8,21,,\n");
 }
 
 std::vector<ChainRow> chains_of(const TaskSet& set, const std::vector<std::string>& chains,
@@ -179,17 +134,18 @@ std::vector<ChainRow> chains_of(const TaskSet& set, const std::vector<std::strin
   return rows;
 }
 
-TEST(ChainsCsv, IsReadBack) {
+TEST(ChainsCsv, LeavesWhatIsUnknownEmptyAndIsReadBack) {
   Trace trace;
   trace.executor = "rm-ro";
   trace.repetition = 2;
   trace.chains.push_back({1, 8, 0, 21ns, -1ns, 0});
   trace.chains.push_back({0, 7, 0, 20ns, 31ns, kNoTask});
   TaskSet set;
-  set.tasks.emplace_back().name = "sink";
+  set.tasks.emplace_back().name = "sink/topic";
   std::stringstream file;
   file << kChainsCsvHeader << '\n';
   write_chains_csv(file, set, {"hot path", "other"}, trace);
+  EXPECT_THAT(file.str(), HasSubstr("\nrm-ro,2,other,8,21,,sink/topic\nrm-ro,2,hot path,7,20,31,\n"));
   const std::vector<ChainRow> rows = chains_of(set, {"hot path", "other"}, file);
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].executor, "rm-ro");

@@ -8,12 +8,11 @@
 #include <thread>
 #include <utility>
 
+#include "graph_fixture.hpp"
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/live/clock.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -112,23 +111,14 @@ TEST(LivePublications, FollowTheirInstantsWithinTheJob) {
 }
 
 TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence) {
-  Graph g;
+  std::string nodes;
   for (int i = 0; i < 150; ++i) {
-    Node& node = g.nodes.emplace_back();
-    node.name = "N" + std::to_string(i);
-    node.outputs = {node.name};
-    node.groups = {CallbackGroup::mutually_exclusive};
-    Callback& callback = node.callbacks.emplace_back();
-    callback.publishes = {{node.name, PublishRule::always, {}, 1}};
-    if (i == 0) {
-      callback.task = node.name + "/t";
-      callback.period = callback.deadline = std::chrono::milliseconds(100);
-    } else {
-      node.inputs.push_back({"N" + std::to_string(i - 1)});
-      callback.task = node.name + "/" + node.inputs[0].topic;
-      callback.input = 0;
-    }
+    const std::string name = "N" + std::to_string(i), before = "N" + std::to_string(i - 1);
+    nodes += "- {name: " + name + ", type: callbacks, callbacks: [{" +
+             (i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before) + ", publishes: " + name +
+             "}]}\n";  // NOLINT(performance-*)
   }
+  Graph g = load("name: g\nnodes:\n" + nodes);
   // Fast DDS reserves memory for 100 entries. The chain is read from its last node.
   g.chains = {{"c", {"N0", "N149"}, {"N0"}, "N149"}};
   for (const TransportKind transport : {TransportKind::intra_process, TransportKind::fastdds}) {
@@ -163,20 +153,15 @@ std::vector<std::uint64_t> oldest_sources(const Live& live) {
 }
 
 TEST(LiveHistory, KeepsTheOldestJobOfASourceThatArrivesByTwoPaths) {
-  const auto node = [](const char* name, NodeType type, std::vector<ReferenceInput> inputs) {
-    ReferenceNode n;
-    n.name = name;
-    n.type = type;
-    n.inputs = std::move(inputs);
-    n.outputs = {name};
-    if (type != NodeType::fusion) n.period = n.deadline = std::chrono::milliseconds(10);
-    return n;
-  };
-  const ReferenceInput s{"S", 1, std::nullopt}, n{"N", 1, std::nullopt};
-  Graph g;
-  g.nodes = {node("S", NodeType::sensor, {}), node("N", NodeType::cyclic, {s}),
-             node("F", NodeType::fusion, {s, n})};
-  g.chains = {{"c", {"S", "F"}, {"S"}, "F"}};
+  const Graph g = load(R"(
+name: g
+nodes:
+- {name: S, type: sensor, period_ms: 10}
+- {name: N, type: cyclic, period_ms: 10, inputs: [S]}
+- {name: F, type: fusion, inputs: [S, N]}
+chains:
+- {name: c, nodes: [S, F], sources: [S], sink: F}
+)");
   const Live live = run(g, "events-ro", TransportKind::intra_process);
   std::vector<std::uint64_t> oldest;
   for (const ChainObservation& o : live.observations) oldest.push_back(o.source_sequence[0]);

@@ -21,6 +21,10 @@ class Deployments : public testing::Test {
  protected:
   Deployment find(const std::string& name) { return find_deployment(name, graph, tasks); }
 
+  const DeployedExecutor& of_task(const Deployment& d, const std::string& name) {
+    return d.executors[d.executor_of[task_named(tasks, name)]];
+  }
+
   /// The message for a file with these executors.
   std::string error(const std::string& executors) {
     return error_of("name: d\nexecutors:\n" + executors, [&](const std::string& path) { return find(path); });
@@ -96,12 +100,7 @@ TEST_F(Deployments, IsolatedHasAnExecutorForEachNodeAndCieForEachGroup) {
 
 TEST_F(Deployments, RateMonotonicThreadsHaveHigherPrioritiesForShorterPeriods) {
   const Deployment d = find("rm-threads");
-  const auto priority = [&](const std::string& task) {
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      if (tasks.set[id].name == task) return d.executors[d.executor_of[id]].policy.priority;
-    }
-    return -1;
-  };
+  const auto priority = [&](const std::string& task) { return of_task(d, task).policy.priority; };
   EXPECT_GT(priority("EuclideanClusterSettings"), priority("Visualizer"));
   EXPECT_GT(priority("Visualizer"), priority("FrontLidarDriver"));
   EXPECT_EQ(priority("PointsTransformerFront/FrontLidarDriver"), priority("FrontLidarDriver"));
@@ -150,12 +149,6 @@ class CieFile : public Deployments {
   std::string cie_error(const std::string& groups) {
     return error_of("callback_groups:\n" + groups,
                     [&](const std::string& path) { return find("cie:" + path); });
-  }
-  const DeployedExecutor& of_task(const Deployment& d, const std::string& name) {
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      if (tasks.set[id].name == name) return d.executors[d.executor_of[id]];
-    }
-    throw std::out_of_range(name);
   }
 };
 
@@ -211,12 +204,6 @@ TEST_F(CieFile, IsWrittenAsItIsRead) {
   }
   EXPECT_THROW(write_cie(second, graph, tasks, find("single")), std::invalid_argument);
 }
-
-struct Mistake {
-  std::string text;
-  int line;
-  std::vector<const char*> parts = {};  ///< Of the message.
-};
 
 TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
   const std::string imu = "  - id: /Visualizer@Timer(60000000)\n    policy: ";

@@ -37,51 +37,11 @@ TEST(GraphFile, GivesUpstreamsDefaults) {
   EXPECT_TRUE(graph.nodes[2].outputs.empty());
 }
 
-const std::string kEveryKey = R"(
-name: all
-description: every key
-work: fixed
-topics:
-  Data: {publishers: many}
-nodes:
-  - name: S
-    type: sensor
-    period_ms: 12.5
-    phase_ms: 0.25
-    deadline_ms: 7
-    release_jitter_ms: 1.5
-    priority: -3
-    output: Data
-    execution_time_ms: 2
-    best_case_execution_time_ms: 0.000001
-    callback_group: reentrant
-  - {name: R, type: sensor, period_ms: 20, output: Data}
-  - name: X
-    type: intersection
-    connections:
-      - input: {topic: Data, depth: 5, priority: 9}
-        output: left
-      - {input: other, output: right}
-  - {name: Y, type: cyclic, period_ms: 30, inputs: [left], output: other}
-chains:
-  - {name: c, nodes: [X, S, Y], sources: [S], sink: Y}
-platform:
-  cores: 2
-  timer_thread: equal
-  execution_times: uniform
-  release_cost_us: 12.5
-  pass_cost_us: 3
-  subscription_dispatch_cost_us: 7
-  dispatch_cost_us: 0.001
-  wake_up_us: 190
-  delivery_delay_us: 1000
-)";
-
 TEST(GraphFile, ReadsEveryKey) {
-  const Graph graph = load(kEveryKey);
+  const Graph graph = load(kEverything);
   const Callback& sensor = graph.nodes[0].callbacks[0];
   EXPECT_EQ(graph.work, WorkMode::fixed);
-  EXPECT_EQ(graph.description, "every key");
+  EXPECT_EQ(graph.description, "all that a graph can say: # it");
   EXPECT_EQ(sensor.period, std::chrono::microseconds(12500));
   EXPECT_EQ(sensor.phase, std::chrono::microseconds(250));
   EXPECT_EQ(sensor.release_jitter, std::chrono::microseconds(1500));
@@ -91,8 +51,8 @@ TEST(GraphFile, ReadsEveryKey) {
   EXPECT_THAT(graph.nodes[0].groups, ElementsAre(CallbackGroup::reentrant));
   EXPECT_EQ(graph.nodes[2].inputs[0].depth, 5U);
   EXPECT_EQ(graph.nodes[2].callbacks[0].priority, 9);
-  EXPECT_THAT(graph.nodes[2].outputs, ElementsAre("left", "right"));
-  EXPECT_THAT(graph.chains[0].nodes, ElementsAre("S", "X", "Y"));  // creation order
+  EXPECT_THAT(graph.nodes[2].outputs, ElementsAre("a", "b"));
+  EXPECT_THAT(graph.chains[0].nodes, ElementsAre("S", "I", "K/a"));  // creation order
   const GraphPlatform& platform = graph.platform;
   EXPECT_EQ(platform.cores, 2U);
   EXPECT_EQ(platform.timer_thread, TimerThread::equal);
@@ -127,14 +87,8 @@ TEST(GraphFile, ThatCannotBeReadIsRefused) {
     EXPECT_THROW((void)load_graph(path), InputError) << path;
 }
 
-struct Refused {
-  std::string text;
-  int line;
-  std::vector<const char*> parts = {};  ///< Of the message.
-};
-
 TEST(GraphFile, MistakesInTheFileAreRefused) {
-  const std::vector<Refused> cases = {
+  const std::vector<Mistake> cases = {
       {"", kAnyLine, {"empty"}},
       {"- 1\n", 1},
       {"name: g\nnodes: [}\n", 2, {"not valid YAML"}},
@@ -152,7 +106,7 @@ TEST(GraphFile, MistakesInTheFileAreRefused) {
       {"name: g\nwork: walls\nnodes:\n" + kSensor, 2, {"fixed, wall, cpu_time", "did you mean `wall`?"}},
       {"name: g\nservice_wait_ms: 100\nnodes:\n" + kSensor, 2, {"no callback of the graph is a service"}},
   };
-  for (const Refused& c : cases) expect_error(error_of(c.text), c.line, c.parts);
+  for (const Mistake& c : cases) expect_error(error_of(c.text), c.line, c.parts);
   EXPECT_EQ(error_of("name: g\nservice_wait_ms: 100\nnodes:\n" + kSensor +
                      "- {name: N, type: callbacks, callbacks: [{subscription: S, service: true}]}\n"),
             "");
@@ -160,7 +114,7 @@ TEST(GraphFile, MistakesInTheFileAreRefused) {
 
 /// Each after the sensor S of 10 ms in line 3.
 TEST(GraphFile, MistakesInNodesAreRefused) {
-  const std::vector<Refused> cases = {
+  const std::vector<Mistake> cases = {
       // Keys.
       {"- name: N\n  type: sensor\n  periode_ms: 10\n", 6, {"did you mean `period_ms`?"}},
       {"- {name: T, type: transform, input: {topik: S}}", 4, {"did you mean `topic`?"}},
@@ -256,7 +210,7 @@ TEST(GraphFile, MistakesInNodesAreRefused) {
        7,
        {"source F/S", "begin with"}},
   };
-  for (const Refused& c : cases) expect_error(error_of_nodes(kSensor + c.text + "\n"), c.line, c.parts);
+  for (const Mistake& c : cases) expect_error(error_of_nodes(kSensor + c.text + "\n"), c.line, c.parts);
 }
 
 TEST(GraphFile, WhatIsJustAllowed) {

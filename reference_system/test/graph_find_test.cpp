@@ -55,12 +55,8 @@ TEST_F(FindGraph, LeavesPathsAsTheyAre) {
 }
 
 TEST_F(FindGraph, SuggestsTheNearestName) {
-  try {
-    (void)find_graph("autowear");
-    FAIL() << "no exception";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("did you mean `autoware`?"));
-  }
+  EXPECT_THAT([] { (void)find_graph("autowear"); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("did you mean `autoware`?")));
 }
 
 TEST_F(FindGraph, IsAnsweredByTheList) {

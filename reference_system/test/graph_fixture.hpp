@@ -30,6 +30,31 @@ class File {
 
 inline Graph load(const std::string& text) { return load_graph(File("graph.yaml", text).path()); }
 
+/// A graph with every key.
+inline const std::string kEverything = R"(name: everything
+description: "all that a graph can say: # it"
+work: fixed
+service_wait_ms: 12.5
+topics: {t: {publishers: many}, a: {delivery: [K, X, F]}, b: {delivery: unknown}}
+platform: {cores: 2, timer_thread: equal, execution_times: uniform, release_cost_us: 12.5, pass_cost_us: 3, subscription_dispatch_cost_us: 7, dispatch_cost_us: 0.001, wait_cost_per_entity_us: 0.025, wake_up_us: 190, delivery_delay_us: 1000}
+nodes:
+- {name: S, type: sensor, period_ms: 12.5, phase_ms: 0.25, deadline_ms: 7, release_jitter_ms: 1.5, priority: -3, output: t, execution_time_ms: 2, best_case_execution_time_ms: 0.000001, callback_group: reentrant}
+- {name: C, type: cyclic, period_ms: 20, inputs: [{topic: t, depth: 4, priority: 2}], callback_group: reentrant}
+- {name: I, type: intersection, connections: [{input: {topic: t, depth: 5, priority: 9}, output: a}, {input: C, output: b}]}
+- {name: F, type: fusion, inputs: [a, {topic: b, depth: 2}], output: t2}
+- {name: X, type: command, input: {topic: a, depth: 1}}
+- {name: Y, type: command, input: b}
+- name: K
+  type: callbacks
+  groups: {g: reentrant, h: mutually_exclusive}
+  callbacks:
+  - {timer: one, period_ms: 100, phase_ms: 3, deadline_ms: 50, release_jitter_ms: 7, priority: 1, execution_time_ms: {min: 1, max: 2.5}, group: h, publishes: [t, {topic: k, last_of: [b, a]}]}
+  - {subscription: a, depth: 3, service: true, execution_time_ms: {measured: [3, 1, 2]}, group: g, publishes: {topic: k, when: all_new, of: [a, b]}}
+  - {subscription: b, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: [{topic: l, every: 4, at_percent: 33.3}, {topic: m, at_percent: 0}]}
+chains:
+- {name: c, nodes: [I, S, K/a], sources: [S], sink: K/a}
+)";
+
 /// The message of `read(path)` for a file with this text, without the path: `:LINE: ...`; empty if the file
 /// is accepted.
 inline std::string error_of(const std::string& text, const auto& read) {
@@ -45,7 +70,22 @@ inline std::string error_of(const std::string& text, const auto& read) {
 }
 inline std::string error_of(const std::string& text) { return error_of(text, load_graph); }
 
+/// The task with this name.
+inline TaskId task_named(const GraphTasks& tasks, const std::string& name) {
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    if (tasks.set[id].name == name) return id;
+  }
+  ADD_FAILURE() << "no task " << name;
+  return 0;
+}
+
 constexpr int kAnyLine = 0;
+
+struct Mistake {
+  std::string text;
+  int line;
+  std::vector<const char*> parts = {};  ///< Of the message.
+};
 
 /// Expects a message `:LINE: ...` that has these parts.
 inline void expect_error(const std::string& message, int line, const std::vector<const char*>& parts = {}) {

@@ -81,13 +81,5 @@ TEST(Layout, EndsForAGraphWithACycle) {
   EXPECT_EQ(columns.size(), 3U);
 }
 
-TEST(Edges, OfAutowareAreThoseOfItsPicture) {
-  const Graph graph = load_graph(find_graph("autoware"));
-  std::size_t hot = 0;
-  for (const GraphEdge& e : graph_edges(graph)) hot += e.hot;
-  EXPECT_EQ(graph_edges(graph).size(), 29U);
-  EXPECT_EQ(hot, 7U);
-}
-
 }  // namespace
 }  // namespace hotpath

@@ -12,9 +12,10 @@
 namespace hotpath {
 namespace {
 
-std::vector<std::string> lines_of(const Graph& graph) {
+/// With tasks and a deployment, or neither.
+std::vector<std::string> lines_of(const Graph& graph, const auto&... deployed) {
   std::stringstream dot;
-  write_dot(dot, graph);
+  write_dot(dot, graph, deployed...);
   std::vector<std::string> lines;
   for (std::string line; std::getline(dot, line);) lines.push_back(line);
   return lines;
@@ -29,29 +30,23 @@ std::string line(const std::vector<std::string>& lines, const std::string& start
 
 const std::string kHot = "#c62828";
 
-TEST(Picture, MarksTheHotPathOfAutowareAndNothingElse) {
-  const Graph graph = load_graph(find_graph("autoware"));
-  std::vector<std::string> hot_nodes, hot_edges;
-  for (const std::string& l : lines_of(graph)) {
-    if (l.find(kHot) == std::string::npos) continue;
-    (l.find("->") == std::string::npos ? hot_nodes : hot_edges).push_back(l);
-  }
-  EXPECT_EQ(hot_nodes.size(), 8U);
-  EXPECT_EQ(hot_edges.size(), 7U);
-  const auto lines = lines_of(graph);
-  EXPECT_THAT(line(lines, "\"PointCloudFusion\" -> \"RayGroundFilter\""), testing::HasSubstr(kHot));
-  EXPECT_THAT(line(lines, "\"PointCloudFusion\" -> \"VoxelGridDownsampler\""),
-              testing::AllOf(testing::Not(testing::IsEmpty()), testing::Not(testing::HasSubstr(kHot))));
-}
-
-TEST(Picture, DrawsEveryNodeAndEverySubscription) {
-  std::size_t nodes = 0, edges = 0;
-  for (const std::string& l : lines_of(load_graph(find_graph("autoware")))) {
-    edges += l.find("->") != std::string::npos;
+TEST(Picture, DrawsEveryNodeAndSubscriptionAndMarksTheHotPathAlone) {
+  const auto lines = lines_of(load_graph(find_graph("autoware")));
+  std::size_t nodes = 0, edges = 0, hot_nodes = 0, hot_edges = 0;
+  for (const std::string& l : lines) {
+    const bool hot = l.find(kHot) != std::string::npos, edge = l.find("->") != std::string::npos;
     nodes += l.find("shape=") != std::string::npos;
+    edges += edge;
+    hot_nodes += hot && !edge;
+    hot_edges += hot && edge;
   }
   EXPECT_EQ(nodes, 24U);
   EXPECT_EQ(edges, 29U);
+  EXPECT_EQ(hot_nodes, 8U);
+  EXPECT_EQ(hot_edges, 7U);
+  EXPECT_THAT(line(lines, "\"PointCloudFusion\" -> \"RayGroundFilter\""), testing::HasSubstr(kHot));
+  EXPECT_THAT(line(lines, "\"PointCloudFusion\" -> \"VoxelGridDownsampler\""),
+              testing::AllOf(testing::Not(testing::IsEmpty()), testing::Not(testing::HasSubstr(kHot))));
 }
 
 TEST(Picture, LabelsTimersWithTheirPeriodWorkWithItsTimeAndTopicsOfAnotherName) {
@@ -66,10 +61,7 @@ TEST(Picture, LabelsTimersWithTheirPeriodWorkWithItsTimeAndTopicsOfAnotherName) 
 TEST(Picture, ColoursNodesByExecutorWithALegend) {
   const Graph graph = load_graph(find_graph("autoware"));
   const GraphTasks tasks = make_tasks(graph);
-  std::stringstream dot;
-  write_dot(dot, graph, tasks, find_deployment("picas", graph, tasks));
-  std::vector<std::string> lines;
-  for (std::string l; std::getline(dot, l);) lines.push_back(l);
+  const auto lines = lines_of(graph, tasks, find_deployment("picas", graph, tasks));
   const auto fill = [&](const std::string& node) {
     const std::string l = line(lines, "\"" + node + "\" [");
     const std::size_t begin = l.find("fillcolor=");
@@ -88,11 +80,7 @@ TEST(Picture, TheFirstCallbackColoursANodeOfSeveralExecutors) {
   const Graph graph = load_graph(find_graph("callbacks"));
   const GraphTasks tasks = make_tasks(graph);
   Deployment deployment = find_deployment("rm-threads", graph, tasks);
-  const auto driver = [&] {
-    std::stringstream dot;
-    write_dot(dot, graph, tasks, deployment);
-    return dot.str().substr(dot.str().find("  \"Driver\" ["), 120);
-  };
+  const auto driver = [&] { return line(lines_of(graph, tasks, deployment), "\"Driver\" ["); };
   const std::string before = driver();
   deployment.executor_of[1] = 5;
   EXPECT_EQ(driver(), before);

@@ -7,12 +7,12 @@
 
 #include <map>
 #include <stdexcept>
+#include <tuple>
 
+#include "graph_fixture.hpp"
 #include "hotpath/core/paper_timers.hpp"
 #include "hotpath/core/priority_order.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 
 namespace hotpath {
 namespace {
@@ -21,14 +21,6 @@ using testing::DoubleNear;
 using testing::ElementsAre;
 
 Graph graph_named(const std::string& name) { return load_graph(find_graph(name)); }
-
-TaskId task_named(const GraphTasks& tasks, const std::string& name) {
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (tasks.set[id].name == name) return id;
-  }
-  ADD_FAILURE() << "no task " << name;
-  return kNoTask;
-}
 
 std::vector<std::string> names(const GraphTasks& tasks, const std::vector<TaskId>& ids) {
   std::vector<std::string> result;
@@ -164,62 +156,42 @@ TEST(Tasks, ListSubscriptionsInInputOrderAndThenTheTimerOfANode) {
   EXPECT_EQ(tasks.set[timer - 1].wcet, Duration::zero());  // only stores the sample
 }
 
-TEST(Load, OfZeroLeavesNoWork) {
+TEST(Load, OfZeroLeavesNoWorkAndIsNeverNegative) {
   Graph graph = graph_named("autoware");
   scale_to_load(graph, 0);
   EXPECT_EQ(load_percent(graph), 0);
   EXPECT_NO_THROW(scale_to_load(graph, 0));
   EXPECT_THROW(scale_to_load(graph, 80), std::invalid_argument);
-}
-
-TEST(Load, IsNeverNegative) {
-  Graph graph = graph_named("autoware");
-  EXPECT_THROW(scale_to_load(graph, -1), std::invalid_argument);
-}
-
-struct Utilisation {
-  std::string graph;
-  double percent;
-};
-
-class PaperTaskSets : public testing::TestWithParam<Utilisation> {};
-
-TEST_P(PaperTaskSets, HaveTheirUtilisation) {
-  EXPECT_THAT(load_percent(graph_named(GetParam().graph)), DoubleNear(GetParam().percent, 0.05));
+  Graph loaded = graph_named("autoware");
+  EXPECT_THROW(scale_to_load(loaded, -1), std::invalid_argument);
 }
 
 // The sums of execution time over period in the paper's lists and in the authors' builders.
-INSTANTIATE_TEST_SUITE_P(
-    Graphs, PaperTaskSets,
-    testing::Values(Utilisation{"timers_only_60", 61.0}, Utilisation{"timers_only_80", 80.0},
-                    Utilisation{"timers_only_90", 89.5}, Utilisation{"timers_only_60_authors", 60.0},
-                    Utilisation{"timers_only_80_authors", 79.1}, Utilisation{"timers_only_90_authors", 88.6},
-                    Utilisation{"sequences", 58.2}, Utilisation{"sequences_high_utilisation", 95.0},
-                    Utilisation{"many_to_many", 83.3}),
-    [](const auto& test) { return test.param.graph; });
+TEST(PaperTaskSets, HaveTheirUtilisation) {
+  for (const auto& [graph, percent] : std::map<std::string, double>{{"timers_only_60", 61.0},
+                                                                    {"timers_only_80", 80.0},
+                                                                    {"timers_only_90", 89.5},
+                                                                    {"timers_only_60_authors", 60.0},
+                                                                    {"timers_only_80_authors", 79.1},
+                                                                    {"timers_only_90_authors", 88.6},
+                                                                    {"sequences", 58.2},
+                                                                    {"sequences_high_utilisation", 95.0},
+                                                                    {"many_to_many", 83.3}}) {
+    EXPECT_THAT(load_percent(graph_named(graph)), DoubleNear(percent, 0.05)) << graph;
+  }
+}
 
 /// S is read by A, B and C, and T by B and A; all nodes have both subscriptions but C.
 Graph two_topics() {
-  Graph g;
-  for (const char* name : {"S", "T"}) {
-    ReferenceNode sensor;
-    sensor.name = name;
-    sensor.period = sensor.deadline = std::chrono::milliseconds(10);
-    sensor.outputs = {name};
-    g.nodes.push_back(sensor);
-  }
-  for (const char* name : {"A", "B", "C"}) {
-    ReferenceNode fusion;
-    fusion.name = name;
-    fusion.type = name == std::string("C") ? NodeType::command : NodeType::fusion;
-    fusion.inputs = {{"S", 1, std::nullopt}};
-    if (fusion.type == NodeType::fusion) {
-      fusion.inputs.push_back({"T", 1, std::nullopt});
-      fusion.outputs = {name};
-    }
-    g.nodes.push_back(fusion);
-  }
-  return g;
+  return load(R"(
+name: g
+nodes:
+- {name: S, type: sensor, period_ms: 10}
+- {name: T, type: sensor, period_ms: 10}
+- {name: A, type: fusion, inputs: [S, T]}
+- {name: B, type: fusion, inputs: [S, T]}
+- {name: C, type: command, input: S}
+)");
 }
 
 TEST(Rates, KeepTheReleaseJitterBelowThePeriod) {
@@ -271,19 +243,16 @@ TEST(Delivery, OfACopyIsThatOfTheGraph) {
 }
 
 TEST(TimersOnlyGraphs, AreThePapersTaskSetsAsWrittenInTheLibrary) {
+  const auto fields = [](const Task& t) {
+    return std::tuple(t.name, t.kind, t.period, t.deadline, t.wcet, t.bcet, t.group);
+  };
   for (const int utilisation : kPaperUtilisations) {
     const TaskSet in_file =
         make_tasks(load_graph(find_graph("timers_only_" + std::to_string(utilisation)))).set;
     const TaskSet in_library = paper_timers(utilisation);
     ASSERT_EQ(in_file.size(), in_library.size());
     for (TaskId id = 0; id < in_file.size(); ++id) {
-      EXPECT_EQ(in_file[id].name, in_library[id].name);
-      EXPECT_EQ(in_file[id].kind, in_library[id].kind);
-      EXPECT_EQ(in_file[id].period, in_library[id].period);
-      EXPECT_EQ(in_file[id].deadline, in_library[id].deadline);
-      EXPECT_EQ(in_file[id].wcet, in_library[id].wcet);
-      EXPECT_EQ(in_file[id].bcet, in_library[id].bcet);
-      EXPECT_EQ(in_file[id].group, in_library[id].group);
+      EXPECT_EQ(fields(in_file[id]), fields(in_library[id])) << in_file[id].name;
     }
     EXPECT_EQ(in_file.groups, in_library.groups);
   }

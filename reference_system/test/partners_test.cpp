@@ -70,12 +70,9 @@ TEST(Partners, AnOutsideReaderIsNotOneOfTheRunsOwn) {
   publisher.add_writer("Lidar", 1, 1);
   const Outsider outsider("Lidar");
   ASSERT_TRUE(outsider.await_writer(30));
-  try {
-    publisher.wait_until_matched(in(Duration::zero()));
-    FAIL() << "took the outside reader for its own";
-  } catch (const TransportError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("writer of topic Lidar matched 0 of 1"));
-  }
+  EXPECT_THAT([&] { publisher.wait_until_matched(in(Duration::zero())); },
+              testing::ThrowsMessage<TransportError>(HasSubstr("writer of topic Lidar matched 0 of 1")))
+      << "took the outside reader for its own";
 
   FastDdsParticipant subscriber(options());
   subscriber.register_type(message_type());
