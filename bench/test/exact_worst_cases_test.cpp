@@ -5,11 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 
 namespace hotpath {
 namespace {
@@ -18,11 +14,7 @@ using testing::HasSubstr;
 
 GraphBounds bounds_of(const std::string& nodes, const std::string& more = "",
                       const char* executor = "events-ro", const SchedulerOptions& options = {}) {
-  std::string file = std::filesystem::temp_directory_path() / "hotpath-XXXXXX.yaml";
-  if (mkstemps(file.data(), 5) < 0) throw std::runtime_error("no file");
-  std::ofstream(file) << "name: g\nnodes:\n" << nodes << more;
-  const Graph graph = load_graph(file);
-  std::filesystem::remove(file);
+  const Graph graph = load("name: g\nnodes:\n" + nodes + more);
   return bounds::exact_worst_cases(graph, make_tasks(graph), *find_executor(executor), options);
 }
 
