@@ -286,21 +286,6 @@ TEST(Explain, AServiceGoesFirstByItsWaitOnlyIfItHasALowerPlace) {
               ElementsAre("executor 3 behind s/a: chosen before this job's release"));
 }
 
-TEST(Explain, AMessageWithoutTheSampleIsNotOnThePath) {
-  ReferenceNode cyclic = timer("y", 0ms, 10ms, 5ms);
-  cyclic.type = NodeType::cyclic;
-  cyclic.inputs.push_back({"s", 1, std::nullopt});
-  const Graph graph = graph_of(
-      {timer("s", 1ms), cyclic, follower("t", {"s"}, 20ms), follower("f", {"t", "y"}, 1ms)}, {"s"}, "f");
-  // At 21 ms, the first message of `y` has the sample of `s`, and the second, with which `f` begins, not.
-  const Simulated run(graph, setup::parse_executor("events-ro", {}), Phases::given, 25ms);
-  const std::vector<Explanation> all = of_chain(run, 0);
-  ASSERT_FALSE(all.empty());
-  std::vector<std::string> path;
-  for (const JobRecord& job : all.front().path) path.push_back(run.tasks().set[job.job.task].name);
-  EXPECT_THAT(path, ElementsAre("s", "t/s", "f/t", "f/y"));
-}
-
 TEST(Explain, AnOlderSampleIsServedFirst) {
   const Graph graph = graph_of(
       {timer("a", 1ms, 10ms), follower("f", {"a"}, 8ms, 10), timer("b", 25ms, 100ms, 5ms)}, {"a"}, "f");

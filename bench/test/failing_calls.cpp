@@ -31,32 +31,13 @@
 
 namespace {
 
-constexpr const char* kCalls[] = {"malloc",
-                                  "fork",
-                                  "mmap",
-                                  "open",
-                                  "fopen",
-                                  "write",
-                                  "writev",
-                                  "rename",
-                                  "fsync",
-                                  "mkdir",
-                                  "socketpair",
-                                  "send",
-                                  "recv",
-                                  "ppoll",
-                                  "waitpid",
-                                  "posix_spawnp",
-                                  "pthread_create",
-                                  "pthread_mutex_init",
-                                  "socket",
-                                  "bind",
-                                  "setsockopt",
-                                  "shm_open",
-                                  "sched_setscheduler",
-                                  "sched_getaffinity",
-                                  "ftruncate",
-                                  "flock"};
+// clang-format off
+constexpr const char* kCalls[] = {
+    "malloc", "fork", "mmap", "open", "fopen", "write", "writev", "rename", "fsync", "mkdir",
+    "socketpair", "send", "recv", "ppoll", "waitpid", "posix_spawnp", "pthread_create",
+    "pthread_mutex_init", "socket", "bind", "setsockopt", "shm_open", "sched_setscheduler",
+    "sched_getaffinity", "ftruncate", "flock"};
+// clang-format on
 constexpr std::size_t kCount = sizeof kCalls / sizeof *kCalls;
 
 constexpr std::size_t number(const char* name) {

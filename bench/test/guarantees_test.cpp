@@ -33,7 +33,8 @@ TEST(CallbackGraph, KnowsHowRarelyATaskPublishes) {
 TEST(CallbackGraph, CallbacksThatNoMethodCoversAreRejected) {
   for (const auto& [publishes, reason] :
        {std::pair("{topic: a, at_percent: 50}", "N/s, which publishes before the end of its jobs"),
-        std::pair("a, {topic: b, when: all_new, of: [s]}", "publishes some topics with every job and others")})
+        std::pair("a, {topic: b, when: all_new, of: [s]}",
+                  "publishes some topics with every job and others")})
     EXPECT_THAT([&] { callback_graph_with(publishes); },
                 testing::ThrowsMessage<AnalysisError>(HasSubstr(reason)));
 }
@@ -75,7 +76,8 @@ TEST(Guarantees, AgeOfDataThatWaitedCountsOneWorstCase) {
 TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   // Both sensors every 100 ms, Q 3 ms behind P: each job of Q completes the join.
   const Graph graph = load(
-      "name: g\nnodes:\n- {name: P, type: sensor, period_ms: 100}\n- {name: Q, type: sensor, period_ms: 100}\n"
+      "name: g\nnodes:\n- {name: P, type: sensor, period_ms: 100}\n"
+      "- {name: Q, type: sensor, period_ms: 100}\n"
       "- {name: F, type: fusion, inputs: [P, Q], execution_time_ms: 2}\n"
       "chains:\n- {name: c, nodes: [P, Q, F], sources: [P, Q], sink: F}\n");
   GraphTasks tasks = make_tasks(graph);
