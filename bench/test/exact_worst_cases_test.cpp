@@ -58,13 +58,11 @@ TEST(ExactWorstCases, BothThreadsWakeUpForAJitteryRelease) {
 
 /// The end of each timer's job wakes up the timer thread of `cbg`, which may then be late.
 TEST(ExactWorstCases, JitterUnderATimerThreadThatJobsWakeUpNeedsItToBeReadyAtOnce) {
-  SchedulerOptions one_thread;
-  one_thread.workers = 1;
   const auto refusal = [&](const std::string& jitter, const std::string& platform) {
     const std::string node =
         "  - {name: S, type: sensor, period_ms: 10, execution_time_ms: 1" + jitter + "}\n";
     const GraphBounds bounds =
-        bounds_of(node, "platform: {dispatch_cost_us: 0, " + platform + "}\n", "cbg", one_thread);
+        bounds_of(node, "platform: {dispatch_cost_us: 0, " + platform + "}\n", "cbg", {.workers = 1});
     EXPECT_EQ(bounds.refusal.empty(), bounds.tasks.size() == 1 && bounds.tasks[0].has_value());
     return bounds.refusal;
   };

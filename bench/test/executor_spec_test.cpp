@@ -75,9 +75,8 @@ TEST(ExecutorSpec, ATimerThreadNeedsAPriorityAboveItsExecutor) {
     Deployment plan;
     plan.name = "plan";
     plan.file = "plan.yaml";
-    DeployedExecutor& e = plan.executors.emplace_back();
-    e.executor = executor;
-    e.policy = parse_thread_policy(policy);
+    plan.executors = {
+        {.name = "e", .executor = executor, .policy = parse_thread_policy(policy), .processors = {}}};
     try {
       static_cast<void>(setup::deploy(plan, {}));
     } catch (const InputError& error) {

@@ -160,7 +160,6 @@ TEST(Explain, CausesSumToTheLatencyInEveryDeployment) {
 ReferenceNode timer(const std::string& name, Duration work, Duration period = 100ms, Duration phase = 0ms) {
   ReferenceNode node;
   node.name = name;
-  node.type = NodeType::sensor;
   node.period = node.deadline = period;
   node.phase = phase;
   node.outputs = {name};
@@ -262,9 +261,7 @@ std::vector<std::string> behind_a_service(Duration period_of_caller, Duration ph
   } else {
     graph.nodes[1].callbacks[0].worst = graph.nodes[1].callbacks[0].best = 15ms;
   }
-  SchedulerOptions scheduling;
-  scheduling.guaranteed_wait = 10ms;
-  const Simulated run(graph, setup::parse_executor("rm-ro", scheduling), Phases::given, 45ms);
+  const Simulated run(graph, setup::parse_executor("rm-ro", {.guaranteed_wait = 10ms}), Phases::given, 45ms);
   std::vector<std::string> behind;
   for (const Explanation& e : of_task(run, 3)) {
     for (const std::string& text : texts(run, e)) {

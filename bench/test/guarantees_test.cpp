@@ -39,17 +39,10 @@ TEST(CallbackGraph, CallbacksThatNoMethodCoversAreRejected) {
                 testing::ThrowsMessage<AnalysisError>(HasSubstr(reason)));
 }
 
-SchedulerOptions with_rule(SubscriptionRule rule) {
-  SchedulerOptions options;
-  options.rule = rule;
-  return options;
-}
-
 const bounds::ChainGuarantee hot_path_of_autoware(const char* executor, SubscriptionRule rule) {
   const Graph graph = load_graph(find_graph("autoware"));
-  const auto all =
-      setup::guarantees(graph, make_tasks(graph), setup::parse_executor(executor, with_rule(rule)));
-  return all.value().chains.at(0);
+  const setup::ExecutorSpec spec = setup::parse_executor(executor, {.rule = rule});
+  return setup::guarantees(graph, make_tasks(graph), spec).value().chains.at(0);
 }
 
 TEST(Guarantees, OnlyTheFourJobsBehindTheLaterDriverCountWhereNothingMayComeBetween) {
@@ -114,9 +107,8 @@ Graph overloaded_service(Duration wait) {
 TEST(Guarantees, AServiceWaitBoundsTheServiceInOverloadAndItsCostToOthers) {
   const auto of = [](Duration wait) {
     const Graph graph = overloaded_service(wait);
-    SchedulerOptions options;
-    options.guaranteed_wait = wait;
-    return setup::guarantees(graph, make_tasks(graph), setup::parse_executor("fp-ro", options)).value();
+    const setup::ExecutorSpec spec = setup::parse_executor("fp-ro", {.guaranteed_wait = wait});
+    return setup::guarantees(graph, make_tasks(graph), spec).value();
   };
   const bounds::Guarantees with = of(100ms), without = of(0ms);
   // Behind the 30 ms of the timer; with the wait, also behind one service.
@@ -132,15 +124,14 @@ TEST(Guarantees, AServiceWaitBoundsTheServiceInOverloadAndItsCostToOthers) {
 TEST(Guarantees, WithAServiceWaitDeploymentsHaveNone) {
   const Graph graph = overloaded_service(100ms);
   const GraphTasks tasks = make_tasks(graph);
-  SchedulerOptions options;
-  options.guaranteed_wait = graph.service_wait;
   Deployment plan;
   plan.name = "plan";
   plan.executors = {
       {.name = "a", .executor = "fp-ro", .policy = parse_thread_policy("fifo:5"), .processors = {0}}};
   plan.executor_of.assign(tasks.set.size(), 0);
   const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
-  const auto all = setup::bounds_of(graph, callbacks, setup::deploy(std::move(plan), options));
+  const auto all = setup::bounds_of(graph, callbacks,
+                                    setup::deploy(std::move(plan), {.guaranteed_wait = graph.service_wait}));
   EXPECT_THAT(all.at(0).refusal, HasSubstr("service_wait_ms"));
 }
 
