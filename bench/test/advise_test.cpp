@@ -19,13 +19,6 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 using testing::Not;
 
-advise::CandidateOptions usual_options() {
-  advise::CandidateOptions options;
-  options.now = "default";
-  options.scheduling.workers = 2;
-  return options;
-}
-
 Graph graph_named(const std::string& name, unsigned cores = 1) {
   Graph graph = load_graph(find_graph(name));
   graph.platform.cores = cores;
@@ -69,13 +62,19 @@ TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {
   EXPECT_LT(of(120), of(kNoValue)) << "no sample at all";
 }
 
-/// The candidates by name.
-std::map<std::string, advise::Candidate> candidates_of(const Graph& graph) {
+std::vector<advise::Candidate> all_candidates(const Graph& graph) {
   const advise::Objective objective =
       graph.chains.empty() ? advise::Objective{} : advise::parse_objective("hot_path:p99", graph);
+  advise::CandidateOptions options;
+  options.now = "default";
+  options.scheduling.workers = 2;
+  return advise::make_candidates(graph, objective, options);
+}
+
+/// The candidates by name.
+std::map<std::string, advise::Candidate> candidates_of(const Graph& graph) {
   std::map<std::string, advise::Candidate> candidates;
-  for (advise::Candidate& c : advise::make_candidates(graph, objective, usual_options()))
-    candidates.emplace(c.name, std::move(c));
+  for (advise::Candidate& c : all_candidates(graph)) candidates.emplace(c.name, std::move(c));
   return candidates;
 }
 
@@ -131,9 +130,7 @@ TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {
 }
 
 TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
-  const Graph graph = graph_named("autoware", 2);
-  const std::vector<advise::Candidate> candidates =
-      advise::make_candidates(graph, advise::parse_objective("hot_path:p99", graph), usual_options());
+  const auto candidates = all_candidates(graph_named("autoware", 2));
   advise::PredictionOptions options;
   options.common.phases = Phases::random;
   options.common.duration_s = 2;
@@ -154,9 +151,7 @@ TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
 }
 
 TEST(Predictions, StopAfterTheDrawInWhichTheBudgetEnds) {
-  const Graph graph = graph_named("sequences");
-  const std::vector<advise::Candidate> candidates =
-      advise::make_candidates(graph, advise::parse_objective("hot_path:p99", graph), usual_options());
+  const auto candidates = all_candidates(graph_named("sequences"));
   advise::PredictionOptions options;
   options.common.duration_s = 1;
   options.draws = 5;

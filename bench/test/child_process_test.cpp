@@ -15,8 +15,6 @@
 namespace hotpath {
 namespace {
 
-using testing::HasSubstr;
-
 std::vector<std::string> shell(const std::string& script) { return {"sh", "-c", script}; }
 
 TEST(RunProgram, TellsItsErrorsAndItsExitCode) {
@@ -96,12 +94,9 @@ TEST(ForkedTask, EndsWithItsProgramsWhenItIsForgotten) {
 }
 
 TEST(RunProgram, RefusesAProgramThatIsNotThere) {
-  try {
-    program::run_program({"no-such-program"});
-    FAIL();
-  } catch (const program::RunError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("`no-such-program` could not be started"));
-  }
+  EXPECT_THAT([] { program::run_program({"no-such-program"}); },
+              testing::ThrowsMessage<program::RunError>(
+                  testing::HasSubstr("`no-such-program` could not be started")));
 }
 
 }  // namespace

@@ -4,9 +4,9 @@
 
 #include <gmock/gmock.h>
 
+#include "graph_fixture.hpp"
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/schedule_check.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 #include "hotpath/reference_system/run_life.hpp"
 
 namespace hotpath {
@@ -21,19 +21,6 @@ constexpr Time kPlanned = kEpoch + milliseconds(400);
 
 Time at(int ms) { return kEpoch + milliseconds(ms); }
 
-/// Two timers of 20 ms, each in a process of its own.
-Graph two_timers() {
-  Graph graph;
-  for (const char* name : {"A", "B"}) {
-    ReferenceNode node;
-    node.name = name;
-    node.outputs = {name};
-    node.period = node.deadline = milliseconds(20);
-    graph.nodes.push_back(node);
-  }
-  return graph;
-}
-
 JobRecord job(TaskId timer, std::uint64_t sequence, Time start, Outcome outcome) {
   JobRecord record;
   record.job.task = timer;
@@ -44,6 +31,7 @@ JobRecord job(TaskId timer, std::uint64_t sequence, Time start, Outcome outcome)
   return record;
 }
 
+/// Of two timers of 20 ms, each in a process of its own.
 class CollectedTrace : public ::testing::Test {
  protected:
   CollectedTrace() {
@@ -75,7 +63,9 @@ class CollectedTrace : public ::testing::Test {
     return check.lost(expected);
   }
 
-  const Graph graph = two_timers();
+  const Graph graph = load(
+      "name: g\nnodes:\n- {name: A, type: sensor, period_ms: 20}\n"
+      "- {name: B, type: sensor, period_ms: 20}\n");
   live::Plan plan;
   std::deque<RunMemory> memories;
 };

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
-#include <fstream>
 #include <map>
 #include <string>
 #include <vector>
 
-#include "hotpath/core/input_error.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 #include "program/text.hpp"
 #include "setup/executor_spec.hpp"
 #include "watch/stated_contract.hpp"
@@ -63,19 +61,6 @@ TEST_F(Checking, NamesWhatBrokeFirstAndWhatFollowed) {
   EXPECT_EQ(verdict("source (timer)", "period_ms"), "held");
 }
 
-TEST_F(Checking, NamesABoundThatIsExceededWhileNoAssumptionBreaks) {
-  system.run(12, 2);
-  observe();
-  EXPECT_EQ(incident(), "00:00:00.014 source (timer) responded after 4.000 ms, bound 3.000 ms (derived)");
-}
-
-TEST_F(Checking, SeesSamplesTooClose) {
-  system.run(12, 1);
-  system.run(20, 0.5);
-  observe();
-  EXPECT_THAT(incident(), HasSubstr("space.sink/a got samples at a distance of 7.500 ms"));
-}
-
 TEST_F(Checking, SeesOtherPeriodsAndDepths) {
   system.events[2].number[1] = 9'000'000;
   system.events[6].number[3] = 3;
@@ -126,18 +111,20 @@ TEST_F(Checking, GivesATimerNoEntryBesideOneThatGoesOn) {
   EXPECT_EQ(incident(), "");
 }
 
+/// As it is read from its file.
+Contract stated(const Graph& graph, const setup::ExecutorSpec& executor) {
+  return parse_contract("a contract", contract_text(stated_contract(graph, make_tasks(graph), executor)));
+}
+
 TEST(StatedContract, HasAnEntryForAService) {
-  const std::string file = testing::TempDir() + "graph_with_a_service.yaml";
-  std::ofstream(file) << "name: robot\n"
-                         "nodes:\n"
-                         "- {name: caller, type: sensor, period_ms: 100, output: plan}\n"
-                         "- name: planner\n"
-                         "  type: callbacks\n"
-                         "  callbacks: [{subscription: plan, service: true, execution_time_ms: 5}]\n";
-  const Graph graph = load_graph(file);
-  const Contract contract = parse_contract(
-      "a contract",
-      contract_text(stated_contract(graph, make_tasks(graph), setup::parse_executor("rm-ro", {}))));
+  const Graph graph = load(
+      "name: robot\n"
+      "nodes:\n"
+      "- {name: caller, type: sensor, period_ms: 100, output: plan}\n"
+      "- name: planner\n"
+      "  type: callbacks\n"
+      "  callbacks: [{subscription: plan, service: true, execution_time_ms: 5}]\n");
+  const Contract contract = stated(graph, setup::parse_executor("rm-ro", {}));
   ASSERT_EQ(contract.callbacks.size(), 2U);
   const CallbackContract& service = contract.callbacks[1];
   EXPECT_EQ(service.name(), "planner/plan (service)");
@@ -149,19 +136,13 @@ TEST(StatedContract, HasAnEntryForAService) {
 
 /// `budget_ms` of the timer of each thread, in ms; 0: none. Behind it `wait` if its waits have a limit.
 std::vector<std::string> budgets_and_waits(const std::string& threads, const std::string& platform) {
-  const std::string folder = testing::TempDir();
-  std::ofstream graph_file(folder + "timers.yaml");
-  graph_file << "name: timers\nplatform: {cores: 2" << platform << "}\nnodes:\n";
-  for (const char name : {'a', 'b', 'c'})
-    graph_file << "- {name: " << name << ", type: sensor, period_ms: 100, output: " << name
-               << "_out, execution_time_ms: 5}\n";
-  graph_file.close();
-  std::ofstream(folder + "threads.yaml") << "name: threads\nexecutors:\n" << threads;
-  const Graph graph = load_graph(folder + "timers.yaml");
-  const GraphTasks tasks = make_tasks(graph);
-  const Contract contract = parse_contract(
-      "a contract",
-      contract_text(stated_contract(graph, tasks, setup::deploy(folder + "threads.yaml", graph, tasks, {}))));
+  const Graph graph = load("name: timers\nplatform: {cores: 2" + platform +
+                           "}\nnodes:\n"
+                           "- {name: a, type: sensor, period_ms: 100, execution_time_ms: 5}\n"
+                           "- {name: b, type: sensor, period_ms: 100, execution_time_ms: 5}\n"
+                           "- {name: c, type: sensor, period_ms: 100, execution_time_ms: 5}\n");
+  const File deployment("threads.yaml", "name: threads\nexecutors:\n" + threads);
+  const Contract contract = stated(graph, setup::deploy(deployment.path(), graph, make_tasks(graph), {}));
   std::vector<std::string> all;
   for (std::size_t c = 0; c < 3; ++c) {
     const Term* const budget = find(contract.callbacks.at(c).terms, Clause::budget);
@@ -197,6 +178,7 @@ TEST(StatedContract, LimitsWhatEventsTellOfThreads) {
 }
 
 TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
+  const std::string node = "callbacks: [{node: a, publishes: []}]\n";
   const std::map<std::string, std::string> wrong = {
       {"callbacks: []", "callback"},
       {"callbacks: [{node: a}]", "promises nothing"},
@@ -212,26 +194,19 @@ TEST(ContractReading, RejectsWhatItDoesNotUnderstand) {
       {"callbacks: [{node: a, unknown: 1}]", "unknown"},
       {"callbacks: [{node: a, publishes: [{topic: b, rule: always}]}]", "rule"},
       {"callbacks: [{node: a, topic: b, minimum_distance_ms: {value: [5, 4], from: given}}]", "ascend"},
-      {"callbacks: [{node: a, publishes: []}]\nchains: [{name: c, sources: [b (timer)], sinks: [a (timer)]}]",
+      {node + "chains: [{name: c, sources: [b (timer)], sinks: [a (timer)]}]",
        "no callback is called `b (timer)`"},
-      {"callbacks: [{node: a, publishes: []}]\nchains: [{name: c, sinks: [a (timer)]}]", "sources"},
-      {"callbacks: [{node: a, publishes: []}]\nthreads: [{name: c, callbacks: [a (timer)], policy: {value: "
-       "soft, from: given}}]",
-       "soft"},
-      {"callbacks: [{node: a, publishes: []}]\nthreads: [{name: c, callbacks: [a (timer)], processors: "
-       "{value: [99], from: given}}]",
-       "99"},
+      {node + "chains: [{name: c, sinks: [a (timer)]}]", "sources"},
+      {node + "threads: [{name: c, callbacks: [a (timer)], policy: {value: soft, from: given}}]", "soft"},
+      {node + "threads: [{name: c, callbacks: [a (timer)], processors: {value: [99], from: given}}]", "99"},
       {"other: 1", "other"},
       {"callbacks: [{node: a, budget_ms: {value: 5, from: given}}, {node: a, period_ms: {value: 5, from: "
        "given}}]",
        "second entry for a (timer)"}};
   for (const auto& [text, part] : wrong) {
-    try {
-      (void)parse_contract("a contract", text);
-      ADD_FAILURE() << text;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(part)) << text;
-    }
+    EXPECT_THAT([&] { (void)parse_contract("a contract", text); },
+                testing::ThrowsMessage<InputError>(HasSubstr(part)))
+        << text;
   }
 }
 

@@ -5,11 +5,7 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 
 namespace hotpath {
 namespace {
@@ -18,11 +14,7 @@ using testing::HasSubstr;
 
 GraphBounds bounds_of(const std::string& nodes, const std::string& more = "",
                       const char* executor = "events-ro", const SchedulerOptions& options = {}) {
-  std::string file = std::filesystem::temp_directory_path() / "hotpath-XXXXXX.yaml";
-  if (mkstemps(file.data(), 5) < 0) throw std::runtime_error("no file");
-  std::ofstream(file) << "name: g\nnodes:\n" << nodes << more;
-  const Graph graph = load_graph(file);
-  std::filesystem::remove(file);
+  const Graph graph = load("name: g\nnodes:\n" + nodes + more);
   return bounds::exact_worst_cases(graph, make_tasks(graph), *find_executor(executor), options);
 }
 
@@ -66,13 +58,11 @@ TEST(ExactWorstCases, BothThreadsWakeUpForAJitteryRelease) {
 
 /// The end of each timer's job wakes up the timer thread of `cbg`, which may then be late.
 TEST(ExactWorstCases, JitterUnderATimerThreadThatJobsWakeUpNeedsItToBeReadyAtOnce) {
-  SchedulerOptions one_thread;
-  one_thread.workers = 1;
   const auto refusal = [&](const std::string& jitter, const std::string& platform) {
     const std::string node =
         "  - {name: S, type: sensor, period_ms: 10, execution_time_ms: 1" + jitter + "}\n";
     const GraphBounds bounds =
-        bounds_of(node, "platform: {dispatch_cost_us: 0, " + platform + "}\n", "cbg", one_thread);
+        bounds_of(node, "platform: {dispatch_cost_us: 0, " + platform + "}\n", "cbg", {.workers = 1});
     EXPECT_EQ(bounds.refusal.empty(), bounds.tasks.size() == 1 && bounds.tasks[0].has_value());
     return bounds.refusal;
   };

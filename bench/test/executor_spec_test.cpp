@@ -23,35 +23,26 @@ std::string refusal(const std::string& text) {
   return "accepted";
 }
 
-TEST(ExecutorSpec, BareNameTakesTheDefaults) {
-  const SchedulerOptions defaults{SubscriptionRule::first, Ties::fifo, 3};
-  const setup::ExecutorSpec spec = setup::parse_executor("rm-ro", defaults);
-  EXPECT_EQ(spec.label, "rm-ro");
-  EXPECT_EQ(spec.entry->name, "rm-ro");
-  EXPECT_EQ(spec.scheduler.rule, SubscriptionRule::first);
-  EXPECT_EQ(spec.scheduler.ties, Ties::fifo);
-  EXPECT_EQ(spec.scheduler.workers, 3U);
-}
-
-TEST(ExecutorSpec, SaysOnWhichStackItRuns) {
-  EXPECT_EQ(setup::parse_executor("rm-ro", {}).stack, setup::Stack::native);
-  const setup::ExecutorSpec spec = setup::parse_executor("multi:3@rclcpp", {});
-  EXPECT_EQ(spec.label, "multi:3@rclcpp");
-  EXPECT_EQ(spec.entry->name, "multi");
-  EXPECT_EQ(spec.scheduler.workers, 3U);
-  EXPECT_EQ(spec.stack, setup::Stack::rclcpp);
-}
-
 TEST(ExecutorSpec, VariantsPrevailOverTheDefaultsAndStandInTheLabel) {
-  const SchedulerOptions defaults{SubscriptionRule::first, Ties::lifo, 0};
-  const setup::ExecutorSpec spec = setup::parse_executor("edf-re:inherit:fifo", defaults);
-  EXPECT_EQ(spec.label, "edf-re:inherit:fifo");
-  EXPECT_EQ(spec.entry->name, "edf-re");
-  EXPECT_EQ(spec.scheduler.rule, SubscriptionRule::inherit);
-  EXPECT_EQ(spec.scheduler.ties, Ties::fifo);
-  EXPECT_EQ(setup::parse_executor("rm-ro:first", {}).scheduler.rule, SubscriptionRule::first);
-  EXPECT_EQ(setup::parse_executor("rm-ro:lifo", {SubscriptionRule::inherit, Ties::fifo, 0}).scheduler.ties,
-            Ties::lifo);
+  using enum SubscriptionRule;
+  struct Case {
+    const char *label, *name;
+    SchedulerOptions defaults, scheduler;
+    setup::Stack stack = setup::Stack::native;
+  };
+  for (const Case& c : {Case{"rm-ro", "rm-ro", {first, Ties::fifo, 3}, {first, Ties::fifo, 3}},
+                        Case{"multi:3@rclcpp", "multi", {}, {.workers = 3}, setup::Stack::rclcpp},
+                        Case{"edf-re:inherit:fifo", "edf-re", {first, Ties::lifo}, {inherit, Ties::fifo}},
+                        Case{"rm-ro:first", "rm-ro", {}, {first}},
+                        Case{"rm-ro:lifo", "rm-ro", {inherit, Ties::fifo}, {inherit, Ties::lifo}}}) {
+    const setup::ExecutorSpec spec = setup::parse_executor(c.label, c.defaults);
+    EXPECT_EQ(spec.label, c.label);
+    EXPECT_EQ(spec.entry->name, c.name);
+    EXPECT_EQ(spec.scheduler.rule, c.scheduler.rule) << c.label;
+    EXPECT_EQ(spec.scheduler.ties, c.scheduler.ties) << c.label;
+    EXPECT_EQ(spec.scheduler.workers, c.scheduler.workers) << c.label;
+    EXPECT_EQ(spec.stack, c.stack) << c.label;
+  }
 }
 
 TEST(ExecutorSpec, MultiTakesItsNumberOfThreads) {
@@ -84,9 +75,8 @@ TEST(ExecutorSpec, ATimerThreadNeedsAPriorityAboveItsExecutor) {
     Deployment plan;
     plan.name = "plan";
     plan.file = "plan.yaml";
-    DeployedExecutor& e = plan.executors.emplace_back();
-    e.executor = executor;
-    e.policy = parse_thread_policy(policy);
+    plan.executors = {
+        {.name = "e", .executor = executor, .policy = parse_thread_policy(policy), .processors = {}}};
     try {
       static_cast<void>(setup::deploy(plan, {}));
     } catch (const InputError& error) {

@@ -31,32 +31,13 @@
 
 namespace {
 
-constexpr const char* kCalls[] = {"malloc",
-                                  "fork",
-                                  "mmap",
-                                  "open",
-                                  "fopen",
-                                  "write",
-                                  "writev",
-                                  "rename",
-                                  "fsync",
-                                  "mkdir",
-                                  "socketpair",
-                                  "send",
-                                  "recv",
-                                  "ppoll",
-                                  "waitpid",
-                                  "posix_spawnp",
-                                  "pthread_create",
-                                  "pthread_mutex_init",
-                                  "socket",
-                                  "bind",
-                                  "setsockopt",
-                                  "shm_open",
-                                  "sched_setscheduler",
-                                  "sched_getaffinity",
-                                  "ftruncate",
-                                  "flock"};
+// clang-format off
+constexpr const char* kCalls[] = {
+    "malloc", "fork", "mmap", "open", "fopen", "write", "writev", "rename", "fsync", "mkdir",
+    "socketpair", "send", "recv", "ppoll", "waitpid", "posix_spawnp", "pthread_create",
+    "pthread_mutex_init", "socket", "bind", "setsockopt", "shm_open", "sched_setscheduler",
+    "sched_getaffinity", "ftruncate", "flock"};
+// clang-format on
 constexpr std::size_t kCount = sizeof kCalls / sizeof *kCalls;
 
 constexpr std::size_t number(const char* name) {
@@ -147,6 +128,7 @@ void* malloc(size_t size) { return fails(number("malloc")) ? nullptr : __libc_ma
 // clang-format off
 REPLACED(pid_t, fork, -1, (), ())
 REPLACED(void*, mmap, MAP_FAILED, (void* at, size_t size, int rights, int flags, int file, off_t offset), (at, size, rights, flags, file, offset))
+REPLACED(FILE*, fopen, nullptr, (const char* path, const char* mode), (path, mode))
 REPLACED(int, rename, -1, (const char* from, const char* to), (from, to))
 REPLACED(int, fsync, -1, (int file), (file))
 REPLACED(int, mkdir, -1, (const char* path, mode_t mode), (path, mode))
@@ -174,10 +156,6 @@ ssize_t write(int file, const void* data, size_t size) {
   return failing_error != 0 || size < 2 ? -1 : syscall(SYS_write, file, data, size / 2);
 }
 
-FILE* fopen(const char* path, const char* mode) {
-  static const auto real = reinterpret_cast<FILE* (*)(const char*, const char*)>(dlsym(RTLD_NEXT, "fopen"));
-  return fails(number("fopen")) ? nullptr : real(path, mode);
-}
 FILE* fopen64(const char* path, const char* mode) { return fopen(path, mode); }
 
 int open(const char* path, int flags, ...) {

@@ -1,31 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
-// What theory guarantees for graphs whose worst cases can be worked out by hand.
+// What theory guarantees for graphs whose worst cases can be worked out by hand, and callbacks that no method
+// covers.
 #include "setup/deployed_system.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "bounds/bounds.hpp"
-#include "hotpath/core/input_error.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/phases.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
+#include "graph_fixture.hpp"
+#include "hotpath/analysis/analysis_error.hpp"
 
 namespace hotpath {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::HasSubstr;
 
-SchedulerOptions with_rule(SubscriptionRule rule) {
-  SchedulerOptions options;
-  options.rule = rule;
-  return options;
+/// Of S -> N -> C, where N's only callback publishes like this.
+CallbackGraph callback_graph_with(const std::string& publishes) {
+  const Graph graph = load(
+      "name: g\nnodes:\n- {name: S, type: sensor, period_ms: 10, output: s}\n"
+      "- {name: N, type: callbacks, callbacks: [{subscription: s, publishes: [" +
+      publishes + "]}]}\n- {name: C, type: command, input: a}\n");
+  return bounds::callback_graph(graph, make_tasks(graph), false);
+}
+
+TEST(CallbackGraph, KnowsHowRarelyATaskPublishes) {
+  EXPECT_EQ(callback_graph_with("a, {topic: b, every: 3}").every.at(1), 3U);
+  EXPECT_EQ(callback_graph_with("{topic: b, every: 3}, a").every.at(1), 3U);
+  EXPECT_EQ(callback_graph_with("a").every.at(1), 1U);
+}
+
+TEST(CallbackGraph, CallbacksThatNoMethodCoversAreRejected) {
+  for (const auto& [publishes, reason] :
+       {std::pair("{topic: a, at_percent: 50}", "N/s, which publishes before the end of its jobs"),
+        std::pair("a, {topic: b, when: all_new, of: [s]}",
+                  "publishes some topics with every job and others")})
+    EXPECT_THAT([&] { callback_graph_with(publishes); },
+                testing::ThrowsMessage<AnalysisError>(HasSubstr(reason)));
 }
 
 const bounds::ChainGuarantee hot_path_of_autoware(const char* executor, SubscriptionRule rule) {
   const Graph graph = load_graph(find_graph("autoware"));
-  const auto all =
-      setup::guarantees(graph, make_tasks(graph), setup::parse_executor(executor, with_rule(rule)));
-  return all.value().chains.at(0);
+  const setup::ExecutorSpec spec = setup::parse_executor(executor, {.rule = rule});
+  return setup::guarantees(graph, make_tasks(graph), spec).value().chains.at(0);
 }
 
 TEST(Guarantees, OnlyTheFourJobsBehindTheLaterDriverCountWhereNothingMayComeBetween) {
@@ -51,22 +68,11 @@ TEST(Guarantees, AgeOfDataThatWaitedCountsOneWorstCase) {
 
 TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   // Both sensors every 100 ms, Q 3 ms behind P: each job of Q completes the join.
-  Graph graph;
-  for (const char* name : {"P", "Q"}) {
-    ReferenceNode node;
-    node.name = name;
-    node.outputs = {name};
-    node.period = node.deadline = 100ms;
-    graph.nodes.push_back(node);
-  }
-  ReferenceNode fusion;
-  fusion.name = "F";
-  fusion.type = NodeType::fusion;
-  fusion.inputs = {{"P", 1, std::nullopt}, {"Q", 1, std::nullopt}};
-  fusion.outputs = {"F"};
-  fusion.execution_time = fusion.best_case_execution_time = 2ms;
-  graph.nodes.push_back(fusion);
-  graph.chains = {{"c", {"P", "Q", "F"}, {"P", "Q"}, "F"}};
+  const Graph graph = load(
+      "name: g\nnodes:\n- {name: P, type: sensor, period_ms: 100}\n"
+      "- {name: Q, type: sensor, period_ms: 100}\n"
+      "- {name: F, type: fusion, inputs: [P, Q], execution_time_ms: 2}\n"
+      "chains:\n- {name: c, nodes: [P, Q, F], sources: [P, Q], sink: F}\n");
   GraphTasks tasks = make_tasks(graph);
   const auto age = [&](Duration phase_of_q) {
     tasks.set.tasks[1].phase = phase_of_q;
@@ -87,38 +93,22 @@ TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
 /// A client every second with 1 ms of work, its service with 2 ms and the last priority, and between them a
 /// timer that needs 30 ms every 20 ms.
 Graph overloaded_service(Duration wait) {
-  Graph graph;
-  for (const auto& [name, period, work] :
-       {std::tuple("Client", 1000ms, 1ms), std::tuple("Hog", 20ms, 30ms)}) {
-    ReferenceNode node;
-    node.name = name;
-    node.outputs = {name};
-    node.period = node.deadline = period;
-    node.execution_time = node.best_case_execution_time = work;
-    node.priority = static_cast<std::int64_t>(graph.nodes.size()) + 1;
-    graph.nodes.push_back(node);
-  }
-  Node& node = graph.nodes.emplace_back();
-  node.name = "Service";
-  node.inputs = {{"Client"}};
-  node.groups = {CallbackGroup::mutually_exclusive};
-  Callback& callback = node.callbacks.emplace_back();
-  callback.task = "Service/Client";
-  callback.input = 0;
-  callback.worst = callback.best = 2ms;
-  callback.priority = 3;
-  callback.service = true;
+  Graph graph = load(
+      "name: g\nnodes:\n"
+      "- {name: Client, type: sensor, period_ms: 1000, execution_time_ms: 1, priority: 1}\n"
+      "- {name: Hog, type: sensor, period_ms: 20, execution_time_ms: 30, priority: 2}\n"
+      "- {name: Service, type: callbacks, callbacks: "
+      "[{subscription: Client, service: true, execution_time_ms: 2, priority: 3}]}\n"
+      "chains:\n- {name: c, nodes: [Client, Service], sources: [Client], sink: Service}\n");
   graph.service_wait = wait;
-  graph.chains = {{"c", {"Client", "Service"}, {"Client"}, "Service"}};
   return graph;
 }
 
 TEST(Guarantees, AServiceWaitBoundsTheServiceInOverloadAndItsCostToOthers) {
   const auto of = [](Duration wait) {
     const Graph graph = overloaded_service(wait);
-    SchedulerOptions options;
-    options.guaranteed_wait = wait;
-    return setup::guarantees(graph, make_tasks(graph), setup::parse_executor("fp-ro", options)).value();
+    const setup::ExecutorSpec spec = setup::parse_executor("fp-ro", {.guaranteed_wait = wait});
+    return setup::guarantees(graph, make_tasks(graph), spec).value();
   };
   const bounds::Guarantees with = of(100ms), without = of(0ms);
   // Behind the 30 ms of the timer; with the wait, also behind one service.
@@ -134,16 +124,15 @@ TEST(Guarantees, AServiceWaitBoundsTheServiceInOverloadAndItsCostToOthers) {
 TEST(Guarantees, WithAServiceWaitDeploymentsHaveNone) {
   const Graph graph = overloaded_service(100ms);
   const GraphTasks tasks = make_tasks(graph);
-  SchedulerOptions options;
-  options.guaranteed_wait = graph.service_wait;
   Deployment plan;
   plan.name = "plan";
   plan.executors = {
       {.name = "a", .executor = "fp-ro", .policy = parse_thread_policy("fifo:5"), .processors = {0}}};
   plan.executor_of.assign(tasks.set.size(), 0);
   const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
-  const auto all = setup::bounds_of(graph, callbacks, setup::deploy(std::move(plan), options));
-  EXPECT_NE(all.at(0).refusal.find("service_wait_ms"), std::string::npos) << all.at(0).refusal;
+  const auto all = setup::bounds_of(graph, callbacks,
+                                    setup::deploy(std::move(plan), {.guaranteed_wait = graph.service_wait}));
+  EXPECT_THAT(all.at(0).refusal, HasSubstr("service_wait_ms"));
 }
 
 TEST(Guarantees, ADeploymentOfPinnedThreadsHasThoseOfItsProcessors) {
