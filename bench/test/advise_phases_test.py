@@ -32,12 +32,6 @@ class AdvisePhases(CommandTest):
         out = self.accepted("advise", self.graph, *options.split(), "--phases", "--output", output)
         return out, json.loads((output / "phases.json").read_text())
 
-    def refused(self, *arguments: object) -> str:
-        code, _, err = self.command("advise", *arguments, "--output", self.folder / "refused")
-        self.assertEqual(code, 2, err)
-        self.assertFalse((self.folder / "refused").exists())
-        return str(err)
-
     def guaranteed(self, *phases: object) -> dict[str, float]:
         """Exact worst cases by `analyze`: hot path and age of the chain, in ms."""
         table = self.folder / "bounds.csv"
@@ -92,16 +86,13 @@ class AdvisePhases(CommandTest):
     def test_depends_on_the_seed_alone(self) -> None:
         texts = []
         for threads in (1, 2):
-            output = self.folder / f"by_{threads}"
-            self.accepted(
-                *("advise", self.graph, "--phases", "--executors", "rm-ro", "--repetitions", 2),
-                *("--threads", threads, "--output", output),
-            )
+            self.advise(f"--executors rm-ro --repetitions 2 --threads {threads}")
+            output = (self.folder / "advice").rename(self.folder / f"by_{threads}")
             texts.append((output / "phases.csv").read_text())
-            options = (output / "executor.yaml").read_text()
-            self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\n", options)
-            self.assertIn("\nservice_wait_ms: 0\noffsets: phases.csv\n", options)
         self.assertEqual(*texts)
+        options = (output / "executor.yaml").read_text()
+        self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\n", options)
+        self.assertIn("\nservice_wait_ms: 0\noffsets: phases.csv\n", options)
 
     def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:
         _, advice = self.advise("--for pq:worst --repetitions 2 --duration 2")
@@ -109,8 +100,8 @@ class AdvisePhases(CommandTest):
         self.assertIn("fp-ro:chain", names)
         if advice["recommended"] == "fp-ro:chain":
             graph = self.folder / "advice" / "graph.yaml"
-            self.measure("simulate", "--graph", graph, "--executors", "fp-ro", "--phases",
-                         self.folder / "advice" / "phases.csv", "--duration", 1)  # fmt: skip
+            words = ("--executors", "fp-ro", "--phases", graph.with_name("phases.csv"), "--duration", 1)
+            self.measure("simulate", "--graph", graph, *words)
 
     def test_timers_alone_are_judged_by_lateness(self) -> None:
         timers, _, _ = GRAPH.partition("- {name: F,")
@@ -126,10 +117,9 @@ class AdvisePhases(CommandTest):
         self.assertIn("several threads", refusals["multi:2"])
         self.assertIn("deployment", refusals["isolated"])
         self.assertIn("multi:2 has no exact values", out)
-        code, _, err = self.command("advise", self.graph, "--phases", "--cores", 2, "--executors", "multi:2",
-                                    "--now", "multi:2", "--output", self.folder / "none")  # fmt: skip
-        self.assertEqual(code, 1)
-        self.assertIn("nothing is guaranteed; multi:2:", err)
+        none = "--phases --cores 2 --executors multi:2 --now multi:2 --output none"
+        says = "nothing is guaranteed; multi:2:"
+        self.rejected("advise", self.graph, *none.split(), says=says, code=1, out=None)
 
     def test_constant_execution_times_are_said(self) -> None:
         self.graph.write_text(re.sub(", best_case_execution_time_ms: [0-9]+", "", GRAPH))
@@ -138,15 +128,16 @@ class AdvisePhases(CommandTest):
 
     def test_wrong_use_is_refused(self) -> None:
         for words, message in (
-            (("--phases", "--for", "pq:p99"), "CHAIN:worst or CHAIN:age"),
-            (("--phases", "--for", "losses"), "worst_lateness"),
-            (("--phases", "nonsense"), "is none of creation, synchronous, given, random, creation:MS"),
-            (("--phases", "--phases", "x"), "--phases"),
-            (("--phases", "--costs", "none"), "neither reference nor graph"),
-            (("--phases", "--margin", 30), "half of the shortest period"),
-            (("--margin", 1), "add --phases"),
+            ("--phases --for pq:p99", "CHAIN:worst or CHAIN:age"),
+            ("--phases --for losses", "worst_lateness"),
+            ("--phases nonsense", "is none of creation, synchronous, given, random, creation:MS"),
+            ("--phases --phases x", "--phases"),
+            ("--phases --costs none", "neither reference nor graph"),
+            ("--phases --margin 30", "half of the shortest period"),
+            ("--margin 1", "add --phases"),
         ):
-            self.assertIn(message, self.refused(self.graph, *words), words)
+            self.rejected("advise", self.graph, *words.split(), "--output", "refused", says=message)
+            self.assertFalse((self.folder / "refused").exists())
 
     def test_runs_with_given_phases_say_when_timers_are_skipped(self) -> None:
         """A job that takes longer than the period makes its own timer skip, on any machine."""

@@ -165,6 +165,15 @@ class CommandTest(unittest.TestCase):
         self.assertEqual(code, 0, err)
         return out
 
+    def rejected(self, *arguments: object, says: Any = "", code: int = 2, out: str | None = "") -> str:
+        """Standard error of a command that must end with this code, this output (None: any), and an
+        error with this text or all of these texts."""
+        found, printed, err = self.command(*arguments)
+        self.assertEqual((found, printed if out is not None else None), (code, out), err)
+        for part in (says,) if isinstance(says, str) else says:
+            self.assertIn(part, err)
+        return str(err)
+
     def measure(self, *arguments: object, **options: Any) -> Any:
         """The folder of a run that must succeed."""
         output = self.folder / "run"
