@@ -39,23 +39,6 @@ class ExactTest(AnalyzeCase):
             out = self.accepted("analyze", self.graph(*nodes), *exact)
             self.assertRegex(out.partition("exploration: exact")[2], why)
 
-    def test_exact_ages_leave_out_data_that_went_round(self) -> None:
-        """A reads S at 50 ms, and its output ends with B at 55 ms. B's data returns to A."""
-        nodes = (
-            SENSOR.format("S", 100, 1),
-            "{name: A, type: cyclic, period_ms: 50, inputs: [S, B], execution_time_ms: 2}",
-            "{name: B, type: transform, input: A, execution_time_ms: 3}",
-            "{name: C, type: transform, input: S, execution_time_ms: 1}",
-        )
-        names = "nodes: [S, A, B, C], sources: [S]"
-        chains = f"chains: [{{name: round, {names}, sink: B}}, {{name: straight, {names}, sink: C}}]"
-        graph = self.graph(*nodes, more=chains)
-        out = self.accepted("analyze", graph, "--executors", "rm-ro", "--phases", "synchronous", "--exact")
-        exact = out.partition("exploration: exact")[2]
-        self.assertRegex(exact, r"\nround +55\.000")
-        self.assertRegex(exact, r"\nstraight +[0-9]")
-        self.assertRegex(exact, r"\nB/A +3\.000")
-
     def test_a_witness_reaches_the_exact_worst_case(self) -> None:
         nodes = [SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 3), FUSION.format("F", "A", "B", 5)]
         nodes.append(

@@ -132,5 +132,6 @@ class Check(CommandTest):
         facts = dict(self.run_folder.run, tasks=[])
         (self.run_folder.path / "run.json").write_text(json.dumps(facts))
         self.rejected("doctor", self.run_folder.path, says="stored less than this version needs")
-        self.accepted("simulate", "--no-trace", "--duration", 0.1, "--output", "without")
+        out = self.accepted("simulate", "--no-trace", "--duration", 0.1, "--output", "without")
+        self.assertIn("Results", out)
         self.rejected("doctor", "without", says="jobs.csv: cannot be read (No such file")

@@ -21,13 +21,8 @@ class Completion(CommandTest):
         typed = " ".join(shlex.quote(w) for w in ("hotpath", *words))
         asked = f"COMP_WORDS=({typed}); COMP_CWORD={len(words)}; COMP_WORDS[0]={shlex.quote(HOTPATH)}; "
         asked += f'_hotpath {shlex.quote(HOTPATH)}; printf "%s\\n" "${{COMPREPLY[@]}}"'
-        done = subprocess.run(
-            ["/bin/bash", "--norc", "-u", "-c", f". {shlex.quote(str(SCRIPT))}; {asked}"],
-            capture_output=True,
-            text=True,
-            check=True,
-            cwd=self.folder,
-        )
+        line = ["/bin/bash", "--norc", "-u", "-c", f". {shlex.quote(str(SCRIPT))}; {asked}"]
+        done = subprocess.run(line, capture_output=True, text=True, check=True, cwd=self.folder)
         self.assertEqual(done.stderr, "")
         return done.stdout.split()
 

@@ -50,7 +50,7 @@ def run_json(**changes: Any) -> Any:
     return json.dumps(facts)
 
 
-SIMULATED = {
+SIMULATED: dict[str, Any] = {
     "kind": "simulated",
     "execution_times": "worst",
     "platform": {"cores": 1, "timer_thread": "by_executor", "dispatch_cost_us": 20},
@@ -70,20 +70,13 @@ def timer(
     """One executor's response times of a timer after the warm-up, and what the summary says of
     it."""
     counts = {"reached": len(responses_ms) + skipped, "ran": len(responses_ms), "skipped": skipped}
-    after_warm_up = {**counts, "deadline_overruns": 0}
-    return responses_ms, {
-        "task": task,
-        "kind": "timer",
-        "deadline_ms": period_ms,
-        "after_warm_up": after_warm_up,
-    }
+    counts["deadline_overruns"] = 0
+    return responses_ms, {"task": task, "kind": "timer", "deadline_ms": period_ms, "after_warm_up": counts}
 
 
 class FigureTest(unittest.TestCase):
     def setUp(self) -> None:
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.folder = Path(holder.name)
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def write(self, name: str, text: str) -> None:
         (self.folder / name).write_text(text, encoding="utf-8")
@@ -136,15 +129,19 @@ class FigureTest(unittest.TestCase):
 
 
 class HotPath(FigureTest):
-    def write_run(self, **changes: Any) -> None:
-        self.write("run.json", run_json(**changes))
-        rows = chain_rows("default", [35.4, 36, 58.6, 40]) + chain_rows("rm-ro", [21.2, 21.5, 22.6, 21.3])
-        self.write("chains.csv", CHAINS_HEADER + rows)
-
-    def test_output_names_another_folder(self) -> None:
-        self.write_run()
-        other = self.folder / "figures" / "new"
-        self.assert_drawn(self.call("hot-path", self.folder, "--output", other), other, "hot_path")
+    def write_run(
+        self,
+        name: str = ".",
+        default: Sequence[float] = (35.4, 36, 58.6, 40),
+        rm_ro: Sequence[float] = (21.2, 21.5, 22.6, 21.3),
+        **changes: Any,
+    ) -> Path:
+        """A run in a folder below, with these latencies in ms."""
+        (self.folder / name).mkdir(exist_ok=True)
+        self.write(f"{name}/run.json", run_json(**changes))
+        rows = chain_rows("default", default) + chain_rows("rm-ro", rm_ro)
+        self.write(f"{name}/chains.csv", CHAINS_HEADER + rows)
+        return self.folder / name
 
     def test_shows_conditions_sample_counts_and_worst_case_ratios(self) -> None:
         self.write_run()
@@ -170,9 +167,7 @@ class HotPath(FigureTest):
         self.assertEqual(bytes_of[0], bytes_of[1])
 
     def test_draws_one_sample_equal_samples_and_no_samples(self) -> None:
-        self.write("run.json", run_json(executors=["default", "rm-ro", "edf-ro"], limits=[]))
-        rows = chain_rows("default", [35.4]) + chain_rows("rm-ro", [0, 0, 0, 0])
-        self.write("chains.csv", CHAINS_HEADER + rows)
+        self.write_run(".", [35.4], [0, 0, 0, 0], executors=["default", "rm-ro", "edf-ro"], limits=[])
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         self.assertIn("no data", self.svg_texts("hot_path.svg"))
 
@@ -193,17 +188,11 @@ class HotPath(FigureTest):
             self.assert_refused(self.call("hot-path", self.folder), *parts)
 
     def test_live_and_simulated_runs_share_a_figure(self) -> None:
-        runs = []
-        kinds: dict[str, dict[str, Any]] = {"live": {}, "simulated": SIMULATED}
-        for name, changes in kinds.items():
-            (self.folder / name).mkdir()
-            self.write(f"{name}/run.json", run_json(**changes))
-            rows = chain_rows("default", [35.4, 36, 58.6]) + chain_rows("rm-ro", [21.2, 21.5, 22.6, 21.3])
-            self.write(f"{name}/chains.csv", CHAINS_HEADER + rows)
-            runs.append(self.folder / name)
-        other = self.folder / "figures"
+        three = [35.4, 36, 58.6]
+        runs = self.write_run("live", three), self.write_run("simulated", three, **SIMULATED)
+        other = self.folder / "figures" / "new"
         self.assert_drawn(self.call("hot-path", *runs, "--output", other), other, "hot_path")
-        texts = self.svg_texts("figures/hot_path.svg").split("\n")
+        texts = self.svg_texts("figures/new/hot_path.svg").split("\n")
         for text in ("lower half: live", "upper half: simulated", "n = 3, 3", "n = 4, 4"):
             self.assertIn(text, texts)
 
@@ -212,19 +201,16 @@ class HotPath(FigureTest):
         facts = json.loads(run_json(kind="recorded", platform={"cores": 1}, executors=["default"]))
         for key in ("transport", "cpus", "machine"):
             del facts[key]
+        self.write_run(".", [35.4, 36, 58.6], [])
         self.write("run.json", json.dumps(facts))
-        self.write("chains.csv", CHAINS_HEADER + chain_rows("default", [35.4, 36, 58.6]))
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         texts = self.svg_texts("hot_path.svg")
         for text in ("tiny · recorded", "on one core", "read from a trace of ros2_tracing"):
             self.assertIn(text, texts)
 
     def test_rejects_runs_of_different_graphs(self) -> None:
-        self.write_run()
-        (self.folder / "other").mkdir()
-        self.write("other/run.json", run_json(graph={"name": "large"}))
-        result = self.call("hot-path", self.folder, self.folder / "other")
-        self.assert_refused(result, "tiny and large", "one graph")
+        runs = self.write_run(), self.write_run("other", graph={"name": "large"})
+        self.assert_refused(self.call("hot-path", *runs), "tiny and large", "one graph")
 
 
 class TimersOnly(FigureTest):
@@ -248,14 +234,10 @@ class TimersOnly(FigureTest):
     def test_two_graphs_in_one_figure_set(self) -> None:
         responses = [1 + k % 7 for k in range(60)]
         runs = []
+        tasks = ("FrontCamera", "RearLidarDriver", "IMU")
+        lost = {"default": 5, "rm-ro": 0}
         for name, load in (("timers_only_90", 90), ("timers_only_60", 60)):
-            rows = {
-                executor: [
-                    timer(task, responses, skipped=5 if executor == "default" else 0)
-                    for task in ("FrontCamera", "RearLidarDriver", "IMU")
-                ]
-                for executor in ("default", "rm-ro")
-            }
+            rows = {e: [timer(task, responses, skipped=n) for task in tasks] for e, n in lost.items()}
             bounds = [{"executor": "rm-ro", "task": "IMU", "ms": 12.67}]
             runs.append(self.write_run(name, rows, load_percent=load, bounds=bounds))
         output = self.folder / "figures"
@@ -306,14 +288,6 @@ class TimersOnly(FigureTest):
 
 
 class Advice(FigureTest):
-    def write_advice(self, text: str) -> Any:
-        folder = self.folder / "advice"
-        folder.mkdir()
-        (folder / "advice.json").write_text(text)
-        rows = ["rm-ro,0,c,0,20000000,25000000", "rm-ro,0,c,1,30000000,35000000", "default,0,c,0,30000000,"]
-        (folder / "latencies.csv").write_text("\n".join([CHAINS_HEADER.strip(), *rows]) + "\n")
-        return folder
-
     def test_marks_the_current_executor(self) -> None:
         value = {"value": 20.0, "interval": [18.0, 22.0]}
         rows = [
@@ -326,17 +300,18 @@ class Advice(FigureTest):
         facts |= {
             "recommended": "rm-ro",
             "sentences": ["Take rm-ro."],
-            "causes": [],
             "change": "",
-            "doubts": [],
+            "seconds": 10,
+            "cores": 2,
         }
-        facts |= {"requirements_ms": {}, "stored": [], "seconds": 10, "cores": 2, "ranking": rows}
-        folder = self.write_advice(json.dumps(facts))
-        result = self.call("advice", folder)
-        self.assert_drawn(result, folder, "advice")
-        text = (folder / "advice.svg").read_text()
+        facts |= {"causes": [], "doubts": [], "requirements_ms": {}, "stored": [], "ranking": rows}
+        self.write("advice.json", json.dumps(facts))
+        outputs = "rm-ro,0,c,0,20000000,25000000\nrm-ro,0,c,1,30000000,35000000\ndefault,0,c,0,30000000,\n"
+        self.write("latencies.csv", CHAINS_HEADER + outputs)
+        self.assert_drawn(self.call("advice", self.folder), self.folder, "advice")
+        text = (self.folder / "advice.svg").read_text()
         self.assertIn("default (now)", text)
         self.assertNotIn("static", text)
-        page = (folder / "report.md").read_text()
+        page = (self.folder / "report.md").read_text()
         self.assertIn("Take rm-ro.", page)
         self.assertIn("| static |  |  |  |  |  | it is too slow |", page)
