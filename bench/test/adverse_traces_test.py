@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from adverse_use_test import WRONG_USE, assert_says
+from adverse_use_test import WRONG_USE, assert_rejected
 from ctf_trace import MS, CtfTrace, run_on, sensor_and_filter
 from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder
@@ -106,10 +106,7 @@ def imported(shell: CommandTest, folder: Path, *options: object) -> tuple[Any, P
 
 
 def assert_refused(shell: CommandTest, says: str, folder: Path, *options: object) -> None:
-    code, out, err = shell.command("import", "ctf", folder, "--output", "refused", *options)
-    assert (code, out) == (WRONG_USE, "")
-    assert_says(err, says)
-    assert not (shell.folder / "refused").exists()
+    assert_rejected(shell, ["import", "ctf", folder, "--output", "refused", *options], says)
 
 
 @pytest.mark.parametrize("trace, change, words, jobs", FAULTS)

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`hotpath advise` as a user starts it: its ranking, its files, and its errors."""
 
-import csv
 import json
 import shutil
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest
+from hotpath_command import CommandTest, csv_rows
 
 SOURCE = Path(__file__).resolve().parents[2]
 MEASURED = SOURCE / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
@@ -61,9 +60,7 @@ class Advise(CommandTest):
 
     def test_ranks_as_the_real_executors_were_measured(self) -> None:
         """Uses the recorded phases, and ranks by the median for a crunch of 4.2 ms."""
-        with open(MEASURED, newline="") as file:
-            rows = list(csv.DictReader(file))
-        measured = {row["executor"].split()[0]: float(row["hot_path_p50_ms"]) for row in rows}
+        measured = {r["executor"].split()[0]: float(r["hot_path_p50_ms"]) for r in csv_rows(MEASURED)}
         variants = {"rm-ro": "rm-ro:first", "edf-ro": "edf-ro:first", "multi": "multi:2"}
         names = {name: variants.get(name, name) for name in measured}
         options = "--cores 2 --for hot_path:median --duration 20"

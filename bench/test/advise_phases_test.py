@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """`hotpath advise --phases`: the phases that it chooses, what proves them, and what it refuses."""
 
-import csv
 import json
 import re
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest, RunFolder, csv_rows
 
 # A fusion of two sensors, and a busy timer that can come between.
 GRAPH = """name: small
@@ -36,10 +35,7 @@ class AdvisePhases(CommandTest):
         """Exact worst cases by `analyze`: hot path and age of the chain, in ms."""
         table = self.folder / "bounds.csv"
         self.accepted("analyze", self.graph, "--executors", "rm-ro", *phases, "--csv", table)
-        with open(table, newline="") as file:
-            rows = [
-                r for r in csv.DictReader(file) if r["method"].startswith("exploration") and r["name"] == "pq"
-            ]
+        rows = [r for r in csv_rows(table) if r["method"].startswith("exploration") and r["name"] == "pq"]
         return {row["kind"]: int(row["bound_ns"]) / 1e6 for row in rows}
 
     def test_chooses_phases_that_guarantee_less(self) -> None:
@@ -69,8 +65,7 @@ class AdvisePhases(CommandTest):
         creation = self.guaranteed("--phases", "creation")
         by_creation = advice["candidates"][0]["by_rule"]["creation"]
         self.assertAlmostEqual(creation["hot_path"], by_creation["hot_path_ms"])
-        with open(phases, newline="") as file:
-            rows = {row["task"]: float(row["first_release_ms"]) for row in csv.DictReader(file)}
+        rows = {row["task"]: float(row["first_release_ms"]) for row in csv_rows(phases)}
         self.assertEqual(rows, advice["candidates"][0]["first_release_ms"])
         witness = self.checked("advice/witness/rm-ro/hot_path_pq")
         ((_, chains),) = witness.chains().items()

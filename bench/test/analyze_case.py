@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Graphs and simulations for the tests of `hotpath analyze`."""
 
-import csv
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest
+from hotpath_command import CommandTest, csv_rows
 
 SENSOR = "{{name: {0}, type: sensor, period_ms: {1}, execution_time_ms: {2}}}"
 TRANSFORM = "{{name: {0}, type: transform, input: {1}, execution_time_ms: {2}}}"
@@ -51,10 +50,8 @@ class AnalyzeCase(CommandTest):
         table = self.folder / "bounds.csv"
         self.accepted("analyze", graph, "--executors", executor, "--csv", table, *options)
         rows: dict = {}
-        with table.open(encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                if not row["bound_ns"] or row["kind"] == "hot_path":
-                    continue
+        for row in csv_rows(table):
+            if row["bound_ns"] and row["kind"] != "hot_path":
                 bound = int(row["bound_ns"]) / 1e6
                 observed = int(row["observed_ns"]) / 1e6 if row["observed_ns"] else 0.0
                 known = rows.get(row["name"], (bound, observed))

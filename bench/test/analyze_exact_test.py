@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """hotpath analyze: the exact worst cases of known phases, and their witnesses."""
 
-import csv
 import json
 import signal
 import subprocess
 from pathlib import Path
 
 from analyze_case import FUSION, RANGE, SENSOR, AnalyzeCase
-from hotpath_command import HOTPATH
+from hotpath_command import HOTPATH, csv_rows
 
 
 class ExactTest(AnalyzeCase):
@@ -48,19 +47,19 @@ class ExactTest(AnalyzeCase):
         graph, folder, table = self.graph(*nodes, chain="A B F"), self.folder / "w", self.folder / "w.csv"
         exact = ("analyze", graph, "--executors", "rm-ro:fifo", "--exact", "--csv", table, "--witness")
         self.accepted(*exact, folder, "--phases", "synchronous")
-        with table.open(encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if "exact" in row["method"] and row["bound_ns"]]
+        rows = [row for row in csv_rows(table) if "exact" in row["method"] and row["bound_ns"]]
         names = {"task": "response", "chain": "age", "hot_path": "hot_path"}
         self.assertEqual({row["kind"] for row in rows}, set(names))
         for row in rows:
             run = folder / "rm-ro:fifo" / f"{names[row['kind']]}_{row['name'].replace('/', '_')}"
             worst = int(row["bound_ns"])
-            jobs, chains = self.jobs_and_chains(run)
-            responses = [
-                int(j["finish_ns"]) - int(j["timestamp_ns"]) for j in jobs if j["task"] == row["name"]
-            ]
             latency = {"chain": "end_to_end_latency_ns", "hot_path": "hot_path_latency_ns"}.get(row["kind"])
-            reached = [int(c[latency]) for c in chains] if latency else responses
+            if latency:
+                reached = [int(chain[latency]) for chain in csv_rows(run / "chains.csv")]
+            else:
+                ran = (row["name"], "ran")
+                jobs = [j for j in csv_rows(run / "jobs.csv") if (j["task"], j["outcome"]) == ran]
+                reached = [int(j["finish_ns"]) - int(j["timestamp_ns"]) for j in jobs]
             self.assertEqual(max(reached), worst, row)
             again = self.folder / f"again_{run.name}"
             self.accepted(*json.loads((run / "run.json").read_text())["command"], "--output", again)
@@ -98,8 +97,7 @@ class ExactTest(AnalyzeCase):
 
         def explored(*options: str | int) -> dict[str, int]:
             self.accepted(*known, *options)
-            with table.open(encoding="utf-8") as file:
-                rows = [row for row in csv.DictReader(file) if row["method"].startswith("exploration")]
+            rows = [row for row in csv_rows(table) if row["method"].startswith("exploration")]
             return {row["name"]: int(row["bound_ns"]) for row in rows if row["executor"] == "rm-ro"}
 
         # All is 0.5 ms later, since no phase precedes the beginning: A, released at 1 ms, may wait for B,
@@ -130,10 +128,9 @@ class ExactTest(AnalyzeCase):
 
     def test_an_interrupt_leaves_the_bounds(self) -> None:
         nodes = [RANGE.format("A", 10.000019, "{min: 0.1, max: 2}"), RANGE.format("B", 7.919, 1)]
-        command = (HOTPATH, "analyze", self.graph(*nodes), "--executors", "default,rm-ro")
-        process = subprocess.Popen(
-            (*command, "--phases", "synchronous", "--exact"), stdout=subprocess.PIPE, text=True
-        )
+        words = "--executors default,rm-ro --phases synchronous --exact"
+        command = (HOTPATH, "analyze", self.graph(*nodes), *words.split())
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         stat = Path(f"/proc/{process.pid}/stat")
         self.wait_for(lambda: int(stat.read_text().rpartition(")")[2].split()[11]) > 50, "it does not work")
         process.send_signal(signal.SIGINT)
@@ -141,12 +138,3 @@ class ExactTest(AnalyzeCase):
         self.assertEqual(process.returncode, 128 + signal.SIGINT)
         self.assertEqual(out.count("No exact values: it was interrupted"), 2)
         self.assertIn("processing windows", out)
-
-    @staticmethod
-    def jobs_and_chains(run: Path) -> list[list[dict[str, str]]]:
-        """The rows of jobs that ran, and of chains."""
-        rows = []
-        for name in ("jobs.csv", "chains.csv"):
-            with (run / name).open(encoding="utf-8") as file:
-                rows.append([row for row in csv.DictReader(file) if row.get("outcome", "ran") == "ran"])
-        return rows

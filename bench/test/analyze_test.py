@@ -2,11 +2,11 @@
 """hotpath analyze: bounds hold where an earlier version's bounds failed, and a violated bound is
 reported."""
 
-import csv
 import json
 from pathlib import Path
 
 from analyze_case import FUSION, SENSOR, TRANSFORM, AnalyzeCase
+from hotpath_command import csv_rows
 
 
 class AnalyzeTest(AnalyzeCase):
@@ -113,8 +113,7 @@ class AnalyzeTest(AnalyzeCase):
         self.accepted("analyze", "sequences", "--executors", "rm-ro,multi", "--page", page)
         refused = json.loads((page / "bounds.json").read_text())["refused"]
         self.assertIn(("multi", "processing windows"), {(r["executor"], r["method"]) for r in refused})
-        with (page / "bounds.csv").open(encoding="utf-8") as file:
-            chains = [row for row in csv.DictReader(file) if row["kind"] == "chain"]
+        chains = [row for row in csv_rows(page / "bounds.csv") if row["kind"] == "chain"]
         self.assertEqual([row["name"] for row in chains], ["localization", "lane_detection"])
         self.assertIn("blocked by Localization/PointsTransformer", chains[1]["dominated_by"])
         self.assertRegex(
@@ -125,8 +124,7 @@ class AnalyzeTest(AnalyzeCase):
 
     def of_timer(self, page: Path, name: str) -> str:
         """The composition of the timer's tightest bound."""
-        with (page / "bounds.csv").open(encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if row["name"] == name and row["dominated_by"]]
+        rows = [row for row in csv_rows(page / "bounds.csv") if row["name"] == name and row["dominated_by"]]
         return min(rows, key=lambda row: int(row["bound_ns"]))["dominated_by"]
 
     def tampered(self, kind: str) -> Path:

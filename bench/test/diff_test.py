@@ -2,7 +2,6 @@
 """`hotpath diff` on simulations: pairs of draws, silent chains, files and errors. comparison_test.cpp
 tests the judgement."""
 
-import csv
 import json
 import shutil
 import tempfile
@@ -10,7 +9,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest, RunFolder, csv_rows
 
 FIELD = Path(__file__).resolve().parent / "field"
 TWO = "autoware --duration 3 --phases random --executors default,rm-ro --repetitions 5"
@@ -123,8 +122,7 @@ class Diff(CommandTest):
         words: Any = ("diff", self.simulate(), self.simulate("--seed 11"))
         text = self.accepted(*words, "--csv", "rows.csv")
         rows = json.loads(self.accepted(*words, "--json"))
-        with (self.folder / "rows.csv").open(encoding="utf-8", newline="") as file:
-            self.assertEqual(list(csv.DictReader(file)), rows)
+        self.assertEqual(csv_rows(self.folder / "rows.csv"), rows)
         verdicts = Counter(row["verdict"] for row in rows)
         said = ", ".join(f"{n} {word}" for word, n in sorted(verdicts.items()))
         self.assertIn(f"\n\n{said}, of {len(rows)} percentiles\n", text)

@@ -88,6 +88,12 @@ class RunFolder:
         return runs
 
 
+def csv_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
 def processes_of(session: int) -> Any:
     """Living processes of a session."""
     found = []

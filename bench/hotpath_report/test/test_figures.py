@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands that draw, on tiny run folders: their files, and their messages about unusable input."""
 
-import contextlib
-import io
 import json
 import os
 import re
@@ -14,9 +12,8 @@ import unittest
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
-from hotpath_report.__main__ import main
+import package
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
@@ -91,11 +88,7 @@ class FigureTest(unittest.TestCase):
 
     def call(self, command: Any, *arguments: object) -> Any:
         """Runs the command in this process: a new process takes a second for imports."""
-        output, errors = io.StringIO(), io.StringIO()
-        with mock.patch.dict(os.environ, self.environment()):
-            with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-                code = main([command, *map(str, arguments)])
-        return subprocess.CompletedProcess(command, code, output.getvalue(), errors.getvalue())
+        return package.call(self.folder, self.environment(), command, *arguments)
 
     def call_process(self, command: Any, *arguments: object) -> Any:
         """Runs the command in a process, as `hotpath` does."""

@@ -4,7 +4,6 @@
 import contextlib
 import dataclasses
 import fcntl
-import io
 import json
 import os
 import re
@@ -24,7 +23,6 @@ import browser
 import package
 import pandas as pd
 
-from hotpath_report.__main__ import main
 from hotpath_report.paper import cells
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import storage
@@ -49,14 +47,7 @@ def call(words: Any, **options: Any) -> Any:
 
 def call_here(words: Any) -> Any:
     """Runs a command line of the package in this process: a new one takes a second for imports."""
-    words = [str(word) for word in words]
-    output, errors = io.StringIO(), io.StringIO()
-    with mock.patch.dict(os.environ), contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-        try:
-            code = main(words[words.index(str(BENCH)) + 1 :])
-        except SystemExit as end:
-            code = int(end.code or 0)
-    return subprocess.CompletedProcess(words, code, output.getvalue(), errors.getvalue())
+    return package.call(Path(), dict(os.environ), *words[words.index(str(BENCH)) + 1 :])
 
 
 def hotpath(*words: object) -> Any:

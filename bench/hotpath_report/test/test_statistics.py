@@ -15,14 +15,11 @@ def normal(mean: float, repetitions: int = 5, size: int = 200, seed: int = 1) ->
 
 
 class Quantiles(unittest.TestCase):
-    def test_quantiles_equal_those_of_numpy(self) -> None:
+    def test_quantiles_and_the_mean_equal_those_of_numpy(self) -> None:
         generator = np.random.default_rng(3)
         values = np.repeat(generator.normal(size=57), generator.integers(0, 4, 57))
         found = [Samples([values[:20], values[20:]]).quantile(p) for p in PERCENTILES]
         np.testing.assert_allclose(found, np.quantile(values, list(PERCENTILES)))
-
-    def test_the_mean_equals_that_of_numpy(self) -> None:
-        values = np.random.default_rng(3).normal(size=57)
         self.assertAlmostEqual(Samples([values[:20], values[20:]]).mean, float(np.mean(values)))
 
     def test_one_repetition_is_resampled_in_blocks_unless_it_is_exact_or_short(self) -> None:
