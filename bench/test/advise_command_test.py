@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+from analyze_case import COMMAND, SENSOR, graph_text
 from hotpath_command import CommandTest, csv_rows
 
 SOURCE = Path(__file__).resolve().parents[2]
@@ -75,10 +76,7 @@ class Advise(CommandTest):
 
     def test_finds_chains_and_keeps_requirements(self) -> None:
         graph = self.folder / "mine.yaml"
-        graph.write_text(
-            "name: mine\nnodes:\n- {name: S, type: sensor, period_ms: 10, execution_time_ms: 1}\n"
-            "- {name: C, type: command, input: S, execution_time_ms: 1}\n"
-        )
+        graph.write_text(graph_text(SENSOR.format("S", 10, 1), COMMAND.format("C", "S", 1)))
         out, advice = self.advise(graph, f"--for chain_1<40 {SHORT} --executors default,rm-ro")
         self.assertIn("Found chain_1: S -> C", out)
         self.assertEqual(advice["objective"], "chain_1 within 40 ms")
@@ -86,13 +84,9 @@ class Advise(CommandTest):
     def test_draws_unknown_orders_of_delivery_and_says_what_they_are_worth(self) -> None:
         """Of two subscribers, rm-ro runs the last one reached first, and events-ro the first one."""
         graph = self.folder / "unknown.yaml"
-        graph.write_text(
-            "name: unknown\ntopics: {S: {delivery: unknown}}\nnodes:\n"
-            "- {name: S, type: sensor, period_ms: 100, execution_time_ms: 1}\n"
-            "- {name: A, type: command, input: S, execution_time_ms: 2}\n"
-            "- {name: B, type: command, input: S, execution_time_ms: 3}\n"
-            "chains:\n- {name: c, nodes: [S, A], sources: [S], sink: A}\n"
-        )
+        nodes = (SENSOR.format("S", 100, 1), COMMAND.format("A", "S", 2), COMMAND.format("B", "S", 3))
+        chains = "chains: [{name: c, nodes: [S, A], sources: [S], sink: A}]"
+        graph.write_text(graph_text(*nodes, more="topics: {S: {delivery: unknown}}\n" + chains))
         options = "--executors rm-ro,events-ro --now events-ro --costs graph"
         out, advice = self.advise(graph, f"{options} --repetitions 10 --duration 1")
         self.assertEqual(advice["draws"], 10)

@@ -5,6 +5,7 @@ import json
 import re
 from typing import Any
 
+from analyze_case import SENSOR, graph_text
 from hotpath_command import CommandTest, RunFolder, csv_rows
 
 # A fusion of two sensors, and a busy timer that can come between.
@@ -137,15 +138,11 @@ class AdvisePhases(CommandTest):
     def test_runs_with_given_phases_say_when_timers_are_skipped(self) -> None:
         """A job that takes longer than the period makes its own timer skip, on any machine."""
         graph = self.folder / "slow.yaml"
-        graph.write_text(
-            "name: slow\nnodes:\n- {name: A, type: sensor, period_ms: 20, phase_ms: 5, execution_time_ms: 30}\n"
-        )
+        graph.write_text(graph_text(SENSOR.format("A", "20, phase_ms: 5", 30)))
         output = self.folder / "live"
-        _, _, err = self.command(
-            *("run", "--graph", graph, "--executors", "default", "--phases", "given", "--work", "wall"),
-            *("--duration", 0.5, "--warm-up", 0, "--transport", "intra_process", "--output", output),
-        )
-        self.assertRegex(
-            err, r"default, repetition 0: timers left the grid of their given phases: A skipped \d+ of"
-        )
+        words = "--executors default --phases given --work wall --duration 0.5 --warm-up 0"
+        options = (*words.split(), "--transport", "intra_process", "--output", output)
+        _, _, err = self.command("run", "--graph", graph, *options)
+        left = r"default, repetition 0: timers left the grid of their given phases: A skipped \d+ of"
+        self.assertRegex(err, left)
         self.assertTrue(any("left the grid" in w for w in RunFolder(output).run["warnings"]))

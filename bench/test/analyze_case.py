@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs and simulations for the tests of `hotpath analyze`."""
+"""Graph files, and simulations for the tests of `hotpath analyze`."""
 
 from pathlib import Path
 from typing import Any
@@ -8,8 +8,14 @@ from hotpath_command import CommandTest, csv_rows
 
 SENSOR = "{{name: {0}, type: sensor, period_ms: {1}, execution_time_ms: {2}}}"
 TRANSFORM = "{{name: {0}, type: transform, input: {1}, execution_time_ms: {2}}}"
+COMMAND = "{{name: {0}, type: command, input: {1}, execution_time_ms: {2}}}"
 RANGE = "{{name: {0}, type: callbacks, callbacks: " "[{{timer: t, period_ms: {1}, execution_time_ms: {2}}}]}}"
 FUSION = "{{name: {0}, type: fusion, inputs: [{1}, {2}], execution_time_ms: {3}}}"
+
+
+def graph_text(*nodes: str, more: str = "") -> str:
+    """A graph file of these nodes. `more`: lines before them."""
+    return "\n".join(["name: graph", more, "nodes:", *(f"  - {node}" for node in nodes)]) + "\n"
 
 
 class AnalyzeCase(CommandTest):
@@ -19,14 +25,11 @@ class AnalyzeCase(CommandTest):
         """Writes a graph file of these nodes. `chain`: its sources, then its sink."""
         path = self.folder / "graph.yaml"
         names = ", ".join(node.split("name: ")[1].split(",")[0] for node in nodes)
-        lines = ["name: graph", more, "nodes:", *(f"  - {node}" for node in nodes)]
         if chain:
             *sources, sink = chain.split()
-            lines += [
-                "chains:",
-                f"  - {{name: chain, nodes: [{names}], sources: [{', '.join(sources)}], sink: {sink}}}",
-            ]
-        path.write_text("\n".join(lines) + "\n")
+            of = f"name: chain, nodes: [{names}], sources: [{', '.join(sources)}], sink: {sink}"
+            more += f"\nchains: [{{{of}}}]"
+        path.write_text(graph_text(*nodes, more=more))
         return path
 
     def simulated(

@@ -4,6 +4,7 @@
 import shutil
 from typing import Any
 
+from analyze_case import graph_text
 from hotpath_command import CommandTest
 
 TASKS = {
@@ -84,10 +85,8 @@ class Callbacks(CommandTest):
 
     def test_timers_of_one_node_have_bounds(self) -> None:
         graph = self.folder / "timers.yaml"
-        graph.write_text(
-            "name: timers\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
-            "      - {timer: t, period_ms: 10, execution_time_ms: 1}\n"
-            "      - {timer: u, period_ms: 20, execution_time_ms: 1}\n"
-        )
+        timer = "{{timer: {0}, period_ms: {1}, execution_time_ms: 1}}"
+        timers = f"{timer.format('t', 10)}, {timer.format('u', 20)}"
+        graph.write_text(graph_text(f"{{name: A, type: callbacks, callbacks: [{timers}]}}"))
         run = self.measure("simulate", "--graph", graph, "--executors", "rm-ro", "--duration", 1)
         self.assertEqual([(b["task"], b["ms"]) for b in run.run["bounds"]], [("A/t", 2), ("A/u", 2)])

@@ -9,15 +9,12 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+from analyze_case import SENSOR, graph_text
 from hotpath_command import CommandTest, RunFolder, csv_rows
 
 FIELD = Path(__file__).with_name("field")
 JITTERED = FIELD / "jittered_timers.yaml"
-BURST = """name: burst
-nodes:
-  - {name: Hog, type: sensor, period_ms: 4000, execution_time_ms: 2000}
-  - {name: Fast, type: sensor, period_ms: 2, execution_time_ms: 0.1}
-"""
+BURST = graph_text(SENSOR.format("Hog", 4000, 2000), SENSOR.format("Fast", 2, 0.1))
 
 
 class FieldTest(CommandTest):
@@ -48,11 +45,8 @@ class Judgements(FieldTest):
         self.assertEqual(self.rows("levels/levels.csv")[0]["load"], "12.345678")
 
     def test_a_job_that_waits_past_its_deadline_is_a_miss(self) -> None:
-        (self.folder / "starved.yaml").write_text(
-            "name: starved\nnodes:\n"
-            "  - {name: Hog, type: sensor, period_ms: 10, execution_time_ms: 10, priority: 1}\n"
-            "  - {name: Starved, type: sensor, period_ms: 100, execution_time_ms: 1, priority: 2}\n"
-        )
+        hog, starved = SENSOR.format("Hog", 10, "10, priority: 1"), SENSOR.format("S", 100, "1, priority: 2")
+        (self.folder / "starved.yaml").write_text(graph_text(hog, starved))
         for trace in ((), ("--no-trace",)):
             words = ("--graph", "starved.yaml", "--executors", "fp-ro", "--warm-up", 0, "--duration", 1)
             run = self.simulate(f"run{len(trace)}", *words, "--max-backlog", 1000, *trace)
@@ -189,9 +183,7 @@ class ReadBack(FieldTest):
             self.assertEqual("has changed since the run" in err, change == "changed")
 
     def test_listed_times_are_checked(self) -> None:
-        (self.folder / "one.yaml").write_text(
-            "name: one\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: 5}\n"
-        )
+        (self.folder / "one.yaml").write_text(graph_text(SENSOR.format("A", 10, 5)))
         listed = "task,sequence,execution_time_ns\n"
         for rows, says in (
             ("A,0,1\nA,1,2\n", "job 2 of A is not listed"),
