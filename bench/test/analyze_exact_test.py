@@ -21,10 +21,7 @@ class ExactTest(AnalyzeCase):
 
     def test_the_exact_worst_case_of_known_phases(self) -> None:
         own = [
-            *(
-                "{name: %s, type: sensor, period_ms: 20, priority: %d, execution_time_ms: 1}" % pair
-                for pair in (("A", 1), ("B", 2))
-            ),
+            *(SENSOR.format(name, f"20, priority: {k}", 1) for name, k in (("A", 1), ("B", 2))),
             "{name: X, type: transform, input: {topic: A, priority: 9}, execution_time_ms: 3}",
             "{name: Y, type: transform, input: {topic: B, priority: 9}, execution_time_ms: 5}",
         ]

@@ -69,13 +69,14 @@ class Callbacks(CommandTest):
         )
         self.assertEqual(set(one.values()), {8_100_000, 7_900_000, 8_400_000, 8_000_000, 12_300_000})
         shared = one.keys() & other.keys()
-        self.assertEqual(*({s: times[s] for s in shared} for times in (one, other)), "all draw the same")
+        of = [{s: times[s] for s in shared} for times in (one, other)]
+        self.assertEqual(of[0], of[1], "every executor draws the same")
 
     def test_live_runs_lose_nothing(self) -> None:
         common = "--graph callbacks --executor events-ro --duration 1 --warm-up 0 --load 5"
         for options in ("--transport intra_process", "", "--processes 2"):
             with self.subTest(options=options):
-                output = self.folder / f"run {options}"
+                output = self.folder / "-".join(["run", *options.split()])
                 self.accepted("run", *common.split(), *options.split(), "--output", output)
                 self.check(self.checked(output))
 

@@ -137,19 +137,14 @@ class HotPath(FigureTest):
         return self.folder / name
 
     def test_shows_conditions_sample_counts_and_worst_case_ratios(self) -> None:
-        self.write_run()
-        self.call("hot-path", self.folder)
-        texts = self.svg_texts("hot_path.svg")
         expected = ["tiny · intra_process · 80 % load", "on CPU 0-2,5", "a processor · Linux 6.1"]
-        for text in expected + ["n = 4", "58.6 ms", "2.6× lower"]:
-            self.assertIn(text, texts)
-        self.assertIn("(one core per branch)", texts)
-        self.assertNotIn("partial", texts)
-
-    def test_marks_a_partial_run(self) -> None:
-        self.write_run(complete=False)
-        self.call("hot-path", self.folder)
-        self.assertIn("partial", self.svg_texts("hot_path.svg"))
+        for complete in (True, False):
+            self.write_run(complete=complete)
+            self.call("hot-path", self.folder)
+            texts = self.svg_texts("hot_path.svg")
+            for text in expected + ["n = 4", "58.6 ms", "2.6× lower", "(one core per branch)"]:
+                self.assertIn(text, texts)
+            self.assertEqual("partial" in texts, not complete)
 
     def test_equal_data_give_equal_bytes(self) -> None:
         self.write_run()
