@@ -46,12 +46,6 @@ class BenchCommand(CommandTest):
     def bench_json(self, folder: str | Path) -> Any:
         return json.loads((self.folder / folder / "bench.json").read_text())
 
-    def folder_with(self, name: str) -> Any:
-        path = self.folder / name
-        path.mkdir()
-        (path / "bench.json").write_text("{}")
-        return path
-
     def test_runs_each_repetition_in_a_process_of_its_own(self) -> None:
         self.stand_in("scheduler", ROWS)
         self.stand_in("executor", ROWS)
@@ -90,7 +84,8 @@ class BenchCommand(CommandTest):
 
     def test_refuses_to_mix_two_runs_and_unknown_programs(self) -> None:
         self.stand_in("scheduler", ROWS)
-        self.folder_with("taken")
+        (self.folder / "taken").mkdir()
+        (self.folder / "taken" / "bench.json").write_text("{}")
         for words, says in (
             ("--only scheduler --output taken", "holds files already"),
             ("--only everything", "everything"),
@@ -98,7 +93,8 @@ class BenchCommand(CommandTest):
             self.rejected("bench", *words.split(), says=says, out=None)
 
     def test_compare_results_rejects_a_folder_without_measurements(self) -> None:
-        folder = self.folder_with("old")
+        folder = self.folder / "old"
+        folder.mkdir()
         for content, words in (
             ("{}", "not written by `hotpath bench`"),
             ('{"context": {"machine": {}}, "benchmarks": []}', "nothing to report"),

@@ -4,7 +4,6 @@ jobs.csv."""
 
 import csv
 import json
-from collections.abc import Callable
 from typing import Any
 
 from hotpath_command import JOB_COLUMNS, CommandTest
@@ -19,9 +18,6 @@ class Check(CommandTest):
         super().setUp()
         self.run_folder = self.measure(*RUN)
         self.rows = self.run_folder.rows("jobs.csv")[1]
-
-    def find(self, wanted: Callable[[Any], bool], start: int = 0) -> Any:
-        return next(i for i in range(start, len(self.rows)) if wanted(self.rows[i]))
 
     def write(self) -> None:
         with open(self.run_folder.path / "jobs.csv", "w", newline="", encoding="utf-8") as file:
@@ -39,8 +35,8 @@ class Check(CommandTest):
 
     def started(self, start: int = 0, **fields: Any) -> Any:
         """Index of the next job that ran and has these fields."""
-        fields.setdefault("outcome", "ran")
-        return self.find(lambda row: all(row[name] == value for name, value in fields.items()), start)
+        wanted = ({"outcome": "ran"} | fields).items()
+        return next(i for i in range(start, len(self.rows)) if wanted <= self.rows[i].items())
 
     def later_on_same(self, at: Any, *names: str) -> Any:
         """Index of the next job that ran and agrees with the row `at` in these fields."""

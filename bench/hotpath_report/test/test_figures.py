@@ -240,13 +240,12 @@ class TimersOnly(FigureTest):
             self.assertIn(text, response)
 
     def test_live_and_simulated_runs_of_three_utilisations_share_a_figure(self) -> None:
+        rows = {e: [timer("IMU", [1 + k % 5 for k in range(60)])] for e in ("default", "rm-ro")}
         runs = []
         for load in (60, 80, 90):
-            kinds: dict[str, dict[str, Any]] = {"live": {}, "simulated": SIMULATED}
-            for kind, changes in kinds.items():
-                rows = {e: [timer("IMU", [1 + k % 5 for k in range(60)])] for e in ("default", "rm-ro")}
-                more = {"graph": f"timers_only_{load}", "load_percent": load, **changes}
-                runs.append(self.write_run(f"{kind}_{load}", rows, **more))
+            of: dict[str, Any] = {"graph": f"timers_only_{load}", "load_percent": load}
+            runs.append(self.write_run(f"live_{load}", rows, **of))
+            runs.append(self.write_run(f"simulated_{load}", rows, **of, **SIMULATED))
         output = self.folder / "figures"
         result = self.call("timers-only", *runs, "--output", output)
         self.assert_drawn(result, output, "timers_only_dropped", "timers_only_response")
