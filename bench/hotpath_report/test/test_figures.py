@@ -61,14 +61,11 @@ def chain_rows(executor: str, latencies_ms: Iterable[float]) -> str:
     )
 
 
-def timer(
-    task: Any, responses_ms: Sequence[float], skipped: int = 0, period_ms: int = 30
-) -> tuple[Any, dict[Any, Any]]:
-    """One executor's response times of a timer after the warm-up, and what the summary says of
-    it."""
+def timer(task: Any, responses_ms: Sequence[float], skipped: int = 0) -> tuple[Any, dict[Any, Any]]:
+    """One executor's response times of a timer after the warm-up, and what the summary says of it."""
     counts = {"reached": len(responses_ms) + skipped, "ran": len(responses_ms), "skipped": skipped}
     counts["deadline_overruns"] = 0
-    return responses_ms, {"task": task, "kind": "timer", "deadline_ms": period_ms, "after_warm_up": counts}
+    return responses_ms, {"task": task, "kind": "timer", "deadline_ms": 30, "after_warm_up": counts}
 
 
 class FigureTest(unittest.TestCase):
@@ -97,8 +94,8 @@ class FigureTest(unittest.TestCase):
             words, capture_output=True, text=True, timeout=100, check=False, env=self.environment()
         )
 
-    def assert_refused(self, result: Any, *words: object, code: int = 2) -> None:
-        self.assertEqual(result.returncode, code, result.stderr)
+    def assert_refused(self, result: Any, *words: object) -> None:
+        self.assertEqual(result.returncode, 2, result.stderr)
         self.assertEqual(result.stderr.count("\n"), 1, f"not one sentence: {result.stderr}")
         self.assertNotIn("Traceback", result.stderr)
         for word in words:
