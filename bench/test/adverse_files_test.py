@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files that are damaged, and targets that cannot or must not be written."""
 
-import contextlib
-import io
 import json
 import os
 import resource
@@ -16,10 +14,10 @@ from typing import Any
 import pytest
 
 import adverse_tables as tables
+import package
 from adverse_tables import rows, words
 from adverse_use_test import OPTION, WRONG_USE, assert_says
-from hotpath_command import HOTPATH, CommandTest
-from hotpath_report.__main__ import main
+from hotpath_command import CommandTest
 
 NOBODY = {"user": 65534, "group": 65534} if os.geteuid() == 0 else {}
 
@@ -133,14 +131,12 @@ def test_a_damaged_file(shell: CommandTest, stock: Path, file: str, command: str
 
 
 @pytest.fixture
-def limited_process(monkeypatch: Any) -> Any:
+def limited_process() -> Any:
     """Limits the memory and the time of this process, in which the Python package runs."""
     before = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (4 * MOST_MEMORY, before[1]))
     alarm = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.alarm(MOST_SECONDS)
-    for name, value in {"HOTPATH": HOTPATH, "HOTPATH_FIGURES": "none"}.items():
-        monkeypatch.setenv(name, value)
     yield
     signal.alarm(0)
     signal.signal(signal.SIGALRM, alarm)
@@ -153,11 +149,9 @@ def test_a_damaged_file_of_the_package(
 ) -> None:
     path = damaged_copy(stock, tmp_path, file, kind)
     line = words(command, stock, f=path, d=path.parent, o=f"--output {tmp_path}/o")
-    line = tables.as_the_program_starts_it(line)
-    errors = io.StringIO()
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
-        code = main(line)
-    assert_damage_is_reported(path, kind, code, errors.getvalue())
+    environment = {**os.environ, "HOTPATH_FIGURES": "none"}
+    done = package.call(tmp_path, environment, *tables.as_the_program_starts_it(line))
+    assert_damage_is_reported(path, kind, done.returncode, done.stderr)
 
 
 def test_a_stack_that_is_too_small(shell: CommandTest, stock: Path) -> None:

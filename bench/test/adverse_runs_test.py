@@ -39,6 +39,14 @@ def assert_nothing_looks_whole(shell: Any, output: str = "run") -> None:
     assert not (path / "run.json").exists() or not RunFolder(path).run["complete"]
 
 
+def assert_failed(shell: Any, done: Any, *parts: str, output: str = "run") -> None:
+    """Checks that a command ended with one sentence, and without a result that looks whole."""
+    code, out, err = done
+    assert (code, out) == (FAILED, ""), err
+    assert_says(err, *parts)
+    assert_nothing_looks_whole(shell, output)
+
+
 def children(process: Any) -> list[int]:
     try:
         return [
@@ -77,10 +85,7 @@ LIMITS = {
 def test_what_the_machine_refuses(
     shell: CommandTest, stock: Path, which: str, line: str, parts: list[str]
 ) -> None:
-    code, out, err = shell.command(*words(line, stock), **LIMITS[which])
-    assert (code, out) == (FAILED, ""), err
-    assert_says(err, *parts)
-    assert_nothing_looks_whole(shell)
+    assert_failed(shell, shell.command(*words(line, stock), **LIMITS[which]), *parts)
 
 
 @needs_root
@@ -97,12 +102,8 @@ def test_no_network_interface(shell: CommandTest) -> None:
     if subprocess.run(["unshare", "-n", "true"], capture_output=True, check=False).returncode != 0:
         pytest.skip("needs a separate network namespace")
     asked = ["unshare", "-n", HOTPATH, *tables.WITHOUT_NETWORK.split()]
-    code, out, err = shell.finish(
-        subprocess.Popen(asked, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=shell.folder)
-    )
-    assert (code, out) == (FAILED, ""), err
-    assert_says(err, "DDS domain 0", "partners")
-    assert_nothing_looks_whole(shell)
+    pipes: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": shell.folder}
+    assert_failed(shell, shell.finish(subprocess.Popen(asked, **pipes)), "DDS domain 0", "partners")
 
 
 def test_a_full_disk(shell: CommandTest, stock: Path) -> None:
@@ -114,10 +115,7 @@ def test_a_full_disk(shell: CommandTest, stock: Path) -> None:
     shell.addCleanup(subprocess.check_call, ["umount", disk])
     shell.accepted(*tables.TWENTY_SECONDS.split())
     for line, *parts in rows(tables.FULL_DISK):
-        code, out, err = shell.command(*words(line, stock))
-        assert (code, out) == (FAILED, ""), err
-        assert_says(err, *parts)
-        assert_nothing_looks_whole(shell, "disk/run")
+        assert_failed(shell, shell.command(*words(line, stock)), *parts, output="disk/run")
         shutil.rmtree(disk / "run", ignore_errors=True)
         assert list(disk.iterdir()) == []
 
@@ -214,10 +212,7 @@ def started(shell: Any, line: str, work: bool = False) -> Any:
 def test_a_process_that_dies_or_hangs(shell: CommandTest, number: int, which: int, parts: Any) -> None:
     process = started(shell, f"{tables.TWO_PROCESSES} --duration 1.5 --time-out 1")
     os.kill(children(process)[which], number)
-    code, out, err = shell.finish(process)
-    assert (code, out) == (FAILED, "")
-    assert_says(err, *parts)
-    assert_nothing_looks_whole(shell)
+    assert_failed(shell, shell.finish(process), *parts)
     assert parts[1] in RunFolder(shell.folder / "run").run["failures"][0]
 
 

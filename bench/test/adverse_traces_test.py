@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 
-from adverse_use_test import WRONG_USE, assert_says
+from adverse_use_test import WRONG_USE, assert_rejected
+from analyze_case import COMMAND, graph_text
 from ctf_trace import MS, CtfTrace, run_on, sensor_and_filter
 from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder
@@ -106,10 +107,7 @@ def imported(shell: CommandTest, folder: Path, *options: object) -> tuple[Any, P
 
 
 def assert_refused(shell: CommandTest, says: str, folder: Path, *options: object) -> None:
-    code, out, err = shell.command("import", "ctf", folder, "--output", "refused", *options)
-    assert (code, out) == (WRONG_USE, "")
-    assert_says(err, says)
-    assert not (shell.folder / "refused").exists()
+    assert_rejected(shell, ["import", "ctf", folder, "--output", "refused", *options], says)
 
 
 @pytest.mark.parametrize("trace, change, words, jobs", FAULTS)
@@ -176,10 +174,8 @@ def test_an_executor_that_none_fits(shell: CommandTest) -> None:
 
 
 def test_a_chain_without_outputs_is_not_green(shell: CommandTest) -> None:
-    (shell.folder / "graph.yaml").write_text(
-        "name: slow\nnodes:\n  - {name: Source, type: sensor, period_ms: 100}\n"
-        "  - {name: Sink, type: command, input: Source, execution_time_ms: 5000}\n"
-    )
+    source, sink = "{name: Source, type: sensor, period_ms: 100}", COMMAND.format("Sink", "Source", 5000)
+    (shell.folder / "graph.yaml").write_text(graph_text(source, sink))
     brief = ("--graph", "graph.yaml", "--executors", "events-re", "--duration", 0.5, "--warm-up", 0)
     shell.accepted("simulate", *brief, "--output", "run")
     shell.accepted("export", "ctf", "run", "--output", "trace")

@@ -39,7 +39,7 @@ def assert_says(err: str, *parts: str) -> None:
     assert not re.search(signs, err)
 
 
-def assert_rejected(shell: Any, line: list[str], *parts: str) -> None:
+def assert_rejected(shell: Any, line: list[Any], *parts: str) -> None:
     before = sorted(shell.folder.rglob("*"))
     code, out, err = shell.command(*line)
     assert (code, out) == (WRONG_USE, ""), err

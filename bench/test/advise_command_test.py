@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """`hotpath advise` as a user starts it: its ranking, its files, and its errors."""
 
-import csv
 import json
 import shutil
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest
+from analyze_case import COMMAND, SENSOR, graph_text
+from hotpath_command import CommandTest, csv_rows
 
 SOURCE = Path(__file__).resolve().parents[2]
 MEASURED = SOURCE / "reference_system" / "ros2_reference" / "rclcpp_autoware_phases.csv"
@@ -21,11 +21,6 @@ class Advise(CommandTest):
         output = self.folder / "advice"
         out = self.accepted("advise", graph, *options.split(), *more, "--output", output)
         return out, json.loads((output / "advice.json").read_text())
-
-    def refused(self, graph: str, *options: object) -> Any:
-        code, _, err = self.command("advise", graph, *options, "--output", self.folder / "advice")
-        self.assertEqual(code, 2, err)
-        return err
 
     def test_autoware_gets_a_ranking_an_advice_and_a_change_that_can_be_run(self) -> None:
         out, advice = self.advise("autoware", "--cores 2 --repetitions 3 --duration 3")
@@ -66,9 +61,7 @@ class Advise(CommandTest):
 
     def test_ranks_as_the_real_executors_were_measured(self) -> None:
         """Uses the recorded phases, and ranks by the median for a crunch of 4.2 ms."""
-        with open(MEASURED, newline="") as file:
-            rows = list(csv.DictReader(file))
-        measured = {row["executor"].split()[0]: float(row["hot_path_p50_ms"]) for row in rows}
+        measured = {r["executor"].split()[0]: float(r["hot_path_p50_ms"]) for r in csv_rows(MEASURED)}
         variants = {"rm-ro": "rm-ro:first", "edf-ro": "edf-ro:first", "multi": "multi:2"}
         names = {name: variants.get(name, name) for name in measured}
         options = "--cores 2 --for hot_path:median --duration 20"
@@ -83,10 +76,7 @@ class Advise(CommandTest):
 
     def test_finds_chains_and_keeps_requirements(self) -> None:
         graph = self.folder / "mine.yaml"
-        graph.write_text(
-            "name: mine\nnodes:\n- {name: S, type: sensor, period_ms: 10, execution_time_ms: 1}\n"
-            "- {name: C, type: command, input: S, execution_time_ms: 1}\n"
-        )
+        graph.write_text(graph_text(SENSOR.format("S", 10, 1), COMMAND.format("C", "S", 1)))
         out, advice = self.advise(graph, f"--for chain_1<40 {SHORT} --executors default,rm-ro")
         self.assertIn("Found chain_1: S -> C", out)
         self.assertEqual(advice["objective"], "chain_1 within 40 ms")
@@ -94,13 +84,9 @@ class Advise(CommandTest):
     def test_draws_unknown_orders_of_delivery_and_says_what_they_are_worth(self) -> None:
         """Of two subscribers, rm-ro runs the last one reached first, and events-ro the first one."""
         graph = self.folder / "unknown.yaml"
-        graph.write_text(
-            "name: unknown\ntopics: {S: {delivery: unknown}}\nnodes:\n"
-            "- {name: S, type: sensor, period_ms: 100, execution_time_ms: 1}\n"
-            "- {name: A, type: command, input: S, execution_time_ms: 2}\n"
-            "- {name: B, type: command, input: S, execution_time_ms: 3}\n"
-            "chains:\n- {name: c, nodes: [S, A], sources: [S], sink: A}\n"
-        )
+        nodes = (SENSOR.format("S", 100, 1), COMMAND.format("A", "S", 2), COMMAND.format("B", "S", 3))
+        chains = "chains: [{name: c, nodes: [S, A], sources: [S], sink: A}]"
+        graph.write_text(graph_text(*nodes, more="topics: {S: {delivery: unknown}}\n" + chains))
         options = "--executors rm-ro,events-ro --now events-ro --costs graph"
         out, advice = self.advise(graph, f"{options} --repetitions 10 --duration 1")
         self.assertEqual(advice["draws"], 10)
@@ -128,21 +114,10 @@ class Advise(CommandTest):
         self.assertEqual(values, sorted(values))
 
     def test_reports_overloaded_candidates(self) -> None:
-        err = self.refused("autoware", "--load", 130)
-        self.assertIn("130 % of one core", err)
-        self.assertIn("2 cores or more", err)
+        self.rejected("advise", "autoware", "--load", 130, says=("130 % of one core", "2 cores or more"))
         out, advice = self.advise("autoware", f"--load 130 --cores 2 {SHORT}")
         self.assertIn("cannot keep up: it has 130 % of one core of work for 1 thread", out)
         self.assertNotEqual(advice["recommended"], "default")
-
-    def test_is_a_function_of_the_seed(self) -> None:
-        texts = []
-        for threads in ("1", "2"):
-            folder = self.folder / f"by_{threads}"
-            words = (*SHORT.split(), "--threads", threads, "--output", folder)
-            self.accepted("advise", "sequences", *words)
-            texts.append((folder / "advice.json").read_text().replace(str(folder), ""))
-        self.assertEqual(*texts)
 
     def test_the_budget_ends_it_after_a_whole_draw(self) -> None:
         limits = "--repetitions 1000 --duration 30 --time-out 0.1"
@@ -151,12 +126,11 @@ class Advise(CommandTest):
         self.assertIn("draws: the budget ended", out)
 
     def test_wrong_use_is_refused(self) -> None:
-        for message, *arguments in (
-            ("hot_path:median", "autoware", "--for", "hot_path:p98"),
-            ("has no chain", "autoware", "--for", "nothing:p99"),
+        for message, words in (
+            ("has no chain", "autoware --for nothing:p99"),
             ("there is no graph", "nothing"),
-            ("neither reference nor graph", "autoware", "--costs", "none"),
-            ("there is no executor", "autoware", "--executors", "nothing"),
-            ("no deployment of this name", "autoware", "--now", "nothing"),
+            ("neither reference nor graph", "autoware --costs none"),
+            ("there is no executor", "autoware --executors nothing"),
+            ("no deployment of this name", "autoware --now nothing"),
         ):
-            self.assertIn(message, self.refused(*arguments))
+            self.rejected("advise", *words.split(), says=message)

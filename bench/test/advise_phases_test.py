@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`hotpath advise --phases`: the phases that it chooses, what proves them, and what it refuses."""
 
-import csv
 import json
 import re
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder
+from analyze_case import SENSOR, graph_text
+from hotpath_command import CommandTest, RunFolder, csv_rows
 
 # A fusion of two sensors, and a busy timer that can come between.
 GRAPH = """name: small
@@ -32,20 +32,11 @@ class AdvisePhases(CommandTest):
         out = self.accepted("advise", self.graph, *options.split(), "--phases", "--output", output)
         return out, json.loads((output / "phases.json").read_text())
 
-    def refused(self, *arguments: object) -> str:
-        code, _, err = self.command("advise", *arguments, "--output", self.folder / "refused")
-        self.assertEqual(code, 2, err)
-        self.assertFalse((self.folder / "refused").exists())
-        return str(err)
-
     def guaranteed(self, *phases: object) -> dict[str, float]:
         """Exact worst cases by `analyze`: hot path and age of the chain, in ms."""
         table = self.folder / "bounds.csv"
         self.accepted("analyze", self.graph, "--executors", "rm-ro", *phases, "--csv", table)
-        with open(table, newline="") as file:
-            rows = [
-                r for r in csv.DictReader(file) if r["method"].startswith("exploration") and r["name"] == "pq"
-            ]
+        rows = [r for r in csv_rows(table) if r["method"].startswith("exploration") and r["name"] == "pq"]
         return {row["kind"]: int(row["bound_ns"]) / 1e6 for row in rows}
 
     def test_chooses_phases_that_guarantee_less(self) -> None:
@@ -75,8 +66,7 @@ class AdvisePhases(CommandTest):
         creation = self.guaranteed("--phases", "creation")
         by_creation = advice["candidates"][0]["by_rule"]["creation"]
         self.assertAlmostEqual(creation["hot_path"], by_creation["hot_path_ms"])
-        with open(phases, newline="") as file:
-            rows = {row["task"]: float(row["first_release_ms"]) for row in csv.DictReader(file)}
+        rows = {row["task"]: float(row["first_release_ms"]) for row in csv_rows(phases)}
         self.assertEqual(rows, advice["candidates"][0]["first_release_ms"])
         witness = self.checked("advice/witness/rm-ro/hot_path_pq")
         ((_, chains),) = witness.chains().items()
@@ -92,16 +82,13 @@ class AdvisePhases(CommandTest):
     def test_depends_on_the_seed_alone(self) -> None:
         texts = []
         for threads in (1, 2):
-            output = self.folder / f"by_{threads}"
-            self.accepted(
-                *("advise", self.graph, "--phases", "--executors", "rm-ro", "--repetitions", 2),
-                *("--threads", threads, "--output", output),
-            )
+            self.advise(f"--executors rm-ro --repetitions 2 --threads {threads}")
+            output = (self.folder / "advice").rename(self.folder / f"by_{threads}")
             texts.append((output / "phases.csv").read_text())
-            options = (output / "executor.yaml").read_text()
-            self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\n", options)
-            self.assertIn("\nservice_wait_ms: 0\noffsets: phases.csv\n", options)
         self.assertEqual(*texts)
+        options = (output / "executor.yaml").read_text()
+        self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\n", options)
+        self.assertIn("\nservice_wait_ms: 0\noffsets: phases.csv\n", options)
 
     def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:
         _, advice = self.advise("--for pq:worst --repetitions 2 --duration 2")
@@ -109,8 +96,8 @@ class AdvisePhases(CommandTest):
         self.assertIn("fp-ro:chain", names)
         if advice["recommended"] == "fp-ro:chain":
             graph = self.folder / "advice" / "graph.yaml"
-            self.measure("simulate", "--graph", graph, "--executors", "fp-ro", "--phases",
-                         self.folder / "advice" / "phases.csv", "--duration", 1)  # fmt: skip
+            words = ("--executors", "fp-ro", "--phases", graph.with_name("phases.csv"), "--duration", 1)
+            self.measure("simulate", "--graph", graph, *words)
 
     def test_timers_alone_are_judged_by_lateness(self) -> None:
         timers, _, _ = GRAPH.partition("- {name: F,")
@@ -126,10 +113,9 @@ class AdvisePhases(CommandTest):
         self.assertIn("several threads", refusals["multi:2"])
         self.assertIn("deployment", refusals["isolated"])
         self.assertIn("multi:2 has no exact values", out)
-        code, _, err = self.command("advise", self.graph, "--phases", "--cores", 2, "--executors", "multi:2",
-                                    "--now", "multi:2", "--output", self.folder / "none")  # fmt: skip
-        self.assertEqual(code, 1)
-        self.assertIn("nothing is guaranteed; multi:2:", err)
+        none = "--phases --cores 2 --executors multi:2 --now multi:2 --output none"
+        says = "nothing is guaranteed; multi:2:"
+        self.rejected("advise", self.graph, *none.split(), says=says, code=1, out=None)
 
     def test_constant_execution_times_are_said(self) -> None:
         self.graph.write_text(re.sub(", best_case_execution_time_ms: [0-9]+", "", GRAPH))
@@ -138,28 +124,25 @@ class AdvisePhases(CommandTest):
 
     def test_wrong_use_is_refused(self) -> None:
         for words, message in (
-            (("--phases", "--for", "pq:p99"), "CHAIN:worst or CHAIN:age"),
-            (("--phases", "--for", "losses"), "worst_lateness"),
-            (("--phases", "nonsense"), "is none of creation, synchronous, given, random, creation:MS"),
-            (("--phases", "--phases", "x"), "--phases"),
-            (("--phases", "--costs", "none"), "neither reference nor graph"),
-            (("--phases", "--margin", 30), "half of the shortest period"),
-            (("--margin", 1), "add --phases"),
+            ("--phases --for pq:p99", "CHAIN:worst or CHAIN:age"),
+            ("--phases --for losses", "worst_lateness"),
+            ("--phases nonsense", "is none of creation, synchronous, given, random, creation:MS"),
+            ("--phases --phases x", "--phases"),
+            ("--phases --costs none", "neither reference nor graph"),
+            ("--phases --margin 30", "half of the shortest period"),
+            ("--margin 1", "add --phases"),
         ):
-            self.assertIn(message, self.refused(self.graph, *words), words)
+            self.rejected("advise", self.graph, *words.split(), "--output", "refused", says=message)
+            self.assertFalse((self.folder / "refused").exists())
 
     def test_runs_with_given_phases_say_when_timers_are_skipped(self) -> None:
         """A job that takes longer than the period makes its own timer skip, on any machine."""
         graph = self.folder / "slow.yaml"
-        graph.write_text(
-            "name: slow\nnodes:\n- {name: A, type: sensor, period_ms: 20, phase_ms: 5, execution_time_ms: 30}\n"
-        )
+        graph.write_text(graph_text(SENSOR.format("A", "20, phase_ms: 5", 30)))
         output = self.folder / "live"
-        _, _, err = self.command(
-            *("run", "--graph", graph, "--executors", "default", "--phases", "given", "--work", "wall"),
-            *("--duration", 0.5, "--warm-up", 0, "--transport", "intra_process", "--output", output),
-        )
-        self.assertRegex(
-            err, r"default, repetition 0: timers left the grid of their given phases: A skipped \d+ of"
-        )
+        words = "--executors default --phases given --work wall --duration 0.5 --warm-up 0"
+        options = (*words.split(), "--transport", "intra_process", "--output", output)
+        _, _, err = self.command("run", "--graph", graph, *options)
+        left = r"default, repetition 0: timers left the grid of their given phases: A skipped \d+ of"
+        self.assertRegex(err, left)
         self.assertTrue(any("left the grid" in w for w in RunFolder(output).run["warnings"]))

@@ -2,11 +2,11 @@
 """hotpath analyze: bounds hold where an earlier version's bounds failed, and a violated bound is
 reported."""
 
-import csv
 import json
 from pathlib import Path
 
 from analyze_case import FUSION, SENSOR, TRANSFORM, AnalyzeCase
+from hotpath_command import csv_rows
 
 
 class AnalyzeTest(AnalyzeCase):
@@ -113,8 +113,7 @@ class AnalyzeTest(AnalyzeCase):
         self.accepted("analyze", "sequences", "--executors", "rm-ro,multi", "--page", page)
         refused = json.loads((page / "bounds.json").read_text())["refused"]
         self.assertIn(("multi", "processing windows"), {(r["executor"], r["method"]) for r in refused})
-        with (page / "bounds.csv").open(encoding="utf-8") as file:
-            chains = [row for row in csv.DictReader(file) if row["kind"] == "chain"]
+        chains = [row for row in csv_rows(page / "bounds.csv") if row["kind"] == "chain"]
         self.assertEqual([row["name"] for row in chains], ["localization", "lane_detection"])
         self.assertIn("blocked by Localization/PointsTransformer", chains[1]["dominated_by"])
         self.assertRegex(
@@ -125,8 +124,7 @@ class AnalyzeTest(AnalyzeCase):
 
     def of_timer(self, page: Path, name: str) -> str:
         """The composition of the timer's tightest bound."""
-        with (page / "bounds.csv").open(encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if row["name"] == name and row["dominated_by"]]
+        rows = [row for row in csv_rows(page / "bounds.csv") if row["name"] == name and row["dominated_by"]]
         return min(rows, key=lambda row: int(row["bound_ns"]))["dominated_by"]
 
     def tampered(self, kind: str) -> Path:
@@ -143,8 +141,7 @@ class AnalyzeTest(AnalyzeCase):
 
     def test_a_wrong_bound_is_a_failure(self) -> None:
         compared = ("analyze", "sequences", "--executors", "rm-ro", "--trace")
-        code, _, err = self.command(*compared, self.tampered("simulated"))
-        self.assertEqual(code, 1)
+        err = self.rejected(*compared, self.tampered("simulated"), code=1, out=None)
         self.assertRegex(
             err, r"1 of \d+ observed values \(.*%\) exceed their bound, first chain .* under rm-ro by busy"
         )
@@ -162,9 +159,7 @@ class AnalyzeTest(AnalyzeCase):
         code, out, err = self.command(*compared)
         self.assertEqual((code, err), (0, ""))
         self.assertRegex(out, r"1 of \d+ observed values .* exceed their bound")
-        code, _, err = self.command(*compared, "--strict")
-        self.assertEqual(code, 1)
-        self.assertIn("--strict: 1 of ", err)
+        self.rejected(*compared, "--strict", says="--strict: 1 of ", code=1, out=None)
 
     def test_inputs_of_a_join_may_take_different_times(self) -> None:
         publishes = "publishes: {topic: f, when: all_new, of: [a, b]}"
@@ -202,22 +197,8 @@ class AnalyzeTest(AnalyzeCase):
         compared = self.accepted("analyze", graph, "--trace", run)
         self.assertRegex(compared, r"\nchain +9\.000 .* 9\.000 +1\.000")
         self.assertIn("may run on several processors", compared)
-        code, _, err = self.command("analyze", graph, "--deployments", mine)
-        self.assertEqual(code, 2)
-        self.assertIn("mine.yaml:4: executor second: the simulated machine has no processor 1", err)
-
-    def test_a_listed_execution_time_is_checked(self) -> None:
-        graph, times = self.graph(SENSOR.format("A", 20, 2)), self.folder / "times.csv"
-        for row, why in (
-            ("B,0,1", "the graph has no task B"),
-            ("A,0,-1", "is -1; give 0 or more"),
-            ("A,x,1", "whole"),
-        ):
-            times.write_text(f"task,sequence,execution_time_ns\n{row}\n")
-            options = ("--executors", "rm-ro", "--execution-times", f"listed:{times}")
-            code, _, err = self.command("simulate", "--graph", graph, *options)
-            self.assertEqual(code, 2)
-            self.assertRegex(err, f"times.csv:2: .*{why}")
+        missing = "mine.yaml:4: executor second: the simulated machine has no processor 1"
+        self.rejected("analyze", graph, "--deployments", mine, says=missing, out=None)
 
     def test_a_run_is_compared_with_bounds_for_what_ran(self) -> None:
         graph = self.graph(SENSOR.format("A", 20, 5), SENSOR.format("B", 30, 5))
@@ -228,14 +209,10 @@ class AnalyzeTest(AnalyzeCase):
             (("--phases", "synchronous"), "had other phases than these bounds assume"),
             (("--phases", run), "its repetition 1 had other phases"),
         ):
-            code, _, err = self.command("analyze", graph, "--trace", run, *options)
-            self.assertEqual(code, 2, err)
-            self.assertRegex(err, why)
+            self.assertRegex(self.rejected("analyze", graph, "--trace", run, *options, out=None), why)
         self.accepted("analyze", graph, "--trace", run)  # with the run's executors
         graph.write_text(graph.read_text().replace("execution_time_ms: 5", "execution_time_ms: 4"))
-        code, _, err = self.command("analyze", graph, "--trace", run)
-        self.assertEqual(code, 2)
-        self.assertIn("the graph has changed since", err)
+        self.rejected("analyze", graph, "--trace", run, says="the graph has changed since", out=None)
 
     def test_timers_that_start_far_apart_need_their_phases(self) -> None:
         nodes = [
@@ -245,9 +222,8 @@ class AnalyzeTest(AnalyzeCase):
         nodes.append(FUSION.format("F", "A", "B", 1))
         graph = self.graph(*nodes, chain="A B F")
         run = self.simulated(graph, "fp-ro", "--warm-up", 0, seconds=3, repetitions=1, phases="given")
-        code, _, err = self.command("analyze", graph, "--trace", run)
-        self.assertEqual(code, 2)
-        self.assertIn("start further apart than bounds for any phases cover", err)
+        apart = "start further apart than bounds for any phases cover"
+        self.rejected("analyze", graph, "--trace", run, says=apart, out=None)
         bound, observed = self.rows(graph, "fp-ro", "--trace", run, "--phases", "given")["chain"]
         self.assertGreater(observed, 900)
         self.assertLessEqual(observed, bound)
@@ -265,8 +241,5 @@ class AnalyzeTest(AnalyzeCase):
 
     def test_another_machine_than_that_of_the_run_is_refused(self) -> None:
         run = self.simulated("sequences", "rm-ro", seconds=1, repetitions=1)
-        code, _, err = self.command(
-            "analyze", "sequences", "--trace", run, "--platform", "dispatch_cost_us=5"
-        )
-        self.assertEqual(code, 2)
-        self.assertIn("leave out options that change it", err)
+        other = ("--trace", run, "--platform", "dispatch_cost_us=5")
+        self.rejected("analyze", "sequences", *other, says="leave out options that change it", out=None)

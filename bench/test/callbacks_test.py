@@ -4,6 +4,7 @@
 import shutil
 from typing import Any
 
+from analyze_case import graph_text
 from hotpath_command import CommandTest
 
 TASKS = {
@@ -29,9 +30,8 @@ class Callbacks(CommandTest):
 
     def test_graph_says_what_it_describes_and_draws_it(self) -> None:
         self.assertIn("4 nodes, 5 subscriptions, 3 timers", self.accepted("graph", "callbacks"))
-        self.assertIn(
-            "diagnostics, every 500 ms, works 0.1 ms", self.accepted("graph", "callbacks", "--as", "dot")
-        )
+        drawn = self.accepted("graph", "callbacks", "--as", "dot")
+        self.assertIn("diagnostics, every 500 ms, works 0.1 ms", drawn)
         if shutil.which("dot"):
             self.assertIn("</svg>", self.accepted("graph", "callbacks", "--as", "svg"))
 
@@ -39,22 +39,17 @@ class Callbacks(CommandTest):
         listed = self.accepted("list", "deployments")
         for name, description in (("isolated", "a default executor"), ("picas", "chain-aware priorities")):
             self.assertRegex(listed, f"(?m)^{name} +{description}")
-        self.assertIn(
-            "<b>Localizer</b>: default",
-            self.accepted("graph", "callbacks", "--as", "dot", "--deployments", "isolated"),
-        )
-        for arguments, reason in (
-            (("--deployments", "isolated"), "--deployments: add --as svg, dot or cie"),
-            (("--as", "dot", "--deployments", "isolatd"), "isolated"),
+        drawn = self.accepted("graph", "callbacks", "--as", "dot", "--deployments", "isolated")
+        self.assertIn("<b>Localizer</b>: default", drawn)
+        for words, reason in (
+            ("--deployments isolated", "--deployments: add --as svg, dot or cie"),
+            ("--as dot --deployments isolatd", "isolated"),
         ):
-            code, out, err = self.command("graph", "callbacks", *arguments)
-            self.assertEqual((code, out), (2, ""))
-            self.assertIn(reason, err)
+            self.rejected("graph", "callbacks", *words.split(), says=reason)
 
     def test_simulate_and_what_reads_its_run(self) -> None:
-        run = self.measure(
-            "simulate", "--graph", "callbacks", "--executors", "all", "--duration", 5, "--warm-up", 0
-        )
+        words = "simulate --graph callbacks --executors all --duration 5 --warm-up 0"
+        run = self.measure(*words.split())
         self.check(run)
         summary = run.summary()
         self.accepted("report", "--summary", run.path)
@@ -64,57 +59,35 @@ class Callbacks(CommandTest):
         self.assertIn("Localizer/points", perfetto.read_text())
 
     def test_measured_execution_times_are_drawn(self) -> None:
-        run = self.measure(
-            *("simulate", "--graph", "callbacks", "--executors", "rm-ro,edf-ro", "--duration", 60),
-            *("--execution-times", "measured", "--seed", 3),
-        )
+        words = "simulate --graph callbacks --executors rm-ro,edf-ro --duration 60 --seed 3"
+        run = self.measure(*words.split(), "--execution-times", "measured")
         self.assertEqual(run.run["execution_times"], "measured")
-        worked = [
-            {
-                (j.sequence, j.finish - j.start)
-                for j in jobs
-                if j.task == "Localizer/points" and j.outcome == "ran"
-            }
+        drawn = ("Localizer/points", "ran")
+        one, other = (
+            {j.sequence: j.finish - j.start for j in jobs if (j.task, j.outcome) == drawn}
             for jobs in run.jobs().values()
-        ]
-        self.assertEqual({t for _, t in worked[0]}, {8_100_000, 7_900_000, 8_400_000, 8_000_000, 12_300_000})
-        shared = {s for s, _ in worked[0]} & {s for s, _ in worked[1]}
-        of = [{s: t for s, t in w if s in shared} for w in worked]
+        )
+        self.assertEqual(set(one.values()), {8_100_000, 7_900_000, 8_400_000, 8_000_000, 12_300_000})
+        shared = one.keys() & other.keys()
+        of = [{s: times[s] for s in shared} for times in (one, other)]
         self.assertEqual(of[0], of[1], "every executor draws the same")
 
     def test_live_runs_lose_nothing(self) -> None:
-        for options in (("--transport", "intra_process"), (), ("--processes", 2)):
+        common = "--graph callbacks --executor events-ro --duration 1 --warm-up 0 --load 5"
+        for options in ("--transport intra_process", "", "--processes 2"):
             with self.subTest(options=options):
-                output = self.folder / "-".join(map(str, ("run", *options)))
-                self.accepted(
-                    *(
-                        "run",
-                        "--graph",
-                        "callbacks",
-                        "--executor",
-                        "events-ro",
-                        "--duration",
-                        1,
-                        "--warm-up",
-                        0,
-                    ),
-                    *("--load", 5, *options, "--output", output),
-                )
+                output = self.folder / "-".join(["run", *options.split()])
+                self.accepted("run", *common.split(), *options.split(), "--output", output)
                 self.check(self.checked(output))
 
     def test_analyze_refuses_them_with_the_reason(self) -> None:
-        code, out, err = self.command("analyze", "callbacks")
-        self.assertEqual((code, out), (2, ""))
-        self.assertIn("no method covers callback Planner/odometry, which waits for a set", err)
+        reason = "no method covers callback Planner/odometry, which waits for a set"
+        self.rejected("analyze", "callbacks", says=reason)
 
     def test_timers_of_one_node_have_bounds(self) -> None:
         graph = self.folder / "timers.yaml"
-        graph.write_text(
-            "name: timers\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
-            "      - {timer: t, period_ms: 10, execution_time_ms: 1}\n"
-            "      - {timer: u, period_ms: 20, execution_time_ms: 1}\n"
-        )
-        run = self.measure(
-            "simulate", "--graph", graph, "--executors", "rm-ro", "--duration", 1, "--warm-up", 0
-        )
+        timer = "{{timer: {0}, period_ms: {1}, execution_time_ms: 1}}"
+        timers = f"{timer.format('t', 10)}, {timer.format('u', 20)}"
+        graph.write_text(graph_text(f"{{name: A, type: callbacks, callbacks: [{timers}]}}"))
+        run = self.measure("simulate", "--graph", graph, "--executors", "rm-ro", "--duration", 1)
         self.assertEqual([(b["task"], b["ms"]) for b in run.run["bounds"]], [("A/t", 2), ("A/u", 2)])

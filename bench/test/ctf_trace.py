@@ -70,24 +70,15 @@ class CtfTrace:
         self.event(at, "rclcpp_subscription_callback_added", subscription=rclcpp, callback=callback)
         return rmw, callback
 
-    def service(self, at: Any, node: Any, name: str) -> Any:
-        handle, callback = self.address(), self.address()
-        self.event(at, "rcl_service_init", service_handle=handle, node_handle=node, service_name=name)
-        self.event(at, "rclcpp_service_callback_added", service_handle=handle, callback=callback)
-        return callback
-
-    def job(
-        self, start: Any, end: Any, callback: Any, publishes: Any = None, takes: Any = None, after: Any = None
-    ) -> Any:
+    def job(self, start: Any, end: Any, callback: Any, publishes: Any = None, takes: Any = None) -> Any:
         """Adds one run of a callback; `end` None: it never ends. `publishes`: a publisher; its
-        message is stamped with the publication instant, which is `after` the start or just before
-        the end. `takes`: a subscription's handle and the timestamp of the message it takes. Returns
-        the publication instant."""
+        message is stamped with the publication instant, just before the end. `takes`: a subscription's
+        handle and the timestamp of the message it takes. Returns the publication instant."""
         if takes:
             rmw, stamp = takes
             self.event(start - 1000, "rmw_take", rmw_subscription_handle=rmw, source_timestamp=stamp, taken=1)
         self.event(start, "callback_start", callback=callback, is_intra_process=0)
-        last = start + after if after else (start + 1000 if end is None else end) - 500
+        last = (start + 1000 if end is None else end) - 500
         if publishes:
             self.event(last, "rcl_publish", publisher_handle=publishes, message=1)
             self.event(last, "rmw_publish", message=1, timestamp=last)

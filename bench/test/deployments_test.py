@@ -16,14 +16,8 @@ CRUNCH_MS = 4.2
 
 class Deployments(CommandTest):
     def measure_into(self, name: str, *arguments: object) -> Any:
-        code, _, err = self.command(*arguments, "--output", self.folder / name)
-        self.assertEqual(code, 0, err)
+        self.accepted(*arguments, "--output", name)
         return self.checked(name)
-
-    def refused(self, *arguments: object) -> Any:
-        code, _, err = self.command(*arguments)
-        self.assertEqual(code, 2, err)
-        return err
 
     def write(self, name: str, *executors: str) -> Any:
         path = self.folder / name
@@ -54,10 +48,8 @@ class Deployments(CommandTest):
         return chain["hot_path_latency_ms"][quantile]
 
     def test_all_that_ship_are_simulated_in_one_table(self) -> None:
-        run = self.measure(
-            *("simulate", "--cores", 2, "--load", 80, "--duration", 20),
-            *("--executors", "default", "--deployments", ",".join(SHIPPED)),
-        )
+        words = "simulate --cores 2 --load 80 --duration 20 --executors default --deployments"
+        run = self.measure(*words.split(), ",".join(SHIPPED))
         self.assertEqual(run.run["executors"], ["default", *SHIPPED])
         jobs = run.jobs()
         self.assertEqual(repr(jobs[("default", 0)]), repr(jobs[("single", 0)]))
@@ -73,17 +65,13 @@ class Deployments(CommandTest):
             "mine.yaml", "name: rest, policy: 'other:5', owns: rest", "name: imu, owns: [Visualizer]"
         )
         for transport in ("intra_process", "fastdds"):
-            run = self.measure_into(
-                transport,
-                *("compare", "--load", 10, "--duration", 1, "--warm-up", 0, "--repetitions", 1),
-                *("--transport", transport, "--deployments", f"isolated,{mine}"),
-            )
+            words = f"compare --load 10 --duration 1 --warm-up 0 --repetitions 1 --transport {transport}"
+            run = self.measure_into(transport, *words.split(), "--deployments", f"isolated,{mine}")
             self.assertEqual(run.run["executors"], ["isolated", "mine"])
             self.check(run)
         policies = {r["executor"]: r["thread_policies"] for r in run.run["runs"]}
-        self.assertEqual(
-            policies, {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]}
-        )
+        expected = {"isolated": ["24 x executor other"], "mine": ["executor other:5, executor other"]}
+        self.assertEqual(policies, expected)
 
     def test_live_in_several_processes(self) -> None:
         mine = self.write(
@@ -100,9 +88,7 @@ class Deployments(CommandTest):
         self.assertEqual(processes, {0: 0, 1: 1, 2: 0, 4: 2})
         ran = {(j.worker, j.process) for j in run.jobs()[("mine", 0)] if j.outcome == "ran"}
         self.assertEqual(ran | {(2, 0), (3, 0)}, {(0, 0), (1, 1), (2, 0), (3, 0), (4, 2)})
-        self.assertIn(
-            "--transport fastdds", self.refused(*common, "--transport", "intra_process", "--output", "none")
-        )
+        self.rejected(*common, "--transport", "intra_process", says="--transport fastdds")
 
         process = self.start(*common, "--duration", 30, "--output", self.folder / "killed")
         children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
@@ -110,42 +96,35 @@ class Deployments(CommandTest):
         os.kill(int(children.read_text().split()[0]), signal.SIGKILL)
         code, _, err = self.finish(process)
         self.assertEqual(code, 1, err)
-        self.assertIn(
-            "process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)", err
-        )
+        ended = "process 1 of 3 with rear, imu (executor mine, repetition 0) was ended by a signal (Killed)"
+        self.assertIn(ended, err)
 
     def test_replay_takes_a_run_of_deployments(self) -> None:
         options = ("--cores", 2, "--duration", 1, "--copies", 2, "--load", 40)
         run = self.measure_into("run", "simulate", *options, "--deployments", "prioritized")
-        code, _, err = self.command("replay", run.path, "--duration", 0.3)
-        self.assertEqual(code, 0, err)
+        self.accepted("replay", run.path, "--duration", 0.3)
 
     def test_refused_with_file_and_line_before_anything_runs(self) -> None:
         far = self.write("far.yaml", "name: a, owns: [Visualizer]", "name: b, processors: [63], owns: rest")
-        commands: Any = (["simulate", "--cores", 2], ["compare"])
-        for command in commands:
-            err = self.refused(*command, "--deployments", far, "--output", "none")
-            self.assertIn("far.yaml:4: executor b", err)
+        for command in (("simulate", "--cores", 2), ("compare",)):
+            self.rejected(*command, "--deployments", far, "--output", "none", says="far.yaml:4: executor b")
         # Exceeds the share of one CPU that Linux grants to deadline threads: denied like a missing
         # permission.
         cpus = self.write("cpus.yaml", "name: a, policy: 'deadline:10/10/10', owns: rest")
-        self.assertIn("cpus.yaml:3: ", self.refused("simulate", "--deployments", cpus, "--output", "none"))
+        self.rejected("simulate", "--deployments", cpus, "--output", "none", says="cpus.yaml:3: ")
         if len(os.sched_getaffinity(0)) > 1:
             pinned = ["--cpus", min(os.sched_getaffinity(0)), "--output", "none"]
-            self.assertIn("cpus.yaml:3: ", self.refused("compare", "--deployments", cpus, *pinned))
-        self.assertIn("--processes", self.refused("compare", "--processes", 2, "--deployments", "isolated"))
+            self.rejected("compare", "--deployments", cpus, *pinned, says="cpus.yaml:3: ")
+        self.rejected("compare", "--processes", 2, "--deployments", "isolated", says="--processes")
         self.assertFalse((self.folder / "none").exists())
 
     def test_callback_isolated_executor_configuration(self) -> None:
         written = self.accepted("graph", "autoware", "--as", "cie")
         cie = self.folder / "threads.yaml"
         cie.write_text(written.replace("SCHED_OTHER\n    nice: 0", "SCHED_FIFO\n    priority: 10", 1))
-        self.assertIn(
-            "callback group", self.refused("graph", "autoware", "--as", "cie", "--deployment", "single")
-        )
-        run = self.measure_into(
-            "cie", "simulate", "--cores", 2, "--duration", 1, "--warm-up", 0, "--deployments", f"cie:{cie}"
-        )
+        self.rejected("graph", "autoware", "--as", "cie", "--deployment", "single", says="callback group")
+        words = f"simulate --cores 2 --duration 1 --warm-up 0 --deployments cie:{cie}"
+        run = self.measure_into("cie", *words.split())
         self.check(run)
         policies = [e["policy"] for e in run.run["deployments"]["cie:threads"]["executors"]]
         self.assertEqual(policies, ["fifo:10"] + ["other"] * 23)
@@ -153,27 +132,10 @@ class Deployments(CommandTest):
     def test_entity_order(self) -> None:
         order = self.folder / "order.txt"
         order.write_text("RearLidarDriver\n\nNobody\n")
-        self.assertIn("order.txt:3: ", self.refused("simulate", "--entity-order", order, "--output", "none"))
-        self.assertIn(
-            "--entity-order", self.refused("simulate", "--entity-order", "sideways", "--output", "none")
-        )
+        for wrong, says in ((order, "order.txt:3: "), ("sideways", "--entity-order")):
+            self.rejected("simulate", "--entity-order", wrong, "--output", "none", says=says)
         order.write_text("RearLidarDriver\n")
-        first: list[Any] = []
-        for name in ("creation", order):
-            run = self.measure_into(
-                f"run_{len(first)}",
-                *(
-                    "simulate",
-                    "--executors",
-                    "default",
-                    "--phases",
-                    "synchronous",
-                    "--duration",
-                    1,
-                    "--warm-up",
-                    0,
-                ),
-                *("--entity-order", name),
-            )
-            first.append(run.jobs()[("default", 0)][0].task)
-        self.assertEqual(first, ["FrontLidarDriver", "RearLidarDriver"])
+        words = "simulate --executors default --phases synchronous --duration 1 --warm-up 0 --entity-order"
+        for name, first in (("creation", "FrontLidarDriver"), (order, "RearLidarDriver")):
+            run = self.measure_into(f"run_{first}", *words.split(), name)
+            self.assertEqual(run.jobs()[("default", 0)][0].task, first)

@@ -115,11 +115,9 @@ class Run:
         """Processes of the session that still live 10 s after the command has ended; there must be
         none."""
         limit = time.monotonic() + 10
-        while True:
-            left = processes_of(session)
-            if not left or time.monotonic() > limit:
-                return left
+        while (left := processes_of(session)) and time.monotonic() < limit:
             time.sleep(0.05)
+        return left
 
     def facts(self) -> Any:
         file = self.output / "run.json"

@@ -2,7 +2,6 @@
 """Small graphs from reports, in field/, with values that were checked by hand; and what a run stores is
 read back."""
 
-import csv
 import json
 import os
 import random
@@ -10,15 +9,12 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder
+from analyze_case import SENSOR, graph_text
+from hotpath_command import CommandTest, RunFolder, csv_rows
 
 FIELD = Path(__file__).with_name("field")
 JITTERED = FIELD / "jittered_timers.yaml"
-BURST = """name: burst
-nodes:
-  - {name: Hog, type: sensor, period_ms: 4000, execution_time_ms: 2000}
-  - {name: Fast, type: sensor, period_ms: 2, execution_time_ms: 0.1}
-"""
+BURST = graph_text(SENSOR.format("Hog", 4000, 2000), SENSOR.format("Fast", 2, 0.1))
 
 
 class FieldTest(CommandTest):
@@ -26,15 +22,8 @@ class FieldTest(CommandTest):
         self.accepted("simulate", *arguments, "--output", output)
         return RunFolder(self.folder / output)
 
-    def refused(self, *arguments: object, says: str) -> str:
-        code, _, err = self.command(*arguments)
-        self.assertEqual(code, 2, err)
-        self.assertIn(says, err)
-        return str(err)
-
-    def rows(self, run: Any) -> list[Any]:
-        with open(run.path / "jobs.csv", newline="") as file:
-            return list(csv.DictReader(file))
+    def rows(self, name: str) -> list[Any]:
+        return csv_rows(self.folder / name)
 
 
 class Judgements(FieldTest):
@@ -43,30 +32,21 @@ class Judgements(FieldTest):
         graph = FIELD / "no_output.yaml"
         require = ("--require", "no-loss,latency:50", "--repetitions", 20)
         self.accepted("capacity", "--graph", graph, *words.split(), *require, "--output", "levels")
-        levels = {
-            row["rate"]: row for row in self.rows_of("levels/levels.csv") if row["source"] == "simulated"
-        }
-        self.assertEqual(levels["100"]["why"], "a task never ran (14 of 20 repetitions)")
-        self.assertEqual(levels["100"]["holds"], "0")
-
-    def rows_of(self, name: str) -> list[Any]:
-        with open(self.folder / name, newline="") as file:
-            return list(csv.DictReader(file))
+        rows = self.rows("levels/levels.csv")
+        levels = {row["rate"]: (row["holds"], row["why"]) for row in rows if row["source"] == "simulated"}
+        self.assertEqual(levels["100"], ("0", "a task never ran (14 of 20 repetitions)"))
 
     def test_a_chain_from_a_subscription_that_only_stores(self) -> None:
-        self.refused("graph", FIELD / "chain_from_fusion.yaml", says="source F/a of chain c0 stores samples")
+        self.rejected("graph", FIELD / "chain_from_fusion.yaml", says="source F/a of chain c0 stores samples")
 
     def test_levels_have_all_digits(self) -> None:
         words = "--executors rm-ro --from 12.345678 --to 12.345679 --resolution 0.001 --repetitions 1 --duration 1"
         self.accepted("capacity", *words.split(), "--output", "levels")
-        self.assertEqual(self.rows_of("levels/levels.csv")[0]["load"], "12.345678")
+        self.assertEqual(self.rows("levels/levels.csv")[0]["load"], "12.345678")
 
     def test_a_job_that_waits_past_its_deadline_is_a_miss(self) -> None:
-        (self.folder / "starved.yaml").write_text(
-            "name: starved\nnodes:\n"
-            "  - {name: Hog, type: sensor, period_ms: 10, execution_time_ms: 10, priority: 1}\n"
-            "  - {name: Starved, type: sensor, period_ms: 100, execution_time_ms: 1, priority: 2}\n"
-        )
+        hog, starved = SENSOR.format("Hog", 10, "10, priority: 1"), SENSOR.format("S", 100, "1, priority: 2")
+        (self.folder / "starved.yaml").write_text(graph_text(hog, starved))
         for trace in ((), ("--no-trace",)):
             words = ("--graph", "starved.yaml", "--executors", "fp-ro", "--warm-up", 0, "--duration", 1)
             run = self.simulate(f"run{len(trace)}", *words, "--max-backlog", 1000, *trace)
@@ -81,9 +61,8 @@ class Judgements(FieldTest):
 
     def test_copies_have_names_of_their_own(self) -> None:
         graph = FIELD / "names_with_numbers.yaml"
-        run = self.simulate(
-            "run", "--graph", graph, "--executors", "rm-ro", "--copies", 2, "--duration", 10, "--warm-up", 0
-        )
+        words = "--executors rm-ro --copies 2 --duration 10 --warm-up 0"
+        run = self.simulate("run", "--graph", graph, *words.split())
         self.assertEqual(run.run["load_percent"], 90)
         (executor,) = run.summary()["executors"]
         self.assertTrue(executor["loss_equations"]["hold"])
@@ -123,8 +102,8 @@ class Judgements(FieldTest):
         run = self.simulate("run", "--graph", "burst.yaml", "--executors", "events-ro", "--duration", 12)
         self.assertTrue(run.run["complete"])
         words = ("simulate", "--graph", "burst.yaml", "--executors", "events-ro", "--duration", 60)
-        self.refused(*words, "--load", 150, says="overload")
-        self.refused(*words, "--max-backlog", 100, says="overload")
+        for more in (("--load", 150), ("--max-backlog", 100)):
+            self.rejected(*words, *more, says="overload")
 
     def test_a_seed_axis_is_one_column(self) -> None:
         fixed = "{graph: autoware, executors: rm-ro, duration: 1, warm-up: 0, phases: random}"
@@ -134,7 +113,7 @@ class Judgements(FieldTest):
         self.accepted("sweep", "sweep.yaml", "--output", "swept")
         text = (self.folder / "swept" / "table.csv").read_text()
         self.assertEqual(text.splitlines()[0].split(",").count("seed"), 1)
-        seeds = [(row["repetition"], row["seed"]) for row in self.rows_of("swept/table.csv")]
+        seeds = [(row["repetition"], row["seed"]) for row in self.rows("swept/table.csv")]
         self.assertEqual([seed for repetition, seed in seeds if repetition == "0"], ["3", "4"])
         self.assertEqual(len(set(seeds)), 4)
 
@@ -145,13 +124,11 @@ class Judgements(FieldTest):
             "  - {name: others, executor: events-ro, processors: [0], owns: rest}\n"
         )
         words = ("--graph", JITTERED, "--cores", 2, "--duration", 5, "--warm-up", 0)
-        runs = [
-            self.simulate("apart", *words, "--deployments", "apart.yaml"),
-            self.simulate("together", *words, "--executors", "multi:2"),
-        ]
-        starts = [
-            {row["sequence"]: row["start_ns"] for row in self.rows(r) if row["task"] == "B/u"} for r in runs
-        ]
+        starts = []
+        for name, more in (("apart", "--deployments apart.yaml"), ("together", "--executors multi:2")):
+            self.simulate(name, *words, *more.split())
+            rows = self.rows(f"{name}/jobs.csv")
+            starts.append({row["sequence"]: row["start_ns"] for row in rows if row["task"] == "B/u"})
         self.assertGreater(len(starts[0]), 100)
         self.assertEqual(starts[0], starts[1])
 
@@ -183,21 +160,16 @@ class ReadBack(FieldTest):
             common = ("--graph", graph, *options, "--duration", 2, "--warm-up", 0.5, "--repetitions", 2)
             with self.subTest(n=n, common=common, drawn=drawn):
                 first = self.simulate(f"first{n}", *common, *drawn)
-                again = self.simulate(
-                    f"again{n}", *common, "--phases", f"first{n}", "--execution-times", f"replay:first{n}"
-                )
-                twice = self.simulate(
-                    f"twice{n}", *common, "--phases", f"again{n}", "--execution-times", f"replay:again{n}"
-                )
-                for run in (again, twice):
-                    for name in ("jobs.csv", "chains.csv"):
-                        same = (first.path / name).read_bytes() == (run.path / name).read_bytes()
-                        self.assertTrue(same, f"{run.path.name}/{name}")
+                for of, name in ((f"first{n}", f"again{n}"), (f"again{n}", f"twice{n}")):
+                    run = self.simulate(name, *common, "--phases", of, "--execution-times", f"replay:{of}")
+                    for file in ("jobs.csv", "chains.csv"):
+                        same = (first.path / file).read_bytes() == (run.path / file).read_bytes()
+                        self.assertTrue(same, f"{name}/{file}")
 
     def test_a_replay_has_the_load_of_its_run(self) -> None:
         self.simulate("run", "--executors", "rm-ro", "--load", 60, "--duration", 1)
         words = ("simulate", "--executors", "rm-ro", "--execution-times", "replay:run", "--duration", 1)
-        self.refused(*words, "--load", 60, says="--load")
+        self.rejected(*words, "--load", 60, says="--load")
         again = self.simulate("again", *words[1:])
         self.assertEqual(again.run["load_given"], 60)
 
@@ -205,9 +177,8 @@ class ReadBack(FieldTest):
         for name in ("graph.yaml", "times.csv"):
             self.assertFalse((self.folder / name).exists())
         shutil.copy(JITTERED, self.folder / "graph.yaml")
-        (self.folder / "mine.yaml").write_text(
-            "name: mine\nexecutors:\n  - {name: all, executor: rm-ro, owns: rest}\n"
-        )
+        mine = "name: mine\nexecutors:\n  - {name: all, executor: rm-ro, owns: rest}\n"
+        (self.folder / "mine.yaml").write_text(mine)
         words = ("--graph", "graph.yaml", "--deployments", "mine.yaml", "--duration", 2)
         run = self.simulate("run", *words)
         kinds = {i["kind"]: i for i in run.run["inputs"]}
@@ -226,20 +197,21 @@ class ReadBack(FieldTest):
             self.assertEqual("has changed since the run" in err, change == "changed")
 
     def test_listed_times_are_checked(self) -> None:
-        (self.folder / "one.yaml").write_text(
-            "name: one\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: 5}\n"
-        )
+        (self.folder / "one.yaml").write_text(graph_text(SENSOR.format("A", 10, 5)))
         listed = "task,sequence,execution_time_ns\n"
         for rows, says in (
             ("A,0,1\nA,1,2\n", "job 2 of A is not listed"),
             ("A,0,1\nA,0,1\n", ":3: job 0 of A is listed twice"),
             ("A,0,5000001\n", ":2: the execution time of A is 5000001"),
-            ("A,0,-1\n", ":2: the execution time of A is -1"),
+            ("A,0,-1\n", ":2: the execution time of A is -1; give 0 or more"),
+            ("B,0,1\n", ":2: the graph has no task B"),
+            ("A,x,1\n", ":2: .*whole"),
         ):
             (self.folder / "times.csv").write_text(listed + rows)
             words = "--executors rm-ro --graph one.yaml --warm-up 0 --duration 1"
             times = ("--execution-times", "listed:times.csv")
-            self.refused("simulate", *words.split(), *times, "--output", "refused", says=says)
+            err = self.rejected("simulate", *words.split(), *times, "--output", "refused")
+            self.assertRegex(err, f"times.csv.*{says}")
 
     def test_no_output_is_an_input_or_another_output(self) -> None:
         self.simulate("run", "--executors", "default,rm-ro", "--duration", 1)
@@ -253,9 +225,9 @@ class ReadBack(FieldTest):
             ("diff", "run", "run", "--csv", "run/input_graph.yaml"),
             ("diff", "run", "run", "--csv", "run/summary.json"),
         ):
-            self.refused(*words, says="is an input of the command")
+            self.rejected(*words, says="is an input of the command")
         twice = ("diff", "run", "run", "--gate", "--junit", "same", "--markdown", "./same")
-        self.refused(*twice, says="would be written twice")
+        self.rejected(*twice, says="would be written twice")
         after = {path.name: path.read_bytes() for path in (self.folder / "run").iterdir()}
         self.assertEqual(before, after)
 

@@ -88,6 +88,12 @@ class RunFolder:
         return runs
 
 
+def csv_rows(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file."""
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
 def processes_of(session: int) -> Any:
     """Living processes of a session."""
     found = []
@@ -164,6 +170,15 @@ class CommandTest(unittest.TestCase):
         code, out, err = self.command(*arguments)
         self.assertEqual(code, 0, err)
         return out
+
+    def rejected(self, *arguments: object, says: Any = "", code: int = 2, out: str | None = "") -> str:
+        """Standard error of a command that must end with this code, this output (None: any), and an
+        error with this text or all of these texts."""
+        found, printed, err = self.command(*arguments)
+        self.assertEqual((found, printed if out is not None else None), (code, out), err)
+        for part in (says,) if isinstance(says, str) else says:
+            self.assertIn(part, err)
+        return str(err)
 
     def measure(self, *arguments: object, **options: Any) -> Any:
         """The folder of a run that must succeed."""

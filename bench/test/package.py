@@ -21,12 +21,15 @@ def call(folder: Path, environment: dict[str, str], *words: object) -> Any:
     """A command of the package in a folder and an environment, like `python3 bench WORDS...`."""
     line, output, errors = [str(word) for word in words], io.StringIO(), io.StringIO()
     with (
-        mock.patch.dict(os.environ, environment | {"HOTPATH": HOTPATH}, clear=True),
+        mock.patch.dict(os.environ, {"HOTPATH": HOTPATH} | environment, clear=True),
         contextlib.chdir(folder),
         contextlib.redirect_stdout(output),
         contextlib.redirect_stderr(errors),
     ):
-        code = main(line)
+        try:
+            code = main(line)
+        except SystemExit as end:  # of argparse
+            code = int(end.code or 0)
     return subprocess.CompletedProcess(line, code, output.getvalue(), errors.getvalue())
 
 

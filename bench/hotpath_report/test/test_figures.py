@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Commands that draw, on tiny run folders: their files, and their messages about unusable input."""
 
-import contextlib
-import io
 import json
 import os
 import re
@@ -14,9 +12,8 @@ import unittest
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
-from hotpath_report.__main__ import main
+import package
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
@@ -50,7 +47,7 @@ def run_json(**changes: Any) -> Any:
     return json.dumps(facts)
 
 
-SIMULATED = {
+SIMULATED: dict[str, Any] = {
     "kind": "simulated",
     "execution_times": "worst",
     "platform": {"cores": 1, "timer_thread": "by_executor", "dispatch_cost_us": 20},
@@ -64,26 +61,16 @@ def chain_rows(executor: str, latencies_ms: Iterable[float]) -> str:
     )
 
 
-def timer(
-    task: Any, responses_ms: Sequence[float], skipped: int = 0, period_ms: int = 30
-) -> tuple[Any, dict[Any, Any]]:
-    """One executor's response times of a timer after the warm-up, and what the summary says of
-    it."""
+def timer(task: Any, responses_ms: Sequence[float], skipped: int = 0) -> tuple[Any, dict[Any, Any]]:
+    """One executor's response times of a timer after the warm-up, and what the summary says of it."""
     counts = {"reached": len(responses_ms) + skipped, "ran": len(responses_ms), "skipped": skipped}
-    after_warm_up = {**counts, "deadline_overruns": 0}
-    return responses_ms, {
-        "task": task,
-        "kind": "timer",
-        "deadline_ms": period_ms,
-        "after_warm_up": after_warm_up,
-    }
+    counts["deadline_overruns"] = 0
+    return responses_ms, {"task": task, "kind": "timer", "deadline_ms": 30, "after_warm_up": counts}
 
 
 class FigureTest(unittest.TestCase):
     def setUp(self) -> None:
-        holder = tempfile.TemporaryDirectory()
-        self.addCleanup(holder.cleanup)
-        self.folder = Path(holder.name)
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def write(self, name: str, text: str) -> None:
         (self.folder / name).write_text(text, encoding="utf-8")
@@ -98,11 +85,7 @@ class FigureTest(unittest.TestCase):
 
     def call(self, command: Any, *arguments: object) -> Any:
         """Runs the command in this process: a new process takes a second for imports."""
-        output, errors = io.StringIO(), io.StringIO()
-        with mock.patch.dict(os.environ, self.environment()):
-            with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-                code = main([command, *map(str, arguments)])
-        return subprocess.CompletedProcess(command, code, output.getvalue(), errors.getvalue())
+        return package.call(self.folder, self.environment(), command, *arguments)
 
     def call_process(self, command: Any, *arguments: object) -> Any:
         """Runs the command in a process, as `hotpath` does."""
@@ -111,8 +94,8 @@ class FigureTest(unittest.TestCase):
             words, capture_output=True, text=True, timeout=100, check=False, env=self.environment()
         )
 
-    def assert_refused(self, result: Any, *words: object, code: int = 2) -> None:
-        self.assertEqual(result.returncode, code, result.stderr)
+    def assert_refused(self, result: Any, *words: object) -> None:
+        self.assertEqual(result.returncode, 2, result.stderr)
         self.assertEqual(result.stderr.count("\n"), 1, f"not one sentence: {result.stderr}")
         self.assertNotIn("Traceback", result.stderr)
         for word in words:
@@ -142,19 +125,14 @@ class HotPath(FigureTest):
         self.write("chains.csv", CHAINS_HEADER + rows)
 
     def test_shows_conditions_sample_counts_and_worst_case_ratios(self) -> None:
-        self.write_run()
-        self.call("hot-path", self.folder)
-        texts = self.svg_texts("hot_path.svg")
         expected = ["tiny · intra_process · 80 % load", "on CPU 0-2,5", "a processor · Linux 6.1"]
-        for text in expected + ["n = 4", "58.6 ms", "2.6× lower"]:
-            self.assertIn(text, texts)
-        self.assertIn("(one core per branch)", texts)
-        self.assertNotIn("partial", texts)
-
-    def test_marks_a_partial_run(self) -> None:
-        self.write_run(complete=False)
-        self.call("hot-path", self.folder)
-        self.assertIn("partial", self.svg_texts("hot_path.svg"))
+        for complete in (True, False):
+            self.write_run(complete=complete)
+            self.call("hot-path", self.folder)
+            texts = self.svg_texts("hot_path.svg")
+            for text in expected + ["n = 4", "58.6 ms", "2.6× lower", "(one core per branch)"]:
+                self.assertIn(text, texts)
+            self.assertEqual("partial" in texts, not complete)
 
     def test_equal_data_give_equal_bytes(self) -> None:
         self.write_run()
@@ -165,9 +143,7 @@ class HotPath(FigureTest):
         self.assertEqual(bytes_of[0], bytes_of[1])
 
     def test_draws_one_sample_equal_samples_and_no_samples(self) -> None:
-        self.write("run.json", run_json(executors=["default", "rm-ro", "edf-ro"], limits=[]))
-        rows = chain_rows("default", [35.4]) + chain_rows("rm-ro", [0, 0, 0, 0])
-        self.write("chains.csv", CHAINS_HEADER + rows)
+        self.write_run(".", [35.4], [0, 0, 0, 0], executors=["default", "rm-ro", "edf-ro"], limits=[])
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         self.assertIn("no data", self.svg_texts("hot_path.svg"))
 
@@ -192,8 +168,8 @@ class HotPath(FigureTest):
         facts = json.loads(run_json(kind="recorded", platform={"cores": 1}, executors=["default"]))
         for key in ("transport", "cpus", "machine"):
             del facts[key]
+        self.write_run(".", [35.4, 36, 58.6], [])
         self.write("run.json", json.dumps(facts))
-        self.write("chains.csv", CHAINS_HEADER + chain_rows("default", [35.4, 36, 58.6]))
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         texts = self.svg_texts("hot_path.svg")
         for text in ("tiny · recorded", "on one core", "read from a trace of ros2_tracing"):
@@ -258,14 +234,6 @@ class TimersOnly(FigureTest):
 
 
 class Advice(FigureTest):
-    def write_advice(self, text: str) -> Any:
-        folder = self.folder / "advice"
-        folder.mkdir()
-        (folder / "advice.json").write_text(text)
-        rows = ["rm-ro,0,c,0,20000000,25000000", "rm-ro,0,c,1,30000000,35000000", "default,0,c,0,30000000,"]
-        (folder / "latencies.csv").write_text("\n".join([CHAINS_HEADER.strip(), *rows]) + "\n")
-        return folder
-
     def test_marks_the_current_executor(self) -> None:
         value = {"value": 20.0, "interval": [18.0, 22.0]}
         rows = [
@@ -278,17 +246,18 @@ class Advice(FigureTest):
         facts |= {
             "recommended": "rm-ro",
             "sentences": ["Take rm-ro."],
-            "causes": [],
             "change": "",
-            "doubts": [],
+            "seconds": 10,
+            "cores": 2,
         }
-        facts |= {"requirements_ms": {}, "stored": [], "seconds": 10, "cores": 2, "ranking": rows}
-        folder = self.write_advice(json.dumps(facts))
-        result = self.call("advice", folder)
-        self.assert_drawn(result, folder, "advice")
-        text = (folder / "advice.svg").read_text()
+        facts |= {"causes": [], "doubts": [], "requirements_ms": {}, "stored": [], "ranking": rows}
+        self.write("advice.json", json.dumps(facts))
+        outputs = "rm-ro,0,c,0,20000000,25000000\nrm-ro,0,c,1,30000000,35000000\ndefault,0,c,0,30000000,\n"
+        self.write("latencies.csv", CHAINS_HEADER + outputs)
+        self.assert_drawn(self.call("advice", self.folder), self.folder, "advice")
+        text = (self.folder / "advice.svg").read_text()
         self.assertIn("default (now)", text)
         self.assertNotIn("static", text)
-        page = (folder / "report.md").read_text()
+        page = (self.folder / "report.md").read_text()
         self.assertIn("Take rm-ro.", page)
         self.assertIn("| static |  |  |  |  |  | it is too slow |", page)

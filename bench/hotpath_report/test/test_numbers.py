@@ -10,6 +10,7 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -35,22 +36,17 @@ class Numbers(unittest.TestCase):
     def test_finds_and_mends_an_outdated_number(self) -> None:
         with tempfile.TemporaryDirectory() as name:
             root = Path(name)
-            shutil.copytree(
-                ROOT / "results",
-                root / "results",
-                ignore=shutil.ignore_patterns("traces", "*.svg", "*.png", "*.gz"),
-            )
+            ignored = shutil.ignore_patterns("traces", "*.svg", "*.png", "*.gz")
+            shutil.copytree(ROOT / "results", root / "results", ignore=ignored)
             shutil.copy2(ROOT / "README.md", root)
             (root / "docs").mkdir()
             for page in (ROOT / "docs").glob("*.md"):
                 shutil.copy2(page, root / "docs")
-            call = lambda *words: subprocess.run(  # noqa: E731
-                ["tools/check_numbers.py", "--root", name, *words],
-                cwd=ROOT,
-                capture_output=True,
-                text=True,
-                check=False,
-            )
+
+            def call(*words: str) -> Any:
+                line = ["tools/check_numbers.py", "--root", name, *words]
+                return subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
+
             readme = root / "README.md"
             self.assertEqual(call("--check").returncode, 0)
             before = readme.read_text(encoding="utf-8")

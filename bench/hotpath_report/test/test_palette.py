@@ -74,7 +74,3 @@ class Palette(unittest.TestCase):
             self.assertEqual(len({str(dashes[k]) for k in (0, 2, 3)}), 3, name)
         unknown = list(map(str, style.dashes_of(["picas", "cie", "chain-first"])))
         self.assertEqual(len(set(unknown)), 3)
-
-
-if __name__ == "__main__":
-    unittest.main()

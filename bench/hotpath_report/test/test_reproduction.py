@@ -4,7 +4,6 @@
 import contextlib
 import dataclasses
 import fcntl
-import io
 import json
 import os
 import re
@@ -21,10 +20,9 @@ from typing import Any
 from unittest import mock
 
 import browser
+import package
 import pandas as pd
 
-from hotpath_report.__main__ import main
-from hotpath_report.pages import writer
 from hotpath_report.paper import cells
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import storage
@@ -49,14 +47,7 @@ def call(words: Any, **options: Any) -> Any:
 
 def call_here(words: Any) -> Any:
     """Runs a command line of the package in this process: a new one takes a second for imports."""
-    words = [str(word) for word in words]
-    output, errors = io.StringIO(), io.StringIO()
-    with mock.patch.dict(os.environ), contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-        try:
-            code = main(words[words.index(str(BENCH)) + 1 :])
-        except SystemExit as end:
-            code = int(end.code or 0)
-    return subprocess.CompletedProcess(words, code, output.getvalue(), errors.getvalue())
+    return package.call(Path(), dict(os.environ), *words[words.index(str(BENCH)) + 1 :])
 
 
 def hotpath(*words: object) -> Any:
@@ -72,11 +63,6 @@ def without_page() -> Iterator[Any]:
         yield
 
 
-def blank_figure(name: str, title: str, _: Any, commands: list[str]) -> writer.Figure:
-    svg = "<svg><defs></defs></svg>"
-    return writer.Figure(name, title, "", {"wide": svg, "narrow": svg}, commands)
-
-
 def finished_cells(output: Path) -> dict[Any, Any]:
     """{cell: time of completion}"""
     return {f.parent.name: f.stat().st_mtime_ns for f in Path(output).glob("cells/[!.]*/cell.json")}
@@ -84,9 +70,7 @@ def finished_cells(output: Path) -> dict[Any, Any]:
 
 class ReproductionTest(unittest.TestCase):
     def folder(self) -> Any:
-        holder = tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")
-        self.addCleanup(holder.cleanup)
-        return Path(holder.name)
+        return Path(self.enterContext(tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")))
 
     def wait_for(self, condition: Callable[[], Any], what: str) -> None:
         limit = time.monotonic() + TIME_LIMIT_S
@@ -106,23 +90,18 @@ def as_if(frame: Any, study: str, executor: str, other: Any) -> Any:
 class Simulated(ReproductionTest):
     """Tests on one short simulated reproduction."""
 
-    holder: tempfile.TemporaryDirectory[str]
     output: Path
     first: Any
     evidence: evidence_of.Evidence
 
     @classmethod
     def setUpClass(cls) -> None:
-        cls.holder = tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")
-        cls.addClassCleanup(cls.holder.cleanup)
-        cls.output = Path(cls.holder.name) / "paper"
+        holder = cls.enterClassContext(tempfile.TemporaryDirectory(prefix="hotpath_reproduction_"))
+        cls.output = Path(holder) / "paper"
         cls.first = call(reproduce(cls.output, "--only", ITEMS))
-        mode = cells.MODES["quick"]
-        wanted = [
-            c
-            for c in cells.all_cells(mode, 1)
-            if c.source != "live" and c.study in ("timers", "timers_with_release_cost", "autoware", "wcrt")
-        ]
+        studies = ("timers", "timers_with_release_cost", "autoware", "wcrt")
+        every = cells.all_cells(cells.MODES["quick"], 1)
+        wanted = [c for c in every if c.source != "live" and c.study in studies]
         cls.evidence = evidence_of.collect(cls.output, wanted)
 
     def verdicts(self, evidence: Any) -> dict[Any, Any]:
@@ -130,15 +109,8 @@ class Simulated(ReproductionTest):
 
     def test_writes_page_data_and_claims(self) -> None:
         self.assertEqual(self.first.returncode, 0, self.first.stderr)
-        for name in (
-            "report.html",
-            "report.md",
-            "claims.json",
-            "plan.json",
-            "data/percentiles.csv",
-            "figures/dropped_jobs.svg",
-            "figures/hot_path.csv",
-        ):
+        names = "report.html report.md claims.json plan.json data/percentiles.csv figures/dropped_jobs.svg"
+        for name in [*names.split(), "figures/hot_path.csv"]:
             self.assertTrue((self.output / name).stat().st_size > 0, name)
         markdown = (self.output / "report.md").read_text(encoding="utf-8")
         for figure in re.findall(r"\]\((figures/[^)]+)\)", markdown):
@@ -147,17 +119,8 @@ class Simulated(ReproductionTest):
 
     def test_verdicts_of_the_right_executors(self) -> None:
         found = self.verdicts(self.evidence)
-        for claim in (
-            "no-drops",
-            "drops-default",
-            "drops-static",
-            "drops-events-re",
-            "bounds",
-            "no-overruns",
-            "slowdown",
-            "best-worst-case",
-            "outperforms",
-        ):
+        claims = "no-drops drops-default drops-static drops-events-re bounds no-overruns slowdown"
+        for claim in [*claims.split(), "best-worst-case", "outperforms"]:
             self.assertEqual(found[claim], REPRODUCED, claim)
         self.assertEqual(found["drops-events-ro"], NOT, "stock release-only never skips a timestamp")
 
@@ -167,27 +130,18 @@ class Simulated(ReproductionTest):
             before = getattr(self.evidence, name)
             frame = as_if(before, "timers_with_release_cost", "rm-ro", "default")
             frame = as_if(frame, "timers", "rm-ro", "default")
-            ours = before[(before["study"] == "timers") & (before["executor"] == "rm-ro")].assign(
-                executor="default"
-            )
+            ours = before[(before["study"] == "timers") & (before["executor"] == "rm-ro")]
+            ours = ours.assign(executor="default")
             stock = (frame["study"] == "timers") & (frame["executor"] == "default")
             setattr(wrong, name, pd.concat([frame[~stock], ours], ignore_index=True))
         bounds = self.evidence.timers[self.evidence.timers["study"] == "timers_with_release_cost"]
         bounds = bounds[bounds["executor"] == "rm-ro"].set_index(["setting", "task"])["bound_ms"]
         wrong.timers["bound_ms"] = [bounds[key] for key in zip(wrong.timers["setting"], wrong.timers["task"])]
-        wrong.hot_path = self.evidence.hot_path.replace(
-            {"executor": {"rm-ro": "default", "default": "rm-ro"}}
-        )
+        exchanged = {"executor": {"rm-ro": "default", "default": "rm-ro"}}
+        wrong.hot_path = self.evidence.hot_path.replace(exchanged)
         found = self.verdicts(wrong)
-        for claim in (
-            "no-drops",
-            "drops-default",
-            "bounds",
-            "no-overruns",
-            "imu-overruns-default",
-            "lidar-pays",
-            "slowdown",
-        ):
+        claims = "no-drops drops-default bounds no-overruns imu-overruns-default lidar-pays slowdown"
+        for claim in claims.split():
             self.assertEqual(found[claim], NOT, claim)
         for claim in ("best-worst-case", "outperforms"):
             self.assertIn(found[claim], (NOT, PARTLY), claim)
@@ -202,14 +156,9 @@ class Simulated(ReproductionTest):
 
     def test_live_losses_are_counted_and_tolerated_up_to_a_share(self) -> None:
         live = dataclasses.replace(self.evidence)
-        facts: dict[str, Any] = {
-            "study": "timers",
-            "source": "live",
-            "executors": ["rm-ro"],
-            "load_percent": 60,
-            "repetition": 0,
-        }
-        live.cells = [{**facts, "name": "live.timers.60.rm-ro.1", "noise": {"marks": ["x"]}}]
+        facts: dict[str, Any] = {"study": "timers", "source": "live", "executors": ["rm-ro"]}
+        facts |= {"load_percent": 60, "repetition": 0, "name": "live.timers.60.rm-ro.1"}
+        live.cells = [{**facts, "noise": {"marks": ["x"]}}]
         timers = self.evidence.timers[self.evidence.timers["study"] == "timers"].assign(source="live")
         here = (
             (timers["setting"] == 60) & (timers["executor"] == "rm-ro") & timers["task"].str.contains("IMU")
@@ -233,7 +182,7 @@ class Simulated(ReproductionTest):
 
     def test_claims_are_judged_again_from_stored_data(self) -> None:
         # Figures are not compared: drawing them takes most of the time.
-        with mock.patch("hotpath_report.paper.results.make_figure", blank_figure):
+        with mock.patch("hotpath_report.paper.results.make_figure", package.blank_figure):
             again = call_here([str(BENCH), "report", self.output, "--output", self.folder()])
         self.assertEqual(again.returncode, 0, again.stderr)
         page = Path(again.stdout.split()[0]).parent
@@ -268,9 +217,7 @@ class Simulated(ReproductionTest):
             setattr(changed, name, as_if(getattr(changed, name), "timers", "rm-ro", "default"))
         storage.write(changed, other / "data")
         claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
-        (other / "claims.json").write_text(
-            json.dumps([{**c, "verdict": NOT} for c in claims]), encoding="utf-8"
-        )
+        (other / "claims.json").write_text(json.dumps([{**c, "verdict": NOT} for c in claims]))
         result = hotpath("diff", self.output, other)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*differs")
@@ -289,15 +236,9 @@ class Resumption(ReproductionTest):
 
     def interrupted(self, number: int) -> tuple[Any, Any, Any, Any, Any]:
         output = self.folder() / "paper"
-        process = subprocess.Popen(
-            reproduce(output, "--only", "load,phases"),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        self.wait_for(
-            lambda: len(finished_cells(output)) >= 2 or process.poll() is not None, "no cell finished"
-        )
+        words = reproduce(output, "--only", "load,phases")
+        process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.wait_for(lambda: process.poll() is not None or len(finished_cells(output)) >= 2, "no cell ended")
         process.send_signal(number)
         _, errors = process.communicate(timeout=TIME_LIMIT_S)
         done = finished_cells(output)

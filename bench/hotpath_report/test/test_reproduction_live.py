@@ -18,11 +18,12 @@ HOTPATH = os.environ.get("HOTPATH", "hotpath")
 
 class Live(unittest.TestCase):
     def folder(self) -> Any:
-        return Path(self.enterContext(tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")))
+        output = Path(self.enterContext(tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")))
+        (output / "cells").mkdir()
+        return output
 
     def test_a_cell_stores_its_disturbances(self) -> None:
         output = self.folder()
-        (output / "cells").mkdir()
         mode = cells.MODES["quick"]
         cell = next(c for c in cells.live_cells(mode) if c.study == "timers" and c.executors == ("rm-ro",))
         cell = dataclasses.replace(cell, duration_s=0.5)
@@ -43,7 +44,6 @@ class Live(unittest.TestCase):
 
     def test_a_failed_cell_leaves_a_message_and_no_folder(self) -> None:
         output = self.folder()
-        (output / "cells").mkdir()
         cell = cells.Cell("timers", "simulated", "broken", 1, ("default",), "nowhere", duration_s=1)
         runner = runner_of.Runner(HOTPATH, "a build", output, [0])
         runner.run_all([cell], 1)

@@ -20,9 +20,7 @@ COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_ove
 
 class SweepFigures(unittest.TestCase):
     def setUp(self) -> None:
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def write(self, chain: str = "path", axes: Iterable[Any] = ("load", "phases")) -> None:
         rows, cell = [COLUMNS], 0
