@@ -41,15 +41,12 @@ class WorstCases final : public ExplorationObserver {
       throw ExplorationRefused("timer " + tasks_.set[task].name +
                                " may skip timestamps, which ones depends on the exact phases");
     }
-    if (of_subscriptions && !is_of_timer(record.job)) {
-      const JobRef parent = record.job.parent;
-      if (raise(bounds_.tasks[task], instant.longest_since(parent).count()))
-        instant.keep_longest_since(task, parent);
-    }
-    if (of_subscriptions || !is_of_timer(record.job)) return;
-    if (raise(bounds_.tasks[task], (instant.latest() - record.job.timestamp).count())) {
+    if (of_subscriptions == is_of_timer(record.job)) return;
+    const JobRef parent = record.job.parent;
+    if (of_subscriptions && raise(bounds_.tasks[task], instant.longest_since(parent).count()))
+      instant.keep_longest_since(task, parent);
+    if (!of_subscriptions && raise(bounds_.tasks[task], (instant.latest() - record.job.timestamp).count()))
       instant.keep_latest(task);
-    }
   }
 
   void published(ExploredInstant& instant) override {

@@ -283,14 +283,6 @@ std::vector<std::string> Recognition::names(bool unlikely_only) const {
   return names;
 }
 
-std::vector<std::string> Recognition::open_names() const {
-  if (verdict == Verdict::undecided) return names();
-  if (verdict != Verdict::tie) return {};
-  std::vector<std::string> open = names(true);
-  if (!open.empty()) open.insert(open.begin(), ranking.front().hypothesis.label);
-  return open;
-}
-
 Recognition recognise(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps,
                       const std::vector<Hypothesis>& possible) {
   return Recogniser(system, graph, steps).recognise(possible);

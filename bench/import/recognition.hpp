@@ -56,14 +56,9 @@ struct Recognition {
   std::size_t leading = 0;                   ///< The first ones, which the recording cannot tell apart.
   std::size_t decisions = 0, contested = 0;  ///< Of the judged part.
   std::optional<RecordedStep> breaks;        ///< The first decision that the best does not explain.
-  /// If undecided: the load at which the leading ones would differ, as a sentence. In a tie: the load
-  /// at which the unlikely ones would differ from the best.
-  std::string remedy;
 
   /// Labels of the leading hypotheses, or of the unlikely ones among them.
   [[nodiscard]] std::vector<std::string> names(bool unlikely_only = false) const;
-  /// The executors that a remedy must tell apart, the best first; empty: none is needed.
-  [[nodiscard]] std::vector<std::string> open_names() const;
 };
 
 /// Compares all executors that can have run the threads. What a hypothesis leaves open is fitted on
@@ -80,13 +75,6 @@ struct Recognition {
 
 /// One or two sentences: the verdict, its evidence, and what would decide an open one.
 [[nodiscard]] std::string sentence(const Recognition& recognition, const RecordedGraph& graph);
-
-/// The smallest tried load at which the orders of jobs of the executors (labels of the command line), which
-/// a recording cannot tell apart, differ in simulations with longer and longer execution times, as a
-/// sentence; empty if there is nothing to compare. Executors that need numbers which the graph lacks are
-/// left out. `threads`: of the recording.
-[[nodiscard]] std::string distinguishing_load(const Graph& graph, const GraphTasks& tasks,
-                                              std::vector<std::string> executors, std::size_t threads);
 
 /// Verdict, names, and the ranking with scores.
 [[nodiscard]] nlohmann::json recognition_json(const Recognition& recognition, const RecordedGraph& graph);

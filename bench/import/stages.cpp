@@ -154,9 +154,6 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
       rearranged ? interpret(recorded, options, deliveries, order, chosen.priorities) : first;
   const std::string deployment_file = std::filesystem::path(options.output) / "deployment.yaml";
   Reproduction best = reproduce(recorded, found, chosen.labels, deployment_file);
-  if (recognitions.size() == 1)
-    recognitions.front().remedy = distinguishing_load(
-        best.graph, best.tasks, recognitions.front().open_names(), recorded.executors.front().threads.size());
   for (const Recognition& recognition : recognitions)
     if (options.executor.empty() && recognition.verdict == Verdict::none_fits)
       best.check.doubt(sentence(recognition, first.graph));
