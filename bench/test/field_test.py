@@ -54,10 +54,16 @@ class Judgements(FieldTest):
 
     def test_services_come_behind_subscriptions(self) -> None:
         graph = FIELD / "services.yaml"
-        words = ("--executors", "default", "--phases", "given", "--json")
-        for exact in ((), ("--exact",)):
-            out = self.accepted("analyze", graph, *words, *exact)
-            print(out)
+        words = ("--executors", "default", "--phases", "given", "--exact", "--csv", "bounds.csv")
+        self.accepted("analyze", graph, *words)
+        bounds = {
+            (row["kind"], row["name"], row["method"][:11]): int(row["bound_ns"])
+            for row in csv_rows(self.folder / "bounds.csv")
+        }
+        self.assertEqual(bounds["task", "node/s", "exploration"], 61_000_000)
+        self.assertGreaterEqual(bounds["task", "node/s", "processing "], 61_000_000)
+        self.assertEqual(bounds["hot_path", "call", "exploration"], 61_300_000)
+        self.assertEqual(bounds["chain", "call", "exploration"], 62_300_000)
 
     def test_copies_have_names_of_their_own(self) -> None:
         graph = FIELD / "names_with_numbers.yaml"
