@@ -61,7 +61,8 @@ TEST_P(SingleThreadedExecutor, SampleThatReplacesAReadyOneIsNotReleasedBeforeIts
 
 TEST_P(SingleThreadedExecutor, OffersServicesBehindSubscriptionsAndTimers) {
   const TaskId timer = add_timer(set, 100ms, 0ms);
-  const TaskId service = add_subscription(set, {timer}, 0ms), subscription = add_subscription(set, {timer}, 0ms);
+  const TaskId service = add_subscription(set, {timer}, 0ms),
+               subscription = add_subscription(set, {timer}, 0ms);
   set.tasks[service].guaranteed = true;
   start();
   for (const TaskId id : {service, subscription}) scheduler->sample_arrived(id, {}, at(0ms));
