@@ -1,28 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/analysis/task_chain.hpp"
 
-#include <algorithm>
-
 namespace hotpath {
-
-TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names) {
-  if (names.empty()) throw AnalysisError("the chain is empty; name at least one task");
-  TaskChain chain;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto entry =
-        std::find_if(tasks.begin(), tasks.end(), [&](const PeriodicTask& t) { return t.name == names[i]; });
-    const std::string where = "element " + std::to_string(i + 1) + " of the chain";
-    if (entry == tasks.end()) {
-      std::string known;
-      for (const PeriodicTask& t : tasks) known.append(known.empty() ? "" : ", ").append(t.name);
-      std::string problem = where;
-      problem.append(" names the unknown task '").append(names[i]).append("'; the tasks are ").append(known);
-      throw AnalysisError(problem);
-    }
-    chain.push_back(static_cast<std::size_t>(entry - tasks.begin()));
-  }
-  return chain;
-}
 
 void check_chain(const PeriodicTasks& tasks, const ResponseTimes& bounds, const TaskChain& chain,
                  std::string_view method) {

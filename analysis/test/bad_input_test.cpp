@@ -79,13 +79,7 @@ TEST(BadInput, UtilisationAboveOneNamesTheMethodThatStillAnswers) {
   EXPECT_THAT(refusal([&] { bedarkar_2022(tasks); }), HasSubstr("above 1"));
 }
 
-TEST(BadInput, ChainsNameUnknownTasks) {
-  const std::vector<std::string> unknown = {"imu", "radar"};
-  EXPECT_THAT(refusal([&] { task_chain(named(), unknown); }),
-              AllOf(HasSubstr("element 2"), HasSubstr("'radar'"), HasSubstr("imu, lidar")));
-  const std::vector<std::string> repeated = {"imu", "lidar", "imu"};
-  EXPECT_EQ(task_chain(named(), repeated), (TaskChain{0, 1, 0}));
-  EXPECT_THAT(refusal([&] { task_chain(named(), {}); }), HasSubstr("empty"));
+TEST(BadInput, ChainsHaveUnknownTasks) {
   EXPECT_THAT(refusal([&] { davare_2007(named(), {1, 2}, {0, 2}); }), HasSubstr("only 2"));
   EXPECT_THAT(refusal([&] {
                 davare_2007(named(), {1, std::nullopt}, {0, 1});

@@ -56,16 +56,13 @@ void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& o) {
   auto* trace = add_text(command, "--trace", o.trace, "RUN",
                          "Folder of a run of this graph, to compare with the bounds");
   command.add_flag("--strict", o.strict, "Exit with code 1 also if a live run exceeds a bound")->needs(trace);
-  add_list(command, "--chain", o.chain, "TIMERS",
-           "Bound only the chain of these timers, separated by commas");
   add_output_file(command, "--csv", o.csv, "Also write the table as CSV");
   add_text(command, "--page", o.page, "FOLDER", "Also write a page with figures into this folder");
   add_json_option(command);
   add_platform_options(command, o);
   exclude(command, "--phase-uncertainty-us", {"--witness"});
-  // The run determines these options; a chain has neither a CSV table nor a page.
-  exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order", "--chain"});
-  exclude(command, "--chain", {"--deployments", "--exact", "--witness", "--csv", "--page"});
+  // The run determines these options.
+  exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order"});
 }
 
 void add_analyze_command(CLI::App& app) {
@@ -75,7 +72,7 @@ void add_analyze_command(CLI::App& app) {
   add_analyze_options(command, o);
   add_output_file(command, "--contract", o.contract,
                   "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
-  exclude(command, "--contract", {"--phases", "--trace", "--chain", "--exact", "--phase-uncertainty-us"});
+  exclude(command, "--contract", {"--phases", "--trace", "--exact", "--phase-uncertainty-us"});
 }
 
 const Command kAnalyze("Predict", 50, add_analyze_command);

@@ -14,7 +14,6 @@
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
 #include "setup/deployed_system.hpp"
@@ -49,12 +48,11 @@ class Analysis {
   std::vector<BoundRow> run() {
     out_ << program::text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
                           costs_text().c_str());
-    const bool chain = !options_.chain.empty();
     const std::vector<setup::ExecutorSpec> all =
         stored_.empty() ? setup::executors_to_run(options_, graph_, tasks_) : std::move(stored_);
-    for (const setup::ExecutorSpec& executor : all) chain ? bound_chain(executor) : bound(executor);
+    for (const setup::ExecutorSpec& executor : all) bound(executor);
     const program::Table table = program::table_of(bound_columns(), rows_);
-    program::show_json(json_of(chain ? timer_chains_ : table));
+    program::show_json(json_of(table));
     if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", csv_of(table));
     if (!options_.page.empty()) write_page(table);
     if (observed_ && observed_->compared == 0) {
@@ -92,17 +90,11 @@ class Analysis {
     }
     if (options_.phase_uncertainty_us && !options_.known_phases)
       throw program::UsageError("--phase-uncertainty-us needs known phases; give --phases");
-    if (options_.phase_uncertainty_us && (trace_ || !options_.chain.empty())) {
-      throw program::UsageError("--phase-uncertainty-us excludes --trace and --chain; leave one of them out");
-    }
+    if (options_.phase_uncertainty_us && trace_)
+      throw program::UsageError("--phase-uncertainty-us excludes --trace; leave one of them out");
   }
 
   void check_graph() const {
-    for (const std::string& name : options_.chain) {
-      const auto task = std::ranges::find(tasks_.set.tasks, name, &Task::name);
-      if (task != tasks_.set.tasks.end() && task->kind == TaskKind::timer) continue;
-      throw program::UsageError(program::concat("--chain: the graph has no timer `", name, "`"));
-    }
     try {
       bounds::callback_graph(graph_, tasks_, false);
     } catch (const AnalysisError& error) {
@@ -233,20 +225,6 @@ class Analysis {
     return bounds;
   }
 
-  void bound_chain(const setup::ExecutorSpec& executor) {
-    const CallbackGraph callbacks = callbacks_of(executor);
-    const std::string chain = program::joined(options_.chain, " -> ");
-    program::TextTable table(executor.label + ", chain " + chain + ": largest reaction time and data age",
-                             {"method", "ms", ""});
-    for (const TimerChainBound& b :
-         timer_chain_bounds(bounds::bounded_system(graph_, callbacks, *executor.entry, executor.scheduler),
-                            options_.chain)) {
-      table.add_row({b.method, in_ms(b.latency), b.refusal});
-      timer_chains_.rows.push_back({executor.label, chain, b.method, b.latency, b.refusal});
-    }
-    out_ << "\n" << table;
-  }
-
   /// Writes the page's data and renders the page.
   void write_page(const program::Table& table) const {
     const std::filesystem::path folder = options_.page;
@@ -288,7 +266,6 @@ class Analysis {
   GraphTasks tasks_;
   std::optional<Observed> observed_;
   std::vector<BoundRow> rows_;
-  program::Table timer_chains_{{"executor", "chain", "method", "bound_ns", "refusal"}, {}};
   program::Table refused_{{"executor", "method", "why"}, {}};
 };
 

@@ -15,13 +15,12 @@ namespace hotpath::guarantees {
 struct AnalyzeOptions : setup::CommonOptions, setup::PlatformOptions {
   std::string trace, csv, page, witness;
   bool known_phases = false;  ///< Bounds hold for the phases of these options only.
-  std::vector<std::string> chain;
   std::optional<double> phase_uncertainty_us;
   bool strict = false, exact = false;
 };
 
 /// Bounds the worst cases of every executor of `options`, prints them to `out` and writes the files
-/// that the options name. Returns the rows of all methods, none with `chain`. Throws UsageError and
+/// that the options name. Returns the rows of all methods. Throws UsageError and
 /// InputError, and RunError if a bound is violated.
 std::vector<BoundRow> analyze(const AnalyzeOptions& options, std::ostream& out);
 

@@ -138,7 +138,7 @@ EFFECTS = {
 --load 50
 --rate 90
 --copies 2
---phases synchronous + --chain IMU,FrontCamera
+--phases synchronous
 --cores 2 + --platform timer_thread=equal
 --platform release_cost_us=100
 --exact
@@ -148,7 +148,6 @@ EFFECTS = {
 --trace {stock}/timers
 --deployments rm-threads
 --strict @ analyze_test.py
---chain IMU,FrontCamera
 --csv bounds.csv
 --page page
 """,

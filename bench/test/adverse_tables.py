@@ -27,7 +27,6 @@ LONG = "--duration 3000"
 # Rows of printed JSON have the names of the stored files: command line, fields of one row.
 JSON_HOLDS: dict[str, dict[str, Any]] = {
     "analyze timers_only_60 --executors rm-ro": {"kind": "task", "name": "FrontCamera", "observed_ns": None},
-    "analyze timers_only_60 --executors rm-ro --chain IMU,FrontCamera": {"chain": "IMU -> FrontCamera"},
     "list graphs": {"name": "autoware"},
     "list deployments": {"name": "isolated"},
     "paper table1": {"task": "Camera"},
@@ -74,8 +73,6 @@ run --rmw cyclonedds | --rmw | --stack
 analyze autoware --trace x --rate 50 | --trace | --rate
 analyze autoware --trace x --copies 2 | --trace | --copies
 analyze autoware --trace x --entity-order reverse | --trace | --entity-order
-analyze autoware --chain a,b --csv x | --chain | --csv
-analyze autoware --chain nope | --chain | nope
 bench --quick --repetitions 3 | --quick | --repetitions
 run --against x --json | --against | --json
 explain run --worst --sequence 3 | --worst | --sequence

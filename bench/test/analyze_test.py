@@ -89,20 +89,6 @@ class AnalyzeTest(AnalyzeCase):
         ]
         self.check(self.graph(*nodes, chain="A T"), "fp-ro", "chain", 19)
 
-    def test_chains_of_timers_need_their_phases(self) -> None:
-        graph = self.graph(SENSOR.format("A", 20, 2), SENSOR.format("B", 30, 2))
-        asked = ("analyze", graph, "--executors", "rm-ro", "--chain", "A,B")
-        run = self.simulated(graph, "rm-ro", seconds=1, repetitions=1)
-        for phases, refused, covers in (
-            ((), "unknown phases", "Duerr 2019"),
-            (("--phases", run), "phases other than 0", "Guenzel 2023"),
-        ):
-            out = self.accepted(*asked, *phases)
-            self.assertRegex(out, rf"Kloda 2018, Davis 2007 \(exact\) +- +it does not cover {refused}")
-            self.assertRegex(out, rf"{covers}, Davis 2007 \(exact\) +[0-9.]+")
-            rows = json.loads(self.accepted(*asked, *phases, "--json"))
-            self.assertIn(covers, "".join(row["method"] for row in rows if row["bound_ns"]))
-
     def test_a_chain_without_a_bound_says_why(self) -> None:
         nodes = [SENSOR.format("S", 100, 5), TRANSFORM.format("T", "S", 100)]
         out = self.accepted("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")

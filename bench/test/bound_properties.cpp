@@ -2,7 +2,6 @@
 #include "bound_properties.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "bounds/bounds.hpp"
 #include "bounds/exact_worst_cases.hpp"
@@ -265,71 +264,7 @@ class BoundCase {
   CaseResult result_;
 };
 
-/// The largest reaction time of a chain of timers, each of which reads at its start and writes at
-/// its end. It spans from just after the start of a job of the first timer, whose next job is the
-/// first to see new input, to the end of the first job of the last timer that this input reaches.
-std::int64_t reaction_time(const Trace& trace, const std::vector<TaskId>& chain) {
-  std::vector<std::vector<const JobRecord*>> jobs(chain.size());
-  for (const JobRecord& r : trace.jobs) {
-    for (std::size_t i = 0; i < chain.size(); ++i) {
-      if (r.outcome == Outcome::ran && r.job.task == chain[i]) jobs[i].push_back(&r);
-    }
-  }
-  std::int64_t largest = 0;
-  for (std::size_t first = 0; first + 1 < jobs[0].size(); ++first) {
-    const JobRecord* at = jobs[0][first + 1];
-    for (std::size_t i = 1; i < chain.size() && at != nullptr; ++i) {
-      const auto next = std::ranges::find_if(jobs[i], [&](const auto* r) { return r->start >= at->finish; });
-      at = next == jobs[i].end() ? nullptr : *next;
-    }
-    if (at != nullptr) largest = std::max(largest, (at->finish - jobs[0][first]->start).count());
-  }
-  return largest;
-}
-
 }  // namespace
-
-CaseResult check_timer_chain(std::uint64_t seed, const std::string& name, std::uint32_t also_covers) {
-  Random random(seed);
-  const Graph graph = random_timers(random);
-  GraphTasks tasks = make_tasks(graph);
-  const setup::ExecutorSpec executor = setup::parse_executor(name, {});
-  std::vector<TaskId> chain(tasks.set.size());
-  std::iota(chain.begin(), chain.end(), 0U);
-  std::shuffle(chain.begin(), chain.end(), random);
-  chain.resize(static_cast<std::size_t>(draw(random, 1, static_cast<std::int64_t>(chain.size()))));
-  std::vector<std::string> names;
-  names.reserve(chain.size());
-  for (const TaskId id : chain) names.push_back(tasks.set[id].name);
-  const bool phases_known = chance(random, 50);
-  draw_phases(random, graph, tasks);
-  const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, phases_known);
-  const auto bounds = timer_chain_bounds(
-      bounds::bounded_system(graph, callbacks, *executor.entry, executor.scheduler), names, also_covers);
-  CaseResult result;
-  for (int run = 0; run < kRuns; ++run) {
-    if (!phases_known && run > 0) draw_phases(random, graph, tasks);
-    const WorstCaseTimes worst(tasks.set);
-    const UniformTimes uniform(tasks.set, random());
-    const ExecutionTimes& times = run % 2 == 0 ? static_cast<const ExecutionTimes&>(worst) : uniform;
-    const std::optional<Trace> trace = simulated(graph, tasks, executor, times, nullptr);
-    if (!trace) continue;
-    result.jobs += trace->jobs.size();
-    const std::int64_t seen = reaction_time(*trace, chain);
-    for (const TimerChainBound& b : bounds) {
-      if (!b.latency || seen == 0) continue;
-      search_statistics().pessimism(b.method + ", timers",
-                                    static_cast<double>(*b.latency) / static_cast<double>(seen));
-      if (seen <= *b.latency) continue;
-      result.wrong = program::concat(name, ", ", b.method, ": the chain ", program::joined(names),
-                                     " was observed with ", seen, " ns, against ", *b.latency, " ns, seed ",
-                                     seed, phases_known ? ", phases known" : ", phases unknown", ". Graph:\n",
-                                     graph_yaml(graph));
-      return result;
-    }
-  }
-  return result;
-}
 
 CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers) {
   return BoundCase(seed, executor, also_covers).check();
@@ -347,10 +282,6 @@ std::vector<Property> properties() {
                    [name = std::string(executor)](std::uint64_t seed) { return check_bounds(seed, name); }});
   }
   all.push_back({"bounds/deployments", 600, [](std::uint64_t seed) { return check_bounds(seed, ""); }});
-  for (const std::string name : {"default", "events-ro", "rm-ro", "dm-ro", "fp-ro", "edf-ro", "rm-ro:fifo"}) {
-    all.push_back(
-        {"timer_chains/" + name, 300, [name](std::uint64_t seed) { return check_timer_chain(seed, name); }});
-  }
   return all;
 }
 

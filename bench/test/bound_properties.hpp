@@ -13,7 +13,5 @@ namespace hotpath::test {
 /// deployment. `also_covers`:
 /// assumptions that no method checks.
 CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers = 0);
-/// The same for a chain of timers.
-CaseResult check_timer_chain(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers = 0);
 
 }  // namespace hotpath::test

@@ -169,14 +169,4 @@ bool chance(Random& random, int percent) { return draw(random, 1, 100) <= percen
 
 Graph random_graph(Random& random) { return Generator(random).make(); }
 
-Graph random_timers(Random& random) {
-  Graph graph = random_graph(random);
-  std::erase_if(graph.nodes, [](const Node& node) { return node.type != NodeType::sensor; });
-  graph.chains.clear();
-  scale_to_load(graph, static_cast<double>(draw(random, 20, 97)));
-  for (Node& node : graph.nodes)
-    for (Callback& timer : node.callbacks) timer.best = timer.worst / 2;
-  return graph;
-}
-
 }  // namespace hotpath::test

@@ -17,7 +17,4 @@ bool chance(Random& random, int percent);
 /// subscription priorities, depths, and platform costs in two of five graphs.
 Graph random_graph(Random& random);
 
-/// One to five timers with the same platform costs.
-Graph random_timers(Random& random);
-
 }  // namespace hotpath::test

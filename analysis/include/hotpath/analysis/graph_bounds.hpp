@@ -73,18 +73,4 @@ enum class Assumption : std::uint32_t {
 [[nodiscard]] std::vector<GraphBounds> graph_bounds(const BoundedSystem& system,
                                                     std::uint32_t also_covers = 0);
 
-/// Bound on the end-to-end latency of a chain of timers, each of which reads the last output of the
-/// previous one: the largest reaction time and data age.
-struct TimerChainBound {
-  std::string method;
-  std::optional<std::int64_t> latency;  ///< Nanoseconds.
-  std::string refusal;
-};
-
-/// The bounds of every method for the chain of the timers `names`. Throws AnalysisError for an
-/// unknown name.
-[[nodiscard]] std::vector<TimerChainBound> timer_chain_bounds(const BoundedSystem& system,
-                                                              const std::vector<std::string>& names,
-                                                              std::uint32_t also_covers = 0);
-
 }  // namespace hotpath

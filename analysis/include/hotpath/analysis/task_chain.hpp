@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
-
 #include "hotpath/analysis/response_times.hpp"
 
 namespace hotpath {
 
 /// A cause-effect chain: positions in a PeriodicTasks, from source to sink. Tasks may repeat.
 using TaskChain = std::vector<std::size_t>;
-
-/// Positions of the named tasks. Throws AnalysisError for an empty chain or an unknown name.
-TaskChain task_chain(const PeriodicTasks& tasks, std::span<const std::string> names);
 
 /// Whether positions represent fixed priorities. Under `dynamic` (EDF, FIFO) the position does not
 /// determine the order of jobs.
