@@ -4,7 +4,6 @@ what the commands say about it."""
 
 import json
 import math
-from typing import Any
 
 from hotpath_command import CommandTest, RunFolder
 
@@ -115,26 +114,11 @@ class Periods(CommandTest):
             self.assertEqual(row[1], most["task"])
             self.assertAlmostEqual(float(row[3]), most["period_ms"]["min"], delta=0.5)
 
-    def advice(self, *arguments: object) -> Any:
-        output = self.folder / "advice"
-        self.accepted("advise", *arguments, "--output", output)
-        return json.loads((output / "advice.json").read_text())
-
     def test_advice_names_who_pays(self) -> None:
         """The recommended executor delays a slow timer that today's executor serves in turn."""
-        advice = self.advice(
-            *(
-                "autoware",
-                "--executors",
-                "default,rm-ro",
-                "--repetitions",
-                2,
-                "--duration",
-                5,
-                "--phases",
-                "creation",
-            )
-        )
+        words = "autoware --executors default,rm-ro --repetitions 2 --duration 5 --phases creation".split()
+        self.accepted("advise", *words, "--output", "advice")
+        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         rows = {row["name"]: row["periods_ms"] for row in advice["ranking"]}
         now, best = rows[advice["now"]], rows[advice["recommended"]]
         growth = {

@@ -125,13 +125,7 @@ class Experiments(SimulateTest):
         run = self.simulate(*options, "--no-trace", output="not_kept")
         self.assertNotIn("jobs.csv", run.files())
         for a, b in zip(kept, run.summary()["executors"], strict=True):
-            for key in (
-                "callbacks_executed",
-                "skipped",
-                "overwritten",
-                "deadline_overruns",
-                "loss_equations",
-            ):
+            for key in "callbacks_executed skipped overwritten deadline_overruns loss_equations".split():
                 self.assertEqual(a[key], b[key], key)
             self.assertEqual(a["chains"][0]["hot_path_latency_ms"], b["chains"][0]["hot_path_latency_ms"])
             for task_a, task_b in zip(a["tasks"], b["tasks"], strict=True):
@@ -245,15 +239,8 @@ class Timeline(SimulateTest):
 class Validate(SimulateTest):
     def test_reference_and_a_run_against_their_simulations(self) -> None:
         run = self.simulate(
-            *(
-                "--executors",
-                "default,rm-re,edf-ro",
-                "--phases",
-                "random",
-                "--execution-times",
-                "uniform",
-                *BRIEF,
-            )
+            *("--executors", "default,rm-re,edf-ro", "--phases", "random"),
+            *("--execution-times", "uniform", *BRIEF),
         )
         code, out, err = self.command("paper", "golden", "--output", self.folder / "v")
         self.assertEqual(code, 0, err)
@@ -279,16 +266,7 @@ class Validate(SimulateTest):
 
     def test_a_run_with_the_phases_of_a_golden_trace_is_shown_beside_it(self) -> None:
         trace = TRACES / "timers_only_80.edf-ro.csv"
-        options = (
-            "--graph",
-            "timers_only_80",
-            "--executors",
-            "edf-ro,dm-re",
-            "--duration",
-            10,
-            "--warm-up",
-            0,
-        )
+        options = "--graph timers_only_80 --executors edf-ro,dm-re --duration 10 --warm-up 0".split()
         same = self.simulate(*options, "--phases", trace, output="same")
         other = self.simulate(*options, "--phases", "synchronous", output="other")
         code, out, err = self.command(

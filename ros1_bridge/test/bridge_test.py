@@ -166,19 +166,8 @@ class WholeRun(BridgeTest):
     def check_playback(self, expected: Any) -> None:
         topics = {topic: name for topic, name in TOPICS.items() if "latency" in topic}
         listener = self.listen(topics)
-        play = self.start_process(
-            [
-                "rosbag",
-                "play",
-                "-q",
-                "-r",
-                "8",
-                "--wait-for-subscribers",
-                "--bags=all.bag",
-                "--topics",
-                *topics,
-            ]
-        )
+        options = ["-q", "-r", 8, "--wait-for-subscribers", "--bags=all.bag"]
+        play = self.start_process(["rosbag", "play", *options, "--topics", *topics])
         self.assertEqual(play.wait(), 0, play.output)
         self.await_last(listener, expected)
         self.check_latencies(listener, expected)
@@ -293,18 +282,8 @@ class WatchedSystem(BridgeTest):
         """What `hotpath watch` says about a program with tracepoints."""
         contract = self.folder / "contract.yaml"
         contract.write_text("callbacks:\n- {node: source, period_ms: {value: 7, from: given}}\n")
-        command = [
-            partners.HOTPATH,
-            "watch",
-            "--json",
-            "--contract",
-            str(contract),
-            "--",
-            TRACED_SYSTEM,
-            "100",
-            "1",
-        ]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        command = [partners.HOTPATH, "watch", "--json", "--contract", str(contract)]
+        done = subprocess.run([*command, "--", TRACED_SYSTEM, "100", "1"], check=True, capture_output=True, text=True)
         return done.stdout.splitlines()
 
     def test_what_the_watcher_says_is_published(self) -> None:
