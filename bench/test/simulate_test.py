@@ -124,13 +124,20 @@ class Experiments(SimulateTest):
         kept = self.simulate(*options, output="kept").summary()["executors"]
         run = self.simulate(*options, "--no-trace", output="not_kept")
         self.assertNotIn("jobs.csv", run.files())
+        exact = {"response_ms": "n min max", "period_ms": "n min max", "period_deviation_ms": "n max"}
         for a, b in zip(kept, run.summary()["executors"], strict=True):
             for key in "callbacks_executed skipped overwritten deadline_overruns loss_equations".split():
                 self.assertEqual(a[key], b[key], key)
             self.assertEqual(a["chains"][0]["hot_path_latency_ms"], b["chains"][0]["hot_path_latency_ms"])
             for task_a, task_b in zip(a["tasks"], b["tasks"], strict=True):
-                for key in ("n", "min", "max"):
-                    self.assertEqual(task_a["response_ms"][key], task_b["response_ms"][key])
+                for measure, keys in exact.items():
+                    self.assertEqual(measure in task_a, measure in task_b, measure)
+                    if measure not in task_a:
+                        continue
+                    for key in keys.split():
+                        self.assertEqual(task_a[measure][key], task_b[measure][key], (measure, key))
+                    if measure != "response_ms":
+                        self.assertAlmostEqual(task_a[measure]["mean"], task_b[measure]["mean"])
 
     def test_a_run_replayed_with_its_phases_and_times_is_the_same_run(self) -> None:
         options = ("--executors", "default,rm-ro", *BRIEF)
@@ -224,16 +231,6 @@ class Timeline(SimulateTest):
         self.assertEqual(len(starts), sum(job.parent is not None for job in jobs))
         names = {e["args"]["name"] for e in events if e["name"] == "thread_name"}
         self.assertEqual(names, {"executor thread", "timer management thread"})
-
-    def test_part_of_a_trace(self) -> None:
-        run = self.simulate("--graph", "timers_only_60", "--executors", "default", *BRIEF)
-        file = self.folder / "part.json"
-        self.accepted("export", "perfetto", run.path, "--from", 1000, "--to", 1100, "--output", file)
-        slices = [e for e in json.loads(file.read_text())["traceEvents"] if e["ph"] == "X"]
-        self.assertGreater(len(slices), 5)
-        for e in slices:
-            self.assertGreaterEqual(e["ts"] + e["dur"], 1e6)
-            self.assertLess(e["ts"], 1.1e6)
 
 
 class Validate(SimulateTest):

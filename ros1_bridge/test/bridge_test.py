@@ -283,7 +283,9 @@ class WatchedSystem(BridgeTest):
         contract = self.folder / "contract.yaml"
         contract.write_text("callbacks:\n- {node: source, period_ms: {value: 7, from: given}}\n")
         command = [partners.HOTPATH, "watch", "--json", "--contract", str(contract)]
-        done = subprocess.run([*command, "--", TRACED_SYSTEM, "100", "1"], check=True, capture_output=True, text=True)
+        done = subprocess.run(
+            [*command, "--", TRACED_SYSTEM, "100", "1"], check=True, capture_output=True, text=True
+        )
         return done.stdout.splitlines()
 
     def test_what_the_watcher_says_is_published(self) -> None:
