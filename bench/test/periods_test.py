@@ -4,7 +4,7 @@ what the commands say about it."""
 
 import json
 
-import numpy
+import numpy as np
 
 from hotpath_command import CommandTest, RunFolder
 
@@ -42,7 +42,8 @@ class Periods(CommandTest):
                     continue
                 seen += 1
                 off = [abs(d / NS - period) for d in distances]
-                expected = [min(distances) / NS, max(distances) / NS, numpy.percentile(off, 99), max(off)]
+                p99 = float(np.percentile(off, 99))
+                expected = [min(distances) / NS, max(distances) / NS, p99, max(off)]
                 found = [task["period_ms"]["min"], task["period_ms"]["max"]]
                 found += [task["period_deviation_ms"]["p99"], task["period_deviation_ms"]["max"]]
                 for a, b in zip(found, expected, strict=True):

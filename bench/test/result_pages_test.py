@@ -124,13 +124,7 @@ class Distributions(CommandTest):
 
     def curves(self, browser: Browser) -> dict[tuple[str, float], float]:
         """{(label, probability): ms}"""
-        labels = [of["label"] for of in browser.run("return hotpathPage.store.document.series")]
-        made = {}
-        for number, q, text in browser.run(page_test.READ_CURVES):
-            value = re.search(r"([\d.]+) ms", text)
-            assert value is not None, text
-            made[labels[number], q] = float(value[1])
-        return made
+        return {(series["label"], q): ms for series, q, ms in page_test.curves_of(browser)}
 
     def check_advice(self, advice: dict[str, Any], browser: Browser, target: str) -> None:
         """The curves of all candidates have the quantiles and bounds of advice.json."""

@@ -325,13 +325,6 @@ class WrongUse(SimulateTest):
                 self.accepted("report", "--summary", run.path)
                 self.assertEqual((run.path / "summary.json").read_bytes(), summary)
                 self.assertEqual(self.accepted("feed", "responses", run.path), responses)
-            header, blocks = files["jobs.csv"]
-            rows = [row for block in blocks.values() for row in block]
-            (run.path / "jobs.csv").write_text("\n".join([header, *rows[1:], rows[0]]) + "\n")
-            code, _, err = self.command("report", "--summary", run.path)
-            self.assertEqual(code, 2)
-            self.assertIn(f"jobs.csv:{len(rows) + 1}: ", err)
-            self.assertIn("have ended before", err)
 
     def test_a_row_of_another_run_is_named_with_its_line(self) -> None:
         run = self.simulate("--executors", "rm-ro", *BRIEF)
