@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Period jitter of timers in simulated, live and imported runs, computed a second time from jobs.csv, and in
-what the commands say about it."""
+"""Period jitter of timers in simulated and live runs, computed a second time from jobs.csv, and in advice."""
 
 import json
 
@@ -64,31 +63,6 @@ class Periods(CommandTest):
             *("--transport", "intra_process", "--output", output),
         )
         self.assertGreaterEqual(self.check_periods(RunFolder(output)), 10)
-
-    def test_imported_runs(self) -> None:
-        run, trace, imported = (self.folder / name for name in ("simulated", "trace", "imported"))
-        self.accepted("simulate", "--executors", "default", "--duration", 3, "--warm-up", 0, "--output", run)
-        self.accepted("export", "ctf", run, "--output", trace)
-        self.accepted("import", "ctf", trace, "--output", imported)
-        self.accepted("report", "--summary", imported / "run")
-        self.assertGreaterEqual(self.check_periods(RunFolder(imported / "run")), 7)
-
-    def test_the_table_names_the_timer_that_varies_most(self) -> None:
-        output = self.folder / "run"
-        out = self.accepted(
-            *("simulate", "--executors", "default,rm-ro", "--duration", 5, "--warm-up", 0, "--output", output)
-        )
-        self.assertIn("period of the timer that varies most", out)
-        for executor in RunFolder(output).summary()["executors"]:
-            timers = [t for t in executor["tasks"] if (t.get("period_ms") or {}).get("n")]
-            most = max(timers, key=lambda t: t["period_ms"]["max"] - t["period_ms"]["min"])
-            row = next(
-                line.split()
-                for line in out.partition("varies most")[2].splitlines()
-                if line.startswith(executor["executor"] + " ")
-            )
-            self.assertEqual(row[1], most["task"])
-            self.assertAlmostEqual(float(row[3]), most["period_ms"]["min"], delta=0.5)
 
     def test_advice_names_who_pays(self) -> None:
         """The recommended executor delays a slow timer that today's executor serves in turn."""

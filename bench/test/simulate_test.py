@@ -296,10 +296,6 @@ class WrongUse(SimulateTest):
 
     def test_a_damaged_run_is_refused(self) -> None:
         run = self.simulate("--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF)
-        (run.path / "run.json").write_text(json.dumps({k: v for k, v in run.run.items() if k != "tasks"}))
-        code, out, err = self.command("report", "--summary", run.path)
-        self.assertEqual((code, out), (2, ""))
-        self.assertIn(f"was written by hotpath {run.run['version']}", err)
         (run.path / "run.json").write_text(json.dumps({"runs": [{"executor": 1}]}))
         self.assert_refused("--graph", "timers_only_60", "--phases", run.path, says=["run.json"])
 
