@@ -193,8 +193,6 @@ class Capacities(SweepTest):
 class ChildrenThatRefuse(SweepTest):
     """Wrong use that `run` or `analyze` rejects ends a search or a sweep without a result."""
 
-    LIVE = "graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process, processes: 2"
-
     def assert_wrong_use(self, said: Any, *words: object) -> None:
         shutil.rmtree(self.folder / "refused", ignore_errors=True)
         code, _, err = self.command(*words, "--output", "refused")
@@ -209,19 +207,14 @@ class ChildrenThatRefuse(SweepTest):
         self.assert_wrong_use("--processes 2 needs --transport fastdds", *words)
 
     def test_of_a_sweep(self) -> None:
-        text = f"command: run\nfixed: {{{self.LIVE}}}\naxes: {{load: [10, 20]}}\n"
+        fixed = "graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process, processes: 2"
+        text = f"command: run\nfixed: {{{fixed}}}\naxes: {{load: [10, 20]}}\n"
         said = "sweep.yaml: cell 0, load 10: --processes 2 needs --transport fastdds"
         self.assert_wrong_use(said, "sweep", self.sweep_file(text))
         text = "command: analyze\naxes: {graph: [nope, timers_only_60]}\n"
         self.assert_wrong_use("cell 0, graph nope: ", "sweep", self.sweep_file(text))
         text = "command: run\naxes: {load: [10, 20]}\n"
         self.assert_wrong_use("--threads", "sweep", self.sweep_file(text), "--threads", 2)
-
-    def test_of_two_builds(self) -> None:
-        words = ("compare", "--graph", "nope", "--against", HOTPATH)
-        code, _, err = self.command(*words, "--output", "ab")
-        self.assertEqual(code, 2, err)
-        self.assertRegex(err, r"(new|old) build, repetition 0: nope: there is no graph")
 
 
 class TwoBuilds(CommandTest):
@@ -239,7 +232,12 @@ class TwoBuilds(CommandTest):
         self.assertIn("<testsuite ", (self.folder / "gate.xml").read_text())
         self.assertIn("| measure | old | new |", (self.folder / "gate.md").read_text())
 
-    def test_a_missing_program_is_rejected(self) -> None:
-        code, _, err = self.command("compare", "--against", "/nonexistent", "--output", "ab")
-        self.assertEqual(code, 1)
-        self.assertIn("/nonexistent", err)
+    def test_a_missing_graph_or_program_is_rejected(self) -> None:
+        for graph, program, expected, says in (
+            ("nope", HOTPATH, 2, "(new|old) build, repetition 0: nope: there is no graph"),
+            ("autoware", "/nonexistent", 1, "/nonexistent"),
+        ):
+            words = ("--graph", graph, "--against", program)
+            code, _, err = self.command("compare", *words, "--output", "ab")
+            self.assertEqual(code, expected, err)
+            self.assertRegex(err, says)
