@@ -35,8 +35,7 @@ class SimulateTest(CommandTest):
 
     def simulate(self, *arguments: object, output: str = "run") -> Any:
         folder = self.folder / output
-        code, _, err = self.command("simulate", *arguments, "--output", folder)
-        self.assertEqual(code, 0, err)
+        self.accepted("simulate", *arguments, "--output", folder)
         return RunFolder(folder)
 
     def files(self, run: Any, *names: str) -> dict[Any, Any]:
@@ -115,8 +114,7 @@ class Experiments(SimulateTest):
         self.assertEqual(run.run["execution_times"], "worst")
         (chains,) = run.chains().values()
         self.assertEqual({latency for _, _, latency, _ in chains}, {4_200_000})
-        code, out, err = self.command("graph", graph)
-        self.assertEqual(code, 0, err)
+        out = self.accepted("graph", graph)
         self.assertIn("2 cores, timer thread by_executor, execution times uniform, dispatch_cost_us 10", out)
 
     def test_without_trace_the_counts_are_the_same(self) -> None:
@@ -215,10 +213,8 @@ class Timeline(SimulateTest):
         graph = self.write("chain.yaml", TINY_CHAIN % 4)
         run = self.simulate("--graph", graph, "--executors", "events-ro,rm-re", *BRIEF)
         file = self.folder / "trace.json"
-        code, out, err = self.command(
-            "export", "perfetto", run.path, "--executors", "rm-re", "--output", file
-        )
-        self.assertEqual((code, out), (0, f"{file}\n"), err)
+        out = self.accepted("export", "perfetto", run.path, "--executors", "rm-re", "--output", file)
+        self.assertEqual(out, f"{file}\n")
         events = json.loads(file.read_text())["traceEvents"]
         slices = [e for e in events if e["ph"] == "X"]
         jobs = [j for j in run.jobs()[("rm-re", 0)] if j.outcome == "ran"]
@@ -239,8 +235,7 @@ class Validate(SimulateTest):
             *("--executors", "default,rm-re,edf-ro", "--phases", "random"),
             *("--execution-times", "uniform", *BRIEF),
         )
-        code, out, err = self.command("paper", "golden", "--output", self.folder / "v")
-        self.assertEqual(code, 0, err)
+        out = self.accepted("paper", "golden", "--output", self.folder / "v")
         result = json.loads((self.folder / "v" / "validation.json").read_text())
         golden = {(g["set"], g["executor"]): g for g in result["golden"]}
         self.assertEqual(len(golden), 18)
@@ -266,10 +261,7 @@ class Validate(SimulateTest):
         options = "--graph timers_only_80 --executors edf-ro,dm-re --duration 10 --warm-up 0".split()
         same = self.simulate(*options, "--phases", trace, output="same")
         other = self.simulate(*options, "--phases", "synchronous", output="other")
-        code, out, err = self.command(
-            "diff", same.path, other.path, "--simulated", "--output", self.folder / "v"
-        )
-        self.assertEqual(code, 0, err)
+        out = self.accepted("diff", same.path, other.path, "--simulated", "--output", self.folder / "v")
         runs = json.loads((self.folder / "v" / "validation.json").read_text())["runs"]
         self.assertEqual(
             [(r["executor"], r["golden"] is not None) for r in runs], [("edf-ro", True), ("dm-re", False)] * 2
