@@ -319,6 +319,7 @@ class WatchTest(CommandTest):
             self.assertLess(timer["response_ms"]["max"], 100_000, "not since its creation")
             self.assertEqual([reports[0][key] for key in ("dropped", "damaged", "late")], [0, 0, 0])
             self.assertEqual({t["verdict"] for t in reports[0]["contract"]["terms"]}, {"held"})
+            self.assertEqual({t["policy_before"] for t in reports[0]["executor_threads"]}, {None})
         self.assertIsNone(program.poll(), "it goes on")
         program.kill()
         program.communicate()
