@@ -26,16 +26,9 @@ class RecordedGraphs(CommandTest):
             # The report's files lack this one.
             "component_planning_0": (30.6, 92.7),
         }
-        run = self.measure(
-            *(
-                "simulate",
-                "--graph",
-                "autoware_universe",
-                "--deployments",
-                RECORDED / "autoware_universe.yaml",
-            ),
-            *("--phases", "random", "--repetitions", 5, "--duration", 40),
-        )
+        deployment = RECORDED / "autoware_universe.yaml"
+        words = "--graph autoware_universe --phases random --repetitions 5 --duration 40".split()
+        run = self.measure("simulate", *words, "--deployments", deployment)
         (executor,) = run.summary()["executors"]
         predicted = {c["chain"]: c["end_to_end_latency_ms"] for c in executor["chains"]}
         for chain, (p50, p99) in measured.items():

@@ -8,18 +8,7 @@ import pytest
 
 SCRIPTS = Path(__file__).parents[2] / "launch_scripts"
 #: The others pass their arguments on: to hotpath, to fuzz.py or to a program of roslaunch.
-STRICT = (
-    "build",
-    "colcon_build",
-    "format",
-    "package",
-    "ros2_bars",
-    "ros2_build",
-    "sanitize",
-    "setup",
-    "test",
-    "tidy",
-)
+STRICT = "build colcon_build format package ros2_bars ros2_build sanitize setup test tidy".split()
 
 
 def run(script: str, argument: str, folder: Path) -> "subprocess.CompletedProcess[str]":

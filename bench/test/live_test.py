@@ -14,7 +14,6 @@ from typing import Any
 from hotpath_command import CommandTest, ONE, RunFolder
 
 LISTENER = os.environ.get("TELEMETRY_LISTENER", "telemetry_listener")
-WRONG_USE, FAILURE = 2, 1
 SHORT = ("--load", 20, "--duration", 1.2, "--warm-up", 0.3)
 
 
@@ -22,23 +21,16 @@ class Received:
     """A listener's output, by kind and in order."""
 
     def __init__(self, text: str) -> None:
-        self.by_kind = collections.defaultdict(list)
+        self.by_kind: dict[str, list[Any]] = collections.defaultdict(list)
         for line in text.splitlines():
             sample = json.loads(line)
             self.by_kind[sample["kind"]].append(sample)
+        self.samples, self.statistics = self.by_kind["sample"], self.by_kind["statistics"]
 
     @property
     def run(self) -> Any:
         (info,) = self.by_kind["run"]
         return info
-
-    @property
-    def samples(self) -> Any:
-        return self.by_kind["sample"]
-
-    @property
-    def statistics(self) -> Any:
-        return self.by_kind["statistics"]
 
     @property
     def last(self) -> Any:
@@ -134,10 +126,7 @@ class LiveTest(CommandTest):
         self.assertEqual((info["origin"], info["transport"]), (origin, transport))
         self.assertEqual((info["graph"], info["executor"], info["repetition"]), ("autoware", "rm-ro", 0))
         self.assertEqual(len(info["nodes"]), 24)
-        self.assertEqual(len({(n["x"], n["y"]) for n in info["nodes"]}), 24)
         self.assertEqual(sum(n["hot"] for n in info["nodes"]), 8)
-        for edge in info["edges"]:
-            self.assertLess(info["nodes"][edge["source"]]["x"], info["nodes"][edge["target"]]["x"])
         self.assertEqual([c["name"] for c in info["chains"]], ["hot_path"])
         for fact in ("duration_s", "load_percent", "seed"):
             self.assertEqual(info["facts"][fact], folder.run[fact])

@@ -77,6 +77,17 @@ def jobs_of(folder: str, executor: str, repetition: int) -> Any:
     return [Job(row) for row in found if row["start_ns"]]
 
 
+def curves_of(browser: Browser) -> list[tuple[Any, float, float]]:
+    """(series, probability, ms) at each step along the curves."""
+    series = browser.run("return hotpathPage.store.document.series")
+    found = []
+    for number, q, text in browser.run(READ_CURVES):
+        value = re.search(r"([\d.]+) ms", text)
+        assert value is not None, text
+        found.append((series[number], q, float(value[1])))
+    return found
+
+
 class Page(CommandTest):
     """The page of one run, and the files that it was made from. All tests share one folder, with the
     runs and pages that they make."""
@@ -119,21 +130,18 @@ class Page(CommandTest):
     def check_curves(self, browser: Browser, run: RunFolder, target: str, latencies: dict[str, Any]) -> None:
         """Compares the curves of a chain or task with {executor: quantiles of summary.json}."""
         browser.run(CHOOSE, "target", target)
-        series = browser.run("return hotpathPage.store.document.series")
-        found = browser.run(READ_CURVES)
+        found = curves_of(browser)
         counts = browser.run("return [...document.querySelectorAll('.legend label')].map((l) => l.innerText)")
         shown = {label for label, of in latencies.items() if of["n"] > 0}
-        self.assertEqual({series[number]["executor"] for number, _, _ in found}, shown)
+        self.assertEqual({series["executor"] for series, _, _ in found}, shown)
         compared = 0
-        for number, q, text in found:
-            of = latencies[series[number]["executor"]]
-            value = re.search(r"([\d.]+) ms", text)
-            assert value is not None, text
+        for series, q, ms in found:
+            of = latencies[series["executor"]]
             for name, probability in QUANTILES.items():
                 if q == probability:
-                    self.assertAlmostEqual(float(value[1]), of[name], delta=0.00051, msg=f"{target} {q}")
+                    self.assertAlmostEqual(ms, of[name], delta=0.00051, msg=f"{target} {q}")
                     compared += 1
-            label = series[number]["label"]
+            label = series["label"]
             self.assertIn(f"{label} n = {of['n']}", [" ".join(c.split(",")[0].split()) for c in counts])
         # p99 only where 100 samples resolve it
         self.assertEqual(compared, sum(3 + (of["n"] >= 100) for of in latencies.values() if of["n"] > 0))

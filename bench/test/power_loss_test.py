@@ -28,12 +28,8 @@ class Event:
     def __init__(self, line: bytes, content: bytes) -> None:
         facts, path, renamed = line.decode().rstrip("\n").split("\t")
         self.kind, inode, _ = facts.split(" ")
-        self.inode, self.content, self.path, self.named = (
-            int(inode),
-            content,
-            Path(path),
-            Path(renamed or path),
-        )
+        self.inode, self.content = int(inode), content
+        self.path, self.named = Path(path), Path(renamed or path)
 
 
 def events_of(log: Path) -> list[Event]:

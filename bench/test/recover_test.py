@@ -57,9 +57,7 @@ class Recover(CommandTest):
         if not all(e["loss_equations"]["hold"] for e in run.summary()["executors"]):
             return "rows are missing"
         code, _, err = self.command("doctor", folder)
-        if code != 0:
-            return err
-        return ""
+        return err if code != 0 else ""
 
     def test_killed_at_random_instants(self) -> None:
         instants = random.Random(KILLS)

@@ -44,6 +44,8 @@ MEASURES: dict[str, tuple[str, Callable[[list[float]], float]]] = {
     "lost: skipped and overwritten": ("lost", max),
 }
 
+ADVISE = ("advise", "autoware", "--cores", 2, "--repetitions", 2, "--duration", 2)
+
 
 def values(rows: list[Any]) -> dict[tuple[str, float], float]:
     """{(executor, x): value} of READ_PLOT."""
@@ -122,13 +124,7 @@ class Distributions(CommandTest):
 
     def curves(self, browser: Browser) -> dict[tuple[str, float], float]:
         """{(label, probability): ms}"""
-        labels = [of["label"] for of in browser.run("return hotpathPage.store.document.series")]
-        made = {}
-        for number, q, text in browser.run(page_test.READ_CURVES):
-            value = re.search(r"([\d.]+) ms", text)
-            assert value is not None, text
-            made[labels[number], q] = float(value[1])
-        return made
+        return {(series["label"], q): ms for series, q, ms in page_test.curves_of(browser)}
 
     def check_advice(self, advice: dict[str, Any], browser: Browser, target: str) -> None:
         """The curves of all candidates have the quantiles and bounds of advice.json."""
@@ -196,45 +192,23 @@ class Distributions(CommandTest):
             self.assertEqual(again, (folder / stored / "run" / "jobs.csv").read_bytes())
 
     def test_of_an_advice_with_deployments_and_requirements(self) -> None:
-        words = (
-            "--cores",
-            2,
-            "--repetitions",
-            2,
-            "--duration",
-            2,
-            "--now",
-            "multi:2",
-            "--for",
-            "hot_path<150",
-        )
-        self.accepted("advise", "autoware", *words, "--output", "advice")
+        words = ("--now", "multi:2", "--for", "hot_path<150")
+        self.accepted(*ADVISE, *words, "--output", "advice")
         package.write_advice(self.folder, self.environment, self.folder / "advice")
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         browser = opened(self, self.folder / "advice" / "report.html")
         self.check_advice(advice, browser, "hot_path, end to end")
 
     def test_stored_draws_of_deployments(self) -> None:
-        words = (
-            "--cores",
-            2,
-            "--repetitions",
-            2,
-            "--duration",
-            2,
-            "--executors",
-            "default",
-            "--deployments",
-            "picas",
-        )
-        self.accepted("advise", "autoware", *words, "--now", "default", "--output", "advice")
+        words = ("--executors", "default", "--deployments", "picas", "--now", "default")
+        self.accepted(*ADVISE, *words, "--output", "advice")
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         self.assertEqual(advice["stored"], ["default", "picas"])
         self.check_stored_draws(self.folder / "advice", advice)
 
     def test_no_stored_draws_of_split_groups(self) -> None:
-        words = ("--cores", 2, "--repetitions", 2, "--duration", 2, "--executors", "default")
-        self.accepted("advise", "autoware", *words, "--now", "rm-threads", "--output", "advice")
+        words = ("--executors", "default", "--now", "rm-threads")
+        self.accepted(*ADVISE, *words, "--output", "advice")
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         self.assertEqual(advice["now"], "rm-threads")
         self.assertEqual(advice["stored"], [])

@@ -156,10 +156,14 @@ class RoundTrip(ImportTest):
                     self.assertIn(EXECUTORS.get(name, "default"), recognised["executors"])
 
     def test_other_graphs_and_options(self) -> None:
+        order = "PointCloudFusion: {delivery: [RayGroundFilter, VoxelGridDownsampler]}"
+        delivered = self.folder / "delivered.yaml"
+        delivered.write_text(AUTOWARE.read_text().replace("\nnodes:", f"\ntopics: {{{order}}}\nnodes:", 1))
         two = self.folder / "two.yaml"
         two.write_text(TWO_PROCESSES)
         costs = ("--platform", "dispatch_cost_us=5")
         cases: list[Any] = [(g, "--executors", e, *costs) for g, of in OTHERS.items() for e in of]
+        cases += [(delivered, "--executors", e, *costs) for e in ("default", "events-ro", "rm-ro")]
         cases += [
             ("autoware", "--executors", "events-ro", "--load", 0),
             ("autoware", "--executors", "multi:3", "--load", 0),
@@ -175,6 +179,8 @@ class RoundTrip(ImportTest):
                 self.check_instants(run, found, graph)
                 if executor in RCL_VERSIONS:
                     self.assertEqual(facts["rcl_version"], RCL_VERSIONS[executor])
+                if graph == delivered:
+                    self.assertIn(order, (found.path.parent / "graph.yaml").read_text())
                 if kind == "--deployments":
                     owners = (found.path.parent / "deployment.yaml").read_text()
                     for process in ("process_1000_", "process_2000_"):
@@ -190,18 +196,6 @@ class RoundTrip(ImportTest):
         self.check_instants(run, found, graph)
         (executor,) = facts["executors"]
         self.assertEqual((executor["dispatch"]["n"], executor["wait"]["n"]), (300, 0))
-
-    def test_order_of_delivery(self) -> None:
-        order = "PointCloudFusion: {delivery: [RayGroundFilter, VoxelGridDownsampler]}"
-        graph = self.folder / "delivered.yaml"
-        graph.write_text(AUTOWARE.read_text().replace("\nnodes:", f"\ntopics: {{{order}}}\nnodes:", 1))
-        for executor in ("default", "events-ro", "rm-ro"):
-            with self.subTest(executor):
-                plan = ("--executors", executor, "--platform", "dispatch_cost_us=5")
-                stated = ("--executors", executor)
-                _, run, found = self.round_trip(executor, *plan, graph=graph, options=stated)
-                self.check_instants(run, found, graph)
-                self.assertIn(order, (found.path.parent / "graph.yaml").read_text())
 
     def test_pinned_threads_that_take_turns_are_not_green(self) -> None:
         """Of four threads without priority on two processors, three are pinned: no time slices on all

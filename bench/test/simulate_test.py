@@ -35,8 +35,7 @@ class SimulateTest(CommandTest):
 
     def simulate(self, *arguments: object, output: str = "run") -> Any:
         folder = self.folder / output
-        code, _, err = self.command("simulate", *arguments, "--output", folder)
-        self.assertEqual(code, 0, err)
+        self.accepted("simulate", *arguments, "--output", folder)
         return RunFolder(folder)
 
     def files(self, run: Any, *names: str) -> dict[Any, Any]:
@@ -115,8 +114,7 @@ class Experiments(SimulateTest):
         self.assertEqual(run.run["execution_times"], "worst")
         (chains,) = run.chains().values()
         self.assertEqual({latency for _, _, latency, _ in chains}, {4_200_000})
-        code, out, err = self.command("graph", graph)
-        self.assertEqual(code, 0, err)
+        out = self.accepted("graph", graph)
         self.assertIn("2 cores, timer thread by_executor, execution times uniform, dispatch_cost_us 10", out)
 
     def test_without_trace_the_counts_are_the_same(self) -> None:
@@ -124,19 +122,20 @@ class Experiments(SimulateTest):
         kept = self.simulate(*options, output="kept").summary()["executors"]
         run = self.simulate(*options, "--no-trace", output="not_kept")
         self.assertNotIn("jobs.csv", run.files())
+        exact = {"response_ms": "n min max", "period_ms": "n min max", "period_deviation_ms": "n max"}
         for a, b in zip(kept, run.summary()["executors"], strict=True):
-            for key in (
-                "callbacks_executed",
-                "skipped",
-                "overwritten",
-                "deadline_overruns",
-                "loss_equations",
-            ):
+            for key in "callbacks_executed skipped overwritten deadline_overruns loss_equations".split():
                 self.assertEqual(a[key], b[key], key)
             self.assertEqual(a["chains"][0]["hot_path_latency_ms"], b["chains"][0]["hot_path_latency_ms"])
             for task_a, task_b in zip(a["tasks"], b["tasks"], strict=True):
-                for key in ("n", "min", "max"):
-                    self.assertEqual(task_a["response_ms"][key], task_b["response_ms"][key])
+                for measure, keys in exact.items():
+                    self.assertEqual(measure in task_a, measure in task_b, measure)
+                    if measure not in task_a:
+                        continue
+                    for key in keys.split():
+                        self.assertEqual(task_a[measure][key], task_b[measure][key], (measure, key))
+                    if measure != "response_ms":
+                        self.assertAlmostEqual(task_a[measure]["mean"], task_b[measure]["mean"])
 
     def test_a_run_replayed_with_its_phases_and_times_is_the_same_run(self) -> None:
         options = ("--executors", "default,rm-ro", *BRIEF)
@@ -214,10 +213,8 @@ class Timeline(SimulateTest):
         graph = self.write("chain.yaml", TINY_CHAIN % 4)
         run = self.simulate("--graph", graph, "--executors", "events-ro,rm-re", *BRIEF)
         file = self.folder / "trace.json"
-        code, out, err = self.command(
-            "export", "perfetto", run.path, "--executors", "rm-re", "--output", file
-        )
-        self.assertEqual((code, out), (0, f"{file}\n"), err)
+        out = self.accepted("export", "perfetto", run.path, "--executors", "rm-re", "--output", file)
+        self.assertEqual(out, f"{file}\n")
         events = json.loads(file.read_text())["traceEvents"]
         slices = [e for e in events if e["ph"] == "X"]
         jobs = [j for j in run.jobs()[("rm-re", 0)] if j.outcome == "ran"]
@@ -231,32 +228,14 @@ class Timeline(SimulateTest):
         names = {e["args"]["name"] for e in events if e["name"] == "thread_name"}
         self.assertEqual(names, {"executor thread", "timer management thread"})
 
-    def test_part_of_a_trace(self) -> None:
-        run = self.simulate("--graph", "timers_only_60", "--executors", "default", *BRIEF)
-        file = self.folder / "part.json"
-        self.accepted("export", "perfetto", run.path, "--from", 1000, "--to", 1100, "--output", file)
-        slices = [e for e in json.loads(file.read_text())["traceEvents"] if e["ph"] == "X"]
-        self.assertGreater(len(slices), 5)
-        for e in slices:
-            self.assertGreaterEqual(e["ts"] + e["dur"], 1e6)
-            self.assertLess(e["ts"], 1.1e6)
-
 
 class Validate(SimulateTest):
     def test_reference_and_a_run_against_their_simulations(self) -> None:
         run = self.simulate(
-            *(
-                "--executors",
-                "default,rm-re,edf-ro",
-                "--phases",
-                "random",
-                "--execution-times",
-                "uniform",
-                *BRIEF,
-            )
+            *("--executors", "default,rm-re,edf-ro", "--phases", "random"),
+            *("--execution-times", "uniform", *BRIEF),
         )
-        code, out, err = self.command("paper", "golden", "--output", self.folder / "v")
-        self.assertEqual(code, 0, err)
+        out = self.accepted("paper", "golden", "--output", self.folder / "v")
         result = json.loads((self.folder / "v" / "validation.json").read_text())
         golden = {(g["set"], g["executor"]): g for g in result["golden"]}
         self.assertEqual(len(golden), 18)
@@ -279,22 +258,10 @@ class Validate(SimulateTest):
 
     def test_a_run_with_the_phases_of_a_golden_trace_is_shown_beside_it(self) -> None:
         trace = TRACES / "timers_only_80.edf-ro.csv"
-        options = (
-            "--graph",
-            "timers_only_80",
-            "--executors",
-            "edf-ro,dm-re",
-            "--duration",
-            10,
-            "--warm-up",
-            0,
-        )
+        options = "--graph timers_only_80 --executors edf-ro,dm-re --duration 10 --warm-up 0".split()
         same = self.simulate(*options, "--phases", trace, output="same")
         other = self.simulate(*options, "--phases", "synchronous", output="other")
-        code, out, err = self.command(
-            "diff", same.path, other.path, "--simulated", "--output", self.folder / "v"
-        )
-        self.assertEqual(code, 0, err)
+        out = self.accepted("diff", same.path, other.path, "--simulated", "--output", self.folder / "v")
         runs = json.loads((self.folder / "v" / "validation.json").read_text())["runs"]
         self.assertEqual(
             [(r["executor"], r["golden"] is not None) for r in runs], [("edf-ro", True), ("dm-re", False)] * 2
@@ -321,10 +288,6 @@ class WrongUse(SimulateTest):
 
     def test_a_damaged_run_is_refused(self) -> None:
         run = self.simulate("--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF)
-        (run.path / "run.json").write_text(json.dumps({k: v for k, v in run.run.items() if k != "tasks"}))
-        code, out, err = self.command("report", "--summary", run.path)
-        self.assertEqual((code, out), (2, ""))
-        self.assertIn(f"was written by hotpath {run.run['version']}", err)
         (run.path / "run.json").write_text(json.dumps({"runs": [{"executor": 1}]}))
         self.assert_refused("--graph", "timers_only_60", "--phases", run.path, says=["run.json"])
 
@@ -350,13 +313,6 @@ class WrongUse(SimulateTest):
                 self.accepted("report", "--summary", run.path)
                 self.assertEqual((run.path / "summary.json").read_bytes(), summary)
                 self.assertEqual(self.accepted("feed", "responses", run.path), responses)
-            header, blocks = files["jobs.csv"]
-            rows = [row for block in blocks.values() for row in block]
-            (run.path / "jobs.csv").write_text("\n".join([header, *rows[1:], rows[0]]) + "\n")
-            code, _, err = self.command("report", "--summary", run.path)
-            self.assertEqual(code, 2)
-            self.assertIn(f"jobs.csv:{len(rows) + 1}: ", err)
-            self.assertIn("have ended before", err)
 
     def test_a_row_of_another_run_is_named_with_its_line(self) -> None:
         run = self.simulate("--executors", "rm-ro", *BRIEF)

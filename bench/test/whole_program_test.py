@@ -116,18 +116,8 @@ class WholeProgram(CommandTest):
         self.check(folder, processes=2)
 
     def test_autoware_in_two_processes_over_shared_memory(self) -> None:
-        folder = self.measure(
-            "run",
-            "--executors",
-            "events-ro",
-            "--repetitions",
-            1,
-            "--processes",
-            2,
-            "--network",
-            "shared_memory",
-            *SHORT,
-        )
+        words = "--executors events-ro --repetitions 1 --processes 2 --network shared_memory".split()
+        folder = self.measure("run", *words, *SHORT)
         self.check(folder, ["events-ro"], processes=2)
 
     def test_every_executor_on_autoware_in_one_process(self) -> None:

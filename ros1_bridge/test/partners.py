@@ -219,20 +219,9 @@ class BridgeTest(unittest.TestCase):
         self, duration: float, executor: str = "rm-ro", domain: Any = None, output: str = "run"
     ) -> Any:
         domain = self.domain if domain is None else domain
-        command = [
-            HOTPATH,
-            "run",
-            "--repetitions",
-            "1",
-            "--live",
-            "--domain",
-            domain,
-            "--executor",
-            executor,
-            "--load",
-            20,
-        ]
-        return self.start_process([*command, "--duration", duration, "--output", output])
+        command = [HOTPATH, "run", "--repetitions", 1, "--live", "--domain", domain, "--load", 20]
+        options = ["--executor", executor, "--duration", duration, "--output", output]
+        return self.start_process([*command, *options])
 
     def listen(self, topics: Any) -> Any:
         listener = Listener(topics, self.environment, self.folder)

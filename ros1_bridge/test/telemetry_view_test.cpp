@@ -184,8 +184,8 @@ TEST(StandInScan, HasTheSizeOfTheMessageAndTurns) {
   EXPECT_EQ(first.width * first.point_step, first.row_step);
   EXPECT_EQ(first.header.stamp.toNSec(), 17U);
   EXPECT_EQ(first.header.frame_id, "lidar");
-  EXPECT_GT(number(first, 0), 0.9F);   // x of the scan's start
-  EXPECT_GT(number(second, 1), 0.9F);  // after a quarter turn, y
+  EXPECT_FLOAT_EQ(number(first, 0), 1);   // x of the scan's start
+  EXPECT_FLOAT_EQ(number(second, 1), 1);  // after a quarter turn, y
 }
 
 TEST(ToTime, StaysWithinTheRangeOfRos1) {
