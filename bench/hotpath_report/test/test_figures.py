@@ -119,10 +119,15 @@ class FigureTest(unittest.TestCase):
 
 
 class HotPath(FigureTest):
-    def write_run(self, **changes: Any) -> None:
+    def write_run(
+        self,
+        default: Sequence[float] = (35.4, 36, 58.6, 40),
+        rm_ro: Sequence[float] = (21.2, 21.5, 22.6, 21.3),
+        **changes: Any,
+    ) -> None:
+        """A run with these latencies in ms."""
         self.write("run.json", run_json(**changes))
-        rows = chain_rows("default", [35.4, 36, 58.6, 40]) + chain_rows("rm-ro", [21.2, 21.5, 22.6, 21.3])
-        self.write("chains.csv", CHAINS_HEADER + rows)
+        self.write("chains.csv", CHAINS_HEADER + chain_rows("default", default) + chain_rows("rm-ro", rm_ro))
 
     def test_shows_conditions_sample_counts_and_worst_case_ratios(self) -> None:
         expected = ["tiny · intra_process · 80 % load", "on CPU 0-2,5", "a processor · Linux 6.1"]
@@ -143,7 +148,7 @@ class HotPath(FigureTest):
         self.assertEqual(bytes_of[0], bytes_of[1])
 
     def test_draws_one_sample_equal_samples_and_no_samples(self) -> None:
-        self.write_run(".", [35.4], [0, 0, 0, 0], executors=["default", "rm-ro", "edf-ro"], limits=[])
+        self.write_run([35.4], [0, 0, 0, 0], executors=["default", "rm-ro", "edf-ro"], limits=[])
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         self.assertIn("no data", self.svg_texts("hot_path.svg"))
 
@@ -168,7 +173,7 @@ class HotPath(FigureTest):
         facts = json.loads(run_json(kind="recorded", platform={"cores": 1}, executors=["default"]))
         for key in ("transport", "cpus", "machine"):
             del facts[key]
-        self.write_run(".", [35.4, 36, 58.6], [])
+        self.write_run([35.4, 36, 58.6], [])
         self.write("run.json", json.dumps(facts))
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         texts = self.svg_texts("hot_path.svg")
