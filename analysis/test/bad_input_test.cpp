@@ -12,7 +12,6 @@
 #include "hotpath/analysis/kloda_2018.hpp"
 #include "hotpath/analysis/release_overhead.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
-#include "hotpath/analysis/teper_2024.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "task_sets.hpp"
 
@@ -121,7 +120,6 @@ TEST(BadInput, SubscriptionsAreNotPeriodicTasks) {
 TEST(BadInput, OtherBoundaries) {
   EXPECT_THAT(refusal([] { with_release_overhead(named(), -1, ReleaseMode::release_only, brueggen_2015); }),
               HasSubstr("-1 ns is negative"));
-  EXPECT_THAT(refusal([] { teper_2024({}, {}); }), HasSubstr("empty"));
   EXPECT_THAT(refusal([] { paper_timers_only(70); }), HasSubstr("60, 80 or 90"));
 }
 

@@ -28,42 +28,6 @@ TEST(Teper2024, PaperTaskSetsWithoutOverhead) {
   EXPECT_THAT(in_ms(90), ElementsAre(115, 170, 186, 202, 218, 350, 360));
 }
 
-Task timer(std::int64_t wcet, std::int64_t period) { return as_timer(task(wcet, period), {}); }
-
-Task subscription(std::int64_t wcet, std::uint32_t depth = 1) {
-  Task t;
-  t.kind = TaskKind::subscription;
-  t.wcet = Duration(wcet);
-  t.depth = depth;
-  return t;
-}
-
-TEST(Teper2024, GeneralLemmasReduceToTheTimersForm) {
-  RandomStream random(3, {0});
-  for (int i = 0; i < 500; ++i) {
-    RandomSet parameters;
-    parameters.max_wcet_share = 2;
-    const PeriodicTasks tasks = random_tasks(random, parameters);
-    TaskSet set;
-    for (const PeriodicTask& t : tasks) set.tasks.push_back(timer(t.wcet, t.period));
-    std::vector<std::int64_t> totals;
-    for (TaskId id = 0; id < set.size(); ++id) totals.push_back(teper_2024(set, {id}));
-    EXPECT_EQ(totals, teper_2024_timers(tasks)) << as_graph(tasks);
-  }
-}
-
-TEST(Teper2024, LemmaVI4AtTheHeadAndVI5BehindAPredecessor) {
-  TaskSet set;
-  set.tasks = {timer(1, 100), timer(2, 50), subscription(4), subscription(8, 3)};
-  const std::int64_t w = 15;
-  EXPECT_EQ(teper_2024(set, {0}), w + (100 - 1 + 0) + 1) << "VI.2";
-  EXPECT_EQ(teper_2024(set, {1}), w + (50 - 2 + 1) + 2) << "VI.2";
-  EXPECT_EQ(teper_2024(set, {2}), w + 0 + 4) << "VI.4";
-  EXPECT_EQ(teper_2024(set, {3}), 3 * w + 0 + 8) << "VI.4";
-  EXPECT_EQ(teper_2024(set, {2, 3}), (w + 0 + 4) + (8 + 7 + 8)) << "VI.5";
-  EXPECT_EQ(teper_2024(set, {0, 2}), (w + 99 + 1) + (14 + 3 + 4)) << "VI.5";
-}
-
 TEST(ProcessingWindows, ASampleThatIsDeliveredLateMayMissAWindow) {
   CallbackGraph graph;
   graph.set.tasks.resize(2);
@@ -80,18 +44,6 @@ TEST(ProcessingWindows, ASampleThatIsDeliveredLateMayMissAWindow) {
   EXPECT_EQ(ProcessingWindows(topology, {}, overheads).response(1), 3 + 2 + 3);
   overheads.delivery = 100;
   EXPECT_EQ(ProcessingWindows(topology, {}, overheads).response(1), 100 + 5 + 2 + 3);
-}
-
-TEST(PollOrder, IsTimersThenSubscriptionsInCreationOrder) {
-  TaskSet set;
-  for (const TaskKind kind :
-       {TaskKind::subscription, TaskKind::timer, TaskKind::subscription, TaskKind::timer}) {
-    Task t;
-    t.kind = kind;
-    t.name = std::to_string(set.size());
-    set.tasks.push_back(t);
-  }
-  EXPECT_THAT(poll_order(set), ElementsAre(1, 3, 0, 2));
 }
 
 TEST(SectionVIIB, NormalisedReductionOfThePaperArtifact) {
