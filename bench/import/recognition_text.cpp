@@ -68,16 +68,13 @@ constexpr double kDiffering = 20;
 class LoadedGraph {
  public:
   LoadedGraph(const Graph& graph, const GraphTasks& tasks)
-      : graph_(graph),
-        tasks_(tasks),
-        chains_(setup::measured_chains(graph, tasks)),
-        times_(simulated::execution_times_of(graph, tasks, 1)) {}
+      : graph_(graph), tasks_(tasks), times_(simulated::execution_times_of(graph, tasks, 1)) {}
 
   /// The jobs that run, by start; std::nullopt: the executor is overloaded.
   [[nodiscard]] std::optional<std::vector<Job>> jobs(const std::string& executor, double factor) const {
     const setup::ExecutorSpec spec = setup::parse_executor(executor, {});
     const ScaledTimes scaled(*times_, factor);
-    simulated::Plan plan{spec, graph_, tasks_, chains_, scaled};
+    simulated::Plan plan{spec, graph_, tasks_, scaled};
     plan.duration = kLength;
     try {
       Trace trace = simulated::simulate_repetition(plan).trace;
@@ -112,7 +109,6 @@ class LoadedGraph {
 
   const Graph& graph_;
   const GraphTasks& tasks_;
-  const std::vector<results::MeasuredChain> chains_;
   const std::unique_ptr<ExecutionTimes> times_;
 };
 
