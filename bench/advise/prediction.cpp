@@ -38,8 +38,7 @@ void add_draw(Prediction& p, Totals& totals, const setup::CommonOptions& options
   Trace& trace = drawn.repetition.trace;
   trace.repetition = d;
   totals.push_back(std::make_unique<simulated::RunTotals>(
-      candidate.graph, candidate.tasks, setup::measured_chains(candidate.graph, candidate.tasks),
-      Time{} + setup::seconds(options.warm_up_s), trace.end));
+      candidate.graph, candidate.tasks, Time{} + setup::seconds(options.warm_up_s), trace.end));
   for (const JobRecord& r : trace.jobs) totals.back()->ended(r);
   p.cores_used += to_ms(work_of(trace, *drawn.times));
   std::exchange(trace.jobs, {});  // frees the memory; chain records and totals remain
@@ -80,8 +79,7 @@ SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptio
   set_delivery(with_drawn_deliveries(candidate.graph, o.seed + d), drawn.tasks);
   setup::set_phases(drawn.tasks.set,
                     setup::phases_of_repetition(o, candidate.graph, candidate.tasks, candidate.spec, d));
-  const std::vector<results::MeasuredChain> chains = setup::measured_chains(candidate.graph, candidate.tasks);
-  simulated::Plan plan{candidate.spec, candidate.graph, drawn.tasks, chains, *drawn.times};
+  simulated::Plan plan{candidate.spec, candidate.graph, drawn.tasks, *drawn.times};
   plan.warm_up = setup::seconds(o.warm_up_s);
   plan.duration = setup::seconds(o.duration_s);
   drawn.repetition = simulated::simulate_repetition(plan);

@@ -34,9 +34,7 @@ void feed_golden(const Feed& feed) {
 
 void feed_responses(const Feed& feed) {
   const results::StoredRun run(feed.run, "report");
-  results::ResponsesCsv responses(program::data_output(), run);
-  results::for_each_record(run, [&](const JobRow& row) { responses.add(row); });
-  responses.finish();
+  results::write_responses(program::data_output(), run);
 }
 
 void feed_jobs(const Feed& feed) {

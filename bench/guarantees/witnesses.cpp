@@ -45,7 +45,6 @@ class Witnesses {
       : graph_(graph),
         tasks_(tasks),
         executor_(executor),
-        chains_(setup::measured_chains(graph, tasks)),
         folder_(folder / file_name(executor.label)),
         out_(out) {
     program::create_folder(folder_, "--witness");
@@ -78,7 +77,7 @@ class Witnesses {
     while (fs::exists(folder_ / name)) name += "_";
     const std::int64_t ms =
         std::max<std::int64_t>(kShortestRun_ms, (worst.witness.instant - Time{}).count() / 1'000'000 + 1);
-    simulated::Plan plan{executor_, graph_, tasks_, chains_, times};
+    simulated::Plan plan{executor_, graph_, tasks_, times};
     plan.duration = std::chrono::milliseconds(ms);
     const results::Repetition repetition = simulated::simulate_repetition(plan);
     if (const std::int64_t reached = largest(repetition, worst); reached != worst.value_ns) {
@@ -151,7 +150,6 @@ class Witnesses {
   const Graph& graph_;
   const GraphTasks& tasks_;
   const setup::ExecutorSpec& executor_;
-  const std::vector<results::MeasuredChain> chains_;
   const fs::path folder_;
   std::ostream& out_;
   simulated::Options simulation_;

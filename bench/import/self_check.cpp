@@ -56,12 +56,12 @@ class TimesOfMoment final : public ExecutionTimes {
 };
 
 Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
-                        const std::vector<results::MeasuredChain>& chains, const Trace& recorded) {
+                        const Trace& recorded) {
   Trace own = recorded;
   for (JobRecord& r : own.jobs)
     if (r.outcome == Outcome::ran && r.cpu_time >= Duration{}) r.finish = r.start + r.cpu_time;
   const TimesOfMoment times(tasks.set, working_jobs(tasks, own));
-  simulated::Plan plan{executor, graph, tasks, chains, times};
+  simulated::Plan plan{executor, graph, tasks, times};
   plan.duration = recorded.end - Time{};
   plan.start = first_start(recorded);
   plan.max_backlog = 1000 * tasks.set.size();
@@ -69,9 +69,8 @@ Trace simulate_recorded(const Graph& graph, const GraphTasks& tasks, const setup
 }
 
 /// By chain.
-std::vector<std::vector<double>> latencies_ms(const std::vector<results::MeasuredChain>& chains,
-                                              const Trace& trace) {
-  std::vector<std::vector<double>> all(chains.size());
+std::vector<std::vector<double>> latencies_ms(const Graph& graph, const Trace& trace) {
+  std::vector<std::vector<double>> all(graph.chains.size());
   for (const ChainRecord& r : results::counted_chains(trace, Time{}))
     all[r.chain].push_back(to_ms(r.hot_path_latency));
   return all;
@@ -133,9 +132,8 @@ void compare_latencies(SelfCheck& check, const std::string& name, const std::vec
 SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::ExecutorSpec& executor,
                      const Trace& recorded) {
   SelfCheck check;
-  const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph, tasks);
   try {
-    check.simulated = simulate_recorded(graph, tasks, executor, chains, recorded);
+    check.simulated = simulate_recorded(graph, tasks, executor, recorded);
   } catch (const SimulationError& error) {
     check.failure = error.what();
     check.doubt(program::concat("The simulation stops: ", check.failure, "."), Light::red);
@@ -146,7 +144,7 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
                                                  results::schedule_of(tasks.set, simulated));
   judge(check, 1 - check.schedule.similarity, 1 - kSimilarity,
         program::text("The order of jobs differs: %.3f similar.", check.schedule.similarity));
-  const auto recorded_ms = latencies_ms(chains, recorded), simulated_ms = latencies_ms(chains, simulated);
+  const auto recorded_ms = latencies_ms(graph, recorded), simulated_ms = latencies_ms(graph, simulated);
   for (std::size_t c = 0; c < graph.chains.size(); ++c)
     compare_latencies(check, graph.chains[c].name, recorded_ms[c], simulated_ms[c]);
   const auto recorded_lost = lost_percent(tasks.set, recorded),

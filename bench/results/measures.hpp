@@ -89,12 +89,6 @@ struct TimerCounts {
   [[nodiscard]] double dropped_percent() const { return percent_of(skipped, reached); }
 };
 
-/// A chain of the graph; a trace's ChainRecord::chain is its index.
-struct MeasuredChain {
-  std::string name;
-  std::vector<TaskId> sink_tasks;  ///< The tasks of the sink node whose jobs end the chain.
-};
-
 /// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to
 /// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job. A record
 /// without a recorded sink job counts, because buffers fill up only at the end of a run.

@@ -2,7 +2,9 @@
 #include "results/stored_summary.hpp"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "program/text.hpp"
@@ -14,6 +16,11 @@ namespace {
 
 /// The executor's position in run.json, and the repetition.
 using RepetitionKey = std::pair<std::size_t, std::uint32_t>;
+
+/// The place of an executor among those of run.json; behind all of them if it is not there.
+std::size_t place_of(const StoredRun& run, std::string_view executor) {
+  return static_cast<std::size_t>(std::ranges::find(run.executors(), executor) - run.executors().begin());
+}
 
 class StoredSummary {
  public:
@@ -45,7 +52,7 @@ class StoredSummary {
   void read_chains() {
     std::set<std::pair<RepetitionKey, std::uint32_t>> seen;
     run_.for_each_chain([&](const ChainRow& row) {
-      const RepetitionKey key = {place_of(row.executor), row.repetition};
+      const RepetitionKey key = {place_of(run_, row.executor), row.repetition};
       if (!repetitions_.contains(key)) run_.refuse_chain(row);
       ChainRecord record = row.record;
       // run.json has only the sum of the drops; it is assigned to the first output.
@@ -67,14 +74,9 @@ class StoredSummary {
  private:
   ExecutorMeasures& executor() { return measures_[current_.first]; }
 
-  std::size_t place_of(std::string_view executor) const {
-    const auto& all = run_.executors();
-    return static_cast<std::size_t>(std::ranges::find(all, executor) - all.begin());
-  }
-
   void begin(const JobRow& row) {
     end_repetition();
-    current_ = {place_of(row.executor), row.repetition};
+    current_ = {place_of(run_, row.executor), row.repetition};
     const std::string name(row.executor);
     stored_ = &run_.run(name, row.repetition);
     if (current_.first == measures_.size()) run_.fail("its run.json does not name the executor " + name);
@@ -124,62 +126,36 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
   });
 }
 
-Summary summarize(const StoredRun& run, const SummaryOptions& options,
-                  const std::function<void(const JobRow&)>& also) {
+Summary summarize(const StoredRun& run, const SummaryOptions& options) {
   StoredSummary summary(run, options);
-  for_each_record(run, [&](const JobRow& row) {
-    summary.add(row);
-    also(row);
-  });
+  for_each_record(run, [&](const JobRow& row) { summary.add(row); });
   summary.end_repetition();
   summary.read_chains();
   return std::move(summary).finish();
 }
 
-ResponsesCsv::ResponsesCsv(std::ostream& out, const StoredRun& run) : out_(out), run_(run) {
-  for (const RepetitionRecord& r : run.record().runs) {
-    OfRepetition& of = repetitions_.emplace_back();
-    of.executor = r.executor;
-    of.repetition = r.repetition;
-    of.seen = !r.failure.empty();  // no rows are written
-  }
-  std::ranges::sort(repetitions_, {}, [&](const OfRepetition& of) {
-    return std::pair(std::ranges::find(run.executors(), of.executor), of.repetition);
-  });
-  out_ << "executor,repetition,task,response_ns\n";
-}
-
-void ResponsesCsv::add(const JobRow& row) {
-  const auto is_of_row = [&](const OfRepetition& of) {
-    return of.repetition == row.repetition && of.executor == row.executor;
+void write_responses(std::ostream& out, const StoredRun& run) {
+  struct Response {
+    TaskId task;
+    std::int64_t ns;
   };
-  if (current_ == repetitions_.size() || !is_of_row(repetitions_[current_])) {
-    current_ = static_cast<std::size_t>(std::ranges::find_if(repetitions_, is_of_row) - repetitions_.begin());
-    if (current_ == repetitions_.size()) {
-      static_cast<void>(run_.run(std::string(row.executor), row.repetition));  // throws: it did not run
+  std::map<std::tuple<std::size_t, std::string, std::uint32_t>, std::vector<Response>> all;  // by repetition
+  const RepetitionRecord* current = nullptr;
+  std::vector<Response>* responses = nullptr;  // of the current repetition
+  for_each_record(run, [&](const JobRow& row) {
+    if (current == nullptr || row.repetition != current->repetition || row.executor != current->executor) {
+      current = &run.run(std::string(row.executor), row.repetition);
+      responses = &all[{place_of(run, row.executor), current->executor, current->repetition}];
     }
-    for (; next_ != current_ && next_ < repetitions_.size() && repetitions_[next_].seen; ++next_) {
-      write_waiting(repetitions_[next_]);
-    }
+    if (!counts(row.record, Time{} + run.warm_up())) return;
+    responses->push_back({row.record.job.task, response_time(row.record).count()});
+  });
+  out << "executor,repetition,task,response_ns\n";
+  for (const auto& [repetition, of_jobs] : all) {
+    const auto& [place, executor, number] = repetition;
+    for (const Response& r : of_jobs)
+      program::write_row(out, executor, number, run.tasks()[r.task].name, r.ns);
   }
-  OfRepetition& of = repetitions_[current_];
-  of.seen = true;
-  if (!counts(row.record, Time{} + run_.warm_up())) return;
-  const Response response{row.record.job.task, response_time(row.record).count()};
-  current_ == next_ ? write(of, response) : of.waiting.push_back(response);
-}
-
-void ResponsesCsv::finish() {
-  for (OfRepetition& of : repetitions_) write_waiting(of);
-}
-
-void ResponsesCsv::write(const OfRepetition& of, const Response& response) {
-  program::write_row(out_, of.executor, of.repetition, run_.tasks()[response.task].name, response.ns);
-}
-
-void ResponsesCsv::write_waiting(OfRepetition& of) {
-  for (const Response& response : of.waiting) write(of, response);
-  of.waiting = {};
 }
 
 }  // namespace hotpath::results

@@ -12,7 +12,6 @@
 #include <set>
 
 #include "hotpath/core/input_file.hpp"
-#include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
 #include "program/errors.hpp"
@@ -192,16 +191,6 @@ std::vector<std::string> chain_names(const Graph& graph) {
   std::vector<std::string> names;
   for (const Chain& chain : graph.chains) names.push_back(chain.name);
   return names;
-}
-
-std::vector<results::MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks) {
-  std::vector<results::MeasuredChain> chains;
-  for (ChainIndex& chain : index_chains(graph, tasks)) {
-    results::MeasuredChain& m = chains.emplace_back();
-    m.name = graph.chains[chains.size() - 1].name;
-    m.sink_tasks = std::move(chain.sink_tasks);
-  }
-  return chains;
 }
 
 results::SummaryOptions summary_options(const CommonOptions& options, const Graph& graph) {

@@ -92,7 +92,6 @@ void check_trace_memory(const CommonOptions& options, const GraphTasks& tasks, s
 void set_phases(TaskSet& set, const std::vector<Duration>& first);
 
 std::vector<std::string> chain_names(const Graph& graph);
-std::vector<results::MeasuredChain> measured_chains(const Graph& graph, const GraphTasks& tasks);
 results::SummaryOptions summary_options(const CommonOptions& options, const Graph& graph);
 
 }  // namespace hotpath::setup

@@ -18,7 +18,6 @@ struct Plan {
   const setup::ExecutorSpec& executor;
   const Graph& graph;                                 ///< Its platform describes the machine.
   const GraphTasks& tasks;                            ///< With the phases of this repetition.
-  const std::vector<results::MeasuredChain>& chains;  ///< Of the graph.
   const ExecutionTimes& times;
   Duration warm_up{}, duration{};  ///< The run takes the sum of both.
   Duration start{};                ///< When the executors begin to spin.

@@ -19,15 +19,14 @@ namespace hotpath::simulated {
 class RunTotals final : public JobSink {
  public:
   /// Jobs after the instant `counted_from` count; the run ends at `end`.
-  RunTotals(const Graph& graph, const GraphTasks& tasks, const std::vector<results::MeasuredChain>& chains,
-            Time counted_from, Time end)
+  RunTotals(const Graph& graph, const GraphTasks& tasks, Time counted_from, Time end)
       : set_(tasks.set),
         counted_from_(counted_from),
         end_(end),
         chains_(graph, tasks),
         is_sink_(set_.size(), false),
         of_task_(set_.size()) {
-    for (const results::MeasuredChain& chain : chains) {
+    for (const ChainIndex& chain : index_chains(graph, tasks)) {
       for (const TaskId id : chain.sink_tasks) is_sink_[id] = true;
     }
   }

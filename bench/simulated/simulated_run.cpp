@@ -63,8 +63,7 @@ class SimulatedRun {
         graph_(simulated_graph(options_)),
         tasks_(make_tasks(graph_)),
         executors_(setup::executors_to_run(options_, graph_, tasks_, graph_.platform.cores)),
-        counting_(setup::summary_options(options_, graph_)),
-        chains_(setup::measured_chains(graph_, tasks_)) {
+        counting_(setup::summary_options(options_, graph_)) {
     prepare();
   }
 
@@ -170,13 +169,13 @@ class SimulatedRun {
     Simulation& simulation = simulations_[i];
     const setup::ExecutorSpec& e = executor(i);
     const auto times = execution_times(i);
-    Plan plan{e, graph_, simulation.tasks, chains_, *times};
+    Plan plan{e, graph_, simulation.tasks, *times};
     plan.warm_up = counting_.warm_up;
     plan.duration = setup::seconds(options_.duration_s);
     plan.max_backlog = options_.max_backlog;
     if (options_.no_trace) {
-      simulation.totals = std::make_unique<RunTotals>(
-          graph_, simulation.tasks, chains_, Time{} + plan.warm_up, Time{} + plan.warm_up + plan.duration);
+      simulation.totals = std::make_unique<RunTotals>(graph_, simulation.tasks, Time{} + plan.warm_up,
+                                                      Time{} + plan.warm_up + plan.duration);
     }
     try {
       *simulation.repetition = simulate_repetition(plan, simulation.totals.get());
@@ -225,7 +224,6 @@ class SimulatedRun {
   const GraphTasks tasks_;
   const std::vector<setup::ExecutorSpec> executors_;
   const results::SummaryOptions counting_;
-  const std::vector<results::MeasuredChain> chains_;
   std::optional<results::StoredRun> phases_of_;
   std::vector<results::ExecutorRuns> runs_;
   std::vector<Simulation> simulations_;  // executor by executor, repetition by repetition

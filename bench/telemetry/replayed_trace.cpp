@@ -24,8 +24,7 @@ Time end_of(const results::StoredRun& run, const Trace& trace) {
 }
 
 std::vector<ReplayedChain> replayed_chains(const results::StoredRun& run, const Trace& trace,
-                                           const Graph& graph, const GraphTasks& tasks) {
-  const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph, tasks);
+                                           const Graph& graph) {
   std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*> sinks;  // started jobs, by task and sequence
   for (const ChainRecord& r : trace.chains) sinks[{r.sink, r.sequence}] = nullptr;
   for (const JobRecord& r : trace.jobs) {
@@ -35,13 +34,13 @@ std::vector<ReplayedChain> replayed_chains(const results::StoredRun& run, const 
   std::vector<ReplayedChain> replayed;
   for (const ChainRecord& record : trace.chains) {
     const std::string& name = run.chains()[record.chain];
-    const auto chain = std::ranges::find(chains, name, &results::MeasuredChain::name);
-    if (chain == chains.end()) {
+    const auto chain = std::ranges::find(graph.chains, name, &Chain::name);
+    if (chain == graph.chains.end()) {
       run.fail("the graph has no chain `" + name + "`; give the run's own graph with --graph");
     }
     ReplayedChain& r = replayed.emplace_back();
     r.record = record;
-    r.record.chain = static_cast<std::uint32_t>(chain - chains.begin());
+    r.record.chain = static_cast<std::uint32_t>(chain - graph.chains.begin());
     const JobRecord* const sink = sinks.at({record.sink, record.sequence});
     if (sink == nullptr) {
       run.fail("jobs.csv has no job " + std::to_string(record.sequence) + " of the sink of chain `" + name +
@@ -73,7 +72,7 @@ ReplayedTrace replayed_trace(const results::StoredRun& run, const Graph& graph, 
   }
   std::ranges::stable_sort(replayed.jobs, {}, known_at);
   for (auto& instants : replayed.published) std::ranges::sort(instants);
-  replayed.chains = replayed_chains(run, trace, graph, replayed.tasks);
+  replayed.chains = replayed_chains(run, trace, graph);
   return replayed;
 }
 

@@ -20,8 +20,7 @@ class Simulated {
       : graph_(std::move(graph)), tasks_(make_tasks(graph_)) {
     setup::set_phases(tasks_.set, make_phases(graph_, tasks_, phases, {.step = {}, .seed = seed}));
     times_ = simulated::execution_times_of(graph_, tasks_, seed);
-    const std::vector<results::MeasuredChain> chains = setup::measured_chains(graph_, tasks_);
-    simulated::Plan plan{spec, graph_, tasks_, chains, *times_};
+    simulated::Plan plan{spec, graph_, tasks_, *times_};
     plan.duration = length;
     trace_ = simulated::simulate_repetition(plan).trace;
     system_.emplace(spec, graph_, tasks_, results::RunKind::simulated, graph_.platform.cores);

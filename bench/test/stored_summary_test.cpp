@@ -72,9 +72,7 @@ TEST_F(StoredSummaryTest, ResponsesAreInTheOrderOfExecutorsAndRepetitions) {
   ran("default", 0, 1);
   const results::StoredRun stored = run();
   std::ostringstream out;
-  results::ResponsesCsv csv(out, stored);
-  results::for_each_record(stored, [&](const JobRow& row) { csv.add(row); });
-  csv.finish();
+  results::write_responses(out, stored);
   EXPECT_EQ(out.str(), "executor,repetition,task,response_ns\ndefault,0,A,1\ndefault,1,A,2\nrm-ro,0,A,4\n");
 }
 

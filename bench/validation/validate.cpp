@@ -47,8 +47,7 @@ Graph graph_of(const Trace& trace, const results::StoredRun& run, Graph graph) {
 Trace simulate_again(const Trace& trace, const results::StoredRun& run, const setup::StoredSystem& system,
                      const Graph& graph, const GraphTasks& tasks) {
   const auto times = simulated::times_again(run, system, tasks, trace.executor, trace.repetition);
-  const std::vector<results::MeasuredChain> chains = setup::measured_chains(system.graph, system.tasks);
-  simulated::Plan plan{system.executor(trace.executor), graph, tasks, chains, *times};
+  simulated::Plan plan{system.executor(trace.executor), graph, tasks, *times};
   plan.warm_up = run.warm_up();
   plan.duration = run.length() - run.warm_up();
   // For a live run an overload is a valid result.

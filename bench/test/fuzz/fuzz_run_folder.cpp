@@ -39,9 +39,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     results::SummaryOptions options = run.summary_options();
     options.bootstrap.resamples = 10;
     std::ostringstream out;
-    results::ResponsesCsv responses(out, run);
-    const results::Summary summary = summarize(run, options, [&](const JobRow& row) { responses.add(row); });
-    responses.finish();
+    const results::Summary summary = summarize(run, options);
+    results::write_responses(out, run);
     static_cast<void>(nlohmann::json(summary).dump());
     write_table(out, summary);
     run.load();
