@@ -16,8 +16,8 @@ class RunTotals;
 /// One simulation of a graph under an executor or a deployment.
 struct Plan {
   const setup::ExecutorSpec& executor;
-  const Graph& graph;                                 ///< Its platform describes the machine.
-  const GraphTasks& tasks;                            ///< With the phases of this repetition.
+  const Graph& graph;       ///< Its platform describes the machine.
+  const GraphTasks& tasks;  ///< With the phases of this repetition.
   const ExecutionTimes& times;
   Duration warm_up{}, duration{};  ///< The run takes the sum of both.
   Duration start{};                ///< When the executors begin to spin.
