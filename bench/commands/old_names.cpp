@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::commands {
@@ -63,35 +64,13 @@ constexpr std::array kOldNames = {
     OldName{"bench --compare", "gone: use `diff OLD NEW`, and compare.py of Google Benchmark for times"},
 };
 
-/// Levenshtein's distance.
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t before = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t other = before + (a[i - 1] != b[j - 1]);
-      before = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, other});
-    }
-  }
-  return row.back();
-}
-
-/// The most similar name; empty if none is similar.
-std::string similar(const std::string& word, const std::vector<std::string>& names) {
-  std::string best;
-  std::size_t least = word.size() / 3 + 1;  // changes that still look like a slip
-  for (const std::string& name : names) {
-    const std::size_t changes = name.starts_with(word) && word.size() > 2 ? 1 : distance(word, name);
-    if (changes < least) least = changes, best = name;
-  }
-  return best;
-}
-
+/// With the name that `word` begins, or else the nearest one.
 std::string text_of(const char* kind, const std::string& word, const std::vector<std::string>& names) {
-  const std::string best = similar(word, names), unknown = program::concat("unknown ", kind, " `", word, "`");
-  return best.empty() ? unknown : program::concat(unknown, "; did you mean `", best, "`?");
+  const auto begun = std::ranges::find_if(
+      names, [&](const std::string& name) { return word.size() > 2 && name.starts_with(word); });
+  const std::optional<std::string> meant = begun == names.end() ? nearest(word, names) : *begun;
+  const std::string unknown = program::concat("unknown ", kind, " `", word, "`");
+  return meant ? program::concat(unknown, "; did you mean `", *meant, "`?") : unknown;
 }
 
 }  // namespace

@@ -117,8 +117,7 @@ class Sweep {
                      "%.0f cells of `%s` to do, about %s on %u rank(s) with %u thread(s) each; about %.1f MB",
                      left, design_.command.c_str(), duration_text(took).c_str(), crew.ranks(), crew.threads(),
                      size / 1e6)
-              << (design_.keep_all || !design_.keep.empty() ? " plus the kept folders\n" : "\n")
-              << std::flush;
+              << (design_.keep ? " plus the kept folders\n" : "\n") << std::flush;
     if (arguments_.yes || (took < kLongest_s && size < kLargest_bytes)) return;
     throw program::UsageError(
         "the sweep takes more than 1 hour or 1 GB; add --yes to start it (it can be interrupted and "

@@ -190,12 +190,12 @@ SweepCells::Row SweepCells::failed(std::uint64_t cell) const {
 
 std::vector<SweepCells::Row> SweepCells::measured_of(std::uint64_t cell) const {
   results::Summary summary;
-  if (live() || design_.keeps(cell)) {
+  if (live() || design_.keep) {
     const fs::path folder = output_ / "cells" / std::to_string(cell);
     run_as_child(cell, folder);
     const results::StoredRun run(folder, "a run");
     summary = results::summarize(run, run.summary_options());
-    if (!design_.keeps(cell)) fs::remove_all(folder);
+    if (!design_.keep) fs::remove_all(folder);
   } else {
     const CellOptions options(design_.command, options_of(design_.coordinates(cell), cell));
     summary = simulated::summary_of_simulation(options.simulate);

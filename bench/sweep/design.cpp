@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "hotpath/analysis/random_stream.hpp"
 #include "hotpath/campaign/crew.hpp"
@@ -44,15 +43,6 @@ std::vector<std::string> Axis::examples() const {
   return {value(0), value(std::min<std::uint64_t>(1, size() - 1)), value(size() - 1)};
 }
 
-std::string Axis::named(const std::string& wanted) const {
-  if (step == 0) return std::ranges::count(listed, wanted) > 0 ? wanted : "";
-  const double given = std::strtod(wanted.c_str(), nullptr);
-  const double i = std::round((given - low) / step);
-  if (!(i >= 0 && i < static_cast<double>(size()))) return "";
-  const std::string nearest = value(static_cast<std::uint64_t>(i));
-  return nearest == number_text(given) ? nearest : "";
-}
-
 std::vector<Option> Design::coordinates(std::uint64_t cell) const {
   const std::uint64_t point = cell / repetitions;
   std::vector<Option> at;
@@ -84,16 +74,6 @@ std::uint64_t Design::seed_of(std::uint64_t cell) const {
     if (!names_executor(option.name)) place += option.name + "=" + option.value + ";";
   }
   return hash_of(place + std::to_string(repetition(cell))) >> 11;  // 53 bits, exact in JSON
-}
-
-bool Design::keeps(std::uint64_t cell) const {
-  const std::vector<Option> at = coordinates(cell);
-  const auto matches = [&](const std::vector<Option>& wanted) {
-    return std::ranges::all_of(wanted, [&](const Option& w) {
-      return std::ranges::any_of(at, [&](const Option& o) { return o.name == w.name && o.value == w.value; });
-    });
-  };
-  return keep_all || std::ranges::any_of(keep, matches);
 }
 
 }  // namespace hotpath::sweep

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace hotpath::sweep {
@@ -13,8 +12,6 @@ struct Option {
   std::string name;  ///< Without the dashes.
   std::string value;
   int line = 0;
-
-  friend bool operator==(const Option&, const Option&) = default;
 };
 
 /// An option whose values a sweep varies: listed values, or numbers from `low` to `high`.
@@ -32,8 +29,6 @@ struct Axis {
   /// Values with which to check that the command accepts the axis: all listed ones, or the ends of
   /// a range and its first step.
   [[nodiscard]] std::vector<std::string> examples() const;
-  /// A value as the axis writes it, `20` for `20.0`; empty: the axis has no such value.
-  [[nodiscard]] std::string named(const std::string& wanted) const;
   /// Whether neighbouring values of a range with a step have different texts.
   [[nodiscard]] bool values_differ() const;
 };
@@ -49,8 +44,7 @@ struct Design {
   bool random = false;
   std::uint32_t repetitions = 1;
   std::uint64_t seed = 1;
-  bool keep_all = false;
-  std::vector<std::vector<Option>> keep;  ///< Coordinates of cells whose folders are kept.
+  bool keep = false;  ///< The run folders of all cells.
 
   [[nodiscard]] std::uint64_t cells() const { return points * repetitions; }
   [[nodiscard]] std::uint32_t repetition(std::uint64_t cell) const {
@@ -62,7 +56,6 @@ struct Design {
   /// so that all of them meet the same phases and execution times. An axis `seed` gives that of the
   /// first repetition.
   [[nodiscard]] std::uint64_t seed_of(std::uint64_t cell) const;
-  [[nodiscard]] bool keeps(std::uint64_t cell) const;
 };
 
 /// Limit on the cells of a design, whose numbers are kept in memory.

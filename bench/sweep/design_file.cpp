@@ -157,24 +157,7 @@ class Parser {
 
   void parse_keep(const YamlValue& value) {
     if (design_.command == "analyze") value.fail("analyses write no folders", "leave `keep` out");
-    if (value.is_text()) {
-      design_.keep_all = value.choice({"none", "all"}) == 1;
-      return;
-    }
-    for (const YamlValue& item : value.list("cells to keep")) {
-      const YamlMap map(item, "cells to keep");
-      std::vector<std::string> names;
-      for (const Axis& axis : design_.axes) names.push_back(axis.name);
-      map.check_keys(names);
-      std::vector<Option>& coordinates = design_.keep.emplace_back();
-      for (const std::string& key : map.keys()) {
-        const YamlValue given = *map.find(key);
-        const auto axis = std::ranges::find(design_.axes, key, &Axis::name);
-        coordinates.push_back({key, axis->named(given.text()), given.line()});
-        if (!coordinates.back().value.empty()) continue;
-        given.fail("axis " + key + " has no value `" + given.text() + "`", "take one of its values");
-      }
-    }
+    design_.keep = value.choice({"none", "all"}) == 1;
   }
 
   Design design_;

@@ -98,9 +98,9 @@ class Sweeps(SweepTest):
         self.accepted(*resumed)  # nothing is left to do
 
     def test_kept_folders_and_analyses(self) -> None:
-        self.sweep("kept", text=SWEEP.replace("300", "20") + "keep: [{load: 20, executors: rm-ro}]\n")
+        self.sweep("kept", text=SWEEP.replace("300", "20") + "keep: all\n")
         folders = sorted(p.name for p in (self.folder / "kept" / "cells").iterdir())
-        self.assertEqual(len(folders), 4)
+        self.assertEqual(len(folders), 24)
         self.assertTrue((self.folder / "kept" / "cells" / folders[0] / "jobs.csv").exists())
         self.sweep("plain", text=SWEEP.replace("300", "20"))
         self.assertEqual(self.table("kept"), self.table("plain"))
