@@ -14,7 +14,6 @@
 
 #include "hotpath/core/enum_text.hpp"
 #include "program/text.hpp"
-#include "setup/limits.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath::commands {

@@ -148,7 +148,9 @@ class LiveRun {
     plan_.time_out = setup::seconds(options_.time_out_s);
     check_network_options(options_, plan_);
     check_fastdds_options(options_, plan_, executors_);
-    choose_publisher_cpus();
+    // The publishing process runs on the processors that --cpus leaves free.
+    if (!plan_.cpus.empty())
+      std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
     try {
       if (!options_.executor_policy.empty())
         plan_.executor_policy = parse_thread_policy(options_.executor_policy);
@@ -195,12 +197,6 @@ class LiveRun {
     }
     setup::check_trace_memory(options_, tasks_, runs_planned(), buffers,
                               "a shorter --duration or fewer --repetitions");
-  }
-
-  /// The publishing process runs on the processors that --cpus leaves free.
-  void choose_publisher_cpus() {
-    if (plan_.cpus.empty()) return;
-    std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
   }
 
   /// Calibrates a fixed amount of work. Work in CPU time reads the clock anyway, so that the CPU time

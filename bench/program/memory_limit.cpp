@@ -78,16 +78,12 @@ std::uint64_t memory_in_use() {
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-void check_memory(double bytes, const std::string& option, const std::string& what,
-                  const std::string& remedy) {
+void check_trace_memory(double bytes, const std::string& option, const std::string& remedy) {
   const auto available = static_cast<double>(memory_limit());
   if (bytes < available / 2) return;
-  throw UsageError(text("%s: %s would take about %.2g GB of memory, but %.2g GB are available; take %s",
-                        option.c_str(), what.c_str(), bytes / 1e9, available / 1e9, remedy.c_str()));
-}
-
-void check_trace_memory(double bytes, const std::string& option, const std::string& remedy) {
-  check_memory(bytes, option, "the traces", remedy);
+  throw UsageError(
+      text("%s: the traces would take about %.2g GB of memory, but %.2g GB are available; take %s",
+           option.c_str(), bytes / 1e9, available / 1e9, remedy.c_str()));
 }
 
 }  // namespace hotpath::program

@@ -19,12 +19,9 @@ namespace hotpath::program {
 [[nodiscard]] std::uint64_t cgroup_memory_limit(const std::string& proc_cgroup,
                                                 const std::filesystem::path& root);
 
-/// Throws UsageError if `bytes` exceed half of the available memory. The message begins with
-/// `option` and states that `what` needs `bytes`, the available memory, and `remedy`. Every
+/// Throws UsageError if traces of `bytes` exceed half of the available memory. The message begins with
+/// `option` and states that they need `bytes`, the available memory, and `remedy`. Every
 /// computation whose memory grows with its input calls this function before it starts.
-void check_memory(double bytes, const std::string& option, const std::string& what,
-                  const std::string& remedy);
-/// The same for traces.
 void check_trace_memory(double bytes, const std::string& option, const std::string& remedy);
 
 }  // namespace hotpath::program

@@ -105,20 +105,12 @@ void StoredRun::load() {
     program::check_trace_memory(size / kShortRow * sizeof(JobRecord), option_ + " " + folder_.string(),
                                 "a shorter run, or a machine with more memory");
   }
-  read_jobs();
-  read_chains();
-}
-
-void StoredRun::read_jobs() {
   std::ifstream in = open("jobs.csv");
   traces_ = read_jobs_csv(in, tasks_, (folder_ / "jobs.csv").string());
   // Live repetitions are interleaved at random.
   std::ranges::sort(traces_, {}, [&](const Trace& t) {
     return std::pair(std::ranges::find(executors(), t.executor), t.repetition);
   });
-}
-
-void StoredRun::read_chains() {
   for_each_chain([&](const ChainRow& row) {
     const auto trace = find_trace(traces_, row.executor, row.repetition);
     if (trace == traces_.end()) refuse_chain(row);

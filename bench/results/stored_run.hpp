@@ -86,8 +86,6 @@ class StoredRun {
     fail(std::string("its ") + file + " is not one of `hotpath run`: " + why);
   }
   [[noreturn]] void fail_missing(const std::string& executor, std::uint32_t repetition) const;
-  void read_jobs();
-  void read_chains();
 
   std::filesystem::path folder_;
   std::string option_;

@@ -88,9 +88,10 @@ program::TextTable jobs_table(const Summary& summary) {
 }
 
 /// Per executor the timer whose period varies most: upstream's third metric, for every timer.
-program::TextTable periods_table(const Summary& summary) {
+void write_periods(std::ostream& out, const Summary& summary) {
   program::TextTable table("period of the timer that varies most, in ms from start to start",
                            {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
+  bool any = false;
   for (const ExecutorSummary& e : summary.executors) {
     const TaskSummary* most = nullptr;
     for (const TaskSummary& task : e.tasks) {
@@ -98,17 +99,11 @@ program::TextTable periods_table(const Summary& summary) {
       if (std::isfinite(range) && (most == nullptr || range > most->period_range_ms())) most = &task;
     }
     if (most == nullptr) continue;
+    any = true;
     table.add_row({e.executor, most->task, number(to_ms(most->period)), number(most->period_ms->min),
                    number(most->period_ms->max), number(most->period_deviation_ms->p99)});
   }
-  return table;
-}
-
-bool any_periods(const Summary& summary) {
-  return std::ranges::any_of(summary.executors, [](const ExecutorSummary& e) {
-    return std::ranges::any_of(e.tasks,
-                               [](const TaskSummary& t) { return std::isfinite(t.period_range_ms()); });
-  });
+  if (any) out << table << '\n';
 }
 
 /// One sentence for each fact without which the numbers above could mislead.
@@ -205,7 +200,7 @@ void write_table(std::ostream& out, const Summary& summary) {
   const std::size_t chains = summary.executors.empty() ? 0 : summary.executors.front().chains.size();
   for (std::size_t chain = 0; chain < chains; ++chain) out << chain_table(summary, chain) << '\n';
   if (chains == 0 && !summary.executors.empty()) out << jobs_table(summary) << '\n';
-  if (any_periods(summary)) out << periods_table(summary) << '\n';
+  write_periods(out, summary);
   if (any_beyond_noise(summary)) {
     out << "* beyond noise: the confidence interval of this ratio to default (summary.json) excludes 1.\n";
   }

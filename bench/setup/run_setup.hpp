@@ -12,6 +12,13 @@
 
 namespace hotpath::setup {
 
+/// The accepted values of a number, both ends included.
+struct Limits {
+  double least, most;
+};
+/// --load and --rate in percent, and --copies.
+inline constexpr Limits kLoads{0, 10000}, kRates{0.001, 1e6}, kCopies{1, 1000};
+
 /// Command-line options that live and simulated runs share.
 struct CommonOptions {
   std::string graph = "autoware";

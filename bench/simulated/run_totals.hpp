@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <set>
 #include <vector>
 
 #include "hotpath/core/job_sink.hpp"
@@ -24,19 +23,9 @@ class RunTotals final : public JobSink {
         counted_from_(counted_from),
         end_(end),
         chains_(graph, tasks),
-        is_sink_(set_.size(), false),
-        of_task_(set_.size()) {
-    for (const ChainIndex& chain : index_chains(graph, tasks)) {
-      for (const TaskId id : chain.sink_tasks) is_sink_[id] = true;
-    }
-  }
+        of_task_(set_.size()) {}
 
-  void started(const JobRecord& record) override {
-    chains_.add_start(record);
-    if (is_sink_[record.job.task] && record.job.timestamp < counted_from_) {
-      early_.emplace(record.job.task, record.job.sequence);
-    }
-  }
+  void started(const JobRecord& record) override { chains_.add_start(record); }
 
   void ended(const JobRecord& record) override {
     chains_.add_end(record);
@@ -64,7 +53,10 @@ class RunTotals final : public JobSink {
   /// The ends of the chains.
   const ChainJoin& chains() const { return chains_; }
   /// Whether the sink's job belongs to the warm-up.
-  bool early(JobRef sink) const { return early_.count({sink.task, sink.sequence}) != 0; }
+  bool early(JobRef sink) const {
+    const std::optional<Time> timestamp = chains_.sink_timestamp(sink);
+    return timestamp && *timestamp < counted_from_;
+  }
   /// Ends the run: adds response times, waits and deadline overruns to the summary of its executor.
   void add_to(results::ExecutorSummary& summary, std::size_t repetition) {
     for (TaskId id = 0; id < set_.size(); ++id) {
@@ -151,9 +143,7 @@ class RunTotals final : public JobSink {
   const TaskSet& set_;
   const Time counted_from_, end_;
   ChainJoin chains_;
-  std::vector<bool> is_sink_;
   std::vector<OfTask> of_task_;
-  std::set<std::pair<TaskId, std::uint64_t>> early_;
 };
 
 }  // namespace hotpath::simulated

@@ -16,7 +16,6 @@
 #include "program/whole_file.hpp"
 #include "results/stored_summary.hpp"
 #include "setup/deployed_system.hpp"
-#include "setup/limits.hpp"
 #include "sweep/capacity.hpp"
 #include "sweep/rows.hpp"
 
