@@ -126,7 +126,7 @@ class ExactTest(AnalyzeCase):
     def test_an_interrupt_leaves_the_bounds(self) -> None:
         nodes = [RANGE.format("A", 10.000019, "{min: 0.1, max: 2}"), RANGE.format("B", 7.919, 1)]
         words = "--executors default,rm-ro --phases synchronous --exact"
-        command = (HOTPATH, "analyze", self.graph(*nodes), *words.split())
+        command = [HOTPATH, "analyze", str(self.graph(*nodes)), *words.split()]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         stat = Path(f"/proc/{process.pid}/stat")
         self.wait_for(lambda: int(stat.read_text().rpartition(")")[2].split()[11]) > 50, "it does not work")
