@@ -204,7 +204,7 @@ TEST(RunMetadata, IsJsonWithRosNames) {
             (nlohmann::json{{"name", "hot path"}, {"ros_name", "hot_path"}, {"sink", "Sink"}}));
   EXPECT_EQ(json["facts"]["seed"], 3);
   info.facts("no json \xff");
-  EXPECT_NO_THROW(nlohmann::json::parse(run_metadata(info, {"F", "R", "M", "Fu", "S"}, {"hot_path"})));
+  EXPECT_TRUE(nlohmann::json::accept(run_metadata(info, {"F", "R", "M", "Fu", "S"}, {"hot_path"})));
 }
 
 TEST(RunDefect, NamesIndicesOutOfRange) {
