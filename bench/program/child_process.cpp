@@ -82,9 +82,10 @@ ProgramEnd run_program(std::vector<std::string> words, bool silent) {
   // well.
   while (await_process(id, &end.status, WUNTRACED) == id && WIFSTOPPED(end.status)) kill(id, SIGCONT);
   std::rewind(errors.get());
-  for (int c = std::getc(errors.get()); c != EOF; c = std::getc(errors.get())) {
-    end.errors.push_back(static_cast<char>(c));
-  }
+  std::string text;
+  for (int c = std::getc(errors.get()); c != EOF; c = std::getc(errors.get())) text += static_cast<char>(c);
+  text.resize(text.find_last_not_of('\n') + 1);
+  end.message = text.substr(text.rfind('\n') + 1);
   return end;
 }
 
@@ -92,15 +93,13 @@ void run_hotpath(std::vector<std::string> words, const std::string& program) {
   words.insert(words.begin(), program.empty() ? own_program() : program);
   static const int once = setenv("HOTPATH_FIGURES", "none", 1);  // threads read the environment
   (void)once;
-  auto [status, errors] = run_program(std::move(words), true);
+  auto [status, message] = run_program(std::move(words), true);
   if (exited_with(status, 0)) return;
-  while (errors.ends_with('\n')) errors.pop_back();
-  errors = errors.substr(errors.rfind('\n') + 1);
   constexpr std::string_view kOurName = "hotpath: ";
-  if (errors.starts_with(kOurName)) errors.erase(0, kOurName.size());
-  if (errors.empty()) errors = how_it_ended(status);
-  if (exited_with(status, 2)) throw UsageError(errors);
-  throw RunError(errors);
+  if (message.starts_with(kOurName)) message.erase(0, kOurName.size());
+  if (message.empty()) message = how_it_ended(status);
+  if (exited_with(status, 2)) throw UsageError(message);
+  throw RunError(message);
 }
 
 void become(std::vector<std::string> words) {

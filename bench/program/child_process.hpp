@@ -22,8 +22,8 @@ pid_t start_program(std::vector<std::string> words, const std::function<void()>&
 
 /// The result of another program.
 struct ProgramEnd {
-  int status = 0;      ///< As from waitpid().
-  std::string errors;  ///< Its standard error.
+  int status = 0;       ///< As from waitpid().
+  std::string message;  ///< The last line of its standard error.
 };
 
 /// Runs a program (found along PATH) with its arguments and waits for its end. It inherits standard

@@ -49,10 +49,8 @@ void become_python_tool(const std::string& command, const std::vector<std::strin
 }
 
 void call_python_tool(const std::string& command, const std::vector<std::string>& arguments) {
-  auto [status, errors] = run_program(command_line(command, arguments));
+  const auto [status, message] = run_program(command_line(command, arguments));
   if (exited_with(status, 0)) return;
-  while (errors.ends_with('\n')) errors.pop_back();
-  const std::string message = errors.substr(errors.rfind('\n') + 1);  // the last line
   if (exited_with(status, kUnfitInput)) throw UsageError(message);
   throw RunError(message);
 }

@@ -18,8 +18,8 @@ namespace {
 std::vector<std::string> shell(const std::string& script) { return {"sh", "-c", script}; }
 
 TEST(RunProgram, TellsItsErrorsAndItsExitCode) {
-  const program::ProgramEnd end = program::run_program(shell("echo wrong >&2; exit 3"));
-  EXPECT_EQ(end.errors, "wrong\n");
+  const program::ProgramEnd end = program::run_program(shell("echo first >&2; echo wrong >&2; exit 3"));
+  EXPECT_EQ(end.message, "wrong");
   EXPECT_TRUE(program::exited_with(end.status, 3));
   EXPECT_EQ(program::how_it_ended(end.status), "ended with exit code 3");
 }

@@ -6,14 +6,12 @@ import csv
 import functools
 import json
 import re
-import shutil
-import subprocess
 import tempfile
 import unittest
 from pathlib import Path
 from typing import Any
 
-from browser import MISSING, WEB, Browser, opened
+from browser import Browser, opened
 from hotpath_command import CommandTest, Job, RunFolder
 from package import write_report
 
@@ -472,29 +470,6 @@ class Page(CommandTest):
             "leaves out these jobs", browser.run("return document.querySelector('.timeline').innerText")
         )
         self.assertLess(self.page_of("long").stat().st_size, 6e6)
-
-
-class Bundle(unittest.TestCase):
-    def test_it_is_made_from_its_sources(self) -> None:
-        for tool, package in (("tsc", "node-typescript"), ("esbuild", "esbuild")):
-            if shutil.which(tool) is None:
-                self.skipTest(MISSING.format(package))
-        if not (WEB / "node_modules" / "uplot").exists():
-            self.skipTest(MISSING.format("uPlot (`npm ci` in bench/hotpath_report/web)"))
-        bundle = WEB / "page.js"
-        made = bundle.with_name(".page.test.js")
-        self.addCleanup(made.unlink, missing_ok=True)
-        subprocess.run([WEB / "build.sh", made.name], check=True, capture_output=True)
-        self.assertEqual(made.read_bytes(), bundle.read_bytes(), "run bench/hotpath_report/web/build.sh")
-
-    def test_it_is_small_and_pinned(self) -> None:
-        self.assertLessEqual((WEB / "page.js").stat().st_size, 150_000)
-        package = json.loads((WEB / "package.json").read_text())
-        lock = (WEB / "package-lock.json").read_text()
-        for name, version in (package["dependencies"] | package["devDependencies"]).items():
-            self.assertRegex(version, r"^\d+\.\d+\.\d+$", name)
-        self.assertNotIn("resolved", lock)
-        self.assertNotIn("://", lock)
 
 
 if __name__ == "__main__":

@@ -137,16 +137,6 @@ class Experiments(SimulateTest):
                     if measure != "response_ms":
                         self.assertAlmostEqual(task_a[measure]["mean"], task_b[measure]["mean"])
 
-    def test_a_run_replayed_with_its_phases_and_times_is_the_same_run(self) -> None:
-        options = ("--executors", "default,rm-ro", *BRIEF)
-        first = self.simulate(
-            *options, "--phases", "random", "--seed", 3, "--execution-times", "uniform", output="first"
-        )
-        again = self.simulate(
-            *options, "--phases", first.path, "--execution-times", f"replay:{first.path}", output="again"
-        )
-        self.assertEqual(self.files(first, "jobs.csv"), self.files(again, "jobs.csv"))
-
 
 class Timeline(SimulateTest):
     def assert_chrome_trace(self, text: str) -> list[Any]:
