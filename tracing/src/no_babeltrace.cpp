@@ -14,10 +14,7 @@ namespace {
 
 }  // namespace
 
-TraceReading CtfTrace::read(const std::function<void(const Event&)>&,
-                            const std::function<void(double)>&) const {
-  refuse();
-}
+TraceReading CtfTrace::read(const std::function<void(const Event&)>&) const { refuse(); }
 void write_ctf(const std::filesystem::path&, std::span<const Event>, const std::string&) { refuse(); }
 
 }  // namespace hotpath::tracing

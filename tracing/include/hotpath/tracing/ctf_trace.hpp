@@ -45,12 +45,10 @@ class CtfTrace {
   ~CtfTrace();
 
   /// Reads all traces with libbabeltrace2, merged by time, and passes the assembled kinds of events
-  /// to `visit`. `progress`, if given, gets the share of the time that has been read, 0 to 1, from
-  /// time to time. Memory does not grow with the trace. Of a trace that breaks off the readable part
-  /// is visited, and TraceReading::broken_off gives the reason. Throws TraceError if no event can be
+  /// to `visit`. Memory does not grow with the trace. Of a trace that breaks off the readable part is
+  /// visited, and TraceReading::broken_off gives the reason. Throws TraceError if no event can be
   /// read, std::runtime_error in a build without libbabeltrace2, and exceptions of `visit`.
-  [[nodiscard]] TraceReading read(const std::function<void(const Event&)>& visit,
-                                  const std::function<void(double)>& progress = {}) const;
+  [[nodiscard]] TraceReading read(const std::function<void(const Event&)>& visit) const;
 
  private:
   CtfTrace() = default;
