@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -57,5 +58,11 @@ class CtfTrace {
   std::vector<std::filesystem::path> folders_, copies_;
   std::string cut_;  // where the trace was cut; empty: it was complete
 };
+
+/// Writes events, which are in the order of time and have a processor each, as a CTF 1.8 trace into
+/// a new folder, with libbabeltrace2: one stream per processor, and LTTng's contexts vpid, vtid and
+/// procname with each event. Throws std::runtime_error.
+void write_ctf(const std::filesystem::path& folder, std::span<const Event> events,
+               const std::string& process_name);
 
 }  // namespace hotpath::tracing
