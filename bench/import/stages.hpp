@@ -72,7 +72,6 @@ struct Reproduction {
 /// All stages.
 struct Imported {
   RecordedSystem recorded;
-  RecordedGraph first_graph;              ///< In the order of creation, as recognition sees it.
   std::vector<Recognition> recognitions;  ///< By executor.
   RecordedDeliveries deliveries;
   Interpretation found;
