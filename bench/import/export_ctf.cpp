@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/tracing/ctf_writer.hpp"
+#include "hotpath/tracing/ctf_trace.hpp"
 #include "import/hypothesis.hpp"
 #include "import/import_ctf.hpp"
 #include "program/errors.hpp"

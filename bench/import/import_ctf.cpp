@@ -17,7 +17,6 @@
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/output_target.hpp"
-#include "program/progress.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
@@ -35,8 +34,6 @@ using nlohmann::json;
 
 /// Rows that are sorted and written together after the window.
 constexpr std::size_t kChunk = 20'000;
-/// Time between two updates of the progress on a terminal.
-constexpr Duration kUpdate = std::chrono::milliseconds(200);
 constexpr const char* kDeploymentComment =
     "# The recorded threads. Processors are listed where threads did not run on all of them.\n"
     "# A trace has no policies: fifo stands for threads that preempted others and were not\n"
@@ -130,24 +127,12 @@ class CtfImport final : public tracing::Sink {
   explicit CtfImport(const CtfOptions& options) : options_(options) {}
 
   void run(const tracing::CtfTrace& trace) {
-    program::Progress progress(1, Duration::zero());
-    const auto began = std::chrono::steady_clock::now();
-    progress.begin("reading " + options_.trace);
-    const auto update = [&, updated = Duration::zero()](double share) mutable {
-      const Duration elapsed = std::chrono::steady_clock::now() - began;
-      if (elapsed < updated + kUpdate) return;
-      updated = elapsed;
-      const double total = static_cast<double>(elapsed.count()) / std::max(share, 0.001);
-      progress.update(elapsed, Duration(static_cast<std::int64_t>(total)));
-    };
-    const auto visit = [&](const tracing::Event& e) {
+    reading_ = trace.read([&](const tracing::Event& e) {
       for (const char* const text : e.text) check_name(text, tracing::format_of(e.kind).name);
       assembler_.event(e);
-    };
-    reading_ = trace.read(visit, update);
+    });
     for (const auto& [name, count] : reading_.events) check_name(name, "metadata");
     assembler_.finish();
-    progress.clear();
     if (!folder_ || !jobs_.empty() || !lost_.empty()) pass_on();
     folder_->write(reading_, options_);
   }

@@ -73,7 +73,7 @@ json executors_json(const Facts& facts) {
                    {"process", executor.process},
                    {"executor", best.labels[e]},
                    {"given", !facts.options.executor.empty()},
-                   {"recognition", recognition_json(imported.recognitions[e], imported.first_graph)},
+                   {"recognition", recognition_json(imported.recognitions[e])},
                    {"threads", threads}});
     for (const auto& [name, member] : kMeasuredCosts) {
       const MeasuredCost& cost = best.costs[e].*member;
@@ -229,7 +229,7 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const Recognition& recognition = imported.recognitions[e];
     out << "Recognition of " << imported.recorded.executors[e].name << ": " << to_string(recognition.verdict)
-        << ". " << sentence(recognition, imported.first_graph) << '\n';
+        << ". " << sentence(recognition) << '\n';
   }
   const SelfCheck& check = best.check;
   out << "Reproduction: " << to_string(check.light) << " (order of jobs "

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "hotpath/core/platform.hpp"
+#include "program/text.hpp"
 
 namespace hotpath::imports {
 
@@ -222,8 +223,10 @@ class Recogniser {
     for (Judged& j : std::span(all_).first(result.leading))
       j.score.unlikely = j.score.margin >= kDecisive && !notices_unseen(j.score.hypothesis, best);
     const std::vector<Of>& of_best = all_.front().agreement.decisions;
-    for (std::size_t d = half_; d < of_best.size() && !result.breaks; ++d)
-      if (of_best[d] == Of::no) result.breaks = *starts_[d];
+    for (std::size_t d = half_; d < of_best.size() && result.breaks.empty(); ++d)
+      if (of_best[d] == Of::no)
+        result.breaks = program::text("at %.1f ms, when %s ran", to_ms(starts_[d]->at - graph_.epoch),
+                                      set_[starts_[d]->task].name.c_str());
   }
 
   void compare_with_first() {

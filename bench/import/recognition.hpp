@@ -3,7 +3,6 @@
 
 #include <map>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,7 +54,7 @@ struct Recognition {
   std::vector<Score> ranking;                ///< The best first.
   std::size_t leading = 0;                   ///< The first ones, which the recording cannot tell apart.
   std::size_t decisions = 0, contested = 0;  ///< Of the judged part.
-  std::optional<RecordedStep> breaks;        ///< The first decision that the best does not explain.
+  std::string breaks;  ///< When the best first does not explain a decision, in words; empty: never.
 
   /// Labels of the leading hypotheses, or of the unlikely ones among them.
   [[nodiscard]] std::vector<std::string> names(bool unlikely_only = false) const;
@@ -74,9 +73,9 @@ struct Recognition {
                                            const RecordedGraph& graph);
 
 /// One or two sentences: the verdict, its evidence, and what would decide an open one.
-[[nodiscard]] std::string sentence(const Recognition& recognition, const RecordedGraph& graph);
+[[nodiscard]] std::string sentence(const Recognition& recognition);
 
 /// Verdict, names, and the ranking with scores.
-[[nodiscard]] nlohmann::json recognition_json(const Recognition& recognition, const RecordedGraph& graph);
+[[nodiscard]] nlohmann::json recognition_json(const Recognition& recognition);
 
 }  // namespace hotpath::imports

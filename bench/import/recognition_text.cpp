@@ -52,7 +52,7 @@ std::string undecided(const Recognition& r, const std::string& names) {
 
 }  // namespace
 
-std::string sentence(const Recognition& r, const RecordedGraph& graph) {
+std::string sentence(const Recognition& r) {
   if (r.ranking.empty()) return "No known executor runs such threads.";
   const std::string names = program::joined(r.names(), ", ");
   const Score& best = r.ranking.front();
@@ -66,19 +66,14 @@ std::string sentence(const Recognition& r, const RecordedGraph& graph) {
       return tie(r);
     case Verdict::undecided:
       return undecided(r, names);
-    case Verdict::none_fits: {
-      std::string all = program::concat("No known executor fits: the best one, ", best.hypothesis.label,
-                                        ", explains ", share_of(best, r));
-      if (r.breaks)
-        all += program::text(". It first breaks at %.1f ms, when %s ran", to_ms(r.breaks->at - graph.epoch),
-                             graph.tasks.set[r.breaks->task].name.c_str());
-      return all + ".";
-    }
+    case Verdict::none_fits:
+      return program::concat("No known executor fits: the best one, ", best.hypothesis.label, ", explains ",
+                             share_of(best, r), r.breaks.empty() ? "" : ". It first breaks ", r.breaks, ".");
   }
   return {};
 }
 
-nlohmann::json recognition_json(const Recognition& r, const RecordedGraph& graph) {
+nlohmann::json recognition_json(const Recognition& r) {
   using nlohmann::json;
   json ranking = json::array();
   for (const Score& score : r.ranking) {
@@ -96,7 +91,7 @@ nlohmann::json recognition_json(const Recognition& r, const RecordedGraph& graph
   }
   return {{"verdict", to_string(r.verdict)},
           {"executors", r.verdict == Verdict::none_fits ? std::vector<std::string>() : r.names()},
-          {"sentence", sentence(r, graph)},
+          {"sentence", sentence(r)},
           {"stated", r.stated},
           {"decisions", r.decisions},
           {"contested", r.contested},

@@ -161,7 +161,6 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
     if (kind == TaskKind::timer && two_wake_ups) late /= 2;
   costs.wait = cost_of(gaps.wait);
   costs.wake_up = cost_of(gaps.wake_up);
-  costs.timer_wake_up = cost_of(gaps.wake_up, TaskKind::timer);
   costs.delivery = cost_of(gaps.wake_up, TaskKind::subscription);
   return costs;
 }

@@ -43,17 +43,16 @@ void add_publication(const Publication& p, Node& node, Callback& publisher) {
 
 /// Tasks that feed each other in a cycle; empty: there is none.
 std::vector<TaskId> find_cycle(const GraphTasks& tasks) {
-  enum class State : std::uint8_t { unseen, open, done };
-  std::vector<State> state(tasks.set.size());
+  std::vector<bool> done(tasks.set.size(), false);
   std::vector<TaskId> path, cycle;
   const std::function<void(TaskId)> visit = [&](TaskId id) {
-    if (state[id] == State::done || !cycle.empty()) return;
-    if (state[id] == State::open) return cycle.assign(std::ranges::find(path, id), path.end());
-    state[id] = State::open;
+    if (done[id] || !cycle.empty()) return;
+    const auto open = std::ranges::find(path, id);
+    if (open != path.end()) return cycle.assign(open, path.end());
     path.push_back(id);
     for (const TaskId next : tasks.set[id].feeds) visit(next);
     path.pop_back();
-    state[id] = State::done;
+    done[id] = true;
   };
   for (TaskId id = 0; id < tasks.set.size(); ++id) visit(id);
   return cycle;

@@ -81,17 +81,15 @@ struct RecordedCosts {
   MeasuredCost wait;      ///< The same as `dispatch` with a new wait between them, without the dispatch.
   MeasuredCost wake_up;   ///< Release of a job to its start on a thread that slept, without the dispatch.
   MeasuredCost delivery;  ///< The same for subscriptions only, from the publication.
-  MeasuredCost timer_wake_up;  ///< The same for timers only, from the timestamp.
 
   [[nodiscard]] MeasuredCost dispatch_of(TaskKind kind) const;
 };
-inline constexpr std::array<std::pair<const char*, MeasuredCost RecordedCosts::*>, 7> kMeasuredCosts = {
+inline constexpr std::array<std::pair<const char*, MeasuredCost RecordedCosts::*>, 6> kMeasuredCosts = {
     {{"dispatch", &RecordedCosts::dispatch},
      {"timer_dispatch", &RecordedCosts::timer_dispatch},
      {"subscription_dispatch", &RecordedCosts::subscription_dispatch},
      {"wait", &RecordedCosts::wait},
      {"wake_up", &RecordedCosts::wake_up},
-     {"timer_wake_up", &RecordedCosts::timer_wake_up},
      {"delivery", &RecordedCosts::delivery}}};
 
 /// How threads of the ordinary policy took turns on processors.

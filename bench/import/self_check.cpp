@@ -7,7 +7,6 @@
 
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
-#include "program/json_fields.hpp"
 #include "program/text.hpp"
 #include "results/measures.hpp"
 #include "setup/run_setup.hpp"
@@ -83,19 +82,15 @@ double error_percent(double recorded_ms, double simulated_ms) {
   return std::abs(simulated_ms - recorded_ms) < kSame_ms ? 0 : 100 * (simulated_ms / recorded_ms - 1);
 }
 
-/// The lost percentage of the timestamps and samples of each task, and then of all tasks.
-std::vector<double> lost_percent(const TaskSet& set, const Trace& trace) {
-  std::vector<std::uint64_t> lost(set.size() + 1), all(set.size() + 1);
+/// The lost percentage of all timestamps and samples.
+double lost_percent(const Trace& trace) {
+  std::uint64_t lost = 0, all = 0;
   for (const JobRecord& r : trace.jobs) {
     if (r.job.timestamp < Time{} || r.outcome == Outcome::empty) continue;
-    for (const TaskId id : {r.job.task, set.size()}) {
-      all[id] += 1 + r.job.skipped;
-      lost[id] += r.job.skipped + (r.outcome == Outcome::overwritten);
-    }
+    all += 1 + r.job.skipped;
+    lost += r.job.skipped + (r.outcome == Outcome::overwritten);
   }
-  std::vector<double> percent;
-  for (std::size_t id = 0; id < all.size(); ++id) percent.push_back(results::percent_of(lost[id], all[id]));
-  return percent;
+  return results::percent_of(lost, all);
 }
 
 /// Adds the reason if `deviation` exceeds the limit `green`.
@@ -147,14 +142,8 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
   const auto recorded_ms = latencies_ms(graph, recorded), simulated_ms = latencies_ms(graph, simulated);
   for (std::size_t c = 0; c < graph.chains.size(); ++c)
     compare_latencies(check, graph.chains[c].name, recorded_ms[c], simulated_ms[c]);
-  const auto recorded_lost = lost_percent(tasks.set, recorded),
-             simulated_lost = lost_percent(tasks.set, simulated);
-  for (TaskId id = 0; id < tasks.set.size(); ++id)
-    if (recorded_lost[id] + simulated_lost[id] > 0)
-      check.losses.push_back({tasks.set[id].name, recorded_lost[id], simulated_lost[id]});
-  std::ranges::sort(check.losses, std::ranges::greater{}, &SelfCheck::LossCheck::difference);
-  check.lost_recorded_percent = recorded_lost.back();
-  check.lost_simulated_percent = simulated_lost.back();
+  check.lost_recorded_percent = lost_percent(recorded);
+  check.lost_simulated_percent = lost_percent(simulated);
   judge(check, std::abs(check.lost_recorded_percent - check.lost_simulated_percent), kLossError_points,
         program::text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
                       check.lost_simulated_percent, check.lost_recorded_percent));
@@ -165,8 +154,6 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
 static nlohmann::json json_of(const validation::LatencyQuantiles& q) {
   return {{"n", q.n.value_or(0)}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
 }
-
-static HOTPATH_JSON_FIELDS(SelfCheck::LossCheck, task, recorded_percent, simulated_percent);
 
 void to_json(nlohmann::json& j, const SelfCheck& check) {
   using nlohmann::json;
@@ -190,7 +177,6 @@ void to_json(nlohmann::json& j, const SelfCheck& check) {
       {"response_p50_ms", {{"recorded", s.measured.response_ms.p50}, {"simulated", s.other.response_ms.p50}}},
       {"response_p99_ms", {{"recorded", s.measured.response_ms.p99}, {"simulated", s.other.response_ms.p99}}},
       {"chains", chains},
-      {"losses", check.losses},
       {"lost_percent",
        {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
@@ -27,16 +26,10 @@ struct SelfCheck {
     validation::LatencyQuantiles recorded_ms, simulated_ms;
     double median_error_percent = kNoValue, p99_error_percent = kNoValue;  ///< Simulated to recorded.
   };
-  /// Lost (skipped or overwritten) share of a task's timestamps or samples.
-  struct LossCheck {
-    std::string task;
-    double recorded_percent = 0, simulated_percent = 0;
-    [[nodiscard]] double difference() const { return std::abs(simulated_percent - recorded_percent); }
-  };
   validation::ScheduleComparison schedule;
   std::vector<ChainCheck> chains;
-  std::vector<LossCheck> losses;  ///< Of tasks that lost anything, the largest difference first.
-  double lost_recorded_percent = 0, lost_simulated_percent = 0;  ///< Of all tasks together.
+  /// Skipped or overwritten timestamps and samples, of all tasks together.
+  double lost_recorded_percent = 0, lost_simulated_percent = 0;
   Light light = Light::green;
   std::vector<std::string> reasons;  ///< Sentences that explain why the light is not green.
   Trace simulated;

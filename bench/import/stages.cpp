@@ -156,7 +156,7 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   Reproduction best = reproduce(recorded, found, chosen.labels, deployment_file);
   for (const Recognition& recognition : recognitions)
     if (options.executor.empty() && recognition.verdict == Verdict::none_fits)
-      best.check.doubt(sentence(recognition, first.graph));
+      best.check.doubt(sentence(recognition));
   std::vector<std::string> missing = unmodelled(recorded.system, found.graph);
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
   if (best.slices.threads > 0) missing.push_back(sentence(best.slices, found.graph.epoch));
@@ -164,8 +164,8 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   // They explain a deviation; of a green reproduction they are remarks.
   std::ranges::move(missing,
                     std::back_inserter(best.check.light == Light::green ? notes : best.check.reasons));
-  return {std::move(recorded), std::move(first.graph), std::move(recognitions), std::move(deliveries),
-          std::move(found),    std::move(best),        std::move(notes)};
+  return {std::move(recorded), std::move(recognitions), std::move(deliveries),
+          std::move(found),    std::move(best),         std::move(notes)};
 }
 
 }  // namespace hotpath::imports

@@ -27,9 +27,9 @@ struct Interpretation {
   RecordedTimers timers;
   std::optional<Deployment> deployment;  ///< Of the user.
 };
-/// By default in the order of creation. `priorities`: of timers, by callback. Throws UsageError if the jobs
-/// do not suffice, and the errors of the options.
-using Priorities = std::map<std::uint32_t, std::int64_t>;
+using Priorities = std::map<std::uint32_t, std::int64_t>;  ///< Of timers, by callback.
+/// By default in the order of creation. Throws UsageError if the jobs do not suffice, and the errors of the
+/// options.
 [[nodiscard]] Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
                                        const RecordedDeliveries& deliveries, const ServiceOrder& order = {},
                                        const Priorities& priorities = {});
@@ -72,7 +72,6 @@ struct Reproduction {
 /// All stages.
 struct Imported {
   RecordedSystem recorded;
-  RecordedGraph first_graph;              ///< In the order of creation, as recognition sees it.
   std::vector<Recognition> recognitions;  ///< By executor.
   RecordedDeliveries deliveries;
   Interpretation found;

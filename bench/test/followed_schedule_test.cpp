@@ -173,10 +173,6 @@ TEST(Hypotheses, HaveAtMostTheThreadsOfAnExecutor) {
 }
 
 TEST(RecognitionSentence, SaysWhenTheBestExecutorFirstBreaks) {
-  imports::RecordedGraph graph;
-  graph.epoch = from_ns(7'000'000'000);
-  graph.tasks.set.tasks.resize(1);
-  graph.tasks.set.tasks[0].name = "sensor/timer";
   imports::Recognition r;
   r.verdict = imports::Verdict::none_fits;
   r.ranking.resize(1);
@@ -184,8 +180,8 @@ TEST(RecognitionSentence, SaysWhenTheBestExecutorFirstBreaks) {
   r.ranking[0].agreement = 0.5;
   r.leading = 1;
   r.contested = 40;
-  r.breaks = imports::RecordedStep{.at = graph.epoch + 12500us, .task = 0};
-  EXPECT_EQ(imports::sentence(r, graph),
+  r.breaks = "at 12.5 ms, when sensor/timer ran";
+  EXPECT_EQ(imports::sentence(r),
             "No known executor fits: the best one, default, explains 50.0 % of 40 contested decisions. It "
             "first breaks at 12.5 ms, when sensor/timer ran.");
 }

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/tracing/ctf_writer.hpp"
+#include "hotpath/tracing/ctf_trace.hpp"
 #include "hotpath/tracing/event.hpp"
 #include "program/whole_file.hpp"
 

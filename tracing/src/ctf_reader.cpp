@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <exception>
 #include <iomanip>
 #include <sstream>
@@ -78,8 +77,7 @@ struct EventClass {
 
 class Reader {
  public:
-  Reader(const std::function<void(const Event&)>& visit, const std::function<void(double)>& progress)
-      : visit_(visit), progress_(progress) {}
+  explicit Reader(const std::function<void(const Event&)>& visit) : visit_(visit) {}
 
   TraceReading read(const std::vector<fs::path>& folders) {
     const OwnedPlugin ctf = find_plugin("ctf"), utils = find_plugin("utils");
@@ -97,7 +95,6 @@ class Reader {
                                         BT_LOGGING_LEVEL_NONE, &source) != BT_GRAPH_ADD_COMPONENT_STATUS_OK)
         throw TraceError(folder.string() +
                          " is a CTF trace that is cut off or damaged and cannot be read: " + reason());
-      add_span(fs_class, params.get());
       const std::uint64_t ports = bt_component_source_get_output_port_count(source);
       for (std::uint64_t p = 0; p < ports; ++p)
         bt_graph_connect_ports(graph.get(), bt_component_source_borrow_output_port_by_index_const(source, p),
@@ -137,28 +134,6 @@ class Reader {
     reading_.broken_off = words.str();
   }
 
-  /// Extends the known time span of the trace, for the progress only.
-  void add_span(const bt_component_class_source* fs_class, const bt_value* params) {
-    if (!progress_) return;
-    const Owned<bt_query_executor, bt_query_executor_put_ref> query(bt_query_executor_create(
-        bt_component_class_source_as_component_class_const(fs_class), "babeltrace.trace-infos", params));
-    const bt_value* result = nullptr;
-    if (bt_query_executor_query(query.get(), &result) != BT_QUERY_EXECUTOR_QUERY_STATUS_OK)
-      return bt_current_thread_clear_error();
-    const Owned<const bt_value, bt_value_put_ref> infos(result);
-    for (std::uint64_t t = 0; t < bt_value_array_get_length(result); ++t) {
-      const bt_value* const trace = bt_value_array_borrow_element_by_index_const(result, t);
-      const bt_value* const streams = bt_value_map_borrow_entry_value_const(trace, "stream-infos");
-      for (std::uint64_t s = 0; streams != nullptr && s < bt_value_array_get_length(streams); ++s) {
-        const bt_value* const range = bt_value_map_borrow_entry_value_const(
-            bt_value_array_borrow_element_by_index_const(streams, s), "range-ns");
-        if (range == nullptr) continue;
-        const bt_value* const end = bt_value_map_borrow_entry_value_const(range, "end");
-        if (end != nullptr) end_ = std::max(end_, Time(Duration(bt_value_integer_signed_get(end))));
-      }
-    }
-  }
-
   static bt_graph_simple_sink_component_consume_func_status consume(bt_message_iterator* messages,
                                                                     void* reader) {
     bt_message_array_const batch = nullptr;
@@ -178,7 +153,6 @@ class Reader {
       if (!self.failure_) self.take(batch[i]);
       bt_message_put_ref(batch[i]);
     }
-    self.tell_progress();
     return self.failure_ ? BT_GRAPH_SIMPLE_SINK_COMPONENT_CONSUME_FUNC_STATUS_ERROR
                          : BT_GRAPH_SIMPLE_SINK_COMPONENT_CONSUME_FUNC_STATUS_OK;
   }
@@ -274,26 +248,17 @@ class Reader {
     return known;
   }
 
-  void tell_progress() {
-    if (!progress_ || end_ <= reading_.first || reading_.all_events == 0) return;
-    progress_(static_cast<double>(reading_.length().count()) /
-              static_cast<double>((end_ - reading_.first).count()));
-  }
-
   const std::function<void(const Event&)>& visit_;
-  const std::function<void(double)>& progress_;
   std::int64_t clock_offset_ = 0;  // ns from a reading of the clock to the time of the event
   TraceReading reading_;
   std::unordered_map<const bt_event_class*, EventClass> classes_;
   std::exception_ptr failure_;
-  Time end_{};
 };
 
 }  // namespace
 
-TraceReading CtfTrace::read(const std::function<void(const Event&)>& visit,
-                            const std::function<void(double)>& progress) const {
-  TraceReading reading = Reader(visit, progress).read(folders_);
+TraceReading CtfTrace::read(const std::function<void(const Event&)>& visit) const {
+  TraceReading reading = Reader(visit).read(folders_);
   if (reading.broken_off.empty()) reading.broken_off = cut_;
   return reading;
 }

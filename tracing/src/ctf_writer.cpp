@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/tracing/ctf_writer.hpp"
+#include "hotpath/tracing/ctf_trace.hpp"
 
 #include <algorithm>
 #include <stdexcept>

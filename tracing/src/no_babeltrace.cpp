@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/tracing/ctf_trace.hpp"
-#include "hotpath/tracing/ctf_writer.hpp"
 
 namespace hotpath::tracing {
 
@@ -14,10 +13,7 @@ namespace {
 
 }  // namespace
 
-TraceReading CtfTrace::read(const std::function<void(const Event&)>&,
-                            const std::function<void(double)>&) const {
-  refuse();
-}
+TraceReading CtfTrace::read(const std::function<void(const Event&)>&) const { refuse(); }
 void write_ctf(const std::filesystem::path&, std::span<const Event>, const std::string&) { refuse(); }
 
 }  // namespace hotpath::tracing

@@ -14,7 +14,6 @@ void Assembler::state(const Event& e) {
     StatedExecutor& stated = system_.stated_executors.emplace_back();
     stated.process = e.process;
     stated.name = e.text[0];
-    stated.priorities = e.text[1];
     return;
   }
   const std::uint32_t index = find(executors_, handle, kNone);

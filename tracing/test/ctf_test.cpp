@@ -6,7 +6,6 @@
 #include <fstream>
 
 #include "hotpath/tracing/ctf_trace.hpp"
-#include "hotpath/tracing/ctf_writer.hpp"
 
 namespace hotpath::tracing {
 namespace {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -45,12 +46,10 @@ class CtfTrace {
   ~CtfTrace();
 
   /// Reads all traces with libbabeltrace2, merged by time, and passes the assembled kinds of events
-  /// to `visit`. `progress`, if given, gets the share of the time that has been read, 0 to 1, from
-  /// time to time. Memory does not grow with the trace. Of a trace that breaks off the readable part
-  /// is visited, and TraceReading::broken_off gives the reason. Throws TraceError if no event can be
+  /// to `visit`. Memory does not grow with the trace. Of a trace that breaks off the readable part is
+  /// visited, and TraceReading::broken_off gives the reason. Throws TraceError if no event can be
   /// read, std::runtime_error in a build without libbabeltrace2, and exceptions of `visit`.
-  [[nodiscard]] TraceReading read(const std::function<void(const Event&)>& visit,
-                                  const std::function<void(double)>& progress = {}) const;
+  [[nodiscard]] TraceReading read(const std::function<void(const Event&)>& visit) const;
 
  private:
   CtfTrace() = default;
@@ -59,5 +58,11 @@ class CtfTrace {
   std::vector<std::filesystem::path> folders_, copies_;
   std::string cut_;  // where the trace was cut; empty: it was complete
 };
+
+/// Writes events, which are in the order of time and have a processor each, as a CTF 1.8 trace into
+/// a new folder, with libbabeltrace2: one stream per processor, and LTTng's contexts vpid, vtid and
+/// procname with each event. Throws std::runtime_error.
+void write_ctf(const std::filesystem::path& folder, std::span<const Event> events,
+               const std::string& process_name);
 
 }  // namespace hotpath::tracing

@@ -45,11 +45,8 @@ struct Topic {
 /// The id of an endpoint in the middleware (GUID): its participant, and its number there.
 struct EndpointId {
   std::uint64_t first = 0, second = 0;  ///< Its 16 bytes, the first one highest; both 0: unknown.
-  [[nodiscard]] bool known() const { return first != 0; }
   /// The vendor of the middleware (OMG's list): 0x010f is Fast DDS.
   [[nodiscard]] std::uint32_t vendor() const { return static_cast<std::uint32_t>(first >> 48); }
-  /// The participant, as a number that differs between those of one trace.
-  [[nodiscard]] std::uint64_t participant() const { return first ^ (second >> 32); }
   /// Three bytes: consecutive in the order of creation under Fast DDS.
   [[nodiscard]] std::uint32_t number() const { return static_cast<std::uint32_t>(second & 0xffffffff) >> 8; }
 };
@@ -82,7 +79,6 @@ struct Thread {
 struct StatedExecutor {
   std::uint32_t process = 0;
   std::string name;                 ///< With its variants, `rm-ro:first`.
-  std::string priorities;           ///< File of its priorities; empty: none.
   std::set<std::uint32_t> threads;  ///< That ran its jobs.
   bool states_ends = false;         ///< Of clients' and waitables' jobs.
   /// By callback: the level in force at the end of the trace, smaller first. Under rm and dm a time
