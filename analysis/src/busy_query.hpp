@@ -14,6 +14,10 @@
 namespace hotpath {
 
 inline constexpr std::int64_t kNoRank = GraphOrder::kNone;
+/// Windows with more jobs of their timer, or more steps to their end, count as endless: the
+/// utilisation is close to 1.
+inline constexpr std::uint64_t kMaxSteps = 10'000;
+inline constexpr std::int64_t kEndless = std::int64_t{1} << 60;
 
 /// A search in the windows of a level.
 struct GraphBusyWindow::Query {
@@ -40,6 +44,12 @@ struct GraphBusyWindow::DeadlineStep {
   Blocker blocker;
   std::int64_t end;  ///< When all jobs with these or earlier deadlines are done.
 };
+
+/// Number of jobs of one timer, released from 0 on, with deadlines up to `deadline`.
+inline std::int64_t urgent_jobs(const BusyLevel::Timers& timer, std::int64_t deadline) {
+  const std::int64_t latest = deadline - timer.deadline;
+  return latest < 0 ? 0 : latest / timer.period + 1;
+}
 
 /// Reusable state of work().
 struct GraphBusyWindow::Counting {

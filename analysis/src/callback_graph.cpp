@@ -73,6 +73,17 @@ std::int64_t GraphTopology::least_until_start(TaskId root, TaskId to) const {
   return target == reached.end() || target->first != to ? 0 : target->second;
 }
 
+std::vector<TaskId> GraphTopology::tasks_between(TaskId root, TaskId to) const {
+  std::vector<TaskId> all = {to};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i] == root) continue;
+    for (const TaskId p : publishers(all[i])) {
+      if (leads_to(root, p) && std::ranges::find(all, p) == all.end()) all.push_back(p);
+    }
+  }
+  return all;
+}
+
 bool GraphTopology::alone(TaskId root, TaskId to) const {
   for (TaskId id = to; id != root; id = publishers_[id].front()) {
     if (publishers_[id].size() != 1) return false;

@@ -77,7 +77,8 @@ class Ages {
     const Delay message = message_delay(root, id);
     if (sample < message) return id;
     for (const TaskId p : topology_.publishers(id)) {
-      if (id != root && leads_to(root, p) && message_delay(root, p) == message) return waited_at(root, p);
+      if (id != root && topology_.leads_to(root, p) && message_delay(root, p) == message)
+        return waited_at(root, p);
     }
     return kNoTask;
   }
@@ -92,7 +93,7 @@ class Ages {
     }
     Delay largest;
     for (const TaskId p : topology_.publishers(id)) {
-      if (!leads_to(root, p)) continue;
+      if (!topology_.leads_to(root, p)) continue;
       largest = std::max(largest, message_delay(root, p));
     }
     return largest;
@@ -222,7 +223,7 @@ class Ages {
     if (is_source(root)) largest = response;
     const bool overtakes = paths_.overtakes(root, to);
     const std::int64_t after_start = since_start(&PathBounds::start_to_finish, root, to);
-    for (const TaskId id : tasks_between(root, to)) {
+    for (const TaskId id : topology_.tasks_between(root, to)) {
       for (const Waited& data : waited(root, id)) {
         std::int64_t age = add(data.delay, response);
         // If the next job of the data's root was pending at the start of the job of `root`, it
@@ -261,7 +262,7 @@ class Ages {
   /// path completes the join.
   std::optional<Pair> only_join(TaskId root, TaskId to) {
     std::optional<Pair> only;
-    for (const TaskId id : tasks_between(root, to)) {
+    for (const TaskId id : topology_.tasks_between(root, to)) {
       for (const Waited& data : waited(root, id)) {
         if (only || !data.joined) return std::nullopt;
         only = Pair{data.input, id};
@@ -274,18 +275,6 @@ class Ages {
     const std::optional<std::int64_t> value = (paths_.*bound)(root, to);
     if (!value) fail(root, to);
     return *value;
-  }
-
-  /// The tasks on the paths from `root` to `to`, both included.
-  std::vector<TaskId> tasks_between(TaskId root, TaskId to) const {
-    std::vector<TaskId> all = {to};
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (all[i] == root) continue;
-      for (const TaskId p : topology_.publishers(all[i])) {
-        if (leads_to(root, p) && std::ranges::find(all, p) == all.end()) all.push_back(p);
-      }
-    }
-    return all;
   }
 
   /// Time from the storing of a sample of `other` to the timestamp of `root` whose data completes
@@ -377,11 +366,6 @@ class Ages {
       longest = gap(id, &Ages::latest);
     }
     return multiply(longest, static_cast<std::int64_t>(graph_.every[id]));
-  }
-
-  bool leads_to(TaskId root, TaskId id) const {
-    const std::vector<TaskId>& roots = topology_.roots(id);
-    return std::binary_search(roots.begin(), roots.end(), root);
   }
 
   const GraphTopology& topology_;

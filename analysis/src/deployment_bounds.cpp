@@ -2,11 +2,11 @@
 #include "hotpath/analysis/deployment_bounds.hpp"
 
 #include <algorithm>
-#include <deque>
 #include <map>
 #include <memory>
 #include <set>
 
+#include "deployment_model.hpp"
 #include "hotpath/analysis/exact.hpp"
 #include "processor_windows.hpp"
 #include "timer_responses.hpp"
@@ -22,98 +22,6 @@ constexpr std::uint32_t kNowhere = ~0U;
 constexpr std::size_t kMostStreams = 256;  // of one publisher
 constexpr int kMostRounds = 1000;
 constexpr std::int64_t kLongest = std::int64_t{1} << 50;  // 13 days
-
-/// Why the system is not covered; empty if it is.
-std::string refusal_of(const DeployedSystem& system) {
-  const Platform& p = system.platform;
-  if (p.release_cost + p.pass_cost > Duration{}) return "it does not cover release costs";
-  if (p.delivery_delay > Duration{}) return "it does not cover a delay of delivery";
-  for (const Task& task : system.graph.set.tasks) {
-    if (task.release_jitter > Duration{}) return "it does not cover release jitter";
-  }
-  bool any = false;
-  for (const DeployedThread& thread : system.threads) {
-    if (!thread.other_policy.empty()) {
-      return "executor " + thread.name + " runs under " + thread.other_policy + "; give it fifo or other";
-    }
-    if (thread.priority == 0) continue;
-    any = true;
-    const ExecutorTraits& traits = thread.executor->traits;
-    const bool own_timers = traits.timers != TimerHandling::polled;
-    const std::string name = "executor " + thread.name + " ";
-    if (thread.processors.size() != 1) return name + "may run on several processors; give it one";
-    if (traits.timers == TimerHandling::release_and_execute ||
-        worker_count(*thread.executor, thread.scheduling) > (own_timers ? 2U : 1U)) {
-      return name + "runs jobs in several threads";
-    }
-    if (traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration{}) {
-      return name + "has a timer thread that the end of each timer's job wakes up";
-    }
-    if (has_service_wait(*thread.executor, thread.scheduling, system.graph.set)) {
-      return name + "has services that run next after `service_wait_ms`";
-    }
-    if (own_timers && thread.timers_priority <= thread.priority) {
-      return name + "has a timer thread that does not preempt it; raise that thread's priority";
-    }
-  }
-  return any ? "" : "no executor has a thread under SCHED_FIFO that is bound to a processor";
-}
-
-/// The ranks of a processor's tasks. Threads of one priority take turns in any order; a thread that has its
-/// priority for itself runs its jobs in the executor's order if that is a fixed one.
-GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here) {
-  const TaskSet& set = system.graph.set;
-  std::map<int, std::set<std::uint32_t>, std::greater<>> levels;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (here[id]) levels[system.threads[system.thread_of[id]].priority].insert(system.thread_of[id]);
-  }
-  GraphOrder order = any_order(set);
-  order.releases_first = system.platform.wake_up_latency == Duration{};
-  std::int64_t next = 0;
-  for (const auto& [priority, threads] : levels) {
-    const DeployedThread& first = system.threads[*threads.begin()];
-    GraphOrder within = any_order(set);
-    const Policy policy = first.executor->traits.policy.value_or(Policy::fifo);
-    if (threads.size() == 1 && levels_of(policy) == Levels::fixed) {
-      within = priority_ranks({system.graph, *first.executor, first.scheduling, system.platform});
-    }
-    std::int64_t largest = 0;
-    for (TaskId id = 0; id < set.size(); ++id) {
-      if (!here[id] || !threads.contains(system.thread_of[id])) continue;
-      order.rank[id] = next + within.rank[id];
-      largest = std::max(largest, within.rank[id]);
-    }
-    next += largest + 1;
-    if (priority > 0) order.threads.push_back(next - 1);
-  }
-  return order;
-}
-
-/// What comes before each job. Every job of a wait set may need a wait.
-GraphOverheads overheads_on(const DeployedSystem& system, const std::vector<bool>& here) {
-  const Platform& p = system.platform;
-  GraphOverheads overheads;
-  overheads.job = p.longest_dispatch_cost().count();
-  for (TaskId id = 0; id < here.size(); ++id) {
-    const DeployedThread& thread = system.threads[system.thread_of[id]];
-    if (!here[id] || thread.executor->traits.family != Family::wait_set) continue;
-    const std::int64_t entities = std::int64_t{p.other_entities} + system.graph.set.size();
-    const std::int64_t wait =
-        add(p.wait_cost.count(), exact::multiply(p.wait_cost_per_entity.count(), entities));
-    overheads.job = add(p.longest_dispatch_cost().count(), wait);
-  }
-  return overheads;
-}
-
-/// The graph without joins whose inputs run in several threads: each of their jobs may publish.
-CallbackGraph with_joins_of_one_thread(const DeployedSystem& system) {
-  CallbackGraph graph = system.graph;
-  std::erase_if(graph.joins, [&](const CallbackGraph::Join& join) {
-    const std::uint32_t thread = system.thread_of[join.inputs.front()];
-    return std::ranges::any_of(join.inputs, [&](TaskId id) { return system.thread_of[id] != thread; });
-  });
-  return graph;
-}
 
 /// Bounds along paths over all processors. The latest ends of the jobs that publish to other processors are
 /// the least fixed point of all processors' busy windows.
@@ -202,10 +110,6 @@ class DeploymentPaths final : public PathBounds {
     return join ? join->inputs : std::vector<TaskId>{id};
   }
 
-  bool leads_to(TaskId root, TaskId id) const {
-    return std::ranges::binary_search(topology_.roots(id), root);
-  }
-
   /// The outputs of `publisher`, one stream for each way from a timer, or from the join that they come from.
   std::vector<SampleStream> outputs(TaskId publisher) const {
     const auto* join = topology_.join_of(publisher);
@@ -281,7 +185,7 @@ class DeploymentPaths final : public PathBounds {
     for (const TaskId from : together(input)) {
       for (const TaskId root : topology_.roots(from)) {
         for (const TaskId p : together(publisher)) {
-          if (!leads_to(root, p)) continue;
+          if (!topology_.leads_to(root, p)) continue;
           const Bound latest = latest_end(root, p);
           if (!latest) return std::nullopt;
           longest = std::max(longest, subtract(*latest, least_end(root, from)));
@@ -350,7 +254,7 @@ class DeploymentPaths final : public PathBounds {
       const TaskId timer = here.timer(s);
       if (!here.leads_to(timer, to)) continue;
       for (const TaskId p : together(stream.publisher)) {
-        if (!leads_to(root, p)) continue;
+        if (!topology_.leads_to(root, p)) continue;
         if (stream.of_root() && stream.root != root) continue;
         const Bound latest = latest_end(root, p);
         const Bound behind = !stream.of_root() ? windows.since_arrival(timer, to, works)

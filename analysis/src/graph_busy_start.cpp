@@ -38,7 +38,7 @@ std::vector<TaskId> GraphBusyWindow::only_path(TaskId root, TaskId to) const {
   while (path.back() != root) {
     TaskId before = kNoTask;
     for (const TaskId p : topology_.publishers(path.back())) {
-      if (!std::ranges::binary_search(topology_.roots(p), root)) continue;
+      if (!topology_.leads_to(root, p)) continue;
       if (before != kNoTask) return {};
       before = p;
     }

@@ -46,8 +46,6 @@ void ProcessorWindows::set_jitter(const std::vector<std::int64_t>& jitter, std::
   windows_.emplace(*topology_, order_, overheads_);
 }
 
-bool ProcessorWindows::leads_to(TaskId from, TaskId to) const {
-  return std::ranges::binary_search(topology_->roots(to), from);
-}
+bool ProcessorWindows::leads_to(TaskId from, TaskId to) const { return topology_->leads_to(from, to); }
 
 }  // namespace hotpath

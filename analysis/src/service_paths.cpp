@@ -65,7 +65,7 @@ std::optional<std::int64_t> ServicePaths::with_releases(std::int64_t work) const
 std::optional<std::int64_t> ServicePaths::published(TaskId root, TaskId to, Finishes& known) const {
   std::int64_t latest = 0;
   for (const TaskId p : topology_.publishers(to)) {
-    if (!std::ranges::binary_search(topology_.roots(p), root)) continue;
+    if (!topology_.leads_to(root, p)) continue;
     const auto end = finish(root, p, known);
     if (!end) return std::nullopt;
     latest = std::max(latest, *end);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -59,6 +60,12 @@ class GraphTopology {
   [[nodiscard]] const std::vector<TaskId>& timers() const { return timers_; }
   /// The timers whose jobs lead to jobs of the task; a timer is its own root.
   [[nodiscard]] const std::vector<TaskId>& roots(TaskId id) const { return roots_[id]; }
+  /// Whether jobs of the timer `root` lead to jobs of the task.
+  [[nodiscard]] bool leads_to(TaskId root, TaskId id) const {
+    return std::ranges::binary_search(roots_[id], root);
+  }
+  /// The tasks on the paths from the timer `root` to `to`, both included.
+  [[nodiscard]] std::vector<TaskId> tasks_between(TaskId root, TaskId to) const;
   [[nodiscard]] const CallbackGraph::Join* join_of(TaskId id) const {
     return join_[id] < graph_.joins.size() ? &graph_.joins[join_[id]] : nullptr;
   }

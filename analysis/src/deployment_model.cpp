@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "deployment_model.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "hotpath/analysis/exact.hpp"
+#include "timer_responses.hpp"
+
+namespace hotpath {
+
+using exact::add;
+
+std::string refusal_of(const DeployedSystem& system) {
+  const Platform& p = system.platform;
+  if (p.release_cost + p.pass_cost > Duration{}) return "it does not cover release costs";
+  if (p.delivery_delay > Duration{}) return "it does not cover a delay of delivery";
+  for (const Task& task : system.graph.set.tasks) {
+    if (task.release_jitter > Duration{}) return "it does not cover release jitter";
+  }
+  bool any = false;
+  for (const DeployedThread& thread : system.threads) {
+    if (!thread.other_policy.empty()) {
+      return "executor " + thread.name + " runs under " + thread.other_policy + "; give it fifo or other";
+    }
+    if (thread.priority == 0) continue;
+    any = true;
+    const ExecutorTraits& traits = thread.executor->traits;
+    const bool own_timers = traits.timers != TimerHandling::polled;
+    const std::string name = "executor " + thread.name + " ";
+    if (thread.processors.size() != 1) return name + "may run on several processors; give it one";
+    if (traits.timers == TimerHandling::release_and_execute ||
+        worker_count(*thread.executor, thread.scheduling) > (own_timers ? 2U : 1U)) {
+      return name + "runs jobs in several threads";
+    }
+    if (traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration{}) {
+      return name + "has a timer thread that the end of each timer's job wakes up";
+    }
+    if (has_service_wait(*thread.executor, thread.scheduling, system.graph.set)) {
+      return name + "has services that run next after `service_wait_ms`";
+    }
+    if (own_timers && thread.timers_priority <= thread.priority) {
+      return name + "has a timer thread that does not preempt it; raise that thread's priority";
+    }
+  }
+  return any ? "" : "no executor has a thread under SCHED_FIFO that is bound to a processor";
+}
+
+GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here) {
+  const TaskSet& set = system.graph.set;
+  std::map<int, std::set<std::uint32_t>, std::greater<>> levels;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (here[id]) levels[system.threads[system.thread_of[id]].priority].insert(system.thread_of[id]);
+  }
+  GraphOrder order = any_order(set);
+  order.releases_first = system.platform.wake_up_latency == Duration{};
+  std::int64_t next = 0;
+  for (const auto& [priority, threads] : levels) {
+    const DeployedThread& first = system.threads[*threads.begin()];
+    GraphOrder within = any_order(set);
+    const Policy policy = first.executor->traits.policy.value_or(Policy::fifo);
+    if (threads.size() == 1 && levels_of(policy) == Levels::fixed) {
+      within = priority_ranks({system.graph, *first.executor, first.scheduling, system.platform});
+    }
+    std::int64_t largest = 0;
+    for (TaskId id = 0; id < set.size(); ++id) {
+      if (!here[id] || !threads.contains(system.thread_of[id])) continue;
+      order.rank[id] = next + within.rank[id];
+      largest = std::max(largest, within.rank[id]);
+    }
+    next += largest + 1;
+    if (priority > 0) order.threads.push_back(next - 1);
+  }
+  return order;
+}
+
+GraphOverheads overheads_on(const DeployedSystem& system, const std::vector<bool>& here) {
+  const Platform& p = system.platform;
+  GraphOverheads overheads;
+  overheads.job = p.longest_dispatch_cost().count();
+  for (TaskId id = 0; id < here.size(); ++id) {
+    const DeployedThread& thread = system.threads[system.thread_of[id]];
+    if (!here[id] || thread.executor->traits.family != Family::wait_set) continue;
+    const std::int64_t entities = std::int64_t{p.other_entities} + system.graph.set.size();
+    const std::int64_t wait =
+        add(p.wait_cost.count(), exact::multiply(p.wait_cost_per_entity.count(), entities));
+    overheads.job = add(p.longest_dispatch_cost().count(), wait);
+  }
+  return overheads;
+}
+
+CallbackGraph with_joins_of_one_thread(const DeployedSystem& system) {
+  CallbackGraph graph = system.graph;
+  std::erase_if(graph.joins, [&](const CallbackGraph::Join& join) {
+    const std::uint32_t thread = system.thread_of[join.inputs.front()];
+    return std::ranges::any_of(join.inputs, [&](TaskId id) { return system.thread_of[id] != thread; });
+  });
+  return graph;
+}
+
+}  // namespace hotpath
