@@ -129,21 +129,23 @@ TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence)
   }
 }
 
-/// By output of fusion F: the oldest job of S in it, recomputed from the jobs in their order on one
-/// thread. F joins S with cyclic node N, which reads S.
+/// By output of fusion F: the number of the oldest job of S in it, among the jobs of S that ran,
+/// recomputed from the jobs in their order on one thread. F joins S with cyclic node N, which reads S.
 std::vector<std::uint64_t> oldest_sources(const Live& live) {
   std::vector<JobRecord> jobs = live.trace.jobs;
   std::erase_if(jobs, [](const JobRecord& r) { return r.outcome != Outcome::ran; });
   std::ranges::stable_sort(jobs, {}, &JobRecord::start);
   std::optional<std::uint64_t> read, by_s, by_n;  // jobs of S in the slots of N and of F
   std::map<std::uint64_t, std::optional<std::uint64_t>> sent;
+  std::map<std::uint64_t, std::uint64_t> number;  // by sequence, which also counts skipped timestamps
   std::vector<std::uint64_t> oldest;
   bool has_n = false;
   for (const JobRecord& r : jobs) {
     const std::string& task = live.tasks.set[r.job.task].name;
-    if (task == "N/S") read = r.job.parent.sequence;
+    if (task == "S") number.emplace(r.job.sequence, number.size());
+    if (task == "N/S") read = number.at(r.job.parent.sequence);
     if (task == "N") sent[r.job.sequence] = std::exchange(read, std::nullopt);
-    if (task == "F/S") by_s = r.job.parent.sequence;
+    if (task == "F/S") by_s = number.at(r.job.parent.sequence);
     if (task == "F/N") by_n = sent.at(r.job.parent.sequence), has_n = true;
     if (!by_s || !has_n) continue;
     oldest.push_back(std::min(*by_s, by_n.value_or(*by_s)));
