@@ -8,7 +8,7 @@ set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."
 
-launch_scripts/setup.sh
+launch_scripts/setup.sh first
 echo "Building (the first build takes some minutes)"
 # Only the commands that it needs, unless the others are built already.
 all=$(sed -n 's/^HOTPATH_ALL_COMMANDS:BOOL=//p' build/CMakeCache.txt 2>/dev/null || true)

@@ -39,7 +39,7 @@ first_commands() {
   cmake -S . -B build-first -G Ninja -DCMAKE_UNITY_BUILD=ON -DHOTPATH_ALL_COMMANDS=OFF >build-first.log &&
     cmake --build build-first --target hotpath >>build-first.log || { tail -20 build-first.log; return 1; }
   HOTPATH_FIGURES=none build-first/bench/hotpath simulate autoware --output "$(mktemp -d)/run" &&
-    build-first/bench/hotpath import ctf trace 2>&1 | grep -q 'is not built yet'
+    build-first/bench/hotpath import ctf trace 2>&1 | grep -q 'Not built yet'
 }
 check install launch_scripts/setup.sh test
 check build launch_scripts/build.sh -DBUILD_TESTING=ON

@@ -1,21 +1,22 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# setup.sh [ros | test]: installs missing packages on Debian 12 for building and running, with `ros`
-# also for the ROS 1 bridge and RViz, with `test` for all tests.
+# setup.sh [first | ros | test]: installs missing packages on Debian 12 for building and running, with
+# `first` only those of a first measurement, with `ros` also those of the ROS 1 bridge and RViz, with
+# `test` those of all tests.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 case "$#:${1:-}" in
-  0: | 1:ros | 1:test) ;;
+  0: | 1:first | 1:ros | 1:test) ;;
   *) wrong_use "unknown arguments $*" ;;
 esac
 
 packages=(
   build-essential cmake ninja-build
   libfastrtps-dev libfastcdr-dev fastddsgen default-jre-headless
-  libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libboost-dev zlib1g-dev libopenmpi-dev openmpi-bin
-  pkg-config libbabeltrace2-dev
-  python3-matplotlib python3-pandas python3-jinja2 python3-tqdm graphviz
+  libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libboost-dev zlib1g-dev pkg-config
+  python3-matplotlib python3-pandas python3-jinja2 python3-tqdm
 )
+[ "${1:-}" = first ] || packages+=(libbabeltrace2-dev libopenmpi-dev openmpi-bin graphviz)
 ros=(
   libroscpp-dev libstd-msgs-dev libdiagnostic-msgs-dev libgeometry-msgs-dev libros-rosgraph-msgs-dev libsensor-msgs-dev
   libtf2-msgs-dev libvisualization-msgs-dev

@@ -7,7 +7,8 @@ namespace hotpath::commands {
 
 namespace {
 
-constexpr const char* kGroup = "After `HOTPATH_TARGET=hotpath launch_scripts/build.sh`";
+constexpr const char* kGroup =
+    "Not built yet; run `launch_scripts/setup.sh && HOTPATH_TARGET=hotpath launch_scripts/build.sh`";
 
 }  // namespace
 
@@ -15,10 +16,7 @@ void add_unbuilt_commands(CLI::App& app) {
   for (const std::string name :
        {"bench", "analyze", "sweep", "capacity", "import", "advise", "watch", "diff", "export", "paper"}) {
     CLI::App& command = *app.add_subcommand(name)->group(kGroup)->allow_extras();
-    command.callback([name] {
-      throw program::UsageError("`" + name +
-                                "` is not built yet; run `HOTPATH_TARGET=hotpath launch_scripts/build.sh`");
-    });
+    command.callback([name] { throw program::UsageError("`" + name + "`: " + kGroup); });
   }
 }
 
