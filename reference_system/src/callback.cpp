@@ -13,10 +13,6 @@ bool same_rule(const Publication& a, const Publication& b) {
   return std::tie(a.topic, a.rule, a.of, a.n) == std::tie(b.topic, b.rule, b.of, b.n);
 }
 
-bool Callback::publishes_early() const {
-  return std::ranges::any_of(publishes, [](const Publication& p) { return p.at < 1; });
-}
-
 bool Callback::waits_for_sets() const {
   const auto waits = [](const Publication& p) { return p.rule == PublishRule::all_new; };
   return !publishes.empty() && std::all_of(publishes.begin(), publishes.end(), waits);

@@ -45,18 +45,6 @@ ChainJoin::ChainJoin(const Graph& graph, const GraphTasks& tasks)
   }
 }
 
-void ChainJoin::add_start(const JobRecord& r) {
-  if (!is_source_[r.job.task]) return;
-  source_jobs_[r.job.task].sequences.push_back(r.job.sequence);
-  source_jobs_[r.job.task].timestamps.push_back(r.job.timestamp);
-}
-
-void ChainJoin::add_end(const JobRecord& r) {
-  if (is_sink_[r.job.task] && r.outcome == Outcome::ran) {
-    sink_jobs_[{r.job.task, r.job.sequence}] = {r.job.timestamp, r.finish};
-  }
-}
-
 std::optional<Time> ChainJoin::source_timestamp(TaskId timer, bool names_job, std::uint64_t sequence) const {
   const SourceJobs& jobs = source_jobs_[timer];
   std::size_t place = sequence;

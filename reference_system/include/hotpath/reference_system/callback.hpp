@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -67,7 +68,9 @@ struct Callback {
   /// Whether each publication waits for a set: a job that completes none takes no time.
   [[nodiscard]] bool waits_for_sets() const;
   /// Whether it publishes before the end of its jobs.
-  [[nodiscard]] bool publishes_early() const;
+  [[nodiscard]] bool publishes_early() const {
+    return std::ranges::any_of(publishes, [](const Publication& p) { return p.at < 1; });
+  }
   /// Compares measured values, not their addresses.
   friend bool operator==(const Callback& a, const Callback& b);
 };

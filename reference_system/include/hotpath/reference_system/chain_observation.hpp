@@ -60,8 +60,15 @@ class ChainJoin {
     add_end(record);
   }
   /// Adds a job at its start, whose outcome is unknown, and at its end.
-  void add_start(const JobRecord& record);
-  void add_end(const JobRecord& record);
+  void add_start(const JobRecord& r) {
+    if (!is_source_[r.job.task]) return;
+    source_jobs_[r.job.task].sequences.push_back(r.job.sequence);
+    source_jobs_[r.job.task].timestamps.push_back(r.job.timestamp);
+  }
+  void add_end(const JobRecord& r) {
+    if (!is_sink_[r.job.task] || r.outcome != Outcome::ran) return;
+    sink_jobs_[{r.job.task, r.job.sequence}] = {r.job.timestamp, r.finish};
+  }
 
   /// Joins one observation. If it counts publications, a source's n-th publication belongs to the
   /// n-th job of its timer that ran. The end-to-end latency is unknown (-1) if that job, or the
