@@ -20,13 +20,6 @@ LatencySummary latency_summary(const RepeatedSamples& samples, const BootstrapOp
           estimates[3].interval};
 }
 
-void append_periods(std::vector<std::pair<std::uint64_t, Time>>& starts, std::deque<Duration>& periods) {
-  std::ranges::sort(starts);
-  for (std::size_t k = 1; k < starts.size(); ++k) {
-    periods.push_back(starts[k].second - starts[k - 1].second);
-  }
-}
-
 /// The baseline of an executor: `default` on the same stack, such as `default@rclcpp` for
 /// `rm-ro@rclcpp`.
 std::string baseline_of(const std::string& executor) {
@@ -42,32 +35,6 @@ Quantiles quantiles_of(std::deque<double>& samples) {
 }
 
 }  // namespace
-
-AuthorsResponses::AuthorsResponses(const TaskSet& set, Time epoch, Time counted_from)
-    : set_(set), epoch_(epoch), counted_from_(counted_from), released_(set.size()), executed_(set.size()) {}
-
-void AuthorsResponses::add(const JobRecord& r) {
-  const auto since_epoch = [&](Time t) { return Time{} + (t - epoch_); };
-  const TaskId id = r.job.task;
-  if (started(r) || r.outcome == Outcome::queued) {
-    const Time next_call = since_epoch(r.job.timestamp) + (1 + r.job.skipped) * set_[id].period;
-    released_[id].push_back({since_epoch(r.job.release), next_call});
-  }
-  if (counts(r, counted_from_)) executed_[id].push_back({since_epoch(r.start), since_epoch(r.finish)});
-}
-
-void AuthorsResponses::append_to(std::vector<std::deque<double>>& responses_ms) {
-  for (TaskId id = 0; id < set_.size(); ++id) {
-    std::vector<Release>& released = released_[id];
-    std::ranges::stable_sort(released, {}, &Release::release);
-    for (const auto& [start, finish] : executed_[id]) {
-      if (finish < start) continue;
-      const auto later = std::ranges::upper_bound(released, start, {}, &Release::release);
-      const Time next_call = later == released.begin() ? kNever : std::prev(later)->next_call;
-      responses_ms[id].push_back(to_ms(finish - (next_call - set_[id].period)));
-    }
-  }
-}
 
 ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, const SummaryOptions& options)
     : set_(set),
@@ -91,8 +58,8 @@ ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, con
 void ExecutorMeasures::begin(Time epoch, Time end) {
   const Time counted_from = epoch + options_.warm_up;
   current_.emplace(Current{counted_from, end, {}, std::nullopt});
-  current_->starts.resize(set_.size());
-  if (timers_only_) current_->authors.emplace(set_, epoch, counted_from);
+  current_->of_timers.resize(set_.size());
+  if (timers_only_) current_->next_calls.emplace(set_);
 }
 
 void ExecutorMeasures::add(const JobRecord& r) {
@@ -101,16 +68,28 @@ void ExecutorMeasures::add(const JobRecord& r) {
   TaskSummary& task = summary_.tasks[id];
   task.longest_wait = std::max(task.longest_wait, wait_of(r, counted_from, current_->end));
   if (set_[id].kind == TaskKind::timer) task.after_warm_up.add(set_[id], r, counted_from, current_->end);
-  if (current_->authors) current_->authors->add(r);
+  if (current_->next_calls) current_->next_calls->add(r);
   if (!counts(r, counted_from)) return;
   responses_[id].push_back(to_ms(response_time(r)));
-  if (task.kind == TaskKind::timer) current_->starts[id].emplace_back(r.job.sequence, r.start);
+  if (task.kind == TaskKind::timer) current_->of_timers[id].push_back({r.job.sequence, r.start, r.finish});
+}
+
+void ExecutorMeasures::end_timer(TaskId timer, std::vector<CountedJob> jobs) {
+  if (current_->next_calls) {
+    // The authors' response time, as response_authors().
+    for (const CountedJob& job : jobs) {
+      const Time next_call = current_->next_calls->at(timer, job.start);
+      authors_[timer].push_back(to_ms(job.finish - (next_call - set_[timer].period)));
+    }
+  }
+  std::ranges::sort(jobs, {}, &CountedJob::sequence);
+  for (std::size_t k = 1; k < jobs.size(); ++k) periods_[timer].push_back(jobs[k].start - jobs[k - 1].start);
 }
 
 void ExecutorMeasures::end(std::uint32_t place, std::uint32_t repetition, const ProcessUsage& usage,
                            std::uint64_t lost_records, const std::vector<TaskAccount>& accounts) {
-  for (TaskId id = 0; id < set_.size(); ++id) append_periods(current_->starts[id], periods_[id]);
-  if (current_->authors) current_->authors->append_to(authors_);
+  if (current_->next_calls) current_->next_calls->sort();
+  for (TaskId id = 0; id < set_.size(); ++id) end_timer(id, std::move(current_->of_timers[id]));
   current_.reset();
   Ended& ended = ended_[place] = {usage, lost_records, {repetition}, {}};
   std::uint64_t overruns = 0;

@@ -8,35 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "results/schedule.hpp"
 #include "results/summary.hpp"
 
 namespace hotpath::results {
 
-/// The timers' response times of one repetition, as the paper's authors measure them. Needs 32
-/// bytes per job: a timer's next call at the start of a job follows from later jobs.
-class AuthorsResponses {
- public:
-  AuthorsResponses(const TaskSet& set, Time epoch, Time counted_from);
-  void add(const JobRecord& job);
-  /// Appends the response times of the counted jobs to `responses_ms`, by task.
-  void append_to(std::vector<std::deque<double>>& responses_ms);
-
- private:
-  struct Release {
-    Time release, next_call;
-  };
-  struct Executed {
-    Time start, finish;
-  };
-  const TaskSet& set_;
-  const Time epoch_, counted_from_;
-  std::vector<std::vector<Release>> released_;   // by task
-  std::vector<std::vector<Executed>> executed_;  // by task
-};
-
 /// Collects the summary of one executor job by job, in 8 bytes per counted job, 8 more per counted job of a
-/// timer, and 16 per counted job of a timer in the current repetition. A measure over single jobs belongs
-/// into add(const JobRecord&).
+/// timer, and 24 per counted job of a timer in the current repetition, for sets without subscriptions 40. A
+/// measure over single jobs belongs into add(const JobRecord&).
 class ExecutorMeasures {
  public:
   /// The arguments must outlive it.
@@ -57,10 +36,14 @@ class ExecutorMeasures {
   ExecutorSummary finish(std::vector<RepeatedSamples>& hot_paths) &&;
 
  private:
+  struct CountedJob {
+    std::uint64_t sequence;
+    Time start, finish;
+  };
   struct Current {
     Time counted_from, end;
-    std::vector<std::vector<std::pair<std::uint64_t, Time>>> starts;  // of timers, by task: sequence, start
-    std::optional<AuthorsResponses> authors;
+    std::vector<std::vector<CountedJob>> of_timers;  // by task
+    std::optional<NextCalls> next_calls;             // for sets without subscriptions
   };
   struct Ended {
     ProcessUsage usage;
@@ -73,6 +56,8 @@ class ExecutorMeasures {
     std::vector<double> hot_path, end_to_end;
   };
 
+  /// Adds the measures of a timer's counted jobs in the repetition that ends.
+  void end_timer(TaskId timer, std::vector<CountedJob> jobs);
   ChainSummary finish_chain(std::size_t chain, std::vector<RepeatedSamples>& hot_paths);
 
   const TaskSet& set_;

@@ -6,27 +6,27 @@
 
 namespace hotpath::results {
 
-namespace {
-
-/// For each timer: its released jobs, by release.
-std::vector<std::vector<const Job*>> releases(const TaskSet& set, const Trace& trace) {
-  std::vector<std::vector<const Job*>> released(set.size());
-  for (const JobRecord& r : trace.jobs) {
-    const bool counts = started(r) || r.outcome == Outcome::queued;
-    if (counts && set[r.job.task].kind == TaskKind::timer) released[r.job.task].push_back(&r.job);
-  }
-  for (auto& of_timer : released) {
-    std::ranges::stable_sort(of_timer, {}, &Job::release);
-  }
-  return released;
+void NextCalls::add(const JobRecord& r) {
+  const Task& task = set_[r.job.task];
+  if (task.kind != TaskKind::timer || (!started(r) && r.outcome != Outcome::queued)) return;
+  released_[r.job.task].push_back({r.job.release, r.job.timestamp + (1 + r.job.skipped) * task.period});
 }
 
-}  // namespace
+void NextCalls::sort() {
+  for (auto& of_timer : released_) std::ranges::stable_sort(of_timer, {}, &Release::release);
+}
+
+Time NextCalls::at(TaskId timer, Time instant) const {
+  const auto later = std::ranges::upper_bound(released_[timer], instant, {}, &Release::release);
+  return later == released_[timer].begin() ? kNever : std::prev(later)->next_call;
+}
 
 Schedule schedule_of(const TaskSet& set, const Trace& trace) {
   Schedule schedule{set, {}};
   const auto since_epoch = [&](Time t) { return Time{} + (t - trace.epoch); };
-  const auto released = releases(set, trace);
+  NextCalls next_calls(set);
+  for (const JobRecord& r : trace.jobs) next_calls.add(r);
+  next_calls.sort();
   for (const JobRecord& r : trace.jobs) {
     if (!started(r)) continue;
     ExecutedJob& job = schedule.jobs.emplace_back();
@@ -34,11 +34,8 @@ Schedule schedule_of(const TaskSet& set, const Trace& trace) {
     job.timestamp = since_epoch(r.job.timestamp);
     job.start = since_epoch(r.start);
     if (r.outcome == Outcome::ran) job.finish = since_epoch(r.finish);
-    const auto& of_timer = released[r.job.task];
-    const auto later = std::ranges::upper_bound(of_timer, r.start, {}, &Job::release);
-    if (later == of_timer.begin()) continue;
-    const Job& latest = **std::prev(later);
-    job.next_call = since_epoch(latest.timestamp) + (1 + latest.skipped) * set[r.job.task].period;
+    const Time next_call = next_calls.at(r.job.task, r.start);
+    if (next_call != kNever) job.next_call = since_epoch(next_call);
   }
   std::ranges::stable_sort(schedule.jobs, {}, &ExecutedJob::start);
   return schedule;

@@ -24,8 +24,27 @@ struct Schedule {
   std::vector<ExecutedJob> jobs;
 };
 
-/// The jobs of a trace that ran or were running. A timer's next call at the start of a job is one
-/// period after the latest timestamp released, or skipped, by then.
+/// When the timers of one run were to be called next, as read at any instant: one period after the
+/// latest timestamp released, or skipped, by then. Needs 16 bytes per job.
+class NextCalls {
+ public:
+  explicit NextCalls(const TaskSet& set) : set_(set), released_(set.size()) {}
+
+  void add(const JobRecord& job);
+  /// Ends the adding of jobs.
+  void sort();
+  /// kNever before the timer's first release.
+  [[nodiscard]] Time at(TaskId timer, Time instant) const;
+
+ private:
+  struct Release {
+    Time release, next_call;
+  };
+  const TaskSet& set_;
+  std::vector<std::vector<Release>> released_;  // by timer
+};
+
+/// The jobs of a trace that ran or were running, with their timers' NextCalls.
 [[nodiscard]] Schedule schedule_of(const TaskSet& set, const Trace& trace);
 
 /// The jobs of a golden trace, which has no timestamps; they follow from the next calls. A job

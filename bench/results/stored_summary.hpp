@@ -13,9 +13,8 @@ namespace hotpath::results {
 /// the rows of a repetition are not contiguous.
 void for_each_record(const StoredRun& run, const std::function<void(const JobRow&)>& use);
 
-/// The summary of a stored run, read row by row: needs 8 bytes per job and 8 more per job of a timer, and of
-/// the current repetition 16 bytes per job of a timer, for sets without subscriptions 48. Throws UsageError
-/// for files that are missing or not of one run, InputError for malformed files.
+/// The summary of a stored run, read row by row with ExecutorMeasures. Throws UsageError for files that are
+/// missing or not of one run, InputError for malformed files.
 [[nodiscard]] Summary summarize(const StoredRun& run, const SummaryOptions& options);
 
 /// Writes CSV `executor,repetition,task,response_ns` with a row per counted job, in the order of
