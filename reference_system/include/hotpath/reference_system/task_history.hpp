@@ -50,8 +50,9 @@ class TaskHistory {
     const auto before = static_cast<std::ptrdiff_t>(entries.size());
     for (const auto& entry : from.history()) {
       if (!goes_on(from, task_of(entry), to)) continue;
-      const auto same = [&](const auto& e) { return task_of(e) == task_of(entry); };
-      const auto known = std::find_if(entries.begin(), entries.begin() + before, same);
+      // A loop of its own: most messages begin empty, and GCC does not inline std::find_if.
+      auto known = entries.begin();
+      while (known != entries.begin() + before && task_of(*known) != task_of(entry)) ++known;
       if (known == entries.begin() + before) {
         entries.push_back(entry);
       } else if (stat_of(entry).sequence < stat_of(*known).sequence) {
