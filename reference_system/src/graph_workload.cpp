@@ -218,7 +218,7 @@ void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRe
     unread_[subscription].push_back({sequence, message->sample, parent});
   } else {
     unread_[subscription].push_back({sequence, std::move(message->sample), parent});
-    on_the_way_.erase(message);
+    message == on_the_way_.begin() ? on_the_way_.pop_front() : void(on_the_way_.erase(message));
   }
 }
 

@@ -135,7 +135,7 @@ void CallbackGroupScheduler::released_by(Time now) {
 
 Arrival CallbackGroupScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
   Arrival arrival;
-  arrival.overwritten = unread_.add(task, sample).overwritten;
+  arrival.overwritten = unread_.add(task, sample);
   arrival.wake = add_event(task, now);
   return arrival;
 }

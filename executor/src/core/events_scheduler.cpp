@@ -47,11 +47,12 @@ WorkerSet EventsScheduler::executors() const {
 void EventsScheduler::begin(Time epoch) { timers_.begin(set_, epoch); }
 
 Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
-  UnreadSamples::Added added = unread_.add(task, sample);
-  added.job.release = now;
-  events_->push(added.job);
+  const std::optional<Job> overwritten = unread_.add(task, sample);
+  Job job = unread_.newest(task);
+  job.release = now;
+  events_->push(job);
   if (set_[task].guaranteed) guaranteed_.arrived(task, now);
-  return {executors(), added.overwritten};
+  return {executors(), overwritten};
 }
 
 std::optional<Job> EventsScheduler::next_of(EventsQueue& queue) const {

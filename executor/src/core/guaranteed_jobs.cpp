@@ -18,15 +18,6 @@ void GuaranteedJobs::removed(TaskId task) {
   std::erase_if(waiting_, [task](const Waiting& waiting) { return waiting.task == task; });
 }
 
-std::optional<TaskId> GuaranteedJobs::overdue(Time now, const std::function<bool(TaskId)>& may_run) const {
-  if (now < next_) return std::nullopt;
-  for (const Waiting& waiting : waiting_) {
-    if (waiting.since + wait_ > now) return std::nullopt;
-    if (may_run(waiting.task)) return waiting.task;
-  }
-  return std::nullopt;
-}
-
 Time GuaranteedJobs::next_change(Time now) const {
   if (waiting_.empty()) return kNever;
   const Time overdue = std::max(next_, waiting_.front().since + wait_);

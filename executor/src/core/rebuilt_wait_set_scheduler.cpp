@@ -15,7 +15,7 @@ RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned wo
 
 Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
   Arrival arrival;
-  arrival.overwritten = unread_.add(task, sample).overwritten;
+  arrival.overwritten = unread_.add(task, sample);
   if (is_waited_for_[task]) arrival.wake = wait_mutex_.waiting();
   return arrival;
 }

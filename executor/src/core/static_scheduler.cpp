@@ -4,7 +4,7 @@
 namespace hotpath {
 
 Arrival StaticScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
-  return {WorkerSet::of(0), unread_.add(task, sample).overwritten};
+  return {WorkerSet::of(0), unread_.add(task, sample)};
 }
 
 std::optional<Job> StaticScheduler::next_ready(Time now) {

@@ -13,12 +13,9 @@ Job UnreadSamples::job(TaskId task, const Entry& e) {
   return job;
 }
 
-UnreadSamples::Added UnreadSamples::add(TaskId task, const SampleInfo& sample) {
-  const Entry entry{arrived_[task]++, sample};
-  Added added;
-  if (const auto replaced = samples_.push(task, entry)) added.overwritten = job(task, *replaced);
-  added.job = job(task, entry);
-  return added;
+std::optional<Job> UnreadSamples::add(TaskId task, const SampleInfo& sample) {
+  const auto replaced = samples_.push(task, {arrived_[task]++, sample});
+  return replaced ? std::optional(job(task, *replaced)) : std::nullopt;
 }
 
 }  // namespace hotpath

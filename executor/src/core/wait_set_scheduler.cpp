@@ -7,7 +7,7 @@ namespace hotpath {
 
 Arrival WaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
   Arrival arrival;
-  arrival.overwritten = unread_.add(task, sample).overwritten;
+  arrival.overwritten = unread_.add(task, sample);
   if (is_waited_for(task)) arrival.wake = wait_mutex_.waiting();
   return arrival;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -25,7 +24,15 @@ class GuaranteedJobs {
   void removed(TaskId task);
 
   /// The task whose oldest job must run next, among the tasks that `may_run` accepts.
-  [[nodiscard]] std::optional<TaskId> overdue(Time now, const std::function<bool(TaskId)>& may_run) const;
+  template <class MayRun>
+  [[nodiscard]] std::optional<TaskId> overdue(Time now, MayRun&& may_run) const {
+    if (now < next_) return std::nullopt;
+    for (const Waiting& waiting : waiting_) {
+      if (waiting.since + wait_ > now) return std::nullopt;
+      if (may_run(waiting.task)) return waiting.task;
+    }
+    return std::nullopt;
+  }
   /// A job started because it was overdue.
   void started_overdue(Time now) { next_ = now + wait_; }
 

@@ -23,11 +23,8 @@ class UnreadSamples {
     while (count(task) > 0) static_cast<void>(samples_.pop(task));
   }
 
-  struct Added {
-    Job job;
-    std::optional<Job> overwritten;  ///< The sample that the new one replaced because the history was full.
-  };
-  [[nodiscard]] Added add(TaskId task, const SampleInfo& sample);
+  /// Returns the sample that the new one replaced if the history was full.
+  [[nodiscard]] std::optional<Job> add(TaskId task, const SampleInfo& sample);
 
   [[nodiscard]] TaskId tasks() const { return samples_.tasks(); }
   [[nodiscard]] bool is_subscription(TaskId task) const { return samples_.is_subscription(task); }
@@ -38,6 +35,8 @@ class UnreadSamples {
 
   /// The i-th oldest unread sample, i < count(task).
   [[nodiscard]] Job peek(TaskId task, std::uint32_t i) const { return job(task, samples_.peek(task, i)); }
+  /// The newest unread sample. There must be one.
+  [[nodiscard]] Job newest(TaskId task) const { return peek(task, count(task) - 1); }
 
  private:
   struct Entry {

@@ -59,11 +59,10 @@ class WaitSet : public ExploredScheduler {
         if (unread_.count(*from) > 0 && eligible(*from)) snapshot_.add(*from, now);
       }
     };
-    const auto first_service = services();
-    if (runs_first_ == TaskKind::timer) poll_timers(now, eligible);
-    poll_samples(subscription_ids_.begin(), first_service);
-    if (runs_first_ != TaskKind::timer) poll_timers(now, eligible);
-    poll_samples(first_service, subscription_ids_.end());
+    const auto behind_timers = runs_first_ == TaskKind::timer ? subscription_ids_.begin() : services();
+    poll_samples(subscription_ids_.begin(), behind_timers);
+    poll_timers(now, eligible);
+    poll_samples(behind_timers, subscription_ids_.end());
     return static_cast<std::uint32_t>(timer_ids_.size() + subscription_ids_.size());
   }
 

@@ -47,16 +47,16 @@ class TaskHistory {
   /// source job in the data.
   void merge(Message& into, const Message& from, TaskId to) const {
     auto& entries = into.history();
-    const auto before = static_cast<std::ptrdiff_t>(entries.size());
+    const std::size_t before = entries.size();
     for (const auto& entry : from.history()) {
-      if (!goes_on(from, task_of(entry), to)) continue;
-      // A loop of its own: most messages begin empty, and GCC does not inline std::find_if.
-      auto known = entries.begin();
-      while (known != entries.begin() + before && task_of(*known) != task_of(entry)) ++known;
-      if (known == entries.begin() + before) {
+      const TaskId task = task_of(entry);
+      if (!goes_on(from, task, to)) continue;
+      std::size_t known = 0;  // no std::find_if, which GCC does not inline: most messages begin empty
+      while (known < before && task_of(entries[known]) != task) ++known;
+      if (known == before) {
         entries.push_back(entry);
-      } else if (stat_of(entry).sequence < stat_of(*known).sequence) {
-        *known = entry;
+      } else if (stat_of(entry).sequence < stat_of(entries[known]).sequence) {
+        entries[known] = entry;
       }
     }
   }
