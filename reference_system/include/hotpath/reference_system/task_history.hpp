@@ -51,8 +51,9 @@ class TaskHistory {
     for (const auto& entry : from.history()) {
       const TaskId task = task_of(entry);
       if (!goes_on(from, task, to)) continue;
+      const auto* const own = entries.data();
       std::size_t known = 0;  // no std::find_if, which GCC does not inline: most messages begin empty
-      while (known < before && task_of(entries[known]) != task) ++known;
+      while (known < before && task_of(own[known]) != task) ++known;
       if (known == before) {
         entries.push_back(entry);
       } else if (stat_of(entry).sequence < stat_of(entries[known]).sequence) {
