@@ -63,9 +63,8 @@ TEST(BadInput, ADeadlineBeyondThePeriodNamesAMethodThatAcceptsIt) {
 TEST(BadInput, JitterIsRefusedWhereTheMethodHasNone) {
   PeriodicTasks tasks = named();
   tasks[0].jitter = 1;
-  for (const auto& call :
-       std::vector<std::function<void()>>{[&] { brueggen_2015(tasks); }, 
-                                          [&] { spuri_1996(tasks); }, [&] { bedarkar_2022(tasks); }}) {
+  for (const auto& call : std::vector<std::function<void()>>{
+           [&] { brueggen_2015(tasks); }, [&] { spuri_1996(tasks); }, [&] { bedarkar_2022(tasks); }}) {
     EXPECT_THAT(refusal(call), HasSubstr("release jitter 1 ns"));
   }
 }

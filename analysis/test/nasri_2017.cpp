@@ -15,8 +15,8 @@ constexpr std::int64_t kNoTime = std::numeric_limits<std::int64_t>::max();
 
 /// Finished jobs, and the interval in which the processor becomes available.
 struct State {
-  std::size_t front = 0;            // all jobs before this one are finished,
-  std::set<std::size_t> beyond;     // and these: few, since schedules follow the releases
+  std::size_t front = 0;         // all jobs before this one are finished,
+  std::set<std::size_t> beyond;  // and these: few, since schedules follow the releases
   std::int64_t earliest = 0, latest = 0;
 };
 

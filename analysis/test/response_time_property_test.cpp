@@ -119,8 +119,7 @@ TEST(NonPreemptiveEdf, WcrtBoundsSagBoundsSimulationAndDecidesAsTheDemandTest) {
     for (const PeriodicTask& t : tasks) load.add(t.wcet, t.period);
     if (load.compare_to_one() > 0) continue;
     for (const TimeModel model : {TimeModel::continuous, TimeModel::discrete}) {
-      ASSERT_EQ(george_1996(tasks, model), schedulable(tasks, spuri_1996(tasks, model)))
-          << as_graph(tasks);
+      ASSERT_EQ(george_1996(tasks, model), schedulable(tasks, spuri_1996(tasks, model))) << as_graph(tasks);
     }
     const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
     ++(schedulable(tasks, bounds) ? passed : failed);

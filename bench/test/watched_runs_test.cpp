@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 
 #include "reference_nodes.hpp"
@@ -47,27 +46,6 @@ TEST(ReleaseAndExecute, KeepsTheOrderOfThreadsAtOneInstant) {
   graph.nodes.push_back(reference_node("filter", NodeType::transform, {{"points", 1, {}}}, {}, 1ms));
   for (const char* executor : {"events-re", "rm-re"}) expect_calm(graph, executor);
 }
-
-class Watched : public testing::TestWithParam<Property> {};
-
-TEST_P(Watched, NamesFaultsAndNothingElse) {
-  std::uint64_t jobs = 0;
-  for (std::uint64_t seed = 0; seed < GetParam().cases; ++seed) {
-    const CaseResult result = GetParam().check(seed);
-    ASSERT_EQ(result.wrong, "");
-    jobs += result.jobs;
-  }
-  EXPECT_GT(jobs, 0U);
-}
-
-std::string name_of(const testing::TestParamInfo<Property>& info) {
-  std::string name = info.param.name;
-  std::ranges::replace_if(
-      name, [](char c) { return std::isalnum(static_cast<unsigned char>(c)) == 0; }, '_');
-  return name;
-}
-
-INSTANTIATE_TEST_SUITE_P(All, Watched, testing::ValuesIn(properties()), name_of);
 
 }  // namespace
 }  // namespace hotpath::test
