@@ -4,7 +4,6 @@
 
 #include <functional>
 
-#include "george_1996.hpp"
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/davare_2007.hpp"
@@ -64,9 +63,8 @@ TEST(BadInput, ADeadlineBeyondThePeriodNamesAMethodThatAcceptsIt) {
 TEST(BadInput, JitterIsRefusedWhereTheMethodHasNone) {
   PeriodicTasks tasks = named();
   tasks[0].jitter = 1;
-  for (const auto& call :
-       std::vector<std::function<void()>>{[&] { brueggen_2015(tasks); }, [&] { george_1996(tasks); },
-                                          [&] { spuri_1996(tasks); }, [&] { bedarkar_2022(tasks); }}) {
+  for (const auto& call : std::vector<std::function<void()>>{
+           [&] { brueggen_2015(tasks); }, [&] { spuri_1996(tasks); }, [&] { bedarkar_2022(tasks); }}) {
     EXPECT_THAT(refusal(call), HasSubstr("release jitter 1 ns"));
   }
 }

@@ -2,7 +2,6 @@
 // Published and recomputed values of the non-preemptive analyses on one processor.
 #include <gmock/gmock.h>
 
-#include "george_1996.hpp"
 #include "hotpath/analysis/bedarkar_2022.hpp"
 #include "hotpath/analysis/brueggen_2015.hpp"
 #include "hotpath/analysis/davis_2007.hpp"
@@ -122,20 +121,6 @@ TEST(ExactNpFp, JitterOfAHigherPriorityTaskBringsItsJobsTogether) {
   EXPECT_THAT(davis_2007(tasks), ElementsAre(5, 5));
   tasks[0].jitter = 9;
   EXPECT_THAT(davis_2007(tasks), ElementsAre(14, 7));
-}
-
-TEST(NpEdfTest, PaperTaskSetsPassWithTheirLeastSlack) {
-  const struct {
-    int utilisation;
-    std::int64_t slack, t;
-  } rows[] = {{60, 17'334'000, 30 * kMs}, {80, 10'169'000, 84 * kMs}, {90, 2'169'000, 84 * kMs}};
-  for (const auto& row : rows) {
-    SCOPED_TRACE(row.utilisation);
-    const DemandTest test = george_1996(paper_set(row.utilisation, 833'000));
-    EXPECT_TRUE(test.schedulable);
-    EXPECT_EQ(test.slack, row.slack);
-    EXPECT_EQ(test.t, row.t);
-  }
 }
 
 TEST(NpEdfWcrt, PaperTaskSets) {

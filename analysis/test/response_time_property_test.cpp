@@ -39,10 +39,7 @@ TEST(NonPreemptiveFp, Theorem1BoundsExactBoundsSagBoundsSimulation) {
     const ResponseTimes integer = davis_2007(tasks, TimeModel::discrete);
     if (!schedulable(tasks, theorem1)) continue;
     ++accepted;
-    const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
-    const SagResult graph = nasri_2017(jobs);
-    ASSERT_TRUE(graph.schedulable) << as_graph(tasks);
-    const ResponseTimes sag = sag_response_times(jobs, graph, tasks.size());
+    const ResponseTimes sag = sag_response_times(tasks, Policy::fp);
     for (std::size_t k = 0; k < tasks.size(); ++k) {
       ASSERT_GE(*theorem1[k], *supremum[k]) << "task " << k << as_graph(tasks);
       ASSERT_GE(*supremum[k], *integer[k]) << "task " << k << as_graph(tasks);
@@ -74,8 +71,7 @@ TEST(NonPreemptiveFp, ExactWithJitterAndOverrunDeadlinesBoundsSagBoundsSimulatio
     const ResponseTimes integer = davis_2007(tasks, TimeModel::discrete);
     if (!integer.back()) continue;
     ++compared;
-    const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
-    const ResponseTimes sag = sag_response_times(jobs, nasri_2017(jobs), tasks.size());
+    const ResponseTimes sag = sag_response_times(tasks, Policy::fp);
     auto run = draw_jobs(tasks, hyperperiod(tasks), random);
     simulate(run, Rule::fixed_priority);
     const auto largest = largest_response_times(run, tasks.size());
@@ -123,18 +119,11 @@ TEST(NonPreemptiveEdf, WcrtBoundsSagBoundsSimulationAndDecidesAsTheDemandTest) {
     for (const PeriodicTask& t : tasks) load.add(t.wcet, t.period);
     if (load.compare_to_one() > 0) continue;
     for (const TimeModel model : {TimeModel::continuous, TimeModel::discrete}) {
-      ASSERT_EQ(george_1996(tasks, model).schedulable, schedulable(tasks, spuri_1996(tasks, model)))
-          << as_graph(tasks);
+      ASSERT_EQ(george_1996(tasks, model), schedulable(tasks, spuri_1996(tasks, model))) << as_graph(tasks);
     }
     const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
-    const bool accepted = schedulable(tasks, bounds);
-    ++(accepted ? passed : failed);
-    const auto jobs = sag_jobs(tasks, SagPolicy::edf);
-    const SagResult graph = nasri_2017(jobs);
-    if (accepted) {
-      ASSERT_TRUE(graph.schedulable) << as_graph(tasks);
-    }
-    const ResponseTimes sag = sag_response_times(jobs, graph, tasks.size());
+    ++(schedulable(tasks, bounds) ? passed : failed);
+    const ResponseTimes sag = sag_response_times(tasks, Policy::edf);
     auto run = draw_jobs(tasks, hyperperiod(tasks), random);
     simulate(run, Rule::edf);
     const auto largest = largest_response_times(run, tasks.size());

@@ -10,29 +10,16 @@
 namespace hotpath {
 namespace {
 
-constexpr std::int64_t kLate = 100'000;
-
-SagJob job(std::uint64_t id, std::int64_t r_min, std::int64_t r_max, std::int64_t c_min, std::int64_t c_max,
+SagJob job(std::size_t task, std::int64_t r_min, std::int64_t r_max, std::int64_t c_min, std::int64_t c_max,
            std::int64_t priority) {
-  return {id, id, r_min, r_max, c_min, c_max, kLate, priority};
-}
-
-using Intervals = std::vector<std::pair<std::int64_t, std::int64_t>>;
-
-Intervals finish(const std::vector<SagJob>& jobs) {
-  const SagResult result = nasri_2017(jobs);
-  EXPECT_EQ(result.end, SagEnd::complete);
-  EXPECT_TRUE(result.schedulable);
-  Intervals intervals;
-  for (const auto& f : result.finish) intervals.push_back({f.earliest, f.latest});
-  return intervals;
+  return {task, r_min, r_max, c_min, c_max, priority};
 }
 
 TEST(NpSchedulabilityAnalysisTests, HaveTheirIntervals) {
   const struct {
     const char* name;
     std::vector<SagJob> jobs;
-    Intervals intervals;
+    std::vector<SagFinish> intervals;
   } rows[] = {
       {"all next jobs",
        {job(1, 0, 0, 3, 8, 1), job(2, 7, 7, 5, 5, 2), job(3, 10, 10, 1, 11, 3)},
@@ -49,7 +36,7 @@ TEST(NpSchedulabilityAnalysisTests, HaveTheirIntervals) {
        {job(1, 0, 10, 2, 50, 1), job(2, 0, 10, 50, 1200, 2), job(3, 1000, 1010, 2, 50, 1)},
        {{2, 1259}, {50, 1260}, {1002, 1310}}},
   };
-  for (const auto& row : rows) EXPECT_EQ(finish(row.jobs), row.intervals) << row.name;
+  for (const auto& row : rows) EXPECT_EQ(nasri_2017(row.jobs), row.intervals) << row.name;
 }
 
 PeriodicTasks in_microseconds(int utilisation, bool shorter_runs) {
@@ -70,42 +57,15 @@ TEST(NasriBrandenburg2017, PaperTaskSetsWithExecutionTimesFromZero) {
   } rows[] = {{60, {12665, 23498, 34331, 45164, 57830, 57831, 68664}},
               {90, {18665, 29498, 46331, 64997, 81830, 83664, 94497}}};
   for (const auto& row : rows) {
-    const PeriodicTasks tasks = in_microseconds(row.utilisation, true);
-    const std::vector<SagJob> jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
-    EXPECT_EQ(jobs.size(), 382U);
-    const SagResult result = nasri_2017(jobs);
-    EXPECT_TRUE(result.schedulable);
-    EXPECT_GE(result.states, 527U);
-    EXPECT_LE(result.states, 640U);
-    const ResponseTimes bounds = sag_response_times(jobs, result, tasks.size());
-    for (std::size_t i = 0; i < tasks.size(); ++i)
-      EXPECT_EQ(bounds[i], row.us[i]) << row.utilisation << " task " << i;
+    const ResponseTimes bounds = sag_response_times(in_microseconds(row.utilisation, true), Policy::fp);
+    EXPECT_THAT(bounds, testing::ElementsAreArray(row.us)) << row.utilisation;
   }
 }
 
-TEST(NasriBrandenburg2017, MissedDeadlineIsNotSchedulable) {
-  std::vector<SagJob> jobs = {job(1, 0, 0, 3, 10, 1), job(2, 0, 0, 5, 5, 2)};
-  jobs[1].deadline = 14;
-  EXPECT_FALSE(nasri_2017(jobs).schedulable);
-  jobs[1].deadline = 15;
-  EXPECT_TRUE(nasri_2017(jobs).schedulable);
-}
-
-TEST(NasriBrandenburg2017, LimitsAreReportedWhenReached) {
-  const auto jobs = sag_jobs(in_microseconds(90, true), SagPolicy::fixed_priority);
-  const SagResult late = nasri_2017(jobs, {.time = std::chrono::milliseconds(-1)});
-  EXPECT_EQ(late.end, SagEnd::time_limit);
-  EXPECT_FALSE(late.schedulable);
-  EXPECT_EQ(sag_response_times(jobs, late, 7)[0], std::nullopt);
-  EXPECT_EQ(nasri_2017(jobs, {.memory = 64}).end, SagEnd::memory_limit);
-}
-
-TEST(SagJobs, JitterNeedsAsManyHyperperiodsAsTheBusyWindowReachesBack) {
+TEST(NasriBrandenburg2017, JitterNeedsAsManyHyperperiodsAsTheBusyWindowReachesBack) {
   PeriodicTasks tasks = {task(4, 10), task(3, 10)};
   tasks[0].jitter = 8;
-  tasks[1].deadline = 8;
-  const auto jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
-  EXPECT_EQ(sag_response_times(jobs, nasri_2017(jobs), 2)[1], 9);  // 7 in the first hyperperiod
+  EXPECT_EQ(sag_response_times(tasks, Policy::fp)[1], 9);  // 7 in the first hyperperiod
 }
 
 /// The worst response times by the exploration of whole graphs, for the phases of the tasks.
@@ -134,9 +94,7 @@ TEST(Exploration, GivesTheSameForThePaperTaskSets) {
   for (const int utilisation : {60, 90}) {
     for (const bool shorter_runs : {false, true}) {
       const PeriodicTasks tasks = in_microseconds(utilisation, shorter_runs);
-      const std::vector<SagJob> jobs = sag_jobs(tasks, SagPolicy::fixed_priority);
-      EXPECT_EQ(ExploredResponses(tasks, "fp-ro").worst,
-                sag_response_times(jobs, nasri_2017(jobs), tasks.size()))
+      EXPECT_EQ(ExploredResponses(tasks, "fp-ro").worst, sag_response_times(tasks, Policy::fp))
           << utilisation;
     }
   }
@@ -152,10 +110,8 @@ TEST(Exploration, GivesTheSameForRandomTasks) {
     const PeriodicTasks tasks = random_tasks(random, parameters);
     if (utilisation(tasks) > 1) continue;
     for (const auto& [policy, executor] :
-         {std::pair(SagPolicy::fixed_priority, "fp-ro"), std::pair(SagPolicy::edf, "edf-ro")}) {
-      const std::vector<SagJob> jobs = sag_jobs(tasks, policy);
-      ASSERT_EQ(ExploredResponses(tasks, executor).worst,
-                sag_response_times(jobs, nasri_2017(jobs), tasks.size()))
+         {std::pair(Policy::fp, "fp-ro"), std::pair(Policy::edf, "edf-ro")}) {
+      ASSERT_EQ(ExploredResponses(tasks, executor).worst, sag_response_times(tasks, policy))
           << executor << as_graph(tasks);
       ++compared;
     }

@@ -16,17 +16,14 @@ struct CaseResult {
 
 /// An invariant of every schedule of certain executors, for any task set.
 struct Property {
-  std::string name;     ///< `property/executor`, unique.
-  std::uint64_t cases;  ///< Number of cases in the unit tests.
-  /// Draws a task set or graph and checks its schedule. Depends only on the seed; several threads
-  /// may call it at once.
+  std::string name;         ///< `property/executor`, unique.
+  std::uint64_t cases;      ///< Number of cases that every run of the tests checks.
+  std::size_t fewest_jobs;  ///< Per case on average; with fewer the property says nothing.
+  /// Draws a task set or graph and checks its schedule. Depends only on the seed.
   std::function<CaseResult(std::uint64_t seed)> check;
 };
 
 /// All properties that the program checks.
 std::vector<Property> properties();
-
-/// Additional findings of the checks, as lines of text.
-std::string findings();
 
 }  // namespace hotpath::test

@@ -270,5 +270,24 @@ TEST(Utilisation, CountsTimersByPeriodAndSubscriptionsByTheirSamples) {
   EXPECT_DOUBLE_EQ(utilisation(set, {0, 10}, 100ms), 0.5);
 }
 
+class SectionVA : public testing::TestWithParam<const char*> {};
+
+TEST_P(SectionVA, ReleaseOnlyAndReleaseAndExecuteDifferWhereAWcetExceedsAPeriodBecauseReleasesAreSkipped) {
+  TaskSet set;
+  const TaskId long_one = add_timer(set, 100ms, 25ms);
+  const TaskId frequent = add_timer(set, 10ms, 1ms, 1ms);
+  set.tasks[long_one].priority = 1;
+  set.tasks[frequent].priority = 0;
+  const Trace ro = run(set, std::string(GetParam()) + "-ro", 100ms);
+  const Trace re = run(set, std::string(GetParam()) + "-re", 100ms);
+  // Timestamps 1, 11 and 21 ms pass while the long job runs.
+  EXPECT_EQ(skipped(ro, frequent), 0U);
+  EXPECT_EQ(count(ro, frequent, Outcome::ran), 10U);
+  EXPECT_EQ(skipped(re, frequent), 2U);
+  EXPECT_EQ(count(re, frequent, Outcome::ran), 8U);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryPolicy, SectionVA, testing::Values("rm", "dm", "fp", "edf"));
+
 }  // namespace
 }  // namespace hotpath::test
