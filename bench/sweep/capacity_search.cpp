@@ -7,14 +7,12 @@
 #include <iostream>
 #include <map>
 
-#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "results/stored_summary.hpp"
 #include "setup/deployed_system.hpp"
 #include "sweep/capacity.hpp"
 #include "sweep/rows.hpp"
@@ -110,7 +108,6 @@ class CapacitySearch {
   explicit CapacitySearch(const CapacityOptions& options)
       : options_(options),
         over_(to_string(options.over)),
-        source_(options.live ? "live" : "simulated"),
         required_(Requirement::parse(options.require)),
         levels_{options.from, options.to, options.resolution} {
     if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
@@ -166,7 +163,6 @@ class CapacitySearch {
       const simulated::Options all = at(options_, level);
       const Graph graph = setup::graph_to_run(all);
       [[maybe_unused]] const auto executors = setup::executors_to_run(all, graph, make_tasks(graph));
-      if (options_.live) continue;  // the run of the first level checks its options
       for (const simulated::Options& one : each_at(level)) simulated::check_simulation(one);
     }
   }
@@ -179,13 +175,11 @@ class CapacitySearch {
       std::cerr << found.label << ": " << over_ << " " << exact(level) << std::flush;
       std::string why;
       try {
-        const results::Summary summary = measure(at(one, level), level);
+        const results::Summary summary = simulated::summary_of_simulation(at(one, level));
         const results::ExecutorSummary& executor = summary.executors.front();
         why = required_.failure(executor);
         found.levels[level] = measured_level(executor, summary);
       } catch (const program::OverloadError& error) {
-        why = error.what();
-      } catch (const program::RunError& error) {
         why = error.what();
       }
       std::cerr << (why.empty() ? " holds" : ": " + why) << "\n";
@@ -194,25 +188,6 @@ class CapacitySearch {
     found.measured = find_capacity(levels_, options_.coarse, failure);
     if (one.deployments.empty()) found.analysed = analyse(one);
     found_.push_back(std::move(found));
-  }
-
-  results::Summary measure(const simulated::Options& options, double level) const {
-    if (!options_.live) return simulated::summary_of_simulation(options);
-    const fs::path folder = folder_ / "level";
-    fs::remove_all(folder);
-    std::vector<std::string> words = {"run", "--output=" + folder.string()};
-    words.insert(words.end(), options_.run_words.begin(), options_.run_words.end());
-    words.push_back(program::concat("--duration=", options.duration_s));
-    words.push_back(program::concat("--repetitions=", options.repetitions));
-    const bool deployed = !options.deployments.empty();
-    words.push_back(deployed ? "--deployments=" + options.deployments[0]
-                             : "--executors=" + options.executors[0]);
-    words.push_back("--" + over_ + "=" + exact(level));
-    program::run_hotpath(words);
-    const results::StoredRun run(folder, "a run");
-    results::Summary summary = results::summarize(run, run.summary_options());
-    fs::remove_all(folder);
-    return summary;
   }
 
   /// The largest level at which the bounds meet the requirement.
@@ -270,7 +245,7 @@ class CapacitySearch {
       }
     };
     for (const Found& found : found_) {
-      add(found, source_, found.measured);
+      add(found, "simulated", found.measured);
       if (found.analysed) add(found, "analysis", *found.analysed);
     }
     return rows;
@@ -287,7 +262,7 @@ class CapacitySearch {
 
   void write() const {
     const std::string title =
-        program::concat(options_.graph, ", ", source_, ": largest ", over_, " with ",
+        program::concat(options_.graph, ", simulated: largest ", over_, " with ",
                         program::joined(options_.require), " (steps of ", exact(options_.resolution), ")");
     std::cout << text_of(title, summary()) << "\n" << confidence() << "\n";
     program::create_folder(folder_);
@@ -306,7 +281,7 @@ class CapacitySearch {
   }
 
   const CapacityOptions options_;
-  const std::string over_, source_;
+  const std::string over_;
   const Requirement required_;
   const Levels levels_;
   fs::path folder_;

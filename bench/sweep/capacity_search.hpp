@@ -22,8 +22,6 @@ struct CapacityOptions : simulated::Options {
   std::vector<std::string> require = {"no-loss", "deadlines"};
   double from = 5, to = 120, resolution = 1;
   std::uint32_t coarse = 12;
-  bool live = false;
-  std::vector<std::string> run_words;  ///< Arguments of `run` besides level, duration and output.
 };
 
 /// Searches for the largest level of each executor and deployment, prints the results as a table
