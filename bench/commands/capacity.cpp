@@ -2,7 +2,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
-#include "sweep/capacity_search.hpp"
+#include "sweep/capacity.hpp"
 
 namespace hotpath::commands {
 
