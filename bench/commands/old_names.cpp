@@ -60,6 +60,7 @@ constexpr std::array kOldNames = {
     OldName{"--perfetto", "`export perfetto RUN` now"},
     OldName{"--start", "`--from` now"},
     OldName{"replay --live", "gone: replay always publishes"},
+    OldName{"capacity --live", "gone: confirm a level with `run`, or `sweep` live cells"},
     OldName{"figures --list", "`hotpath list figures` now"},
     OldName{"bench --compare", "gone: use `diff OLD NEW`, and compare.py of Google Benchmark for times"},
 };

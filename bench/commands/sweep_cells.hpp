@@ -32,19 +32,10 @@ class SweepCells {
   using Row = std::vector<program::Value>;
 
   void check_cell(const std::vector<sweep::Option>& at, int line) const;
-  /// The options of the command for a cell with these coordinates.
-  std::vector<sweep::Option> options_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const;
-  std::vector<std::string> result_columns() const;
-  /// The results of a cell; `failure` gets the reason if there are none.
-  std::vector<Row> results_of(std::uint64_t cell, std::string& failure) const;
+  /// The command's words for a cell with these coordinates.
+  std::vector<std::string> words_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const;
   std::vector<Row> measured_of(std::uint64_t cell) const;
   std::vector<Row> bounds_of(std::uint64_t cell) const;
-  /// The row of a failure names the executor, if it is an axis.
-  Row failed(std::uint64_t cell) const;
-  /// The cell and its axis values, for messages.
-  std::string named(std::uint64_t cell) const;
-  /// Runs a cell in its own process, which writes its results into the folder.
-  void run_as_child(std::uint64_t cell, const std::filesystem::path& folder) const;
 
   sweep::Design design_;
   std::filesystem::path output_;

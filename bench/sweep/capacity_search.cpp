@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sweep/capacity_search.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
-#include <map>
 
-#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "results/stored_summary.hpp"
 #include "setup/deployed_system.hpp"
 #include "sweep/capacity.hpp"
 #include "sweep/rows.hpp"
@@ -23,8 +18,8 @@ namespace hotpath::sweep {
 
 namespace {
 
-namespace fs = std::filesystem;
-
+/// Levels that a search tries before it bisects.
+constexpr std::size_t kCoarse = 12;
 /// A level in all its digits (Levels::at()).
 constexpr const char* kLevelFormat = "%.12g";
 std::string exact(double level) { return program::text(kLevelFormat, level); }
@@ -60,23 +55,20 @@ std::vector<program::Column<LevelRow>> level_columns(const std::string& over) {
           {"response_share_max", &LevelRow::response_share_max, kMeasured}};
 }
 
-LevelRow measured_level(const results::ExecutorSummary& executor, const results::Summary& summary) {
+void add_measures(const results::Summary& summary, LevelRow& row) {
   results::LatencySummary most;  // empty quantiles without chains
-  for (const results::ChainSummary& chain : executor.chains) {
+  for (const results::ChainSummary& chain : summary.executors.front().chains) {
     const Quantiles& q = chain.hot_path.quantiles;
     if (q.n > 0 && !(q.max <= most.quantiles.max)) most = chain.hot_path;
   }
-  const MeasuredRow any_chain = measured_rows(summary).front();
-  const auto finite = [](std::optional<double> v) { return v && std::isfinite(*v) ? v : std::nullopt; };
-  LevelRow row;
   row.p99_ms = finite(most.quantiles.p99);
   if (most.p99) row.p99_low_ms = finite(most.p99->low), row.p99_high_ms = finite(most.p99->high);
   row.worst_ms = finite(most.quantiles.max);
   if (most.max) row.worst_low_ms = finite(most.max->low), row.worst_high_ms = finite(most.max->high);
+  const MeasuredRow any_chain = measured_rows(summary).front();
   row.lost = any_chain.lost();
   row.deadline_overruns = any_chain.deadline_overruns;
-  row.response_share_max = finite(any_chain.response_share_max);
-  return row;
+  row.response_share_max = any_chain.response_share_max;
 }
 
 /// Why the bounds do not meet the deadlines and the required hot-path latency; empty: they do. Sample
@@ -97,22 +89,19 @@ std::string failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set,
   return "";
 }
 
-/// The result for an executor or deployment.
-struct Found {
-  std::string label;
-  std::map<double, LevelRow> levels;  ///< By level; without those whose run failed.
-  Capacity measured;
-  std::optional<Capacity> analysed;  ///< nullopt: no method bounds it.
-};
+/// The limits of the option --load, --rate or --copies.
+setup::Limits limits_of(Over over) {
+  return over == Over::load ? setup::kLoads : over == Over::rate ? setup::kRates : setup::kCopies;
+}
 
 class CapacitySearch {
  public:
   explicit CapacitySearch(const CapacityOptions& options)
       : options_(options),
         over_(to_string(options.over)),
-        source_(options.live ? "live" : "simulated"),
         required_(Requirement::parse(options.require)),
-        levels_{options.from, options.to, options.resolution} {
+        levels_{options.from, options.to, options.resolution},
+        found_{{"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}, {}} {
     if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
     if (levels_.count() > 1'000'000) {
       throw program::UsageError("--resolution: more than 1000000 levels; take a larger step");
@@ -134,11 +123,11 @@ class CapacitySearch {
   }
 
   void run() {
-    folder_ = setup::output_folder(options_.output, "capacity");
-    program::check_output_folder(folder_);
+    const std::filesystem::path folder = setup::output_folder(options_.output, "capacity");
+    program::check_output_folder(folder);
     check();
     for (const simulated::Options& one : each_at(levels_.low)) search(one);
-    write();
+    write(folder);
   }
 
  private:
@@ -166,114 +155,76 @@ class CapacitySearch {
       const simulated::Options all = at(options_, level);
       const Graph graph = setup::graph_to_run(all);
       [[maybe_unused]] const auto executors = setup::executors_to_run(all, graph, make_tasks(graph));
-      if (options_.live) continue;  // the run of the first level checks its options
       for (const simulated::Options& one : each_at(level)) simulated::check_simulation(one);
     }
   }
 
+  /// Adds what an executor or deployment carries to the tables.
   void search(const simulated::Options& one) {
     const Graph graph = setup::graph_to_run(one);
-    Found found;
-    found.label = setup::executors_to_run(one, graph, make_tasks(graph)).front().label;
-    const auto failure = [&](double level) {
-      std::cerr << found.label << ": " << over_ << " " << exact(level) << std::flush;
-      std::string why;
-      try {
-        const results::Summary summary = measure(at(one, level), level);
-        const results::ExecutorSummary& executor = summary.executors.front();
-        why = required_.failure(executor);
-        found.levels[level] = measured_level(executor, summary);
-      } catch (const program::OverloadError& error) {
-        why = error.what();
-      } catch (const program::RunError& error) {
-        why = error.what();
-      }
-      std::cerr << (why.empty() ? " holds" : ": " + why) << "\n";
-      return why;
+    const std::string label = setup::executors_to_run(one, graph, make_tasks(graph)).front().label;
+    const auto text = [&](std::optional<std::size_t> level) {
+      return level ? exact(levels_.at(*level)) : std::string("-");
     };
-    found.measured = find_capacity(levels_, options_.coarse, failure);
-    if (one.deployments.empty()) found.analysed = analyse(one);
-    found_.push_back(std::move(found));
+    const Capacity c = tried(label, "simulated", [&](LevelRow& row) {
+      std::cerr << label << ": " << over_ << " " << exact(row.level) << std::flush;
+      try {
+        const results::Summary summary = simulated::summary_of_simulation(at(one, row.level));
+        row.why = required_.failure(summary.executors.front());
+        add_measures(summary, row);
+      } catch (const program::OverloadError& error) {
+        row.why = error.what();
+      }
+      std::cerr << (row.why.empty() ? " holds" : ": " + row.why) << "\n";
+    });
+    const auto fails = std::ranges::find_if(c.tried, [](const auto& t) { return !t.second.empty(); });
+    const bool failed = fails != c.tried.end();
+    std::vector<std::string> again;
+    for (const std::size_t level : c.again()) again.push_back(text(level));
+    const std::optional<Capacity> analysed = analyse(one, label);
+    found_.rows.push_back({label, (c.highest == levels_.count() - 1 ? ">= " : "") + text(c.highest),
+                           analysed ? text(analysed->highest) : "no method",
+                           failed ? text(fails->first) : "-", failed ? fails->second : "",
+                           program::joined(again, " ")});
   }
 
-  results::Summary measure(const simulated::Options& options, double level) const {
-    if (!options_.live) return simulated::summary_of_simulation(options);
-    const fs::path folder = folder_ / "level";
-    fs::remove_all(folder);
-    std::vector<std::string> words = {"run", "--output=" + folder.string()};
-    words.insert(words.end(), options_.run_words.begin(), options_.run_words.end());
-    words.push_back(program::concat("--duration=", options.duration_s));
-    words.push_back(program::concat("--repetitions=", options.repetitions));
-    const bool deployed = !options.deployments.empty();
-    words.push_back(deployed ? "--deployments=" + options.deployments[0]
-                             : "--executors=" + options.executors[0]);
-    words.push_back("--" + over_ + "=" + exact(level));
-    program::run_hotpath(words);
-    const results::StoredRun run(folder, "a run");
-    results::Summary summary = results::summarize(run, run.summary_options());
-    fs::remove_all(folder);
-    return summary;
-  }
-
-  /// The largest level at which the bounds meet the requirement.
-  std::optional<Capacity> analyse(const simulated::Options& one) const {
+  /// The largest level at which the bounds meet the requirement; nullopt: no method bounds it.
+  std::optional<Capacity> analyse(const simulated::Options& one, const std::string& label) {
+    if (!one.deployments.empty()) return std::nullopt;
     bool any = false;
-    const auto failure = [&](double level) {
-      const simulated::Options options = at(one, level);
+    const std::size_t before = rows_.size();
+    Capacity capacity = tried(label, "analysis", [&](LevelRow& row) {
+      const simulated::Options options = at(one, row.level);
       Graph graph = setup::graph_to_run(options);
       options.apply_to(graph.platform);
       const GraphTasks tasks = make_tasks(graph);
       const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
       const auto guaranteed = setup::guarantees(graph, tasks, spec);
       any = any || guaranteed;
-      return guaranteed ? failure_of(*guaranteed, tasks.set, graph, required_.latency_ms)
-                        : "no method covers it";
-    };
-    const Capacity capacity = find_capacity(levels_, options_.coarse, failure);
-    return any ? std::optional(capacity) : std::nullopt;
+      row.why = guaranteed ? failure_of(*guaranteed, tasks.set, graph, required_.latency_ms)
+                           : "no method covers it";
+    });
+    if (any) return capacity;
+    rows_.resize(before);
+    return std::nullopt;
   }
 
-  /// What is printed, and stored for a page.
-  program::Table summary() const {
-    const auto text = [&](std::optional<std::size_t> level) {
-      return level ? exact(levels_.at(*level)) : std::string("-");
-    };
-    program::Table table{{"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"},
-                         {}};
-    for (const Found& found : found_) {
-      const Capacity& m = found.measured;
-      const auto fails = std::ranges::find_if(m.tried, [](const auto& t) { return !t.second.empty(); });
-      const bool failed = fails != m.tried.end();
-      std::vector<std::string> again;
-      for (const std::size_t level : m.again()) again.push_back(text(level));
-      table.rows.push_back({found.label, (m.highest == levels_.count() - 1 ? ">= " : "") + text(m.highest),
-                            found.analysed ? text(found.analysed->highest) : "no method",
-                            failed ? text(fails->first) : "-", failed ? fails->second : "",
-                            program::joined(again, " ")});
-    }
-    return table;
-  }
-
-  std::vector<LevelRow> levels() const {
-    std::vector<LevelRow> rows;
-    const auto add = [&](const Found& found, const std::string& source, const Capacity& capacity) {
-      for (const auto& [index, why] : capacity.tried) {
-        const double level = levels_.at(index);
-        const bool measured = &capacity == &found.measured && found.levels.contains(level);
-        LevelRow& row = rows.emplace_back(measured ? found.levels.at(level) : LevelRow());
-        row.executor = found.label;
-        row.source = source;
-        row.level = level;
-        row.holds = why.empty();
-        row.is_capacity = index == capacity.highest;
-        row.why = why;
-      }
-    };
-    for (const Found& found : found_) {
-      add(found, source_, found.measured);
-      if (found.analysed) add(found, "analysis", *found.analysed);
-    }
-    return rows;
+  /// Searches with `try_level`, which fills a row and says why the level fails, and adds all rows.
+  Capacity tried(const std::string& label, const char* source,
+                 const std::function<void(LevelRow&)>& try_level) {
+    std::map<double, LevelRow> rows;
+    Capacity capacity = find_capacity(levels_, kCoarse, [&](double level) {
+      LevelRow& row = rows[level];
+      row.executor = label;
+      row.source = source;
+      row.level = level;
+      try_level(row);
+      row.holds = row.why.empty();
+      return row.why;
+    });
+    if (capacity.highest) rows[levels_.at(*capacity.highest)].is_capacity = true;
+    for (const auto& [level, row] : rows) rows_.push_back(row);
+    return capacity;
   }
 
   /// A level counts only if all repetitions hold. With 95 % confidence, at least this share of all
@@ -285,32 +236,27 @@ class CapacitySearch {
         100 * std::pow(0.05, 1.0 / options_.repetitions));
   }
 
-  void write() const {
+  void write(const std::filesystem::path& folder) const {
     const std::string title =
-        program::concat(options_.graph, ", ", source_, ": largest ", over_, " with ",
+        program::concat(options_.graph, ", simulated: largest ", over_, " with ",
                         program::joined(options_.require), " (steps of ", exact(options_.resolution), ")");
-    std::cout << text_of(title, summary()) << "\n" << confidence() << "\n";
-    program::create_folder(folder_);
-    const std::string page = markdown_of(summary(), {1, 2, 3}) + "\n" + confidence() + "\n";
-    program::write_whole_file(folder_ / "capacity.md", page);
-    const program::Table tried = program::table_of(level_columns(over_), levels());
-    program::write_whole_file(folder_ / "levels.csv", csv_of(tried));
-    program::show_json(json_of(tried));
-    program::draw_figure("capacity", folder_);
-    std::cout << "\nResults: " << folder_.string() << "\n";
-  }
-
-  /// The limits of the option --load, --rate or --copies.
-  static setup::Limits limits_of(Over over) {
-    return over == Over::load ? setup::kLoads : over == Over::rate ? setup::kRates : setup::kCopies;
+    std::cout << text_of(title, found_) << "\n" << confidence() << "\n";
+    program::create_folder(folder);
+    const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n";
+    program::write_whole_file(folder / "capacity.md", page);
+    const program::Table levels = program::table_of(level_columns(over_), rows_);
+    program::write_whole_file(folder / "levels.csv", csv_of(levels));
+    program::show_json(json_of(levels));
+    program::draw_figure("capacity", folder);
+    std::cout << "\nResults: " << folder.string() << "\n";
   }
 
   const CapacityOptions options_;
-  const std::string over_, source_;
+  const std::string over_;
   const Requirement required_;
   const Levels levels_;
-  fs::path folder_;
-  std::vector<Found> found_;
+  program::Table found_;  ///< What is printed, and stored for a page.
+  std::vector<LevelRow> rows_;
 };
 
 }  // namespace

@@ -4,17 +4,106 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hotpath/analysis/random_stream.hpp"
 #include "hotpath/campaign/crew.hpp"
+#include "hotpath/core/input_error.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
+#include "hotpath/reference_system/yaml_value.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::sweep {
 
 namespace {
 
-constexpr int kDigits = 10;  // of numbers of a range in the cells' commands
+constexpr const char* kRemedy = "a sweep is one YAML map with `command` and `axes`; see docs/sweeps.md";
 
-std::string number_text(double value) { return program::text("%.*g", kDigits, value); }
+/// Options of a command that the sweep sets itself.
+const std::vector<std::string> kOwnOptions = {"output", "threads", "help", "csv", "page", "quick"};
+
+double number(const YamlValue& value) {
+  const std::optional<double> parsed = hotpath::parse<double>(value.text());
+  if (parsed && std::isfinite(*parsed)) return *parsed;
+  value.fail("`" + value.text() + "` is not a number", "give a number");
+}
+
+/// The numbers of {from, to, step}.
+std::vector<std::string> numbers(const YamlValue& value, const std::string& axis) {
+  const YamlMap range(value, "axis " + axis);
+  range.check_keys({"from", "to", "step"});
+  const double low = number(range.require("from", "NUMBER"));
+  const double high = number(range.require("to", "NUMBER"));
+  if (low > high) range.fail("axis " + axis + " goes from high to low", "swap the ends");
+  const YamlValue given = range.require("step", "NUMBER");
+  const double step = number(given), steps = (high - low) / step + 1e-9;
+  if (!(step > 0 && steps < static_cast<double>(kMostCells)))
+    given.fail("this step is too small for a grid", "give a larger one");
+  std::vector<std::string> texts(static_cast<std::size_t>(steps) + 1);
+  for (std::size_t i = 0; i < texts.size(); ++i)
+    texts[i] = program::text("%.10g", low + static_cast<double>(i) * step);
+  return texts;
+}
+
+std::vector<std::string> texts(const YamlValue& list, const std::string& item_name) {
+  const std::vector<YamlValue> items = list.list(item_name);
+  std::vector<std::string> words(items.size());
+  std::ranges::transform(items, words.begin(), &YamlValue::text);
+  return words;
+}
+
+/// The value of a key below `fixed` or `axes`, which the sweep must not set itself.
+YamlValue option_value(const YamlMap& map, const std::string& key, const std::string& file) {
+  const YamlValue value = *map.find(key);
+  if (std::ranges::count(kOwnOptions, key) > 0)
+    throw InputError(file, value.line(), map.what() + " has `" + key + "`, which the sweep sets itself",
+                     "leave it out");
+  if (key == "seed" || key == "repetitions")
+    value.fail("`" + key + "` of a cell follows from the sweep",
+               "write it beside `command`, not below `" + map.what() + "`");
+  return value;
+}
+
+bool same_kind(const std::string& a, const std::string& b) {
+  return a == b || (names_executor(a) && names_executor(b));
+}
+
+void check_axis(const Axis& axis, const Design& design, const YamlValue& given) {
+  for (const Option& fixed : design.fixed) {
+    if (!same_kind(fixed.name, axis.name)) continue;
+    given.fail(
+        program::concat("axis ", axis.name, " contradicts the fixed ", fixed.name, " in line ", fixed.line),
+        "keep one of them");
+  }
+  for (const Axis& other : design.axes) {
+    if (!same_kind(other.name, axis.name)) continue;
+    given.fail(program::concat("axis ", axis.name, " contradicts axis ", other.name,
+                               ": both set what runs the graph"),
+               "make a sweep for each");
+  }
+  std::vector<std::string> sorted = axis.values;
+  std::ranges::sort(sorted);
+  const auto duplicate = std::ranges::adjacent_find(sorted);
+  if (duplicate == sorted.end()) return;
+  given.fail("axis " + axis.name + " has " + *duplicate + " twice", "name it once");
+}
+
+void parse_axes(const YamlValue& value, Design& design) {
+  const YamlMap map(value, "axes");
+  double cells = design.repetitions;
+  for (const std::string& key : map.keys()) {
+    const YamlValue given = option_value(map, key, design.file);
+    const bool range = !given.is_list();
+    const Axis axis{key, given.line(), range ? numbers(given, key) : texts(given, "a value of " + key),
+                    range};
+    check_axis(axis, design, given);
+    cells *= static_cast<double>(axis.values.size());
+    design.points *= axis.values.size();
+    design.axes.push_back(axis);
+  }
+  if (design.axes.empty()) value.fail("there is no axis", "name an option and its values");
+  if (cells > static_cast<double>(kMostCells)) {
+    value.fail(program::text("the design has %.3g cells; the limit is 1 million", cells),
+               "take larger steps, or make several sweeps");
+  }
+}
 
 }  // namespace
 
@@ -22,58 +111,55 @@ bool names_executor(const std::string& option) {
   return option == "executor" || option == "executors" || option == "deployment" || option == "deployments";
 }
 
-bool has_column(const std::string& axis) { return !names_executor(axis) && axis != "seed"; }
-
-bool Axis::values_differ() const {
-  const double finest = std::max(std::abs(low), std::abs(high)) * std::pow(10, 1 - kDigits);
-  return step > finest && std::isfinite(high - low);
-}
-
-std::uint64_t Axis::size() const {
-  return step == 0 ? listed.size() : static_cast<std::uint64_t>(std::floor((high - low) / step + 1e-9)) + 1;
-}
-
-std::string Axis::value(std::uint64_t i) const {
-  return step == 0 ? listed[i] : number_text(low + static_cast<double>(i) * step);
-}
-
-std::vector<std::string> Axis::examples() const {
-  if (!listed.empty()) return listed;
-  if (step == 0) return {number_text(low), number_text(high)};
-  return {value(0), value(std::min<std::uint64_t>(1, size() - 1)), value(size() - 1)};
-}
-
 std::vector<Option> Design::coordinates(std::uint64_t cell) const {
-  const std::uint64_t point = cell / repetitions;
-  std::vector<Option> at;
-  std::uint64_t rest = point;
+  std::vector<Option> at(axes.size());
+  std::uint64_t rest = cell / repetitions;
   for (std::size_t i = axes.size(); i-- > 0;) {
-    const Axis& axis = axes[i];
-    std::string value;
-    if (random) {
-      RandomStream stream(seed, {point, i});
-      value = axis.size() == 0 ? number_text(stream.uniform(axis.low, axis.high))
-                               : axis.value(stream.below(axis.size()));
-    } else {
-      value = axis.value(rest % axis.size());
-      rest /= axis.size();
-    }
-    at.push_back({axis.name, value, axis.line});
+    const std::vector<std::string>& values = axes[i].values;
+    at[i] = {axes[i].name, values[rest % values.size()], axes[i].line};
+    rest /= values.size();
   }
-  std::ranges::reverse(at);
   return at;
 }
 
 std::uint64_t Design::seed_of(std::uint64_t cell) const {
   std::string place = std::to_string(seed) + ";";
   std::vector<Option> at = coordinates(cell);
-  const auto axis = std::ranges::find(at, "seed", &Option::name);
-  if (axis != at.end() && repetition(cell) == 0) return std::stoull(axis->value);
   std::ranges::sort(at, {}, &Option::name);  // the order of axes in the file does not matter
   for (const Option& option : at) {
-    if (!names_executor(option.name)) place += option.name + "=" + option.value + ";";
+    if (!names_executor(option.name)) place += program::concat(option.name, "=", option.value, ";");
   }
   return hash_of(place + std::to_string(repetition(cell))) >> 11;  // 53 bits, exact in JSON
+}
+
+Design load_sweep(const std::string& file) {
+  Design design;
+  design.file = file;
+  design.text = read_text_file(file);
+  const YAML::Node root = read_yaml(file, design.text, kRemedy);
+  const YamlMap map(YamlValue(file, root, "the sweep", 1), "the sweep");
+  map.check_keys({"command", "fixed", "axes", "repetitions", "seed", "keep"});
+  const std::vector<std::string> commands = {"simulate", "run", "analyze"};
+  design.command = commands[map.require("command", "simulate").choice(commands)];
+  constexpr std::int64_t kMost = std::int64_t{1} << 53;  // exact in JSON
+  if (const auto seed = map.find("seed")) design.seed = static_cast<std::uint64_t>(seed->integer(0, kMost));
+  if (const auto n = map.find("repetitions"))
+    design.repetitions = static_cast<std::uint32_t>(n->integer(1, 10'000));
+  if (const auto given = map.find("fixed")) {
+    const YamlMap fixed(*given, "fixed");
+    for (const std::string& key : fixed.keys()) {
+      const YamlValue value = option_value(fixed, key, file);
+      // A list of values that a cell uses together.
+      design.fixed.push_back(
+          {key, value.is_list() ? program::joined(texts(value, key), ",") : value.text(), value.line()});
+    }
+  }
+  parse_axes(map.require("axes", "{load: {from: 20, to: 90, step: 10}}"), design);
+  if (const auto keep = map.find("keep")) {
+    if (design.command == "analyze") keep->fail("analyses write no folders", "leave `keep` out");
+    design.keep = keep->choice({"none", "all"}) == 1;
+  }
+  return design;
 }
 
 }  // namespace hotpath::sweep

@@ -14,34 +14,22 @@ struct Option {
   int line = 0;
 };
 
-/// An option whose values a sweep varies: listed values, or numbers from `low` to `high`.
+/// An option whose values a sweep varies.
 struct Axis {
   std::string name;
   int line = 0;
-  std::vector<std::string> listed;
-  double low = 0, high = 0;
-  double step = 0;  ///< 0: numbers of the range are drawn at random.
-
-  /// Number of values; 0: any number of the range.
-  [[nodiscard]] std::uint64_t size() const;
-  /// The i-th value, from 0.
-  [[nodiscard]] std::string value(std::uint64_t i) const;
-  /// Values with which to check that the command accepts the axis: all listed ones, or the ends of
-  /// a range and its first step.
-  [[nodiscard]] std::vector<std::string> examples() const;
-  /// Whether neighbouring values of a range with a step have different texts.
-  [[nodiscard]] bool values_differ() const;
+  std::vector<std::string> values;
+  bool range = false;  ///< Numbers in equal steps: if the command accepts the ends, it accepts all.
 };
 
-/// The content of a sweep file: the cells, and how each is computed. A cell is a point of the axes
-/// and a repetition; both follow from its number.
+/// The content of a sweep file: the cells, and how each is computed. A cell is a point of the grid
+/// of all axes and a repetition; both follow from its number.
 struct Design {
   std::string file, text;
   std::string command;  ///< simulate, run or analyze.
   std::vector<Option> fixed;
-  std::vector<Axis> axes;    ///< The last one changes fastest.
-  std::uint64_t points = 0;  ///< Of the grid, or drawn at random.
-  bool random = false;
+  std::vector<Axis> axes;  ///< The last one changes fastest.
+  std::uint64_t points = 1;
   std::uint32_t repetitions = 1;
   std::uint64_t seed = 1;
   bool keep = false;  ///< The run folders of all cells.
@@ -53,19 +41,15 @@ struct Design {
   /// The values of the axes, in their order.
   [[nodiscard]] std::vector<Option> coordinates(std::uint64_t cell) const;
   /// The seed of a cell, from its coordinates and repetition. Executor and deployment do not enter,
-  /// so that all of them meet the same phases and execution times. An axis `seed` gives that of the
-  /// first repetition.
+  /// so that all of them meet the same phases and execution times.
   [[nodiscard]] std::uint64_t seed_of(std::uint64_t cell) const;
 };
 
-/// Limit on the cells of a design, whose numbers are kept in memory.
-inline constexpr std::uint64_t kMostCells = 100'000'000;
+/// Limit on the cells of a design, whose rows are kept in memory.
+inline constexpr std::uint64_t kMostCells = 1'000'000;
 
-/// Whether an option sets executors or deployments.
+/// Whether an option sets executors or deployments, which have columns among the measures.
 [[nodiscard]] bool names_executor(const std::string& option);
-/// Whether an axis has a column of its own. Those of executors are among the measures, and `seed`
-/// is that of the cell.
-[[nodiscard]] bool has_column(const std::string& axis);
 
 /// Throws InputError with file and line for unknown keys and for axes that contradict each other.
 /// It does not check that the command has the options.

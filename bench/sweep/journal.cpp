@@ -10,9 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "hotpath/campaign/crew.hpp"
 #include "hotpath/core/input_file.hpp"
@@ -31,50 +29,52 @@ using nlohmann::json;
 namespace {
 
 constexpr auto kFlushEvery = std::chrono::seconds(1);
-constexpr std::size_t kChecksumDigits = 8;
 constexpr const char *kJournal = "cells.journal", *kFacts = "sweep.json";
-
-std::string checksum(const std::string& record) {
-  return program::text("%08lx", crc32_z(0, reinterpret_cast<const Bytef*>(record.data()), record.size()));
-}
 
 /// A line of the journal: checksum, space, JSON (so that a row may have line breaks).
 std::string line_of(std::uint64_t cell, const std::string& rows) {
   const std::string record = json{cell, rows}.dump();
-  return checksum(record) + " " + record + "\n";
+  return program::text("%08lx ", crc32_z(0, reinterpret_cast<const Bytef*>(record.data()), record.size())) +
+         record + "\n";
 }
 
 /// Parses a line of the journal; false: the line is damaged.
 bool parse(const std::string& line, std::uint64_t& cell, std::string& rows) {
-  if (line.size() < kChecksumDigits + 1 || line[kChecksumDigits] != ' ') return false;
-  const std::string record = line.substr(kChecksumDigits + 1);
-  if (line.compare(0, kChecksumDigits, checksum(record)) != 0) return false;
-  const json read = json::parse(record, nullptr, false);
+  const std::size_t record = std::min(line.find(' '), line.size());
+  const json read = json::parse(line.substr(record), nullptr, false);
   if (!read.is_array() || read.size() != 2 || !read[0].is_number_unsigned() || !read[1].is_string())
     return false;
-  cell = read[0].get<std::uint64_t>();
-  rows = read[1].get<std::string>();
-  return true;
+  read[0].get_to(cell);
+  read[1].get_to(rows);
+  return line_of(cell, rows) == line + "\n";
 }
 
+/// Throws UsageError if the folder holds the results of another sweep or build.
 void check_same_sweep(const fs::path& folder, const Design& design) {
   std::ifstream in = open_input(folder / kFacts, "give a new folder");
-  const json facts = program::parse_shallow(in);
+  std::string version;
+  bool same_build = false;
+  try {
+    const json facts = program::parse_shallow(in);
+    version = facts.value("version", "unknown");
+    same_build = facts.value("build", std::uint64_t{0}) == build_fingerprint();
+  } catch (const std::exception&) {
+    throw program::UsageError("--output: " + (folder / kFacts).string() + " is damaged; give a new folder");
+  }
   if (read_text_file(folder / "sweep.yaml") != design.text) {
     throw program::UsageError("--output: " + folder.string() + " holds results of another sweep than " +
                               design.file + " (see sweep.yaml there); give a new folder");
   }
-  if (facts.value("build", std::uint64_t{0}) == build_fingerprint()) return;
+  if (same_build) return;
   throw program::UsageError("--output: " + folder.string() +
-                            " was begun by another build of hotpath (version " +
-                            facts.value("version", "unknown") +
+                            " was begun by another build of hotpath (version " + version +
                             "), whose results may differ; continue with that build, or give a new folder");
 }
 
 }  // namespace
 
 Journal::Journal(fs::path folder, std::uint64_t cells)
-    : folder_(std::move(folder)), file_(folder_ / kJournal), is_done_(cells, false) {}
+    : folder_(std::move(folder)), file_(folder_ / kJournal), cells_(cells) {}
 
 Journal::Journal(fs::path folder, const Design& design) : Journal(std::move(folder), design.cells()) {
   std::error_code unknown;
@@ -83,13 +83,7 @@ Journal::Journal(fs::path folder, const Design& design) : Journal(std::move(fold
   open();
   // All other files of the folder are read and written under the lock.
   if (fs::exists(folder_ / kFacts)) {
-    try {
-      check_same_sweep(folder_, design);
-    } catch (const json::exception&) {
-      fail_damaged();
-    } catch (const std::out_of_range&) {
-      fail_damaged();
-    }
+    check_same_sweep(folder_, design);
     read_back();
     // Syncs the name of a new journal. Below, writing a new sweep.json syncs both names.
     if (const std::error_code error = program::await_disk(folder_)) {
@@ -134,10 +128,9 @@ void Journal::read_back() {
     }
     whole = at;
     damaged_before = damaged;
-    if (cell >= is_done_.size() || is_done_[cell]) continue;
-    is_done_[cell] = true;
-    ++done_;
+    if (cell < cells_) rows_.emplace(cell, rows);
   }
+  done_ = rows_.size();
   if (in.bad()) fail();
   if (damaged_before > 0) {
     notes_.push_back(program::text(
@@ -171,28 +164,17 @@ void Journal::fail() const {
                           " cells are stored there, and the same command continues with the others");
 }
 
-void Journal::fail_damaged() const {
-  throw program::UsageError("--output: " + (folder_ / kFacts).string() + " is damaged; give a new folder");
-}
-
-void Journal::fail_reading() const {
-  throw program::RunError(file_.string() +
-                          ": the journal cannot be read back completely, so no table is written; "
-                          "repeat the command");
-}
-
 std::vector<std::uint64_t> Journal::missing() const {
   std::vector<std::uint64_t> cells;
-  for (std::uint64_t cell = 0; cell < is_done_.size(); ++cell) {
-    if (!is_done_[cell]) cells.push_back(cell);
+  for (std::uint64_t cell = 0; cell < cells_; ++cell) {
+    if (!rows_.contains(cell)) cells.push_back(cell);
   }
   return cells;
 }
 
 void Journal::add(std::uint64_t cell, const std::string& rows) {
   pending_ += line_of(cell, rows);
-  is_done_[cell] = true;
-  ++pending_cells_;
+  rows_[cell] = rows;
   if (std::chrono::steady_clock::now() - flushed_ > kFlushEvery) flush();
 }
 
@@ -206,25 +188,13 @@ void Journal::flush() {
   }
   pending_.clear();
   if (fdatasync(descriptor_) != 0) fail();
-  done_ += std::exchange(pending_cells_, 0);
+  done_ = rows_.size();
 }
 
-void Journal::write_table(const std::string& header) {
-  std::map<std::uint64_t, std::streamoff> places;
-  std::ifstream in(file_);
-  std::string line, rows;
-  std::uint64_t cell = 0;
-  for (std::streamoff at = 0; std::getline(in, line); at = in.tellg()) {
-    if (parse(line, cell, rows)) places.emplace(cell, at);
-  }
-  if (places.size() != is_done_.size() - missing().size()) fail_reading();
-  in.clear();
+void Journal::write_table(const std::string& header) const {
   program::write_whole_file(folder_ / "table.csv", [&](std::ostream& out) {
     out << header << "\n";
-    for (const auto& [number, at] : places) {
-      if (!std::getline(in.seekg(at), line) || !parse(line, cell, rows)) fail_reading();
-      out << rows;
-    }
+    for (const auto& [cell, rows] : rows_) out << rows;
   });
 }
 

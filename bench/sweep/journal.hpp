@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -39,7 +40,7 @@ class Journal {
   void flush();
 
   /// Writes table.csv: the header, then the rows of all cells in the order of their numbers.
-  void write_table(const std::string& header);
+  void write_table(const std::string& header) const;
 
  private:
   /// The public constructor delegates to it, so that the destructor unlocks if it throws.
@@ -47,12 +48,11 @@ class Journal {
   void open();
   void read_back();
   [[noreturn]] void fail() const;
-  [[noreturn]] void fail_reading() const;
-  [[noreturn]] void fail_damaged() const;
 
   std::filesystem::path folder_, file_;
-  std::vector<bool> is_done_;
-  std::size_t done_ = 0, pending_cells_ = 0;
+  std::uint64_t cells_;
+  std::map<std::uint64_t, std::string> rows_;  ///< Of the finished cells, also those not yet on disk.
+  std::size_t done_ = 0;
   int descriptor_ = -1;
   std::string pending_;
   std::vector<std::string> notes_;

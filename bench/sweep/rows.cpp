@@ -10,8 +10,6 @@ namespace hotpath::sweep {
 
 namespace {
 
-std::optional<double> value(double v) { return std::isfinite(v) ? std::optional(v) : std::nullopt; }
-
 void add_executor(const results::ExecutorSummary& executor, MeasuredRow& row) {
   row.executor = executor.executor;
   row.callbacks = executor.executed;
@@ -29,6 +27,10 @@ void add_executor(const results::ExecutorSummary& executor, MeasuredRow& row) {
 
 }  // namespace
 
+std::optional<double> finite(double value) {
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
 std::vector<MeasuredRow> measured_rows(const results::Summary& summary) {
   std::vector<MeasuredRow> rows;
   for (const results::ExecutorSummary& executor : summary.executors) {
@@ -41,11 +43,11 @@ std::vector<MeasuredRow> measured_rows(const results::Summary& summary) {
       row.chain = chain.chain;
       row.samples = hot.n;
       row.drops = chain.drops;
-      row.hot_path_p50_ms = value(hot.p50);
-      row.hot_path_p99_ms = value(hot.p99);
-      row.hot_path_max_ms = value(hot.max);
-      row.end_to_end_p50_ms = value(whole.p50);
-      row.end_to_end_max_ms = value(whole.max);
+      row.hot_path_p50_ms = finite(hot.p50);
+      row.hot_path_p99_ms = finite(hot.p99);
+      row.hot_path_max_ms = finite(hot.max);
+      row.end_to_end_p50_ms = finite(whole.p50);
+      row.end_to_end_max_ms = finite(whole.max);
     }
   }
   return rows;

@@ -28,6 +28,9 @@ struct MeasuredRow {
   [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
 };
 
+/// Nothing for an infinite value and NaN.
+[[nodiscard]] std::optional<double> finite(double value);
+
 [[nodiscard]] std::vector<MeasuredRow> measured_rows(const results::Summary& summary);
 
 /// The columns of the stored table, beginning with `executor`.

@@ -105,15 +105,12 @@ EFFECTS = {
     " --duration 1 --warm-up 0": SIMULATED
     + """
 --load 50 ! --over
---work wall ! --live
 --max-backlog 1
 --over rate
 --require latency:30
 --from 30
 --to 90
 --resolution 15
---live --threads 2 ! --threads
---live-options=--domain=3 ! --live
 """,
     "advise autoware --executors default,rm-ro --repetitions 2 --output out --duration 1 --warm-up 0": COMMON
     + """

@@ -105,15 +105,10 @@ capacity --require fast | --require: `fast`
 simulate --deployments a,,b | --deployments: `a,,b` has an empty item
 capacity --over copies --from 0.5 | whole numbers
 capacity --from 9 --to 5 | --from is greater than --to
-capacity --live --cores 2 | --cores applies to simulations only
-capacity --live --live-options=--graph=x | --live-options: --graph is an option of capacity itself
-capacity --live --live-options=--nope=x | --nope=x; see `hotpath run --help`
-capacity --live --live-options=--domain=x | --live-options: --domain
 explain run --chain a --task b | --chain | --task
 capacity --over load --load 50 | --over | --load
 capacity --over copies --from 1 --to 2000 | --over | --copies | 1000
 capacity --over rate --from 0 | --over | --rate
-capacity --live-options --quick | --live-options | --live
 simulate --executors , | --executors: `,` has an empty item
 simulat | simulate
 run --executers rm-ro | --executors

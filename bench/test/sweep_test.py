@@ -191,7 +191,7 @@ class Capacities(SweepTest):
 
 
 class ChildrenThatRefuse(SweepTest):
-    """Wrong use that `run` or `analyze` rejects ends a search or a sweep without a result."""
+    """Wrong use that `run` or `analyze` rejects ends a sweep without a result."""
 
     def assert_wrong_use(self, said: Any, *words: object) -> None:
         shutil.rmtree(self.folder / "refused", ignore_errors=True)
@@ -199,12 +199,6 @@ class ChildrenThatRefuse(SweepTest):
         self.assertEqual(code, 2, err)
         self.assertIn(said, err.splitlines()[-1])
         self.assertFalse((self.folder / "refused" / "table.csv").exists())
-        self.assertFalse((self.folder / "refused" / "levels.csv").exists())
-
-    def test_of_a_search(self) -> None:
-        options = "--transport intra_process --processes 2"
-        words = ("capacity", "--executors", "default", "--live", "--live-options", options)
-        self.assert_wrong_use("--processes 2 needs --transport fastdds", *words)
 
     def test_of_a_sweep(self) -> None:
         fixed = "graph: timers_only_60, duration: 0.3, warm-up: 0, transport: intra_process, processes: 2"

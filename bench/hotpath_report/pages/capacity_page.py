@@ -94,8 +94,7 @@ def write(folder: str) -> None:
     over = rows.columns[2]
     title = f"Highest {over} that each executor sustains"
     figure = levels(rows, style.WIDE)
-    source = "live" if (rows["source"] == "live").any() else "simulated"
-    style.save(figure, folder, "capacity", title, f"{source}; each mark is a tried level")
+    style.save(figure, folder, "capacity", title, "simulated; each mark is a tried level")
     drawn = plots(rows, over)
     made = make_figure("capacity", title, lambda width: Drawing(levels(rows, width), rows), [])
     executors = ", ".join(rows["executor"].unique())
