@@ -51,7 +51,6 @@ using EvaluatePhases = std::function<PhaseValues(const FirstTimestamps&, const P
 
 struct FoundPhases {
   PhaseValues values;  ///< Refused if the search was stopped before it evaluated any phases.
-  std::size_t evaluations = 0;
   bool complete = true;  ///< Not ended by `stop`.
 };
 
