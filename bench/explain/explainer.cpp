@@ -13,15 +13,14 @@ auto key_of(const Output& output) { return std::pair(output.repetition, output.s
 
 }  // namespace
 
-Explainer::Explainer(const System& system, Target target, std::vector<Output> outputs, std::string run,
-                     Use use)
+Explainer::Explainer(const System& system, Target target, std::vector<Output> outputs, Use use)
     : system_(system),
       target_(target),
       chain_(target.chain ? &system.chains[*target.chain] : nullptr),
       outputs_(std::move(outputs)),
       use_(std::move(use)),
       done_(outputs_.size(), false),
-      window_(system.tasks.set.size(), std::move(run)),
+      window_(system.tasks.set.size()),
       paths_(system, window_, chain_) {
   std::ranges::stable_sort(outputs_, {}, key_of);
   for (const Output& output : outputs_) longest_ = std::max(longest_, output.latency);

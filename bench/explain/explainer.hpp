@@ -31,13 +31,12 @@ class Explainer {
  public:
   using Use = std::function<void(const Explanation&)>;
 
-  /// `outputs` of unknown sink tasks that have the same sequence are in the order of their jobs' ends. `run`
-  /// names the run in messages. `system` must outlive the object.
-  Explainer(const System& system, Target target, std::vector<Output> outputs, std::string run, Use use);
+  /// `outputs` of unknown sink tasks that have the same sequence are in the order of their jobs' ends.
+  /// `system` must outlive the object.
+  Explainer(const System& system, Target target, std::vector<Output> outputs, Use use);
 
   void begin(std::uint32_t repetition, const ExecutionTimes* times);
-  /// Adds a job of this repetition; started jobs in order of start. Throws UsageError if jobs that
-  /// overlap a latency do not fit into memory.
+  /// Adds a job of this repetition; started jobs in order of start.
   void add(const JobRecord& record);
   void end();
 

@@ -112,7 +112,7 @@ void StoredOutputs::for_each_response(const std::function<void(TaskId, const Out
 
 void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {
   std::deque<Explainer> explainers;  // never moves them
-  explainers.emplace_back(*system_, target_, outputs, "explain " + run_.folder().string(), use);
+  explainers.emplace_back(*system_, target_, outputs, use);
   pass_jobs(explainers);
   subject_.missing = explainers.front().missing() + younger_;
   if (explainers.front().missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
@@ -136,7 +136,6 @@ void StoredOutputs::explain_tasks(const results::StoredRun& run, const std::stri
     if (slowest[task].empty()) continue;
     keep(slowest[task]);
     explainers.emplace_back(*all.system_, Target{std::nullopt, task}, std::move(slowest[task]),
-                            "explain " + run.folder().string(),
                             [&use, task](const Explanation& e) { use(task, e); });
   }
   if (!explainers.empty()) all.pass_jobs(explainers);

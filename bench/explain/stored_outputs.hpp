@@ -25,7 +25,6 @@ class StoredOutputs {
   /// In the order of the file; not empty.
   [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
   [[nodiscard]] const Subject& subject() const { return subject_; }
-  [[nodiscard]] const results::StoredRun& run() const { return run_; }
   /// Explains these outputs. Throws UsageError if none of their jobs is in the trace, InputError.
   void explain(const std::vector<Output>& outputs, const Explainer::Use& use);
 

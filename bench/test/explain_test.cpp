@@ -309,7 +309,7 @@ std::vector<Part> parts_of(const Graph& graph, const char* executor, results::Ru
   const GraphTasks tasks = make_tasks(graph);
   const System system(setup::parse_executor(executor, {}), graph, tasks, kind, 1);
   std::vector<Part> parts;
-  Explainer explainer(system, target, {output}, "test", [&](const Explanation& e) { parts = e.parts; });
+  Explainer explainer(system, target, {output}, [&](const Explanation& e) { parts = e.parts; });
   explainer.begin(0, nullptr);
   for (const JobRecord& job : jobs) explainer.add(job);
   explainer.end();

@@ -35,7 +35,7 @@ class Simulated {
 
   std::vector<Explanation> explained(const Target& target, const std::vector<Output>& outputs) const {
     std::vector<Explanation> all;
-    Explainer explainer(system(), target, outputs, "test", [&](const Explanation& e) { all.push_back(e); });
+    Explainer explainer(system(), target, outputs, [&](const Explanation& e) { all.push_back(e); });
     explainer.begin(0, times_.get());
     for (const JobRecord& r : trace_.jobs) explainer.add(r);
     explainer.end();
