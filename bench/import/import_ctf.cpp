@@ -151,14 +151,6 @@ class CtfImport final : public tracing::Sink {
   std::uint64_t later_jobs_ = 0;
 };
 
-/// Removes the files of a failed import, and the folder if the import created it.
-void remove_files(const fs::path& output, bool is_new) {
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(output, ignored))
-    fs::remove_all(entry.path(), ignored);
-  if (is_new) fs::remove(output, ignored);
-}
-
 }  // namespace
 
 void import_ctf(const CtfOptions& given) try {
@@ -167,18 +159,9 @@ void import_ctf(const CtfOptions& given) try {
     options.output = fs::path("imports") / fs::path(options.trace).lexically_normal().filename();
   program::check_output_folder(options.output);
   const tracing::CtfTrace trace(options.trace);
-  const bool is_new = !fs::exists(options.output);
   // Some damaged traces end the process of libbabeltrace2 by an assertion or a division by zero.
   const std::optional<int> status = program::continue_in_child();
-  if (!status) {
-    try {
-      return CtfImport(options).run(trace);
-    } catch (...) {
-      remove_files(options.output, is_new);
-      throw;
-    }
-  }
-  remove_files(options.output, is_new);
+  if (!status) return CtfImport(options).run(trace);
   const std::string problem = "reading " + options.trace + " " + program::how_it_ended(*status);
   if (WTERMSIG(*status) == SIGKILL) throw program::RunError(problem + "; memory may have run out");
   throw program::UsageError(
