@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/advice_files.hpp"
 
-
 #include "hotpath/core/trace_csv.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"

@@ -142,7 +142,10 @@ FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& togethe
   const auto timers_moves = timers_and_moves(set, together);
   const auto& timers = timers_moves.first;
   const auto& moves = timers_moves.second;
-  const auto goes_on = [&] { return found.complete = found.complete && !stop(); };
+  const auto goes_on = [&] {
+    found.complete = found.complete && !stop();
+    return found.complete;
+  };
   const auto values_at = [&](FirstTimestamps first, const PhaseScore& enough) {
     PhaseValues values = evaluate(first, enough);
     values.first = std::move(first);

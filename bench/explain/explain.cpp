@@ -61,7 +61,7 @@ Totals totals_of(const SimulatedRun& run, std::uint32_t chain) {
       outputs.push_back({0, record.sequence, record.hot_path_latency, record.sink});
   }
   Totals totals;
-  Explainer explainer(system, {chain, kNoTask}, std::move(outputs),
+  Explainer explainer(system, chain, std::move(outputs),
                       [&](const Explanation& explanation) { totals.add(explanation); });
   explainer.begin(0, &run.times);
   for (const JobRecord& record : run.trace.jobs) explainer.add(record);
