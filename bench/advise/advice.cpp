@@ -47,16 +47,15 @@ std::uint32_t draws_of(const Question& q) {
 
 std::vector<Prediction> predicted(const Question& q, const std::string& title,
                                   const std::vector<Candidate>& candidates, double share) {
-  const PredictionOptions options{.common = q.options,
-                                  .draws = draws_of(q),
-                                  .budget = setup::seconds(share * q.options.budget_s),
-                                  .threads = q.options.threads};
-  program::Progress progress(1, options.budget);
+  Options options = q.options;
+  options.draws = draws_of(q);
+  options.budget_s *= share;
+  const Duration budget = setup::seconds(options.budget_s);
+  program::Progress progress(1, budget);
   progress.begin(title);
   const auto begin = std::chrono::steady_clock::now();
-  return predict(candidates, options, [&](std::uint32_t) {
-    progress.update(std::chrono::steady_clock::now() - begin, options.budget);
-  });
+  return predict(candidates, options,
+                 [&](std::uint32_t) { progress.update(std::chrono::steady_clock::now() - begin, budget); });
 }
 
 /// What the ranking assumes, changed in one way.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/advice_files.hpp"
 
-#include <stdexcept>
-
 #include "hotpath/core/trace_csv.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
@@ -75,13 +73,6 @@ std::string write_change(const Candidate& c, const Graph& graph, const fs::path&
   plan.description = c.description;
   program::write_whole_file(folder / "deployment.yaml", deployment_yaml(c.graph, c.tasks, plan));
   (void)write_executor_files(c, graph.platform, "", folder);
-  try {
-    const auto cie = [&](std::ostream& out) { write_cie(out, c.graph, c.tasks, plan); };
-    if (c.spec.deployment && plan.executors.size() > 1)
-      program::write_whole_file(folder / "cie.yaml", program::FileContent(cie));
-  } catch (const std::invalid_argument&) {
-    // CallbackIsolatedExecutor has an executor for each callback group; here some groups share.
-  }
   return folder / "deployment.yaml";
 }
 

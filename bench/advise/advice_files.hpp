@@ -20,7 +20,7 @@ std::vector<std::string> write_executor_files(const Candidate& candidate, const 
                                               const std::filesystem::path& folder);
 
 /// Writes the recommended candidate as deployment.yaml, and as far as they can express it as the executor
-/// files and as cie.yaml. Returns deployment.yaml.
+/// files. Returns deployment.yaml.
 std::string write_change(const Candidate& candidate, const Graph& graph, const std::filesystem::path& folder);
 
 /// Stores the first draw of a candidate in `folder`: graph.yaml with the candidate's costs and priorities,

@@ -69,7 +69,6 @@ void to_json(json& j, const Compared& c) {
   if (!c.found) return;
   j["chosen"] = c.found->values;
   j["within_margin"] = c.found->values.within_margin.value;
-  j["evaluations"] = c.found->evaluations;
   j["complete"] = c.found->complete;
   for (TaskId id = 0; const Task& task : c.candidate->tasks.set.tasks) {
     const Duration first = c.found->values.first[id++];

@@ -5,7 +5,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <tuple>
 
@@ -16,7 +15,7 @@ namespace hotpath::advise {
 
 namespace {
 
-constexpr int kPoints = 16;  // of a grid, in addition to the current phases
+constexpr std::int64_t kSide = 8;  // points of a grid on each side of the current phases
 constexpr std::array<std::int64_t, 3> kSteps = {16, 128, 1024};  // of the grids, as parts of a timer's range
 
 /// The worst hot path and age of a chain in ms; infinite: there is none.
@@ -98,115 +97,84 @@ namespace {
 
 using std::chrono::floor, std::chrono::microseconds;
 
-class PhaseSearch {
- public:
-  PhaseSearch(const TaskSet& set, const std::vector<TaskId>& together, const EvaluatePhases& evaluate,
-              unsigned threads, const std::function<bool()>& stop)
-      : set_(set), evaluate_(evaluate), threads_(threads), stop_(stop) {
-    for (TaskId id = 0; id < set.size(); ++id) {
-      if (set[id].kind != TaskKind::timer) continue;
-      if (!timers_.empty()) moves_.push_back({id});  // the first timer stays: only differences matter
-      timers_.push_back(id);
-    }
-    if (together.size() > 1 && together.size() < timers_.size()) moves_.push_back(together);
+/// Some timers later by a time, below their periods, on whole microseconds.
+FirstTimestamps moved(const TaskSet& set, FirstTimestamps first, const std::vector<TaskId>& later,
+                      Duration by) {
+  for (const TaskId id : later) {
+    first[id] = floor<microseconds>(first[id] + by) % set[id].period;
+    if (first[id] < Duration{}) first[id] += set[id].period;
   }
+  return first;
+}
 
-  FoundPhases from(const std::vector<FirstTimestamps>& starts) {
-    PhaseValues best;
-    for (const FirstTimestamps& start : starts) {
-      std::vector<PhaseValues> values = at({moved(start, timers_, {})}, {});
-      if (!complete_) break;
-      PhaseValues end = descended(std::move(values.front()), kSteps[0]);
-      if (end.within_margin < best.within_margin) best = std::move(end);
-    }
-    for (std::size_t s = 0; complete_ && s < kSteps.size(); ++s) best = descended(std::move(best), kSteps[s]);
-    return {std::move(best), evaluations_, complete_};
+/// The middle of the longest run of values with the least score.
+PhaseValues& middle_of_best(std::vector<PhaseValues>& values) {
+  const auto least = std::ranges::min_element(values, {}, &PhaseValues::within_margin)->within_margin;
+  std::size_t length = 0, longest = 0, middle = 0;
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    length = values[p].within_margin == least ? length + 1 : 0;
+    if (length > longest) middle = p - length / 2;
+    longest = std::max(longest, length);
   }
+  return values[middle];
+}
 
- private:
-  struct Known {
-    PhaseValues values;
-    PhaseScore enough;
-    [[nodiscard]] bool suffices(const PhaseScore& other) const {
-      return values.within_margin <= enough || other <= enough;
-    }
-  };
-
-  /// Some timers later by a time, below their periods, on whole microseconds.
-  FirstTimestamps moved(FirstTimestamps first, const std::vector<TaskId>& later, Duration by) const {
-    for (const TaskId id : later) {
-      first[id] = floor<microseconds>(first[id] + by) % set_[id].period;
-      if (first[id] < Duration{}) first[id] += set_[id].period;
-    }
-    return first;
+/// All timers, and those that the search moves together.
+std::pair<std::vector<TaskId>, std::vector<std::vector<TaskId>>> timers_and_moves(
+    const TaskSet& set, const std::vector<TaskId>& together) {
+  std::vector<TaskId> timers;
+  std::vector<std::vector<TaskId>> moves;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind != TaskKind::timer) continue;
+    if (!timers.empty()) moves.push_back({id});  // the first timer stays: only differences matter
+    timers.push_back(id);
   }
-
-  /// The values of phases, of which it evaluates what is not known so far. Empty: the search was stopped.
-  std::vector<PhaseValues> at(const std::vector<FirstTimestamps>& points, const PhaseScore& enough) {
-    complete_ = complete_ && !stop_();
-    if (!complete_) return {};
-    std::vector<std::pair<FirstTimestamps, Known>> news;
-    for (const FirstTimestamps& point : points) {
-      const auto before = known_.find(point);
-      if (before == known_.end() || !before->second.suffices(enough)) news.push_back({point, {{}, enough}});
-    }
-    evaluations_ += news.size();
-    program::for_each_index(news.size(), threads_, [&](std::size_t i) {
-      news[i].second.values = evaluate_(news[i].first, enough);
-      news[i].second.values.first = news[i].first;
-    });
-    for (auto& [point, value] : news) known_.insert_or_assign(point, std::move(value));
-    std::vector<PhaseValues> values;
-    values.reserve(points.size());
-    for (const FirstTimestamps& point : points) values.push_back(known_.at(point).values);
-    return values;
-  }
-
-  /// Moves one timer after the other until no timer improves the score.
-  PhaseValues descended(PhaseValues best, std::int64_t steps) {
-    for (std::size_t i = 0, idle = 0; idle < moves_.size(); ++i, ++idle) {
-      const std::vector<TaskId>& move = moves_[i % moves_.size()];
-      const auto step = std::max(floor<microseconds>(range_of_phases(set_, move) / steps), microseconds(1));
-      std::vector<FirstTimestamps> points;
-      for (int k = -kPoints / 2; k <= kPoints / 2; ++k) points.push_back(moved(best.first, move, k * step));
-      std::vector<PhaseValues> values = at(points, best.within_margin);
-      if (!complete_) break;
-      PhaseValues& middle = middle_of_best(values);
-      if (middle.within_margin < best.within_margin) idle = 0;
-      if (middle.within_margin <= best.within_margin) best = std::move(middle);
-    }
-    return best;
-  }
-
-  /// The middle of the longest run of values with the least score.
-  static PhaseValues& middle_of_best(std::vector<PhaseValues>& values) {
-    const auto least = std::ranges::min_element(values, {}, &PhaseValues::within_margin)->within_margin;
-    std::size_t length = 0, longest = 0, middle = 0;
-    for (std::size_t p = 0; p < values.size(); ++p) {
-      length = values[p].within_margin == least ? length + 1 : 0;
-      if (length > longest) middle = p - length / 2;
-      longest = std::max(longest, length);
-    }
-    return values[middle];
-  }
-
-  const TaskSet& set_;
-  const EvaluatePhases& evaluate_;
-  const unsigned threads_;
-  const std::function<bool()>& stop_;
-  std::vector<TaskId> timers_;
-  std::vector<std::vector<TaskId>> moves_;  // timers that move together
-  std::map<FirstTimestamps, Known> known_;
-  std::size_t evaluations_ = 0;
-  bool complete_ = true;
-};
+  if (together.size() > 1 && together.size() < timers.size()) moves.push_back(together);
+  return {timers, moves};
+}
 
 }  // namespace
 
 FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& together,
                           const std::vector<FirstTimestamps>& starts, const EvaluatePhases& evaluate,
                           unsigned threads, const std::function<bool()>& stop) {
-  return PhaseSearch(set, together, evaluate, threads, stop).from(starts);
+  FoundPhases found;
+  const auto timers_moves = timers_and_moves(set, together);
+  const auto& timers = timers_moves.first;
+  const auto& moves = timers_moves.second;
+  const auto goes_on = [&] {
+    found.complete = found.complete && !stop();
+    return found.complete;
+  };
+  const auto values_at = [&](FirstTimestamps first, const PhaseScore& enough) {
+    PhaseValues values = evaluate(first, enough);
+    values.first = std::move(first);
+    return values;
+  };
+  // Moves one timer after the other until no timer improves the score.
+  const auto descend = [&](PhaseValues& best, std::int64_t steps) {
+    for (std::size_t i = 0, idle = 0; idle < moves.size() && goes_on(); ++i, ++idle) {
+      const std::vector<TaskId>& move = moves[i % moves.size()];
+      const auto step = std::max(floor<microseconds>(range_of_phases(set, move) / steps), microseconds(1));
+      std::vector<PhaseValues> grid(2 * kSide + 1, best);
+      program::for_each_index(grid.size(), threads, [&](std::size_t p) {
+        const auto k = static_cast<std::int64_t>(p) - kSide;
+        if (k != 0) grid[p] = values_at(moved(set, best.first, move, k * step), best.within_margin);
+      });
+      PhaseValues& middle = middle_of_best(grid);
+      if (middle.within_margin < best.within_margin) idle = 0;
+      best = std::move(middle);
+    }
+  };
+  for (const FirstTimestamps& start : starts) {
+    if (!goes_on()) break;
+    PhaseValues end = values_at(moved(set, start, timers, {}), {});
+    descend(end, kSteps[0]);
+    if (end.within_margin < found.values.within_margin) found.values = std::move(end);
+  }
+  for (const std::int64_t steps : kSteps)
+    if (found.complete) descend(found.values, steps);
+  return found;
 }
 
 }  // namespace hotpath::advise

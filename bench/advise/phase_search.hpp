@@ -50,8 +50,7 @@ struct PhaseValues {
 using EvaluatePhases = std::function<PhaseValues(const FirstTimestamps&, const PhaseScore& enough)>;
 
 struct FoundPhases {
-  PhaseValues values;  ///< Refused if the search was stopped before it evaluated any phases.
-  std::size_t evaluations = 0;
+  PhaseValues values;    ///< Refused if the search was stopped before it evaluated any phases.
   bool complete = true;  ///< Not ended by `stop`.
 };
 

@@ -86,7 +86,7 @@ SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptio
   return drawn;
 }
 
-std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const PredictionOptions& options,
+std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const Options& options,
                                 const std::function<void(std::uint32_t)>& progress) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point begin = Clock::now();
@@ -97,11 +97,12 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
     predictions[c].overload = candidates[c].overload;
   }
   for (std::uint32_t d = 0; d < options.draws; ++d) {
-    if (d > 0 && (Clock::now() - begin > options.budget || program::interrupted() != 0)) break;
+    if (d > 0 && (Clock::now() - begin > setup::seconds(options.budget_s) || program::interrupted() != 0))
+      break;
     program::for_each_index(candidates.size(), options.threads, [&](std::size_t c) {
       Prediction& p = predictions[c];
       try {
-        if (p.keeps_up()) add_draw(p, totals[c], options.common, d);
+        if (p.keeps_up()) add_draw(p, totals[c], options, d);
       } catch (const SimulationError& error) {
         p.overload = error.what();
       }
@@ -109,7 +110,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
     progress(d + 1);
   }
   for (std::size_t c = 0; c < candidates.size(); ++c) {
-    if (predictions[c].keeps_up()) summarise(predictions[c], totals[c], options.common);
+    if (predictions[c].keeps_up()) summarise(predictions[c], totals[c], options);
   }
   return predictions;
 }

@@ -14,14 +14,6 @@
 
 namespace hotpath::advise {
 
-/// How candidates are simulated.
-struct PredictionOptions {
-  setup::CommonOptions common;  ///< Phases, seed, warm-up and measured time of each draw.
-  std::uint32_t draws = 1;      ///< >= 1.
-  Duration budget{};            ///< No draw begins after it.
-  unsigned threads = 0;         ///< 0: one for each processor. Results do not depend on it.
-};
-
 /// The result of one candidate's simulations.
 struct Prediction {
   const Candidate* candidate = nullptr;
@@ -39,12 +31,12 @@ struct Prediction {
   [[nodiscard]] std::size_t never_ran() const;
 };
 
-/// Simulates all candidates that can keep up, over draws of phases and execution times; draw i has
-/// the same phases and times for every candidate. Stops after the draw in which the budget ends, or
-/// on interruption, so that all candidates have the same draws, at least one. `progress` gets the
-/// number of finished draws.
+/// Simulates all candidates that can keep up, over Options::draws draws of phases and execution times; draw i
+/// has the same phases and times for every candidate. Stops after the draw in which Options::budget_s ends,
+/// or on interruption, so that all candidates have the same draws, at least one. `progress` gets the number
+/// of finished draws. Results do not depend on Options::threads.
 [[nodiscard]] std::vector<Prediction> predict(const std::vector<Candidate>& candidates,
-                                              const PredictionOptions& options,
+                                              const Options& options,
                                               const std::function<void(std::uint32_t)>& progress);
 
 /// One simulation of a candidate, with its jobs.

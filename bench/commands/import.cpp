@@ -25,8 +25,7 @@ void add_import_ctf_command(CLI::App& import) {
       ->check(not_empty());
   add_number(ctf, "--cores", o.cores, {1, 1024}, "N",
              "CPU cores of the recorded system; by default the CPUs that\nran its callbacks");
-  add_number(ctf, "--jobs", o.jobs, {100, 1e7}, "N",
-             "First jobs of the trace, which determine rules, times,\nchains and self-check");
+  add_number(ctf, "--jobs", o.jobs, {100, 1e7}, "N", "First jobs of the trace, of which all results are");
 }
 
 }  // namespace

@@ -25,11 +25,6 @@ Time published(const Seen& job, const Publication& message) {
 }  // namespace
 
 const Seen& JobWindow::add(const JobRecord& record) {
-  if (++jobs_ > checked_) {
-    checked_ *= 2;
-    program::check_trace_memory(static_cast<double>(2 * checked_ * sizeof(Seen)), run_,
-                                "a run with shorter latencies, since all jobs within one latency are kept");
-  }
   Seen seen{record, next_order_++};
   if (record.outcome == Outcome::running) seen.record.finish = kNever;
   if (record.worker >= by_worker_.size()) by_worker_.resize(record.worker + 1U);
@@ -43,14 +38,12 @@ void JobWindow::forget_before(Time horizon) {
   };
   std::ranges::for_each(by_worker_, forget);
   std::ranges::for_each(by_task_, forget);
-  jobs_ = 0;
-  for (const std::deque<Seen>& jobs : by_task_) jobs_ += jobs.size();
 }
 
 void JobWindow::clear() {
   for (std::deque<Seen>& jobs : by_task_) jobs.clear();
   by_worker_.clear();
-  jobs_ = next_order_ = 0;
+  next_order_ = 0;
 }
 
 const Seen* JobWindow::find(JobRef job) const {

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <deque>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -21,11 +20,9 @@ struct Seen {
 /// The started jobs of one repetition that ended recently, by task and by worker.
 class JobWindow {
  public:
-  /// `run` names the run in messages.
-  JobWindow(TaskId tasks, std::string run) : run_(std::move(run)), by_task_(tasks) {}
+  explicit JobWindow(TaskId tasks) : by_task_(tasks) {}
 
-  /// Adds a started job, in order of start, and returns it; valid until it is forgotten. Throws
-  /// UsageError if the window needs too much memory.
+  /// Adds a started job, in order of start, and returns it; valid until it is forgotten.
   const Seen& add(const JobRecord& record);
   /// Forgets jobs that finished before `horizon`.
   void forget_before(Time horizon);
@@ -41,9 +38,7 @@ class JobWindow {
   [[nodiscard]] std::vector<const Seen*> beside(std::size_t worker, Time from, Time to) const;
 
  private:
-  const std::string run_;
   std::vector<std::deque<Seen>> by_task_, by_worker_;
-  std::size_t jobs_ = 0, checked_ = 1U << 20;
   std::uint64_t next_order_ = 0;
 };
 

@@ -227,19 +227,19 @@ std::string excess_of_tail(const TaskSet& set, const Overview& o) {
 }
 
 /// Which one is faster, and what it saves.
-std::vector<std::string> gain_sentences(const Subject& a, const Subject& b, const Comparison& c) {
-  const double of_a = c.a.mean_ms(), of_b = c.b.mean_ms(), gain = std::abs(of_a - of_b);
-  const std::string outputs = c.paired ? concat(c.a.outputs, " outputs with the data of the same source jobs")
-                                       : concat(c.a.outputs, " and ", c.b.outputs, " outputs, not paired");
+std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, const Subject& b,
+                                        const Totals& of_b) {
+  const double mean_a = of_a.mean_ms(), mean_b = of_b.mean_ms(), gain = std::abs(mean_a - mean_b);
+  const std::string outputs = concat(of_a.outputs, " and ", of_b.outputs, " outputs");
   if (gain == 0) return {concat(a.executor, " and ", b.executor, " are equally fast (", outputs, ").")};
-  const Subject &fast = of_b < of_a ? b : a, &slow = of_b < of_a ? a : b;
-  const Totals &less = of_b < of_a ? c.b : c.a, &more = of_b < of_a ? c.a : c.b;
+  const Subject &fast = mean_b < mean_a ? b : a, &slow = mean_b < mean_a ? a : b;
+  const Totals &less = mean_b < mean_a ? of_b : of_a, &more = mean_b < mean_a ? of_a : of_b;
   const auto saving = [&](Cause cause) { return more.mean_ms(cause) - less.mean_ms(cause); };
   const Items saved = causes(saving, gain / 100);
   const Items added = causes([&](Cause cause) { return -saving(cause); }, gain / 100);
   std::vector<std::string> all = {
       concat(fast.executor, " is faster than ", slow.executor, " by ", ms(gain), " on average, ",
-             ms(std::min(of_a, of_b)), " instead of ", ms(std::max(of_a, of_b)), " (", outputs, ")."),
+             ms(std::min(mean_a, mean_b)), " instead of ", ms(std::max(mean_a, mean_b)), " (", outputs, ")."),
       added.empty() ? concat("It saves ", shares(saved, sum_of(saved), " of "), ".")
                     : concat("It saves ", apart(saved, " for "), "; it adds ", apart(added, " for "), ".")};
   std::map<TaskId, double> by_task;
@@ -321,12 +321,11 @@ Report report(const Subject& subject, const Overview& o) {
   return r;
 }
 
-Report report(const Subject& a, const Subject& b, const Comparison& c) {
+Report report(const Subject& a, const Totals& of_a, const Subject& b, const Totals& of_b) {
   Report r;
-  r.sentences = gain_sentences(a, b, c);
-  r.text = tables(a.set, {{a.executor, c.a}, {b.executor, c.b}}) + note_missing(a) + note_missing(b);
-  r.data["paired"] = c.paired;
-  for (const auto& [side, subject, totals] : {std::tuple("a", &a, &c.a), std::tuple("b", &b, &c.b)}) {
+  r.sentences = gain_sentences(a, of_a, b, of_b);
+  r.text = tables(a.set, {{a.executor, of_a}, {b.executor, of_b}}) + note_missing(a) + note_missing(b);
+  for (const auto& [side, subject, totals] : {std::tuple("a", &a, &of_a), std::tuple("b", &b, &of_b)}) {
     r.data[side] = subject_json(*subject);
     r.data[side].update(totals_json(subject->set, *totals));
   }

@@ -27,7 +27,7 @@ struct Report {
 [[nodiscard]] Report report(const Subject& subject, const Explanation& explanation);
 [[nodiscard]] Report report(const Subject& subject, const Overview& overview);
 /// Why one is faster than the other.
-[[nodiscard]] Report report(const Subject& a, const Subject& b, const Comparison& comparison);
+[[nodiscard]] Report report(const Subject& a, const Totals& of_a, const Subject& b, const Totals& of_b);
 
 /// Prints to standard output.
 void show(const Report& report, bool as_json);

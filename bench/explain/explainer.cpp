@@ -13,15 +13,14 @@ auto key_of(const Output& output) { return std::pair(output.repetition, output.s
 
 }  // namespace
 
-Explainer::Explainer(const System& system, Target target, std::vector<Output> outputs, std::string run,
+Explainer::Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs,
                      Use use)
     : system_(system),
-      target_(target),
-      chain_(target.chain ? &system.chains[*target.chain] : nullptr),
+      chain_(chain ? &system.chains[*chain] : nullptr),
       outputs_(std::move(outputs)),
       use_(std::move(use)),
       done_(outputs_.size(), false),
-      window_(system.tasks.set.size(), std::move(run)),
+      window_(system.tasks.set.size()),
       paths_(system, window_, chain_) {
   std::ranges::stable_sort(outputs_, {}, key_of);
   for (const Output& output : outputs_) longest_ = std::max(longest_, output.latency);
@@ -47,7 +46,8 @@ void Explainer::add(const JobRecord& record) {
   }
   const Seen& seen = window_.add(record);
   paths_.add(seen);
-  if (!outputs_of(record.job).empty()) unfinished_.push_back(seen);
+  const auto may_be = [&](const Output& o) { return o.sink == kNoTask || o.sink == record.job.task; };
+  if (std::ranges::any_of(outputs_of(record.job), may_be)) unfinished_.push_back(seen);
 }
 
 void Explainer::end() {
@@ -57,8 +57,7 @@ void Explainer::end() {
 
 /// The outputs that may be those of a job.
 std::span<const Output> Explainer::outputs_of(const Job& job) const {
-  const bool ends = chain_ != nullptr ? chain_->ends_in(job.task) : job.task == target_.task;
-  if (!ends) return {};
+  if (chain_ != nullptr && !chain_->ends_in(job.task)) return {};
   return std::ranges::equal_range(outputs_, std::pair(repetition_, job.sequence), {}, key_of);
 }
 

@@ -12,18 +12,12 @@
 
 namespace hotpath::explain {
 
-/// The latency to explain: hot-path latencies of a chain, or response times of a task.
-struct Target {
-  std::optional<std::uint32_t> chain;  ///< Index into System::chains.
-  TaskId task = kNoTask;               ///< Without a chain.
-};
-
 /// One latency to explain.
 struct Output {
   std::uint32_t repetition = 0;
   std::uint64_t sequence = 0;  ///< Of the sink's job, or of the task's.
   Duration latency{};          ///< As measured, >= 0.
-  TaskId sink = kNoTask;       ///< Of a chain: the task of the sink's job; kNoTask: any of its node.
+  TaskId sink = kNoTask;       ///< The task of that job; kNoTask: any of the chain's sink.
 };
 
 /// Explains outputs while it reads the jobs of a run.
@@ -31,13 +25,13 @@ class Explainer {
  public:
   using Use = std::function<void(const Explanation&)>;
 
-  /// `outputs` of unknown sink tasks that have the same sequence are in the order of their jobs' ends. `run`
-  /// names the run in messages. `system` must outlive the object.
-  Explainer(const System& system, Target target, std::vector<Output> outputs, std::string run, Use use);
+  /// `chain`: index into System::chains, for hot-path latencies; none: response times of the outputs' tasks.
+  /// `outputs` of unknown sink tasks that have the same sequence are in the order of their jobs' ends.
+  /// `system` must outlive the object.
+  Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs, Use use);
 
   void begin(std::uint32_t repetition, const ExecutionTimes* times);
-  /// Adds a job of this repetition; started jobs in order of start. Throws UsageError if jobs that
-  /// overlap a latency do not fit into memory.
+  /// Adds a job of this repetition; started jobs in order of start.
   void add(const JobRecord& record);
   void end();
 
@@ -52,8 +46,7 @@ class Explainer {
   [[nodiscard]] std::vector<const Seen*> of_triggers(const Seen& sink, Time begin) const;
 
   const System& system_;
-  const Target target_;
-  const ChainIndex* const chain_;  // nullptr: response times of the task
+  const ChainIndex* const chain_;  // nullptr: response times
   std::vector<Output> outputs_;    // by repetition and sequence
   const Use use_;
   std::vector<bool> done_;  // by output

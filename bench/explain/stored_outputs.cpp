@@ -60,38 +60,31 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
 StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& executor,
                              const Options& options)
     : StoredOutputs(run, executor, options.repetition) {
-  choose_target(options);
-  if (target_.chain) {
-    read_chains();
-  } else {
-    for_each_response([&](TaskId task, const Output& output) {
-      if (task == target_.task) outputs_.push_back(output);
+  if (!options.task.empty()) {
+    subject_.task = options.task;
+    const TaskId task = place_of(options.task, stored_.tasks.set.tasks, "task");
+    for_each_response([&](const Output& output) {
+      if (output.sink == task) outputs_.push_back(output);
     });
+  } else {
+    read_chain(options.chain);
   }
   if (outputs_.empty()) {
-    run.fail(program::concat(
-        "it has no ", target_.chain ? "output of " + subject_.chain : "counted job of " + subject_.task,
-        " under ", executor_, "; take another executor or repetition, or a longer run"));
+    run.fail(program::concat("it has no ",
+                             chain_ ? "output of " + subject_.chain : "counted job of " + subject_.task,
+                             " under ", executor_, "; take another executor or repetition, or a longer run"));
   }
-}
-
-void StoredOutputs::choose_target(const Options& options) {
-  subject_.task = options.task;
-  if (!options.task.empty()) {
-    target_.task = place_of(options.task, stored_.tasks.set.tasks, "task");
-    return;
-  }
-  const std::vector<Chain>& chains = stored_.graph.chains;
-  if (chains.empty()) run_.fail("its graph has no chain; name a task with --task");
-  subject_.chain = options.chain.empty() ? chains.front().name : options.chain;
-  target_.chain = place_of(subject_.chain, chains, "chain");
 }
 
 bool StoredOutputs::selected(std::string_view executor, std::uint32_t repetition) const {
   return executor == executor_ && (!repetition_ || repetition == *repetition_);
 }
 
-void StoredOutputs::read_chains() {
+void StoredOutputs::read_chain(const std::string& name) {
+  const std::vector<Chain>& chains = stored_.graph.chains;
+  if (chains.empty()) run_.fail("its graph has no chain; name a task with --task");
+  subject_.chain = name.empty() ? chains.front().name : name;
+  chain_ = place_of(subject_.chain, chains, "chain");
   run_.for_each_chain([&](const ChainRow& row) {
     if (run_.chains()[row.record.chain] != subject_.chain || !selected(row.executor, row.repetition)) return;
     if (row.record.hot_path_latency < Duration{}) {
@@ -102,66 +95,63 @@ void StoredOutputs::read_chains() {
   });
 }
 
-void StoredOutputs::for_each_response(const std::function<void(TaskId, const Output&)>& use) const {
+void StoredOutputs::for_each_response(const std::function<void(const Output&)>& use) const {
   results::for_each_record(run_, [&](const JobRow& row) {
     const JobRecord& r = row.record;
     if (!selected(row.executor, row.repetition) || !results::counts(r, Time{} + run_.warm_up())) return;
-    use(r.job.task, {row.repetition, r.job.sequence, results::response_time(r), kNoTask});
+    use({row.repetition, r.job.sequence, results::response_time(r), r.job.task});
   });
 }
 
 void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {
-  std::deque<Explainer> explainers;  // never moves them
-  explainers.emplace_back(*system_, target_, outputs, "explain " + run_.folder().string(), use);
-  pass_jobs(explainers);
-  subject_.missing = explainers.front().missing() + younger_;
-  if (explainers.front().missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
+  Explainer explainer(*system_, chain_, outputs, use);
+  pass_jobs(explainer);
+  subject_.missing = explainer.missing() + younger_;
+  if (explainer.missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
 }
 
 void StoredOutputs::explain_tasks(const results::StoredRun& run, const std::string& executor,
-                                  std::size_t most,
-                                  const std::function<void(TaskId, const Explanation&)>& use) {
+                                  std::size_t most, const Explainer::Use& use) {
   const StoredOutputs all(run, executor, std::nullopt);
   std::vector<std::vector<Output>> slowest(all.stored_.tasks.set.size());
   const auto keep = [most](std::vector<Output>& outputs) {
     std::ranges::stable_sort(outputs, std::greater<>(), &Output::latency);
     outputs.resize(std::min(outputs.size(), most));
   };
-  all.for_each_response([&](TaskId task, const Output& output) {
-    slowest[task].push_back(output);
-    if (slowest[task].size() >= 4 * most) keep(slowest[task]);
+  all.for_each_response([&](const Output& output) {
+    std::vector<Output>& of_task = slowest[output.sink];
+    of_task.push_back(output);
+    if (of_task.size() >= 4 * most) keep(of_task);
   });
-  std::deque<Explainer> explainers;  // never moves them
-  for (TaskId task = 0; task < slowest.size(); ++task) {
-    if (slowest[task].empty()) continue;
-    keep(slowest[task]);
-    explainers.emplace_back(*all.system_, Target{std::nullopt, task}, std::move(slowest[task]),
-                            "explain " + run.folder().string(),
-                            [&use, task](const Explanation& e) { use(task, e); });
+  std::vector<Output> outputs;
+  for (std::vector<Output>& of_task : slowest) {
+    keep(of_task);
+    outputs.insert(outputs.end(), of_task.begin(), of_task.end());
   }
-  if (!explainers.empty()) all.pass_jobs(explainers);
+  Explainer explainer(*all.system_, std::nullopt, std::move(outputs), use);
+  all.pass_jobs(explainer);
 }
 
-void StoredOutputs::pass_jobs(std::deque<Explainer>& explainers) const {
+void StoredOutputs::pass_jobs(Explainer& explainer) const {
   std::unique_ptr<ExecutionTimes> times;  // of a simulation; nullptr: not known
   const bool known = stored_.simulated && parse<ExecutionTimeModel>(stored_.execution_times);
   std::optional<std::uint32_t> current;
   results::for_each_record(run_, [&](const JobRow& row) {
     if (!selected(row.executor, row.repetition)) return;
     if (current != row.repetition) {
-      if (current) std::ranges::for_each(explainers, &Explainer::end);
+      if (current) explainer.end();
       const std::uint64_t seed = stored_.options.seed + row.repetition;
       if (known) times = simulated::execution_times_of(stored_.graph, stored_.tasks, seed);
-      for (Explainer& explainer : explainers) explainer.begin(row.repetition, times.get());
+      explainer.begin(row.repetition, times.get());
       current = row.repetition;
     }
-    if (started(row.record) && row.record.start < explainers.front().last_start()) {
+    if (started(row.record) && row.record.start < explainer.last_start()) {
       throw InputError((run_.folder() / "jobs.csv").string(), static_cast<std::int64_t>(row.line),
                        "the job is not in the order of starts", "keep the order of the rows");
     }
-    for (Explainer& explainer : explainers) explainer.add(row.record);
+    explainer.add(row.record);
   });
-  if (current) std::ranges::for_each(explainers, &Explainer::end);
+  if (current) explainer.end();
 }
 
 }  // namespace hotpath::explain

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,33 +24,31 @@ class StoredOutputs {
   /// In the order of the file; not empty.
   [[nodiscard]] const std::vector<Output>& outputs() const { return outputs_; }
   [[nodiscard]] const Subject& subject() const { return subject_; }
-  [[nodiscard]] const results::StoredRun& run() const { return run_; }
   /// Explains these outputs. Throws UsageError if none of their jobs is in the trace, InputError.
   void explain(const std::vector<Output>& outputs, const Explainer::Use& use);
 
-  /// Explains the counted jobs with the largest response times of every task, at most `most` of each, and
-  /// reads the jobs twice for all tasks. Throws as the constructor and explain() do.
+  /// Explains the counted jobs with the largest response times of every task, at most `most` of each. Throws
+  /// as the constructor and explain() do.
   static void explain_tasks(const results::StoredRun& run, const std::string& executor, std::size_t most,
-                            const std::function<void(TaskId, const Explanation&)>& use);
+                            const Explainer::Use& use);
 
  private:
   /// Without a target.
   StoredOutputs(const results::StoredRun& run, const std::string& executor,
                 std::optional<std::uint32_t> repetition);
-  void choose_target(const Options& options);
   [[nodiscard]] bool selected(std::string_view executor, std::uint32_t repetition) const;
-  void read_chains();
+  /// `name` empty: the first of the graph.
+  void read_chain(const std::string& name);
   /// `use` gets the counted jobs of all tasks.
-  void for_each_response(const std::function<void(TaskId, const Output&)>& use) const;
-  /// Passes the jobs to all of them.
-  void pass_jobs(std::deque<Explainer>& explainers) const;
+  void for_each_response(const std::function<void(const Output&)>& use) const;
+  void pass_jobs(Explainer& explainer) const;
 
   const results::StoredRun& run_;
   const setup::StoredSystem stored_;
   const std::string executor_;
   const std::optional<std::uint32_t> repetition_;
   std::optional<System> system_;
-  Target target_;
+  std::optional<std::uint32_t> chain_;  // to explain; none: a task
   Subject subject_;
   std::vector<Output> outputs_;
   std::size_t younger_ = 0;  // outputs whose data is younger than the sink's job (cyclic nodes)

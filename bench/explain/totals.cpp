@@ -8,32 +8,11 @@
 
 namespace hotpath::explain {
 
-CauseTimes causes_of(const Explanation& explanation) {
-  CauseTimes times{};
-  for (const Part& part : explanation.parts) times[static_cast<std::size_t>(part.cause)] += part.length;
-  return times;
-}
-
-CauseSums& CauseSums::operator+=(const CauseSums& other) {
-  outputs += other.outputs;
-  latency += other.latency;
-  for (std::size_t c = 0; c < kCauses; ++c) causes[c] += other.causes[c];
-  return *this;
-}
-
-double Totals::mean_ms(Duration sum, std::uint64_t count) {
-  return count == 0 ? 0 : to_ms(sum) / static_cast<double>(count);
-}
-
-double Totals::mean_ms(const Behind& key) const {
-  const auto sum = behind.find(key);
-  return sum == behind.end() ? 0 : mean_ms(sum->second, waits);
-}
-
 void Totals::add(const Explanation& explanation) {
-  *this += {1, explanation.latency, causes_of(explanation)};
-  ++waits;
+  ++outputs;
+  latency += explanation.latency;
   for (const Part& part : explanation.parts) {
+    causes[static_cast<std::size_t>(part.cause)] += part.length;
     if (part.behind.task != kNoTask) behind[{part.cause, part.rule, part.behind.task}] += part.length;
   }
 }
@@ -60,31 +39,6 @@ void Overview::add(const Explanation& explanation) {
   all.add(explanation);
   if (explanation.latency >= middle_from_ && explanation.latency <= middle_to_) middle.add(explanation);
   if (explanation.latency >= tail_from_) tail.add(explanation);
-}
-
-void ComparedOutputs::add(const Explanation& e) {
-  totals.add(e);
-  if (!e.complete) return;
-  const JobRef source = e.path.front().job.ref();
-  by_source.insert({{e.repetition, source.task, source.sequence}, {1, e.latency, causes_of(e)}});
-}
-
-Comparison compare(const ComparedOutputs& a, const ComparedOutputs& b, bool pairs) {
-  const auto shared = [](const auto& of, const auto& others) {
-    CauseSums sums;
-    for (const auto& [source, output] : of) {
-      if (others.contains(source)) sums += output;
-    }
-    return sums;
-  };
-  Comparison comparison{a.totals, b.totals};
-  const CauseSums of_a = shared(a.by_source, b.by_source), of_b = shared(b.by_source, a.by_source);
-  comparison.paired = pairs && of_a.outputs == of_b.outputs &&
-                      2 * of_a.outputs > std::max(a.totals.outputs, b.totals.outputs);
-  if (!comparison.paired) return comparison;
-  static_cast<CauseSums&>(comparison.a) = of_a;
-  static_cast<CauseSums&>(comparison.b) = of_b;
-  return comparison;
 }
 
 }  // namespace hotpath::explain

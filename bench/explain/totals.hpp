@@ -4,7 +4,6 @@
 #include <array>
 #include <compare>
 #include <map>
-#include <tuple>
 #include <vector>
 
 #include "explain/causes.hpp"
@@ -13,14 +12,6 @@
 namespace hotpath::explain {
 
 using CauseTimes = std::array<Duration, kCauses>;
-[[nodiscard]] CauseTimes causes_of(const Explanation& explanation);
-
-struct CauseSums {
-  std::uint64_t outputs = 0;
-  Duration latency{};
-  CauseTimes causes{};
-  CauseSums& operator+=(const CauseSums& other);
-};
 
 /// What was waited for.
 struct Behind {
@@ -31,20 +22,25 @@ struct Behind {
 };
 
 /// Sums over many outputs.
-struct Totals : CauseSums {
-  std::map<Behind, Duration> behind = {};  ///< Parts with another job, of `waits` outputs.
-  std::uint64_t waits = 0;
+struct Totals {
+  std::uint64_t outputs = 0;
+  Duration latency{};
+  CauseTimes causes{};
+  std::map<Behind, Duration> behind = {};  ///< Parts with another job.
 
   void add(const Explanation& explanation);
   /// Means in ms; 0 without outputs.
-  [[nodiscard]] double mean_ms() const { return mean_ms(latency, outputs); }
-  [[nodiscard]] double mean_ms(Cause cause) const {
-    return mean_ms(causes[static_cast<std::size_t>(cause)], outputs);
+  [[nodiscard]] double mean_ms() const { return mean_ms(latency); }
+  [[nodiscard]] double mean_ms(Cause cause) const { return mean_ms(causes[static_cast<std::size_t>(cause)]); }
+  [[nodiscard]] double mean_ms(const Behind& key) const {
+    const auto sum = behind.find(key);
+    return sum == behind.end() ? 0 : mean_ms(sum->second);
   }
-  [[nodiscard]] double mean_ms(const Behind& key) const;
 
  private:
-  [[nodiscard]] static double mean_ms(Duration sum, std::uint64_t count);
+  [[nodiscard]] double mean_ms(Duration sum) const {
+    return outputs == 0 ? 0 : to_ms(sum) / static_cast<double>(outputs);
+  }
 };
 
 /// Share of the outputs in the tail.
@@ -67,22 +63,5 @@ class Overview {
  private:
   Duration middle_from_{}, middle_to_{}, tail_from_{};
 };
-
-/// All outputs of one side of a comparison.
-struct ComparedOutputs {
-  Totals totals;
-  /// Those whose source job is known, by its repetition, task and sequence.
-  std::multimap<std::tuple<std::uint32_t, TaskId, std::uint64_t>, CauseSums> by_source;
-  void add(const Explanation& explanation);
-};
-
-/// Two runs of the same outputs, or two sets of outputs.
-struct Comparison {
-  Totals a, b;
-  bool paired = false;
-};
-/// Pairs outputs with data of the same source job, if these are most of both sets and `pairs` is
-/// true; otherwise compares all outputs. Totals::behind is always of all outputs.
-[[nodiscard]] Comparison compare(const ComparedOutputs& a, const ComparedOutputs& b, bool pairs);
 
 }  // namespace hotpath::explain

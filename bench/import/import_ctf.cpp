@@ -32,96 +32,62 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Rows that are sorted and written together after the window.
-constexpr std::size_t kChunk = 20'000;
 constexpr const char* kDeploymentComment =
     "# The recorded threads. Processors are listed where threads did not run on all of them.\n"
     "# A trace has no policies: fifo stands for threads that preempted others and were not\n"
     "# preempted by them. Correct the policies if you know them.\n";
 
-/// The files of an import; rows of jobs after the first ones follow while the trace is read.
-class ImportFolder {
- public:
-  ImportFolder(Imported imported, const fs::path& output)
-      : imported_(std::move(imported)),
-        best_(imported_.best),
-        output_(output),
-        run_(output / "run"),
-        rows_(imported_.recorded.system, imported_.found.graph, imported_.found.timers, best_.release_only) {
-    static_cast<void>(rows_.jobs(imported_.recorded.jobs));  // later rows follow these
-    Trace rows = best_.trace;
-    std::ranges::stable_sort(rows.jobs, {},
-                             [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
-    rows.chains = results::counted_chains(best_.trace, Time{});
-    run_.append(best_.tasks.set, setup::chain_names(best_.graph), rows);
+/// Stores a run of the imported graph, which is written already. `name`: of the run's folder in `output`.
+void write_run(const Imported& imported, const fs::path& output, const char* name, const Trace& rows,
+               results::RunKind kind) {
+  const Reproduction& best = imported.best;
+  setup::CommonOptions common;
+  common.graph = output / "graph.yaml";
+  common.phases = Phases::given;
+  common.warm_up_s = 0;
+  common.duration_s = to_ms(rows.end - Time{}) / 1000;
+  const TaskSet& set = best.tasks.set;
+  results::RunRecord record = setup::record_of(common, best.graph, set, {best.executor});
+  record.kind = kind;
+  record.simulation =
+      results::SimulationRecord{.platform = best.graph.platform, .execution_times = "recorded"};
+  results::Repetition repetition;
+  repetition.trace = rows;
+  repetition.trace.chains = results::counted_chains(rows, Time{});
+  repetition.accounts = account(set, repetition.trace);
+  results::RunFolder folder(output / name);
+  folder.append(set, setup::chain_names(best.graph), rows);
+  setup::keep_inputs(folder, common, load_graph(common.graph), record);
+  record.runs.push_back(results::record_of(set, setup::chain_names(best.graph), repetition));
+  folder.write("run.json", json(record));
+  folder.close(record, json(results::summarize(set, {{rows.executor, {repetition}}},
+                                               setup::summary_options(common, best.graph))));
+}
+
+/// Writes the files of an import.
+void write(const Facts& facts) {
+  const Imported& imported = facts.imported;
+  const Reproduction& best = imported.best;
+  const fs::path output = facts.options.output;
+  program::create_folder(output);
+  write_graph(output / "graph.yaml", best.graph, import_comments(imported), program::write_with_folder);
+  if (best.executor.deployment && !imported.found.deployment) {
+    const Deployment& plan = best.executor.deployment->plan;
+    program::write_whole_file(plan.file, kDeploymentComment + deployment_yaml(best.graph, best.tasks, plan));
   }
+  Trace recorded = best.trace;
+  std::ranges::stable_sort(recorded.jobs, {},
+                           [](const JobRecord& r) { return std::max(r.start, r.job.timestamp); });
+  recorded.chains = results::counted_chains(best.trace, Time{});
+  write_run(imported, output, "run", recorded, results::RunKind::recorded);
+  if (best.check.failure.empty())
+    write_run(imported, output, "simulated", best.check.simulated, results::RunKind::simulated);
+  program::write_whole_file(output / "import.json", "--output", import_json(facts));
+  program::draw_figure("import-page", output);
+  print_import(std::cout, facts, output);
+}
 
-  /// Appends later jobs, in any order.
-  void append(std::vector<tracing::Job> jobs, const std::vector<tracing::LostSample>& lost) {
-    std::ranges::sort(jobs, {}, &tracing::Job::started);
-    const RecordedGraph& graph = imported_.found.graph;
-    Trace rows;
-    rows.executor = best_.trace.executor;
-    rows.epoch = graph.epoch;
-    for (const tracing::Job& job : jobs)
-      if (graph.task(job.ref) != kNoTask) rows.jobs.push_back(rows_.job(job));
-    for (const tracing::LostSample& sample : lost)
-      if (graph.task({sample.subscription, 0}) != kNoTask) rows.jobs.push_back(rows_.lost(sample));
-    later_jobs_ += jobs.size();
-    run_.append(best_.tasks.set, {}, rows);
-  }
-
-  void write(const tracing::TraceReading& reading, const CtfOptions& options) {
-    if (best_.executor.deployment && !imported_.found.deployment) {
-      const Deployment& plan = best_.executor.deployment->plan;
-      program::write_whole_file(plan.file,
-                                kDeploymentComment + deployment_yaml(best_.graph, best_.tasks, plan));
-    }
-    write_graph(output_ / "graph.yaml", best_.graph, import_comments(imported_), program::write_with_folder);
-    write_run(run_, best_.trace, results::RunKind::recorded);
-    if (best_.check.failure.empty()) {
-      results::RunFolder simulated(output_ / "simulated");
-      simulated.append(best_.tasks.set, setup::chain_names(best_.graph), best_.check.simulated);
-      write_run(simulated, best_.check.simulated, results::RunKind::simulated);
-    }
-    const Facts facts{reading, imported_, options, later_jobs_};
-    program::write_whole_file(output_ / "import.json", "--output", import_json(facts));
-    program::draw_figure("import-page", output_);
-    print_import(std::cout, facts, output_);
-  }
-
- private:
-  void write_run(results::RunFolder& folder, const Trace& trace, results::RunKind kind) const {
-    setup::CommonOptions common;
-    common.graph = output_ / "graph.yaml";
-    common.phases = Phases::given;
-    common.warm_up_s = 0;
-    common.duration_s = to_ms(trace.end - Time{}) / 1000;
-    const TaskSet& set = best_.tasks.set;
-    results::RunRecord record = setup::record_of(common, best_.graph, set, {best_.executor});
-    record.kind = kind;
-    record.simulation =
-        results::SimulationRecord{.platform = best_.graph.platform, .execution_times = "recorded"};
-    results::Repetition repetition;
-    repetition.trace = trace;
-    repetition.trace.chains = results::counted_chains(trace, Time{});
-    repetition.accounts = account(set, repetition.trace);
-    setup::keep_inputs(folder, common, load_graph(common.graph), record);
-    record.runs.push_back(results::record_of(set, setup::chain_names(best_.graph), repetition));
-    folder.write("run.json", json(record));
-    folder.close(record, json(results::summarize(set, {{trace.executor, {repetition}}},
-                                                 setup::summary_options(common, best_.graph))));
-  }
-
-  const Imported imported_;
-  const Reproduction& best_;
-  const fs::path output_;
-  results::RunFolder run_;
-  RecordedTrace rows_;
-  std::uint64_t later_jobs_ = 0;
-};
-
-/// Reads the trace. When the first jobs suffice, it interprets them; from then on it writes.
+/// Reads the trace. When the first jobs suffice, it interprets them, and counts the others.
 class CtfImport final : public tracing::Sink {
  public:
   explicit CtfImport(const CtfOptions& options) : options_(options) {}
@@ -133,16 +99,22 @@ class CtfImport final : public tracing::Sink {
     });
     for (const auto& [name, count] : reading_.events) check_name(name, "metadata");
     assembler_.finish();
-    if (!folder_ || !jobs_.empty() || !lost_.empty()) pass_on();
-    folder_->write(reading_, options_);
+    if (!imported_) interpret();
+    write({reading_, *imported_, options_, later_jobs_});
   }
 
   void ended(tracing::Job&& job) override {
+    if (imported_) {
+      ++later_jobs_;
+      return;
+    }
     jobs_.push_back(std::move(job));
-    if (jobs_.size() >= (folder_ ? kChunk : options_.jobs)) pass_on();
+    if (jobs_.size() >= options_.jobs) interpret();
   }
 
-  void lost(const tracing::LostSample& sample) override { lost_.push_back(sample); }
+  void lost(const tracing::LostSample& sample) override {
+    if (!imported_) lost_.push_back(sample);
+  }
 
  private:
   void check_name(std::string_view name, const char* where) const {
@@ -151,16 +123,10 @@ class CtfImport final : public tracing::Sink {
                                               "` is not valid UTF-8; record it again"));
   }
 
-  /// Interprets the first jobs, or appends later ones.
-  void pass_on() {
-    std::vector<tracing::Job> jobs = std::exchange(jobs_, {});
-    std::vector<tracing::LostSample> lost = std::exchange(lost_, {});
-    if (folder_) return folder_->append(std::move(jobs), lost);
-    if (jobs.empty()) throw program::UsageError(no_jobs());
-    folder_ = std::make_unique<ImportFolder>(
-        import_system(recorded_system(assembler_.system(), std::move(jobs), std::move(lost), options_.cores),
-                      options_),
-        options_.output);
+  void interpret() {
+    if (jobs_.empty()) throw program::UsageError(no_jobs());
+    imported_.emplace(import_system(
+        recorded_system(assembler_.system(), std::move(jobs_), std::move(lost_), options_.cores), options_));
   }
 
   std::string no_jobs() const {
@@ -179,18 +145,11 @@ class CtfImport final : public tracing::Sink {
   const CtfOptions& options_;
   tracing::Assembler assembler_{*this};
   tracing::TraceReading reading_;
-  std::vector<tracing::Job> jobs_;  // that were not passed on
+  std::vector<tracing::Job> jobs_;  // the first ones
   std::vector<tracing::LostSample> lost_;
-  std::unique_ptr<ImportFolder> folder_;  // null: the first jobs are not all read
+  std::optional<Imported> imported_;  // none: the first jobs are not all read
+  std::uint64_t later_jobs_ = 0;
 };
-
-/// Removes the files of a failed import, and the folder if the import created it.
-void remove_files(const fs::path& output, bool is_new) {
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(output, ignored))
-    fs::remove_all(entry.path(), ignored);
-  if (is_new) fs::remove(output, ignored);
-}
 
 }  // namespace
 
@@ -200,18 +159,9 @@ void import_ctf(const CtfOptions& given) try {
     options.output = fs::path("imports") / fs::path(options.trace).lexically_normal().filename();
   program::check_output_folder(options.output);
   const tracing::CtfTrace trace(options.trace);
-  const bool is_new = !fs::exists(options.output);
   // Some damaged traces end the process of libbabeltrace2 by an assertion or a division by zero.
   const std::optional<int> status = program::continue_in_child();
-  if (!status) {
-    try {
-      return CtfImport(options).run(trace);
-    } catch (...) {
-      remove_files(options.output, is_new);
-      throw;
-    }
-  }
-  remove_files(options.output, is_new);
+  if (!status) return CtfImport(options).run(trace);
   const std::string problem = "reading " + options.trace + " " + program::how_it_ended(*status);
   if (WTERMSIG(*status) == SIGKILL) throw program::RunError(problem + "; memory may have run out");
   throw program::UsageError(

@@ -15,7 +15,7 @@ struct CtfOptions {
   std::string deployment;           ///< Deployment of the recorded threads; empty: inferred.
   std::vector<std::string> chains;  ///< Each `SOURCE,...:SINK`; empty: found in the graph.
   unsigned cores = 0;               ///< Processors of the recorded system; 0: those in the trace.
-  std::uint64_t jobs = 100'000;     ///< Number of first jobs for rules, times, chains and self-check.
+  std::uint64_t jobs = 100'000;     ///< First jobs of the trace, of which all results are.
 };
 
 /// Reads a trace of ros2_tracing and writes graph, execution times, a run folder, deployment and

@@ -40,15 +40,16 @@ class RecordedTrace {
   RecordedTrace(const tracing::System& system, const RecordedGraph& graph, const RecordedTimers& timers,
                 std::vector<bool> release_only);
 
-  /// The row of a job of the graph, in the trace's time; call it in the order of starts.
-  [[nodiscard]] JobRecord job(const tracing::Job& job);
-  /// The rows of all jobs; an empty one for those that are not in the graph.
+  /// The rows of all jobs in the order of starts, in the trace's time; an empty one for those that are not in
+  /// the graph. Call it once.
   [[nodiscard]] std::vector<JobRecord> jobs(std::span<const tracing::Job> jobs);
   [[nodiscard]] JobRecord lost(const tracing::LostSample& lost) const;
   /// Timestamps that are due at the end without a started job.
   [[nodiscard]] std::vector<JobRecord> due(Time end) const;
 
  private:
+  /// The row of a job of the graph.
+  JobRecord job(const tracing::Job& job);
   /// A sample may stay unread for this many jobs of its publisher.
   static constexpr std::size_t kRemembered = 1024;
   Job timer_job(TaskId task, Time start);

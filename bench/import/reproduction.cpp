@@ -38,7 +38,7 @@ class Way {
       const TimerHandling timers = traits_[executor_of_[id]].timers;
       release_only.push_back(timers == TimerHandling::release_only || found_.timers.released[id]);
     }
-    RecordedTrace rows(recorded_.system, found_.graph, found_.timers, release_only);
+    RecordedTrace rows(recorded_.system, found_.graph, found_.timers, std::move(release_only));
     std::vector<JobRecord> records = rows.jobs(recorded_.jobs);
     const RecordedWindow window{recorded_.jobs, records};
     const Displacement displacement = recorded_displacement(recorded_.system, window);
@@ -58,10 +58,13 @@ class Way {
     }
     trace.chains = join_chains(graph, tasks, trace, outputs);
     SelfCheck check = self_check(graph, tasks, executor, trace);
-    return {labels_,          std::move(release_only),
-            std::move(costs), shared ? displacement.slices : TimeSlices{},
-            std::move(graph), std::move(tasks),
-            std::move(trace), std::move(executor),
+    return {labels_,
+            std::move(costs),
+            shared ? displacement.slices : TimeSlices{},
+            std::move(graph),
+            std::move(tasks),
+            std::move(trace),
+            std::move(executor),
             std::move(check)};
   }
 

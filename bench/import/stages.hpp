@@ -54,7 +54,6 @@ struct ChosenExecutors {
 /// decides.
 struct Reproduction {
   std::vector<std::string> labels;   ///< By executor.
-  std::vector<bool> release_only;    ///< By task: a thread of its own releases it.
   std::vector<RecordedCosts> costs;  ///< By executor.
   TimeSlices slices;
   Graph graph;  ///< With execution times and platform.

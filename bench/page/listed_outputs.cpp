@@ -47,8 +47,9 @@ void ListedOutputs::add(const Explanation& e, Kind kind) {
   end_.push_back((kind == Kind::response ? sink.finish : sink.start).time_since_epoch().count());
   latency_.push_back(e.latency.count());
   complete_.push_back(e.complete ? 1 : 0);
-  const explain::CauseTimes sums = causes_of(e);
-  for (std::size_t c = 0; c < sums.size(); ++c) causes_[c].push_back(sums[c].count());
+  explain::Totals totals;
+  totals.add(e);
+  for (std::size_t c = 0; c < causes_.size(); ++c) causes_[c].push_back(totals.causes[c].count());
   parts_.push_back(static_cast<std::int64_t>(e.parts.size()));
   for (const explain::Part& part : e.parts) {
     const bool other = part.behind.task != kNoTask;

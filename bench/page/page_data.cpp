@@ -141,10 +141,9 @@ class RunData {
     try {
       for (const std::string& executor : run_.executors()) {
         std::vector<ListedOutputs> listed(tasks);
-        explain::StoredOutputs::explain_tasks(run_, executor, most,
-                                              [&](TaskId task, const explain::Explanation& explanation) {
-                                                listed[task].add(explanation, ListedOutputs::Kind::response);
-                                              });
+        explain::StoredOutputs::explain_tasks(run_, executor, most, [&](const explain::Explanation& of) {
+          listed[of.path.back().job.task].add(of, ListedOutputs::Kind::response);
+        });
         for (TaskId task = 0; task < tasks; ++task) {
           listed[task].keep_parts(share_.parts / (tasks * executors));
           json columns = listed[task].columns();

@@ -131,15 +131,15 @@ TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {
 
 TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
   const auto candidates = all_candidates(graph_named("autoware", 2));
-  advise::PredictionOptions options;
-  options.common.phases = Phases::random;
-  options.common.duration_s = 2;
-  options.common.warm_up_s = 0.5;
+  advise::Options options;
+  options.phases = Phases::random;
+  options.duration_s = 2;
+  options.warm_up_s = 0.5;
   options.draws = 2;
-  options.budget = std::chrono::hours(1);
+  options.budget_s = 3600;
   const auto medians = [&](unsigned threads, std::uint64_t seed) {
     options.threads = threads;
-    options.common.seed = seed;
+    options.seed = seed;
     std::vector<double> all;
     for (const advise::Prediction& p : advise::predict(candidates, options, [](std::uint32_t) {})) {
       all.push_back(p.summary.chains.at(0).hot_path.quantiles.p50);
@@ -152,9 +152,10 @@ TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
 
 TEST(Predictions, StopAfterTheDrawInWhichTheBudgetEnds) {
   const auto candidates = all_candidates(graph_named("sequences"));
-  advise::PredictionOptions options;
-  options.common.duration_s = 1;
+  advise::Options options;
+  options.duration_s = 1;
   options.draws = 5;
+  options.budget_s = 0;
   std::uint32_t told = 0;
   const auto predictions = advise::predict(candidates, options, [&](std::uint32_t draws) { told = draws; });
   EXPECT_EQ(told, 1U);

@@ -104,12 +104,9 @@ class Explain(CommandTest):
         for name, executors in (("both", "default,rm-ro"), ("a", "default"), ("b", "rm-ro")):
             self.simulated(f"--executors {executors}", name)
         one_run = self.explained("both", "--executor", "default,rm-ro")
-        self.assertTrue(one_run["paired"])
         for side in "ab":
             self.assertEqual(sum(one_run[side]["causes_ns"].values()), one_run[side]["latency_ns"])
         self.assertEqual(self.explained("a", "b"), one_run)
-        self.simulated("--executors rm-ro --seed 7 --phases random", "c")
-        self.assertFalse(self.explained("a", "c")["paired"])
 
     def test_rows_out_of_order_are_refused(self) -> None:
         self.simulated("--executors default")

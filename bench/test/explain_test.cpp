@@ -25,15 +25,15 @@ std::vector<Explanation> of_chain(const Simulated& run, std::uint32_t chain) {
     if (r.chain == chain && r.hot_path_latency >= Duration{})
       outputs.push_back({0, r.sequence, r.hot_path_latency, r.sink});
   }
-  return run.explained({chain, kNoTask}, outputs);
+  return run.explained(chain, outputs);
 }
 std::vector<Explanation> of_task(const Simulated& run, TaskId task) {
   std::vector<Output> outputs;
   for (const JobRecord& r : run.trace().jobs) {
     if (r.job.task == task && results::counts(r, Time{}))
-      outputs.push_back({0, r.job.sequence, results::response_time(r)});
+      outputs.push_back({0, r.job.sequence, results::response_time(r), task});
   }
-  return run.explained({std::nullopt, task}, outputs);
+  return run.explained(std::nullopt, outputs);
 }
 
 /// The parts as text: cause, time in ms, job behind which it waited, rule.
@@ -305,11 +305,12 @@ JobRecord sampled(JobRecord r, Duration at, std::uint16_t worker = 0) {
 
 /// The parts of the only output, of these jobs.
 std::vector<Part> parts_of(const Graph& graph, const char* executor, results::RunKind kind,
-                           const Target& target, const Output& output, const std::vector<JobRecord>& jobs) {
+                           std::optional<std::uint32_t> chain, const Output& output,
+                           const std::vector<JobRecord>& jobs) {
   const GraphTasks tasks = make_tasks(graph);
   const System system(setup::parse_executor(executor, {}), graph, tasks, kind, 1);
   std::vector<Part> parts;
-  Explainer explainer(system, target, {output}, "test", [&](const Explanation& e) { parts = e.parts; });
+  Explainer explainer(system, chain, {output}, [&](const Explanation& e) { parts = e.parts; });
   explainer.begin(0, nullptr);
   for (const JobRecord& job : jobs) explainer.add(job);
   explainer.end();
@@ -325,7 +326,7 @@ TEST(Explain, TimeWithoutAnyCauseIsUnexplained) {
   // The job that the sink waited for is taken out of the trace.
   const Graph graph =
       graph_of({timer("a", 1ms), timer("b", 2ms, 100ms, 1ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
-  EXPECT_THAT(parts_of(graph, "default", results::RunKind::simulated, {0, kNoTask}, {0, 0, 3ms},
+  EXPECT_THAT(parts_of(graph, "default", results::RunKind::simulated, 0, {0, 0, 3ms},
                        {ran(0, 0ms, 1ms), sampled(ran(2, 3ms, 4ms), 1ms)}),
               ElementsAre(part(Cause::running, 1ms), part(Cause::unexplained, 2ms)));
 }
@@ -334,17 +335,17 @@ TEST(Explain, TheProcessorIsWithheld) {
   const auto live = results::RunKind::live;
   const Graph follow = graph_of({timer("a", 10ms), follower("sink", {"a"}, 1ms)}, {"a"}, "sink");
   const auto of_a = [&](Duration cpu_time) {
-    return parts_of(follow, "default", live, {std::nullopt, 0}, {0, 0, 10ms}, {ran(0, 0ms, 10ms, cpu_time)});
+    return parts_of(follow, "default", live, std::nullopt, {0, 0, 10ms, 0}, {ran(0, 0ms, 10ms, cpu_time)});
   };
   EXPECT_THAT(of_a(7ms), ElementsAre(part(Cause::running, 7ms), part(Cause::withheld, 3ms)));
   EXPECT_THAT(of_a(Duration(-1)), ElementsAre(part(Cause::running, 10ms))) << "it has no CPU time";
   // Before a publication to another thread, which comes before the end of `a`.
-  EXPECT_THAT(parts_of(follow, "multi:2", live, {0, kNoTask}, {0, 0, 9ms, 1},
+  EXPECT_THAT(parts_of(follow, "multi:2", live, 0, {0, 0, 9ms, 1},
                        {ran(0, 0ms, 10ms, 4ms), sampled(ran(1, 9ms, 11ms), 9ms, 1)}),
               ElementsAre(part(Cause::running, 4ms), part(Cause::withheld, 5ms)));
   // From a job that went first.
   const Graph two = graph_of({timer("a", 10ms), timer("b", 10ms)}, {"a"}, "b");
-  EXPECT_THAT(parts_of(two, "default", live, {std::nullopt, 1}, {0, 0, 11ms},
+  EXPECT_THAT(parts_of(two, "default", live, std::nullopt, {0, 0, 11ms, 1},
                        {ran(0, 0ms, 10ms, 4ms), ran(1, 10ms, 11ms, 1ms)}),
               ElementsAre(part(Cause::executor, 4ms, {0, 0}), part(Cause::withheld, 6ms, {0, 0}),
                           part(Cause::running, 1ms)));

@@ -56,40 +56,19 @@ TEST(Overviews, GiveLongerAndShorterCausesApart) {
 
 TEST(Comparisons, GiveSavingsAndLossesApart) {
   const TaskSet set;
-  Comparison c;
-  c.a = totals_of({{Cause::running, 10ms}, {Cause::executor, 6ms}, {Cause::snapshot, 2ms}});
-  c.b = totals_of({{Cause::running, 10ms}, {Cause::older_sample, 7ms}});
+  const Totals a = totals_of({{Cause::running, 10ms}, {Cause::executor, 6ms}, {Cause::snapshot, 2ms}});
+  Totals b = totals_of({{Cause::running, 10ms}, {Cause::older_sample, 7ms}});
   const auto told = [&] {
-    return report({set, "a", "chain", "", 0}, {set, "b", "chain", "", 0}, c).sentences[1];
+    return report({set, "a", "chain", "", 0}, a, {set, "b", "chain", "", 0}, b).sentences[1];
   };
   EXPECT_EQ(
       told(),
       "It saves 8.0 ms, of which 6.0 ms (75 %) for waiting for the executor and 2.0 ms (25 %) for a wait "
       "set's snapshot taken too early; it adds 7.0 ms for queued behind an older sample.");
-  c.b = totals_of({{Cause::running, 10ms}});
+  b = totals_of({{Cause::running, 10ms}});
   EXPECT_EQ(told(),
             "It saves 6.0 ms (75 %) of waiting for the executor and 2.0 ms (25 %) of a wait set's snapshot "
             "taken too early.");
-}
-
-TEST(Comparisons, PairOutputsOfTheSameSourceJob) {
-  const auto side = [](std::uint64_t first, Duration latency) {
-    ComparedOutputs outputs;
-    for (std::uint64_t i = first; i < first + 10; ++i) {
-      JobRecord source;
-      source.job.task = 0;
-      source.job.sequence = i;
-      outputs.add({0, latency, {source}, true, {{Cause::running, Rule::none, {}, 0, latency}}});
-    }
-    return outputs;
-  };
-  const Comparison paired = compare(side(0, 5ms), side(2, 3ms), true);
-  EXPECT_TRUE(paired.paired);
-  EXPECT_EQ(paired.a.outputs, 8U);
-  EXPECT_EQ(paired.a.latency, 40ms);
-  EXPECT_EQ(paired.b.latency, 24ms);
-  EXPECT_FALSE(compare(side(0, 5ms), side(9, 3ms), true).paired);
-  EXPECT_FALSE(compare(side(0, 5ms), side(0, 3ms), false).paired);
 }
 
 }  // namespace
