@@ -109,9 +109,9 @@ def key(figure: Figure, table: Table) -> None:
     style.add_key(figure, [*handles, style.patch("95 % interval over repetitions", alpha=0.3)], 6)
 
 
-def lines(table: Table, width: float) -> Figure:
+def lines(table: Table) -> Figure:
     """Median and worst case over x; other axes are pooled."""
-    figure, panels = style.new_figure(width, 3.6, 1, 2)
+    figure, panels = style.new_figure(3.6, 1, 2)
     for axes, measure in zip(panels, table.measures):
         draw_lines(axes, table, table.rows, measure)
         axes.set_title(measure.title)
@@ -119,12 +119,12 @@ def lines(table: Table, width: float) -> Figure:
     return figure
 
 
-def multiples(table: Table, width: float) -> Figure:
+def multiples(table: Table) -> Figure:
     """A small panel per value of the second axis."""
     axis, measure = table.others[0], table.multiplied
     values = list(table.rows[axis].unique())[:MOST_PANELS]
     columns = min(3, len(values))
-    figure, panels = style.new_figure(width, 2.4, math.ceil(len(values) / columns), columns, True)
+    figure, panels = style.new_figure(2.4, math.ceil(len(values) / columns), columns, True)
     for axes, value in zip(panels, values):
         draw_lines(axes, table, table.rows[table.rows[axis] == value], measure)
         axes.set_title(f"{axis} {value}", fontsize=10)

@@ -41,7 +41,7 @@ def write(folder: str) -> None:
     """Draws the figures of a sweep, and writes report.html and report.md. Raises InputError."""
     of = Table(Path(folder))
     for name, title, draw in figures(of):
-        style.save(draw(of, style.WIDE), folder, f"sweep_{name}", title, of.subtitle())
+        style.save(draw(of), folder, f"sweep_{name}", title, of.subtitle())
     drawn = plots(of)
     values = [
         {"measure": p["title"], of.x: x, "executor": a["label"], "value": value, "low": low, "high": high}
@@ -51,7 +51,7 @@ def write(folder: str) -> None:
     ]
     data = pd.DataFrame(values)
     made = [
-        make_figure(name, title, lambda width, draw=draw: Drawing(draw(of, width), data), [])  # type: ignore
+        make_figure(name, title, lambda draw=draw: Drawing(draw(of), data))  # type: ignore
         for name, title, draw in figures(of)
     ]
     text = "The value of a point is over the repetitions; bands are its 95 % interval."

@@ -43,8 +43,6 @@ body:has(#explore:not([hidden])) :is(header.top, main, footer) { max-width: 84re
 .beside > .violins[hidden] { display: none; }
 .beside > :only-child, .beside > .ecdf:has(+ [hidden]) { grid-column: 1 / -1; }
 .violins figure { margin: 0; }
-.violins figure .wide { display: none; }
-.violins figure .narrow { display: block; max-width: 30rem; }
 .holder, .canvas { position: relative; }
 .plot { min-height: 120px; }
 .plot[hidden] { display: none; }
