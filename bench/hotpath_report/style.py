@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from hotpath_report.hotpath_command import executor_named, registry
 from hotpath_report.tables import make_folder, write_file
 
-WIDE, NARROW = 9.2, 4.3  # inches
+WIDTH = 9.2  # inches
 PNG_DPI = 150
 INK, FAINT, GRID, GROUND = "#1f2328", "#68707a", "#dfe3e8", "#fefefe"
 WARNING = "#D1242F"
@@ -66,23 +66,13 @@ def dashes_of(executors: Sequence[str]) -> list[list[int]]:
     return made
 
 
-def is_narrow(inches: float) -> bool:
-    """Whether a figure of this width is meant for a phone."""
-    return inches < 6
-
-
 def new_figure(
-    width: float, height: float, rows: int = 1, columns: int = 1, share_y: bool = False
+    height: float, rows: int = 1, columns: int = 1, share_y: bool = False
 ) -> tuple[Figure, list[Axes]]:
-    """A figure of rows × columns panels of `height` inches; on a phone they are stacked."""
+    """A figure of rows × columns panels of `height` inches."""
     plt.style.use(STYLE)
-    narrow = is_narrow(width)
-    if narrow:
-        rows, columns = rows * columns, 1
-    share, size = "row" if share_y and not narrow else False, (width, height * rows)
-    figure, axes = plt.subplots(
-        rows, columns, squeeze=False, sharey=share, figsize=size, layout="constrained"
-    )
+    look: Any = {"figsize": (WIDTH, height * rows), "layout": "constrained"}
+    figure, axes = plt.subplots(rows, columns, squeeze=False, sharey="row" if share_y else False, **look)
     return figure, list(axes.flat)
 
 
@@ -100,11 +90,10 @@ def reserve(figure: Figure, below: float = 0, above: float = 0) -> None:
 
 def add_key(figure: Figure, handles: Sequence[Any], columns: int) -> None:
     """Adds a legend below all panels, in at most `columns` columns."""
-    narrow = is_narrow(figure.get_figwidth())
-    columns = 2 if narrow else min(columns, len(handles))
+    columns = min(columns, len(handles))
     reserve(figure, below=0.1 + 0.2 * -(-len(handles) // columns))
     look: Any = {"columnspacing": 1.3, "handlelength": 1.6, "borderaxespad": 0.2}
-    look |= {"loc": "lower left", "bbox_to_anchor": (0, 0), "fontsize": 8.5 if narrow else 9}
+    look |= {"loc": "lower left", "bbox_to_anchor": (0, 0), "fontsize": 9}
     figure.legend(handles=list(handles), ncol=columns, **look)
 
 

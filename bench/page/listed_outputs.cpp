@@ -35,47 +35,40 @@ ListedOutputs::ListedOutputs(const results::StoredRun& run, const std::string& e
   explain::Options options;
   options.chain = chain;
   explain::StoredOutputs stored(run, executor, options);
-  outputs_ = stored.outputs().size();
+  all_ = stored.outputs().size();
   stored.explain(listed(stored.outputs(), most), [this](const Explanation& e) { add(e, Kind::output); });
   missing_ = stored.subject().missing;
 }
 
 void ListedOutputs::add(const Explanation& e, Kind kind) {
   const JobRecord& sink = e.path.back();
-  repetition_.push_back(e.repetition);
-  sequence_.push_back(static_cast<std::int64_t>(sink.job.sequence));
-  end_.push_back((kind == Kind::response ? sink.finish : sink.start).time_since_epoch().count());
-  latency_.push_back(e.latency.count());
-  complete_.push_back(e.complete ? 1 : 0);
+  const Time end = kind == Kind::response ? sink.finish : sink.start;
+  outputs_.add({e.repetition, static_cast<std::int64_t>(sink.job.sequence), end.time_since_epoch().count(),
+                e.latency.count(), e.complete});
   explain::Totals totals;
   totals.add(e);
   for (std::size_t c = 0; c < causes_.size(); ++c) causes_[c].push_back(totals.causes[c].count());
   parts_.push_back(static_cast<std::int64_t>(e.parts.size()));
   for (const explain::Part& part : e.parts) {
     const bool other = part.behind.task != kNoTask;
-    cause_.push_back(static_cast<std::int64_t>(part.cause));
-    rule_.push_back(static_cast<std::int64_t>(part.rule));
-    step_.push_back(static_cast<std::int64_t>(part.step));
-    behind_.push_back(other ? static_cast<std::int64_t>(part.behind.task) : -1);
-    behind_sequence_.push_back(other ? static_cast<std::int64_t>(part.behind.sequence) : -1);
-    length_.push_back(part.length.count());
+    part_.add({static_cast<std::int64_t>(part.cause), static_cast<std::int64_t>(part.rule),
+               static_cast<std::int64_t>(part.step), other ? static_cast<std::int64_t>(part.behind.task) : -1,
+               other ? static_cast<std::int64_t>(part.behind.sequence) : -1, part.length.count()});
   }
   steps_.push_back(static_cast<std::int64_t>(e.path.size()));
-  for (const JobRecord& job : e.path) {
-    path_task_.push_back(job.job.task);
-    path_sequence_.push_back(static_cast<std::int64_t>(job.job.sequence));
-  }
+  for (const JobRecord& job : e.path) step_.add({job.job.task, static_cast<std::int64_t>(job.job.sequence)});
 }
 
 std::vector<std::size_t> ListedOutputs::by_latency() const {
-  std::vector<std::size_t> order(latency_.size());
+  const Column& latency = outputs_.columns[3];
+  std::vector<std::size_t> order(latency.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t i) { return latency_[i]; });
+  std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t i) { return latency[i]; });
   return order;
 }
 
 bool ListedOutputs::keep_parts(std::size_t most) {
-  if (cause_.size() <= most) return false;
+  if (part_.size() <= most) return false;
   std::vector<bool> kept(parts_.size(), false);
   for (const std::size_t i : by_latency()) {
     const auto parts = static_cast<std::size_t>(parts_[i]);
@@ -83,49 +76,41 @@ bool ListedOutputs::keep_parts(std::size_t most) {
     kept[i] = true;
     most -= parts;
   }
-  for (Column* const column : {&cause_, &rule_, &step_, &behind_, &behind_sequence_, &length_}) {
-    auto from = column->begin(), to = column->begin();
+  for (Column& column : part_.columns) {
+    auto from = column.begin(), to = column.begin();
     for (std::size_t i = 0; i < kept.size(); ++i) {
       const auto end = from + parts_[i];
       to = kept[i] ? std::copy(from, end, to) : to;
       from = end;
     }
-    column->erase(to, column->end());
+    column.erase(to, column.end());
   }
   for (std::size_t i = 0; i < kept.size(); ++i) parts_[i] *= kept[i];
   return true;
 }
 
 nlohmann::json ListedOutputs::columns() const {
-  return {{"outputs", outputs_},
-          {"missing", missing_},
-          {"repetition", repetition_},
-          {"sequence", sequence_},
-          {"end_ns", end_},
-          {"latency_ns", latency_},
-          {"complete", complete_},
-          {"causes_ns", causes_},
-          {"parts", parts_},
-          {"part",
-           {{"cause", cause_},
-            {"rule", rule_},
-            {"step", step_},
-            {"behind", behind_},
-            {"behind_sequence", behind_sequence_},
-            {"ns", length_}}},
-          {"steps", steps_},
-          {"step", {{"task", path_task_}, {"sequence", path_sequence_}}}};
+  nlohmann::json all = outputs_.json();
+  all.update({{"outputs", all_},
+              {"missing", missing_},
+              {"causes_ns", causes_},
+              {"parts", parts_},
+              {"part", part_.json()},
+              {"steps", steps_},
+              {"step", step_.json()}});
+  return all;
 }
 
 std::map<std::uint32_t, std::vector<Interval>> ListedOutputs::worst(std::size_t most) const {
   std::vector<std::size_t> order = by_latency();
   order.resize(std::min(order.size(), most));
   std::map<std::uint32_t, std::vector<Interval>> intervals;
+  const auto& [repetition, sequence, ends, latencies, complete] = outputs_.columns;
   for (const std::size_t i : order) {
-    const Duration latency(latency_[i]);
-    const Time end{Duration(end_[i])};
-    intervals[static_cast<std::uint32_t>(repetition_[i])].emplace_back(end - latency - latency / 2,
-                                                                       end + latency / 2);
+    const Duration latency(latencies[i]);
+    const Time end{Duration(ends[i])};
+    intervals[static_cast<std::uint32_t>(repetition[i])].emplace_back(end - latency - latency / 2,
+                                                                      end + latency / 2);
   }
   return intervals;
 }

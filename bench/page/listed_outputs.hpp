@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "explain/stored_outputs.hpp"
-#include "page/job_columns.hpp"
+#include "page/columns.hpp"
 
 namespace hotpath::page {
 
@@ -17,11 +17,10 @@ namespace hotpath::page {
 [[nodiscard]] std::vector<explain::Output> listed(const std::vector<explain::Output>& outputs,
                                                   std::size_t most);
 
-/// Explained outputs of one chain, or jobs of one task, under one executor, one column of integers per
-/// property.
+/// Explained outputs of one chain, or jobs of one task, under one executor.
 class ListedOutputs {
  public:
-  ListedOutputs() : causes_(explain::kCauses) {}
+  ListedOutputs() = default;
   /// Reads and explains the outputs, of which it keeps at most `most`. Throws as StoredOutputs does.
   ListedOutputs(const results::StoredRun& run, const std::string& executor, const std::string& chain,
                 std::size_t most);
@@ -30,7 +29,6 @@ class ListedOutputs {
   /// `most` parts. Returns whether there are others.
   bool keep_parts(std::size_t most);
 
-  /// By property; bench/hotpath_report/web/README.md explains them.
   [[nodiscard]] nlohmann::json columns() const;
   /// The time from the origin to the end of the `most` worst outputs, with a margin, by repetition.
   [[nodiscard]] std::map<std::uint32_t, std::vector<Interval>> worst(std::size_t most) const;
@@ -41,12 +39,12 @@ class ListedOutputs {
  private:
   [[nodiscard]] std::vector<std::size_t> by_latency() const;
 
-  using Column = std::vector<std::int64_t>;
-  std::size_t outputs_ = 0, missing_ = 0;
-  Column repetition_, sequence_, end_, latency_, complete_;
-  std::vector<Column> causes_;  // by cause
-  Column parts_, cause_, rule_, step_, behind_, behind_sequence_, length_;
-  Column steps_, path_task_, path_sequence_;
+  std::size_t all_ = 0, missing_ = 0;
+  Columns<5> outputs_{{"repetition", "sequence", "end_ns", "latency_ns", "complete"}};
+  std::array<Column, explain::kCauses> causes_;
+  Column parts_, steps_;  // by output: how many rows it has below
+  Columns<6> part_{{"cause", "rule", "step", "behind", "behind_sequence", "ns"}};
+  Columns<2> step_{{"task", "sequence"}};
 };
 
 }  // namespace hotpath::page

@@ -24,9 +24,9 @@ constexpr std::size_t kWorst = 10;             // outputs of a chain whose jobs 
 constexpr std::size_t kMostOfTask = 20;        // explained jobs of a task under an executor
 constexpr std::size_t kMostRows = 20'000'000;  // rows of jobs.csv to read for all chains
 
-/// What part of a page one run may fill.
+/// The largest numbers in a page; above them, it is thinned. Each run may fill an equal share.
 struct Share {
-  std::size_t jobs = kMostJobs, outputs = kMostOutputs, parts = kMostParts;
+  std::size_t jobs = 100'000, outputs = 5'000, parts = 250'000;  // parts of all explained outputs
 };
 
 json tasks_json(const TaskSet& set) {
@@ -202,8 +202,8 @@ json words_of_causes() {
 json page_data(const std::vector<std::string>& folders) {
   json data = {{"causes", words_of_causes()}, {"rules", json::array()}, {"runs", json::array()}};
   for (const auto& [rule, word] : explain::enum_texts(explain::Rule{})) data["rules"].push_back(word);
-  const std::size_t runs = folders.size();
-  const Share share{kMostJobs / runs, kMostOutputs / runs, kMostParts / runs};
+  Share share;
+  for (std::size_t* const number : {&share.jobs, &share.outputs, &share.parts}) *number /= folders.size();
   for (const std::string& folder : folders) {
     try {
       const results::StoredRun run(folder, "report");

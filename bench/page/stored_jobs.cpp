@@ -36,6 +36,19 @@ json intervals_json(const std::vector<Interval>& intervals) {
 
 }  // namespace
 
+void JobColumns::add(const JobRecord& r) {
+  const auto difference = [](std::uint64_t a, std::uint64_t b) { return static_cast<std::int64_t>(a - b); };
+  const bool published = r.job.parent.task != kNoTask;
+  columns_.add({r.job.task, difference(r.job.sequence, last_sequence_[r.job.task]),
+                (r.start - last_start_).count(),
+                r.outcome == Outcome::ran ? (r.finish - r.start).count() : -1,
+                (r.start - r.job.timestamp).count(), (r.start - r.job.release).count(), r.worker,
+                published ? static_cast<std::int64_t>(r.job.parent.task) : -1,
+                published ? difference(r.job.sequence, r.job.parent.sequence) : 0});
+  last_sequence_[r.job.task] = r.job.sequence;
+  last_start_ = r.start;
+}
+
 std::size_t count_jobs(const results::StoredRun& run) {
   if (!std::filesystem::exists(run.folder() / "jobs.csv")) return 0;
   std::size_t jobs = 0;

@@ -7,10 +7,27 @@
 #include <utility>
 #include <vector>
 
-#include "page/job_columns.hpp"
+#include "page/columns.hpp"
 #include "results/stored_run.hpp"
 
 namespace hotpath::page {
+
+/// Started jobs of one repetition. Columns hold differences where these are small numbers, which
+/// compress well.
+class JobColumns {
+ public:
+  explicit JobColumns(TaskId tasks) : last_sequence_(tasks, 0) {}
+
+  /// Adds a job, in order of start.
+  void add(const JobRecord& job);
+  [[nodiscard]] nlohmann::json columns() const { return columns_.json(); }
+
+ private:
+  Columns<9> columns_{{"task", "sequence", "start", "length", "before_timestamp", "before_release", "worker",
+                       "parent", "parent_sequence"}};
+  std::vector<std::uint64_t> last_sequence_;  // by task
+  Time last_start_{};
+};
 
 /// By executor and repetition.
 using WantedIntervals = std::map<std::pair<std::string, std::uint32_t>, std::vector<Interval>>;

@@ -33,10 +33,10 @@ def call(folder: Path, environment: dict[str, str], *words: object) -> Any:
     return subprocess.CompletedProcess(line, code, output.getvalue(), errors.getvalue())
 
 
-def blank_figure(name: str, title: str, _: Any, commands: list[str]) -> Any:
+def blank_figure(name: str, title: str, _: Any) -> Any:
     """Instead of make_figure(), which takes most of a page's time."""
     figure = load("pages.writer").Figure
-    return figure(name, title, "", {"wide": BLANK, "narrow": BLANK}, commands)
+    return figure(name, title, "", BLANK)
 
 
 def write_report(folder: Path, environment: dict[str, str], *words: object) -> None:

@@ -7,8 +7,8 @@
 #include <set>
 
 #include "explain/totals.hpp"
-#include "page/job_columns.hpp"
 #include "page/listed_outputs.hpp"
+#include "page/stored_jobs.hpp"
 
 namespace hotpath::page {
 namespace {

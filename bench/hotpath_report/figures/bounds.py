@@ -19,10 +19,10 @@ def mark(source: str, executor: str) -> dict[str, str]:
     return {"marker": marker, "color": colour, "markerfacecolor": fill, "linestyle": ""}
 
 
-def tightness(table: pd.DataFrame, width: float) -> Figure:
+def tightness(table: pd.DataFrame) -> Figure:
     """Worst responses in % of their bounds: source, setting, executor, task, share_percent."""
     settings, executors = sorted(table["setting"].unique()), list(table["executor"].unique())
-    figure, panels = style.new_figure(width, 3.3, 1, len(settings), share_y=True)
+    figure, panels = style.new_figure(3.3, 1, len(settings), share_y=True)
     for axes, setting in zip(panels, settings):
         here = table[table["setting"] == setting]
         tasks = list(here["task"].unique())
@@ -44,9 +44,9 @@ def fit_release_cost(table: pd.DataFrame) -> tuple[float, float]:
     return fit_line(*(table[column].to_list() for column in ("timers", "p50_ns", "passes")))
 
 
-def release_cost(table: pd.DataFrame, colour: str, width: float) -> Figure:
+def release_cost(table: pd.DataFrame, colour: str) -> Figure:
     """Length of a releaser pass over the number of timers released."""
-    figure, (axes,) = style.new_figure(width, 3.2)
+    figure, (axes,) = style.new_figure(3.2)
     delta, constant = fit_release_cost(table)
     hollow = {"color": FAINT, "markerfacecolor": "none"}
     axes.plot(table["timers"], table["p99_ns"], "s", label="99th percentile", **hollow)

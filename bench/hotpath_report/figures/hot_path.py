@@ -81,7 +81,7 @@ def draw_run(folder: str) -> None:
     run = Run(folder)
     rows = {c: with_ratios(rows_of_runs([of], [run])) for c, of in read_latencies(run).items()}
     first = next(iter(rows.values()))
-    figure, panels = style.new_figure(style.WIDE, 0.6 + 0.55 * len(first), len(rows))
+    figure, panels = style.new_figure(0.6 + 0.55 * len(first), len(rows))
     # Without work in the nodes there is no limit.
     limits = sorted((x for x in run.facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
     for axes, (chain, of_chain) in zip(panels, rows.items()):
@@ -101,17 +101,14 @@ def draw_run(folder: str) -> None:
 
 def draw_rows(
     rows: list[Row],
-    width: float,
     real_ms: Mapping[str, float] | None = None,
     label: str = "hot-path latency (ms)",
 ) -> Drawing:
     """One panel of rows, with the known worst cases (ms) of the real ROS 2 stack."""
-    narrow = style.is_narrow(width)
-    rows = [replace(row, notes=("", "")) if narrow else row for row in rows]  # no room for ratios
     real = {y: real_ms[row.executor] for y, row in enumerate(rows) if real_ms and row.executor in real_ms}
-    figure, (axes,) = style.new_figure(width, 0.6 + 0.62 * len(rows))
+    figure, (axes,) = style.new_figure(0.6 + 0.62 * len(rows))
     sources = violins.sources_of(rows)
-    limit = violins.axis_limit(rows, real.values()) * (1 if narrow else 1.08)
+    limit = violins.axis_limit(rows, real.values()) * 1.08
     violins.draw_rows(axes, rows, limit, sources)
     for y, worst in real.items():
         axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))

@@ -44,9 +44,9 @@ def draw_load(axes: Axes, points: Points, executor: str, p: float) -> None:
         axes.errorbar([load], [e.value], yerr=gaps, fmt="o", color=colour, elinewidth=1, zorder=4, **OUTLINED)
 
 
-def over_load(points: Points, executors: Sequence[str], width: float) -> Figure:
+def over_load(points: Points, executors: Sequence[str]) -> Figure:
     """Median and worst case over load."""
-    figure, panels = style.new_figure(width, 3.9, 1, 2)
+    figure, panels = style.new_figure(3.9, 1, 2)
     for axes, p, title in zip(panels, (0.5, 1.0), ("Median", "Worst case")):
         for executor in executors:
             draw_load(axes, points, executor, p)
@@ -65,14 +65,12 @@ def over_load(points: Points, executors: Sequence[str], width: float) -> Figure:
     return figure
 
 
-def over_phases(
-    draws: Draws, creation_ms: Mapping[str, float], executors: Sequence[str], width: float
-) -> Figure:
+def over_phases(draws: Draws, creation_ms: Mapping[str, float], executors: Sequence[str]) -> Figure:
     """Worst latencies of random phase draws, beside that of the creation order."""
     shown = [e for e in executors if draws.get(("simulated", e))]
     rows = [Row(e, e, [Samples([w] for _, w in draws["simulated", e]), None]) for e in shown]
     live = {e: [w for _, w in draws.get(("live", e), [])] for e in shown}
-    figure, (axes,) = style.new_figure(width, 1 + 0.5 * len(rows))
+    figure, (axes,) = style.new_figure(1 + 0.5 * len(rows))
     limit = violins.axis_limit(rows, [w for worst in live.values() for w in worst])
     violins.draw_rows(axes, rows, limit, SOURCES)
     for y, executor in enumerate(shown):

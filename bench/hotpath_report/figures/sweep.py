@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures of `hotpath sweep`: lines with intervals, and small multiples."""
+"""The figure of `hotpath sweep`: lines with intervals."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,8 +16,6 @@ from hotpath_report.errors import InputError
 from hotpath_report.figures.maps import dashes
 from hotpath_report.statistics import Estimate, Samples
 from hotpath_report.tables import read_json, read_table
-
-MOST_PANELS = 9  # small multiples
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,6 @@ class Table:
         self.executors = list(self.rows["executor"].unique())
         self.failed = int(self.rows["failure"].notna().sum())
         self.what = "Latency" if self.chain else "Response times"
-        self.multiplied = self.measures[1] if self.chain else self.measures[0]  # by the second axis
 
     def points(self, rows: pd.DataFrame, measure: Measure) -> dict[float, Estimate]:
         """{x: quantile over the repetitions with its interval}"""
@@ -82,10 +78,10 @@ class Table:
         return f"{chain}over {', '.join(self.axes)} · {cells}{fails}"
 
 
-def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -> None:
+def draw_lines(axes: Axes, table: Table, measure: Measure) -> None:
     """A line per executor, with a band for the intervals."""
     for executor in table.executors:
-        points = table.points(rows[rows["executor"] == executor], measure)
+        points = table.points(table.rows[table.rows["executor"] == executor], measure)
         if not points:
             continue
         colour, x = style.colour_of(executor), list(points)
@@ -102,33 +98,13 @@ def draw_lines(axes: Axes, table: Table, rows: pd.DataFrame, measure: Measure) -
         axes.yaxis.set_major_formatter("{x:g}")
 
 
-def key(figure: Figure, table: Table) -> None:
-    """Adds the legend."""
+def lines(table: Table) -> Figure:
+    """Median and worst case over x; other axes are pooled."""
+    figure, panels = style.new_figure(3.6, 1, 2)
+    for axes, measure in zip(panels, table.measures):
+        draw_lines(axes, table, measure)
+        axes.set_title(measure.title)
     names = table.executors
     handles = [style.line(e, color=style.colour_of(e), linestyle=dashes(e)) for e in names]
     style.add_key(figure, [*handles, style.patch("95 % interval over repetitions", alpha=0.3)], 6)
-
-
-def lines(table: Table, width: float) -> Figure:
-    """Median and worst case over x; other axes are pooled."""
-    figure, panels = style.new_figure(width, 3.6, 1, 2)
-    for axes, measure in zip(panels, table.measures):
-        draw_lines(axes, table, table.rows, measure)
-        axes.set_title(measure.title)
-    key(figure, table)
-    return figure
-
-
-def multiples(table: Table, width: float) -> Figure:
-    """A small panel per value of the second axis."""
-    axis, measure = table.others[0], table.multiplied
-    values = list(table.rows[axis].unique())[:MOST_PANELS]
-    columns = min(3, len(values))
-    figure, panels = style.new_figure(width, 2.4, math.ceil(len(values) / columns), columns, True)
-    for axes, value in zip(panels, values):
-        draw_lines(axes, table, table.rows[table.rows[axis] == value], measure)
-        axes.set_title(f"{axis} {value}", fontsize=10)
-    for axes in panels[len(values) :]:
-        axes.set_visible(False)
-    key(figure, table)
     return figure

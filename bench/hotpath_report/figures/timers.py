@@ -40,13 +40,13 @@ def draw_rates(axes: Axes, y: float, height: float, rates: Sequence[float], look
     style.note(axes, text, (max(known), y), (7, 0), color=FAINT)
 
 
-def drops(runs: TimerRuns, labels: Mapping[Any, str], width: float) -> Figure:
+def drops(runs: TimerRuns, labels: Mapping[Any, str]) -> Figure:
     """Dropped jobs of all timers and of the IMU alone; `labels`: names of the settings."""
     step = BAND / len(labels)
     # Earlier settings are paler.
     shades = list(np.linspace(0.4, 0.95, len(labels))) if len(labels) > 1 else [0.85]
     height = 0.8 + 0.17 * len(labels) * len(runs.executors)
-    figure, panels = style.new_figure(width, height, 1, 2, share_y=True)
+    figure, panels = style.new_figure(height, 1, 2, share_y=True)
     for axes, group, title in zip(panels, (None, "imu"), ("All timers", "IMU alone")):
         style.rows_of_labels(axes, runs.executors)
         for y, executor in enumerate(runs.executors):
@@ -92,12 +92,10 @@ def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds
             axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))
 
 
-def responses(
-    runs: TimerRuns, groups: Sequence[str], settings: Mapping[Any, str], bounds: Bounds, width: float
-) -> Figure:
+def responses(runs: TimerRuns, groups: Sequence[str], settings: Mapping[Any, str], bounds: Bounds) -> Figure:
     """Response times: a row of panels per group of timers, a column per setting."""
-    height = 0.55 + (0.4 if style.is_narrow(width) else 0.42) * len(runs.executors)
-    figure, panels = style.new_figure(width, height, len(groups), len(settings), share_y=True)
+    height = 0.55 + 0.42 * len(runs.executors)
+    figure, panels = style.new_figure(height, len(groups), len(settings), share_y=True)
     rows = {
         (setting, group): [
             Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in runs.executors
@@ -143,7 +141,7 @@ def draw_run(folder: str) -> None:
     labels = {run.setting(): run.setting()}
     # Without graph and load, which the panels name.
     subtitle = f"{run.source}: {run.conditions()}\n{run.where()}"
-    drawn = drops(runs, labels, style.WIDE), responses(runs, groups, labels, bounds_of(runs), style.WIDE)
+    drawn = drops(runs, labels), responses(runs, groups, labels, bounds_of(runs))
     titles = {"dropped": "Dropped jobs per executor", "response": "Response times of executed jobs"}
     for (name, title), figure in zip(titles.items(), drawn):
         style.save(figure, folder, f"timers_only_{name}", title, subtitle, run.partial)

@@ -72,8 +72,7 @@ def draw_violin(axes: Axes, y: float, samples: Samples, look: dict[str, Any], si
     limit = axes.get_xlim()[1]
     values = samples.pooled
     low, high = float(values.min()), float(values.max())
-    # A small panel needs fewer points.
-    small = axes.get_subplotspec().get_gridspec().ncols > 1 or style.is_narrow(axes.figure.get_figwidth())
+    small = axes.get_subplotspec().get_gridspec().ncols > 1  # it needs fewer points
     x, share = density(values, limit, 120 if small else 240)
     inside = (x >= low - limit / 200) & (x <= high + limit / 200)
     x, share = x[inside], share[inside]

@@ -38,10 +38,10 @@ def draw_panel(axes: Axes, bins: pd.DataFrame) -> None:
     axes.set(xlim=(-15, 105), ylabel="chains")
 
 
-def reductions(histogram: pd.DataFrame, summary: pd.DataFrame, width: float) -> Figure:
+def reductions(histogram: pd.DataFrame, summary: pd.DataFrame) -> Figure:
     """A panel per utilisation."""
     utilisations = sorted(histogram["utilisation"].unique())
-    figure, panels = style.new_figure(width, 2.3, len(utilisations))
+    figure, panels = style.new_figure(2.3, len(utilisations))
     for axes, utilisation in zip(panels, utilisations):
         draw_panel(axes, histogram[histogram["utilisation"] == utilisation])
         axes.set_title(f"utilisation {100 * utilisation:.0f} %")

@@ -39,9 +39,9 @@ def text_of(value: dict[str, Any]) -> str:
     return Estimate(value["value"], *value.get("interval", ())).text(1)
 
 
-def predictions(advice: Advice, rows: list[dict[str, Any]], width: float) -> Drawing:
+def predictions(advice: Advice, rows: list[dict[str, Any]]) -> Drawing:
     """A row of marks per candidate."""
-    figure, (axes,) = style.new_figure(width, 0.6 + 0.36 * len(rows))
+    figure, (axes,) = style.new_figure(0.6 + 0.36 * len(rows))
     values = []
     for y, row in enumerate(rows):
         colour = style.colour_of(row["name"])
@@ -132,11 +132,11 @@ def write(folder: str) -> None:
         f"{found['chain']} of {found['graph']}, best first by {found['objective']}; "
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
-    figure: Figure = predictions(found, shown, style.WIDE).figure
+    figure: Figure = predictions(found, shown).figure
     style.save(figure, folder, "advice", "Predicted latency of each executor", subtitle)
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
     title = "Predicted latency of each candidate"
-    made = make_figure("predictions", title, lambda width: predictions(found, shown, width), [])
+    made = make_figure("predictions", title, lambda: predictions(found, shown))
     text = TEXT + (STORED_TEXT if found["stored"] else "")
     section = Section("candidates", "Candidates", subtitle, text, [made], tables(found))
     section.notes = [" ".join(found["causes"])] if found["causes"] else []

@@ -46,10 +46,10 @@ def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str)
         axes.plot(rows[over], [y + shift] * len(rows), marker, color=colour, markersize=size)
 
 
-def levels(rows: pd.DataFrame, width: float) -> Figure:
+def levels(rows: pd.DataFrame) -> Figure:
     """A row of marks per executor."""
     over, by_executor = rows.columns[2], dict(list(rows.groupby("executor", sort=False)))
-    figure, (axes,) = style.new_figure(width, 0.9 + 0.5 * len(by_executor))
+    figure, (axes,) = style.new_figure(0.9 + 0.5 * len(by_executor))
     style.rows_of_labels(axes, list(by_executor), xlabel=over)
     for y, (executor, found) in enumerate(by_executor.items()):
         draw_row(axes, y, executor, found, over)
@@ -93,10 +93,10 @@ def write(folder: str) -> None:
         raise InputError(f"{path}: no rows, there is nothing to draw")
     over = rows.columns[2]
     title = f"Highest {over} that each executor sustains"
-    figure = levels(rows, style.WIDE)
+    figure = levels(rows)
     style.save(figure, folder, "capacity", title, "simulated; each mark is a tried level")
     drawn = plots(rows, over)
-    made = make_figure("capacity", title, lambda width: Drawing(levels(rows, width), rows), [])
+    made = make_figure("capacity", title, lambda: Drawing(levels(rows), rows))
     executors = ", ".join(rows["executor"].unique())
     tables = [table(rows, over), *map(curves.table, drawn)]
     write_report(

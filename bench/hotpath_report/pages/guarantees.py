@@ -32,10 +32,10 @@ def tightest(rows: pd.DataFrame) -> pd.DataFrame:
     return best.assign(name=best["name"] + best["kind"].map(LATENCIES))
 
 
-def draw(rows: pd.DataFrame, executor: str, width: float) -> Drawing:
+def draw(rows: pd.DataFrame, executor: str) -> Drawing:
     """Bars for bounds, dots for observed values, lines for deadlines."""
     height = 1.1 + 0.21 * len(rows)
-    figure, (axes,) = style.new_figure(width, height)
+    figure, (axes,) = style.new_figure(height)
     ms = {name: rows[name].to_numpy() / 1e6 for name in NUMBERS}
     places = range(len(rows))
     axes.barh(places, ms["bound_ns"], height=0.62, color=style.colour_of(executor), alpha=0.45)
@@ -73,7 +73,7 @@ def write(folder: str) -> None:
         name, best = str(executor), tightest(of_executor)
         figure_name = "".join(c if c.isalnum() else "_" for c in name)
         title = f"{name}: worst-case response times and latencies"
-        made = make_figure(figure_name, title, partial(draw, best, name), [])
+        made = make_figure(figure_name, title, partial(draw, best, name))
         refused = [[r["method"], r["why"]] for r in found["refused"] if r["executor"] == name]
         tables = [table(best), Table("Not applied", ["method", "why"], refused, folded=True)]
         sections.append(Section(figure_name, name, "bounds (ms)", EXPLANATION, [made], tables))

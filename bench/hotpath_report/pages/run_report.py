@@ -160,7 +160,7 @@ def section(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Section:
     found = [run.samples.get(key, {}) for run in runs]
     rows = hot_path.with_ratios(hot_path.rows_of_runs(found, [run.run for run in runs]))
     draw = partial(hot_path.draw_rows, rows, label=label)
-    figure = make_figure(name, f"{title}: {label}", draw, [])
+    figure = make_figure(name, f"{title}: {label}", draw)
     cells = []
     for run, executors in zip(runs, found):
         baseline = next(iter(executors.values()), None)

@@ -17,7 +17,7 @@ from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages import interactive
 from hotpath_report.pages.text import TEMPLATES, render
 from hotpath_report.statistics import Samples, rank_test, ratio
-from hotpath_report.style import FAINT, GRID, GROUND, INK, NARROW, WIDE, plt, settle
+from hotpath_report.style import FAINT, GRID, GROUND, INK, plt, settle
 from hotpath_report.tables import make_folder, write_file
 
 
@@ -92,21 +92,20 @@ def for_page(svg: str, prefix: str, label: str) -> str:
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure for wide and for narrow pages, with its data."""
+    """A figure with its data."""
 
     name: str
     title: str
     csv: str
-    svg: dict[str, str]  # by "wide" and "narrow"
-    commands: list[str]
+    svg: str
 
     def data_uri(self) -> str:
         """The data as a link."""
         return "data:text/csv;base64," + base64.b64encode(self.csv.encode()).decode()
 
-    def inline(self, width: str) -> str:
+    def inline(self) -> str:
         """The figure as an HTML element."""
-        return for_page(self.svg[width], f"{self.name}-{width}", self.title)
+        return for_page(self.svg, self.name, self.title)
 
 
 @dataclass
@@ -122,14 +121,11 @@ class Section:
     notes: list[str] = field(default_factory=list)  # sentences about the first figure
 
 
-Draw = Callable[[float], Drawing]  # for a width in inches
-
-
-def make_figure(name: str, title: str, draw: Draw, commands: list[str]) -> Figure:
-    """Draws a figure for wide and for narrow pages."""
-    drawings = {width: draw(inches) for width, inches in (("wide", WIDE), ("narrow", NARROW))}
-    csv = drawings["wide"].table.to_csv(index=False, float_format="%.6f")
-    return Figure(name, title, csv, {width: svg_of(d.figure) for width, d in drawings.items()}, commands)
+def make_figure(name: str, title: str, draw: Callable[[], Drawing]) -> Figure:
+    """Draws a figure of a page."""
+    drawing = draw()
+    csv = drawing.table.to_csv(index=False, float_format="%.6f")
+    return Figure(name, title, csv, svg_of(drawing.figure))
 
 
 def write_figures(folder: Path, figures: list[Figure]) -> None:
@@ -137,7 +133,7 @@ def write_figures(folder: Path, figures: list[Figure]) -> None:
     make_folder(folder)
     for figure in figures:
         white = '<rect width="100%" height="100%" fill="white"/>\n <defs>'
-        write_file(folder / f"{figure.name}.svg", figure.svg["wide"].replace("<defs>", white, 1))
+        write_file(folder / f"{figure.name}.svg", figure.svg.replace("<defs>", white, 1))
         write_file(folder / f"{figure.name}.csv", figure.csv)
 
 

@@ -26,7 +26,6 @@ def latencies(evidence: Evidence, study: str, source: str, executor: str) -> Sam
 
 def hot_path_of(
     evidence: Evidence,
-    width: float,
     executors: str,
     study: str = "autoware",
     baseline: str = hot_path.BASELINE,
@@ -37,27 +36,27 @@ def hot_path_of(
     rows = [row for row in rows if row.halves]
     need(rows)
     real = evidence.reference.hot_path_ms("max") if study == "autoware" else {}
-    return hot_path.draw_rows(hot_path.with_ratios(rows, baseline), width, real)
+    return hot_path.draw_rows(hot_path.with_ratios(rows, baseline), real)
 
 
-def dropped_jobs(evidence: Evidence, width: float) -> Drawing:
+def dropped_jobs(evidence: Evidence) -> Drawing:
     """Drop rates of all timers and of the IMU."""
     need(evidence.timers)
     runs = evidence.timer_runs()
-    figure = timers.drops(runs, SETS, width)
+    figure = timers.drops(runs, SETS)
     keys = ["source", "setting", "executor", "task"]
     table = runs.counts.groupby(keys, as_index=False)[["reached", "skipped"]].sum()
     table["dropped_percent"] = list(map(percent_of, table["skipped"], table["reached"]))
     return Drawing(figure, table.rename(columns=IN_TABLES | {"skipped": "dropped"}))
 
 
-def responses(evidence: Evidence, width: float, group: str) -> Drawing:
+def responses(evidence: Evidence, group: str) -> Drawing:
     """Response times of a group of timers, with their bounds under RM."""
     runs = evidence.timer_runs()
     need(runs.responses)
     # The exact analysis with the paper's release cost; under RM alone, as in the paper.
     with_cost = timers.bounds_of(evidence.timer_runs(WITH_COST))
-    figure = timers.responses(runs, (group,), SETS, with_cost, width)
+    figure = timers.responses(runs, (group,), SETS, with_cost)
     keys = itertools.product(SOURCES, UTILISATIONS, runs.executors)
     table = violins.percentile_table(
         ({"source": s, "utilisation_percent": p, "executor": e, "tasks": group}, runs.samples(p, s, e, group))
@@ -66,7 +65,7 @@ def responses(evidence: Evidence, width: float, group: str) -> Drawing:
     return Drawing(figure, table)
 
 
-def wcrt(evidence: Evidence, width: float) -> Drawing:
+def wcrt(evidence: Evidence) -> Drawing:
     """Worst responses in percent of their bounds."""
     with_cost = evidence.timer_runs(WITH_COST).counts
     bound = with_cost[with_cost["executor"] == EXECUTORS["with_bounds"][0]][["setting", "task", "bound_ms"]]
@@ -79,19 +78,19 @@ def wcrt(evidence: Evidence, width: float) -> Drawing:
     worst = counts.groupby(keys, sort=False, as_index=False)["response_max_ms"].max()
     table = worst.merge(bound, on=["setting", "task"])
     table["share_percent"] = 100 * table["response_max_ms"] / table["bound_ms"]
-    return Drawing(bounds.tightness(table, width), table.rename(columns=IN_TABLES))
+    return Drawing(bounds.tightness(table), table.rename(columns=IN_TABLES))
 
 
-def reductions(evidence: Evidence, width: float) -> Drawing:
+def reductions(evidence: Evidence) -> Drawing:
     """Histograms of the reduction of end-to-end bounds."""
     histogram, summary = (evidence.table(f"waters_{name}.csv") for name in ("histogram", "summary"))
-    return Drawing(waters.reductions(histogram, summary, width), histogram)
+    return Drawing(waters.reductions(histogram, summary), histogram)
 
 
-def release_cost(evidence: Evidence, width: float) -> Drawing:
+def release_cost(evidence: Evidence) -> Drawing:
     """Release cost on this machine."""
     table = evidence.table("release_cost.csv")
-    return Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0]), width), table)
+    return Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0])), table)
 
 
 def load_points(evidence: Evidence) -> dict[tuple[str, str], dict[int, Samples]]:
@@ -107,7 +106,7 @@ def load_points(evidence: Evidence) -> dict[tuple[str, str], dict[int, Samples]]
     return points
 
 
-def over_load(evidence: Evidence, width: float) -> Drawing:
+def over_load(evidence: Evidence) -> Drawing:
     """Hot path over load."""
     points = load_points(evidence)
     table = violins.percentile_table(
@@ -115,10 +114,10 @@ def over_load(evidence: Evidence, width: float) -> Drawing:
         for (source, executor), found in sorted(points.items())
         for load, samples in sorted(found.items())
     )
-    return Drawing(maps.over_load(points, EXECUTORS["map"], width), table)
+    return Drawing(maps.over_load(points, EXECUTORS["map"]), table)
 
 
-def over_phases(evidence: Evidence, width: float) -> Drawing:
+def over_phases(evidence: Evidence) -> Drawing:
     """Hot path over random phases."""
     draws = {(s, e): found for s in SOURCES for e in EXECUTORS["map"] if (found := evidence.draws(s, e))}
     need(draws)
@@ -127,4 +126,4 @@ def over_phases(evidence: Evidence, width: float) -> Drawing:
         [[*key, k, *draw] for key, found in draws.items() for k, draw in enumerate(found)],
         columns=["source", "executor", "draw", "median_ms", "worst_ms"],
     )
-    return Drawing(maps.over_phases(draws, creation, EXECUTORS["map"], width), table)
+    return Drawing(maps.over_phases(draws, creation, EXECUTORS["map"]), table)

@@ -2,8 +2,6 @@
 """Writes the results of a reproduction: data/, figures/, claims.json, report.html, report.md."""
 
 import itertools
-import re
-import shlex
 from collections import Counter
 from collections.abc import Collection
 from contextlib import suppress
@@ -38,21 +36,6 @@ from hotpath_report.tables import make_folder, write_file, write_json
 OVER_LOAD = next(item.figure for item in ITEMS if item.shows == "over_load")
 # Figures at the top of the page.
 PICTURES = ("hot_path", "dropped_jobs", "response_imu")
-
-
-def command_lines(evidence: Evidence, studies: Collection[str]) -> list[str]:
-    """A line per command; repetitions, which differ in seed and folder only, share a line."""
-    lines: dict[str, tuple[str, list[int]]] = {}
-    for cell in evidence.cells:
-        if cell["study"] in studies:
-            line = shlex.join(cell["command"])
-            key = re.sub(r"--seed \d+|--output \S+", "", line)
-            lines.setdefault(key, (line, []))[1].append(cell["seed"])
-    texts = []
-    for line, seeds in sorted(lines.values(), key=lambda found: (" run " in found[0], found[0])):
-        others = ", ".join(map(str, sorted(set(seeds[1:]))))
-        texts.append(line + (f"   # and --seed {others}" if others else ""))
-    return texts
 
 
 def prose(part: str, *arguments: Any) -> str:
@@ -105,8 +88,7 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
         draw = partial(getattr(drawings, item.shows), evidence, **item.options)
         with suppress(Missing):
-            commands = command_lines(evidence, item.studies)
-            section.figures.append(make_figure(item.figure, item.caption, draw, commands))
+            section.figures.append(make_figure(item.figure, item.caption, draw))
         with suppress(Missing):
             table = getattr(tables, item.shows)(evidence, **item.options)
             section.tables += [table] if table.rows else []

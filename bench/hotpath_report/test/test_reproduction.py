@@ -115,7 +115,6 @@ class Simulated(ReproductionTest):
         markdown = (self.output / "report.md").read_text(encoding="utf-8")
         for figure in re.findall(r"\]\((figures/[^)]+)\)", markdown):
             self.assertTrue((self.output / figure).exists(), figure)
-        self.assertIn("hotpath simulate", markdown)
 
     def test_verdicts_of_the_right_executors(self) -> None:
         found = self.verdicts(self.evidence)

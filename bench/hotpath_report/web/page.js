@@ -39,12 +39,10 @@ body:has(#explore:not([hidden])) :is(header.top, main, footer) { max-width: 84re
 :focus-visible { outline: 2px solid var(--link); outline-offset: 2px; }
 .legend { display: flex; flex-wrap: wrap; gap: .3rem 1.2rem; border: 0; padding: 0; margin: .4rem 0; font-size: .9rem; }
 .legend label { display: inline-flex; align-items: center; gap: .4rem; }
-.beside { display: grid; grid-template-columns: minmax(0, 1.15fr) minmax(0, 1fr); gap: 1.5rem; align-items: start; }
+.beside { display: grid; grid-template-columns: minmax(0, 1fr) minmax(0, 1.15fr); gap: 1.5rem; align-items: start; }
 .beside > .violins[hidden] { display: none; }
 .beside > :only-child, .beside > .ecdf:has(+ [hidden]) { grid-column: 1 / -1; }
 .violins figure { margin: 0; }
-.violins figure .wide { display: none; }
-.violins figure .narrow { display: block; max-width: 30rem; }
 .holder, .canvas { position: relative; }
 .plot { min-height: 120px; }
 .plot[hidden] { display: none; }
