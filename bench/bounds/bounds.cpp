@@ -4,64 +4,55 @@
 #include <algorithm>
 
 #include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/phases.hpp"
 
 namespace hotpath::bounds {
 
 namespace {
 
-bool is_all_new(const Publication& p) { return p.rule == PublishRule::all_new; }
+[[noreturn]] void fail(const GraphTasks& tasks, TaskId id, const std::string& behaviour) {
+  throw AnalysisError("no method covers callback " + tasks.set[id].name + ", which " + behaviour);
+}
 
-class Mapping {
- public:
-  explicit Mapping(const GraphTasks& tasks) : tasks_(tasks) {}
-
-  void add_publications(TaskId id, CallbackGraph& out) {
-    const Callback& callback = tasks_.callbacks[id];
-    out.reads.emplace_back();
-    out.every.push_back(1);
-    if (callback.publishes_early()) fail(id, "publishes before the end of its jobs");
-    if (callback.waits_for_sets()) return add_to_join(id, out);
-    for (const Publication& p : callback.publishes) {
-      if (is_all_new(p)) fail(id, "publishes some topics with every job and others when a set is complete");
-      out.every.back() = std::max(out.every.back(), p.n);
-      for (const std::uint32_t input : p.of) out.reads.back().push_back(task_of(id, input));
-    }
+/// The tasks of the inputs of a task's node.
+std::vector<TaskId> tasks_of(const GraphTasks& tasks, TaskId id, const std::vector<std::uint32_t>& inputs) {
+  std::vector<TaskId> all;
+  for (const std::uint32_t input : inputs) {
+    TaskId of_input = id - tasks.origin[id].callback;  // the node's first one
+    while (tasks.origin[of_input].input != input) ++of_input;
+    all.push_back(of_input);
   }
+  return all;
+}
 
- private:
-  [[noreturn]] void fail(TaskId id, const std::string& behaviour) const {
-    throw AnalysisError("no method covers callback " + tasks_.set[id].name + ", which " + behaviour);
+void add_to_join(const GraphTasks& tasks, TaskId id, CallbackGraph& out) {
+  const std::vector<Publication>& publishes = tasks.callbacks[id].publishes;
+  const std::vector<TaskId> inputs = tasks_of(tasks, id, publishes.front().of);
+  if (std::ranges::count(inputs, id) == 0) fail(tasks, id, "completes a set without its sample");
+  for (const TaskId other : inputs) {
+    if (tasks.callbacks[other].publishes != publishes)
+      fail(tasks, id, "waits for a set with " + tasks.set[other].name + ", but publishes other topics");
   }
-
-  TaskId first_of_node(TaskId id) const { return id - tasks_.origin[id].callback; }
-
-  TaskId task_of(TaskId id, std::uint32_t input) const {
-    TaskId t = first_of_node(id);
-    while (tasks_.origin[t].input != input) ++t;
-    return t;
+  for (const Publication& p : publishes) {
+    if (p.of != publishes.front().of) fail(tasks, id, "waits for several sets");
   }
+  if (id == inputs.front()) out.joins.push_back({.inputs = inputs});
+}
 
-  void add_to_join(TaskId id, CallbackGraph& out) {
-    const Callback& callback = tasks_.callbacks[id];
-    CallbackGraph::Join join;
-    for (const std::uint32_t input : callback.publishes.front().of) join.inputs.push_back(task_of(id, input));
-    if (std::ranges::find(join.inputs, id) == join.inputs.end())
-      fail(id, "completes a set without its sample");
-    for (const TaskId other : join.inputs) {
-      if (tasks_.callbacks[other].publishes != callback.publishes) {
-        fail(id, "waits for a set with " + tasks_.set[other].name + ", but publishes other topics");
-      }
-    }
-    for (const Publication& p : callback.publishes) {
-      if (p.of != callback.publishes.front().of) fail(id, "waits for several sets");
-    }
-    if (id == join.inputs.front()) out.joins.push_back(std::move(join));
+void add_publications(const GraphTasks& tasks, TaskId id, CallbackGraph& out) {
+  const Callback& callback = tasks.callbacks[id];
+  std::vector<TaskId>& reads = out.reads.emplace_back();
+  out.every.push_back(1);
+  if (callback.publishes_early()) fail(tasks, id, "publishes before the end of its jobs");
+  if (callback.waits_for_sets()) return add_to_join(tasks, id, out);
+  for (const Publication& p : callback.publishes) {
+    if (p.rule == PublishRule::all_new)
+      fail(tasks, id, "publishes some topics with every job and others when a set is complete");
+    out.every.back() = std::max(out.every.back(), p.n);
+    const std::vector<TaskId> read = tasks_of(tasks, id, p.of);
+    reads.insert(reads.end(), read.begin(), read.end());
   }
-
-  const GraphTasks& tasks_;
-};
+}
 
 void keep_smaller(std::optional<Guarantee>& kept, std::optional<std::int64_t> bound,
                   const std::string& method) {
@@ -76,8 +67,7 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
   out.phases_known = phases_known;
   out.creation_spread = std::ranges::max(creation_instants(graph, tasks, std::nullopt));
   out.delivery_known = unknown_deliveries(graph).empty();
-  Mapping mapping(tasks);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) mapping.add_publications(id, out);
+  for (TaskId id = 0; id < tasks.set.size(); ++id) add_publications(tasks, id, out);
   const std::vector<ChainIndex> chains = index_chains(graph, tasks);
   const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
   for (std::size_t c = 0; c < chains.size(); ++c) {
@@ -85,11 +75,6 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
     out.chains.push_back({graph.chains[c].name, chains[c].sources, chains[c].sink_tasks});
   }
   return out;
-}
-
-BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
-                             const ExecutorEntry& executor, const SchedulerOptions& options) {
-  return {callbacks, executor, options, make_platform(graph, executor)};
 }
 
 const ChainGuarantee* Guarantees::chain(const std::string& name) const {

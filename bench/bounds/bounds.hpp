@@ -26,10 +26,6 @@ constexpr auto enum_texts(Quantity) {
 /// set. Throws AnalysisError for nodes of type callbacks whose publication rules no method covers.
 CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool phases_known);
 
-/// The graph under an executor on the machine of its platform. `callbacks` must outlive it.
-BoundedSystem bounded_system(const Graph& graph, const CallbackGraph& callbacks,
-                             const ExecutorEntry& executor, const SchedulerOptions& options);
-
 /// The smallest bound that a method gives.
 struct Guarantee {
   std::int64_t ns = 0;

@@ -2,8 +2,12 @@
 #include "live/live_checks.hpp"
 
 #include <algorithm>
+#include <set>
+#include <sstream>
+#include <string_view>
 #include <utility>
 
+#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/live/thread_setup.hpp"
 #include "program/errors.hpp"
@@ -26,6 +30,29 @@ void check_policy(const Plan& plan, const Deployment& deployment, const Deployed
 
 }  // namespace
 
+std::vector<int> parse_cpus(const std::string& text) {
+  const auto refuse = [&](const auto&... words) {
+    throw program::UsageError(program::concat("--cpus ", text, ": ", words...));
+  };
+  std::set<int> cpus;
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const std::string_view range = part;
+    const int first = parse<int>(range.substr(0, range.find('-'))).value_or(-1);
+    const int last = parse<int>(range.substr(range.find('-') + 1)).value_or(-1);
+    if (first < 0 || last < first || last > 4095) {
+      refuse("`", part, "` is not a processor number or a range like 2-3");
+    }
+    for (int cpu = first; cpu <= last; ++cpu) cpus.insert(cpu);
+  }
+  const std::vector<int> available = allowed_cpus();
+  for (const int cpu : cpus) {
+    if (std::ranges::find(available, cpu) != available.end()) continue;
+    refuse("this process may not use processor ", cpu, "; it may use ", program::joined(available, ","));
+  }
+  return {cpus.begin(), cpus.end()};
+}
+
 void check_rclcpp_options(const Options& options, const Plan& plan) {
   const std::pair<bool, const char*> unsupported[] = {
       {plan.processes > 1 || !options.deployments.empty(),
@@ -45,30 +72,30 @@ void check_rclcpp_options(const Options& options, const Plan& plan) {
   }
 }
 
-void check_network_options(const Options& options, const Plan& plan) {
-  if (!options.rmw.empty() && plan.rclcpp.runner.empty()) {
-    throw program::UsageError("--rmw needs --stack rclcpp; add it, or leave --rmw out");
-  }
-  if (plan.transport != TransportKind::intra_process) return;
-  const std::pair<bool, const char*> unused[] = {
-      {plan.fastdds.network != FastDdsOptions{}.network, "--network"},
-      {options.all_interfaces && !options.live, "--all-interfaces"},
-      {plan.fastdds.domain != FastDdsOptions{}.domain && !options.live, "--domain"}};
-  for (const auto& [given, option] : unused) {
-    if (given) throw program::UsageError(program::concat(option, " needs --transport fastdds; leave it out"));
-  }
-}
-
-void check_fastdds_options(const Options& options, const Plan& plan,
-                           const std::vector<setup::ExecutorSpec>& executors) {
-  if (has_fastdds()) return;
+void check_transport(const Options& options, const Plan& plan,
+                     const std::vector<setup::ExecutorSpec>& executors) {
+  const bool intra_process = plan.transport == TransportKind::intra_process;
   const bool native = std::ranges::count(executors, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
-  if (native && plan.transport == TransportKind::fastdds) {
-    throw program::UsageError("this hotpath was built without Fast DDS: take --transport intra_process");
-  }
-  if (options.live) {
-    throw program::UsageError(
-        "--live needs Fast DDS, and this hotpath was built without it; leave --live out");
+  const std::string processes = program::concat("--processes ", plan.processes);
+  const std::pair<bool, std::string> refused[] = {
+      {!options.rmw.empty() && plan.rclcpp.runner.empty(),
+       "--rmw needs --stack rclcpp; add it, or leave --rmw out"},
+      {intra_process && plan.fastdds.network != FastDdsOptions{}.network,
+       "--network needs --transport fastdds; leave it out"},
+      {intra_process && options.all_interfaces && !options.live,
+       "--all-interfaces needs --transport fastdds; leave it out"},
+      {intra_process && plan.fastdds.domain != FastDdsOptions{}.domain && !options.live,
+       "--domain needs --transport fastdds; leave it out"},
+      {!has_fastdds() && native && !intra_process,
+       "this hotpath was built without Fast DDS: take --transport intra_process"},
+      {!has_fastdds() && options.live,
+       "--live needs Fast DDS, and this hotpath was built without it; leave --live out"},
+      {intra_process && plan.processes > 1,
+       processes + " needs --transport fastdds: intra_process stays within one process"},
+      {plan.processes > plan.graph->nodes.size(),
+       program::concat(processes, ": the graph has only ", plan.graph->nodes.size(), " nodes")}};
+  for (const auto& [given, sentence] : refused) {
+    if (given) throw program::UsageError(sentence);
   }
 }
 

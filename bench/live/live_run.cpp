@@ -139,15 +139,14 @@ class LiveRun {
 
   /// Rejects a run that cannot succeed, before any process starts.
   void check() {
-    plan_.cpus = parse_cpus("--cpus", options_.cpus);
+    plan_.cpus = parse_cpus(options_.cpus);
     plan_.fastdds.loopback_only = !options_.all_interfaces;
     // Keep out other programs and simultaneous runs. Readers of --live receive only the prefix.
     plan_.fastdds.partition = random_name();
     plan_.fastdds.topic_prefix = random_name() + "/";
     plan_.length = length();
     plan_.time_out = setup::seconds(options_.time_out_s);
-    check_network_options(options_, plan_);
-    check_fastdds_options(options_, plan_, executors_);
+    check_transport(options_, plan_, executors_);
     // The publishing process runs on the processors that --cpus leaves free.
     if (!plan_.cpus.empty())
       std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
@@ -158,26 +157,10 @@ class LiveRun {
     } catch (const std::invalid_argument& error) {
       throw program::UsageError(error.what());
     }
-    const std::string processes = "--processes " + std::to_string(plan_.processes);
-    if (plan_.processes > 1 && plan_.transport == TransportKind::intra_process) {
-      throw program::UsageError(processes +
-                                " needs --transport fastdds: intra_process stays within one process");
-    }
-    if (plan_.processes > graph_.nodes.size()) {
-      throw program::UsageError(
-          program::concat(processes, ": the graph has only ", graph_.nodes.size(), " nodes"));
-    }
     for (const setup::ExecutorSpec& e : executors_) {
       setup::phases_of_repetition(options_, graph_, tasks_, e, 0);
       check_deployment(plan_, e);
-      if (e.stack == setup::Stack::rclcpp) check_on_rclcpp(e);
-      const bool of_rclcpp =
-          e.stack == setup::Stack::rclcpp && e.entry->traits.family != Family::priority_events;
-      if (of_rclcpp && plan_.timer_policy && e.entry->traits.timers != TimerHandling::polled) {
-        throw program::UsageError(
-            program::concat("--timer-policy: the timer thread of ", e.label,
-                            " belongs to rclcpp and takes the policy of --executor-policy; leave it out"));
-      }
+      if (e.stack == setup::Stack::rclcpp) check_on_rclcpp(e, plan_);
     }
     check_memory();
   }

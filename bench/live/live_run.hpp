@@ -21,10 +21,6 @@ struct Options : setup::CommonOptions {
   bool live = false, quick = false;
 };
 
-/// Parses `0,2-3` into a sorted list of processors without duplicates. Messages name `option`.
-/// Throws UsageError, also for a processor that this process may not use.
-std::vector<int> parse_cpus(const std::string& option, const std::string& text);
-
 /// Runs all repetitions of all executors, interleaved in seeded random order, into one result
 /// folder; prints the table and draws the figures. Throws UsageError, InputError, RunError.
 void run_live(const Options& options);

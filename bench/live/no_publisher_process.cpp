@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Without Fast DDS: check_fastdds_options() rejects runs that publish.
+// Without Fast DDS: check_transport() rejects runs that publish.
 #include <cstdlib>
 
 #include "live/publisher.hpp"

@@ -27,6 +27,16 @@ std::string environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
+/// The first file of this path below the prefixes of the sourced ROS 2 that can be accessed so; empty: none.
+std::string find_in_ros(const std::string& path, int mode) {
+  std::istringstream prefixes(environment("AMENT_PREFIX_PATH"));
+  for (std::string prefix; std::getline(prefixes, prefix, ':');) {
+    const std::string file = std::filesystem::path(prefix) / path;
+    if (access(file.c_str(), mode) == 0) return file;
+  }
+  return "";
+}
+
 /// In the notation of PriorityExecutorOptions, with rule and ties; `threads` is a separate key.
 std::string executor_text(const setup::ExecutorSpec& executor) {
   std::string name(executor.entry->name);
@@ -79,35 +89,35 @@ std::string find_rclcpp_runner() {
     if (access(path.c_str(), X_OK) == 0) return path;
     throw program::UsageError(program::concat("--stack rclcpp: there is no executable program ", path));
   }
-  std::istringstream prefixes(environment("AMENT_PREFIX_PATH"));
-  for (std::string prefix; std::getline(prefixes, prefix, ':');) {
-    const std::filesystem::path runner =
-        std::filesystem::path(prefix) / "lib/hotpath_rclcpp_system/hotpath_rclcpp_runner";
-    if (access(runner.c_str(), X_OK) == 0) return runner;
-  }
+  const std::string found = find_in_ros("lib/hotpath_rclcpp_system/hotpath_rclcpp_runner", X_OK);
+  if (!found.empty()) return found;
   throw program::UsageError(
       "no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "
       "and source its setup.bash, or name the program in $HOTPATH_ROS2_RUNNER");
 }
 
 void check_middleware(const std::string& name) {
-  std::istringstream prefixes(environment("AMENT_PREFIX_PATH"));
-  for (std::string prefix; std::getline(prefixes, prefix, ':');) {
-    const auto library = std::filesystem::path(prefix) / "lib" / program::concat("librmw_", name, "_cpp.so");
-    if (access(library.c_str(), R_OK) == 0) return;
-  }
+  if (!find_in_ros(program::concat("lib/librmw_", name, "_cpp.so"), R_OK).empty()) return;
   throw program::UsageError(program::concat("--rmw ", name, ": the sourced ROS 2 has no package rmw_", name,
                                             "_cpp; install it, or name another middleware, such as "
                                             "fastrtps or cyclonedds"));
 }
 
-void check_on_rclcpp(const setup::ExecutorSpec& executor) {
+void check_on_rclcpp(const setup::ExecutorSpec& executor, const Plan& plan) {
   const std::string name = environment("ROS_DISTRO");
   const std::optional<RosDistro> sourced = parse<RosDistro>(name);
   const auto available = [&](const ExecutorTraits& traits) {
     return traits.on_rclcpp && (!sourced || traits.on_rclcpp->has(*sourced));
   };
-  if (available(executor.entry->traits)) return;
+  const ExecutorTraits& traits = executor.entry->traits;
+  if (available(traits)) {
+    const bool own_timers =
+        traits.family == Family::priority_events || traits.timers == TimerHandling::polled;
+    if (own_timers || !plan.timer_policy) return;
+    throw program::UsageError(
+        program::concat("--timer-policy: the timer thread of ", executor.label,
+                        " belongs to rclcpp and takes the policy of --executor-policy; leave it out"));
+  }
   std::string others;
   for (const ExecutorEntry& e : executors()) {
     if (available(e.traits)) others += program::concat(others.empty() ? "" : ", ", e.name);

@@ -12,9 +12,9 @@ namespace hotpath::live {
 /// sourced ROS 2 workspace (AMENT_PREFIX_PATH). Throws UsageError with a remedy.
 [[nodiscard]] std::string find_rclcpp_runner();
 
-/// Rejects an executor that rclcpp lacks, in general or in the sourced ROS 2 (ROS_DISTRO). Throws
-/// UsageError that lists the available executors.
-void check_on_rclcpp(const setup::ExecutorSpec& executor);
+/// Rejects an executor that rclcpp lacks, in general or in the sourced ROS 2 (ROS_DISTRO), and a policy for
+/// a timer thread that belongs to rclcpp. Throws UsageError; it lists the available executors.
+void check_on_rclcpp(const setup::ExecutorSpec& executor, const Plan& plan);
 
 /// Rejects a middleware for which the sourced ROS 2 has no package rmw_NAME_cpp. Throws UsageError.
 void check_middleware(const std::string& name);

@@ -211,20 +211,18 @@ class Coordinator {
     const bool orderly = result_.failure.empty() && !(result_.interrupted && !began_);
     // A process that has sent `done` is only cleaning up and gets time for it.
     const Time limit = now() + (orderly ? set_up_limit(plan_) : Duration::zero());
-    bool killed = false;
     for (Child& c : children_) {
-      while (!c.ended) {
+      while (!c.ended && now() < limit) {
         c.ended = program::await_process(c.process.id, nullptr, WNOHANG) != 0;
-        if (c.ended) break;
-        if (now() >= limit && !killed) {
-          note_shared_memory();
-          for (const Child& other : children_) {
-            if (!other.ended) kill(other.process.id, SIGKILL);
-          }
-          killed = true;
-        }
-        usleep(500);
+        if (!c.ended) usleep(500);
       }
+    }
+    note_shared_memory();
+    for (const Child& c : children_) {
+      if (!c.ended) kill(c.process.id, SIGKILL);
+    }
+    for (const Child& c : children_) {
+      if (!c.ended) program::await_process(c.process.id, nullptr);
     }
     shared_memory_.remove_orphans();
   }

@@ -2,7 +2,6 @@
 #include "live/timer_grid.hpp"
 
 #include <algorithm>
-#include <functional>
 
 #include "program/text.hpp"
 
@@ -12,11 +11,11 @@ namespace {
 
 /// Above the wake-up latency of an ordinary kernel.
 constexpr Duration kLate = std::chrono::milliseconds(1);
-constexpr std::size_t kMostNamed = 3;
 
 struct OffGrid {
   std::uint64_t skipped = 0, late = 0, all = 0;
   Duration latest{};
+  [[nodiscard]] std::uint64_t times() const { return skipped + late; }
 };
 
 bool has_timer_thread(const setup::ExecutorSpec& executor, TaskId task) {
@@ -45,28 +44,16 @@ std::string left_grid(const TaskSet& set, const setup::ExecutorSpec& executor,
     timers[id].late += delay > kLate;
     timers[id].latest = std::max(timers[id].latest, delay);
   }
-  std::vector<TaskId> off;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer && timers[id].skipped + timers[id].late > 0) off.push_back(id);
-  }
-  if (off.empty()) return "";
-  std::ranges::stable_sort(off, std::greater(),
-                           [&](TaskId id) { return timers[id].skipped + timers[id].late; });
-  std::string text = program::concat(executor.label, ", repetition ", repetition.trace.repetition,
-                                     ": timers left the grid of their given phases:");
-  for (std::size_t i = 0; i < std::min(kMostNamed, off.size()); ++i) {
-    const OffGrid& timer = timers[off[i]];
-    text += program::concat(i > 0 ? ";" : "", " ", set[off[i]].name);
-    if (timer.skipped > 0)
-      text += program::concat(" skipped ", timer.skipped, " of ", timer.all, " timestamps");
-    if (timer.skipped > 0 && timer.late > 0) text += " and";
-    if (timer.late > 0) {
-      text += program::concat(" was released over ", to_ms(kLate), " ms late ", timer.late,
-                              timer.late == 1 ? " time" : " times", ", at most ",
-                              program::fixed(to_ms(timer.latest), 1), " ms");
-    }
-  }
-  if (off.size() > kMostNamed) text += program::concat("; and ", off.size() - kMostNamed, " more");
+  const auto worst = std::ranges::max_element(timers, {}, &OffGrid::times);
+  if (worst == timers.end() || worst->times() == 0) return "";
+  const auto task = static_cast<TaskId>(worst - timers.begin());
+  std::string text = program::concat(
+      executor.label, ", repetition ", repetition.trace.repetition,
+      ": timers left the grid of their given phases: ", set[task].name, " skipped ", worst->skipped, " of ",
+      worst->all, " timestamps and was released over ", to_ms(kLate), " ms late ", worst->late, " times");
+  if (worst->late > 0) text += program::concat(", at most ", program::fixed(to_ms(worst->latest), 1), " ms");
+  if (const auto off = std::ranges::count_if(timers, &OffGrid::times); off > 1)
+    text += program::concat("; and ", off - 1, " more");
   return text + ". Guarantees for these phases assume that timers are on time.";
 }
 

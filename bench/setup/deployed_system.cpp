@@ -56,7 +56,7 @@ DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callback
 std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
                                    const ExecutorSpec& spec) {
   if (spec.deployment) return {deployment_bounds(deployed_system(graph, callbacks, *spec.deployment))};
-  return graph_bounds(bounds::bounded_system(graph, callbacks, *spec.entry, spec.scheduler));
+  return graph_bounds({callbacks, *spec.entry, spec.scheduler, make_platform(graph, *spec.entry)});
 }
 
 std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,

@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <set>
 
-#include "bounds/bounds.hpp"
 #include "hotpath/reference_system/chain_limits.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_scaling.hpp"
 #include "program/text.hpp"
 #include "results/kept_inputs.hpp"
+#include "setup/deployed_system.hpp"
 #include "setup/revision.hpp"
 
 namespace hotpath::setup {
@@ -127,18 +127,11 @@ std::vector<results::BoundRecord> timer_bounds(const Graph& graph, const GraphTa
                                                const std::vector<ExecutorSpec>& executors) {
   std::vector<results::BoundRecord> bounds;
   if (!results::timers_only(tasks.set)) return bounds;
-  const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
   for (const ExecutorSpec& executor : executors) {
-    if (executor.deployment) continue;
-    const std::vector<GraphBounds> sets =
-        graph_bounds(bounds::bounded_system(graph, callbacks, *executor.entry, executor.scheduler));
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      const auto bound = [&](const GraphBounds& set) {
-        return set.tasks.empty() || !set.tasks[id] ? Duration::max() : Duration(*set.tasks[id]);
-      };
-      const GraphBounds& tightest = *std::ranges::min_element(sets, {}, bound);
-      if (bound(tightest) == Duration::max()) continue;
-      bounds.push_back({executor.label, tasks.set[id].name, bound(tightest), tightest.method});
+    const auto all = executor.deployment ? std::nullopt : guarantees(graph, tasks, executor);
+    for (TaskId id = 0; all && id < tasks.set.size(); ++id) {
+      if (const auto& bound = all->tasks[id])
+        bounds.push_back({executor.label, tasks.set[id].name, Duration(bound->ns), bound->method});
     }
   }
   return bounds;

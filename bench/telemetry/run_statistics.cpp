@@ -2,24 +2,64 @@
 #include "telemetry/run_statistics.hpp"
 
 #include <algorithm>
-#include <utility>
 
+#include "hotpath/reference_system/chain_observation.hpp"
+#include "hotpath/reference_system/graph_layout.hpp"
+#include "program/text.hpp"
 #include "results/measures.hpp"
 
 namespace hotpath::telemetry {
 
-RunStatistics::RunStatistics(const Graph& graph, const GraphTasks& tasks, std::string run_id,
-                             const UnixTime& time, Duration warm_up)
+telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor, std::uint32_t repetition,
+                                 std::int64_t epoch_ns) {
+  telemetry::RunInfo info;
+  info.run_id(program::concat(epoch_ns, "-", executor, "-", repetition));
+  info.graph(graph.name);
+  info.executor(executor);
+  info.repetition(repetition);
+  info.epoch_ns(epoch_ns);
+  const std::vector<GraphPosition> positions = graph_layout(graph);
+  for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
+    const Node& node = graph.nodes[n];
+    telemetry::NodeInfo& i = info.nodes().emplace_back();
+    i.name(node.name);
+    i.type(to_string(node.type));
+    i.hot(on_hot_path(graph, node));
+    i.layout_x(positions[n].column);
+    i.layout_y(positions[n].row);
+    if (node.type != NodeType::callbacks) i.deadline_ns(node.callbacks.back().deadline.count());
+  }
+  for (const GraphEdge& edge : graph_edges(graph)) {
+    telemetry::EdgeInfo& i = info.edges().emplace_back();
+    i.source(edge.source);
+    i.target(edge.target);
+    i.topic(edge.topic);
+    i.hot(edge.hot);
+  }
+  for (const ChainIndex& chain : index_chains(graph, make_tasks(graph))) {
+    telemetry::ChainInfo& i = info.chains().emplace_back();
+    i.name(graph.chains[info.chains().size() - 1].name);
+    i.sink(chain.sink);
+  }
+  return info;
+}
+
+std::int64_t unix_ns(Duration from_now) {
+  const auto now = std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now());
+  return (now.time_since_epoch() + from_now).count();
+}
+
+RunStatistics::RunStatistics(const Graph& graph, const GraphTasks& tasks, const telemetry::RunInfo& info,
+                             Time epoch, Duration warm_up)
     : tasks_(tasks),
-      run_id_(std::move(run_id)),
-      time_(time),
-      counted_from_(time.epoch + warm_up),
+      run_id_(info.run_id()),
+      epoch_(epoch),
+      epoch_ns_(info.epoch_ns()),
+      counted_from_(epoch + warm_up),
       published_(tasks.set.size(), 0),
       nodes_(graph.nodes.size()),
       chains_(graph.chains.size()),
-      window_start_(time.epoch) {
-  for (const Callback& callback : tasks.callbacks) stores_only_.push_back(callback.stores_only);
-}
+      window_start_(epoch) {}
 
 void RunStatistics::add(const JobRecord& r) {
   const TaskId task = r.job.task;
@@ -37,7 +77,7 @@ void RunStatistics::add(const JobRecord& r) {
   const Duration response = results::response_time(r);
   node.counts.overruns(node.counts.overruns() + results::overruns_deadline(tasks_.set[task], response));
   // A job that only stores its sample has no response time: another job processes the sample.
-  if (stores_only_[task]) return;
+  if (tasks_.callbacks[task].stores_only) return;
   node.responses.add(response);
   node.window_responses += response;
   ++node.window_jobs;
@@ -50,7 +90,7 @@ telemetry::ChainSample RunStatistics::add(const ChainRecord& r, Time sink_start)
   sample.chain(r.chain);
   sample.number(chain.latencies.count());
   sample.job(r.sequence);
-  sample.stamp_ns(time_(sink_start));
+  sample.stamp_ns(unix_time(sink_start));
   sample.hot_path_latency_ns(r.hot_path_latency.count());
   sample.end_to_end_latency_ns(r.end_to_end_latency.count());
   chain.latencies.add(r.hot_path_latency);
@@ -60,7 +100,7 @@ telemetry::ChainSample RunStatistics::add(const ChainRecord& r, Time sink_start)
 
 std::uint64_t RunStatistics::reached(TaskId timer, Time now) const {
   const Task& task = tasks_.set[timer];
-  const Time first = time_.epoch + task.phase;
+  const Time first = epoch_ + task.phase;
   return now <= first ? 0 : 1 + static_cast<std::uint64_t>((now - Duration(1) - first) / task.period);
 }
 
@@ -74,8 +114,8 @@ telemetry::Statistics RunStatistics::take(Time now) {
   statistics.run_id(run_id_);
   statistics.number(taken_++);
   statistics.last(false);
-  statistics.stamp_ns(time_(now));
-  statistics.run_time_s(to_ms(now - time_.epoch) / 1000);
+  statistics.stamp_ns(unix_time(now));
+  statistics.run_time_s(to_ms(now - epoch_) / 1000);
   const Duration window = std::max(now - window_start_, Duration(1));
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     NodeState& node = nodes_[n];

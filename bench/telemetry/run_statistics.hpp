@@ -12,21 +12,21 @@
 
 namespace hotpath::telemetry {
 
-/// Converts the run's time to Unix time with an offset fixed once per run, which keeps the
-/// intervals of the steady clock.
-struct UnixTime {
-  Time epoch{};               ///< The run's time 0.
-  std::int64_t epoch_ns = 0;  ///< The same in nanoseconds since the Unix epoch.
-  std::int64_t operator()(Time t) const { return epoch_ns + (t - epoch).count(); }
-};
+/// Describes one repetition and its graph: nodes with a layout, connections and chains. The caller
+/// fills in the other fields. The `run_id` is unique per repetition, also among concurrent runs.
+[[nodiscard]] telemetry::RunInfo make_run_info(const Graph& graph, const std::string& executor,
+                                               std::uint32_t repetition, std::int64_t epoch_ns);
+
+/// Unix time, in nanoseconds, of the time point `from_now` after now.
+[[nodiscard]] std::int64_t unix_ns(Duration from_now);
 
 /// Running statistics of one repetition, live or replayed, from its records in the order in which
 /// they become known. Memory does not grow with the length of the run.
 class RunStatistics {
  public:
-  /// `tasks` with the phases of the repetition. Response times of jobs with a timestamp in the
-  /// warm-up do not count.
-  RunStatistics(const Graph& graph, const GraphTasks& tasks, std::string run_id, const UnixTime& time,
+  /// `tasks` with the phases of the repetition. `info`: names the run, and gives the Unix time of `epoch`,
+  /// its time 0. Response times of jobs with a timestamp in the warm-up do not count.
+  RunStatistics(const Graph& graph, const GraphTasks& tasks, const telemetry::RunInfo& info, Time epoch,
                 Duration warm_up);
 
   /// Adds a finished job or an overwritten sample; ignores other outcomes.
@@ -60,11 +60,13 @@ class RunStatistics {
   };
 
   std::uint64_t reached(TaskId timer, Time now) const;
+  /// In ns. The offset to Unix time is fixed once per run, which keeps the intervals of the steady clock.
+  std::int64_t unix_time(Time t) const { return epoch_ns_ + (t - epoch_).count(); }
 
   const GraphTasks tasks_;
-  std::vector<bool> stores_only_;  // by task
   const std::string run_id_;
-  const UnixTime time_;
+  const Time epoch_;
+  const std::int64_t epoch_ns_;  // since the Unix epoch
   const Time counted_from_;
   std::vector<std::uint64_t> published_;
   std::vector<NodeState> nodes_;

@@ -123,7 +123,8 @@ class BoundCase {
     SchedulerOptions scheduling = executor_.scheduler;
     if ((also_covers_ & static_cast<std::uint32_t>(Assumption::service_wait)) != 0)
       scheduling.guaranteed_wait = {};
-    const BoundedSystem system = bounds::bounded_system(graph_, callbacks_, *executor_.entry, scheduling);
+    const BoundedSystem system{callbacks_, *executor_.entry, scheduling,
+                               make_platform(graph_, *executor_.entry)};
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
     if (!phases_known_) return all;
     constexpr std::size_t kMostStates = 20'000;

@@ -8,6 +8,7 @@
 #include "bounds/bounds.hpp"
 #include "graph_fixture.hpp"
 #include "hotpath/analysis/analysis_error.hpp"
+#include "hotpath/reference_system/graph_workload.hpp"
 
 namespace hotpath {
 namespace {
@@ -77,7 +78,8 @@ TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   const auto age = [&](Duration phase_of_q) {
     tasks.set.tasks[1].phase = phase_of_q;
     const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, true);
-    const auto all = graph_bounds(bounds::bounded_system(graph, callbacks, *find_executor("rm-ro"), {}));
+    const ExecutorEntry& executor = *find_executor("rm-ro");
+    const auto all = graph_bounds({callbacks, executor, {}, make_platform(graph, executor)});
     std::optional<std::int64_t> least;
     for (const GraphBounds& bounds : all) {
       if (bounds.chains.empty() || !bounds.chains[0]) continue;

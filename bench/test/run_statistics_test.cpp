@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 
 #include "reference_nodes.hpp"
-#include "telemetry/run_info.hpp"
 
 namespace hotpath {
 namespace {
@@ -34,7 +33,10 @@ class RunStatisticsTest : public ::testing::Test {
  protected:
   RunStatisticsTest() : tasks(make_tasks(graph)) { tasks.set.tasks[2].phase = milliseconds(5); }
   telemetry::RunStatistics make(Duration warm_up = {}) {
-    return {graph, tasks, "id", {Time{}, kEpochNs}, warm_up};
+    telemetry::RunInfo info;
+    info.run_id("id");
+    info.epoch_ns(kEpochNs);
+    return {graph, tasks, info, Time{}, warm_up};
   }
 
   const Graph graph = small_graph();
