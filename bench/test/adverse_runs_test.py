@@ -296,7 +296,7 @@ def test_processes_killed_or_stopped_at_random_instants(shell: CommandTest) -> N
     publish_on_request("reliability/process_faults.json", {"hits": hits, "failed": failed})
 
 
-# The machine's clock and memory.
+# The machine's clock.
 
 
 def stepped(shell: CommandTest, seconds: float, after: float) -> None:
@@ -318,56 +318,3 @@ def test_the_library_steps_the_clock(shell: CommandTest) -> None:
     printed = subprocess.run(asked, env=shell.environment, capture_output=True, check=True).stdout.split()
     assert float(printed[0]) > time.time() + 3000
     assert float(printed[1]) < time.monotonic() + 1
-
-
-MEMORY = Path("/sys/fs/cgroup/memory")  # cgroup version 1, in which a test may create groups
-# Allocates memory in processes smaller than those of a run, until the kernel has killed a process of
-# the cgroup.
-HOG = """
-import os, signal, sys, time
-children = []
-while "oom_kill 0" in open(sys.argv[1]).read():
-    children.append(os.fork())
-    if children[-1] == 0:
-        kept = b"x" * (8 << 20)
-        signal.pause()
-    time.sleep(0.05)
-for child in children:
-    os.kill(child, signal.SIGKILL)
-"""
-
-
-@pytest.fixture
-def group(shell: CommandTest) -> Path:
-    """A cgroup with 300 MiB."""
-    path = MEMORY / f"hotpath_test_{os.getpid()}"
-    try:
-        path.mkdir()
-        shell.addCleanup(path.rmdir)
-        (path / "memory.limit_in_bytes").write_text(str(300 << 20))
-    except OSError as error:
-        pytest.skip(f"cannot limit memory: no cgroup can be made in {MEMORY} ({error.strerror})")
-    return path
-
-
-def inside(group: Path) -> Any:
-    return {"preexec_fn": lambda: (group / "cgroup.procs").write_text(str(os.getpid()))}
-
-
-def test_the_limit_of_memory_is_reached_during_a_run(shell: CommandTest, group: Path) -> None:
-    process = shell.start(*tables.FOUR_RUNS.split(), "--output", "run", **inside(group))
-    shell.addCleanup(lambda: process.poll() is None and process.kill())
-    facts = shell.folder / "run" / "run.json"
-    shell.wait_for(lambda: facts.exists() and json.loads(facts.read_text())["runs"], "no repetition ends")
-    subprocess.run(["/usr/bin/python3", "-c", HOG, group / "memory.oom_control"], check=True, **inside(group))
-    code, _, err = shell.finish(process)
-    if code == -signal.SIGKILL:  # between two repetitions the command is the only process to kill
-        shell.accepted(*tables.RECOVER)
-        assert shell.checked("run").jobs()
-        return
-    assert code == FAILED, err
-    run = shell.checked("run")
-    failures = run.run["failures"]  # perhaps several: the next run may start before the memory is free
-    assert_says(err, f"{len(failures)} of 4 runs failed")
-    assert "Killed" in failures[0] and len(run.jobs()) == 4 - len(failures)
-    shell.wait_for(lambda: not processes_of(process.pid), "a process lives on")

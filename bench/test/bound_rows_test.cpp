@@ -4,10 +4,10 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 
+#include "graph_fixture.hpp"
 #include "results/run_folder.hpp"
 
 namespace hotpath {
@@ -26,11 +26,8 @@ class BoundRowsTest : public testing::Test {
       timer.name = name;
       timer.period = timer.deadline = 10ms;
     }
-    base_ = std::filesystem::temp_directory_path() / "hotpath_XXXXXX";
-    if (mkdtemp(base_.data()) == nullptr) throw std::runtime_error("no folder");
     store();
   }
-  ~BoundRowsTest() override { std::filesystem::remove_all(base_); }
 
   /// A run whose jobs respond after 4 and 6 ms, with one output of unknown age.
   void store() {
@@ -47,7 +44,7 @@ class BoundRowsTest : public testing::Test {
       }
     }
     trace.chains = {{0, 0, 0, Duration(2ms), Duration(7ms)}, {0, 1, 0, Duration(3ms), Duration(-1)}};
-    results::RunFolder folder(base_ + "/run");
+    results::RunFolder folder(folder_.path() / "run");
     folder.append(graph_.set, {"c"}, trace);
     results::RunRecord record;
     record.simulation.emplace();
@@ -58,7 +55,7 @@ class BoundRowsTest : public testing::Test {
   }
 
   guarantees::Observed observed() const {
-    results::StoredRun run(base_ + "/run", "--trace");
+    results::StoredRun run(folder_.path() / "run", "--trace");
     return {run, graph_.set};
   }
 
@@ -74,7 +71,7 @@ class BoundRowsTest : public testing::Test {
     return out.str();
   }
 
-  std::string base_;
+  const Folder folder_;
   CallbackGraph graph_;
 };
 

@@ -5,6 +5,7 @@ import atexit
 import functools
 import json
 import os
+import re
 import shutil
 import time
 import unittest
@@ -15,6 +16,46 @@ WEB = Path(__file__).resolve().parents[1] / "hotpath_report" / "web"
 AXE = WEB / "node_modules" / "axe-core" / "axe.min.js"
 WAIT_S = 30
 MISSING = "left out: {} is missing; install it with launch_scripts/setup.sh test"
+# Moves along the curves with the keyboard and reads the tooltip at each probability.
+READ_CURVES = """
+const plot = document.querySelector('.ecdf .plot'), found = [];
+const press = (key) => plot.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+plot.focus();
+press('Home');
+for (let k = 0; k < 300; ++k) {
+  const rows = [...document.querySelectorAll('.ecdf .tip tr')];
+  for (const row of rows) found.push([Number(row.dataset.series), Number(row.dataset.q), row.innerText]);
+  if (rows.some((row) => row.dataset.q === '1')) break;
+  press('ArrowUp');
+}
+return found;
+"""
+READ_LIST = """
+return {head: document.querySelector('.outputs [role=status]').innerText,
+        rows: [...document.querySelectorAll('.outputs tbody tr')].map((r) => ({...r.dataset, text: r.innerText}))};
+"""
+CHOOSE_RANGE = """
+const [from, to] = [document.getElementById('from-ms'), document.getElementById('to-ms')];
+from.value = arguments[0]; to.value = arguments[1];
+from.dispatchEvent(new Event('change'));
+"""
+CHOOSE = """
+const choice = document.getElementById(arguments[0]);
+choice.value = [...choice.options].find((o) => o.text === arguments[1]).value;
+choice.dispatchEvent(new Event('change'));
+"""
+READ_ACCOUNTS = """
+return [...document.querySelectorAll('.account')].map((a) => ({
+  title: a.querySelector('h4').innerText, series: Number(a.dataset.series),
+  causes: Object.fromEntries([...a.querySelectorAll('li')].map((l) => [l.dataset.cause, Number(l.dataset.ns)])),
+  text: a.querySelector('ul').innerText,
+  parts: [...a.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((c) => c.textContent))}));
+"""
+READ_TIMELINE = """
+const t = hotpathPage.timeline;
+const panel = (p) => ({label: p.series.label, rows: p.rows.map((r) => r.name), shown: p.shown});
+return {view: t.view, panels: t.panels.map(panel)};
+"""
 
 
 class Browser:
@@ -81,6 +122,45 @@ class Browser:
                 kind = "mouseReleased" if number else "mousePressed"
                 self.command("Input.dispatchMouseEvent", type=kind, **at, **pressed)
         self.run("return 0")  # after the next frame
+
+    def choose(self, choice: str, option: str) -> None:
+        """Chooses an option, by its text, of the element with this id."""
+        self.run(CHOOSE, choice, option)
+
+    def choose_range(self, low: Any, high: Any) -> None:
+        """Lists only the outputs with these latencies in ms."""
+        self.run(CHOOSE_RANGE, low, high)
+
+    def text(self, selector: str) -> Any:
+        """The text of the first of these elements."""
+        return self.run("return document.querySelector(arguments[0]).innerText", selector)
+
+    def texts(self, selector: str) -> Any:
+        """The texts of all of these elements."""
+        read = "return [...document.querySelectorAll(arguments[0])].map((e) => e.innerText)"
+        return self.run(read, selector)
+
+    def listed(self) -> Any:
+        """The list of outputs."""
+        return self.run(READ_LIST)
+
+    def accounts(self) -> Any:
+        """The causes of the chosen outputs."""
+        return self.run(READ_ACCOUNTS)
+
+    def timeline(self) -> Any:
+        """What the timeline shows."""
+        return self.run(READ_TIMELINE)
+
+    def curves(self) -> list[tuple[Any, float, float]]:
+        """(series, probability, ms) at each step along the curves."""
+        series = self.run("return hotpathPage.store.document.series")
+        found = []
+        for number, q, text in self.run(READ_CURVES):
+            value = re.search(r"([\d.]+) ms", text)
+            assert value is not None, text
+            found.append((series[number], q, float(value[1])))
+        return found
 
     def messages(self) -> list[str]:
         """Messages of the console since the last call."""

@@ -4,7 +4,6 @@
 #include "comparison/comparison.hpp"
 
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include <set>
 
 #include "comparison/report.hpp"
+#include "graph_fixture.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -265,9 +265,6 @@ TEST(Differences, AreBeyondNoiseOrNot) {
 
 class Counters : public testing::Test {
  protected:
-  Counters() { std::filesystem::create_directories(base_); }
-  ~Counters() override { std::filesystem::remove_all(base_); }
-
   /// A result of `hotpath bench` with these values of each counter.
   Options stored(const char* name, const std::map<std::string, std::vector<double>>& counters) {
     nlohmann::json rows = nlohmann::json::array();
@@ -289,8 +286,8 @@ class Counters : public testing::Test {
     return testing::internal::GetCapturedStdout();
   }
 
-  std::filesystem::path base_ =
-      std::filesystem::temp_directory_path() / ("hotpath_" + std::to_string(getpid()));
+  const Folder folder_;
+  const std::filesystem::path base_ = folder_.path();
 };
 
 TEST_F(Counters, ThatChangedAreBeyondNoise) {

@@ -2,7 +2,6 @@
 """Runs deployments of the Autoware graph through the commands that take them, simulated and live.
 """
 
-import itertools
 import os
 import signal
 from pathlib import Path
@@ -25,8 +24,7 @@ class Deployments(CommandTest):
         return path
 
     def check(self, run: Any) -> None:
-        """Checks that every job ran on a worker of its task's executor, and each worker ran one job
-        at a time."""
+        """Checks that every job ran on a worker of its task's executor."""
         self.assertEqual(run.run["failures"], [])
         for executor in run.summary()["executors"]:
             self.assertTrue(executor["loss_equations"]["hold"], executor["executor"])
@@ -36,12 +34,10 @@ class Deployments(CommandTest):
             for executor in run.run["deployments"][label]["executors"]:
                 numbers = range(executor["first_worker"], executor["first_worker"] + executor["workers"])
                 workers.update((task, numbers) for task in executor["tasks"])
-            ran = sorted((j for j in jobs if j.outcome == "ran"), key=lambda j: (j.worker, j.start))
+            ran = [j for j in jobs if j.outcome == "ran"]
             self.assertEqual({j.task for j in ran}, set(workers))
             for job in ran:
                 self.assertIn(job.worker, workers[job.task], job)
-            for job, after in itertools.pairwise(ran):
-                self.assertTrue(job.worker < after.worker or job.finish <= after.start, (job, after))
 
     def latency(self, run: Any, label: str, quantile: str) -> Any:
         (chain,) = next(e for e in run.summary()["executors"] if e["executor"] == label)["chains"]

@@ -96,13 +96,6 @@ class Judgements(FieldTest):
             self.assertGreaterEqual(task["period_ms"]["min"], 0)
         self.assertEqual(found[0], found[1])
 
-    def test_without_trace_chains_have_their_age(self) -> None:
-        words = ("--executors", "default,rm-ro", "--phases", "random", "--duration", 5)
-        runs = [self.simulate(f"run{len(t)}", *words, *t) for t in ((), ("--no-trace",))]
-        ages = [[e["chains"][0]["end_to_end_latency_ms"] for e in run.summary()["executors"]] for run in runs]
-        self.assertGreater(ages[0][0]["n"], 30)
-        self.assertEqual(ages[0], ages[1])
-
     def test_a_burst_below_full_load_is_no_overload(self) -> None:
         (self.folder / "burst.yaml").write_text(BURST)
         run = self.simulate("run", "--graph", "burst.yaml", "--executors", "events-ro", "--duration", 12)

@@ -2,55 +2,17 @@
 """The interactive page of `hotpath report` in headless Chromium: what it shows is read back and
 compared with summary.json, jobs.csv, chains.csv and `hotpath explain --json`."""
 
-import csv
 import functools
 import json
 import re
 import tempfile
-import unittest
 from pathlib import Path
 from typing import Any
 
 from browser import Browser, opened
-from hotpath_command import CommandTest, Job, RunFolder
+from hotpath_command import CommandTest, Job, RunFolder, csv_rows
 from package import write_report
 
-QUANTILES = {"p50": 0.5, "p90": 0.9, "p99": 0.99, "max": 1}
-# Moves along the curves with the keyboard and reads the tooltip at each probability.
-READ_CURVES = """
-const plot = document.querySelector('.ecdf .plot'), found = [];
-const press = (key) => plot.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
-plot.focus();
-press('Home');
-for (let k = 0; k < 300; ++k) {
-  const rows = [...document.querySelectorAll('.ecdf .tip tr')];
-  for (const row of rows) found.push([Number(row.dataset.series), Number(row.dataset.q), row.innerText]);
-  if (rows.some((row) => row.dataset.q === '1')) break;
-  press('ArrowUp');
-}
-return found;
-"""
-READ_LIST = """
-return {head: document.querySelector('.outputs [role=status]').innerText,
-        rows: [...document.querySelectorAll('.outputs tbody tr')].map((r) => ({...r.dataset, text: r.innerText}))};
-"""
-CHOOSE_RANGE = """
-const [from, to] = [document.getElementById('from-ms'), document.getElementById('to-ms')];
-from.value = arguments[0]; to.value = arguments[1];
-from.dispatchEvent(new Event('change'));
-"""
-CHOOSE = """
-const choice = document.getElementById(arguments[0]);
-choice.value = [...choice.options].find((o) => o.text === arguments[1]).value;
-choice.dispatchEvent(new Event('change'));
-"""
-READ_ACCOUNTS = """
-return [...document.querySelectorAll('.account')].map((a) => ({
-  title: a.querySelector('h4').innerText, series: Number(a.dataset.series),
-  causes: Object.fromEntries([...a.querySelectorAll('li')].map((l) => [l.dataset.cause, Number(l.dataset.ns)])),
-  text: a.querySelector('ul').innerText,
-  parts: [...a.querySelectorAll('tbody tr')].map((row) => [...row.cells].map((c) => c.textContent))}));
-"""
 COUNT_CANVASES = """
 window.canvases = 0;
 const make = Document.prototype.createElement;
@@ -59,11 +21,7 @@ Document.prototype.createElement = function (name, ...more) {
   return make.call(this, name, ...more);
 };
 """
-READ_TIMELINE = """
-const t = hotpathPage.timeline;
-const panel = (p) => ({label: p.series.label, rows: p.rows.map((r) => r.name), shown: p.shown});
-return {view: t.view, panels: t.panels.map(panel)};
-"""
+QUANTILES = {"p50": 0.5, "p90": 0.9, "p99": 0.99, "max": 1}
 
 
 @functools.lru_cache(maxsize=2)
@@ -73,17 +31,6 @@ def jobs_of(folder: str, executor: str, repetition: int) -> Any:
     rows = RunFolder(folder).rows("jobs.csv")[1]
     found = [row for row in rows if (row["executor"], row["repetition"]) == (executor, str(repetition))]
     return [Job(row) for row in found if row["start_ns"]]
-
-
-def curves_of(browser: Browser) -> list[tuple[Any, float, float]]:
-    """(series, probability, ms) at each step along the curves."""
-    series = browser.run("return hotpathPage.store.document.series")
-    found = []
-    for number, q, text in browser.run(READ_CURVES):
-        value = re.search(r"([\d.]+) ms", text)
-        assert value is not None, text
-        found.append((series[number], q, float(value[1])))
-    return found
 
 
 class Page(CommandTest):
@@ -127,9 +74,9 @@ class Page(CommandTest):
 
     def check_curves(self, browser: Browser, run: RunFolder, target: str, latencies: dict[str, Any]) -> None:
         """Compares the curves of a chain or task with {executor: quantiles of summary.json}."""
-        browser.run(CHOOSE, "target", target)
-        found = curves_of(browser)
-        counts = browser.run("return [...document.querySelectorAll('.legend label')].map((l) => l.innerText)")
+        browser.choose("target", target)
+        found = browser.curves()
+        counts = browser.texts(".legend label")
         shown = {label for label, of in latencies.items() if of["n"] > 0}
         self.assertEqual({series["executor"] for series, _, _ in found}, shown)
         compared = 0
@@ -146,7 +93,7 @@ class Page(CommandTest):
 
     def check_list(self, browser: Browser, run: RunFolder, chain: str) -> list[Any]:
         """Selects the slower half of the outputs and compares the list with chains.csv."""
-        browser.run(CHOOSE, "target", chain)
+        browser.choose("target", chain)
         rows = [
             (latency, executor, repetition, sequence)
             for (executor, repetition), of in run.chains().items()
@@ -155,8 +102,8 @@ class Page(CommandTest):
         ]
         rows.sort(reverse=True)
         limit = rows[len(rows) // 2][0] / 1e6
-        browser.run(CHOOSE_RANGE, limit, "")
-        listed = browser.run(READ_LIST)
+        browser.choose_range(limit, "")
+        listed = browser.listed()
         expected = [row for row in rows if row[0] / 1e6 >= limit - 1e-6]
         self.assertTrue(listed["head"].startswith(f"{len(expected)} of {len(rows)} outputs"), listed["head"])
         found = [int(row["latencyNs"]) for row in listed["rows"]]
@@ -171,11 +118,11 @@ class Page(CommandTest):
         """Clicks an output of the list: its causes are those of `hotpath explain`, and the timeline
         shows the jobs of its path where jobs.csv has them."""
         browser.run("document.querySelectorAll('.outputs .pick')[arguments[0]].click()", place)
-        row = browser.run(READ_LIST)["rows"][place]
+        row = browser.listed()["rows"][place]
         series = browser.run("return hotpathPage.store.document.series")[int(row["series"])]
         words = ("--executor", series["executor"], f"--{kind}", name, "--repetition", row["repetition"])
         one = json.loads(self.accepted("explain", run.path, *words, "--sequence", row["sequence"], "--json"))
-        account = browser.run(READ_ACCOUNTS)[0]
+        account = browser.accounts()[0]
         self.assertEqual(account["causes"], {name: ns for name, ns in one["causes_ns"].items() if ns > 0})
         self.assertEqual(sum(account["causes"].values()), int(row["latencyNs"]))
         for ns in account["causes"].values():
@@ -185,7 +132,7 @@ class Page(CommandTest):
         self.check_timeline(browser, run, series["executor"], one)
 
     def check_timeline(self, browser: Browser, run: RunFolder, executor: str, one: dict[str, Any]) -> None:
-        shown = browser.run(READ_TIMELINE)
+        shown = browser.timeline()
         view = shown["view"]
         per_pixel = (view["to"] - view["from"]) / view["width"]
         jobs = {f"{j.task} {j.sequence}": j for j in jobs_of(str(run.path), executor, one["repetition"])}
@@ -233,8 +180,8 @@ class Page(CommandTest):
             return
         self.check_curves(browser, run, name, of)
         if k % 8 == 0:
-            browser.run(CHOOSE_RANGE, "", "")
-            listed = len(browser.run(READ_LIST)["rows"])
+            browser.choose_range("", "")
+            listed = len(browser.listed()["rows"])
             for place in {0, min(9, listed - 1)}:
                 self.check_output(browser, run, name, place, "task")
 
@@ -264,9 +211,7 @@ class Page(CommandTest):
 
     def check_sentences(self, browser: Browser, run: str) -> None:
         """Below the curves are the sentences of `hotpath explain`, against the first executor."""
-        shown = browser.run(
-            "return [...document.querySelectorAll('#explore .notes li')].map((l) => l.textContent)"
-        )
+        shown = browser.texts("#explore .notes li")
         first, *others = RunFolder(self.folder / run).run["executors"]
         for executors, text in zip([first, *(f"{first},{other}" for other in others)], shown, strict=True):
             answer = self.accepted("explain", run, "--executor", executors, "--json")
@@ -274,30 +219,29 @@ class Page(CommandTest):
 
     def check_bounds(self, browser: Browser, run: str) -> None:
         """The lines of the hot path are the tightest bounds of `hotpath analyze`, and the computation."""
-        browser.run(CHOOSE, "target", "hot_path")
+        browser.choose("target", "hot_path")
         marks = browser.run("return hotpathPage.target.marks.map((m) => [m.label, m.ms])")
         self.accepted("analyze", "autoware", "--trace", run, "--csv", "bounds.csv")
         expected: dict[str, float] = {}
-        with (self.folder / "bounds.csv").open(newline="") as file:
-            for row in csv.DictReader(file):
-                if row["kind"] == "hot_path":
-                    label, bound = f"bound of {row['executor']}", int(row["bound_ns"]) / 1e6
-                    expected[label] = min(bound, expected.get(label, bound))
+        for row in csv_rows(self.folder / "bounds.csv"):
+            if row["kind"] == "hot_path":
+                label, bound = f"bound of {row['executor']}", int(row["bound_ns"]) / 1e6
+                expected[label] = min(bound, expected.get(label, bound))
         self.assertIn("bound of rm-ro", expected)
         limits = {x["label"]: x["ms"] for x in RunFolder(self.folder / run).run["limits"]}
         self.assertEqual(dict(marks), expected | limits)
 
     def check_two_executors(self, browser: Browser) -> None:
         """The same source job under another executor, on the same axis."""
-        browser.run(CHOOSE, "target", "hot_path")
+        browser.choose("target", "hot_path")
         browser.run("document.querySelector('.outputs .pick').click()")
-        first = browser.run(READ_ACCOUNTS)[0]["title"].split(":")[0]
+        first = browser.accounts()[0]["title"].split(":")[0]
         other = "rm-ro" if first != "rm-ro" else "default"
-        browser.run(CHOOSE, "other", other)
-        accounts = browser.run(READ_ACCOUNTS)
+        browser.choose("other", other)
+        accounts = browser.accounts()
         self.assertEqual(len(accounts), 2)
         sources = [account["parts"][0][3] for account in accounts]
-        shown = browser.run(READ_TIMELINE)["panels"]
+        shown = browser.timeline()["panels"]
         self.assertEqual([len(shown), shown[1]["label"]], [2, other])
         self.assertEqual(sources[0].split(" ")[-1], sources[1].split(" ")[-1])
         starts = [min(item["left"] for item in panel["shown"]) for panel in shown]
@@ -305,11 +249,6 @@ class Page(CommandTest):
             max(starts),
             browser.run("return hotpathPage.timeline.view.left + hotpathPage.timeline.view.width"),
         )
-
-    def test_a_live_run(self) -> None:
-        live = ("--transport", "intra_process", "--load", 20, "--duration", 0.5, "--warm-up", 0)
-        self.accepted("run", "--executors", "default", "--repetitions", 1, *live, "--output", "live")
-        self.check_outputs(self.page("live"), "live")
 
     def test_an_imported_run(self) -> None:
         self.accepted("export", "ctf", self.two_executors(), "--output", "traces")
@@ -322,20 +261,16 @@ class Page(CommandTest):
             self.simulated(executor, "--graph", "timers_only_60", "--executors", executor, "--duration", 2)
         browser = self.page("rm-ro", "edf-ro", dark=True, width=800)
         task = RunFolder(self.folder / "rm-ro").summary()["executors"][0]["tasks"][0]["task"]
-        browser.run(CHOOSE, "target", task)
-        labels = browser.run("return [...document.querySelectorAll('.legend label')].map((l) => l.innerText)")
+        browser.choose("target", task)
+        labels = browser.texts(".legend label")
         self.assertEqual(
             [" ".join(label.split()[:3]) for label in labels], ["rm-ro in rm-ro", "edf-ro in edf-ro"]
         )
         marks = browser.run("return hotpathPage.target.marks.map((m) => m.label)")
         self.assertEqual({"deadline", "bound of rm-ro in rm-ro", "bound of edf-ro in edf-ro"}, set(marks))
-        jobs = [
-            j
-            for j in RunFolder(self.folder / "rm-ro").jobs()["rm-ro", 0]
-            if j.task == task and j.outcome == "ran"
-        ]
-        listed = browser.run(READ_LIST)["rows"]
-        worst = max(j.finish - j.timestamp for j in jobs)
+        jobs = [j for j in jobs_of(str(self.folder / "rm-ro"), "rm-ro", 0) if j.task == task]
+        listed = browser.listed()["rows"]
+        worst = max(j.finish - j.timestamp for j in jobs if j.outcome == "ran")
         self.assertIn(worst, [int(row["latencyNs"]) for row in listed])
         self.assertEqual(browser.violations(), [])
         self.assertEqual(browser.run("return document.documentElement.scrollWidth"), 800)
@@ -348,13 +283,13 @@ class Page(CommandTest):
 
         def view(key: str) -> tuple[float, float]:
             browser.run(press, key)
-            of = browser.run(READ_TIMELINE)["view"]
+            of = browser.timeline()["view"]
             return of["from"], of["to"]
 
         whole = view("Home")
         self.assertEqual(whole, (0, browser.run("return hotpathPage.timeline.panels[0].jobs.of.length_ns")))
-        browser.run(CHOOSE, "rows-of", "all tasks")
-        drawn = browser.run(READ_TIMELINE)["panels"][0]
+        browser.choose("rows-of", "all tasks")
+        drawn = browser.timeline()["panels"][0]
         jobs = jobs_of(str(self.folder / run), drawn["label"], 0)
         self.assertEqual(set(drawn["rows"]), {j.task for j in jobs})
         nearer = view("+")
@@ -374,30 +309,28 @@ class Page(CommandTest):
         self.assertEqual(scale[0], 0)
         # Hover: the tooltip has the quantile at this height.
         browser.drag(over, (0.5, 0.02))
-        self.assertIn("the largest", browser.run("return document.querySelector('.ecdf .tip').innerText"))
-        self.assertIn(
-            f"{max(latencies):.3f} ms", browser.run("return document.querySelector('.ecdf .tip').innerText")
-        )
+        self.assertIn("the largest", browser.text(".ecdf .tip"))
+        self.assertIn(f"{max(latencies):.3f} ms", browser.text(".ecdf .tip"))
         # Drag: the outputs within a range of latencies.
         browser.drag(over, *((value / scale[1], 0.4) for value in (30, 40, 44)))
         chosen = [v for v in latencies if 30 <= v <= 44]
         self.assertTrue(0 < len(chosen) < len(latencies))
-        listed = browser.run(READ_LIST)
+        listed = browser.listed()
         self.assertEqual(
             [int(row["latencyNs"]) / 1e6 for row in listed["rows"]], sorted(chosen, reverse=True)
         )
         # Click: the outputs of the curve below the cursor, around this quantile.
         browser.drag(over, (21 / scale[1], 0.3), (21 / scale[1], 0.3))
-        rows = browser.run(READ_LIST)["rows"]
+        rows = browser.listed()["rows"]
         self.assertEqual({row["text"].split("\t")[1].strip() for row in rows}, {"rm-ro"})
         # Timeline: drag pans, and a double click zooms.
         canvas = ".timeline canvas"
-        before = browser.run(READ_TIMELINE)["view"]
+        before = browser.timeline()["view"]
         browser.drag(canvas, (0.6, 0.5), (0.55, 0.5), (0.5, 0.5))
-        after = browser.run(READ_TIMELINE)["view"]
+        after = browser.timeline()["view"]
         self.assertGreater(after["from"], before["from"])
         browser.run("document.querySelector(arguments[0]).dispatchEvent(new MouseEvent('dblclick'))", canvas)
-        nearer = browser.run(READ_TIMELINE)["view"]
+        nearer = browser.timeline()["view"]
         self.assertAlmostEqual(nearer["to"] - nearer["from"], (after["to"] - after["from"]) / 2, delta=1)
         # Over time: a click selects the nearest output.
         browser.run("const t = hotpathPage.trend, u = t.plot, o = t.outputs[3];"
@@ -405,7 +338,7 @@ class Page(CommandTest):
                     " u.valToPos(o.latency / 1e6, 'y') / u.over.clientHeight, o.sequence]")  # fmt: skip
         x, y, sequence = browser.run("return window.place")
         browser.drag(".trend .u-over", (x, y), (x, y))
-        self.assertIn(f"of output {sequence}", browser.run(READ_ACCOUNTS)[0]["title"])
+        self.assertIn(f"of output {sequence}", browser.accounts()[0]["title"])
 
     def test_every_plot_is_drawn_once(self) -> None:
         """Opening a page makes as many canvases as it shows; a second drawing would make another one."""
@@ -414,9 +347,7 @@ class Page(CommandTest):
             "return [canvases, document.querySelectorAll('canvas').length, hotpathPage.timeline.drawings]"
         )
         self.assertEqual((made, timelines), (shown, 1))
-        browser.command(
-            "Emulation.setDeviceMetricsOverride", width=900, height=800, deviceScaleFactor=1, mobile=False
-        )
+        browser.emulate(width=900, height=800)
         widths = "return [document.querySelector('.ecdf canvas').clientWidth, hotpathPage.timeline.drawings]"
         browser.run("return 0")
         width, timelines = browser.run(widths)
@@ -439,17 +370,15 @@ class Page(CommandTest):
         self.assertTrue(any("<script>hotpathEvil" in name for name in names), names)
         for name in names:
             self.assertNotRegex(name, "[\x1b\u202e\u200f]")
-            browser.run(CHOOSE, "target", name)
+            browser.choose("target", name)
         self.assertEqual(browser.run("return [typeof hotpathEvil, document.images.length, document.scripts.length]"),
                          ["undefined", 0, 2])  # fmt: skip
 
     def test_a_run_without_jobs(self) -> None:
         browser = self.page(self.simulated("untraced", "--duration", 2, "--no-trace"))
-        self.assertIn(
-            "stores no jobs", browser.run("return document.querySelector('#explore .note').innerText")
-        )
+        self.assertIn("stores no jobs", browser.text("#explore .note"))
         self.assertFalse(browser.run("return document.querySelector('.timeline').checkVisibility()"))
-        self.assertGreater(len(browser.run(READ_CURVES)), 10)
+        self.assertGreater(len(browser.curves()), 10)
 
     def test_a_run_that_is_thinned(self) -> None:
         words = ("--executors", "default,rm-ro,multi:2,events-ro", "--load", 40, "--duration", 80)
@@ -461,16 +390,10 @@ class Page(CommandTest):
             "return hotpathPage.store.document.runs[0].repetitions.map((r) => r.jobs.task.length)"
         )
         self.assertLessEqual(sum(kept), 100_000)
-        note = browser.run("return document.querySelector('#explore .note').innerText")
+        note = browser.text("#explore .note")
         self.assertIn(f"The timeline holds {sum(kept)} of {started} jobs", note)
         # The worst outputs have all of their jobs, and the end of the run has a sentence.
         self.check_output(browser, run, "hot_path", 0)
         browser.run("hotpathPage.timeline.look(7.5e10, 7.6e10)")
-        self.assertIn(
-            "leaves out these jobs", browser.run("return document.querySelector('.timeline').innerText")
-        )
+        self.assertIn("leaves out these jobs", browser.text(".timeline"))
         self.assertLess(self.page_of("long").stat().st_size, 6e6)
-
-
-if __name__ == "__main__":
-    unittest.main()

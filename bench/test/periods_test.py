@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Period jitter of timers in simulated and live runs, computed a second time from jobs.csv, and in advice."""
+"""Period jitter of timers in simulated runs, computed a second time from jobs.csv, and in advice."""
 
 import json
 
@@ -55,14 +55,6 @@ class Periods(CommandTest):
             *("--repetitions", 2, "--phases", "random"),
         )
         self.assertGreaterEqual(self.check_periods(run), 21)
-
-    def test_live_runs(self) -> None:
-        output = self.folder / "live"
-        self.accepted(
-            *("compare", "--executors", "default,rm-ro", "--duration", 1, "--warm-up", 0.2, "--load", 20),
-            *("--transport", "intra_process", "--output", output),
-        )
-        self.assertGreaterEqual(self.check_periods(RunFolder(output)), 10)
 
     def test_advice_names_who_pays(self) -> None:
         """The recommended executor delays a slow timer that today's executor serves in turn."""

@@ -2,19 +2,16 @@
 """The interactive pages of `advise`, `sweep`, `capacity` and `diff` in headless Chromium: what
 they show is read back and compared with the files of the results."""
 
-import csv
 import json
 import re
 import statistics
-import unittest
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import package
-import page_test
 from browser import Browser, opened
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest, RunFolder, csv_rows
 
 # Moves along the curves with the keyboard and reads the tooltip at each position.
 READ_PLOT = """
@@ -59,12 +56,8 @@ class Curves(CommandTest):
         super().setUp()
         del self.environment["HOTPATH_FIGURES"]
 
-    def rows(self, file: str) -> list[dict[str, str]]:
-        with (self.folder / file).open(newline="") as stream:
-            return list(csv.DictReader(stream))
-
     def check_plot(self, browser: Browser, title: str, expected: dict[tuple[str, float], float]) -> None:
-        browser.run(page_test.CHOOSE, "curves-of", title)
+        browser.choose("curves-of", title)
         found = values(browser.run(READ_PLOT))
         self.assertEqual(set(found), set(expected), title)
         for key, value in expected.items():
@@ -73,7 +66,7 @@ class Curves(CommandTest):
     def test_of_a_sweep(self) -> None:
         (self.folder / "sweep.yaml").write_text(SWEEP)
         self.accepted("sweep", "sweep.yaml", "--output", "swept")
-        rows = [row for row in self.rows("swept/table.csv") if row["chain"] == "hot_path"]
+        rows = [row for row in csv_rows(self.folder / "swept/table.csv") if row["chain"] == "hot_path"]
         browser = opened(self, self.folder / "swept" / "report.html")
         for title, (column, over_repetitions) in MEASURES.items():
             for cores, suffix in (("", ""), ("1", ", cores 1"), ("2", ", cores 2")):
@@ -86,7 +79,7 @@ class Curves(CommandTest):
                 self.check_plot(browser, title + suffix, expected)
         # An interval encloses its value, and the figure of the same lines is not shown twice.
         interval = re.compile(r"([\d.]+)\t ?\[([\d.]+), ([\d.]+)\]")
-        browser.run(page_test.CHOOSE, "curves-of", next(iter(MEASURES)))
+        browser.choose("curves-of", next(iter(MEASURES)))
         for _, _, text in browser.run(READ_PLOT):
             value, low, high = map(float, interval.search(text).groups())  # type: ignore[union-attr]
             self.assertTrue(low <= value <= high)
@@ -100,7 +93,7 @@ class Curves(CommandTest):
     def test_of_a_capacity(self) -> None:
         words = ("--executors", "default,rm-ro", "--duration", 1, "--resolution", 20)
         self.accepted("capacity", *words, "--repetitions", 3, "--output", "levels")
-        rows = [row for row in self.rows("levels/levels.csv") if row["source"] == "simulated"]
+        rows = [row for row in csv_rows(self.folder / "levels/levels.csv") if row["source"] == "simulated"]
         self.assertGreater(len(rows), 4)
         browser = opened(self, self.folder / "levels" / "report.html", dark=True)
         columns = {"p99 of the hot-path latency (ms)": "p99_ms", "worst hot-path latency (ms)": "worst_ms",
@@ -124,11 +117,11 @@ class Distributions(CommandTest):
 
     def curves(self, browser: Browser) -> dict[tuple[str, float], float]:
         """{(label, probability): ms}"""
-        return {(series["label"], q): ms for series, q, ms in page_test.curves_of(browser)}
+        return {(series["label"], q): ms for series, q, ms in browser.curves()}
 
     def check_advice(self, advice: dict[str, Any], browser: Browser, target: str) -> None:
         """The curves of all candidates have the quantiles and bounds of advice.json."""
-        browser.run(page_test.CHOOSE, "target", target)
+        browser.choose("target", target)
         for _ in browser.run("return [...document.querySelectorAll('.legend input:not(:checked)')]"):
             browser.run("document.querySelector('.legend input:not(:checked)').click()")
         found = self.curves(browser)
@@ -162,14 +155,12 @@ class Distributions(CommandTest):
         on = "return [...document.querySelectorAll('.legend label')].filter((l) => l.querySelector('input').checked)"
         names = browser.run(on + ".map((l) => l.innerText.split('n =')[0].trim())")
         self.assertEqual(names, [f"{advice['now']} (now)", advice["recommended"]])
-        shown = browser.run(page_test.READ_TIMELINE)["panels"]
+        shown = browser.timeline()["panels"]
         self.assertEqual({panel["label"] for panel in shown}, set(names))
-        accounts = browser.run(page_test.READ_ACCOUNTS)
+        accounts = browser.accounts()
         self.assertEqual(len(accounts), 2)
         self.assertEqual(*(account["parts"][0][3].split(" ")[-1] for account in accounts))
-        notes = browser.run(
-            "return [...document.querySelectorAll('#explore .notes li')].map((l) => l.innerText)"
-        )
+        notes = browser.texts("#explore .notes li")
         self.assertEqual(notes, [" ".join(advice["causes"])])
         for sentence in advice["causes"]:
             self.assertIn(sentence, out)
@@ -179,8 +170,7 @@ class Distributions(CommandTest):
 
     def check_stored_draws(self, folder: Path, advice: dict[str, Any]) -> None:
         """The stored runs are the first draw, and their commands repeat them."""
-        with (folder / "latencies.csv").open(newline="") as stream:
-            rows = [row for row in csv.DictReader(stream) if row["repetition"] == "0"]
+        rows = [row for row in csv_rows(folder / "latencies.csv") if row["repetition"] == "0"]
         for name, stored in ((advice["now"], "now"), (advice["recommended"], "recommended")):
             draw = [int(row["hot_path_latency_ns"]) for row in rows if row["executor"] == name]
             run = RunFolder(folder / stored / "run")
@@ -223,7 +213,7 @@ class Distributions(CommandTest):
         code, judged, errors = self.command(*compare, "--gate")
         self.assertEqual(code, 1, errors)
         browser = opened(self, self.folder / "page" / "report.html", dark=True)
-        browser.run(page_test.CHOOSE, "target", "hot_path")
+        browser.choose("target", "hot_path")
         found = self.curves(browser)
         for name in ("old", "new"):
             for executor in RunFolder(self.folder / name).summary()["executors"]:
@@ -241,7 +231,3 @@ class Distributions(CommandTest):
         # Without --gate: the table of percentiles.
         self.accepted(*compare)
         self.assertIn("beyond noise", (self.folder / "page" / "report.md").read_text())
-
-
-if __name__ == "__main__":
-    unittest.main()

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <set>
 
+#include "graph_fixture.hpp"
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
 #include "results/run_record.hpp"
@@ -24,13 +25,10 @@ using ::testing::UnorderedElementsAre;
 class RunFolderTest : public ::testing::Test {
  protected:
   RunFolderTest() {
-    std::string pattern = fs::temp_directory_path() / "hotpath_result_XXXXXX";
-    base_ = mkdtemp(pattern.data());
     set_.tasks.emplace_back();
     set_.tasks[0].name = "Lidar";
     set_.tasks[0].period = std::chrono::milliseconds(10);
   }
-  ~RunFolderTest() override { fs::remove_all(base_); }
 
   static std::string content(const fs::path& file) {
     std::ifstream in(file);
@@ -60,7 +58,8 @@ class RunFolderTest : public ::testing::Test {
     return t;
   }
 
-  fs::path base_;
+  const Folder folder_;
+  const fs::path base_ = folder_.path();
   TaskSet set_;
 };
 

@@ -4,12 +4,10 @@
 
 #include <gmock/gmock.h>
 
-#include <filesystem>
-#include <fstream>
-#include <memory>
 #include <set>
 
 #include "bounds/bounds.hpp"
+#include "graph_fixture.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
@@ -45,13 +43,9 @@ TEST(RunSetup, PlatformCostsAreInMicroseconds) {
 std::vector<TaskId> order_from(const std::string& lines) {
   TaskSet set;
   for (const char* name : {"A", "B", "C"}) set.tasks.emplace_back().name = name;
-  std::string file = std::filesystem::temp_directory_path() / "hotpath-XXXXXX.txt";
-  if (mkstemps(file.data(), 4) < 0) throw std::runtime_error("no file");
-  std::ofstream(file) << lines;
+  const File file("order.txt", lines);
   setup::CommonOptions options;
-  options.entity_order = file;
-  const std::unique_ptr<const std::string, void (*)(const std::string*)> remove(
-      &file, [](const std::string* path) { std::filesystem::remove(*path); });
+  options.entity_order = file.path();
   return setup::scheduling_of(options, Graph{}, set, 2).entity_order;
 }
 

@@ -126,7 +126,9 @@ class Experiments(SimulateTest):
         for a, b in zip(kept, run.summary()["executors"], strict=True):
             for key in "callbacks_executed skipped overwritten deadline_overruns loss_equations".split():
                 self.assertEqual(a[key], b[key], key)
-            self.assertEqual(a["chains"][0]["hot_path_latency_ms"], b["chains"][0]["hot_path_latency_ms"])
+            for latency in ("hot_path_latency_ms", "end_to_end_latency_ms"):
+                self.assertEqual(a["chains"][0][latency], b["chains"][0][latency])
+                self.assertGreater(a["chains"][0][latency]["n"], 30)
             for task_a, task_b in zip(a["tasks"], b["tasks"], strict=True):
                 for measure, keys in exact.items():
                     self.assertEqual(measure in task_a, measure in task_b, measure)

@@ -4,11 +4,11 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
+#include "graph_fixture.hpp"
 #include "hotpath/core/input_error.hpp"
 #include "program/errors.hpp"
 #include "results/run_folder.hpp"
@@ -28,14 +28,11 @@ class StoredSummaryTest : public testing::Test {
     Task& timer = set_.tasks.emplace_back();
     timer.name = "A";
     timer.period = timer.deadline = 10ms;
-    base_ = std::filesystem::temp_directory_path() / "hotpath_XXXXXX";
-    if (mkdtemp(base_.data()) == nullptr) throw std::runtime_error("no folder");
     record_.simulation.emplace();
     record_.tasks = set_;
     record_.executors = {"default", "rm-ro"};
     record_.chains = {"c"};
   }
-  ~StoredSummaryTest() override { std::filesystem::remove_all(base_); }
 
   /// A repetition with one job, which responds after as many nanoseconds, and one output.
   results::RepetitionRecord& ran(const char* executor, std::uint32_t repetition, std::int64_t response) {
@@ -54,13 +51,13 @@ class StoredSummaryTest : public testing::Test {
   }
 
   results::StoredRun run() {
-    results::RunFolder folder(base_ + "/run");
+    results::RunFolder folder(folder_.path() / "run");
     for (const Trace& trace : traces_) folder.append(set_, {"c"}, trace);
     folder.close(record_, nlohmann::json::object());
-    return {base_ + "/run", "RUN"};
+    return {folder_.path() / "run", "RUN"};
   }
 
-  std::string base_;
+  const Folder folder_;
   TaskSet set_;
   std::vector<Trace> traces_;
   results::RunRecord record_;
@@ -116,10 +113,10 @@ TEST_F(StoredSummaryTest, RefusesRepetitionsThatWereMeasuredAgain) {
   record_.version = "0.9";
   run();
   nlohmann::json old;
-  std::ifstream(base_ + "/run/run.json") >> old;
+  std::ifstream(folder_.path() / "run/run.json") >> old;
   old["runs"][0]["replaced_by"] = 3;
-  std::ofstream(base_ + "/run/run.json") << old;
-  EXPECT_THAT([&] { const results::StoredRun refused(base_ + "/run", "RUN"); },
+  std::ofstream(folder_.path() / "run/run.json") << old;
+  EXPECT_THAT([&] { const results::StoredRun refused(folder_.path() / "run", "RUN"); },
               ThrowsMessage<program::UsageError>(
                   testing::AllOf(HasSubstr("hotpath 0.9 measured again"), HasSubstr("measure it again"))));
 }

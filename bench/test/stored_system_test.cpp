@@ -4,12 +4,10 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 #include "program/errors.hpp"
 #include "setup/setup_facts.hpp"
 
@@ -22,12 +20,9 @@ using namespace std::chrono_literals;
 
 /// The system that a run folder with this run.json has.
 setup::StoredSystem stored(const results::RunRecord& record) {
-  std::string folder = std::filesystem::temp_directory_path() / "hotpath_XXXXXX";
-  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("no folder");
-  std::ofstream(folder + "/run.json") << nlohmann::json(record);
-  const std::unique_ptr<const std::string, void (*)(const std::string*)> remove(
-      &folder, [](const std::string* path) { std::filesystem::remove_all(*path); });
-  return setup::stored_system(results::StoredRun(folder, "RUN"));
+  const Folder folder;
+  std::ofstream(folder.path() / "run.json") << nlohmann::json(record);
+  return setup::stored_system(results::StoredRun(folder.path(), "RUN"));
 }
 
 class StoredSystemTest : public testing::Test {

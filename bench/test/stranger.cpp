@@ -26,11 +26,11 @@ namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 
 constexpr timespec kPace{0, 1'000'000};
+constexpr const char* kType = "hotpath::msg::Message4kb";
 
 struct Arguments {
   hotpath::FastDdsOptions options;
-  std::string topic, type = "hotpath::msg::Message4kb", partition = "*";
-  std::size_t size = 4100;
+  std::string topic, partition = "*";
   bool everywhere = false, spies = false, reads = false;
 };
 
@@ -45,8 +45,8 @@ bool told_to_end() {
 /// Sends raw bytes under the name of another type.
 class AnyBytes final : public fast::TopicDataType {
  public:
-  explicit AnyBytes(const std::string& name) {
-    setName(name.c_str());
+  AnyBytes() {
+    setName(kType);
     m_typeSize = kMost;
     m_isGetKeyDefined = false;
     auto_fill_type_information(false);
@@ -71,9 +71,9 @@ class AnyBytes final : public fast::TopicDataType {
 };
 
 /// A random payload; half of the payloads begin like a message of the right size.
-std::vector<std::uint8_t> any_payload(std::mt19937_64& random, std::size_t size) {
+std::vector<std::uint8_t> any_payload(std::mt19937_64& random) {
   const bool plausible = random() % 2 == 0;
-  std::vector<std::uint8_t> bytes(plausible ? size : random() % AnyBytes::kMost);
+  std::vector<std::uint8_t> bytes(plausible ? 4100 : random() % AnyBytes::kMost);
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random() % 4 == 0 ? random() : 0xff);
   if (plausible) std::fill_n(bytes.begin(), 4, std::uint8_t{0}), bytes[1] = 1;
   return bytes;
@@ -118,7 +118,7 @@ void publish(fast::DomainParticipant& participant, fast::Topic* topic, const Arg
   std::mt19937_64 random(1);
   unsigned long count = 0;
   while (count % 16 != 0 || !told_to_end()) {
-    std::vector<std::uint8_t> payload = any_payload(random, arguments.size);
+    std::vector<std::uint8_t> payload = any_payload(random);
     count += writer->write(&payload);
   }
   std::printf("%lu\n", count);
@@ -144,8 +144,8 @@ void meet(fast::DomainParticipant& participant, const Spy& spy, const Arguments&
   while (arguments.spies && (name = spy.found()).empty()) {
     if (told_to_end()) return;
   }
-  fast::TypeSupport(new AnyBytes(arguments.type)).register_type(&participant);
-  fast::Topic* topic = participant.create_topic(name, arguments.type, fast::TOPIC_QOS_DEFAULT);
+  fast::TypeSupport(new AnyBytes).register_type(&participant);
+  fast::Topic* topic = participant.create_topic(name, kType, fast::TOPIC_QOS_DEFAULT);
   (arguments.reads ? read : publish)(participant, topic, arguments);
 }
 
@@ -156,8 +156,6 @@ int main(int argc, char** argv) {
   CLI::App app("Publishes nonsense, or reads");
   app.add_option("--domain", arguments.options.domain);
   app.add_option("--topic", arguments.topic)->required();
-  app.add_option("--type", arguments.type);
-  app.add_option("--size", arguments.size, "Size of half of the payloads, in bytes");
   app.add_option("--partition", arguments.partition, "DDS partition; empty: the default partition");
   app.add_flag("--spy", arguments.spies, "Take the topic's name from discovery");
   app.add_flag("--read", arguments.reads);

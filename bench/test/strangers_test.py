@@ -94,19 +94,3 @@ class Strangers(CommandTest):
         self.assertEqual(code, 0, err)
         self.assertGreater(came, 8)
         self.assertTrue(self.checked("run").run["complete"])
-
-    def test_telemetry_goes_on_beside_nonsense_on_its_topics(self) -> None:
-        types = {"run": "RunInfo", "statistics": "Statistics", "chain_samples": "ChainSample"}
-        strangers = [
-            self.strange(
-                *("--topic", f"hotpath/{topic}", "--type", f"hotpath::telemetry::{kind}"),
-                *("--size", 200, "--partition", ""),
-            )
-            for topic, kind in types.items()
-        ]
-        code, _, err = self.command(*RUN, "--live")
-        self.assertEqual(code, 0, err)
-        for stranger in strangers:
-            stranger.send_signal(signal.SIGTERM)
-            self.assertGreater(int(stranger.communicate()[0]), 0, "it published nothing")
-        self.assertTrue(self.checked("run").run["complete"])

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// telemetry_listener --domain N [--runs N] [--seconds S] [--topic T...]
+// telemetry_listener --domain N [--seconds S]
 //
-// Prints `{"kind": "ready"}`, then one line of JSON for each sample of a live run or a replay. Ends
-// after the last statistics of `--runs` repetitions, or after `--seconds`. With --topic, it also
-// counts the messages of these graph topics, read with best effort once the run's topic prefix is
-// known, and prints the counts at the end.
-#include <Message4kbPubSubTypes.h>
+// Prints `{"kind": "ready"}`, then one line of JSON for each sample of a live run or a replay of one
+// repetition. Ends after its last statistics, or after `--seconds`.
 #include <TelemetryPubSubTypes.h>
 
 #include <CLI/CLI.hpp>
@@ -16,7 +13,6 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <iostream>
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "hotpath/fastdds/participant.hpp"
@@ -31,18 +27,13 @@ namespace {
 
 struct Arguments {
   FastDdsOptions dds;
-  std::uint32_t runs = 1;
   double seconds = 60;
-  std::vector<std::string> topics;
 };
 
 json to_json(const telemetry::RunInfo& m) {
-  json nodes = json::array(), edges = json::array(), chains = json::array();
-  for (const auto& n : m.nodes()) {
-    nodes.push_back({{"name", n.name()}, {"hot", n.hot()}, {"x", n.layout_x()}, {"y", n.layout_y()}});
-  }
-  for (const auto& e : m.edges()) edges.push_back({{"source", e.source()}, {"target", e.target()}});
-  for (const auto& c : m.chains()) chains.push_back({{"name", c.name()}, {"sink", c.sink()}});
+  json nodes = json::array(), chains = json::array();
+  for (const auto& n : m.nodes()) nodes.push_back({{"name", n.name()}, {"hot", n.hot()}});
+  for (const auto& c : m.chains()) chains.push_back({{"name", c.name()}});
   return {{"kind", "run"},
           {"run_id", m.run_id()},
           {"graph", m.graph()},
@@ -54,7 +45,6 @@ json to_json(const telemetry::RunInfo& m) {
           {"epoch_ns", m.epoch_ns()},
           {"facts", json::parse(m.facts())},
           {"nodes", nodes},
-          {"edges", edges},
           {"chains", chains}};
 }
 
@@ -95,10 +85,10 @@ class Listener {
   explicit Listener(const Arguments& arguments)
       : arguments_(arguments), participant_(create_participant(arguments.dds)) {
     subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
-    run_ = add<telemetry::RunInfoPubSubType>(subscriber_, telemetry::RUN_TOPIC, true);
-    samples_ = add<telemetry::ChainSamplePubSubType>(subscriber_, telemetry::CHAIN_SAMPLES_TOPIC, true);
-    statistics_ = add<telemetry::StatisticsPubSubType>(subscriber_, telemetry::STATISTICS_TOPIC, true);
-    clock_ = add<telemetry::ClockPubSubType>(subscriber_, telemetry::CLOCK_TOPIC, true);
+    run_ = add<telemetry::RunInfoPubSubType>(telemetry::RUN_TOPIC);
+    samples_ = add<telemetry::ChainSamplePubSubType>(telemetry::CHAIN_SAMPLES_TOPIC);
+    statistics_ = add<telemetry::StatisticsPubSubType>(telemetry::STATISTICS_TOPIC);
+    clock_ = add<telemetry::ClockPubSubType>(telemetry::CLOCK_TOPIC);
   }
   ~Listener() {
     participant_->delete_contained_entities();
@@ -113,7 +103,7 @@ class Listener {
     // The last statistics may overtake samples on other topics; these arrive before their writer
     // leaves.
     dds::ConditionSeq active;
-    while (ended_ < arguments_.runs || publisher_is_there()) {
+    while (!ended_ || publisher_is_there()) {
       const auto left = std::chrono::duration<double>(limit - std::chrono::steady_clock::now()).count();
       if (left <= 0 ||
           something_.wait(active, eprosima::fastrtps::Duration_t(left)) != ReturnCode_t::RETCODE_OK)
@@ -121,30 +111,22 @@ class Listener {
       take_all();
     }
     take_all();
-    for (const auto& [topic, messages] : messages_) {
-      print({{"kind", "messages"}, {"topic", topic}, {"count", messages.count}});
-    }
   }
 
  private:
-  struct Messages {
-    dds::DataReader* reader = nullptr;
-    std::uint64_t count = 0;
-  };
-
   template <class PubSubType>
-  dds::DataReader* add(dds::Subscriber* subscriber, const std::string& topic_name, bool reliable) {
+  dds::DataReader* add(const std::string& topic_name) {
     dds::TypeSupport type(new PubSubType);
     type.register_type(participant_);
     dds::DataReaderQos qos;
-    qos.reliability().kind = reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
-    qos.durability().kind = reliable ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+    qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
+    qos.durability().kind = dds::TRANSIENT_LOCAL_DURABILITY_QOS;
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
     qos.history().depth = 4096;
     qos.data_sharing().off();
     qos.endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
     dds::Topic* topic = participant_->create_topic(topic_name, type.get_type_name(), dds::TOPIC_QOS_DEFAULT);
-    dds::DataReader* reader = subscriber->create_datareader(topic, qos);
+    dds::DataReader* reader = subscriber_->create_datareader(topic, qos);
     dds::StatusCondition& changed = reader->get_statuscondition();
     changed.set_enabled_statuses(dds::StatusMask::data_available()
                                  << dds::StatusMask::subscription_matched());
@@ -156,17 +138,6 @@ class Listener {
   static void forget_changed_writers(dds::DataReader* reader) {
     dds::SubscriptionMatchedStatus status;
     reader->get_subscription_matched_status(status);
-  }
-
-  /// All repetitions of a command share one prefix.
-  void read_topics(const std::string& prefix) {
-    if (!messages_.empty() || arguments_.topics.empty()) return;
-    dds::SubscriberQos qos;
-    qos.partition().push_back("*");
-    dds::Subscriber* outside = participant_->create_subscriber(qos);
-    for (const std::string& topic : arguments_.topics) {
-      messages_[topic] = {add<msg::Message4kbPubSubType>(outside, prefix + topic, false), 0};
-    }
   }
 
   bool publisher_is_there() const {
@@ -186,21 +157,14 @@ class Listener {
 
   void take_all() {
     for (dds::DataReader* reader : {run_, samples_, statistics_, clock_}) forget_changed_writers(reader);
-    for (auto& [topic, messages] : messages_) forget_changed_writers(messages.reader);
     const auto show = [](const auto& message) { print(to_json(message)); };
-    take<telemetry::RunInfo>(run_, [&](const telemetry::RunInfo& message) {
-      show(message);
-      read_topics(message.topic_prefix());
-    });
+    take<telemetry::RunInfo>(run_, show);
     take<telemetry::ChainSample>(samples_, show);
     take<telemetry::Clock>(clock_, show);
     take<telemetry::Statistics>(statistics_, [&](const telemetry::Statistics& message) {
       show(message);
-      ended_ += message.last();
+      ended_ = ended_ || message.last();
     });
-    for (auto& [topic, messages] : messages_) {
-      take<msg::Message4kb>(messages.reader, [&count = messages.count](const auto&) { ++count; });
-    }
   }
 
   static void print(const json& line) { std::cout << line.dump() << std::endl; }
@@ -209,9 +173,8 @@ class Listener {
   dds::DomainParticipant* participant_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;
   dds::DataReader *run_ = nullptr, *samples_ = nullptr, *statistics_ = nullptr, *clock_ = nullptr;
-  std::map<std::string, Messages> messages_;
   dds::WaitSet something_;  ///< Wakes for data at a reader, or when a writer matches or leaves.
-  std::uint32_t ended_ = 0;
+  bool ended_ = false;
 };
 
 }  // namespace
@@ -221,9 +184,7 @@ int main(int argc, char** argv) {
   hotpath::Arguments arguments;
   CLI::App app("Prints what a live run or a replay publishes");
   app.add_option("--domain", arguments.dds.domain);
-  app.add_option("--runs", arguments.runs);
   app.add_option("--seconds", arguments.seconds);
-  app.add_option("--topic", arguments.topics);
   CLI11_PARSE(app, argc, argv);
   hotpath::Listener(arguments).run();
 }

@@ -3,11 +3,9 @@
 
 #include <gmock/gmock.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 
+#include "graph_fixture.hpp"
 #include "hotpath/core/trace_csv.hpp"
 
 namespace hotpath {
@@ -34,18 +32,13 @@ std::string tasks_in(Duration from, Duration to) {
   add("late", 20ms, 20ms, 21ms, Outcome::ran);
   add("open", 2ms, 3ms, 0ms, Outcome::running);
   add("lost", 15ms, 0ms, 0ms, Outcome::overwritten);
-  std::string file = std::filesystem::temp_directory_path() / "hotpath-XXXXXX.csv";
-  if (mkstemps(file.data(), 4) < 0) return "no file";
-  {
-    std::ofstream out(file);
-    out << kJobsCsvHeader << '\n';
-    write_jobs_csv(out, set, trace);
-    trace.repetition = 1;
-    write_jobs_csv(out, set, trace);
-  }
-  std::ostringstream window;
-  results::write_window(window, file, {"default", 0, Time{} + from, Time{} + to});
-  std::filesystem::remove(file);
+  std::ostringstream rows, window;
+  rows << kJobsCsvHeader << '\n';
+  write_jobs_csv(rows, set, trace);
+  trace.repetition = 1;
+  write_jobs_csv(rows, set, trace);
+  const File file("jobs.csv", rows.str());
+  results::write_window(window, file.path(), {"default", 0, Time{} + from, Time{} + to});
   std::istringstream lines(window.str());
   std::string names;
   for (std::string line; std::getline(lines, line);) {

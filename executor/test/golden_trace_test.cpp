@@ -78,41 +78,6 @@ TEST_P(IdenticalUpToTies, RateMonotonicAmongDifferentPeriods) {
 
 INSTANTIATE_TEST_SUITE_P(GoldenTrace, IdenticalUpToTies, testing::Values("60", "80", "90"));
 
-class SimilarWithCosts : public testing::TestWithParam<Case> {};
-
-TEST_P(SimilarWithCosts, SequenceAndLostJobs) {
-  const GoldenTrace real = reference(GetParam().level, GetParam().executor);
-  const Trace simulated = simulate_like(
-      real, GetParam().executor, reference_platform(*find_executor(GetParam().executor), real.set.size()));
-  JobOrder expected = sequence(real), got = sequence(simulated);
-  const std::string executor = GetParam().executor;
-  if (executor == "rm-ro") {
-    expected = by_period(expected, real.set);
-    got = by_period(got, real.set);
-  }
-  const double similar = similarity(expected, got);
-  RecordProperty("similarity", std::to_string(similar));
-  EXPECT_GE(similar, 0.98);
-  for (TaskId id = 0; id < real.set.size(); ++id) {
-    const double timestamps = static_cast<double>(
-        1 + (simulated.end - Duration(1) - Time{} - real.set[id].phase) / real.set[id].period);
-    const auto lost_percent = [&](const JobOrder& s) {
-      return 100 * (1 - static_cast<double>(std::count(s.begin(), s.end(), id)) / timestamps);
-    };
-    EXPECT_NEAR(lost_percent(sequence(real)), lost_percent(sequence(simulated)), 2.0) << real.set[id].name;
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(GoldenTrace, SimilarWithCosts,
-                         testing::Values(Case{"60", "default"}, Case{"80", "default"}, Case{"90", "default"},
-                                         Case{"60", "static"}, Case{"80", "static"}, Case{"90", "static"},
-                                         Case{"60", "events-ro"}, Case{"80", "events-ro"},
-                                         Case{"90", "events-ro"}, Case{"60", "events-re"},
-                                         Case{"80", "events-re"}, Case{"90", "events-re"},
-                                         Case{"60", "rm-ro"}, Case{"80", "rm-ro"}, Case{"90", "rm-ro"},
-                                         Case{"60", "edf-ro"}, Case{"80", "edf-ro"}, Case{"90", "edf-ro"}),
-                         name);
-
 TEST(GoldenTraceBoundary, WakeUpLatencyAloneDecidesStaticAt60AndEventsReAt80) {
   // Without costs, a timer due at the very end of a window waits for the next window; 100 us later
   // it joins its neighbours.

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,19 @@ class File {
 
  private:
   std::filesystem::path path_;
+};
+
+/// A folder that is removed after the test.
+class Folder {
+ public:
+  Folder() {
+    if (mkdtemp(path_.data()) == nullptr) throw std::runtime_error("no folder");
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  std::filesystem::path path() const { return path_; }
+
+ private:
+  std::string path_ = std::filesystem::temp_directory_path() / "hotpath_XXXXXX";
 };
 
 inline Graph load(const std::string& text) { return load_graph(File("graph.yaml", text).path()); }

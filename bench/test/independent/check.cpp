@@ -72,8 +72,8 @@ class Check {
   void compare(const std::string& label, const Result& stored, const std::vector<Bound>& bounds,
                const Conditions& conditions) {
     const Draw draw = [this](int task, std::int64_t sequence) { return time(task, sequence); };
-    Executor executor(label);
-    const Result result = simulate(graph_, executor, conditions, draw);
+    Deployment alone{{Thread{Executor(label)}}, std::vector<std::size_t>(graph_.tasks.size(), 0)};
+    const Result result = simulate(graph_, alone, conditions, draw);
     note_duplicates(result);
     count(result);
     const Rows rows = comparable(result), expected = comparable(stored);
@@ -85,10 +85,10 @@ class Check {
     }
     compare_bounds(label, bounds, result);
     for (int f = 1; f < kFaults && rows == expected; ++f) {
-      executor.fault = static_cast<Fault>(f);
+      alone.fault = static_cast<Fault>(f);
       if (!found(f))
         found_[static_cast<std::size_t>(f)] =
-            comparable(simulate(graph_, executor, conditions, draw)) != expected;
+            comparable(simulate(graph_, alone, conditions, draw)) != expected;
     }
   }
 

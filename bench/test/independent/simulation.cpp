@@ -8,16 +8,6 @@ namespace independent {
 
 namespace {
 
-void merge(History& into, const History& from) {
-  for (std::size_t s = 0; s < kMostSources; ++s) {
-    if (from[s].jobs == 0) continue;
-    const bool same = into[s].jobs == 1 && from[s].jobs == 1 && into[s].oldest == from[s].oldest;
-    into[s].jobs = same ? 1 : into[s].jobs + from[s].jobs > 1 ? 2 : 1;
-    into[s].oldest = std::min(into[s].oldest, from[s].oldest);
-    into[s].latest_start = std::max(into[s].latest_start, from[s].latest_start);
-  }
-}
-
 class Simulation {
  public:
   Simulation(const Graph& graph, const Deployment& deployment, const Conditions& conditions, const Draw& draw)
@@ -34,7 +24,10 @@ class Simulation {
       threads_.push_back({thread});
       threads_.back().groups.resize(static_cast<std::size_t>(graph.groups));
       processors_ = std::max(processors_, thread.processor + 1);
-      if (thread.executor.family == Family::fixed_priority) rank_tasks(threads_.size() - 1);
+      if (thread.executor.family != Family::fixed_priority) continue;
+      const auto ranks = ranks_of(graph, thread.executor.policy, deployment.fault);
+      for (std::size_t t = 0; t < tasks_.size(); ++t)
+        if (deployment.thread_of[t] == threads_.size() - 1) tasks_[t].rank = ranks[t];
     }
   }
 
@@ -81,7 +74,7 @@ class Simulation {
     for (std::size_t t = 0; t < threads_.size(); ++t) {
       if (threads_[t].awake || !has_work(threads_[t], t)) continue;
       threads_[t].awake = true;
-      threads_[t].since = ++wakes_;
+      threads_[t].since = ++activations_;
     }
   }
 
@@ -120,34 +113,6 @@ class Simulation {
   ThreadState& thread_of(int id) { return threads_[deployment_.thread_of[static_cast<std::size_t>(id)]]; }
   const Executor& executor_of(int id) { return thread_of(id).thread.executor; }
   TaskState& state(int id) { return tasks_[static_cast<std::size_t>(id)]; }
-
-  /// Subscriptions inherit from the timers upstream; a priority of their own goes first under fp.
-  void rank_tasks(std::size_t thread) {
-    const std::string& policy = threads_[thread].thread.executor.policy;
-    const bool least = faulty(Fault::least_urgent_inherited);
-    const auto own = [&](const Task& t) {
-      return policy == "rm" ? t.period : policy == "dm" ? t.deadline : t.priority.value_or(0);
-    };
-    std::vector<std::int64_t> ranks(tasks_.size(), least ? std::numeric_limits<std::int64_t>::min() : kNever);
-    const auto rank_of = [&](int t) -> std::int64_t& { return ranks[static_cast<std::size_t>(t)]; };
-    for (std::size_t t = 0; t < tasks_.size(); ++t) {
-      if (!graph_.tasks[t].timer) continue;
-      ranks[t] = own(graph_.tasks[t]);
-      std::vector<int> reached = successors(graph_, static_cast<int>(t), true);
-      for (std::size_t i = 0; i < reached.size(); ++i) {
-        std::int64_t& rank = rank_of(reached[i]);
-        rank = least ? std::max(rank, ranks[t]) : std::min(rank, ranks[t]);
-        for (const int next : successors(graph_, reached[i], true)) {
-          if (std::ranges::find(reached, next) == reached.end()) reached.push_back(next);
-        }
-      }
-    }
-    for (std::size_t t = 0; t < tasks_.size(); ++t) {
-      if (deployment_.thread_of[t] != thread) continue;
-      const bool given = policy == "fp" && graph_.tasks[t].priority;
-      tasks_[t].rank = given ? *graph_.tasks[t].priority : ranks[t];
-    }
-  }
 
   /// Of a timer that is overdue at the end, the first timestamp is queued and the others are skipped.
   void end() {
@@ -188,6 +153,8 @@ class Simulation {
 
   void enqueue(Ready ready) {
     ready.activation = activations_++;
+    ready.timer = task(ready.task).timer;
+    ready.rank = state(ready.task).rank;
     ThreadState& thread = thread_of(ready.task);
     if (task(ready.task).service) thread.requests.emplace_back(ready.task, now_);
     if (thread.thread.executor.family != Family::groups || faulty(Fault::groups_ignored)) {
@@ -218,7 +185,7 @@ class Simulation {
       const int service = waited_for_long(thread);
       first = std::ranges::min_element(thread.queue, [&](const Ready& a, const Ready& b) {
         if ((a.task == service) != (b.task == service)) return a.task == service;
-        return before(executor, a, b);
+        return precedes(executor, deployment_.fault, a, b);
       });
     }
     const Ready result = *first;
@@ -254,20 +221,6 @@ class Simulation {
           thread.queue.push_back({static_cast<int>(t), 0, 0, now_});
       }
     }
-  }
-
-  /// The order of events under fixed priorities and deadlines.
-  bool before(const Executor& executor, const Ready& a, const Ready& b) {
-    const bool timer_a = task(a.task).timer, timer_b = task(b.task).timer;
-    const auto urgency = [&](const Ready& r, bool timer) -> std::pair<bool, std::int64_t> {
-      if (executor.samples_first && !timer) return {false, 0};
-      return {executor.samples_first, executor.policy == "edf" ? r.deadline : state(r.task).rank};
-    };
-    if (urgency(a, timer_a) != urgency(b, timer_b)) return urgency(a, timer_a) < urgency(b, timer_b);
-    if (executor.fifo) return a.activation < b.activation;
-    if (timer_a != timer_b) return timer_b != faulty(Fault::timers_before_samples);
-    if (timer_a) return std::tie(a.task, a.timestamp) < std::tie(b.task, b.timestamp);
-    return (a.activation > b.activation) != faulty(Fault::equal_priority_fifo);
   }
 
   /// rcl's call(): skips timestamps that have passed, for executors that call when they pick.
@@ -339,14 +292,6 @@ class Simulation {
     after(thread, job.task);
   }
 
-  /// What the sample of one task hands on to messages of another task.
-  History handed_on(const History& history, int from, int to) const {
-    History result{};
-    for (std::size_t s = 0; s < graph_.ways.size(); ++s)
-      if (graph_.ways[s].contains({from, to})) result[s] = history[s];
-    return result;
-  }
-
   std::optional<Kept>& slot(int set, int position) {
     return slots_[static_cast<std::size_t>(set)][static_cast<std::size_t>(position)];
   }
@@ -366,7 +311,7 @@ class Simulation {
 
   void publish(const Job& job, const History& sample) {
     const Task& t = task(job.task);
-    History own = handed_on(sample, job.parent, job.task);
+    History own = handed_on(graph_, sample, job.parent, job.task);
     History started{};
     for (const int s : t.sources) {
       own[static_cast<std::size_t>(s)] = {};
@@ -383,7 +328,7 @@ class Simulation {
       History history = own;
       if (p.slots >= 0) {
         for (std::optional<Kept>& input : slots_[static_cast<std::size_t>(p.slots)]) {
-          if (input) merge(history, handed_on(input->history, input->publisher, job.task));
+          if (input) merge(history, handed_on(graph_, input->history, input->publisher, job.task));
           const Fault keeps = p.rule == Rule::all_new ? Fault::join_keeps_slots : Fault::last_of_repeats;
           if (!faulty(keeps)) input.reset();
         }
@@ -399,18 +344,7 @@ class Simulation {
   void observe(const Job& job, const History& history, std::vector<bool>& observed) {
     for (std::size_t c = 0; c < graph_.chains.size(); ++c) {
       if (!graph_.chains[c].is_sink[static_cast<std::size_t>(job.task)] || observed[c]) continue;
-      Mark data;
-      for (const int s : graph_.chains[c].sources) {
-        const Mark& mark = history[static_cast<std::size_t>(s)];
-        const bool newest =
-            faulty(Fault::newest_source_timestamp) && data.oldest != kNever && mark.oldest != kNever;
-        data.oldest = newest ? std::max(data.oldest, mark.oldest) : std::min(data.oldest, mark.oldest);
-        const bool earliest =
-            faulty(Fault::earliest_source_start) && data.latest_start >= 0 && mark.latest_start >= 0;
-        data.latest_start = earliest ? std::min(data.latest_start, mark.latest_start)
-                                     : std::max(data.latest_start, mark.latest_start);
-        data.jobs = std::max(data.jobs, mark.jobs);
-      }
+      const Mark data = data_of(graph_.chains[c], history, deployment_.fault);
       if (data.oldest == kNever) continue;
       observed[c] = true;
       result_.outputs.push_back({static_cast<int>(c), job.sequence, job.start - data.latest_start,
@@ -452,18 +386,11 @@ class Simulation {
   std::vector<std::vector<std::optional<Kept>>> slots_;  ///< Newest samples of fusions and cyclic nodes.
   std::vector<ThreadState> threads_{};
   std::size_t processors_ = 0;
-  std::int64_t wakes_ = 0;
   std::int64_t activations_ = 0;
   Result result_;
 };
 
 }  // namespace
-
-Result simulate(const Graph& graph, const Executor& executor, const Conditions& conditions,
-                const Draw& draw) {
-  const Deployment alone{{Thread{executor}}, std::vector<std::size_t>(graph.tasks.size(), 0), executor.fault};
-  return simulate(graph, alone, conditions, draw);
-}
 
 Result simulate(const Graph& graph, const Deployment& deployment, const Conditions& conditions,
                 const Draw& draw) {

@@ -49,7 +49,6 @@ struct Executor {
   bool timers_first = true;    ///< Of wait sets.
   bool samples_first = false;  ///< `:first`.
   bool fifo = false;           ///< `:fifo`.
-  Fault fault = Fault::none;
 };
 
 enum class Outcome { ran, running, skipped, overwritten, empty };
@@ -95,13 +94,12 @@ struct Thread {
 struct Deployment {
   std::vector<Thread> threads;
   std::vector<std::size_t> thread_of;  ///< By task.
-  Fault fault = Fault::none;           ///< Instead of that of the executors.
+  Fault fault = Fault::none;
 };
 
-/// The schedule of the graph on one processor until an instant. No decision is made at or after it.
-Result simulate(const Graph& graph, const Executor& executor, const Conditions& conditions, const Draw& draw);
-/// The same for several threads. A thread is preempted by any of a larger priority, keeps its place among
-/// those of its own until it sleeps, and decides when it has the processor.
+/// The schedule of the graph until an instant. No decision is made at or after it. A thread is preempted by
+/// any of a larger priority, keeps its place among those of its own until it sleeps, and decides when it has
+/// the processor.
 Result simulate(const Graph& graph, const Deployment& deployment, const Conditions& conditions,
                 const Draw& draw);
 

@@ -26,6 +26,8 @@ struct Ready {
   std::int64_t sequence = 0;  ///< Of timers.
   Nanoseconds timestamp = 0, release = 0, deadline = 0;
   std::int64_t activation = 0;  ///< Counts releases and arrivals.
+  bool timer = false;
+  std::int64_t rank = 0;  ///< As TaskState::rank.
 };
 
 struct TaskState {
@@ -65,5 +67,20 @@ struct ThreadState {
   History history{};     ///< Of the sample that it took.
   std::size_t row = 0;   ///< Of the started job in the result.
 };
+
+/// By task: the smaller, the more urgent under rm, dm or fp.
+std::vector<std::int64_t> ranks_of(const Graph& graph, const std::string& policy, Fault fault);
+
+/// The order of events under fixed priorities and deadlines.
+bool precedes(const Executor& executor, Fault fault, const Ready& a, const Ready& b);
+
+/// Adds the data of another message.
+void merge(History& into, const History& from);
+
+/// What the sample of one task hands on to messages of another task.
+History handed_on(const Graph& graph, const History& history, int from, int to);
+
+/// The data of the chain's sources in a message; `oldest` is kNever if it has none.
+Mark data_of(const Chain& chain, const History& history, Fault fault);
 
 }  // namespace independent
