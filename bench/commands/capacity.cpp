@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sweep/capacity.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "program/errors.hpp"
-#include "sweep/capacity.hpp"
 
 namespace hotpath::commands {
 
