@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
 #include <iostream>
-#include <sstream>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_picture.hpp"
-#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
@@ -18,29 +15,16 @@ namespace hotpath::commands {
 namespace {
 
 /// What --as writes instead of the description.
-enum class Form : std::uint8_t { dot, svg, cie };
+enum class Form : std::uint8_t { dot, cie };
 
 constexpr auto enum_texts(Form) {
-  return std::to_array<EnumText<Form>>({{Form::dot, "dot"}, {Form::svg, "svg"}, {Form::cie, "cie"}});
+  return std::to_array<EnumText<Form>>({{Form::dot, "dot"}, {Form::cie, "cie"}});
 }
 
 struct GraphOptions {
   std::string graph, deployment;
   std::optional<Form> as;
 };
-
-/// Graphviz inherits standard output and writes the SVG itself.
-void draw_svg(const std::string& dot) {
-  std::fflush(stdout);
-  FILE* const graphviz = popen("dot -Tsvg", "w");
-  if (graphviz == nullptr)
-    throw program::RunError("Graphviz (`dot`) could not be started; --as dot prints its input");
-  std::fputs(dot.c_str(), graphviz);
-  if (const int status = pclose(graphviz); !program::exited_with(status, 0)) {
-    throw program::RunError("Graphviz (`dot`) " + program::how_it_ended(status) +
-                            "; --as dot prints its input");
-  }
-}
 
 void print_platform(const GraphPlatform& platform) {
   std::cout << program::text("platform of simulations: %u core%s, timer thread %s, execution times %s",
@@ -68,16 +52,11 @@ void print_graph(const GraphOptions& options) {
   const GraphTasks tasks = make_tasks(graph);
   if (options.as == Form::cie) return print_cie(options, graph, tasks);
   if (options.as) {
-    std::ostringstream dot;
-    if (options.deployment.empty()) {
-      write_dot(dot, graph);
-    } else {
-      write_dot(dot, graph, tasks, find_deployment(options.deployment, graph, tasks));
-    }
-    options.as == Form::svg ? draw_svg(dot.str()) : void(program::data_output() << dot.str());
-    return;
+    if (options.deployment.empty()) return write_dot(program::data_output(), graph);
+    const Deployment deployment = find_deployment(options.deployment, graph, tasks);
+    return write_dot(program::data_output(), graph, tasks, deployment);
   }
-  if (!options.deployment.empty()) throw program::UsageError("--deployments: add --as svg, dot or cie");
+  if (!options.deployment.empty()) throw program::UsageError("--deployments: add --as dot or cie");
   std::size_t timers = 0;
   for (const Task& task : tasks.set.tasks) timers += task.kind == TaskKind::timer;
   std::cout << program::text("%s: %s\n%zu nodes, %zu subscriptions, %zu timers, load %.1f %% of one core\n",
@@ -98,13 +77,12 @@ void add_graph_command(CLI::App& app) {
                                               "", print_graph);
   add_graph_option(graph, o.graph)->required();
   add_choice(graph, "--as", o.as,
-             "Write the graph for Graphviz with its hot path marked, as SVG\n"
-             "by Graphviz, or as YAML for Autoware's CallbackIsolatedExecutor,\n"
-             "to standard output");
+             "Write the graph for Graphviz with its hot path marked, or as YAML\n"
+             "for Autoware's CallbackIsolatedExecutor, to standard output");
   graph
       .add_option("--deployments", o.deployment,
                   "Deployment (`hotpath list deployments`, or a YAML file) that\n"
-                  "colours the nodes of --as dot and svg, or gives --as cie its\nthreads")
+                  "colours the nodes of --as dot, or gives --as cie its threads")
       ->type_name("NAME")
       ->check(not_empty());
 }

@@ -55,7 +55,7 @@ constexpr std::array kOldNames = {
     OldName{"--ties", "a variant of an executor now, as in rm-ro:fifo"},
     OldName{"--cpu-time", "gone: work in CPU time (--work) records it"},
     OldName{"--dot", "`--as dot` now"},
-    OldName{"--svg", "`--as svg` now"},
+    OldName{"--svg", "gone: draw `--as dot` with `dot -Tsvg`"},
     OldName{"--cie", "`--as cie` now"},
     OldName{"--perfetto", "`export perfetto RUN` now"},
     OldName{"--start", "`--from` now"},

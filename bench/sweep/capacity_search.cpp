@@ -55,9 +55,9 @@ std::vector<program::Column<LevelRow>> level_columns(const std::string& over) {
           {"response_share_max", &LevelRow::response_share_max, kMeasured}};
 }
 
-void add_measures(const results::Summary& summary, LevelRow& row) {
+void add_measures(const results::ExecutorSummary& executor, LevelRow& row) {
   results::LatencySummary most;  // empty quantiles without chains
-  for (const results::ChainSummary& chain : summary.executors.front().chains) {
+  for (const results::ChainSummary& chain : executor.chains) {
     const Quantiles& q = chain.hot_path.quantiles;
     if (q.n > 0 && !(q.max <= most.quantiles.max)) most = chain.hot_path;
   }
@@ -65,10 +65,10 @@ void add_measures(const results::Summary& summary, LevelRow& row) {
   if (most.p99) row.p99_low_ms = finite(most.p99->low), row.p99_high_ms = finite(most.p99->high);
   row.worst_ms = finite(most.quantiles.max);
   if (most.max) row.worst_low_ms = finite(most.max->low), row.worst_high_ms = finite(most.max->high);
-  const MeasuredRow any_chain = measured_rows(summary).front();
-  row.lost = any_chain.lost();
-  row.deadline_overruns = any_chain.deadline_overruns;
-  row.response_share_max = any_chain.response_share_max;
+  const MeasuredRow measured{&executor, nullptr};
+  row.lost = measured.lost();
+  row.deadline_overruns = executor.after_warm_up.deadline_overruns;
+  row.response_share_max = measured.response_share_max();
 }
 
 /// Why the bounds do not meet the deadlines and the required hot-path latency; empty: they do. Sample
@@ -171,7 +171,7 @@ class CapacitySearch {
       try {
         const results::Summary summary = simulated::summary_of_simulation(at(one, row.level));
         row.why = required_.failure(summary.executors.front());
-        add_measures(summary, row);
+        add_measures(summary.executors.front(), row);
       } catch (const program::OverloadError& error) {
         row.why = error.what();
       }

@@ -10,19 +10,10 @@ namespace hotpath::sweep {
 
 namespace {
 
-void add_executor(const results::ExecutorSummary& executor, MeasuredRow& row) {
-  row.executor = executor.executor;
-  row.callbacks = executor.executed;
-  row.skipped = executor.skipped;
-  row.overwritten = executor.overwritten;
-  row.deadline_overruns = executor.after_warm_up.deadline_overruns;
-  for (const results::TaskSummary& task : executor.tasks) {
-    row.longest_wait_ms = std::max(row.longest_wait_ms, to_ms(task.longest_wait));
-    row.never_ran += task.never_ran();
-    if (task.kind != TaskKind::timer || task.response_ms.n == 0) continue;
-    const double share = task.response_ms.max / to_ms(task.deadline);
-    row.response_share_max = std::max(row.response_share_max.value_or(0), share);
-  }
+double longest_wait_ms(const MeasuredRow& row) {
+  Duration longest{};
+  for (const results::TaskSummary& task : row.executor->tasks) longest = std::max(longest, task.longest_wait);
+  return to_ms(longest);
 }
 
 }  // namespace
@@ -31,49 +22,50 @@ std::optional<double> finite(double value) {
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-std::vector<MeasuredRow> measured_rows(const results::Summary& summary) {
-  std::vector<MeasuredRow> rows;
-  for (const results::ExecutorSummary& executor : summary.executors) {
-    MeasuredRow common;
-    add_executor(executor, common);
-    if (executor.chains.empty()) rows.push_back(common);
-    for (const results::ChainSummary& chain : executor.chains) {
-      MeasuredRow& row = rows.emplace_back(common);
-      const Quantiles &hot = chain.hot_path.quantiles, &whole = chain.end_to_end.quantiles;
-      row.chain = chain.chain;
-      row.samples = hot.n;
-      row.drops = chain.drops;
-      row.hot_path_p50_ms = finite(hot.p50);
-      row.hot_path_p99_ms = finite(hot.p99);
-      row.hot_path_max_ms = finite(hot.max);
-      row.end_to_end_p50_ms = finite(whole.p50);
-      row.end_to_end_max_ms = finite(whole.max);
-    }
+std::optional<double> MeasuredRow::response_share_max() const {
+  std::optional<double> most;
+  for (const results::TaskSummary& task : executor->tasks) {
+    if (task.kind == TaskKind::timer && task.response_ms.n > 0)
+      most = std::max(most.value_or(0), task.response_ms.max / to_ms(task.deadline));
   }
-  return rows;
+  return most;
 }
 
-const std::vector<program::Column<MeasuredRow>>& measured_columns() {
+program::Table measured_table(const results::Summary& summary) {
+  using Row = MeasuredRow;
+  const auto of_executor = [](auto member) { return [=](const Row& r) { return r.executor->*member; }; };
+  const auto latency = [](results::LatencySummary results::ChainSummary::*of, double Quantiles::*quantile) {
+    return [=](const Row& r) { return r.chain ? finite((r.chain->*of).quantiles.*quantile) : std::nullopt; };
+  };
+  using Chain = results::ChainSummary;
+  using Executor = results::ExecutorSummary;
   constexpr const char* kDigits12 = "%.12g";
-  static const std::vector<program::Column<MeasuredRow>> columns = {
-      {"executor", &MeasuredRow::executor},
-      {"chain", &MeasuredRow::chain},
-      {"samples", &MeasuredRow::samples},
-      {"hot_path_p50_ms", &MeasuredRow::hot_path_p50_ms, kDigits12},
-      {"hot_path_p99_ms", &MeasuredRow::hot_path_p99_ms, kDigits12},
-      {"hot_path_max_ms", &MeasuredRow::hot_path_max_ms, kDigits12},
-      {"end_to_end_p50_ms", &MeasuredRow::end_to_end_p50_ms, kDigits12},
-      {"end_to_end_max_ms", &MeasuredRow::end_to_end_max_ms, kDigits12},
-      {"drops", &MeasuredRow::drops},
-      {"callbacks", &MeasuredRow::callbacks},
-      {"skipped", &MeasuredRow::skipped},
-      {"overwritten", &MeasuredRow::overwritten},
-      {"lost", &MeasuredRow::lost},
-      {"deadline_overruns", &MeasuredRow::deadline_overruns},
-      {"response_share_max", &MeasuredRow::response_share_max, kDigits12},
-      {"longest_wait_ms", &MeasuredRow::longest_wait_ms, kDigits12},
-      {"never_ran", &MeasuredRow::never_ran}};
-  return columns;
+  const std::vector<program::Column<Row>> columns = {
+      {"executor", of_executor(&Executor::executor)},
+      {"chain", [](const Row& r) { return r.chain ? r.chain->chain : ""; }},
+      {"samples", [](const Row& r) { return r.chain ? r.chain->hot_path.quantiles.n : 0; }},
+      {"hot_path_p50_ms", latency(&Chain::hot_path, &Quantiles::p50), kDigits12},
+      {"hot_path_p99_ms", latency(&Chain::hot_path, &Quantiles::p99), kDigits12},
+      {"hot_path_max_ms", latency(&Chain::hot_path, &Quantiles::max), kDigits12},
+      {"end_to_end_p50_ms", latency(&Chain::end_to_end, &Quantiles::p50), kDigits12},
+      {"end_to_end_max_ms", latency(&Chain::end_to_end, &Quantiles::max), kDigits12},
+      {"drops", [](const Row& r) { return r.chain ? r.chain->drops : 0; }},
+      {"callbacks", of_executor(&Executor::executed)},
+      {"skipped", of_executor(&Executor::skipped)},
+      {"overwritten", of_executor(&Executor::overwritten)},
+      {"lost", &Row::lost},
+      {"deadline_overruns", [](const Row& r) { return r.executor->after_warm_up.deadline_overruns; }},
+      {"response_share_max", &Row::response_share_max, kDigits12},
+      {"longest_wait_ms", longest_wait_ms, kDigits12},
+      {"never_ran", [](const Row& r) {
+         return std::ranges::count_if(r.executor->tasks, &results::TaskSummary::never_ran);
+       }}};
+  std::vector<Row> rows;
+  for (const Executor& executor : summary.executors) {
+    if (executor.chains.empty()) rows.push_back({&executor, nullptr});
+    for (const Chain& chain : executor.chains) rows.push_back({&executor, &chain});
+  }
+  return program::table_of(columns, rows);
 }
 
 }  // namespace hotpath::sweep
