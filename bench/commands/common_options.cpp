@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -38,6 +39,13 @@ std::string set_platform(setup::PlatformOptions& o, const std::string& item) {
     return "";
   }
   return program::concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys);
+}
+
+/// The items of a comma-separated list.
+std::vector<std::string> list_items(const std::string& list) {
+  std::vector<std::string> parts(1);
+  for (const char c : list) c == ',' ? void(parts.emplace_back()) : parts.back().push_back(c);
+  return parts;
 }
 
 /// Filled before main() begins.
@@ -142,10 +150,25 @@ std::string with_range(const std::string& help, Limits limits) {
   return help + (last_line + 1 + range.size() > kHelpColumns ? "\n" : " ") + range;
 }
 
-std::vector<std::string> list_items(const std::string& list) {
-  std::vector<std::string> parts(1);
-  for (const char c : list) c == ',' ? void(parts.emplace_back()) : parts.back().push_back(c);
-  return parts;
+CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<std::string>& items,
+                      const std::string& kind, const std::string& help, const CLI::Validator& each) {
+  const auto check = [each](std::string& list) {
+    if (list.empty()) return not_empty()(list);
+    for (std::string item : list_items(list)) {
+      if (item.empty()) return "`" + list + "` has an empty item; separate items by one comma";
+      if (std::string refusal = each(item); !refusal.empty()) return refusal;
+    }
+    return std::string();
+  };
+  const auto set = [&items](const std::vector<std::string>& lists) {
+    items.clear();
+    for (const std::string& list : lists) std::ranges::copy(list_items(list), std::back_inserter(items));
+  };
+  return command.add_option_function<std::vector<std::string>>(option, set, help)
+      ->allow_extra_args(false)  // a further argument is not a further item
+      ->transform(CLI::Validator(check, ""))
+      ->type_name(kind)
+      ->default_str(program::joined(items, ","));
 }
 
 void exclude(CLI::App& command, const std::string& option, const std::vector<std::string>& others) {

@@ -7,7 +7,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -41,9 +40,6 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
   });
   return {command, *options};
 }
-
-/// The items of a comma-separated list.
-[[nodiscard]] std::vector<std::string> list_items(const std::string& list);
 
 /// `Value`, or the type that the optional `Value` holds.
 template <class Value>
@@ -123,38 +119,11 @@ CLI::Option* add_number(CLI::App& command, const std::string& option, Value& val
   return added->transform(CLI::Validator(check, ""));
 }
 
-/// A comma-separated list of texts or numbers without empty items. The option may be given several
-/// times. `each` validates an item.
-template <class Item>
-CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<Item>& items,
+/// A comma-separated list of texts without empty items. The option may be given several times. `each`
+/// validates an item.
+CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<std::string>& items,
                       const std::string& kind, const std::string& help,
-                      const CLI::Validator& each = CLI::Validator("")) {
-  const auto check = [each](std::string& list) {
-    if (list.empty()) return not_empty()(list);
-    for (std::string item : list_items(list)) {
-      if (item.empty()) return "`" + list + "` has an empty item; separate items by one comma";
-      if (std::string refusal = each(item); !refusal.empty()) return refusal;
-    }
-    return std::string();
-  };
-  const auto set = [&items](const std::vector<std::string>& lists) {
-    items.clear();
-    for (const std::string& list : lists) {
-      for (const std::string& item : list_items(list)) {
-        if constexpr (std::is_arithmetic_v<Item>) {
-          items.push_back(*parse<Item>(item));
-        } else {
-          items.push_back(item);
-        }
-      }
-    }
-  };
-  return command.add_option_function<std::vector<std::string>>(option, set, help)
-      ->allow_extra_args(false)  // a further argument is not a further item
-      ->transform(CLI::Validator(check, ""))
-      ->type_name(kind)
-      ->default_str(program::joined(items, ","));
-}
+                      const CLI::Validator& each = CLI::Validator(""));
 
 /// Rejects `option` together with any of `others`, which it would contradict or which would be
 /// ignored.
