@@ -57,7 +57,6 @@ void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& o) {
                          "Folder of a run of this graph, to compare with the bounds");
   command.add_flag("--strict", o.strict, "Exit with code 1 also if a live run exceeds a bound")->needs(trace);
   add_output_file(command, "--csv", o.csv, "Also write the table as CSV");
-  add_text(command, "--page", o.page, "FOLDER", "Also write a page with figures into this folder");
   add_json_option(command);
   add_platform_options(command, o);
   exclude(command, "--phase-uncertainty-us", {"--witness"});

@@ -12,7 +12,6 @@
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
-#include "program/python_tool.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "results/stored_run.hpp"
@@ -54,7 +53,6 @@ class Analysis {
     const program::Table table = program::table_of(bound_columns(), rows_);
     program::show_json(json_of(table));
     if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", csv_of(table));
-    if (!options_.page.empty()) write_page(table);
     if (observed_ && observed_->compared == 0) {
       trace_->fail("no bound covers its tasks under these executors; it ran " +
                    program::joined(trace_->executors(), ", "));
@@ -82,7 +80,6 @@ class Analysis {
   }
 
   void check_options() const {
-    if (!options_.page.empty()) program::check_output_folder(options_.page, "bounds.json", "--page");
     if (!options_.witness.empty()) {
       program::check_output_folder(options_.witness, "", "--witness");
       if (!options_.known_phases)
@@ -173,9 +170,8 @@ class Analysis {
     for (const GraphBounds& bounds : all) {
       if (bounds.refusal.empty()) {
         show(executor.label, callbacks, bounds);
-      } else {
-        refused_.rows.push_back({executor.label, bounds.method, bounds.refusal});
-        if (!any) out_ << "  " << bounds.method << ": " << bounds.refusal << "\n";
+      } else if (!any) {
+        out_ << "  " << bounds.method << ": " << bounds.refusal << "\n";
       }
     }
     if (any && explored && !all.back().refusal.empty()) {
@@ -225,20 +221,6 @@ class Analysis {
     return bounds;
   }
 
-  /// Writes the page's data and renders the page.
-  void write_page(const program::Table& table) const {
-    const std::filesystem::path folder = options_.page;
-    program::create_folder(folder, "--page");
-    const nlohmann::json facts = {{"graph", graph_.name},
-                                  {"load_percent", load_percent(graph_)},
-                                  {"costs", costs_text()},
-                                  {"trace", options_.trace},
-                                  {"refused", json_of(refused_)}};
-    program::write_whole_file(folder / "bounds.csv", "--page", csv_of(table));
-    program::write_whole_file(folder / "bounds.json", "--page", facts.dump(1) + "\n");
-    program::draw_figure("guarantees", folder);
-  }
-
   /// Throws RunError if a bound is violated although its assumptions hold.
   void judge() const {
     const std::string share = program::text(
@@ -266,7 +248,6 @@ class Analysis {
   GraphTasks tasks_;
   std::optional<Observed> observed_;
   std::vector<BoundRow> rows_;
-  program::Table refused_{{"executor", "method", "why"}, {}};
 };
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace hotpath::guarantees {
 
 /// A graph or a stored run, the phases for which its bounds hold, and where they go.
 struct AnalyzeOptions : setup::CommonOptions, setup::PlatformOptions {
-  std::string trace, csv, page, witness;
+  std::string trace, csv, witness;
   bool known_phases = false;  ///< Bounds hold for the phases of these options only.
   std::optional<double> phase_uncertainty_us;
   bool strict = false, exact = false;

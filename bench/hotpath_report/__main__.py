@@ -18,12 +18,10 @@ LONGEST_MESSAGE = 4000
 # The function that runs each command, with the command's arguments.
 COMMANDS = {
     "hot-path": "figures.hot_path:draw_run",
-    "timers-only": "figures.timers:draw_run",
     "report": "report:write",
     "perfetto": "perfetto:write",
     "validate": "pages.text:tell_validation",
     "import-page": "pages.text:write_import",
-    "guarantees": "pages.guarantees:write",
     "capacity": "pages.capacity_page:write",
     "sweep": "pages.sweep_page:write",
     "advice": "pages.advice_page:write",

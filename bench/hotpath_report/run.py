@@ -70,10 +70,6 @@ class Run:
             value = value[part]
         return value
 
-    def setting(self) -> str:
-        """Graph and load."""
-        return f"{self['graph.name']} ({self['load_percent']:.3g} %)"
-
     def conditions(self) -> str:
         """Conditions of the run, without graph and load."""
         if self.simulated or self.recorded:

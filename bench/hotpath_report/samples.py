@@ -8,7 +8,6 @@ from typing import Any
 
 import pandas as pd
 
-from hotpath_report.errors import InputError
 from hotpath_report.run import Run
 from hotpath_report.statistics import Samples, percent_of
 
@@ -57,15 +56,6 @@ class TimerRuns:
         self.executors = list(self.counts["executor"].unique())
         self._counts = dict(list(self.counts.groupby(self.KEY, sort=False)))
         self._responses = dict(list(self.responses.groupby(self.KEY, sort=False)))
-
-    @classmethod
-    def of_run(cls, run: Run) -> "TimerRuns":
-        """Timers of a run folder. Raises InputError if none was reached."""
-        key = {"setting": run.setting(), "source": run.source}
-        responses, counts = run.responses().assign(**key), run.timer_counts().assign(**key, repetition=0)
-        if not counts["reached"].sum():
-            raise InputError(f"{run.folder / 'jobs.csv'}: no row of a timer, there is nothing to draw")
-        return cls(counts, responses)
 
     def rows(self, setting: Setting, source: str, executor: str, group: str | None = None) -> pd.DataFrame:
         """Counts of a group of timers; empty if the executor did not run."""

@@ -378,9 +378,9 @@ class LiveRun {
       return std::ranges::any_of(executor.chains,
                                  [](const results::ChainSummary& c) { return c.hot_path.quantiles.n > 0; });
     });
-    if (outputs || graph_.chains.empty()) {
-      program::draw_figure(outputs ? "hot-path" : "timers-only", folder.path());
-    } else {
+    if (outputs) {
+      program::draw_figure("hot-path", folder.path());
+    } else if (!graph_.chains.empty()) {
       say("No output of a chain was counted, so there is no figure; measure longer.");
     }
   }

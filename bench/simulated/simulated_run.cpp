@@ -87,9 +87,7 @@ class SimulatedRun {
     store(all, folder);
     folder.show([&] {
       results::write_table(std::cout, all);
-      const bool chains = !graph_.chains.empty();
-      if (chains || !options_.no_trace)
-        program::draw_figure(chains ? "hot-path" : "timers-only", folder.path());
+      if (!graph_.chains.empty()) program::draw_figure("hot-path", folder.path());
     });
     program::show_json(all);
   }

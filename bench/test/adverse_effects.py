@@ -149,7 +149,6 @@ EFFECTS = {
 --deployments rm-threads
 --strict @ analyze_test.py
 --csv bounds.csv
---page page
 """,
     "sweep {stock}/sweep.yaml --output out": """
 --threads @ sweep_test.py

@@ -57,7 +57,7 @@ graph {stock}/open.yaml | open.yaml:
 run --stack ros | --stack | native
 run {brief} --output /proc/x | /proc/x | --output
 import ctf nowhere | cannot be read (No such file
-import ctf {stock}/bounds | holds no CTF trace
+import ctf {stock}/advice | holds no CTF trace
 import ctf {stock}/json_ctf | ctf-1.8
 import ctf {stock}/text_ctf | is not CTF
 import ctf {stock}/ctf/rm-ro-0 --chain A | is not SOURCE
@@ -168,7 +168,6 @@ run {LONG} --output
 sweep {{stock}}/long.yaml --output | sweep.json
 capacity {LONG} --output
 diff {{stock}}/run --simulated --output
-analyze timers_only_60 --page | bounds.json
 analyze timers_only_60 --phases creation --witness
 paper table1 --output | wcrt_table.csv
 paper waters --sets 1000000 --output | waters.csv
@@ -183,7 +182,6 @@ watch --once true --record
 """
 # Their folder is replaced, in a few seconds.
 REPLACES = """
-analyze timers_only_60 --executors rm-ro --page | bounds.json
 paper table1 --output | wcrt_table.csv
 paper waters --sets 1 --output | waters.csv
 """
@@ -219,14 +217,12 @@ ctf/rm-ro-0/stream | import ctf {d} {o}
 # The same for the Python package, which runs in the test's process: a start takes a second.
 PYTHON_READERS = """
 run/run.json | report {d} {o} | hot-path {d}
-run/summary.json | report {d} {o} | timers-only {d}
+run/summary.json | report {d} {o}
 run/chains.csv | hot-path {d} | report {d} {o}
 bench/bench.json | bench-report {d}
 swept/table.csv | sweep {d}
 capacity/levels.csv | capacity {d}
 advice/advice.json | advice {d}
-bounds/bounds.json | guarantees {d}
-bounds/bounds.csv | guarantees {d}
 validation/validation.json | validate {d}
 """
 

@@ -94,23 +94,22 @@ class AnalyzeTest(AnalyzeCase):
         out = self.accepted("analyze", self.graph(*nodes, chain="S T"), "--executors", "rm-ro")
         self.assertIn("from S to T/S there is no bound", out)
 
-    def test_the_page_is_made_from_a_table(self) -> None:
-        page = self.folder / "page"
-        self.accepted("analyze", "sequences", "--executors", "rm-ro,multi", "--page", page)
-        refused = json.loads((page / "bounds.json").read_text())["refused"]
-        self.assertIn(("multi", "processing windows"), {(r["executor"], r["method"]) for r in refused})
-        chains = [row for row in csv_rows(page / "bounds.csv") if row["kind"] == "chain"]
+    def test_the_table(self) -> None:
+        table = self.folder / "bounds.csv"
+        out = self.accepted("analyze", "sequences", "--executors", "rm-ro,multi", "--csv", table)
+        self.assertRegex(out, r"multi: no bound is known\n(  .*\n)*  processing windows: ")
+        chains = [row for row in csv_rows(table) if row["kind"] == "chain"]
         self.assertEqual([row["name"] for row in chains], ["localization", "lane_detection"])
         self.assertIn("blocked by Localization/PointsTransformer", chains[1]["dominated_by"])
         self.assertRegex(
-            self.of_timer(page, "IMU"), "^19.900 blocked by Localization/PointsTransformer; 0.900 IMU"
+            self.of_timer(table, "IMU"), "^19.900 blocked by Localization/PointsTransformer; 0.900 IMU"
         )
-        self.accepted("analyze", "sequences", "--executors", "edf-ro", "--page", page)
-        self.assertIn("blocked by Localization/PointsTransformer", self.of_timer(page, "IMU"))
+        self.accepted("analyze", "sequences", "--executors", "edf-ro", "--csv", table)
+        self.assertIn("blocked by Localization/PointsTransformer", self.of_timer(table, "IMU"))
 
-    def of_timer(self, page: Path, name: str) -> str:
+    def of_timer(self, table: Path, name: str) -> str:
         """The composition of the timer's tightest bound."""
-        rows = [row for row in csv_rows(page / "bounds.csv") if row["name"] == name and row["dominated_by"]]
+        rows = [row for row in csv_rows(table) if row["name"] == name and row["dominated_by"]]
         return min(rows, key=lambda row: int(row["bound_ns"]))["dominated_by"]
 
     def tampered(self, kind: str) -> Path:

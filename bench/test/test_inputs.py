@@ -108,7 +108,6 @@ def make_inputs(hotpath: Any) -> Any:
     call(hotpath, folder, "export", "ctf", "autoware", "--output", "exported")
     (folder / "cie.yaml").write_text(call(hotpath, folder, "graph", "autoware", "--as", "cie"))
     call(hotpath, folder, "sweep", "sweep.yaml", "--output", "swept")
-    call(hotpath, folder, "analyze", "sequences", "--executors", "rm-ro", "--page", "bounds")
     brief = ("--repetitions", 1, "--duration", 1)
     call(hotpath, folder, "advise", "sequences", "--output", "advice", *brief)
     call(hotpath, folder, "paper", "golden", "--output", "validation")

@@ -10,11 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hotpath_report import style
-from hotpath_report.errors import InputError
 from hotpath_report.figures import violins
 from hotpath_report.figures.violins import Row
 from hotpath_report.hotpath_command import executor_named
-from hotpath_report.run import SOURCES, Run
+from hotpath_report.run import SOURCES
 from hotpath_report.samples import GROUPS, TimerRuns
 from hotpath_report.style import FAINT, INK
 
@@ -43,8 +42,7 @@ def draw_rates(axes: Axes, y: float, height: float, rates: Sequence[float], look
 def drops(runs: TimerRuns, labels: Mapping[Any, str]) -> Figure:
     """Dropped jobs of all timers and of the IMU alone; `labels`: names of the settings."""
     step = BAND / len(labels)
-    # Earlier settings are paler.
-    shades = list(np.linspace(0.4, 0.95, len(labels))) if len(labels) > 1 else [0.85]
+    shades = list(np.linspace(0.4, 0.95, len(labels)))  # earlier settings are paler
     height = 0.8 + 0.17 * len(labels) * len(runs.executors)
     figure, panels = style.new_figure(height, 1, 2, share_y=True)
     for axes, group, title in zip(panels, (None, "imu"), ("All timers", "IMU alone")):
@@ -92,23 +90,19 @@ def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds
             axes.plot([worst], [y + 0.26], **style.reference_mark(zorder=6))
 
 
-def responses(runs: TimerRuns, groups: Sequence[str], settings: Mapping[Any, str], bounds: Bounds) -> Figure:
-    """Response times: a row of panels per group of timers, a column per setting."""
-    height = 0.55 + 0.42 * len(runs.executors)
-    figure, panels = style.new_figure(height, len(groups), len(settings), share_y=True)
-    rows = {
-        (setting, group): [
-            Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in runs.executors
-        ]
-        for group in groups
-        for setting in settings
-    }
-    sources = violins.sources_of(row for found in rows.values() for row in found)
-    for axes, (setting, group) in zip(panels, rows):
-        limit = violins.axis_limit(row for s in settings for row in rows[s, group])
-        violins.draw_rows(axes, rows[setting, group], limit, sources)
+def responses(runs: TimerRuns, group: str, labels: Mapping[Any, str], bounds: Bounds) -> Figure:
+    """Response times of a group of timers: a panel per setting."""
+    figure, panels = style.new_figure(0.55 + 0.42 * len(runs.executors), 1, len(labels), share_y=True)
+    rows = [
+        [Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in runs.executors]
+        for setting in labels
+    ]
+    everything = [row for of_setting in rows for row in of_setting]
+    sources, limit = violins.sources_of(everything), violins.axis_limit(everything)
+    for axes, of_setting, (setting, label) in zip(panels, rows, labels.items()):
+        violins.draw_rows(axes, of_setting, limit, sources)
         draw_panel(axes, runs, (setting, group), bounds)
-        axes.set_title(settings[setting], pad=14)
+        axes.set_title(label, pad=14)
         axes.set_xlabel(f"{GROUPS[group]}: response time (ms)")
     marks: list[Any] = [style.line("deadline", color=FAINT, linewidth=1.1, linestyle=style.DASHED)]
     if any(bounds.values()):
@@ -128,20 +122,3 @@ def bounds_of(runs: TimerRuns) -> Bounds:
         if known is not None and known.family == "priority_events":
             found.setdefault((setting, group), {})[executor] = float(bound)
     return found
-
-
-def draw_run(folder: str) -> None:
-    """Writes timers_only_dropped and timers_only_response into a run folder. Raises InputError."""
-    run = Run(folder)
-    runs = TimerRuns.of_run(run)
-    groups = [group for group in GROUPS if group in set(runs.responses["group"])]
-    if not groups:
-        wanted, path = ", ".join(GROUPS.values()), run.folder / "jobs.csv"
-        raise InputError(f"{path}: after the warm-up no timer ran whose name contains {wanted}")
-    labels = {run.setting(): run.setting()}
-    # Without graph and load, which the panels name.
-    subtitle = f"{run.source}: {run.conditions()}\n{run.where()}"
-    drawn = drops(runs, labels), responses(runs, groups, labels, bounds_of(runs))
-    titles = {"dropped": "Dropped jobs per executor", "response": "Response times of executed jobs"}
-    for (name, title), figure in zip(titles.items(), drawn):
-        style.save(figure, folder, f"timers_only_{name}", title, subtitle, run.partial)

@@ -56,7 +56,7 @@ def responses(evidence: Evidence, group: str) -> Drawing:
     need(runs.responses)
     # The exact analysis with the paper's release cost; under RM alone, as in the paper.
     with_cost = timers.bounds_of(evidence.timer_runs(WITH_COST))
-    figure = timers.responses(runs, (group,), SETS, with_cost)
+    figure = timers.responses(runs, group, SETS, with_cost)
     keys = itertools.product(SOURCES, UTILISATIONS, runs.executors)
     table = violins.percentile_table(
         ({"source": s, "utilisation_percent": p, "executor": e, "tasks": group}, runs.samples(p, s, e, group))

@@ -17,13 +17,7 @@ import package
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
-# Replaces `hotpath`: returns the response times stored in the folder.
-STAND_IN = """#!/bin/sh
-if [ "$1 $2" = "feed responses" ]; then exec cat "$3/responses.csv"; fi
-exec {} "$@"
-"""
 CHAINS_HEADER = "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns\n"
-RESPONSES_HEADER = "executor,repetition,task,response_ns\n"
 
 
 def run_json(**changes: Any) -> Any:
@@ -47,25 +41,11 @@ def run_json(**changes: Any) -> Any:
     return json.dumps(facts)
 
 
-SIMULATED: dict[str, Any] = {
-    "kind": "simulated",
-    "execution_times": "worst",
-    "platform": {"cores": 1, "timer_thread": "by_executor", "dispatch_cost_us": 20},
-}
-
-
 def chain_rows(executor: str, latencies_ms: Iterable[float]) -> str:
     return "".join(
         f"{executor},0,hot_path,{k},{int(ms * 1e6)},{int(ms * 1e6) + 1000}\n"
         for k, ms in enumerate(latencies_ms)
     )
-
-
-def timer(task: Any, responses_ms: Sequence[float], skipped: int = 0) -> tuple[Any, dict[Any, Any]]:
-    """One executor's response times of a timer after the warm-up, and what the summary says of it."""
-    counts = {"reached": len(responses_ms) + skipped, "ran": len(responses_ms), "skipped": skipped}
-    counts["deadline_overruns"] = 0
-    return responses_ms, {"task": task, "kind": "timer", "deadline_ms": 30, "after_warm_up": counts}
 
 
 class FigureTest(unittest.TestCase):
@@ -76,12 +56,9 @@ class FigureTest(unittest.TestCase):
         (self.folder / name).write_text(text, encoding="utf-8")
 
     def environment(self) -> Any:
-        program, stand_in = Path(shutil.which(HOTPATH) or HOTPATH), self.folder / "hotpath"
-        stand_in.write_text(STAND_IN.format(program), encoding="utf-8")
-        stand_in.chmod(0o755)
+        program = Path(shutil.which(HOTPATH) or HOTPATH)
         library = program.with_name("libhotpath_python.so")
-        environment = {"HOTPATH_LIBRARY": str(library), **os.environ}
-        return environment | {"HOTPATH": str(stand_in)}
+        return {"HOTPATH_LIBRARY": str(library), **os.environ, "HOTPATH": str(program)}
 
     def call(self, command: Any, *arguments: object) -> Any:
         """Runs the command in this process: a new process takes a second for imports."""
@@ -179,63 +156,6 @@ class HotPath(FigureTest):
         texts = self.svg_texts("hot_path.svg")
         for text in ("tiny · recorded", "on one core", "read from a trace of ros2_tracing"):
             self.assertIn(text, texts)
-
-
-class TimersOnly(FigureTest):
-    def write_run(self, name: str, timers: Any, **changes: Any) -> Any:
-        """`timers`: {executor: [timer()]}"""
-        folder = self.folder / name
-        folder.mkdir()
-        self.write(f"{name}/run.json", run_json(graph={"name": name}, **changes))
-        self.write(f"{name}/jobs.csv", "")
-        summary = [{"executor": e, "tasks": [facts for _, facts in found]} for e, found in timers.items()]
-        self.write(f"{name}/summary.json", json.dumps({"executors": summary}))
-        rows = "".join(
-            f"{executor},0,{facts['task']},{int(ms * 1e6)}\n"
-            for executor, found in timers.items()
-            for responses, facts in found
-            for ms in responses
-        )
-        self.write(f"{name}/responses.csv", RESPONSES_HEADER + rows)
-        return folder
-
-    def test_drops_responses_and_bounds(self) -> None:
-        responses = [1 + k % 7 for k in range(60)]
-        rows = {
-            executor: [
-                timer(task, responses, skipped=5 if executor == "default" else 0)
-                for task in ("FrontCamera", "RearLidarDriver", "IMU")
-            ]
-            for executor in ("default", "rm-ro")
-        }
-        bounds = [{"executor": "rm-ro", "task": "IMU", "ms": 12.67}]
-        run = self.write_run("timers_only_60", rows, load_percent=60, bounds=bounds)
-        result = self.call("timers-only", run)
-        self.assert_drawn(result, run, "timers_only_dropped", "timers_only_response")
-        dropped = self.svg_texts("timers_only_60/timers_only_dropped.svg")
-        self.assertIn("7.7", dropped.split("\n"), "5 of 65 timestamps are 7.7 %")
-        for text in ("✓", "timers_only_60 (60 %)"):
-            self.assertIn(text, dropped)
-        response = self.svg_texts("timers_only_60/timers_only_response.svg")
-        for text in ("deadline 30 ms", "analytical bound", "cameras", "LiDARs", "IMU"):
-            self.assertIn(text, response)
-
-    def test_nothing_dropped(self) -> None:
-        rows = {"rm-ro": [timer("IMU", [1] * 50)]}
-        run = self.write_run("timers_only_60", rows, executors=["rm-ro"], **SIMULATED)
-        result = self.call("timers-only", run)
-        self.assert_drawn(result, run, "timers_only_dropped", "timers_only_response")
-
-    def test_refusals(self) -> None:
-        idle = self.write_run("idle", {"rm-ro": [timer("IMU", [], skipped=1)]}, executors=["rm-ro"])
-        empty, without = self.write_run("empty", {}), self.write_run("without", {})
-        (without / "jobs.csv").unlink()
-        for run, *parts in (
-            (idle, "after the warm-up no timer ran"),
-            (empty, "jobs.csv", "no row of a timer"),
-            (without, "jobs.csv", "kept no jobs"),
-        ):
-            self.assert_refused(self.call("timers-only", run), *parts)
 
 
 class Advice(FigureTest):
