@@ -29,17 +29,6 @@ std::vector<Output> listed(const std::vector<Output>& outputs, std::size_t most)
   return some;
 }
 
-ListedOutputs::ListedOutputs(const results::StoredRun& run, const std::string& executor,
-                             const std::string& chain, std::size_t most)
-    : ListedOutputs() {
-  explain::Options options;
-  options.chain = chain;
-  explain::StoredOutputs stored(run, executor, options);
-  all_ = stored.outputs().size();
-  stored.explain(listed(stored.outputs(), most), [this](const Explanation& e) { add(e, Kind::output); });
-  missing_ = stored.subject().missing;
-}
-
 void ListedOutputs::add(const Explanation& e, Kind kind) {
   const JobRecord& sink = e.path.back();
   const Time end = kind == Kind::response ? sink.finish : sink.start;
@@ -91,9 +80,7 @@ bool ListedOutputs::keep_parts(std::size_t most) {
 
 nlohmann::json ListedOutputs::columns() const {
   nlohmann::json all = outputs_.json();
-  all.update({{"outputs", all_},
-              {"missing", missing_},
-              {"causes_ns", causes_},
+  all.update({{"causes_ns", causes_},
               {"parts", parts_},
               {"part", part_.json()},
               {"steps", steps_},

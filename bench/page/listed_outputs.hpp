@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json_fwd.hpp>
-#include <string>
 #include <vector>
 
 #include "explain/stored_outputs.hpp"
@@ -20,11 +19,6 @@ namespace hotpath::page {
 /// Explained outputs of one chain, or jobs of one task, under one executor.
 class ListedOutputs {
  public:
-  ListedOutputs() = default;
-  /// Reads and explains the outputs, of which it keeps at most `most`. Throws as StoredOutputs does.
-  ListedOutputs(const results::StoredRun& run, const std::string& executor, const std::string& chain,
-                std::size_t most);
-
   /// Forgets the parts, but not the causes, of all but the worst outputs, which together have at most
   /// `most` parts. Returns whether there are others.
   bool keep_parts(std::size_t most);
@@ -39,7 +33,6 @@ class ListedOutputs {
  private:
   [[nodiscard]] std::vector<std::size_t> by_latency() const;
 
-  std::size_t all_ = 0, missing_ = 0;
   Columns<5> outputs_{{"repetition", "sequence", "end_ns", "latency_ns", "complete"}};
   std::array<Column, explain::kCauses> causes_;
   Column parts_, steps_;  // by output: how many rows it has below

@@ -146,10 +146,9 @@ class RunData {
         });
         for (TaskId task = 0; task < tasks; ++task) {
           listed[task].keep_parts(share_.parts / (tasks * executors));
-          json columns = listed[task].columns();
-          columns["task"] = task;
-          columns["executor"] = executor;
-          data["responses"].push_back(std::move(columns));
+          data["responses"].push_back(listed[task].columns());
+          data["responses"].back().update(
+              {{"task", task}, {"executor", executor}, {"outputs", 0}, {"missing", 0}});
         }
       }
     } catch (const program::UsageError& error) {
@@ -160,22 +159,27 @@ class RunData {
   /// Returns whether outputs were left out.
   bool add_outputs(json& outputs, const std::string& chain, const std::string& executor, std::size_t most) {
     try {
-      ListedOutputs listed(run_, executor, chain, most);
+      explain::Options options;
+      options.chain = chain;
+      explain::StoredOutputs stored(run_, executor, options);
+      ListedOutputs explained;
+      stored.explain(listed(stored.outputs(), most),
+                     [&](const explain::Explanation& e) { explained.add(e, ListedOutputs::Kind::output); });
       const std::size_t pairs = run_.chains().size() * run_.executors().size();
-      if (listed.keep_parts(share_.parts / pairs)) {
+      if (explained.keep_parts(share_.parts / pairs)) {
         notes_.push_back(program::concat("Only the worst outputs of ", chain, " under ", executor,
                                          " have their causes in the order of time, because these are many."));
       }
-      json columns = listed.columns();
-      columns["chain"] = chain;
-      columns["executor"] = executor;
-      const bool thinned = columns["outputs"].get<std::size_t>() > most;
-      outputs.push_back(std::move(columns));
-      for (auto& [repetition, intervals] : listed.worst(kWorst)) {
+      outputs.push_back(explained.columns());
+      outputs.back().update({{"chain", chain},
+                             {"executor", executor},
+                             {"outputs", stored.outputs().size()},
+                             {"missing", stored.subject().missing}});
+      for (auto& [repetition, intervals] : explained.worst(kWorst)) {
         auto& of = wanted_[{executor, repetition}];
         of.insert(of.end(), intervals.begin(), intervals.end());
       }
-      return thinned;
+      return stored.outputs().size() > most;
     } catch (const program::UsageError& error) {
       notes_.push_back(
           program::concat("The page shows no causes of ", chain, " under ", executor, ": ", error.what()));
