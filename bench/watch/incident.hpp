@@ -68,12 +68,10 @@ class Incident {
   /// Adds the circumstances of what broke first.
   void describe(const std::vector<Fact>& circumstances) {
     for (const Fact& fact : circumstances) insert(fact);
-    described_ = news_ = true;
+    described_ = true;
   }
   /// Whether it has the circumstances of what broke first so far.
   [[nodiscard]] bool is_described() const { return described_; }
-  /// Whether what broke first has circumstances that it had not the last time.
-  bool take_news() { return std::exchange(news_, false); }
 
   [[nodiscard]] std::uint64_t number() const { return number_; }
   [[nodiscard]] Time last() const { return last_; }
@@ -118,7 +116,7 @@ class Incident {
   std::vector<Fact> facts_;  // in the order of time
   Time last_ = Time::min();
   std::uint64_t breaches_ = 0;
-  bool described_ = false, news_ = false;
+  bool described_ = false;
 };
 
 /// The incidents of a system: an incident ends when no term breaks for kPause.

@@ -115,7 +115,8 @@ void ObservationReport::follow(const ThreadReading& reading) {
   if (reading.facts.empty()) return;
   read_ = reading.at;
   for (const ThreadFacts& facts : reading.facts) {
-    FollowedThread& thread = followed_[{facts.key(), facts.started}];
+    const FollowedThread first{facts, facts, read_, read_, facts.policy};
+    FollowedThread& thread = followed_.try_emplace({facts.key(), facts.started}, first).first->second;
     thread.facts = facts;
     thread.at = read_;
   }
@@ -184,11 +185,6 @@ nlohmann::json ObservationReport::threads(const Observer& observer) {
 void ObservationReport::rate(FollowedThread& thread) const {
   const ThreadFacts& now = thread.facts;
   ThreadFacts& before = thread.before;
-  if (thread.before_at == Time{}) {
-    before = now;
-    thread.before_at = read_;
-    thread.first_policy = now.policy;
-  }
   if (read_ - thread.before_at < kShortest) return;
   const double seconds = to_ms(read_ - thread.before_at) / 1000;
   thread.ran = to_ms(now.ran - before.ran) / seconds;

@@ -32,8 +32,8 @@ class ObservationReport {
  private:
   struct FollowedThread {
     ThreadFacts facts, before;  ///< The latest ones, and those from which its rates count.
-    Time at{}, before_at{};     ///< Of both; Time{}: no report had the thread.
-    ThreadPolicy first_policy;
+    Time at{}, before_at{};     ///< Of both.
+    ThreadPolicy first_policy = {};
     double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
   };
   [[nodiscard]] nlohmann::json callbacks(const Observer& observer, Duration now);

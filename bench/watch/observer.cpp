@@ -205,7 +205,8 @@ std::vector<Fact> Observer::jobs(Time since, Time until, const std::string& exce
   return facts;
 }
 
-void Observer::describe(bool at_end) {
+std::vector<Incident*> Observer::describe(bool at_end) {
+  std::vector<Incident*> news;
   for (Incident& incident : judge_.incidents().kept()) {
     const Fact& first = incident.first();
     const bool read = contract_.threads.empty() || thread_check_.at() >= first.at;
@@ -215,7 +216,9 @@ void Observer::describe(bool at_end) {
     const std::vector<Fact> waits = thread_check_.waits(first.since, first.until);
     meanwhile.insert(meanwhile.end(), waits.begin(), waits.end());
     incident.describe(meanwhile);
+    news.push_back(&incident);
   }
+  return news;
 }
 
 void Observer::note_losses(std::uint64_t losses, Time until) {

@@ -57,9 +57,9 @@ class Observer : public tracing::Sink {
   }
   /// The real-time clock minus that of Time, from now on. Humble's samples are matched by it.
   void set_realtime(Duration offset) { judge_.incidents().set_realtime(offset); }
-  /// Adds waits and jobs to new incidents, as soon as the threads have been read after their beginning, or
-  /// `at_end`.
-  void describe(bool at_end);
+  /// Adds waits and jobs to new incidents, and to those of which something else broke first, as soon as the
+  /// threads have been read after their beginning, or `at_end`. Returns these incidents.
+  std::vector<Incident*> describe(bool at_end);
 
   [[nodiscard]] const tracing::System& system() const { return assembler_.system(); }
   [[nodiscard]] const Contract& contract() const { return contract_; }

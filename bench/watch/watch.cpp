@@ -10,6 +10,7 @@
 #include <deque>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <set>
 #include <thread>
@@ -86,7 +87,7 @@ class Watch {
       const Time polled = now();
       observe(session_.poll(polled));
       name_programs();
-      if (writer_ && writer_->result()) end_snapshot();
+      end_snapshots(false);
       if (!is_ending()) observer_.observed_until(polled - Session::kSettled, session_.losses());
       judge_threads(polled - Session::kSettled);
       if (now() >= next_reading_) read_threads();
@@ -101,7 +102,7 @@ class Watch {
     state_incidents(true);
     report();
     if (options_.json && options_.once) print_json();
-    while (writer_) end_snapshot();
+    end_snapshots(true);
     print_result();
     const int status = program_ ? *program_->ended() : 0;
     if (!is_ending() && status != 0)
@@ -150,7 +151,8 @@ class Watch {
     observer_.note_losses(session_.losses().total(), now());
     if (program_ && is_ending()) observer_.end();
     for (const tracing::Event& event : events) observer_.event(event);
-    if (recorder_ && std::exchange(snapshot_requested, 0) != 0) write_snapshot("requested by SIGUSR1");
+    if (recorder_ && writers_.empty() && std::exchange(snapshot_requested, 0) != 0)
+      write_snapshot("requested by SIGUSR1");
   }
 
   void read_threads() {
@@ -172,54 +174,45 @@ class Watch {
     }
   }
 
-  /// States new incidents, and those of which something else broke first.
   void state_incidents(bool at_end) {
-    observer_.describe(at_end);
-    for (Incident& incident : incidents()) {
-      if (!incident.take_news()) continue;
-      nlohmann::json line = incident.json();
-      if (incident.number() > stated_ && recorder_ && incident.number() <= kMostIncidentSnapshots) {
-        recorder_->mark(incident.first().at, incident.text());
-        const fs::path folder = write_snapshot(incident.text());
-        if (!folder.empty()) line["snapshot"] = folder.string();
+    for (const Incident* const incident : observer_.describe(at_end)) {
+      nlohmann::json line = incident->json();
+      if (incident->number() > stated_ && recorder_ && incident->number() <= kMostIncidentSnapshots) {
+        recorder_->mark(incident->first().at, incident->text());
+        const std::string folder = write_snapshot(incident->text());
+        if (!folder.empty()) line["snapshot"] = folder;
       }
-      stated_ = std::max(stated_, incident.number());
+      stated_ = std::max(stated_, incident->number());
       line["event"] = "incident";
       line["time_s"] = to_ms(elapsed()) / 1000;
       if (options_.json && !options_.once) print_line(line);
     }
   }
 
-  fs::path snapshot(std::size_t number) const {
-    return fs::path(options_.record) / program::concat("snapshot_", number);
-  }
-
-  /// Writes it now, or as soon as the one that is being written is complete: requests until then share
-  /// it. Returns its folder; empty: it cannot begin.
-  fs::path write_snapshot(const std::string& reason) {
-    requested_ += (requested_.empty() ? "" : "; ") + reason;
-    if (writer_) return snapshot(snapshots_ + 1);
-    begin_snapshot();
-    return writer_ ? snapshot(snapshots_) : fs::path();
-  }
-
-  /// In a process of its own, because rings hold events for less than a second.
-  void begin_snapshot() {
-    reason_ = std::exchange(requested_, "");
-    ++snapshots_;
+  /// Begins to write it in a process of its own, because rings hold events for less than a second. Returns
+  /// its folder; empty: it cannot begin.
+  std::string write_snapshot(const std::string& reason) {
+    const std::string folder = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
     try {
-      writer_.emplace([&] { recorder_->write(snapshot(snapshots_)); });
+      writers_.try_emplace(folder + ": " + reason, [&] { recorder_->write(folder); });
+      return folder;
     } catch (const std::exception& error) {
       say(error.what());
+      return "";
     }
   }
 
-  /// A disk that is full does not end the watch.
-  void end_snapshot() {
-    const std::string error = writer_->wait();
-    say(error.empty() ? snapshot(snapshots_).string() + ": " + reason_ : error);
-    writer_.reset();
-    if (!requested_.empty()) begin_snapshot();
+  /// Says which snapshots are complete; `wait`: completes all. A disk that is full does not end the watch.
+  void end_snapshots(bool wait) {
+    for (auto writer = writers_.begin(); writer != writers_.end();) {
+      auto& [sentence, task] = *writer;
+      if (wait || task.result()) {
+        say(task.wait().empty() ? sentence : task.wait());
+        writer = writers_.erase(writer);
+      } else {
+        ++writer;
+      }
+    }
   }
 
   static void say(const std::string& sentence) { std::cerr << "hotpath: " << sentence << std::endl; }
@@ -299,11 +292,10 @@ class Watch {
   Time next_reading_{};
   std::optional<Duration> due_;  // the next request to end
   std::size_t asked_to_end_ = 0;
-  std::optional<program::ForkedTask> writer_;  // of a snapshot
+  std::map<std::string, program::ForkedTask> writers_;  // of snapshots, by what is said at their end
   std::size_t snapshots_ = 0;
-  std::string reason_, requested_;  // of the latest snapshot, and of the one that follows it
-  std::uint64_t stated_ = 0;        // incidents
-  std::set<std::uint32_t> named_;   // processes
+  std::uint64_t stated_ = 0;       // incidents
+  std::set<std::uint32_t> named_;  // processes
   bool waits_ = false;
 };
 
@@ -311,8 +303,8 @@ class Watch {
 
 void watch(const WatchOptions& options) {
   if (options.print_environment) {
-    for (const std::string& variable : sensor_variables(sensor::kAttachable))
-      program::data_output() << variable << "\n";
+    for (const auto& [name, value] : sensor_variables(sensor::kAttachable))
+      program::data_output() << name << "=" << value << "\n";
     program::data_output() << std::flush;
     return;
   }

@@ -35,15 +35,13 @@ inline std::string sensor_library() {
   return library;
 }
 
-inline const std::string kPreload = "LD_PRELOAD=", kSession = std::string(sensor::kSessionVariable) + "=";
-
-/// The variables with which programs run with the sensor: `NAME=VALUE`. Other preloaded libraries stay.
+/// The variables with which programs run with the sensor, and their values. Other preloaded libraries stay.
 /// Throws RunError.
-inline std::vector<std::string> sensor_variables(const std::string& session) {
+inline std::vector<std::pair<std::string, std::string>> sensor_variables(const std::string& session) {
   const char* const others = std::getenv("LD_PRELOAD");
   std::string rest = others == nullptr || *others == '\0' ? "" : ":" + std::string(others);
   std::ranges::replace(rest, ' ', ':');  // a shell splits `env $(...)` at blanks
-  return {kPreload + sensor_library() + rest, kSession + session};
+  return {{"LD_PRELOAD", sensor_library() + rest}, {sensor::kSessionVariable, session}};
 }
 
 /// A program that runs with the sensor. It keeps running if the watcher is killed.
@@ -52,19 +50,14 @@ class WatchedProgram {
   /// Starts the program, found along PATH, with its arguments. Its standard output goes to standard
   /// error, because the watcher writes to standard output. Throws RunError if it cannot be started.
   WatchedProgram(std::vector<std::string> words, const std::string& session) {
-    std::vector<std::string> environment;
-    for (char** variable = environ; *variable != nullptr; ++variable) {
-      const std::string word = *variable;
-      if (!word.starts_with(kPreload) && !word.starts_with(kSession)) environment.push_back(word);
-    }
-    for (const std::string& variable : sensor_variables(session)) environment.push_back(variable);
+    for (const auto& [name, value] : sensor_variables(session)) setenv(name.c_str(), value.c_str(), 1);
     const auto prepare = [] {
       std::signal(SIGPIPE, SIG_DFL);  // this program ignores both
       std::signal(SIGXFSZ, SIG_DFL);
       umask(program::inherited_umask);
       dup2(STDERR_FILENO, STDOUT_FILENO);
     };
-    id_ = program::start_program(std::move(words), prepare, program::argument_list(environment).data());
+    id_ = program::start_program(std::move(words), prepare, environ);
   }
   WatchedProgram(const WatchedProgram&) = delete;
   WatchedProgram& operator=(const WatchedProgram&) = delete;
