@@ -104,18 +104,6 @@ class Judgements(FieldTest):
         for more in (("--load", 150), ("--max-backlog", 100)):
             self.rejected(*words, *more, says="overload")
 
-    def test_a_seed_axis_is_one_column(self) -> None:
-        fixed = "{graph: autoware, executors: rm-ro, duration: 1, warm-up: 0, phases: random}"
-        (self.folder / "sweep.yaml").write_text(
-            f"command: simulate\nfixed: {fixed}\naxes:\n  seed: [3, 4]\nrepetitions: 2\n"
-        )
-        self.accepted("sweep", "sweep.yaml", "--output", "swept")
-        text = (self.folder / "swept" / "table.csv").read_text()
-        self.assertEqual(text.splitlines()[0].split(",").count("seed"), 1)
-        seeds = [(row["repetition"], row["seed"]) for row in self.rows("swept/table.csv")]
-        self.assertEqual([seed for repetition, seed in seeds if repetition == "0"], ["3", "4"])
-        self.assertEqual(len(set(seeds)), 4)
-
     def test_release_jitter_belongs_to_its_timer_in_a_deployment(self) -> None:
         (self.folder / "apart.yaml").write_text(
             "name: apart\nexecutors:\n"

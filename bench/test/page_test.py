@@ -205,7 +205,7 @@ class Page(CommandTest):
         browser = opened(self, without, started=False)
         read = "return [document.querySelectorAll('figure svg').length, document.querySelectorAll('table').length]"
         figures, tables = browser.run(read)
-        self.assertGreater(figures, 10)
+        self.assertGreater(figures, 5)
         self.assertGreater(tables, 5)
         self.assertFalse(browser.run("return document.getElementById('explore').checkVisibility()"))
 
