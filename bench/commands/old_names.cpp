@@ -61,6 +61,7 @@ constexpr std::array kOldNames = {
     OldName{"--start", "`--from` now"},
     OldName{"replay --live", "gone: replay always publishes"},
     OldName{"capacity --live", "gone: confirm a level with `run`, or `sweep` live cells"},
+    OldName{"analyze --page", "gone: `--csv` has the bounds, and the page of `report RUN` marks them"},
     OldName{"figures --list", "`hotpath list figures` now"},
     OldName{"bench --compare", "gone: use `diff OLD NEW`, and compare.py of Google Benchmark for times"},
 };

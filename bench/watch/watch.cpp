@@ -192,7 +192,7 @@ class Watch {
   /// Begins to write it in a process of its own, because rings hold events for less than a second. Returns
   /// its folder; empty: it cannot begin.
   std::string write_snapshot(const std::string& reason) {
-    const std::string folder = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
+    std::string folder = fs::path(options_.record) / program::concat("snapshot_", ++snapshots_);
     try {
       writers_.try_emplace(folder + ": " + reason, [&] { recorder_->write(folder); });
       return folder;
