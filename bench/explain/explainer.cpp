@@ -58,7 +58,9 @@ void Explainer::end() {
 /// The outputs that may be those of a job.
 std::span<const Output> Explainer::outputs_of(const Job& job) const {
   if (chain_ != nullptr && !chain_->ends_in(job.task)) return {};
-  return std::ranges::equal_range(outputs_, std::pair(repetition_, job.sequence), {}, key_of);
+  const std::pair key(repetition_, job.sequence);
+  return {std::ranges::lower_bound(outputs_, key, {}, key_of),
+          std::ranges::upper_bound(outputs_, key, {}, key_of)};
 }
 
 void Explainer::explain_finished() {

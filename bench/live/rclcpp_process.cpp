@@ -31,7 +31,7 @@ std::string environment(const char* name) {
 std::string find_in_ros(const std::string& path, int mode) {
   std::istringstream prefixes(environment("AMENT_PREFIX_PATH"));
   for (std::string prefix; std::getline(prefixes, prefix, ':');) {
-    const std::string file = std::filesystem::path(prefix) / path;
+    std::string file = std::filesystem::path(prefix) / path;
     if (access(file.c_str(), mode) == 0) return file;
   }
   return "";
@@ -79,7 +79,7 @@ json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordin
 }  // namespace
 
 std::string find_rclcpp_runner() {
-  const std::string path = environment("HOTPATH_ROS2_RUNNER");
+  std::string path = environment("HOTPATH_ROS2_RUNNER");
   if (environment("AMENT_PREFIX_PATH").empty()) {
     throw program::UsageError(
         "--stack rclcpp needs ROS 2: source /opt/ros/DISTRO/setup.bash, and install/setup.bash of the "
@@ -89,7 +89,7 @@ std::string find_rclcpp_runner() {
     if (access(path.c_str(), X_OK) == 0) return path;
     throw program::UsageError(program::concat("--stack rclcpp: there is no executable program ", path));
   }
-  const std::string found = find_in_ros("lib/hotpath_rclcpp_system/hotpath_rclcpp_runner", X_OK);
+  std::string found = find_in_ros("lib/hotpath_rclcpp_system/hotpath_rclcpp_runner", X_OK);
   if (!found.empty()) return found;
   throw program::UsageError(
       "no sourced ROS 2 workspace has hotpath_rclcpp_system: build it with launch_scripts/ros2_build.sh "

@@ -51,7 +51,7 @@ std::vector<std::string> texts(const YamlValue& list, const std::string& item_na
 
 /// The value of a key below `fixed` or `axes`, which the sweep must not set itself.
 YamlValue option_value(const YamlMap& map, const std::string& key, const std::string& file) {
-  const YamlValue value = *map.find(key);
+  YamlValue value = *map.find(key);
   if (std::ranges::count(kOwnOptions, key) > 0)
     throw InputError(file, value.line(), map.what() + " has `" + key + "`, which the sweep sets itself",
                      "leave it out");

@@ -114,9 +114,9 @@ TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence)
   std::string nodes;
   for (int i = 0; i < 150; ++i) {
     const std::string name = "N" + std::to_string(i), before = "N" + std::to_string(i - 1);
-    nodes += "- {name: " + name + ", type: callbacks, callbacks: [{" +
-             (i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before) + ", publishes: " + name +
-             "}]}\n";  // NOLINT(performance-*)
+    nodes += "- {name: " + name + ", type: callbacks, callbacks: [{";
+    nodes += i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before;
+    nodes += ", publishes: " + name + "}]}\n";
   }
   Graph g = load("name: g\nnodes:\n" + nodes);
   // Fast DDS reserves memory for 100 entries. The chain is read from its last node.
