@@ -98,10 +98,10 @@ class SweepCells {
     for (const sweep::Option& option : design_.fixed) check_name(option.name, option.line);
     for (const sweep::Axis& axis : design_.axes) {
       check_name(axis.name, axis.line);
-      for (std::size_t i = 0; i < axis.values.size(); ++i) {
-        if (axis.range && i > 1 && i + 1 < axis.values.size()) continue;
+      for (std::size_t i = 0; i < axis.size; ++i) {
+        if (!axis.tells(i)) continue;
         std::vector<sweep::Option> at = design_.coordinates(0);
-        std::ranges::find(at, axis.name, &sweep::Option::name)->value = axis.values[i];
+        std::ranges::find(at, axis.name, &sweep::Option::name)->value = axis.value(i);
         check_cell(at, axis.line);
       }
     }

@@ -25,8 +25,8 @@ double number(const YamlValue& value) {
   value.fail("`" + value.text() + "` is not a number", "give a number");
 }
 
-/// The numbers of {from, to, step}.
-std::vector<std::string> numbers(const YamlValue& value, const std::string& axis) {
+/// The axis {from, to, step}.
+Axis range_of(const YamlValue& value, const std::string& axis) {
   const YamlMap range(value, "axis " + axis);
   range.check_keys({"from", "to", "step"});
   const double low = number(range.require("from", "NUMBER"));
@@ -36,10 +36,7 @@ std::vector<std::string> numbers(const YamlValue& value, const std::string& axis
   const double step = number(given), steps = (high - low) / step + 1e-9;
   if (!(step > 0 && steps < static_cast<double>(kMostCells)))
     given.fail("this step is too small for a grid", "give a larger one");
-  std::vector<std::string> texts(static_cast<std::size_t>(steps) + 1);
-  for (std::size_t i = 0; i < texts.size(); ++i)
-    texts[i] = program::text("%.10g", low + static_cast<double>(i) * step);
-  return texts;
+  return {axis, value.line(), static_cast<std::size_t>(steps) + 1, {}, low, step};
 }
 
 std::vector<std::string> texts(const YamlValue& list, const std::string& item_name) {
@@ -78,7 +75,7 @@ void check_axis(const Axis& axis, const Design& design, const YamlValue& given) 
                                ": both set what runs the graph"),
                "make a sweep for each");
   }
-  std::vector<std::string> sorted = axis.values;
+  std::vector<std::string> sorted = axis.listed;
   std::ranges::sort(sorted);
   const auto duplicate = std::ranges::adjacent_find(sorted);
   if (duplicate == sorted.end()) return;
@@ -90,13 +87,17 @@ void parse_axes(const YamlValue& value, Design& design) {
   double cells = design.repetitions;
   for (const std::string& key : map.keys()) {
     const YamlValue given = option_value(map, key, design.file);
-    const bool range = !given.is_list();
-    const Axis axis{key, given.line(), range ? numbers(given, key) : texts(given, "a value of " + key),
-                    range};
+    Axis axis;
+    if (given.is_list()) {
+      axis = {key, given.line(), 0, texts(given, "a value of " + key)};
+      axis.size = axis.listed.size();
+    } else {
+      axis = range_of(given, key);
+    }
     check_axis(axis, design, given);
-    cells *= static_cast<double>(axis.values.size());
-    design.points *= axis.values.size();
-    design.axes.push_back(axis);
+    cells *= static_cast<double>(axis.size);
+    design.points *= axis.size;
+    design.axes.push_back(std::move(axis));
   }
   if (design.axes.empty()) value.fail("there is no axis", "name an option and its values");
   if (cells > static_cast<double>(kMostCells)) {
@@ -111,13 +112,16 @@ bool names_executor(const std::string& option) {
   return option == "executor" || option == "executors" || option == "deployment" || option == "deployments";
 }
 
+std::string Axis::value(std::size_t i) const {
+  return listed.empty() ? program::text("%.10g", from + static_cast<double>(i) * step) : listed[i];
+}
+
 std::vector<Option> Design::coordinates(std::uint64_t cell) const {
   std::vector<Option> at(axes.size());
   std::uint64_t rest = cell / repetitions;
   for (std::size_t i = axes.size(); i-- > 0;) {
-    const std::vector<std::string>& values = axes[i].values;
-    at[i] = {axes[i].name, values[rest % values.size()], axes[i].line};
-    rest /= values.size();
+    at[i] = {axes[i].name, axes[i].value(rest % axes[i].size), axes[i].line};
+    rest /= axes[i].size;
   }
   return at;
 }

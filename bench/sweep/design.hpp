@@ -18,8 +18,14 @@ struct Option {
 struct Axis {
   std::string name;
   int line = 0;
-  std::vector<std::string> values;
-  bool range = false;  ///< Numbers in equal steps: if the command accepts the ends, it accepts all.
+  std::size_t size = 0;             ///< Number of values.
+  std::vector<std::string> listed;  ///< Empty: numbers in equal steps.
+  double from = 0, step = 0;
+
+  /// The i-th value, i < size.
+  [[nodiscard]] std::string value(std::size_t i) const;
+  /// Whether the command must be asked for the i-th value. If it accepts the ends of a range, it accepts all.
+  [[nodiscard]] bool tells(std::size_t i) const { return !listed.empty() || i <= 1 || i + 1 == size; }
 };
 
 /// The content of a sweep file: the cells, and how each is computed. A cell is a point of the grid
