@@ -99,7 +99,7 @@ class SweepCells {
     for (const sweep::Axis& axis : design_.axes) {
       check_name(axis.name, axis.line);
       for (std::size_t i = 0; i < axis.size; ++i) {
-        if (!axis.tells(i)) continue;
+        if (!axis.is_checked(i)) continue;
         std::vector<sweep::Option> at = design_.coordinates(0);
         std::ranges::find(at, axis.name, &sweep::Option::name)->value = axis.value(i);
         check_cell(at, axis.line);

@@ -24,8 +24,8 @@ struct Axis {
 
   /// The i-th value, i < size.
   [[nodiscard]] std::string value(std::size_t i) const;
-  /// Whether the command must be asked for the i-th value. If it accepts the ends of a range, it accepts all.
-  [[nodiscard]] bool tells(std::size_t i) const { return !listed.empty() || i <= 1 || i + 1 == size; }
+  /// Whether the i-th value must be checked. A command that accepts the ends of a range accepts all of it.
+  [[nodiscard]] bool is_checked(std::size_t i) const { return !listed.empty() || i <= 1 || i + 1 == size; }
 };
 
 /// The content of a sweep file: the cells, and how each is computed. A cell is a point of the grid

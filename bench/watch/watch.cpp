@@ -292,7 +292,7 @@ class Watch {
   Time next_reading_{};
   std::optional<Duration> due_;  // the next request to end
   std::size_t asked_to_end_ = 0;
-  std::map<std::string, program::ForkedTask> writers_;  // of snapshots, by what is said at their end
+  std::map<std::string, program::ForkedTask> writers_;  // of snapshots, by the sentence that reports one
   std::size_t snapshots_ = 0;
   std::uint64_t stated_ = 0;       // incidents
   std::set<std::uint32_t> named_;  // processes
