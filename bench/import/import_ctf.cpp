@@ -100,7 +100,7 @@ class CtfImport final : public tracing::Sink {
     for (const auto& [name, count] : reading_.events) check_name(name, "metadata");
     assembler_.finish();
     if (!imported_) interpret();
-    write({reading_, *imported_, options_, later_jobs_});
+    write({reading_, assembler_.system(), *imported_, options_, later_jobs_});
   }
 
   void ended(tracing::Job&& job) override {

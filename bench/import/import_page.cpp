@@ -42,13 +42,13 @@ std::vector<std::string> publishers_of(const RecordedGraph& graph, const Inferre
   return names;
 }
 
-json rules_json(const Imported& imported) {
-  const tracing::System& system = imported.recorded.system;
+json rules_json(const Facts& facts) {
+  const RecordedGraph& graph = facts.imported.found.graph;
   json rules = json::array();
-  for (const InferredRule& rule : imported.found.graph.rules) {
-    rules.push_back({{"topic", system.topics[rule.topic].name},
-                     {"publishers", publishers_of(imported.found.graph, rule)},
-                     {"rule", rule_text(system, rule)},
+  for (const InferredRule& rule : graph.rules) {
+    rules.push_back({{"topic", facts.system.topics[rule.topic].name},
+                     {"publishers", publishers_of(graph, rule)},
+                     {"rule", rule_text(facts.system, rule)},
                      {"jobs", rule.jobs},
                      {"explained", rule.explained},
                      {"as_good", rule.as_good},
@@ -65,7 +65,7 @@ json executors_json(const Facts& facts) {
     const RecordedExecutor& executor = imported.recorded.executors[e];
     json threads = json::array();
     for (const std::uint32_t t : executor.threads) {
-      const tracing::Thread& thread = imported.recorded.system.threads[t];
+      const tracing::Thread& thread = facts.system.threads[t];
       threads.push_back(
           {{"thread", thread.id}, {"jobs", thread.jobs}, {"processors", usual_processors(thread)}});
     }
@@ -93,11 +93,11 @@ json quantiles_us(std::vector<double> all) {
 }
 
 /// The data of the trace about each task.
-json tasks_json(const Imported& imported) {
-  const RecordedGraph& graph = imported.found.graph;
-  const tracing::System& system = imported.recorded.system;
+json tasks_json(const Facts& facts) {
+  const RecordedGraph& graph = facts.imported.found.graph;
+  const tracing::System& system = facts.system;
   std::vector<std::vector<double>> durations_us(graph.tasks.set.size());
-  for (const tracing::Job& job : imported.recorded.jobs) {
+  for (const tracing::Job& job : facts.imported.recorded.jobs) {
     const TaskId task = graph.task(job.ref);
     if (task != kNoTask && job.ended) durations_us[task].push_back(to_us(job.finish - job.start));
   }
@@ -128,12 +128,12 @@ json tasks_json(const Imported& imported) {
 }
 
 /// How often and how long callbacks ran that are not in the graph.
-json left_out_json(const Imported& imported) {
+json left_out_json(const Facts& facts) {
   std::uint64_t callbacks = 0, jobs = 0;
   Duration busy{};
-  const std::vector<tracing::Callback>& all = imported.recorded.system.callbacks;
+  const std::vector<tracing::Callback>& all = facts.system.callbacks;
   for (std::uint32_t c = 0; c < all.size(); ++c) {
-    if (imported.found.graph.task({c, 0}) != kNoTask) continue;
+    if (facts.imported.found.graph.task({c, 0}) != kNoTask) continue;
     ++callbacks;
     jobs += all[c].jobs;
     busy += all[c].busy;
@@ -150,7 +150,7 @@ std::vector<std::string> warnings(const Facts& facts) {
     warn("The tracer discarded at least ", r.discarded_events, " events and ", r.discarded_packets,
          " packets; the numbers of jobs, messages and losses are unreliable. Record with larger buffers "
          "(`--subbuf-size`, `--num-subbuf`).");
-  const tracing::System& system = facts.imported.recorded.system;
+  const tracing::System& system = facts.system;
   Duration longest_period = std::chrono::milliseconds(100);
   std::uint64_t never_ended = 0;
   for (const tracing::Callback& c : system.callbacks) {
@@ -193,7 +193,7 @@ GraphComments import_comments(const Imported& imported) {
 
 json import_json(const Facts& facts) {
   const Imported& imported = facts.imported;
-  const tracing::System& system = imported.recorded.system;
+  const tracing::System& system = facts.system;
   const Reproduction& best = imported.best;
   json tried = json::array();
   for (const auto& [label, similarity] : best.tried)
@@ -212,9 +212,9 @@ json import_json(const Facts& facts) {
           {"tried", tried},
           {"execution_times", to_string(best.graph.platform.execution_times)},
           {"deliveries", deliveries_json(system, imported.deliveries)},
-          {"tasks", tasks_json(imported)},
-          {"rules", rules_json(imported)},
-          {"left_out", left_out_json(imported)},
+          {"tasks", tasks_json(facts)},
+          {"rules", rules_json(facts)},
+          {"left_out", left_out_json(facts)},
           {"self_check", best.check}};
 }
 

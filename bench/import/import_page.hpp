@@ -13,6 +13,7 @@ namespace hotpath::imports {
 /// The results of an import.
 struct Facts {
   const tracing::TraceReading& reading;
+  const tracing::System& system;  ///< Of the whole trace.
   const Imported& imported;
   const CtfOptions& options;
   std::uint64_t later_jobs;  ///< Jobs after those used for rules and times.

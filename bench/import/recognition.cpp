@@ -116,7 +116,7 @@ class Recogniser {
     for (std::size_t d = half_; d < starts_.size(); ++d) contested_ += starts_[d]->contested;
   }
 
-  Recognition recognise(const std::vector<Hypothesis>& possible) {
+  Recognition recognise(const std::vector<Hypothesis>& possible, const std::string& stated) {
     bool fitted_levels = false;
     for (const Hypothesis& hypothesis : possible) {
       Score best = fit_order(hypothesis);
@@ -136,7 +136,8 @@ class Recogniser {
     result.contested = contested_;
     if (!all_.empty()) rank(result);
     for (Judged& judged : all_) result.ranking.push_back(std::move(judged.score));
-    result.verdict = verdict_of(result);
+    result.stated = stated;
+    result.verdict = stated.empty() ? verdict_of(result) : Verdict::recognised;
     return result;
   }
 
@@ -287,8 +288,8 @@ std::vector<std::string> Recognition::names(bool unlikely_only) const {
 }
 
 Recognition recognise(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps,
-                      const std::vector<Hypothesis>& possible) {
-  return Recogniser(system, graph, steps).recognise(possible);
+                      const std::vector<Hypothesis>& possible, const std::string& stated) {
+  return Recogniser(system, graph, steps).recognise(possible, stated);
 }
 
 ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,

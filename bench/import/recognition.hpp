@@ -61,9 +61,11 @@ struct Recognition {
 };
 
 /// Compares all executors that can have run the threads. What a hypothesis leaves open is fitted on
-/// the first half of the decisions, and judged on the second half.
+/// the first half of the decisions, and judged on the second half. A hypothesis that the executor
+/// `stated` itself is believed.
 [[nodiscard]] Recognition recognise(const tracing::System& system, const RecordedGraph& graph,
-                                    const RecordedSteps& steps, const std::vector<Hypothesis>& possible);
+                                    const RecordedSteps& steps, const std::vector<Hypothesis>& possible,
+                                    const std::string& stated = {});
 
 /// Nodes and callbacks in the order that agrees with most evidence; equals in the order of creation.
 [[nodiscard]] ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,

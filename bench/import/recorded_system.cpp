@@ -120,7 +120,7 @@ unsigned cores_of(const tracing::System& system) {
 
 }  // namespace
 
-RecordedSystem recorded_system(const tracing::System& system, std::vector<tracing::Job> jobs,
+RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job> jobs,
                                std::vector<tracing::LostSample> lost, unsigned cores) {
   std::ranges::sort(jobs, {}, &tracing::Job::started);
   const tracing::Time last = jobs.back().ended ? jobs.back().finish : jobs.back().start;
@@ -137,12 +137,13 @@ RecordedSystem recorded_system(const tracing::System& system, std::vector<tracin
       break;
     }
   }
-  return {.system = system,
+  const unsigned used = cores > 0 ? cores : cores_of(system);
+  return {.system = std::move(system),
           .jobs = std::move(jobs),
           .lost = std::move(lost),
           .executors = std::move(executors),
           .executor_of = std::move(executor_of),
-          .cores = cores > 0 ? cores : cores_of(system),
+          .cores = used,
           .end = last + tracing::Duration(1),
           .notes = std::move(notes)};
 }

@@ -25,7 +25,7 @@ struct RecordedExecutor {
 
 /// The first stage of an import: what the events tell without a graph.
 struct RecordedSystem {
-  const tracing::System& system;
+  tracing::System system;
   std::vector<tracing::Job> jobs = {};  ///< Of all callbacks, by start.
   std::vector<tracing::LostSample> lost = {};
   std::vector<RecordedExecutor> executors = {};
@@ -40,7 +40,7 @@ struct RecordedSystem {
 
 /// `jobs`: at least one, in any order. Requests to services become publications of the callbacks that sent
 /// them. `cores`: of the recorded machine; 0: as many as ran callbacks.
-[[nodiscard]] RecordedSystem recorded_system(const tracing::System& system, std::vector<tracing::Job> jobs,
+[[nodiscard]] RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job> jobs,
                                              std::vector<tracing::LostSample> lost, unsigned cores);
 
 /// Callbacks that ran on one thread share an executor.

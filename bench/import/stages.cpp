@@ -106,12 +106,9 @@ std::vector<Recognition> recognise_executors(const RecordedSystem& recorded, con
     const bool waits =
         std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return system.threads[t].waits > 0; });
     auto [name, possible] = stated_executor(recorded, found.graph, executor, steps);
-    const bool believed = possible.size() == 1;
+    if (possible.size() != 1) name.clear();
     if (possible.empty()) possible = possible_hypotheses(steps, waits, system.rcl_version);
-    recognitions.push_back(recognise(system, found.graph, steps, possible));
-    if (!believed) continue;
-    recognitions.back().stated = name;
-    recognitions.back().verdict = Verdict::recognised;
+    recognitions.push_back(recognise(system, found.graph, steps, possible, name));
   }
   return recognitions;
 }
