@@ -16,7 +16,7 @@ _hotpath() {
       | sed -E 's/.* //; s/=.*//; s/\[:[A-Z]+\]//; s/[][]//g' | grep '|' | tr '|' '\n')
     if [[ "$before" == --executor* ]]; then words=$("$1" list executors | cut -d' ' -f1); fi
   else
-    words=$(sed -n '/^[A-Z]/,$ s/^  \([a-z][a-z0-9]*\) .*/\1/p' <<< "$help")
+    words=$(sed -n '/^[A-Z]/,$ s/^  \([a-z][a-z0-9-]*\) .*/\1/p' <<< "$help")
   fi
   while IFS= read -r word; do COMPREPLY+=("$word"); done < <(compgen -W "$words" -- "$current")
   if [[ ${#COMPREPLY[@]} -eq 0 ]]; then

@@ -60,7 +60,7 @@ GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here)
     const DeployedThread& first = system.threads[*threads.begin()];
     GraphOrder within = any_order(set);
     const Policy policy = first.executor->traits.policy.value_or(Policy::fifo);
-    if (threads.size() == 1 && levels_of(policy) == Levels::fixed) {
+    if (threads.size() == 1 && traits_of(policy).levels == Levels::fixed) {
       within = priority_ranks({system.graph, *first.executor, first.scheduling, system.platform});
     }
     std::int64_t largest = 0;

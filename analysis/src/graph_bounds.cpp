@@ -57,7 +57,7 @@ bool has_releaser(const ExecutorEntry& executor) { return executor.traits.timers
 
 bool has_fixed_priorities(const ExecutorEntry& executor) {
   const auto policy = executor.traits.policy;
-  return policy && levels_of(*policy) == Levels::fixed;
+  return policy && traits_of(*policy).levels == Levels::fixed;
 }
 
 std::size_t timers(const TaskSet& set) {
@@ -88,22 +88,17 @@ bool mixes_deadlines(const BoundedSystem& system) {
 
 std::uint32_t order_of(const BoundedSystem& system) {
   const ExecutorTraits& t = system.executor.traits;
-  switch (t.family) {
-    case Family::wait_set:
-      return bits({t.runs_first == TaskKind::timer ? A::polling : A::other_order});
-    case Family::callback_groups:
-      return bits({A::other_order});
-    case Family::events:
-    case Family::priority_events:
-      break;
-  }
-  switch (levels_of(t.policy.value_or(Policy::fifo))) {
+  if (t.family == Family::wait_set && t.runs_first == TaskKind::timer) return bits({A::polling});
+  if (t.family == Family::wait_set || t.family == Family::callback_groups) return bits({A::other_order});
+  switch (traits_of(t.policy.value_or(Policy::fifo)).levels) {
     case Levels::fixed:
       return bits({A::fixed_priorities});
     case Levels::deadline:
       return bits({A::deadlines});
     case Levels::arrival:
       return bits({A::activation_order});
+    case Levels::other:
+      break;
   }
   return bits({A::other_order});
 }

@@ -89,12 +89,7 @@ Quantiles quantiles(std::vector<double> samples) {
   q.n = samples.size();
   if (samples.empty()) return q;
   std::sort(samples.begin(), samples.end());
-  q.min = samples.front();
-  q.p50 = quantile(samples, 0.5);
-  q.p90 = quantile(samples, 0.9);
-  q.p99 = quantile(samples, 0.99);
-  q.p999 = quantile(samples, 0.999);
-  q.max = samples.back();
+  for (const QuantileTraits& traits : kQuantiles) q.*traits.of = quantile(samples, traits.probability);
   q.mean = std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(q.n);
   return q;
 }

@@ -34,19 +34,14 @@ bool shows_end_to_end(const Objective& objective) {
   return objective.kind == Objective::Kind::requirements || objective.statistic == Objective::Statistic::age;
 }
 
-/// A quantile of the latency that table and JSON show, with its interval.
-struct ShownLatency {
-  const char* name;
-  double ms;
-  const std::optional<Interval>& interval;
-};
-/// Empty without a chain.
-std::vector<ShownLatency> latencies(const Advice& advice, const Prediction& p) {
+/// The quantiles of the latency that table and JSON show; empty without a chain.
+std::vector<std::pair<const char*, Estimate>> latencies(const Advice& advice, const Prediction& p) {
   if (advice.graph.chains.empty()) return {};
   const results::ChainSummary& chain = p.summary.chains[advice.objective.chain];
   const results::LatencySummary& l = shows_end_to_end(advice.objective) ? chain.end_to_end : chain.hot_path;
-  return {
-      {"median", l.quantiles.p50, l.p50}, {"p99", l.quantiles.p99, l.p99}, {"worst", l.quantiles.max, l.max}};
+  return {{"median", l.estimate(&Quantiles::p50)},
+          {"p99", l.estimate(&Quantiles::p99)},
+          {"worst", l.estimate(&Quantiles::max)}};
 }
 
 const char* bounded_latency(const Objective& objective) {
@@ -68,7 +63,8 @@ TextTable ranking_table(const Advice& advice) {
   for (const Prediction* p : advice.ranked) {
     if (!p->keeps_up()) continue;
     std::vector<TextTable::Cell> row = {p->candidate->name};
-    for (const auto& [name, ms, interval] : latencies(advice, *p)) {
+    for (const auto& [name, latency] : latencies(advice, *p)) {
+      const auto& [ms, interval] = latency;
       row.emplace_back(
           fixed(ms, 1),
           interval ? concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]") : "");
@@ -231,9 +227,9 @@ json row_json(const Advice& advice, const Prediction& p) {
   row["bound_method"] = p.bound_method;
   row["bound_of"] = bounded_latency(advice.objective);
   row["periods_ms"] = periods_json(p.summary);
-  for (const auto& [name, ms, interval] : latencies(advice, p)) {
-    json& latency = row[name + std::string("_ms")] = {{"value", ms}};
-    if (interval) latency["interval"] = {interval->low, interval->high};
+  for (const auto& [name, latency] : latencies(advice, p)) {
+    json& shown = row[name + std::string("_ms")] = {{"value", latency.value}};
+    if (latency.interval) shown["interval"] = {latency.interval->low, latency.interval->high};
   }
   return row;
 }

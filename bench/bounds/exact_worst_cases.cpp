@@ -183,7 +183,7 @@ void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& exe
     throw ExplorationRefused(
         "it does not cover uncertain phases under a timer thread that the end of each timer's job wakes up");
   }
-  if (executor.traits.policy == Policy::edf) {
+  if (by_deadline(traits_of(executor.traits.policy.value_or(Policy::fifo)).levels)) {
     throw ExplorationRefused(
         "it does not cover uncertain phases under an order by deadlines, which follow the phases");
   }

@@ -13,8 +13,7 @@ constexpr const char* kGroup =
 }  // namespace
 
 void add_unbuilt_commands(CLI::App& app) {
-  for (const std::string name :
-       {"bench", "analyze", "sweep", "capacity", "import", "advise", "watch", "diff", "export", "paper"}) {
+  for (const std::string name : {HOTPATH_UNBUILT}) {
     CLI::App& command = *app.add_subcommand(name)->group(kGroup)->allow_extras();
     command.callback([name] { throw program::UsageError("`" + name + "`: " + kGroup); });
   }

@@ -228,8 +228,8 @@ class Account {
     if (theirs.priority == its.priority) return Rule::tie;
     // It was chosen before, and was still being dispatched.
     if (theirs.priority > its.priority) return Rule::before_release;
-    return levels_of(w.executor.traits.policy.value_or(Policy::fifo)) == Levels::deadline ? Rule::deadline
-                                                                                          : Rule::priority;
+    const Policy policy = w.executor.traits.policy.value_or(Policy::fifo);
+    return traits_of(policy).levels == Levels::deadline ? Rule::deadline : Rule::priority;
   }
 
   /// The worker that will run the job has none.

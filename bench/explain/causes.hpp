@@ -11,19 +11,19 @@
 /// Why an output took as long as it did.
 namespace hotpath::explain {
 
-/// The causes of a latency, which sum to it: the list is closed. Name, also in JSON, and phrase of a
-/// sentence or a table.
-#define HOTPATH_CAUSES(CAUSE)                              \
-  CAUSE(running, "running on the path")                    \
-  CAUSE(join, "waiting for a join's other input or timer") \
-  CAUSE(executor, "waiting for the executor")              \
-  CAUSE(older_sample, "queued behind an older sample")     \
-  CAUSE(snapshot, "a wait set's snapshot taken too early") \
-  CAUSE(overhead, "dispatch, wait and wake-up")            \
-  CAUSE(delivery, "delivery")                              \
-  CAUSE(displaced, "displaced by another thread")          \
-  CAUSE(withheld, "processor withheld by the host")        \
-  CAUSE(unexplained, "unexplained")
+/// The causes of a latency, which sum to it: the list is closed. Name, also in JSON; phrase of a sentence
+/// or a table; colour: those of Okabe and Ito, and three more that the colour-blind tell apart from them.
+#define HOTPATH_CAUSES(CAUSE)                                         \
+  CAUSE(running, "running on the path", "#0072b2")                    \
+  CAUSE(join, "waiting for a join's other input or timer", "#cc79a7") \
+  CAUSE(executor, "waiting for the executor", "#e69f00")              \
+  CAUSE(older_sample, "queued behind an older sample", "#d55e00")     \
+  CAUSE(snapshot, "a wait set's snapshot taken too early", "#f0e442") \
+  CAUSE(overhead, "dispatch, wait and wake-up", "#cacaca")            \
+  CAUSE(delivery, "delivery", "#56b4e9")                              \
+  CAUSE(displaced, "displaced by another thread", "#009e73")          \
+  CAUSE(withheld, "processor withheld by the host", "#c055f6")        \
+  CAUSE(unexplained, "unexplained", "#ffffff")
 
 /// The rules of executors by which another job went first: name and text.
 #define HOTPATH_RULES(RULE)                                  \
@@ -44,17 +44,17 @@ namespace hotpath::explain {
   RULE(same_group, "same callback group in use")             \
   RULE(recorded, "went first in the recording")
 
-#define HOTPATH_NAME(name, text) name,
+#define HOTPATH_NAME(name, ...) name,
 enum class Cause : std::uint8_t { HOTPATH_CAUSES(HOTPATH_NAME) };
 enum class Rule : std::uint8_t { HOTPATH_RULES(HOTPATH_NAME) };
 #undef HOTPATH_NAME
 
 struct CauseText {
   Cause value;
-  const char *text, *phrase;
+  const char *text, *phrase, *colour;
 };
 constexpr auto enum_texts(Cause) {
-#define HOTPATH_TEXT(name, phrase) CauseText{Cause::name, #name, phrase},
+#define HOTPATH_TEXT(name, ...) CauseText{Cause::name, #name, __VA_ARGS__},
   return std::array{HOTPATH_CAUSES(HOTPATH_TEXT)};
 #undef HOTPATH_TEXT
 }

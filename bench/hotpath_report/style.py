@@ -35,20 +35,6 @@ def colour_of(executor: str) -> str:
     return known.colour if known else FAINT
 
 
-# Colours of the causes of a latency: those of Okabe and Ito, and three more that the colour-blind tell
-# apart from them (test_palette.py).
-CAUSES = {
-    "running": "#0072b2",
-    "join": "#cc79a7",
-    "executor": "#e69f00",
-    "older_sample": "#d55e00",
-    "snapshot": "#f0e442",
-    "overhead": "#cacaca",
-    "delivery": "#56b4e9",
-    "displaced": "#009e73",
-    "withheld": "#c055f6",
-    "unexplained": "#ffffff",
-}
 # Dashes of curves, in points: with the label, they tell executors apart without colour.
 DASHES: list[list[int]] = [[], [8, 3], [2, 3], [8, 3, 2, 3], [14, 4], [4, 2, 1, 2], [10, 2, 2, 2, 2, 2]]
 

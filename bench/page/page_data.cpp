@@ -196,7 +196,7 @@ class RunData {
 json words_of_causes() {
   json causes = json::array();
   for (const explain::CauseText& cause : explain::kCauseTexts) {
-    causes.push_back({{"name", cause.text}, {"phrase", cause.phrase}});
+    causes.push_back({{"name", cause.text}, {"phrase", cause.phrase}, {"colour", cause.colour}});
   }
   return causes;
 }

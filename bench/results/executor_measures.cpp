@@ -4,7 +4,6 @@
 #include "results/executor_label.hpp"
 
 #include <algorithm>
-#include <array>
 #include <functional>
 
 #include "hotpath/core/registry.hpp"
@@ -12,12 +11,15 @@
 namespace hotpath::results {
 namespace {
 
-constexpr std::array kInterval = {0.5, 0.99, 0.999, 1.0};
-
 LatencySummary latency_summary(const RepeatedSamples& samples, const BootstrapOptions& options) {
-  const auto estimates = estimate_quantiles(samples, kInterval, options);
-  return {quantiles(samples.pooled()), estimates[0].interval, estimates[1].interval, estimates[2].interval,
-          estimates[3].interval};
+  LatencySummary summary{quantiles(samples.pooled()), {}, {}};
+  for (const auto& [key, probability, of, has_interval] : kQuantiles) {
+    if (!has_interval) continue;
+    const Estimate estimate = estimate_quantiles(samples, {&probability, 1}, options).front();
+    if (estimate.interval)
+      summary.low.*of = estimate.interval->low, summary.high.*of = estimate.interval->high;
+  }
+  return summary;
 }
 
 /// The baseline of an executor: `default` on the same stack, such as `default@rclcpp` for

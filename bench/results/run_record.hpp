@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/number_cruncher.hpp"
 #include "machine/machine.hpp"
+#include "program/json_record.hpp"
 #include "results/process_usage.hpp"
 
 namespace hotpath::results {
@@ -38,12 +38,23 @@ struct InputRecord {
 
   friend bool operator==(const InputRecord&, const InputRecord&) = default;
 };
+void fields(auto& visit, program::MaybeConst<InputRecord> auto& input) {
+  visit("kind", input.kind);
+  visit("file", input.file);
+  visit("original", input.original);
+  visit("hash", input.hash);
+}
 
 struct GraphRecord {
   std::string name;
   std::size_t nodes = 0;
   std::string file;  ///< The name or path that was given.
 };
+void fields(auto& visit, program::MaybeConst<GraphRecord> auto& graph) {
+  visit("name", graph.name);
+  visit("nodes", graph.nodes);
+  visit("file", graph.file);
+}
 
 /// One executor of a deployment.
 struct DeployedExecutorRecord {
@@ -55,18 +66,37 @@ struct DeployedExecutorRecord {
   std::uint32_t first_worker = 0, workers = 0;  ///< Range of the column `worker`.
   std::vector<std::string> tasks;
 };
+void fields(auto& visit, program::MaybeConst<DeployedExecutorRecord> auto& executor) {
+  visit("name", executor.name);
+  visit("executor", executor.executor);
+  visit("policy", executor.policy);
+  visit("processors", executor.processors);
+  visit("process", executor.process);
+  visit("first_worker", executor.first_worker);
+  visit("workers", executor.workers);
+  visit("tasks", executor.tasks);
+}
 
 struct DeploymentRecord {
   std::string name;
   std::string file;  ///< Empty for a preset.
   std::vector<DeployedExecutorRecord> executors;
 };
+void fields(auto& visit, program::MaybeConst<DeploymentRecord> auto& deployment) {
+  visit("name", deployment.name);
+  visit("file", deployment.file);
+  visit("executors", deployment.executors);
+}
 
 /// A line in figures of the first chain (ChainLimits).
 struct LimitRecord {
   std::string label;
   Duration latency{};
 };
+void fields(auto& visit, program::MaybeConst<LimitRecord> auto& limit) {
+  visit("label", limit.label);
+  visit.ms("ms", limit.latency);
+}
 
 /// The tightest bound of a timer's response time, in sets of timers alone.
 struct BoundRecord {
@@ -75,6 +105,12 @@ struct BoundRecord {
   Duration response{};
   std::string method;
 };
+void fields(auto& visit, program::MaybeConst<BoundRecord> auto& bound) {
+  visit("executor", bound.executor);
+  visit("task", bound.task);
+  visit.ms("ms", bound.response);
+  visit("method", bound.method);
+}
 
 /// One repetition of one executor, besides its rows in the CSV files.
 struct RepetitionRecord {
@@ -93,12 +129,24 @@ struct RepetitionRecord {
   /// Throws std::out_of_range for a task that it does not have.
   [[nodiscard]] std::uint64_t expected_of(const std::string& task) const;
 };
+void fields(auto& visit, program::MaybeConst<RepetitionRecord> auto& repetition) {
+  visit("executor", repetition.executor);
+  visit("repetition", repetition.repetition);
+  visit.ms("first_timestamps_ms", repetition.first_timestamps);
+  visit("expected", repetition.expected);
+  visit("hot_path_drops", repetition.hot_path_drops);
+  visit("usage", repetition.usage);
+  visit("lost_records", repetition.lost_records);
+  visit("failure", repetition.failure);
+  visit.if_any("thread_policies", repetition.thread_policies);
+  visit.if_any("live", repetition.published);
+}
 
 /// What run.json stores of a repetition. `set` has its phases; `chains` are those of its chain records.
 [[nodiscard]] RepetitionRecord record_of(const TaskSet& set, const std::vector<std::string>& chains,
                                          const Repetition& repetition);
 
-/// Settings of a run in virtual time, and of one that was imported.
+/// Settings of a run in virtual time, and of one that was imported. Its keys stand beside those of RunRecord.
 struct SimulationRecord {
   GraphPlatform platform;       ///< Without the model of execution times.
   std::string execution_times;  ///< A word of ExecutionTimeModel, `replay:RUN` or `recorded`.
@@ -106,8 +154,15 @@ struct SimulationRecord {
   bool no_trace = false;
   bool drawn = false;  ///< Execution times or releases depend on the seed.
 };
+void visit_fields(auto& visit, program::MaybeConst<SimulationRecord> auto& simulation) {
+  visit("platform", simulation.platform);
+  visit("execution_times", simulation.execution_times);
+  visit.if_any("max_backlog", simulation.max_backlog);
+  visit.unless(false, "no_trace", simulation.no_trace);
+  visit.unless(false, "drawn", simulation.drawn);
+}
 
-/// Settings of a live run, and the machine that it ran on.
+/// Settings of a live run, and the machine that it ran on; likewise.
 struct LiveRecord {
   std::string date;
   TransportKind transport = TransportKind::fastdds;
@@ -121,6 +176,23 @@ struct LiveRecord {
   std::optional<Calibration> calibration;  ///< For a fixed amount of work.
   machine::Machine machine;
 };
+void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& live) {
+  visit("date", live.date);
+  visit("transport", live.transport);
+  visit("stacks", live.stacks);
+  visit("network", live.network);
+  visit("processes", live.processes);
+  visit.if_stored("domain", live.domain);
+  visit.if_stored("all_interfaces", live.all_interfaces);
+  visit.if_stored("executor_policy", live.executor_policy);
+  visit.if_stored("timer_policy", live.timer_policy);
+  visit.if_stored("lock_memory", live.lock_memory);
+  visit.if_stored("cpu_time", live.cpu_time);
+  visit("cpus", live.cpus);
+  visit.if_stored("live_cpus", live.live_cpus);
+  visit.if_any("calibration", live.calibration);
+  visit("machine", live.machine);
+}
 
 /// The content of run.json: everything that a reader of a run must know, and that a run with the same results
 /// needs. Every command reads and writes run.json through this type.
@@ -169,6 +241,41 @@ struct RunRecord {
   /// `command` as a shell takes it.
   [[nodiscard]] std::string command_line() const;
 };
+void visit_fields(auto& visit, program::MaybeConst<RunRecord> auto& run) {
+  visit("kind", run.kind);
+  visit("version", run.version);
+  visit("complete", run.complete);
+  visit("partial", run.partial);
+  visit.unless({}, "command", run.command);
+  visit("graph", run.graph);
+  visit("chains", run.chains);
+  visit("load_percent", run.load_percent);
+  visit("load_given", run.load_given);
+  visit.if_any("rate_percent", run.rate_percent);
+  visit.unless(1, "copies", run.copies);
+  visit("work", run.work);
+  visit("executors", run.executors);
+  visit.if_stored("deployments", run.deployments);
+  visit("rule", run.rule);
+  visit("ties", run.ties);
+  visit.if_stored("entity_order", run.entity_order);
+  visit.unless({}, "inputs", run.inputs);
+  visit.unless({}, "revision", run.revision);
+  visit.unless({}, "entity_tasks", run.entity_tasks);
+  visit("repetitions", run.repetitions);
+  constexpr double kLongestS = 1e9;
+  visit.up_to(kLongestS, "duration_s", run.duration_s);
+  visit.up_to(kLongestS, "warm_up_s", run.warm_up_s);
+  visit("seed", run.seed);
+  visit("phases", run.phases);
+  visit.unless({}, "phases_file", run.phases_file);
+  visit.if_any("phase_step_ms", run.phase_step_ms);
+  visit("limits", run.limits);
+  visit("bounds", run.bounds);
+  visit("runs", run.runs);
+  visit("warnings", run.warnings);
+  visit("failures", run.failures);
+}
 
 /// The second throws nlohmann's exceptions or std::out_of_range for what is no run.json. What an older
 /// version did not write has the value that this version had.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -37,7 +38,12 @@ struct SummaryOptions {
 /// One latency over all repetitions of an executor, in milliseconds.
 struct LatencySummary {
   Quantiles quantiles;
-  std::optional<Interval> p50, p99, p999, max;
+  Quantiles low, high;  ///< The limits of the confidence intervals; without an interval NaN.
+
+  [[nodiscard]] Estimate estimate(double Quantiles::*of) const {
+    if (std::isnan(low.*of)) return {quantiles.*of, std::nullopt};
+    return {quantiles.*of, Interval{low.*of, high.*of}};
+  }
 };
 
 struct ChainSummary {
@@ -84,6 +90,27 @@ struct TaskSummary {
   /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
   [[nodiscard]] bool never_ran() const { return results::never_ran(account); }
 };
+/// The keys of a task in summary.json.
+void fields(auto& visit, const TaskSummary& task) {
+  const bool timer = task.kind == TaskKind::timer;
+  visit("task", task.task);
+  visit("kind", task.kind);
+  visit("response_ms", task.response_ms);
+  visit.ms("longest_wait_ms", task.longest_wait);
+  visit("never_ran", task.never_ran());
+  visit.if_any("response_authors_ms", task.response_authors_ms);
+  visit.if_any("period_ms", task.period_ms);
+  visit.if_any("period_deviation_ms", task.period_deviation_ms);
+  for (const auto& [outcome, name] : enum_texts(Outcome{})) {
+    const bool of_timers = outcome == Outcome::skipped;
+    const bool of_subscriptions = outcome == Outcome::overwritten || outcome == Outcome::empty;
+    if (timer ? !of_subscriptions : !of_timers) visit(name, task.account[outcome]);
+  }
+  if (!timer) return;
+  visit.ms("deadline_ms", task.deadline);
+  visit("deadline_overruns", task.after_warm_up.deadline_overruns);
+  visit("after_warm_up", task.after_warm_up);
+}
 
 /// A task of one repetition whose loss equation does not hold.
 struct Imbalance {

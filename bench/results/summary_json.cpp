@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/json_fields.hpp"
+#include "program/json_record.hpp"
 #include "results/summary.hpp"
 
 // nlohmann's library finds these functions by argument-dependent lookup, also for elements of
@@ -10,8 +10,12 @@ namespace hotpath {
 static void to_json(nlohmann::json& j, const Interval& interval) { j = {interval.low, interval.high}; }
 
 HOTPATH_JSON_FIELDS(Estimate, value, interval);
-HOTPATH_JSON_FIELDS(Quantiles, n, min, p50, p90, p99, p999, max, mean);
 static HOTPATH_JSON_FIELDS(BootstrapOptions, confidence, resamples, seed);
+
+void to_json(nlohmann::json& j, const Quantiles& quantiles) {
+  j = {{"n", quantiles.n}, {"mean", quantiles.mean}};
+  for (const QuantileTraits& traits : kQuantiles) j[traits.key] = quantiles.*traits.of;
+}
 
 }  // namespace hotpath
 
@@ -25,7 +29,9 @@ static HOTPATH_JSON_FIELDS(Imbalance, repetition, task, accounted, expected);
 
 static void to_json(json& j, const LatencySummary& latency) {
   j = latency.quantiles;
-  j["interval"] = {{"p50", latency.p50}, {"p99", latency.p99}, {"p999", latency.p999}, {"max", latency.max}};
+  for (const QuantileTraits& traits : kQuantiles) {
+    if (traits.has_interval) j["interval"][traits.key] = latency.estimate(traits.of).interval;
+  }
 }
 
 static void to_json(json& j, const ChainSummary& chain) {
@@ -43,28 +49,6 @@ static void to_json(json& j, const TimerCounts& counts) {
        {"skipped", counts.skipped},
        {"dropped_percent", counts.dropped_percent()},
        {"deadline_overruns", counts.deadline_overruns}};
-}
-
-static void to_json(json& j, const TaskSummary& task) {
-  const bool timer = task.kind == TaskKind::timer;
-  j = {{"task", task.task},
-       {"kind", to_string(task.kind)},
-       {"response_ms", task.response_ms},
-       {"longest_wait_ms", to_ms(task.longest_wait)},
-       {"never_ran", task.never_ran()}};
-  for (const auto& [outcome, name] : enum_texts(Outcome{})) {
-    const bool of_timers = outcome == Outcome::skipped;
-    const bool of_subscriptions = outcome == Outcome::overwritten || outcome == Outcome::empty;
-    if (timer ? !of_subscriptions : !of_timers) j[name] = task.account[outcome];
-  }
-  if (timer) {
-    j["deadline_ms"] = to_ms(task.deadline);
-    j["deadline_overruns"] = task.after_warm_up.deadline_overruns;
-    j["after_warm_up"] = task.after_warm_up;
-  }
-  if (task.response_authors_ms) j["response_authors_ms"] = task.response_authors_ms;
-  if (task.period_ms) j["period_ms"] = task.period_ms;
-  if (task.period_deviation_ms) j["period_deviation_ms"] = task.period_deviation_ms;
 }
 
 static void to_json(json& j, const ExecutorSummary& executor) {

@@ -39,9 +39,8 @@ std::string starred(const std::optional<Estimate>& ratio) {
 std::string chain_title(const Summary& summary, std::size_t chain) {
   const ChainSummary& first = summary.executors.front().chains[chain];
   std::string title = first.chain + ": hot-path latency in ms";
-  const bool intervals = std::ranges::any_of(
-      summary.executors, [&](const auto& e) { return e.chains[chain].hot_path.p50.has_value(); });
-  if (intervals) {
+  const auto has_intervals = [&](const auto& e) { return !std::isnan(e.chains[chain].hot_path.low.p50); };
+  if (std::ranges::any_of(summary.executors, has_intervals)) {
     title += program::text(" [%g %% interval over repetitions]", 100 * summary.bootstrap.confidence);
   }
   return title + (first.median_to_default ? ", ratios to default" : "");
@@ -53,18 +52,14 @@ program::TextTable chain_table(const Summary& summary, std::size_t chain) {
                             "CPU us/\ncallback", "median\nratio", "max\nratio"});
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
-    const LatencySummary& l = c.hot_path;
-    table.add_row({e.executor,
-                   std::to_string(l.quantiles.n),
-                   {number(l.quantiles.p50), number(l.p50)},
-                   {number(l.quantiles.p99), number(l.p99)},
-                   {number(l.quantiles.p999), number(l.p999)},
-                   {number(l.quantiles.max), number(l.max)},
-                   std::to_string(e.skipped),
-                   std::to_string(e.overwritten),
-                   number(e.cpu_per_callback_us),
-                   starred(c.median_to_default),
-                   starred(c.max_to_default)});
+    const auto cell = [&](double Quantiles::*of) {
+      const Estimate estimate = c.hot_path.estimate(of);
+      return program::TextTable::Cell(number(estimate.value), number(estimate.interval));
+    };
+    table.add_row({e.executor, std::to_string(c.hot_path.quantiles.n), cell(&Quantiles::p50),
+                   cell(&Quantiles::p99), cell(&Quantiles::p999), cell(&Quantiles::max),
+                   std::to_string(e.skipped), std::to_string(e.overwritten), number(e.cpu_per_callback_us),
+                   starred(c.median_to_default), starred(c.max_to_default)});
   }
   return table;
 }

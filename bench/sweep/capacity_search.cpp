@@ -62,9 +62,9 @@ void add_measures(const results::ExecutorSummary& executor, LevelRow& row) {
     if (q.n > 0 && !(q.max <= most.quantiles.max)) most = chain.hot_path;
   }
   row.p99_ms = finite(most.quantiles.p99);
-  if (most.p99) row.p99_low_ms = finite(most.p99->low), row.p99_high_ms = finite(most.p99->high);
+  row.p99_low_ms = finite(most.low.p99), row.p99_high_ms = finite(most.high.p99);
   row.worst_ms = finite(most.quantiles.max);
-  if (most.max) row.worst_low_ms = finite(most.max->low), row.worst_high_ms = finite(most.max->high);
+  row.worst_low_ms = finite(most.low.max), row.worst_high_ms = finite(most.high.max);
   const MeasuredRow measured{&executor, nullptr};
   row.lost = measured.lost();
   row.deadline_overruns = executor.after_warm_up.deadline_overruns;

@@ -2,13 +2,12 @@
 // Objectives, candidates, and predictions that depend only on the seed.
 #include <gmock/gmock.h>
 
-#include <filesystem>
 #include <map>
 
 #include "advise/advice_files.hpp"
 #include "advise/candidates.hpp"
 #include "advise/prediction.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 
@@ -102,8 +101,8 @@ TEST(Candidates, PutTheTimersOfTheChainFirst) {
 
 /// PriorityExecutor has a service wait by default, a graph has not.
 TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "hotpath_executor_file";
-  std::filesystem::create_directories(folder);
+  const Folder removed;
+  const std::filesystem::path folder = removed.path();
   auto candidates = candidates_of(graph_named("autoware"));
   for (const char* name : {"rm-ro", "events-ro"}) {
     advise::Candidate& c = candidates.at(name);
@@ -117,7 +116,6 @@ TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
     }
   }
   EXPECT_THAT(read_text_file((folder / "executor.yaml").string()), Not(HasSubstr("service_wait_ms")));
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {

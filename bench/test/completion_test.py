@@ -10,7 +10,6 @@ from pathlib import Path
 from hotpath_command import HOTPATH, CommandTest, commands_below
 from adverse_use_test import options_of
 
-
 SCRIPT = Path(__file__).resolve().parents[1] / "completion.bash"
 
 
@@ -27,7 +26,7 @@ class Completion(CommandTest):
         return done.stdout.split()
 
     def commands(self, *command: str) -> list[str]:
-        return re.findall(r"^  ([a-z][a-z0-9]+) ", self.accepted(*command, "--help"), re.MULTILINE)
+        return re.findall(r"^  ([a-z][a-z0-9-]+) ", self.accepted(*command, "--help"), re.MULTILINE)
 
     def test_commands_are_those_of_the_help(self) -> None:
         self.assertEqual(self.completed(""), self.commands())

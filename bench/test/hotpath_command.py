@@ -3,6 +3,7 @@
 """
 
 import csv
+import functools
 import json
 import os
 import re
@@ -28,6 +29,13 @@ JOB_COLUMNS = (
 CHAIN_COLUMNS = (
     "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task".split(",")
 )
+
+
+@functools.cache
+def executors() -> Any:
+    """What `hotpath list` says of each executor, by name."""
+    words = [HOTPATH, "list", "executors", "--json"]
+    return {e["name"]: e for e in json.loads(subprocess.run(words, check=True, capture_output=True).stdout)}
 
 
 class Job:
@@ -91,7 +99,7 @@ class RunFolder:
 def csv_rows(path: Path) -> list[dict[str, str]]:
     """The rows of a CSV file."""
     with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+        return list(csv.DictReader(file, strict=True))
 
 
 def processes_of(session: int) -> Any:
@@ -111,7 +119,7 @@ def commands_below(*above: str) -> dict[tuple[str, ...], str]:
     """The help texts of all commands below one, by the words of the command."""
     text = subprocess.run([HOTPATH, *above, "--help"], check=True, capture_output=True, text=True).stdout
     names = (
-        re.findall(r"^  ([a-z][a-z0-9]+)(?:, [a-z]+)? ", text, re.MULTILINE) if "SUBCOMMAND" in text else []
+        re.findall(r"^  ([a-z][a-z0-9-]+)(?:, [a-z]+)? ", text, re.MULTILINE) if "SUBCOMMAND" in text else []
     )
     below = [entry for name in names for entry in commands_below(*above, name).items()]
     return dict(below) if below else {above: text}

@@ -85,15 +85,16 @@ setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& 
   for (Task& task : tasks.set.tasks) task.wcet *= more_work, task.bcet *= more_work;
   Deployment plan;
   plan.name = "deployment";
-  const std::vector<std::string> executors =
-      platform.timer_thread == TimerThread::raised
-          ? std::vector<std::string>{"default", "static", "fp-ro", "rm-ro", "events-ro", "fp-ro:fifo"}
-          : std::vector<std::string>{"default", "static", "fp-ro", "rm-ro:first", "edf-ro", "dm-ro"};
+  std::vector<std::string> names = {"rm-ro:first", "fp-ro:fifo"};
+  for (const ExecutorEntry& e : executors()) {
+    const bool one_thread = !e.traits.many_workers && e.traits.timers != TimerHandling::release_and_execute;
+    if (one_thread) names.emplace_back(e.name);
+  }
   const std::int64_t last = chance(random, 30) ? static_cast<std::int64_t>(tasks.set.size()) - 1 : 4;
   for (std::int64_t e = 0; e <= last; ++e) {
     DeployedExecutor& executor = plan.executors.emplace_back();
     executor.name = "executor" + std::to_string(e);
-    executor.executor = executors[static_cast<std::size_t>(draw(random, 0, 5))];
+    executor.executor = names[static_cast<std::size_t>(draw(random, 0, std::ssize(names) - 1))];
     const bool few = chance(random, 50);
     if (!chance(random, 10)) {
       executor.policy = {

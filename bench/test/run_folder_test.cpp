@@ -11,6 +11,7 @@
 
 #include "graph_fixture.hpp"
 #include "hotpath/core/trace_csv.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 #include "results/run_record.hpp"
 
@@ -30,10 +31,6 @@ class RunFolderTest : public ::testing::Test {
     set_.tasks[0].period = std::chrono::milliseconds(10);
   }
 
-  static std::string content(const fs::path& file) {
-    std::ifstream in(file);
-    return {std::istreambuf_iterator<char>(in), {}};
-  }
   static std::set<std::string> files(const fs::path& folder) {
     std::set<std::string> names;
     for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename());
@@ -80,10 +77,10 @@ TEST_F(RunFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
   folder.append(set_, {"hot_path"}, trace(0));
   folder.append(set_, {"hot_path"}, second);
   folder.finish();
-  EXPECT_EQ(content(base_ / "run" / "jobs.csv"), std::string(kJobsCsvHeader) +
-                                                     "\nrm-ro,0,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n"
-                                                     "rm-ro,1,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n");
-  EXPECT_EQ(content(base_ / "run" / "chains.csv"),
+  EXPECT_EQ(read_text_file(base_ / "run" / "jobs.csv"), std::string(kJobsCsvHeader) +
+                                                            "\nrm-ro,0,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n"
+                                                            "rm-ro,1,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n");
+  EXPECT_EQ(read_text_file(base_ / "run" / "chains.csv"),
             std::string(kChainsCsvHeader) + "\nrm-ro,1,hot_path,3,40,50,\n");
 }
 
@@ -106,7 +103,7 @@ TEST_F(RunFolderTest, ARunThatWasInterruptedOrFailedIsNotComplete) {
     record->simulation.emplace();
     results::RunFolder folder(base_ / std::to_string(record - &whole));
     folder.close(*record, nlohmann::json::object());
-    const auto stored = nlohmann::json::parse(content(folder.path() / "run.json"));
+    const auto stored = nlohmann::json::parse(read_text_file(folder.path() / "run.json"));
     EXPECT_EQ(record->complete, record == &whole);
     EXPECT_EQ(stored["complete"], record == &whole);
   }
@@ -150,7 +147,7 @@ TEST_F(RunFolderOnAFullDisk, KeepsTheOldFileWhole) {
   EXPECT_THAT(
       [&] { folder.write("run.json", std::string(1000, 'x')); },
       testing::ThrowsMessage<program::RunError>(AllOf(HasSubstr("run.json"), HasSubstr("File too large"))));
-  EXPECT_EQ(content(base_ / "run" / "run.json"), "old");
+  EXPECT_EQ(read_text_file(base_ / "run" / "run.json"), "old");
   EXPECT_THAT(files(base_ / "run"), UnorderedElementsAre("jobs.csv.part", "chains.csv.part", "run.json"));
 }
 

@@ -4,8 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include <nlohmann/json.hpp>
-
+#include "hotpath/reference_system/yaml_file.hpp"
 #include "results/summary.hpp"
 
 namespace hotpath {
@@ -46,27 +45,77 @@ TEST(RunRecord, KeepsTheLossesOfARepetition) {
   EXPECT_THAT(record.first_timestamps, UnorderedElementsAre(Pair("Lidar", 3ms)));
 }
 
-TEST(RunRecord, TasksAreReadAsTheyWereWritten) {
-  results::RunRecord record;
-  record.simulation.emplace();
-  record.tasks = timer_and_subscription();
-  const nlohmann::json stored = record;
-  const auto read = stored.get<results::RunRecord>();
-  const auto group = [](const TaskSet& set, TaskId id) { return set.groups[set[id].group]; };
-  ASSERT_EQ(read.tasks.size(), 2U);
-  EXPECT_EQ(group(read.tasks, 0), CallbackGroup::mutually_exclusive);
-  EXPECT_EQ(group(read.tasks, 1), CallbackGroup::reentrant);
-  EXPECT_EQ(read.tasks[0].period, 100ms);
-  EXPECT_EQ(read.tasks[1].kind, TaskKind::subscription);
+/// Gives the members of a record values that they do not have by default.
+class Filler {
+ public:
+  void operator()(const char*, auto& value) { fill(value); }
+  template <class T>
+  void unless(const std::type_identity_t<T>&, const char*, T& value) {
+    fill(value);
+  }
+  void if_stored(const char*, auto& value) { fill(value); }
+  void if_any(const char*, auto& value) { fill(value.emplace()); }
+  void up_to(double, const char*, double& value) { fill(value); }
+  void ms(const char*, auto& value) { fill(value); }
+
+ private:
+  template <class T>
+  void fill(T& value) {
+    if constexpr (program::JsonRecord<T>)
+      fields(*this, value);
+    else if constexpr (EnumWithTexts<T>)
+      value = enum_texts(T{}).back().value;
+    else if constexpr (std::is_arithmetic_v<T>)
+      value = static_cast<T>(2);
+    else if constexpr (std::is_same_v<T, Duration>)
+      value = 2ms;
+    else if constexpr (std::is_same_v<T, std::string>)
+      value = "two";
+    else if constexpr (std::is_same_v<T, results::ProcessUsage>)
+      value = {3ms, 2000, 4, 5, 6ms, 7ms, 8ms, 9ms};
+    else if constexpr (requires { value["task"]; })
+      fill(value["task"]);
+    else if constexpr (requires { value.emplace_back(); })
+      fill(value.emplace_back());
+    else if constexpr (requires { value.value(); })
+      fill(value.emplace());
+  }
+};
+
+/// Expects the keys in docs/results.md, except for those of a machine, and of a platform, which are a
+/// graph's.
+void expect_documented(const nlohmann::json& stored) {
+  static const std::string docs = read_text_file(HOTPATH_RESULTS_PAGE);
+  if (!stored.is_structured()) return;
+  for (const auto& [key, value] : stored.items()) {
+    EXPECT_TRUE(stored.is_array() || docs.find("`" + key + "`") != docs.npos) << key;
+    if (key != "machine" && key != "platform") expect_documented(value);
+  }
 }
 
-TEST(RunRecord, TheUsageOfARepetitionIsReadAsItWasWritten) {
-  const results::ProcessUsage usage{3ms, 2000, 4, 5, 6ms, 7ms, 8ms, 9ms};
-  nlohmann::json stored = usage;
-  EXPECT_THAT(stored.get<results::ProcessUsage>(), testing::FieldsAre(3ms, 2000, 4, 5, 6ms, 7ms, 8ms, 9ms));
+/// A new key needs no other test.
+TEST(RunRecord, EachKeyIsReadAsItWasWrittenAndDocumented) {
+  for (const bool live : {false, true}) {
+    results::RunRecord record;
+    Filler fill;
+    visit_fields(fill, record);
+    live ? visit_fields(fill, record.live.emplace()) : visit_fields(fill, record.simulation.emplace());
+    record.tasks = timer_and_subscription();
+    const nlohmann::json stored = record;
+    EXPECT_EQ(nlohmann::json(stored.get<results::RunRecord>()), stored);
+    expect_documented(stored);
+  }
+}
+
+TEST(Summary, EachKeyIsDocumented) {
+  expect_documented(results::summarize(timer_and_subscription(), {{"default", {{}}}}, {{"chain"}, {}, {}}));
+}
+
+TEST(RunRecord, AnOlderVersionStoredLessOfTheUsage) {
+  nlohmann::json stored = results::ProcessUsage{.wall = 9ms};
   stored.erase("throttled_ms");
   stored.erase("others_ms");
-  EXPECT_EQ(stored.get<results::ProcessUsage>().wall, 9ms) << "of an older version";
+  EXPECT_EQ(stored.get<results::ProcessUsage>().wall, 9ms);
 }
 
 TEST(RunRecord, ATimerWithoutAPeriodIsRejected) {

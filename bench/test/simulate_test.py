@@ -6,15 +6,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest, RunFolder, executors
 
 GRAPHS = (
     ["autoware", "callbacks", "many_to_many", "sequences", "sequences_high_utilisation"]
     + [f"timers_only_{level}" for level in (60, 80, 90)]
     + [f"timers_only_{level}_authors" for level in (60, 80, 90)]
 )
-EXECUTORS = "default static multi multi-jazzy multi-fair cbg events-ro events-re".split()
-EXECUTORS += "rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re".split()
 TRACES = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "traces"
 BRIEF = ("--duration", 3, "--warm-up", 0)
 TINY = "name: tiny\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: %s}\n"
@@ -58,7 +56,7 @@ class Experiments(SimulateTest):
                 run = self.simulate("--graph", graph, "--executors", "all", *BRIEF, output=graph)
                 self.assertTrue(run.run["complete"])
                 self.assertEqual(run.run["kind"], "simulated")
-                self.assertEqual([e["executor"] for e in run.summary()["executors"]], EXECUTORS)
+                self.assertEqual([e["executor"] for e in run.summary()["executors"]], [*executors()])
                 for executor in run.summary()["executors"]:
                     self.assertTrue(executor["loss_equations"]["hold"], executor["executor"])
                     self.assertGreater(executor["callbacks_executed"], 100)

@@ -2,11 +2,10 @@
 """Compares `simulate` on the published starvation examples with the jobs that the real executors
 ran."""
 
-import csv
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest, RunFolder
+from hotpath_command import CommandTest, RunFolder, csv_rows
 
 REFERENCE = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "starvation.csv"
 EXAMPLES = (4, 5, 6)
@@ -26,8 +25,7 @@ class Starvation(CommandTest):
         return {e["executor"]: e["tasks"] for e in run.summary()["executors"]}
 
     def check_counts(self, example: Any, ros2: Any, tasks: Any) -> None:
-        with REFERENCE.open(newline="", encoding="utf-8") as file:
-            rows = [r for r in csv.DictReader(file) if r["ros2"] == ros2 and int(r["example"]) == example]
+        rows = [r for r in csv_rows(REFERENCE) if r["ros2"] == ros2 and int(r["example"]) == example]
         self.assertEqual(len(rows), 1)
         self.assertEqual(
             len(tasks), sum(1 for name, count in rows[0].items() if name.startswith("timer") and count)

@@ -13,11 +13,10 @@ using testing::Not;
 
 results::LatencySummary latency(double scale) {
   results::LatencySummary l;
-  l.quantiles = {1500, 16 * scale, 21.25 * scale, 22 * scale, 24 * scale, 25.5 * scale, 26.125 * scale, 22};
-  l.p50 = Interval{21 * scale, 21.5 * scale};
-  l.p99 = Interval{23.5 * scale, 24.5 * scale};
-  l.p999 = Interval{25 * scale, 26 * scale};
-  l.max = Interval{25.25 * scale, 26.125 * scale};
+  l.quantiles = {
+      .n = 1500, .p50 = 21.25 * scale, .p99 = 24 * scale, .p999 = 25.5 * scale, .max = 26.125 * scale};
+  l.low = {.p50 = 21 * scale, .p99 = 23.5 * scale, .p999 = 25 * scale, .max = 25.25 * scale};
+  l.high = {.p50 = 21.5 * scale, .p99 = 24.5 * scale, .p999 = 26 * scale, .max = 26.125 * scale};
   return l;
 }
 
@@ -91,8 +90,7 @@ TEST(Table, MarksARatioWhoseIntervalLeavesOutOne) {
 TEST(Table, WithoutIntervalsHasOneLinePerExecutor) {
   results::Summary s = two_executors();
   for (results::ExecutorSummary& e : s.executors) {
-    results::LatencySummary& l = e.chains[0].hot_path;
-    l.p50 = l.p99 = l.p999 = l.max = std::nullopt;
+    e.chains[0].hot_path.low = e.chains[0].hot_path.high = {};
     e.chains[0].median_to_default->interval = e.chains[0].max_to_default->interval = std::nullopt;
   }
   EXPECT_THAT(plain(s), Not(HasSubstr("[")));

@@ -3,9 +3,9 @@
 
 #include <fstream>
 #include <random>
-#include <sstream>
 
-#include "hotpath/core/input_error.hpp"
+#include "graph_fixture.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "sweep/capacity.hpp"
@@ -20,17 +20,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-std::string content(const fs::path& file) {
-  std::ostringstream all;
-  all << std::ifstream(file).rdbuf();
-  return all.str();
-}
-
 class SweepTest : public testing::Test {
  protected:
-  SweepTest() { fs::create_directories(folder_); }
-  ~SweepTest() override { fs::remove_all(folder_); }
-
   sweep::Design design(const std::string& text) {
     std::ofstream(folder_ / "sweep.yaml") << text;
     return sweep::load_sweep(folder_ / "sweep.yaml");
@@ -44,7 +35,8 @@ class SweepTest : public testing::Test {
     return all;
   }
 
-  const fs::path folder_ = fs::path(testing::TempDir()) / ("sweep_test_" + std::to_string(getpid()));
+  const Folder removed_;
+  const fs::path folder_ = removed_.path();
 };
 
 constexpr const char* kGrid =
@@ -123,7 +115,7 @@ TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
   journal.add(0, "zero\n");
   journal.flush();
   journal.write_table("header");
-  EXPECT_EQ(content(folder / "table.csv"), "header\nzero\none,\"a\"\nfour\n");
+  EXPECT_EQ(read_text_file(folder / "table.csv"), "header\nzero\none,\"a\"\nfour\n");
 }
 
 /// Adds the missing cells; returns the table and the number of missing cells.
@@ -133,7 +125,7 @@ std::pair<std::string, std::size_t> finished(sweep::Journal& journal) {
     journal.add(cell, program::concat("rows \"of\" ", cell * cell, "\n"));
   journal.flush();
   journal.write_table("header");
-  return {content(journal.folder() / "table.csv"), missing.size()};
+  return {read_text_file(journal.folder() / "table.csv"), missing.size()};
 }
 
 /// A damaged copy: up to 12 bytes overwritten, inserted or removed at a random place.
@@ -154,7 +146,7 @@ TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
     sweep::Journal journal(folder, d);
     return finished(journal).first;
   }();
-  const std::string whole = content(file);
+  const std::string whole = read_text_file(file);
   std::size_t in_the_middle = 0, at_the_end = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     std::mt19937_64 random(seed);
@@ -195,10 +187,10 @@ TEST_F(SweepTest, AFolderHasOneSweepAtATime) {
     // Also before the first sweep has written its description.
     fs::remove(folder_ / "out" / "sweep.json");
     EXPECT_THROW(sweep::Journal(folder_ / "out", other), program::UsageError);
-    EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), d.text);
+    EXPECT_EQ(read_text_file(folder_ / "out" / "sweep.yaml"), d.text);
   }
   const sweep::Journal accepted(folder_ / "out", other);  // the first sweep never began
-  EXPECT_EQ(content(folder_ / "out" / "sweep.yaml"), other.text);
+  EXPECT_EQ(read_text_file(folder_ / "out" / "sweep.yaml"), other.text);
 }
 
 TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {

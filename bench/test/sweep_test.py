@@ -2,7 +2,6 @@
 """`hotpath sweep` and `hotpath capacity` as a user starts them: bytes that do not depend on threads
 or ranks, resumption, faults, wrong use."""
 
-import csv
 import os
 import shutil
 import signal
@@ -11,7 +10,7 @@ import unittest
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import HOTPATH, CommandTest
+from hotpath_command import HOTPATH, CommandTest, csv_rows
 
 SWEEP = """command: simulate
 fixed: {graph: autoware, duration: 2, warm-up: 0.5, phases: random}
@@ -32,8 +31,7 @@ class SweepTest(CommandTest):
         return (self.folder / folder / "table.csv").read_bytes()
 
     def rows(self, folder: str | Path) -> list[Any]:
-        with open(self.folder / folder / "table.csv", newline="") as file:
-            return list(csv.DictReader(file, strict=True))
+        return csv_rows(self.folder / folder / "table.csv")
 
     def sweep(self, output: str | Path, *arguments: object, text: Any = SWEEP) -> Any:
         return self.accepted("sweep", self.sweep_file(text), "--output", output, *arguments)
@@ -163,8 +161,7 @@ class Capacities(SweepTest):
     def capacity(self, *arguments: object) -> tuple[Any, list[Any]]:
         words = ["capacity", "--duration", "2", "--repetitions", "3", "--output", "capacity", *arguments]
         out = self.accepted(*words)
-        with open(self.folder / "capacity" / "levels.csv", newline="") as file:
-            return out, list(csv.DictReader(file, strict=True))
+        return out, csv_rows(self.folder / "capacity" / "levels.csv")
 
     def test_rm_ro_carries_what_the_analysis_accepts(self) -> None:
         out, levels = self.capacity("--graph", "timers_only_80", "--executors", "rm-ro", "--from", 40)

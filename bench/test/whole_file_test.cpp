@@ -5,20 +5,16 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "graph_fixture.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string content_of(const fs::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// The number of unfinished files in the test folder.
 std::ptrdiff_t parts() {
@@ -32,11 +28,11 @@ std::ptrdiff_t parts() {
 TEST(WholeFile, HoldsTextJsonOrWhatAFunctionWrites) {
   const fs::path file = fs::path(testing::TempDir()) / "whole_file.txt";
   program::write_whole_file(file, std::string("text"));
-  EXPECT_EQ(content_of(file), "text");
+  EXPECT_EQ(read_text_file(file), "text");
   program::write_whole_file(file, nlohmann::json{{"a", 1}});
-  EXPECT_EQ(content_of(file), "{\n  \"a\": 1\n}\n");
+  EXPECT_EQ(read_text_file(file), "{\n  \"a\": 1\n}\n");
   program::write_whole_file(file, [](std::ostream& out) { out << 7; });
-  EXPECT_EQ(content_of(file), "7");
+  EXPECT_EQ(read_text_file(file), "7");
   EXPECT_EQ(parts(), 0);
 }
 
@@ -48,20 +44,18 @@ TEST(WholeFile, NamesTheOptionThatAskedForAFileThatCannotBeWritten) {
 }
 
 TEST(WholeFile, IsNotWrittenThroughALink) {
-  const fs::path base = fs::path(testing::TempDir()) / "whole_file_links";
-  fs::remove_all(base);
-  fs::create_directory(base);
+  const Folder removed;
+  const fs::path base = removed.path();
   program::write_whole_file(base / "precious", std::string("years of work"));
   fs::create_symlink("precious", base / "summary.json");
   program::write_whole_file(base / "summary.json", std::string("new"));
   EXPECT_FALSE(fs::is_symlink(base / "summary.json")) << "nobody named it: it is replaced";
-  EXPECT_EQ(content_of(base / "precious"), "years of work");
+  EXPECT_EQ(read_text_file(base / "precious"), "years of work");
   fs::create_symlink("precious", base / "named");
   program::write_output_file(base / "named", "--output", std::string("new"));
   EXPECT_TRUE(fs::is_symlink(base / "named")) << "the user named it: it is followed";
-  EXPECT_EQ(content_of(base / "precious"), "new");
+  EXPECT_EQ(read_text_file(base / "precious"), "new");
   EXPECT_LT(program::create_file(base / "named"), 0);
-  fs::remove_all(base);
 }
 
 TEST(WholeFile, IsRemovedWhenItsContentThrows) {
@@ -80,7 +74,7 @@ TEST(WholeFile, LeavesTheOldFileWhenTheNewOneIsNotWhole) {
   program::write_whole_file(file, std::string("old"));
   EXPECT_THROW(program::write_whole_file(file, [](std::ostream& out) { out.setstate(std::ios::badbit); }),
                program::RunError);
-  EXPECT_EQ(content_of(file), "old");
+  EXPECT_EQ(read_text_file(file), "old");
   EXPECT_EQ(parts(), 0);
 }
 

@@ -10,29 +10,17 @@ import sys
 from collections.abc import Iterable
 from typing import Any
 
-from hotpath_command import CHAIN_COLUMNS, HOTPATH, JOB_COLUMNS, ONE, CommandTest, RunFolder
+from hotpath_command import CHAIN_COLUMNS, JOB_COLUMNS, ONE, CommandTest, RunFolder, executors
 
 from hotpath_report.run import Run
 
-EXECUTORS = (
-    "default static multi multi-jazzy multi-fair cbg events-ro events-re "
-    "rm-ro rm-re dm-ro dm-re edf-ro edf-re fp-ro fp-re"
-).split()
 FILES = {"run.json", "summary.json", "jobs.csv", "chains.csv"}
 STARTED = {"ran", "running"}
 SHORT = ("--duration", 0.7, "--warm-up", 0.2)
 
 
 class WholeProgram(CommandTest):
-    timer_thread_runs_timers: set[str]
     maxDiff = 2000
-
-    @classmethod
-    def setUpClass(cls) -> None:
-        listed = subprocess.run([HOTPATH, "list", "executors", "--json"], check=True, capture_output=True)
-        executors = json.loads(listed.stdout)
-        cls.timer_thread_runs_timers = {e["name"] for e in executors if e["timers"] == "release_and_execute"}
-        assert cls.timer_thread_runs_timers, "no executor is listed as release_and_execute"
 
     def check(
         self,
@@ -67,7 +55,7 @@ class WholeProgram(CommandTest):
     def check_exclusion(self, jobs: Any, executor: str) -> None:
         """Checks that jobs of one node (a mutually exclusive callback group) never overlap, unless the
         timer thread runs timers."""
-        if executor.partition(":")[0] in self.timer_thread_runs_timers:
+        if executors()[executor.partition(":")[0]]["timers"] == "release_and_execute":
             return
         groups = collections.defaultdict(list)
         for j in jobs:
@@ -125,7 +113,7 @@ class WholeProgram(CommandTest):
             "compare", "--executors", "all", "--transport", "intra_process", "--repetitions", 1,
             "--load", 20, "--duration", 0.3, "--warm-up", 0.1,
         )  # fmt: skip
-        self.check(folder, EXECUTORS)
+        self.check(folder, executors())
 
     def test_overload_loses_timestamps_and_samples_but_accounts_for_them(self) -> None:
         folder = self.measure(

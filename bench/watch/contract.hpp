@@ -20,10 +20,9 @@ constexpr auto enum_texts(Origin) {
 /// What a term is about.
 enum class Kind : std::uint8_t { callback, chain, thread, topic };
 constexpr auto enum_texts(Kind) {
-  return std::to_array<EnumText<Kind>>({{Kind::callback, "callback"},
-                                        {Kind::chain, "chain"},
-                                        {Kind::thread, "thread"},
-                                        {Kind::topic, "topic"}});
+  using enum Kind;
+  return std::to_array<EnumText<Kind>>(
+      {{callback, "callback"}, {chain, "chain"}, {thread, "thread"}, {topic, "topic"}});
 }
 
 enum class Clause : std::uint8_t {
@@ -110,6 +109,7 @@ constexpr auto enum_texts(Clause) { return kClauses; }
 [[nodiscard]] constexpr const ClauseTraits& traits_of(Clause clause) {
   return kClauses[static_cast<std::size_t>(clause)];
 }
+static_assert(std::ranges::all_of(kClauses, [](const auto& row) { return &row == &traits_of(row.value); }));
 
 struct Term {
   Clause clause;

@@ -13,12 +13,10 @@ namespace {
 
 Task make_task(const Node& node, const Callback& callback, std::uint32_t first_group) {
   Task task;
+  static_cast<TimerTimes&>(task) = callback;
   task.name = callback.task;
   task.kind = callback.input ? TaskKind::subscription : TaskKind::timer;
-  task.period = callback.period;
   task.phase = callback.phase.value_or(Duration::zero());
-  task.deadline = callback.deadline;
-  task.release_jitter = callback.release_jitter;
   task.wcet = callback.worst;
   task.bcet = callback.best;
   task.priority = callback.priority;

@@ -18,10 +18,8 @@ namespace {
 
 using Values = std::vector<Duration>;
 
-/// `Timer` is ReferenceNode or Callback.
-template <class Timer>
-void read_timer(const GraphMap& map, Timer& timer) {
-  map.read_all(graph_keys::kOfTimer<Timer>, timer);
+void read_timer(const GraphMap& map, StatedTimer& timer) {
+  map.read_all(graph_keys::kOfTimer, timer);
   if (!map.find("deadline_ms")) timer.deadline = timer.period;
   if (timer.release_jitter >= timer.period) {
     map.find("release_jitter_ms")

@@ -140,7 +140,7 @@ class Writer : private YamlWriter {
 
   void timer(KeysOf of, Callback c) {
     if (c.deadline == c.period) c.deadline = {};
-    pairs(of, graph_keys::kOfTimer<Callback>, c);
+    pairs(of, graph_keys::kOfTimer, c);
     pair(of, "priority", c.priority);
   }
 

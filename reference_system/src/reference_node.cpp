@@ -31,12 +31,9 @@ std::vector<Callback> expanded(const ReferenceNode& node) {
   }
   if (node.type == NodeType::sensor || node.type == NodeType::cyclic) {
     Callback& timer = callbacks.emplace_back();
+    static_cast<StatedTimer&>(timer) = node;
     timer.task = node.name;
-    timer.period = node.period;
-    timer.phase = node.phase;
-    timer.deadline = node.deadline > Duration::zero() ? node.deadline : node.period;
-    timer.priority = node.priority;
-    timer.release_jitter = node.release_jitter;
+    if (timer.deadline == Duration::zero()) timer.deadline = timer.period;
   }
   for (Callback& callback : callbacks) {
     callback.publishes = publications_of(node, callback.input);

@@ -74,15 +74,14 @@ TEST_F(Deployments, ThatSplitACallbackGroupCannotBeWritten) {
 }
 
 TEST_F(Deployments, ListedFilesComeWithDescriptionOrErrorAndPresetsHideThem) {
-  const std::filesystem::path folder = testing::TempDir() + "deployment_test";
-  std::filesystem::create_directory(folder);
+  const Folder removed;
+  const std::filesystem::path folder = removed.path();
   std::ofstream(folder / "single.yaml") << "name: single\nexecutors:\n  - {name: a, owns: rest}\n";
   std::ofstream(folder / "plain.yaml") << "name: plain\nexecutors:\n  - {name: a, owns: rest}\n";
   std::ofstream(folder / "broken.yaml") << "name: broken\nexecuters: []\n";
   setenv("HOTPATH_DEPLOYMENTS", folder.c_str(), 1);
   const auto listings = list_deployment_files();
   unsetenv("HOTPATH_DEPLOYMENTS");
-  std::filesystem::remove_all(folder);
   const auto listed = [&](const std::string& name) {
     return std::ranges::find(listings, name, &DeploymentListing::name);
   };

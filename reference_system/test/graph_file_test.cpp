@@ -73,12 +73,14 @@ TEST(GraphFile, TakesMillisecondsExactlyToTheNanosecond) {
 }
 
 /// What the documentation says of a key, it says of its name.
-TEST(GraphKeys, AreInTheDocumentation) {
+TEST(GraphKeys, AreInTheDocumentationAndInTheGraphOfTheTests) {
   std::stringstream docs;
   for (const char* page : {"graphs", "simulation", "results"})
     docs << std::ifstream(std::string(HOTPATH_DOCS_DIR) + "/" + page + ".md").rdbuf();
-  for (const std::string& key : key_names(~0U))
+  for (const std::string& key : key_names(~0U)) {
     EXPECT_THAT(docs.str(), testing::ContainsRegex("[`{ ]" + key + "[`:]")) << key;
+    if (key != "file") EXPECT_THAT(kEverything, testing::ContainsRegex("[{ \n]" + key + ":"));
+  }
 }
 
 TEST(GraphFile, ThatCannotBeReadIsRefused) {

@@ -3,10 +3,8 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 
-#include "hotpath/reference_system/graph_file.hpp"
+#include "graph_fixture.hpp"
 
 namespace hotpath {
 namespace {
@@ -15,17 +13,13 @@ namespace fs = std::filesystem;
 
 class FindGraph : public testing::Test {
  protected:
-  FindGraph() : folder_(fs::path(testing::TempDir()) / "hotpath_find_graph") {
-    fs::create_directories(folder_);
+  FindGraph() {
     std::ofstream(folder_ / "mine.yaml") << "name: m\ndescription: my own\nnodes:\n- {name: S, type: sensor, "
                                             "period_ms: 1}\n";
     std::ofstream(folder_ / "broken.yaml") << "name: m\n";
     setenv("HOTPATH_GRAPHS", ("/nonexistent:" + folder_.string()).c_str(), 1);
   }
-  ~FindGraph() override {
-    unsetenv("HOTPATH_GRAPHS");
-    fs::remove_all(folder_);
-  }
+  ~FindGraph() override { unsetenv("HOTPATH_GRAPHS"); }
 
   const GraphListing* listed(const std::string& name) {
     for (const GraphListing& listing : listings_) {
@@ -34,7 +28,8 @@ class FindGraph : public testing::Test {
     return nullptr;
   }
 
-  fs::path folder_;
+  const Folder removed_;
+  const fs::path folder_ = removed_.path();
   std::vector<GraphListing> listings_;
 };
 

@@ -36,12 +36,11 @@ TEST(GraphWriter, PutsLongMeasurementsIntoFilesBesideTheGraph) {
   callback.measured = std::make_shared<const std::vector<Duration>>(times);
   callback.best = 1ns;
   callback.worst = 5ms;
-  const fs::path folder = testing::TempDir() + "hotpath_graph_writer";
-  fs::create_directory(folder);
+  const Folder removed;
+  const fs::path folder = removed.path();
   write_graph(folder / "mine.yaml", graph);
   EXPECT_TRUE(fs::exists(folder / "mine_times" / "K-a.csv"));
   EXPECT_EQ(load_graph(folder / "mine.yaml"), graph);
-  fs::remove_all(folder);
 }
 
 TEST(GraphWriter, WritesTheComments) {

@@ -136,8 +136,6 @@ def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
     data: dict[str, Any] = printable_content(stored)
     for run, name, of in zip(runs, names, data["runs"]):
         of |= {"name": name, "source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
-    for cause in data["causes"]:
-        cause["colour"] = style.CAUSES[cause["name"]]
     return data
 
 

@@ -1,38 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/priority_order.hpp"
 
-#include <algorithm>
-#include <limits>
-
 namespace hotpath {
 
 namespace {
 
-constexpr std::int64_t kLowest = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kAheadOfTimers = std::numeric_limits<std::int64_t>::min();
 constexpr std::uint64_t kTimerBit = std::uint64_t{1} << 63;
 
 std::int64_t own_level(const Task& task, Policy policy) {
-  if (task.always_due && policy != Policy::fp) return kLowest;
-  switch (policy) {
-    case Policy::rm:
-      return task.period.count();
-    case Policy::dm:
-      return task.deadline.count();
-    case Policy::fp:
-      return task.priority.value_or(kLowest);
-    case Policy::fifo:
-    case Policy::edf:
-      return 0;
-  }
-  return 0;
+  return task.always_due && policy != Policy::fp ? kLowestLevel : traits_of(policy).own(task);
 }
 
 }  // namespace
 
 std::vector<TaskId> most_urgent_timers(const TaskSet& set, Policy policy) {
   std::vector<TaskId> urgent(set.size(), kNoTask), timers;
-  std::vector<std::int64_t> level(set.size(), kLowest);
+  std::vector<std::int64_t> level(set.size(), kLowestLevel);
   for (TaskId id = 0; id < set.size(); ++id) {
     if (set[id].kind != TaskKind::timer) continue;
     urgent[id] = id;
@@ -59,7 +43,7 @@ std::vector<TaskId> most_urgent_timers(const TaskSet& set, Policy policy) {
 
 std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
   const std::vector<TaskId> urgent = most_urgent_timers(set, policy);
-  std::vector<std::int64_t> level(set.size(), kLowest);
+  std::vector<std::int64_t> level(set.size(), kLowestLevel);
   for (TaskId id = 0; id < set.size(); ++id) {
     const bool given = policy == Policy::fp && set[id].kind == TaskKind::subscription && set[id].priority;
     if (given) {
@@ -72,31 +56,29 @@ std::vector<std::int64_t> inherited_levels(const TaskSet& set, Policy policy) {
 }
 
 PriorityOrder::PriorityOrder(const TaskSet& set, Policy policy, SubscriptionRule rule, Ties ties)
-    : policy_(policy), ties_(ties), rule_(rule) {
+    : traits_(&traits_of(policy)), ties_(ties), rule_(rule) {
   update(set);
 }
 
 void PriorityOrder::update(const TaskSet& set) {
-  level_ = inherited_levels(set, policy_);
+  level_ = inherited_levels(set, traits_->value);
   kind_.clear();
   always_due_.clear();
   for (const Task& task : set.tasks) {
     kind_.push_back(task.kind);
     always_due_.push_back(task.always_due);
   }
-  if (rule_ == SubscriptionRule::first) {
-    for (TaskId id = 0; id < set.size(); ++id) {
-      if (kind_[id] == TaskKind::subscription) level_[id] = kAheadOfTimers;
-    }
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (by_deadline(traits_->levels)) level_[id] = traits_->own(set[id]);  // deadlines alone are inherited
+    if (rule_ == SubscriptionRule::first && kind_[id] == TaskKind::subscription) level_[id] = kAheadOfTimers;
   }
 }
 
 PriorityKey PriorityOrder::key(const Job& job, std::uint64_t activation) const {
-  if (policy_ == Policy::fifo) return {0, activation};
+  if (traits_->levels == Levels::arrival) return {0, activation};
   const bool timer = kind_[job.task] == TaskKind::timer;
-  PriorityKey key;
-  const bool by_deadline = policy_ == Policy::edf && (timer || rule_ == SubscriptionRule::inherit);
-  key.priority = by_deadline ? to_ns(job.deadline) : level_[job.task];
+  PriorityKey key{.priority = level_[job.task]};
+  if (by_inherited_deadline() || (timer && by_deadline(traits_->levels))) key.priority += to_ns(job.deadline);
   if (ties_ == Ties::fifo) {
     key.tie = activation;
   } else if (timer && always_due_[job.task]) {

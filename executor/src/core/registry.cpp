@@ -143,6 +143,8 @@ template <Policy policy>
 constexpr ExecutorEntry priority_events(std::string_view name, std::string_view description,
                                         TimerHandling timers, std::string_view colour) {
   const bool release_only = timers == TimerHandling::release_only;
+  constexpr bool in_paper = policy == Policy::rm || policy == Policy::edf;
+  constexpr bool on_rclcpp = in_paper || policy == Policy::dm || policy == Policy::fp;  // in hotpath_rclcpp
   return {name, "EventsExecutor", description,
           ExecutorTraits{.family = Family::priority_events,
                          .timers = timers,
@@ -150,8 +152,8 @@ constexpr ExecutorEntry priority_events(std::string_view name, std::string_view 
                          .runs_first = std::nullopt,
                          .many_workers = false,
                          .raises_timer_thread = true,
-                         .compared_by_paper = policy == Policy::rm || policy == Policy::edf,
-                         .on_rclcpp = RosDistros{},
+                         .compared_by_paper = in_paper,
+                         .on_rclcpp = on_rclcpp ? std::optional(RosDistros{}) : std::nullopt,
                          .reference = kEventsCosts,
                          .colour = colour},
           release_only ? make_ro<policy> : make_re<policy>};

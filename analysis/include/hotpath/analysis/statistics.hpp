@@ -25,14 +25,21 @@ double quantile(std::span<const double> ascending, double probability);
 /// Summary of a sample, in the unit of the samples; without samples all values but `n` are NaN.
 struct Quantiles {
   std::size_t n = 0;
-  double min = kNoValue;
-  double p50 = kNoValue;
-  double p90 = kNoValue;
-  double p99 = kNoValue;
-  double p999 = kNoValue;
-  double max = kNoValue;
+  double min = kNoValue, p50 = kNoValue, p90 = kNoValue, p99 = kNoValue, p999 = kNoValue, max = kNoValue;
   double mean = kNoValue;
 };
+/// The quantiles of a summary: key, also in JSON, and whether a latency of several repetitions has a
+/// confidence interval of it.
+struct QuantileTraits {
+  const char* key;
+  double probability;
+  double Quantiles::*of;
+  bool has_interval;
+};
+inline constexpr QuantileTraits kQuantiles[] = {
+    {"min", 0, &Quantiles::min, false},      {"p50", 0.5, &Quantiles::p50, true},
+    {"p90", 0.9, &Quantiles::p90, false},    {"p99", 0.99, &Quantiles::p99, true},
+    {"p999", 0.999, &Quantiles::p999, true}, {"max", 1, &Quantiles::max, true}};
 /// Computes the summary; `samples` may be in any order.
 Quantiles quantiles(std::vector<double> samples);
 

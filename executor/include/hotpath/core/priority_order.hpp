@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <compare>
 #include <vector>
 
@@ -18,21 +19,14 @@ enum class Policy : std::uint8_t {
 };
 
 /// What a policy orders by.
-enum class Levels : std::uint8_t { arrival, fixed, deadline };
+enum class Levels : std::uint8_t {
+  arrival,
+  fixed,
+  deadline,
+  other,  ///< Deadlines, to which the policy adds something: no analysis knows the order.
+};
 
-constexpr Levels levels_of(Policy policy) {
-  switch (policy) {
-    case Policy::fifo:
-      return Levels::arrival;
-    case Policy::rm:
-    case Policy::dm:
-    case Policy::fp:
-      return Levels::fixed;
-    case Policy::edf:
-      return Levels::deadline;
-  }
-  return Levels::arrival;
-}
+constexpr bool by_deadline(Levels levels) { return levels == Levels::deadline || levels == Levels::other; }
 
 /// The source of a subscription's priority.
 enum class SubscriptionRule : std::uint8_t {
@@ -47,12 +41,28 @@ enum class Ties : std::uint8_t {
   fifo,  ///< By activation.
 };
 
+inline constexpr std::int64_t kLowestLevel = std::numeric_limits<std::int64_t>::max();
+
+/// All that distinguishes a policy.
+struct PolicyTraits {
+  Policy value;
+  const char* text;
+  Levels levels;
+  std::int64_t (*own)(const Task&);  ///< Fixed levels: a timer's. Deadlines: what is added, in ns, at most 0.
+};
 constexpr auto enum_texts(Policy) {
-  return std::to_array<EnumText<Policy>>({{Policy::fifo, "fifo"},
-                                          {Policy::rm, "rm"},
-                                          {Policy::dm, "dm"},
-                                          {Policy::fp, "fp"},
-                                          {Policy::edf, "edf"}});
+  constexpr auto zero = [](const Task&) { return std::int64_t{0}; };
+  return std::to_array<PolicyTraits>(
+      {{Policy::fifo, "fifo", Levels::arrival, zero},
+       {Policy::rm, "rm", Levels::fixed, [](const Task& task) { return task.period.count(); }},
+       {Policy::dm, "dm", Levels::fixed, [](const Task& task) { return task.deadline.count(); }},
+       {Policy::fp, "fp", Levels::fixed,
+        [](const Task& task) { return task.priority.value_or(kLowestLevel); }},
+       {Policy::edf, "edf", Levels::deadline, zero}});
+}
+inline constexpr auto kPolicies = enum_texts(Policy{});
+constexpr const PolicyTraits& traits_of(Policy policy) {
+  return *std::ranges::find(kPolicies, policy, &PolicyTraits::value);
 }
 constexpr auto enum_texts(SubscriptionRule) {
   return std::to_array<EnumText<SubscriptionRule>>(
@@ -83,7 +93,7 @@ class PriorityOrder {
 
   /// Whether subscriptions are ordered by the deadlines of the jobs that published.
   [[nodiscard]] bool by_inherited_deadline() const {
-    return policy_ == Policy::edf && rule_ == SubscriptionRule::inherit;
+    return by_deadline(traits_->levels) && rule_ == SubscriptionRule::inherit;
   }
 
   /// Fixed policies: the number that `key` compares first. Under `rm` it is the (inherited) period
@@ -91,7 +101,7 @@ class PriorityOrder {
   [[nodiscard]] std::int64_t level(TaskId task) const { return level_[task]; }
 
  private:
-  Policy policy_;
+  const PolicyTraits* traits_;
   Ties ties_;
   SubscriptionRule rule_;
   std::vector<std::int64_t> level_;

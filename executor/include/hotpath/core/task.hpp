@@ -32,23 +32,28 @@ constexpr auto enum_texts(CallbackGroup) {
       {{CallbackGroup::mutually_exclusive, "mutually_exclusive"}, {CallbackGroup::reentrant, "reentrant"}});
 }
 
+/// What a graph states of a timer, and its task keeps. Subscriptions have zeros.
+struct TimerTimes {
+  Duration period{};          ///< Time between two timestamps, > 0.
+  Duration deadline{};        ///< Relative, > 0 (implicit deadline: the period).
+  Duration release_jitter{};  ///< A job becomes ready up to that long after its timestamp; < period.
+  friend bool operator==(const TimerTimes&, const TimerTimes&) = default;
+};
+
 /// One callback: a timer, or one subscription of a node.
-struct Task {
+struct Task : TimerTimes {
   std::string name;  ///< `Node` (timer) or `Node/topic` (subscription); unique in its set.
   TaskKind kind = TaskKind::timer;
-  Duration period{};  ///< Timers: time between two timestamps, > 0. Subscriptions: 0.
   /// A timer of period 0 in rcl: due again as soon as its job has ended, so at most one job is
   /// pending. It is last in every order except given priorities, because it would use all the time.
   /// Events schedulers only.
   bool always_due = false;
-  Duration phase{};           ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
-  Duration release_jitter{};  ///< Timers: a job becomes ready up to that long after its timestamp; < period.
+  Duration phase{};  ///< Timers: first timestamp, relative to the epoch of the run, >= 0.
   /// Timers: when each job becomes ready; none: at its timestamp. Outlives the schedulers of the set.
   const ReleaseDelays* release_delays = nullptr;
   TaskId whole = kNoTask;  ///< In a part: the task's number in the whole set, which release_delays knows.
   Duration wcet{};         ///< Worst-case execution time, >= 0.
   Duration bcet{};         ///< Best-case execution time, 0 <= bcet <= wcet.
-  Duration deadline{};     ///< Timers: relative deadline, > 0 (implicit deadline: the period).
   std::optional<std::int64_t> priority;  ///< Given fixed priority, smaller first; used by policy `fp`.
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.

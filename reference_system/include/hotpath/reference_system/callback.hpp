@@ -45,16 +45,18 @@ struct DurationQuantile {
 /// last are the extremes. `quantiles` are ascending, from 0 to 100 percent.
 [[nodiscard]] std::vector<Duration> values_of(const std::vector<DurationQuantile>& quantiles);
 
+/// What a graph states of a timer.
+struct StatedTimer : TimerTimes {
+  std::optional<Duration> phase;         ///< First timestamp relative to the epoch, for `--phases given`.
+  std::optional<std::int64_t> priority;  ///< Given fixed priority; also of subscriptions.
+  friend bool operator==(const StatedTimer&, const StatedTimer&) = default;
+};
+
 /// A timer or a subscription of a node; it becomes one task.
-struct Callback {
+struct Callback : StatedTimer {
   std::string task;                    ///< Name of the task.
   std::optional<std::uint32_t> input;  ///< Index into the node's inputs; std::nullopt: a timer.
-  Duration period{};                   ///< Timers: > 0.
-  std::optional<Duration> phase;  ///< Timers: first timestamp relative to the epoch, for `--phases given`.
-  Duration deadline{};            ///< Timers: relative, > 0.
-  Duration release_jitter{};      ///< Timers: see Task; in [0, period).
-  std::optional<std::int64_t> priority;                   ///< Given fixed priority.
-  Duration worst{}, best{};                               ///< Execution time, 0 <= best <= worst.
+  Duration worst{}, best{};            ///< Execution time, 0 <= best <= worst.
   std::shared_ptr<const std::vector<Duration>> measured;  ///< Within [best, worst], >= 1; nullptr: none.
   std::string measured_file;  ///< Their file, relative to that of the graph; empty: in the graph.
   std::vector<DurationQuantile> quantiles;  ///< The source of `measured`; empty: none.

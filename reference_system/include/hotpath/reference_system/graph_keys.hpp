@@ -131,11 +131,10 @@ inline constexpr auto kAll = std::to_array<GraphKey>({
 });
 
 // The keys with one value each: readers and writers go through these lists.
-template <class Timer>
-inline constexpr auto kOfTimer = std::make_tuple(std::pair("period_ms", &Timer::period),
-                                                 std::pair("phase_ms", &Timer::phase),
-                                                 std::pair("deadline_ms", &Timer::deadline),
-                                                 std::pair("release_jitter_ms", &Timer::release_jitter));
+inline constexpr auto kOfTimer =
+    std::make_tuple(std::pair("period_ms", &StatedTimer::period), std::pair("phase_ms", &StatedTimer::phase),
+                    std::pair("deadline_ms", &StatedTimer::deadline),
+                    std::pair("release_jitter_ms", &StatedTimer::release_jitter));
 inline constexpr auto kOfSubscription = std::make_tuple(std::pair("service", &Callback::service));
 inline constexpr auto kOfPlatform = std::make_tuple(
     std::pair("cores", &GraphPlatform::cores), std::pair("timer_thread", &GraphPlatform::timer_thread),

@@ -20,15 +20,11 @@ struct ReferenceInput {
 };
 
 /// A node of one of the six types of the reference system, in the short form of files. The comments name
-/// the types to which a member applies.
-struct ReferenceNode {
+/// the types to which a member applies. The timer is that of sensor and cyclic; a deadline of 0 is the
+/// period.
+struct ReferenceNode : StatedTimer {
   std::string name;
   NodeType type = NodeType::sensor;
-  Duration period{};                     ///< sensor, cyclic: > 0.
-  std::optional<Duration> phase;         ///< First timestamp relative to the epoch, for `--phases given`.
-  Duration deadline{};                   ///< sensor, cyclic: relative; 0: the period.
-  Duration release_jitter{};             ///< sensor, cyclic: see Task; in [0, period).
-  std::optional<std::int64_t> priority;  ///< sensor, cyclic: given fixed priority of the timer.
   std::vector<ReferenceInput> inputs;
   std::vector<std::string> outputs;  ///< intersection: one per input; command: none; other types: one.
   Duration execution_time{};         ///< Work of one activation (worst case).

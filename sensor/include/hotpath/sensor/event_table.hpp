@@ -8,51 +8,72 @@
 #include <string_view>
 
 /// The one table of events, for the sensor, readers and writers of traces, and their assembly. A new
-/// event needs a kind, its row and a handler in tracing::Assembler.
+/// event needs its row and a handler in tracing::Assembler.
 namespace hotpath::sensor {
 
-/// In the order of kEvents.
-enum class EventKind : std::uint8_t {
-  rcl_init,
-  node_init,
-  publisher_init,
-  subscription_init,
-  rmw_publisher_init,
-  rmw_subscription_init,
-  service_init,
-  client_init,
-  rclcpp_subscription_init,
-  subscription_callback_added,
-  callback_register,
-  timer_init,
-  timer_callback_added,
-  timer_link_node,
-  service_callback_added,
-  callback_start,
-  callback_end,
-  rclcpp_publish,
-  rcl_publish,
-  rmw_publish,
-  intra_publish,
-  rmw_take,
-  rcl_take,
-  rclcpp_take,
-  dispatch_subscription_callback,
-  bind_stamp,
-  buffer_to_ipb,
-  ipb_to_subscription,
-  ring_buffer_enqueue,
-  ring_buffer_dequeue,
-  get_next_ready,
-  wait_for_work,
-  execute,
-  executor_init,
-  executor_callback,
-  executor_priority,
-  executor_job,
-  executor_end,
-  incident,
-};
+/// Kind, origin, role, name and fields of each event, which one row adds.
+#define HOTPATH_EVENTS(EVENT)                                                                                \
+  EVENT(rcl_init, humble, describes, "ros2:rcl_init", "context_handle", text("version"))                     \
+  EVENT(node_init, humble, describes, "ros2:rcl_node_init", "node_handle", "rmw_handle", text("node_name"),  \
+        text("namespace"))                                                                                   \
+  EVENT(publisher_init, humble, describes, "ros2:rcl_publisher_init", "publisher_handle", "node_handle",     \
+        "rmw_publisher_handle", text("topic_name"), "queue_depth")                                           \
+  EVENT(subscription_init, humble, describes, "ros2:rcl_subscription_init", "subscription_handle",           \
+        "node_handle", "rmw_subscription_handle", text("topic_name"), "queue_depth")                         \
+  EVENT(rmw_publisher_init, humble, describes, "ros2:rmw_publisher_init", "rmw_publisher_handle",            \
+        gid("gid"))                                                                                          \
+  EVENT(rmw_subscription_init, humble, describes, "ros2:rmw_subscription_init", "rmw_subscription_handle",   \
+        gid("gid"))                                                                                          \
+  EVENT(service_init, humble, describes, "ros2:rcl_service_init", "service_handle", "node_handle",           \
+        text("service_name"))                                                                                \
+  EVENT(client_init, humble, describes, "ros2:rcl_client_init", "client_handle", "node_handle",              \
+        text("service_name"))                                                                                \
+  EVENT(rclcpp_subscription_init, humble, describes, "ros2:rclcpp_subscription_init", "subscription_handle", \
+        "subscription")                                                                                      \
+  EVENT(subscription_callback_added, humble, describes, "ros2:rclcpp_subscription_callback_added",           \
+        "subscription", "callback")                                                                          \
+  EVENT(callback_register, humble, describes, "ros2:rclcpp_callback_register", "callback", text("symbol"))   \
+  EVENT(timer_init, humble, describes, "ros2:rcl_timer_init", "timer_handle", integer("period"))             \
+  EVENT(timer_callback_added, humble, describes, "ros2:rclcpp_timer_callback_added", "timer_handle",         \
+        "callback")                                                                                          \
+  EVENT(timer_link_node, humble, describes, "ros2:rclcpp_timer_link_node", "timer_handle", "node_handle")    \
+  EVENT(service_callback_added, humble, describes, "ros2:rclcpp_service_callback_added", "service_handle",   \
+        "callback")                                                                                          \
+  EVENT(callback_start, humble, happens, "ros2:callback_start", "callback", integer("is_intra_process"))     \
+  EVENT(callback_end, humble, happens, "ros2:callback_end", "callback")                                      \
+  EVENT(rclcpp_publish, humble, only_kept, "ros2:rclcpp_publish", "message")                                 \
+  EVENT(rcl_publish, humble, happens, "ros2:rcl_publish", "publisher_handle", "message")                     \
+  EVENT(rmw_publish, humble, happens, "ros2:rmw_publish", "rmw_publisher_handle", "message",                 \
+        integer("timestamp"))                                                                                \
+  EVENT(intra_publish, iron, happens, "ros2:rclcpp_intra_publish", "publisher_handle", "message")            \
+  EVENT(rmw_take, humble, happens, "ros2:rmw_take", "rmw_subscription_handle", "message",                    \
+        integer("source_timestamp"), integer("taken"))                                                       \
+  EVENT(rcl_take, humble, only_kept, "ros2:rcl_take", "message")                                             \
+  EVENT(rclcpp_take, humble, only_kept, "ros2:rclcpp_take", "message")                                       \
+  EVENT(dispatch_subscription_callback, galactic, happens, "ros2:dispatch_subscription_callback",            \
+        "callback", integer("source_stamp"))                                                                 \
+  EVENT(bind_stamp, caret, happens, "ros2_caret:dds_bind_addr_to_stamp", "addr", integer("source_stamp"))    \
+  EVENT(buffer_to_ipb, iron, describes, "ros2:rclcpp_buffer_to_ipb", "buffer", "ipb")                        \
+  EVENT(ipb_to_subscription, iron, describes, "ros2:rclcpp_ipb_to_subscription", "ipb", "subscription")      \
+  EVENT(ring_buffer_enqueue, iron, happens, "ros2:rclcpp_ring_buffer_enqueue", "buffer", "index")            \
+  EVENT(ring_buffer_dequeue, iron, happens, "ros2:rclcpp_ring_buffer_dequeue", "buffer", "index")            \
+  EVENT(get_next_ready, humble, happens, "ros2:rclcpp_executor_get_next_ready")                              \
+  EVENT(wait_for_work, humble, happens, "ros2:rclcpp_executor_wait_for_work", integer("timeout"))            \
+  EVENT(execute, humble, happens, "ros2:rclcpp_executor_execute", "handle")                                  \
+  EVENT(executor_init, hotpath, describes, "hotpath:executor_init", "executor", text("name"),                \
+        text("priorities"))                                                                                  \
+  EVENT(executor_callback, hotpath, describes, "hotpath:executor_callback", "executor", integer("task"),     \
+        text("kind"), "handle", text("node"))                                                                \
+  EVENT(executor_priority, hotpath, describes, "hotpath:executor_priority", "executor", integer("task"),     \
+        integer("level"))                                                                                    \
+  EVENT(executor_job, hotpath, happens, "hotpath:executor_job", "executor", integer("task"),                 \
+        instant("timestamp"), instant("release"))                                                            \
+  EVENT(executor_end, hotpath, happens, "hotpath:executor_end", "executor", integer("task"))                 \
+  EVENT(incident, hotpath, only_kept, "hotpath:incident", text("sentence"))
+
+#define HOTPATH_KIND(kind, ...) kind,
+enum class EventKind : std::uint8_t { HOTPATH_EVENTS(HOTPATH_KIND) };
+#undef HOTPATH_KIND
 
 enum class EventRole : std::uint8_t {
   describes,  ///< A node, publisher, callback or executor.
@@ -92,7 +113,6 @@ struct EventFormat {
 
 /// All events, by kind.
 inline constexpr auto kEvents = [] {
-  using enum EventKind;
   using enum EventOrigin;
   using enum EventRole;
   constexpr auto integer = [](const char* name) { return EventField{name, FieldType::integer}; };
@@ -103,74 +123,10 @@ inline constexpr auto kEvents = [] {
                           auto... fields) {
     return EventFormat{kind, origin, role, name, {EventField(fields)...}, sizeof...(fields)};
   };
-  return std::array{
-      row(rcl_init, humble, describes, "ros2:rcl_init", "context_handle", text("version")),
-      row(node_init, humble, describes, "ros2:rcl_node_init", "node_handle", "rmw_handle", text("node_name"),
-          text("namespace")),
-      row(publisher_init, humble, describes, "ros2:rcl_publisher_init", "publisher_handle", "node_handle",
-          "rmw_publisher_handle", text("topic_name"), "queue_depth"),
-      row(subscription_init, humble, describes, "ros2:rcl_subscription_init", "subscription_handle",
-          "node_handle", "rmw_subscription_handle", text("topic_name"), "queue_depth"),
-      row(rmw_publisher_init, humble, describes, "ros2:rmw_publisher_init", "rmw_publisher_handle",
-          gid("gid")),
-      row(rmw_subscription_init, humble, describes, "ros2:rmw_subscription_init", "rmw_subscription_handle",
-          gid("gid")),
-      row(service_init, humble, describes, "ros2:rcl_service_init", "service_handle", "node_handle",
-          text("service_name")),
-      row(client_init, humble, describes, "ros2:rcl_client_init", "client_handle", "node_handle",
-          text("service_name")),
-      row(rclcpp_subscription_init, humble, describes, "ros2:rclcpp_subscription_init", "subscription_handle",
-          "subscription"),
-      row(subscription_callback_added, humble, describes, "ros2:rclcpp_subscription_callback_added",
-          "subscription", "callback"),
-      row(callback_register, humble, describes, "ros2:rclcpp_callback_register", "callback", text("symbol")),
-      row(timer_init, humble, describes, "ros2:rcl_timer_init", "timer_handle", integer("period")),
-      row(timer_callback_added, humble, describes, "ros2:rclcpp_timer_callback_added", "timer_handle",
-          "callback"),
-      row(timer_link_node, humble, describes, "ros2:rclcpp_timer_link_node", "timer_handle", "node_handle"),
-      row(service_callback_added, humble, describes, "ros2:rclcpp_service_callback_added", "service_handle",
-          "callback"),
-      row(callback_start, humble, happens, "ros2:callback_start", "callback", integer("is_intra_process")),
-      row(callback_end, humble, happens, "ros2:callback_end", "callback"),
-      row(rclcpp_publish, humble, only_kept, "ros2:rclcpp_publish", "message"),
-      row(rcl_publish, humble, happens, "ros2:rcl_publish", "publisher_handle", "message"),
-      row(rmw_publish, humble, happens, "ros2:rmw_publish", "rmw_publisher_handle", "message",
-          integer("timestamp")),
-      row(intra_publish, iron, happens, "ros2:rclcpp_intra_publish", "publisher_handle", "message"),
-      row(rmw_take, humble, happens, "ros2:rmw_take", "rmw_subscription_handle", "message",
-          integer("source_timestamp"), integer("taken")),
-      row(rcl_take, humble, only_kept, "ros2:rcl_take", "message"),
-      row(rclcpp_take, humble, only_kept, "ros2:rclcpp_take", "message"),
-      row(dispatch_subscription_callback, galactic, happens, "ros2:dispatch_subscription_callback",
-          "callback", integer("source_stamp")),
-      row(bind_stamp, caret, happens, "ros2_caret:dds_bind_addr_to_stamp", "addr", integer("source_stamp")),
-      row(buffer_to_ipb, iron, describes, "ros2:rclcpp_buffer_to_ipb", "buffer", "ipb"),
-      row(ipb_to_subscription, iron, describes, "ros2:rclcpp_ipb_to_subscription", "ipb", "subscription"),
-      row(ring_buffer_enqueue, iron, happens, "ros2:rclcpp_ring_buffer_enqueue", "buffer", "index"),
-      row(ring_buffer_dequeue, iron, happens, "ros2:rclcpp_ring_buffer_dequeue", "buffer", "index"),
-      row(get_next_ready, humble, happens, "ros2:rclcpp_executor_get_next_ready"),
-      row(wait_for_work, humble, happens, "ros2:rclcpp_executor_wait_for_work", integer("timeout")),
-      row(execute, humble, happens, "ros2:rclcpp_executor_execute", "handle"),
-      row(executor_init, hotpath, describes, "hotpath:executor_init", "executor", text("name"),
-          text("priorities")),
-      row(executor_callback, hotpath, describes, "hotpath:executor_callback", "executor", integer("task"),
-          text("kind"), "handle", text("node")),
-      row(executor_priority, hotpath, describes, "hotpath:executor_priority", "executor", integer("task"),
-          integer("level")),
-      row(executor_job, hotpath, happens, "hotpath:executor_job", "executor", integer("task"),
-          instant("timestamp"), instant("release")),
-      row(executor_end, hotpath, happens, "hotpath:executor_end", "executor", integer("task")),
-      row(incident, hotpath, only_kept, "hotpath:incident", text("sentence")),
-  };
+#define HOTPATH_ROW(kind, ...) row(EventKind::kind, __VA_ARGS__),
+  return std::array{HOTPATH_EVENTS(HOTPATH_ROW)};
+#undef HOTPATH_ROW
 }();
-
-static_assert(
-    [] {
-      for (std::size_t i = 0; i < kEvents.size(); ++i)
-        if (static_cast<std::size_t>(kEvents[i].kind) != i) return false;
-      return true;
-    }(),
-    "rows are in the order of kinds");
 
 [[nodiscard]] constexpr const EventFormat& format_of(EventKind kind) {
   return kEvents[static_cast<std::size_t>(kind)];

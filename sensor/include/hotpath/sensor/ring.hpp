@@ -31,9 +31,21 @@ inline constexpr const char* kAttachable = "attachable";
 inline constexpr const char* kAttachedPrefix = "/hotpath_watch.attached.";
 inline constexpr std::size_t kSessionDigits = 32, kRandomDigits = 16;
 
-/// Identifies a ring, and the version of this layout.
-inline constexpr std::uint64_t kMagic = 0x33484354'41575048;              // "HPWATCH3"
-inline constexpr std::uint64_t kDescriptionsMagic = 0x45484354'41575048;  // "HPWATCHE"
+/// Identifies a ring, the version of its layout ("HPWATCH3"), and the table of events that both sides
+/// have: its hash (FNV-1a).
+inline constexpr std::uint64_t kMagic = [] {
+  std::uint64_t hash = 0x33484354'41575048;
+  const auto add = [&](std::string_view text, FieldType type) {
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+    hash = (hash ^ static_cast<unsigned>(type)) * 0x100000001b3;
+  };
+  for (const EventFormat& event : kEvents) {
+    add(event.name, {});
+    for (const EventField& field : event.fields()) add(field.name, field.type);
+  }
+  return hash;
+}();
+inline constexpr std::uint64_t kDescriptionsMagic = ~kMagic;
 
 /// Not an event: continues the record before it.
 inline constexpr EventKind kText{255};
