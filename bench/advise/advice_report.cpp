@@ -8,15 +8,15 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 
 namespace hotpath::advise {
 
 namespace {
 
 using nlohmann::json;
-using program::concat, program::fixed, program::joined, program::TextTable;
+using program::concat, program::fixed, program::joined, program::Table;
 
 /// `1 thread`, `2 threads`.
 std::string counted(std::uint64_t count, const char* thing) {
@@ -53,21 +53,21 @@ const char* bounded_latency(const Objective& objective) {
   return objective.of_hot_path() ? "hot path" : "end to end";
 }
 
-TextTable ranking_table(const Advice& advice) {
+Table ranking_table(const Advice& advice) {
   const Objective& objective = advice.objective;
   const bool chains = !advice.graph.chains.empty();
   const bool lateness = objective.kind == Objective::Kind::worst_lateness;
-  TextTable table(concat(chains ? advice.graph.chains[objective.chain].name : advice.graph.name, ": ",
-                         !chains                       ? "jobs"
-                         : shows_end_to_end(objective) ? "end-to-end latency in ms"
-                                                       : "hot-path latency in ms",
-                         ", best first by ", objective.text),
-                  {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
-                   lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
-                   "cores\nused", concat("bound\n", bounded_latency(objective))});
+  Table table(concat(chains ? advice.graph.chains[objective.chain].name : advice.graph.name, ": ",
+                     !chains                       ? "jobs"
+                     : shows_end_to_end(objective) ? "end-to-end latency in ms"
+                                                   : "hot-path latency in ms",
+                     ", best first by ", objective.text),
+              {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
+               lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
+               "cores\nused", concat("bound\n", bounded_latency(objective))});
   for (const Prediction* p : advice.ranked) {
     if (!p->keeps_up()) continue;
-    std::vector<TextTable::Cell> row = {p->candidate->name};
+    std::vector<program::Value> row = {p->candidate->name};
     for (const auto& [name, ms, interval] : latencies(advice, *p)) {
       row.emplace_back(
           fixed(ms, 1),

@@ -9,7 +9,7 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/json_output.hpp"
 #include "program/python_tool.hpp"
-#include "program/text_table.hpp"
+#include "program/table.hpp"
 
 namespace hotpath::commands {
 
@@ -18,7 +18,7 @@ namespace {
 using nlohmann::json;
 
 void print_executors() {
-  program::TextTable table("", {"", "", ""});
+  program::Table table("", {"", "", ""});
   json all = json::array();
   for (const ExecutorEntry& e : executors()) {
     const ExecutorTraits& t = e.traits;
@@ -37,7 +37,7 @@ void print_executors() {
 }
 
 void print_graphs() {
-  program::TextTable graphs("", {"", "", ""});
+  program::Table graphs("", {"", "", ""});
   json all = json::array();
   for (const GraphListing& g : list_graphs()) {
     const bool valid = g.error.empty();
@@ -53,7 +53,7 @@ void print_graphs() {
 }
 
 void print_deployments() {
-  program::TextTable deployments("", {"", ""});
+  program::Table deployments("", {"", ""});
   json all = json::array();
   const auto add = [&](const std::string& name, const std::string& description, const std::string& error) {
     deployments.add_row({name, error.empty() ? description : "invalid: " + error});

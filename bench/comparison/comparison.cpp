@@ -144,7 +144,7 @@ void compare_percentiles(const Options& o) {
   const program::Table rows = percentiles_of(before, after);
   if (rows.rows.empty()) refuse(o, before, after);
   if (!o.csv.empty()) program::write_output_file(o.csv, "--csv", csv_of(rows));
-  program::Table table{{"", "", "old ms", "new ms", "difference", "95 % interval", ""}, {}};
+  program::Table table("", {"", "", "old ms", "new ms", "difference", "95 % interval", ""});
   std::map<std::string, std::size_t> verdicts;
   for (const std::vector<program::Value>& row : rows.rows) {
     std::vector<std::string> key;
@@ -156,8 +156,7 @@ void compare_percentiles(const Options& o) {
   }
   std::vector<std::string> counts;
   for (const auto& [verdict, n] : verdicts) counts.push_back(program::concat(n, " ", verdict));
-  std::cout << text_of("", table) << "\n"
-            << program::joined(counts) << ", of " << rows.rows.size() << " percentiles\n";
+  std::cout << table << "\n" << program::joined(counts) << ", of " << rows.rows.size() << " percentiles\n";
   const std::vector<std::string> sentences = other_differences(o);
   for (const std::string& sentence : sentences) std::cout << sentence << "\n";
   show_texts(rows);
@@ -204,9 +203,7 @@ bool run_gate(const Options& o) {
                               ": no output and no job after the warm-up, there is nothing to judge");
   }
   const std::vector<std::string> sentences = {verdict_of(judgements), power_of(judgements)};
-  std::cout << text_of("", rows_of(judgements, false)) << "\n"
-            << sentences[0] << "\n"
-            << sentences[1] << "\n";
+  std::cout << rows_of(judgements, false) << "\n" << sentences[0] << "\n" << sentences[1] << "\n";
   program::show_json(json_of(judgements));
   if (!o.junit.empty()) program::write_output_file(o.junit, "--junit", junit_of(judgements));
   if (!o.markdown.empty()) program::write_output_file(o.markdown, "--markdown", markdown_of(judgements, o));

@@ -69,14 +69,13 @@ std::string attribute(const char* name, const std::string& value) {
 program::Table rows_of(const std::vector<Judgement>& judgements, bool worst_first) {
   std::vector<Judgement> sorted = judgements;
   if (worst_first) std::ranges::stable_partition(sorted, is_worse);
-  program::Table table{{"", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", "would find", ""},
-                       {}};
+  program::Table table(
+      "", {"", "measure", "old", "new", "effect", "95 % interval", "p (Holm)", "would find", ""});
   for (const Judgement& j : sorted) {
     const char* const format = j.counted() ? "%.4g" : "%.3f";
-    table.rows.push_back({j.what, to_string(j.measure), text(format, j.test.before),
-                          text(format, j.test.after), effect_text(j), interval_text(j),
-                          j.dried_up ? "0" : text("%.2g", j.adjusted), detectable_text(j),
-                          to_string(j.verdict())});
+    table.add_row({j.what, to_string(j.measure), text(format, j.test.before), text(format, j.test.after),
+                   effect_text(j), interval_text(j), j.dried_up ? "0" : text("%.2g", j.adjusted),
+                   detectable_text(j), to_string(j.verdict())});
   }
   return table;
 }

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 
 namespace hotpath::results {
 namespace {
@@ -23,8 +23,8 @@ std::string number(double x) {
   return program::fixed(x, decimals);
 }
 
-std::string number(const std::optional<Interval>& interval) {
-  return interval ? "[" + number(interval->low) + "," + number(interval->high) + "]" : "";
+program::Value number(double x, const std::optional<Interval>& interval) {
+  return {number(x), interval ? "[" + number(interval->low) + "," + number(interval->high) + "]" : ""};
 }
 
 bool beyond_noise(const std::optional<Estimate>& ratio) {
@@ -47,50 +47,41 @@ std::string chain_title(const Summary& summary, std::size_t chain) {
   return title + (first.median_to_default ? ", ratios to default" : "");
 }
 
-program::TextTable chain_table(const Summary& summary, std::size_t chain) {
-  program::TextTable table(chain_title(summary, chain),
-                           {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
-                            "CPU us/\ncallback", "median\nratio", "max\nratio"});
+program::Table chain_table(const Summary& summary, std::size_t chain) {
+  program::Table table(chain_title(summary, chain),
+                       {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
+                        "CPU us/\ncallback", "median\nratio", "max\nratio"});
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
     const LatencySummary& l = c.hot_path;
-    table.add_row({e.executor,
-                   std::to_string(l.quantiles.n),
-                   {number(l.quantiles.p50), number(l.p50)},
-                   {number(l.quantiles.p99), number(l.p99)},
-                   {number(l.quantiles.p999), number(l.p999)},
-                   {number(l.quantiles.max), number(l.max)},
-                   std::to_string(e.skipped),
-                   std::to_string(e.overwritten),
-                   number(e.cpu_per_callback_us),
-                   starred(c.median_to_default),
-                   starred(c.max_to_default)});
+    const Quantiles& q = l.quantiles;
+    table.add_row({e.executor, q.n, number(q.p50, l.p50), number(q.p99, l.p99), number(q.p999, l.p999),
+                   number(q.max, l.max), e.skipped, e.overwritten, number(e.cpu_per_callback_us),
+                   starred(c.median_to_default), starred(c.max_to_default)});
   }
   return table;
 }
 
-program::TextTable jobs_table(const Summary& summary) {
-  program::TextTable table("jobs of all tasks", {"executor", "callbacks\nexecuted", "skipped",
-                                                 "over-\nwritten", "CPU us/\ncallback", "deadline\noverruns",
-                                                 "worst\nresponse ms", "as authors\ndefine it"});
+program::Table jobs_table(const Summary& summary) {
+  program::Table table("jobs of all tasks",
+                       {"executor", "callbacks\nexecuted", "skipped", "over-\nwritten", "CPU us/\ncallback",
+                        "deadline\noverruns", "worst\nresponse ms", "as authors\ndefine it"});
   for (const ExecutorSummary& e : summary.executors) {
     double worst_ms = kNoValue, worst_authors_ms = kNoValue;  // the latter only in sets without subscriptions
     for (const TaskSummary& task : e.tasks) {
       worst_ms = std::fmax(worst_ms, task.response_ms.max);
       worst_authors_ms = std::fmax(worst_authors_ms, task.response_authors_ms.value_or(Quantiles()).max);
     }
-    table.add_row({e.executor, std::to_string(e.executed), std::to_string(e.skipped),
-                   std::to_string(e.overwritten), number(e.cpu_per_callback_us),
-                   std::to_string(e.after_warm_up.deadline_overruns), number(worst_ms),
-                   number(worst_authors_ms)});
+    table.add_row({e.executor, e.executed, e.skipped, e.overwritten, number(e.cpu_per_callback_us),
+                   e.after_warm_up.deadline_overruns, number(worst_ms), number(worst_authors_ms)});
   }
   return table;
 }
 
 /// Per executor the timer whose period varies most: upstream's third metric, for every timer.
 void write_periods(std::ostream& out, const Summary& summary) {
-  program::TextTable table("period of the timer that varies most, in ms from start to start",
-                           {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
+  program::Table table("period of the timer that varies most, in ms from start to start",
+                       {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
   bool any = false;
   for (const ExecutorSummary& e : summary.executors) {
     const TaskSummary* most = nullptr;
