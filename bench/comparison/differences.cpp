@@ -76,23 +76,32 @@ Noise noise_of(const Samples& old, const Samples& now, const Estimate& change) {
   return change.interval->low <= 0 && 0 <= change.interval->high ? Noise::within : Noise::beyond;
 }
 
-program::Table percentiles_of(const Side& before, const Side& after) {
-  program::Table table("", {"quantity", "study", "source", "setting", "executor", "tasks", "percentile",
-                            "old_ms", "new_ms", "difference_ms", "interval_95_ms", "verdict"});
+Percentiles percentiles_of(const Side& before, const Side& after) {
+  using Row = std::vector<program::Value>;
+  Percentiles all{
+      program::Table("", {"quantity", "study", "source", "setting", "executor", "tasks", "percentile",
+                          "old_ms", "new_ms", "difference_ms", "interval_95_ms", "verdict"}),
+      program::Table("", {"", "", "old ms", "new ms", "difference", "95 % interval", ""}),
+      {}};
   for (const auto& [key, samples] : before.samples) {
     const auto other = after.samples.find(key);
     if (other == after.samples.end()) continue;
     const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
     for (const auto& [p, name] : kPercentiles) {
       const Estimate change = difference_of_quantiles(now, old, p);
-      table.add_row({to_string(key.quantity), key.study, to_string(key.source), key.setting, key.executor,
-                     key.tasks, name, text("%.3f", quantile(old.pooled(), p)),
-                     text("%.3f", quantile(now.pooled(), p)), text("%+.3f", change.value),
-                     interval_text("[%+.3f, %+.3f]", change.interval),
-                     to_string(noise_of(samples, other->second, change))});
+      const Noise noise = noise_of(samples, other->second, change);
+      ++all.verdicts[noise];
+      Row stored = {key.quantity, key.study, key.source, key.setting, key.executor, key.tasks},
+          shown = {text_of(key)};
+      for (Row* const row : {&stored, &shown})
+        row->insert(row->end(),
+                    {name, text("%.3f", quantile(old.pooled(), p)), text("%.3f", quantile(now.pooled(), p)),
+                     text("%+.3f", change.value), interval_text("[%+.3f, %+.3f]", change.interval), noise});
+      all.stored.add_row(stored);
+      all.shown.add_row(shown);
     }
   }
-  return table;
+  return all;
 }
 
 void compare_counters(const Options& options) {
