@@ -74,13 +74,11 @@ Table ranking_table(const Advice& advice) {
           interval ? concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]") : "");
     }
     row.resize(4, "");
-    row.emplace_back(lateness ? fixed(score(objective, p->summary).value, 1) : "");
-    row.emplace_back(fixed(loss_percent(p->summary), 1));
-    row.emplace_back(std::to_string(waited_long(p->summary)));
-    row.emplace_back(p->never_ran() > 0 ? std::to_string(p->never_ran()) : "");
-    row.emplace_back(std::to_string(p->candidate->threads));
-    row.emplace_back(fixed(p->cores_used, 2));
-    row.emplace_back(p->bound_ms ? fixed(*p->bound_ms, 1) : "");
+    row.insert(
+        row.end(),
+        {lateness ? fixed(score(objective, p->summary).value, 1) : "", fixed(loss_percent(p->summary), 1),
+         waited_long(p->summary), p->never_ran() > 0 ? std::optional(p->never_ran()) : std::nullopt,
+         p->candidate->threads, fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
     table.add_row(row);
   }
   return table;
