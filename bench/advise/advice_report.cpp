@@ -8,15 +8,15 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 
 namespace hotpath::advise {
 
 namespace {
 
 using nlohmann::json;
-using program::concat, program::fixed, program::joined, program::TextTable;
+using program::concat, program::fixed, program::joined, program::Table;
 
 /// `1 thread`, `2 threads`.
 std::string counted(std::uint64_t count, const char* thing) {
@@ -48,21 +48,21 @@ const char* bounded_latency(const Objective& objective) {
   return objective.of_hot_path() ? "hot path" : "end to end";
 }
 
-TextTable ranking_table(const Advice& advice) {
+Table ranking_table(const Advice& advice) {
   const Objective& objective = advice.objective;
   const bool chains = !advice.graph.chains.empty();
   const bool lateness = objective.kind == Objective::Kind::worst_lateness;
-  TextTable table(concat(chains ? advice.graph.chains[objective.chain].name : advice.graph.name, ": ",
-                         !chains                       ? "jobs"
-                         : shows_end_to_end(objective) ? "end-to-end latency in ms"
-                                                       : "hot-path latency in ms",
-                         ", best first by ", objective.text),
-                  {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
-                   lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
-                   "cores\nused", concat("bound\n", bounded_latency(objective))});
+  Table table(concat(chains ? advice.graph.chains[objective.chain].name : advice.graph.name, ": ",
+                     !chains                       ? "jobs"
+                     : shows_end_to_end(objective) ? "end-to-end latency in ms"
+                                                   : "hot-path latency in ms",
+                     ", best first by ", objective.text),
+              {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
+               lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
+               "cores\nused", concat("bound\n", bounded_latency(objective))});
   for (const Prediction* p : advice.ranked) {
     if (!p->keeps_up()) continue;
-    std::vector<TextTable::Cell> row = {p->candidate->name};
+    std::vector<program::Value> row = {p->candidate->name};
     for (const auto& [name, latency] : latencies(advice, *p)) {
       const auto& [ms, interval] = latency;
       row.emplace_back(
@@ -70,13 +70,11 @@ TextTable ranking_table(const Advice& advice) {
           interval ? concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]") : "");
     }
     row.resize(4, "");
-    row.emplace_back(lateness ? fixed(score(objective, p->summary).value, 1) : "");
-    row.emplace_back(fixed(loss_percent(p->summary), 1));
-    row.emplace_back(std::to_string(waited_long(p->summary)));
-    row.emplace_back(p->never_ran() > 0 ? std::to_string(p->never_ran()) : "");
-    row.emplace_back(std::to_string(p->candidate->threads));
-    row.emplace_back(fixed(p->cores_used, 2));
-    row.emplace_back(p->bound_ms ? fixed(*p->bound_ms, 1) : "");
+    row.insert(
+        row.end(),
+        {lateness ? fixed(score(objective, p->summary).value, 1) : "", fixed(loss_percent(p->summary), 1),
+         waited_long(p->summary), p->never_ran() > 0 ? std::optional(p->never_ran()) : std::nullopt,
+         p->candidate->threads, fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
     table.add_row(row);
   }
   return table;

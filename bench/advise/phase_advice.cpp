@@ -13,8 +13,8 @@
 #include "program/interrupt.hpp"
 #include "program/parallel.hpp"
 #include "program/progress.hpp"
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 
 namespace hotpath::advise {
@@ -242,8 +242,8 @@ class PhaseAdviser : Question {
     return sentences;
   }
 
-  program::TextTable table() const {
-    program::TextTable table(
+  program::Table table() const {
+    program::Table table(
         concat(graph.name, ": guaranteed ", objective.text, " in", unit_, ", by phases (",
                compared_.front().by(Phases::random).size(), " random draws)"),
         {"", "creation", "synchro-\nnous", "given", "random\nbest", "random\nmedian", "random\nworst",
@@ -252,7 +252,7 @@ class PhaseAdviser : Question {
     for (const Compared& c : compared_) {
       if (c.refused()) continue;
       const bool ended_early = c.found && !c.found->complete;
-      std::vector<program::TextTable::Cell> row = {c.candidate->name + (ended_early ? " (ended early)" : "")};
+      std::vector<program::Value> row = {c.candidate->name + (ended_early ? " (ended early)" : "")};
       for (const Phases rule : {Phases::creation, Phases::synchronous, Phases::given})
         row.push_back(c.by(rule).empty() ? "" : cell(c.by(rule).front().score.value));
       const std::vector<PhaseValues> random = c.by(Phases::random);

@@ -6,8 +6,8 @@
 #include "commands/option_helpers.hpp"
 #include "machine/machine.hpp"
 #include "program/json_output.hpp"
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 #include "results/checked_run.hpp"
 #include "results/recovered_run.hpp"
@@ -28,8 +28,8 @@ std::string throttling(const machine::Machine& m) {
   return std::to_string(m.rt_runtime_us) + " of " + std::to_string(m.rt_period_us) + " us";
 }
 
-program::TextTable facts(const machine::Machine& m) {
-  program::TextTable table("", {"", ""});
+program::Table facts(const machine::Machine& m) {
+  program::Table table("", {"", ""});
   const auto row = [&](const char* name, const std::string& value) {
     table.add_row({name, value.empty() ? "unknown" : value});
   };
@@ -52,8 +52,8 @@ program::TextTable facts(const machine::Machine& m) {
   return table;
 }
 
-program::TextTable hiccups(const machine::Noise& noise) {
-  program::TextTable table(
+program::Table hiccups(const machine::Noise& noise) {
+  program::Table table(
       "Hiccups of a busy thread in " + program::fixed(to_ms(noise.length) / 1000, 1) + " s, in microseconds",
       {"core", "p99", "p99.9", "max", "lost"});
   for (const machine::Hiccups& h : noise.cores) {

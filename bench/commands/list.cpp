@@ -9,64 +9,55 @@
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/json_output.hpp"
 #include "program/python_tool.hpp"
-#include "program/text_table.hpp"
+#include "program/table.hpp"
 
 namespace hotpath::commands {
 
 namespace {
 
 using nlohmann::json;
+using program::Table, program::Value;
+
+/// Prints lines without a header, and the rows for --json.
+void print(const Table& shown, const Table& stored) {
+  std::cout << shown;
+  program::show_json(json_of(stored));
+}
 
 void print_executors() {
-  program::TextTable table("", {"", "", ""});
-  json all = json::array();
+  Table shown("", {"", "", ""});
+  Table stored("",
+               {"name", "class", "description", "family", "timers", "policy", "colour", "compared_by_paper"});
   for (const ExecutorEntry& e : executors()) {
     const ExecutorTraits& t = e.traits;
-    table.add_row({std::string(e.name), std::string(e.class_name), std::string(e.description)});
-    all.push_back({{"name", e.name},
-                   {"class", e.class_name},
-                   {"description", e.description},
-                   {"family", to_string(t.family)},
-                   {"timers", to_string(t.timers)},
-                   {"policy", t.policy ? json(to_string(*t.policy)) : json()},
-                   {"colour", t.colour},
-                   {"compared_by_paper", t.compared_by_paper}});
+    shown.add_row({e.name, e.class_name, e.description});
+    stored.add_row({e.name, e.class_name, e.description, t.family, t.timers, t.policy, t.colour,
+                    json(t.compared_by_paper)});
   }
-  std::cout << table;
-  program::show_json(all);
+  print(shown, stored);
 }
 
 void print_graphs() {
-  program::TextTable graphs("", {"", "", ""});
-  json all = json::array();
+  Table shown("", {"", "", ""}), stored("", {"name", "nodes", "description", "error"});
   for (const GraphListing& g : list_graphs()) {
     const bool valid = g.error.empty();
-    graphs.add_row({g.name, valid ? std::to_string(g.nodes) + " nodes" : "",
-                    valid ? g.description : "invalid: " + g.error});
-    all.push_back({{"name", g.name},
-                   {"nodes", valid ? json(g.nodes) : json()},
-                   {"description", valid ? json(g.description) : json()},
-                   {"error", valid ? json() : json(g.error)}});
+    shown.add_row({g.name, valid ? std::to_string(g.nodes) + " nodes" : "",
+                   valid ? g.description : "invalid: " + g.error});
+    stored.add_row({g.name, valid ? json(g.nodes) : json(), valid ? json(g.description) : json(), g.error});
   }
-  std::cout << graphs;
-  program::show_json(all);
+  print(shown, stored);
 }
 
 void print_deployments() {
-  program::TextTable deployments("", {"", ""});
-  json all = json::array();
-  const auto add = [&](const std::string& name, const std::string& description, const std::string& error) {
-    deployments.add_row({name, error.empty() ? description : "invalid: " + error});
-    all.push_back({{"name", name},
-                   {"description", error.empty() ? json(description) : json()},
-                   {"error", error.empty() ? json() : json(error)}});
+  Table shown("", {"", ""}), stored("", {"name", "description", "error"});
+  const auto add = [&](std::string_view name, std::string_view description, const std::string& error) {
+    const bool valid = error.empty();
+    shown.add_row({name, valid ? Value(description) : "invalid: " + error});
+    stored.add_row({name, valid ? json(description) : json(), error});
   };
-  for (const DeploymentPreset& preset : deployment_presets()) {
-    add(std::string(preset.name), std::string(preset.description), "");
-  }
+  for (const DeploymentPreset& preset : deployment_presets()) add(preset.name, preset.description, "");
   for (const DeploymentListing& d : list_deployment_files()) add(d.name, d.description, d.error);
-  std::cout << deployments;
-  program::show_json(all);
+  print(shown, stored);
 }
 
 }  // namespace

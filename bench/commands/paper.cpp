@@ -15,8 +15,8 @@
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 #include "program/whole_file.hpp"
 #include "validation/validation.hpp"
 
@@ -42,12 +42,12 @@ void print(const WcrtTable& table) {
   const auto columns = wcrt_table(table.delta);
   std::vector<std::string> header = {"task"};
   for (const WcrtColumn& c : columns) header.push_back(std::to_string(c.utilisation_percent) + " %");
-  program::TextTable rows(
+  program::Table rows(
       program::text("%s (delta = %.3f us, Delta = n * delta = %.4f ms)", table.title,
                     static_cast<double>(table.delta) / 1e3, static_cast<double>(7 * table.delta) / 1e6),
       header);
   for (std::size_t i = 0; i < kTasks.size(); ++i) {
-    std::vector<program::TextTable::Cell> cells = {kTasks[i].task};
+    std::vector<program::Value> cells = {kTasks[i].task};
     for (const WcrtColumn& c : columns) {
       const auto bound = c.*kTasks[i].bound;
       cells.push_back((bound ? program::fixed(static_cast<double>(*bound) / 1e6, 2) : "-") +
@@ -60,12 +60,12 @@ void print(const WcrtTable& table) {
 
 /// The stored rows.
 program::Table rows_of(std::span<const WcrtTable> tables) {
-  program::Table rows{{"delta_of", "delta_ns", "utilisation_percent", "task", "bound_ns", "printed_ms"}, {}};
+  program::Table rows("", {"delta_of", "delta_ns", "utilisation_percent", "task", "bound_ns", "printed_ms"});
   for (const WcrtTable& table : tables) {
     for (const WcrtColumn& column : wcrt_table(table.delta)) {
       for (std::size_t i = 0; i < kTasks.size(); ++i) {
-        rows.rows.push_back({table.name, table.delta, column.utilisation_percent, kTasks[i].task,
-                             column.*kTasks[i].bound, column.printed_ms[i]});
+        rows.add_row({table.name, table.delta, column.utilisation_percent, kTasks[i].task,
+                      column.*kTasks[i].bound, column.printed_ms[i]});
       }
     }
   }
@@ -152,7 +152,7 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
   write("waters_histogram.csv", [&](std::ostream& out) {
     write_waters_histogram_csv(out, waters_histograms(arguments.options, result));
   });
-  program::TextTable table(
+  program::Table table(
       "Normalised reduction of the end-to-end bound relative to the default executor, percent [95 % "
       "interval]",
       {"util", "method", "schedulable", "chains", "median", "mean", "min", "max", "share > 0"});

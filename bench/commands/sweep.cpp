@@ -110,37 +110,19 @@ class SweepCells {
   const sweep::Design& design() const { return design_; }
   bool live() const { return design_.command == "run"; }
 
-  /// The columns of the table: the cell's coordinates, without executor or deployment, which have a
-  /// column of their own among the results; then the reason of a failure; then the results.
-  std::vector<std::string> columns() const {
-    std::vector<std::string> names = {"cell"};
-    for (const sweep::Axis& axis : design_.axes) {
-      if (!sweep::names_executor(axis.name)) names.push_back(axis.name);
-    }
-    names.insert(names.end(), {"repetition", "seed", "failure"});
-    const program::Table results = design_.command == "analyze"
-                                       ? program::table_of(guarantees::bound_columns(), {})
-                                       : sweep::measured_table({});
-    names.insert(names.end(), results.header.begin(), results.header.end());
-    return names;
-  }
+  std::vector<std::string> columns() const { return with_place(0, "", no_results()).header; }
 
   /// The rows of one cell, as CSV. A cell that overloads the system or fails has one row with the
   /// reason. Throws UsageError if the command rejects its options, RunError after Ctrl-C.
   std::string rows_of(std::uint64_t cell) const {
     std::string name = program::concat("cell ", cell), executor, failure;
-    Row place = {cell};
     for (const sweep::Option& option : design_.coordinates(cell)) {
       name += program::concat(", ", option.name, " ", option.value);
-      if (sweep::names_executor(option.name)) {
-        executor = option.value;
-      } else {
-        place.emplace_back(option.value);
-      }
+      if (sweep::names_executor(option.name)) executor = option.value;
     }
-    std::vector<Row> rows;
+    program::Table results = no_results();
     try {
-      rows = design_.command == "analyze" ? bounds_of(cell) : measured_of(cell);
+      results = design_.command == "analyze" ? bounds_of(cell) : measured_of(cell);
     } catch (const program::OverloadError& error) {
       failure = error.what();
     } catch (const CellFailure& error) {
@@ -151,19 +133,34 @@ class SweepCells {
       throw program::UsageError(program::concat(design_.file, ": ", name, ": ", error.what()));
     }
     // The interrupt also ended the cell's process.
-    if (rows.empty() && program::interrupted() != 0)
+    if (results.rows.empty() && program::interrupted() != 0)
       throw program::RunError("interrupted; the same command resumes the sweep");
-    place.insert(place.end(), {std::uint64_t{design_.repetition(cell)}, design_.seed_of(cell), failure});
-    if (rows.empty()) {
-      rows.emplace_back(columns().size() - place.size());
-      rows.front().front() = executor;
-    }
-    for (Row& row : rows) row.insert(row.begin(), place.begin(), place.end());
-    return program::csv_of(rows);
+    if (results.rows.empty()) results.rows.emplace_back(results.header.size()).front() = executor;
+    return program::csv_of(with_place(cell, failure, results).rows);
   }
 
  private:
-  using Row = std::vector<program::Value>;
+  program::Table no_results() const {
+    return design_.command == "analyze" ? program::table_of(guarantees::bound_columns(), {})
+                                        : sweep::measured_table({});
+  }
+
+  /// The rows after the cell's coordinates, without executor or deployment, which have a column of their own
+  /// among the results, and the reason of a failure.
+  program::Table with_place(std::uint64_t cell, const std::string& failure, program::Table results) const {
+    std::vector<std::string> names = {"cell"};
+    std::vector<program::Value> place = {cell};
+    for (const sweep::Option& option : design_.coordinates(cell)) {
+      if (sweep::names_executor(option.name)) continue;
+      names.push_back(option.name);
+      place.emplace_back(option.value);
+    }
+    names.insert(names.end(), {"repetition", "seed", "failure"});
+    place.insert(place.end(), {std::uint64_t{design_.repetition(cell)}, design_.seed_of(cell), failure});
+    results.header.insert(results.header.begin(), names.begin(), names.end());
+    for (std::vector<program::Value>& row : results.rows) row.insert(row.begin(), place.begin(), place.end());
+    return results;
+  }
 
   void check_cell(const std::vector<sweep::Option>& at, int line) const {
     try {
@@ -188,11 +185,11 @@ class SweepCells {
     return words;
   }
 
-  std::vector<Row> measured_of(std::uint64_t cell) const {
+  program::Table measured_of(std::uint64_t cell) const {
     std::vector<std::string> words = words_of(design_.coordinates(cell), cell);
     if (!live() && !design_.keep) {
       const Call call(design_.command, words);
-      return sweep::measured_table(simulated::summary_of_simulation(call.simulate)).rows;
+      return sweep::measured_table(simulated::summary_of_simulation(call.simulate));
     }
     const fs::path folder = output_ / "cells" / std::to_string(cell);
     fs::remove_all(folder);  // left by an earlier attempt
@@ -210,10 +207,10 @@ class SweepCells {
     const results::StoredRun run(folder, "a run");
     const results::Summary summary = results::summarize(run, run.summary_options());
     if (!design_.keep) fs::remove_all(folder);
-    return sweep::measured_table(summary).rows;
+    return sweep::measured_table(summary);
   }
 
-  std::vector<Row> bounds_of(std::uint64_t cell) const {
+  program::Table bounds_of(std::uint64_t cell) const {
     const Call call(design_.command, words_of(design_.coordinates(cell), cell));
     std::ostringstream printed;
     std::vector<guarantees::BoundRow> bounds;
@@ -223,7 +220,7 @@ class SweepCells {
       throw CellFailure(error.what());
     }
     if (bounds.empty()) throw CellFailure("no bound is known");
-    return program::table_of(guarantees::bound_columns(), bounds).rows;
+    return program::table_of(guarantees::bound_columns(), bounds);
   }
 
   sweep::Design design_;

@@ -141,31 +141,20 @@ void tell_only_in(const fs::path& folder, const Side& side, const Side& other) {
 void compare_percentiles(const Options& o) {
   Side before = read_side(o.old, false), after = read_side(o.now, false);
   if (o.across_loads) set_common_load(before, after);
-  const program::Table rows = percentiles_of(before, after);
-  if (rows.rows.empty()) refuse(o, before, after);
-  if (!o.csv.empty()) program::write_output_file(o.csv, "--csv", csv_of(rows));
-  program::Table table{{"", "", "old ms", "new ms", "difference", "95 % interval", ""}, {}};
-  std::map<std::string, std::size_t> verdicts;
-  for (const std::vector<program::Value>& row : rows.rows) {
-    std::vector<std::string> key;
-    for (auto part = row.begin(); part != row.end() - 6; ++part) key.push_back(part->text());
-    std::erase(key, "");
-    std::vector<program::Value>& cells = table.rows.emplace_back(row.end() - 6, row.end());  // percentile...
-    cells.insert(cells.begin(), program::joined(key, " "));
-    ++verdicts[row.back().text()];
-  }
+  auto [stored, shown, verdicts] = percentiles_of(before, after);
+  if (stored.rows.empty()) refuse(o, before, after);
+  if (!o.csv.empty()) program::write_output_file(o.csv, "--csv", csv_of(stored));
   std::vector<std::string> counts;
-  for (const auto& [verdict, n] : verdicts) counts.push_back(program::concat(n, " ", verdict));
-  std::cout << text_of("", table) << "\n"
-            << program::joined(counts) << ", of " << rows.rows.size() << " percentiles\n";
+  for (const auto& [verdict, n] : verdicts) counts.push_back(program::concat(n, " ", to_string(verdict)));
+  std::cout << shown << "\n" << program::joined(counts) << ", of " << stored.rows.size() << " percentiles\n";
   const std::vector<std::string> sentences = other_differences(o);
   for (const std::string& sentence : sentences) std::cout << sentence << "\n";
-  show_texts(rows);
+  show_texts(stored);
   tell_only_in(o.old, before, after);
   tell_only_in(o.now, after, before);
   if (o.page.empty()) return;
-  table.header = {"", "percentile", "old ms", "new ms", "difference ms", "95 % interval", ""};
-  write_page(o, before, after, sentences, "Differences", table);
+  shown.header = {"", "percentile", "old ms", "new ms", "difference ms", "95 % interval", ""};
+  write_page(o, before, after, sentences, "Differences", shown);
 }
 
 /// Reads both sides for the gate. Throws UsageError.
@@ -204,9 +193,7 @@ bool run_gate(const Options& o) {
                               ": no output and no job after the warm-up, there is nothing to judge");
   }
   const std::vector<std::string> sentences = {verdict_of(judgements), power_of(judgements)};
-  std::cout << text_of("", rows_of(judgements, false)) << "\n"
-            << sentences[0] << "\n"
-            << sentences[1] << "\n";
+  std::cout << rows_of(judgements, false) << "\n" << sentences[0] << "\n" << sentences[1] << "\n";
   program::show_json(json_of(judgements));
   if (!o.junit.empty()) program::write_output_file(o.junit, "--junit", junit_of(judgements));
   if (!o.markdown.empty()) program::write_output_file(o.markdown, "--markdown", markdown_of(judgements, o));

@@ -76,30 +76,38 @@ Noise noise_of(const Samples& old, const Samples& now, const Estimate& change) {
   return change.interval->low <= 0 && 0 <= change.interval->high ? Noise::within : Noise::beyond;
 }
 
-program::Table percentiles_of(const Side& before, const Side& after) {
-  program::Table table{{"quantity", "study", "source", "setting", "executor", "tasks", "percentile", "old_ms",
-                        "new_ms", "difference_ms", "interval_95_ms", "verdict"},
-                       {}};
+Percentiles percentiles_of(const Side& before, const Side& after) {
+  using Row = std::vector<program::Value>;
+  Percentiles all{
+      program::Table("", {"quantity", "study", "source", "setting", "executor", "tasks", "percentile",
+                          "old_ms", "new_ms", "difference_ms", "interval_95_ms", "verdict"}),
+      program::Table("", {"", "", "old ms", "new ms", "difference", "95 % interval", ""}),
+      {}};
   for (const auto& [key, samples] : before.samples) {
     const auto other = after.samples.find(key);
     if (other == after.samples.end()) continue;
     const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
     for (const auto& [p, name] : kPercentiles) {
       const Estimate change = difference_of_quantiles(now, old, p);
-      table.rows.push_back({to_string(key.quantity), key.study, to_string(key.source), key.setting,
-                            key.executor, key.tasks, name, text("%.3f", quantile(old.pooled(), p)),
-                            text("%.3f", quantile(now.pooled(), p)), text("%+.3f", change.value),
-                            interval_text("[%+.3f, %+.3f]", change.interval),
-                            to_string(noise_of(samples, other->second, change))});
+      const Noise noise = noise_of(samples, other->second, change);
+      ++all.verdicts[noise];
+      Row stored = {key.quantity, key.study, key.source, key.setting, key.executor, key.tasks},
+          shown = {text_of(key)};
+      for (Row* const row : {&stored, &shown})
+        row->insert(row->end(),
+                    {name, text("%.3f", quantile(old.pooled(), p)), text("%.3f", quantile(now.pooled(), p)),
+                     text("%+.3f", change.value), interval_text("[%+.3f, %+.3f]", change.interval), noise});
+      all.stored.add_row(stored);
+      all.shown.add_row(shown);
     }
   }
-  return table;
+  return all;
 }
 
 void compare_counters(const Options& options) {
   const auto old_file = options.old / "bench.json", file = options.now / "bench.json";
   const auto before = read_counters(old_file), after = read_counters(file);
-  program::Table table{{"counter", "old", "new", "difference", "95 % interval", "verdict"}, {}};
+  program::Table table("", {"counter", "old", "new", "difference", "95 % interval", "verdict"});
   std::size_t beyond = 0;
   for (const auto& [name, samples] : before) {
     const auto other = after.find(name);
@@ -108,9 +116,9 @@ void compare_counters(const Options& options) {
     const Estimate change = difference_of_quantiles(now, old, 0.5);
     const Noise noise = noise_of(samples, other->second, change);
     beyond += noise == Noise::beyond;
-    table.rows.push_back({name, three_digits(quantile(old.pooled(), 0.5)),
-                          three_digits(quantile(now.pooled(), 0.5)), text("%+.3g", change.value),
-                          interval_text("[%+.3g, %+.3g]", change.interval), to_string(noise)});
+    table.add_row({name, three_digits(quantile(old.pooled(), 0.5)), three_digits(quantile(now.pooled(), 0.5)),
+                   text("%+.3g", change.value), interval_text("[%+.3g, %+.3g]", change.interval),
+                   to_string(noise)});
   }
   if (table.rows.empty()) {
     throw program::UsageError(options.old.string() + " and " + options.now.string() +
@@ -118,8 +126,7 @@ void compare_counters(const Options& options) {
   }
   show_texts(table);
   table.header.back().clear();
-  std::cout << text_of("", table) << beyond << " of " << table.rows.size()
-            << " counters differ beyond noise.\n"
+  std::cout << table << beyond << " of " << table.rows.size() << " counters differ beyond noise.\n"
             << "Times: /usr/share/benchmark/compare.py benchmarks " << old_file.string() << " "
             << file.string() << "\n";
 }

@@ -22,8 +22,12 @@ constexpr auto enum_texts(Noise) {
 }
 [[nodiscard]] Noise noise_of(const Samples& old, const Samples& now, const Estimate& change);
 
-/// Median, p99 and maximum of everything that both sides have, with a column for each part of the key.
-[[nodiscard]] program::Table percentiles_of(const Side& before, const Side& after);
+/// Median, p99 and maximum of everything that both sides have.
+struct Percentiles {
+  program::Table stored, shown;  ///< With a column for each part of the key, or with the key in words.
+  std::map<Noise, std::size_t> verdicts;
+};
+[[nodiscard]] Percentiles percentiles_of(const Side& before, const Side& after);
 /// For --json: also an empty cell is a text.
 void show_texts(const program::Table& table);
 

@@ -8,15 +8,15 @@
 #include <set>
 
 #include "program/shown_text.hpp"
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 
 namespace hotpath::explain {
 
 namespace {
 
 using nlohmann::json;
-using program::concat, program::fixed, program::TextTable;
+using program::concat, program::fixed, program::Table;
 
 constexpr std::size_t kNamed = 3;  // jobs named in a sentence
 constexpr std::size_t kRows = 12;  // of a table of jobs
@@ -113,7 +113,7 @@ using Columns = std::vector<Column>;
 /// A row with a value of each column; `most`: the largest of them.
 struct Row {
   double most = 0;
-  std::vector<TextTable::Cell> cells;
+  std::vector<program::Value> cells;
 };
 Row row_of(const std::string& name, const Columns& columns, const auto& value) {
   Row row{0, {name}};
@@ -124,8 +124,8 @@ Row row_of(const std::string& name, const Columns& columns, const auto& value) {
   return row;
 }
 
-TextTable table_of_causes(const Columns& columns, const std::vector<std::string>& header) {
-  TextTable table("Cause: mean in ms", header);
+Table table_of_causes(const Columns& columns, const std::vector<std::string>& header) {
+  Table table("Cause: mean in ms", header);
   for (const CauseText& cause : kCauseTexts) {
     const Row row = row_of(cause.phrase, columns, [&](const Totals& t) { return t.mean_ms(cause.value); });
     if (row.most > 0) table.add_row(row.cells);
@@ -134,10 +134,10 @@ TextTable table_of_causes(const Columns& columns, const std::vector<std::string>
   return table;
 }
 
-TextTable table_of_jobs(const TaskSet& set, const Columns& columns, const std::set<Behind>& keys,
-                        std::vector<std::string> header) {
+Table table_of_jobs(const TaskSet& set, const Columns& columns, const std::set<Behind>& keys,
+                    std::vector<std::string> header) {
   header.insert(header.end(), {"cause", "because"});
-  TextTable table("Behind: mean in ms", header);
+  Table table("Behind: mean in ms", header);
   std::vector<Row> rows;
   for (const Behind& key : keys) {
     rows.push_back(row_of(set[key.task].name, columns, [&](const Totals& t) { return t.mean_ms(key); }));
@@ -283,7 +283,7 @@ Report report(const Subject& subject, const Explanation& e) {
     step["start_ns"] = to_ns(job.start);
     step["finish_ns"] = job.outcome == Outcome::ran ? json(to_ns(job.finish)) : json();
   }
-  TextTable table("", {"from\nms", "for\nms", "cause", "job", "behind", "because"});
+  Table table("", {"from\nms", "for\nms", "cause", "job", "behind", "because"});
   Duration from{};
   for (const Part& part : e.parts) {
     const JobRef job = e.path[part.step].job.ref();

@@ -177,7 +177,7 @@ void print(std::ostream& out, const std::vector<BoundRow>& rows, bool compared) 
     std::vector<BoundRow> shown;
     std::ranges::copy_if(rows, std::back_inserter(shown), [&](const BoundRow& r) { return r.kind == kind; });
     if (shown.empty() && kind != Quantity::task) continue;
-    out << text_of("", program::table_of(shown_columns(kind, compared), shown));
+    out << program::table_of(shown_columns(kind, compared), shown);
     if (kind == Quantity::task) print_verdict(out, shown);
   }
   for (const BoundRow& row : rows) {

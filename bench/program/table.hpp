@@ -13,13 +13,12 @@
 #include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/time.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 
 namespace hotpath::program {
 
 /// A cell of a table: nothing (from an empty std::optional), a whole number (a duration: in nanoseconds), a
 /// fraction, or a text, also from an enumeration. Every writer shows a fraction with the digits of printf's
-/// `format`.
+/// `format`. `below`: a second line of text, for the interval of a value.
 class Value {
  public:
   Value() = default;
@@ -37,13 +36,18 @@ class Value {
     } else if constexpr (std::is_arithmetic_v<T>) {
       data_ = std::is_same_v<T, bool> ? nlohmann::json(member ? 1 : 0) : nlohmann::json(member);
       text_ = data_.dump();
+    } else if constexpr (std::is_same_v<T, nlohmann::json>) {
+      data_ = member;
+      text_ = member.is_null() ? "" : member.is_string() ? member.template get<std::string>() : member.dump();
     } else {
       text_ = member;
     }
     if (data_.is_null() && !text_.empty()) data_ = text_;
   }
+  Value(const std::string& shown, std::string below) : Value(shown) { below_ = std::move(below); }
 
   [[nodiscard]] const std::string& text() const { return text_; }  ///< Empty for nothing.
+  [[nodiscard]] const std::string& below() const { return below_; }
   /// Null for nothing, and for an empty text.
   [[nodiscard]] const nlohmann::json& data() const { return data_; }
 
@@ -55,7 +59,7 @@ class Value {
     return static_cast<std::int64_t>(value);
   }
 
-  std::string text_;
+  std::string text_, below_;
   nlohmann::json data_;
 };
 
@@ -72,15 +76,24 @@ struct Column {
   std::function<Value(const Row&)> value;
 };
 
-/// What a command shows and stores: made once, and written as text, CSV, JSON or Markdown.
+/// What a command shows and stores: made once, and written as text (<<), CSV, JSON or Markdown.
 struct Table {
+  /// `names`: one header per column, with at most one line break. Text has no header if all are empty, and
+  /// leaves out a column without any text.
+  explicit Table(std::string of_text, std::vector<std::string> names = {})
+      : title(std::move(of_text)), header(std::move(names)) {}
+
+  /// `cells`: one per column.
+  void add_row(std::vector<Value> cells) { rows.push_back(std::move(cells)); }
+
+  std::string title;  ///< Of text.
   std::vector<std::string> header;
   std::vector<std::vector<Value>> rows;
 };
 
 template <class Row>
 [[nodiscard]] Table table_of(const std::vector<Column<Row>>& columns, const std::vector<Row>& rows) {
-  Table table;
+  Table table("");
   for (const Column<Row>& column : columns) table.header.push_back(column.name);
   for (const Row& row : rows) {
     std::vector<Value>& values = table.rows.emplace_back();
@@ -89,7 +102,7 @@ template <class Row>
   return table;
 }
 
-[[nodiscard]] TextTable text_of(const std::string& title, const Table& table);
+std::ostream& operator<<(std::ostream& out, const Table& table);
 
 /// CSV: the header and the rows, with quotes where a field needs them.
 [[nodiscard]] std::string csv_of(const Table& table);
@@ -99,7 +112,7 @@ template <class Row>
 /// An object for each row.
 [[nodiscard]] nlohmann::json json_of(const Table& table);
 
-/// Markdown. `numbers`: the columns that are aligned to the right, from 0.
+/// Markdown. `numbers`: the columns, from 0, that are aligned to the right and hold nothing to escape.
 [[nodiscard]] std::string markdown_of(const Table& table, const std::vector<std::size_t>& numbers);
 
 }  // namespace hotpath::program

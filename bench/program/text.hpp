@@ -25,22 +25,6 @@ std::string concat(const auto&... parts) {
   return out.str();
 }
 
-/// Writes a line of CSV; std::nullopt becomes an empty field.
-void write_row(std::ostream& out, const auto&... fields) {
-  const char* before = "";
-  const auto write = [&](const auto& field) {
-    out << before;
-    before = ",";
-    if constexpr (requires { field.has_value(); }) {
-      if (field) out << *field;
-    } else {
-      out << field;
-    }
-  };
-  (write(fields), ...);
-  out << '\n';
-}
-
 /// Text as one field of a CSV file.
 inline std::string csv_field(const std::string& field) {
   if (field.find_first_of(",\"\n") == std::string::npos) return field;

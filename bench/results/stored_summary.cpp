@@ -154,7 +154,7 @@ void write_responses(std::ostream& out, const StoredRun& run) {
   for (const auto& [repetition, of_jobs] : all) {
     const auto& [place, executor, number] = repetition;
     for (const Response& r : of_jobs)
-      program::write_row(out, executor, number, run.tasks()[r.task].name, r.ns);
+      out << executor << ',' << number << ',' << run.tasks()[r.task].name << ',' << r.ns << '\n';
   }
 }
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 
 namespace hotpath::results {
 namespace {
@@ -23,8 +23,8 @@ std::string number(double x) {
   return program::fixed(x, decimals);
 }
 
-std::string number(const std::optional<Interval>& interval) {
-  return interval ? "[" + number(interval->low) + "," + number(interval->high) + "]" : "";
+program::Value number(double x, const std::optional<Interval>& interval) {
+  return {number(x), interval ? "[" + number(interval->low) + "," + number(interval->high) + "]" : ""};
 }
 
 bool beyond_noise(const std::optional<Estimate>& ratio) {
@@ -46,46 +46,44 @@ std::string chain_title(const Summary& summary, std::size_t chain) {
   return title + (first.median_to_default ? ", ratios to default" : "");
 }
 
-program::TextTable chain_table(const Summary& summary, std::size_t chain) {
-  program::TextTable table(chain_title(summary, chain),
-                           {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
-                            "CPU us/\ncallback", "median\nratio", "max\nratio"});
+program::Table chain_table(const Summary& summary, std::size_t chain) {
+  program::Table table(chain_title(summary, chain),
+                       {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
+                        "CPU us/\ncallback", "median\nratio", "max\nratio"});
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
     const auto cell = [&](double Quantiles::*of) {
       const Estimate estimate = c.hot_path.estimate(of);
-      return program::TextTable::Cell(number(estimate.value), number(estimate.interval));
+      return number(estimate.value, estimate.interval);
     };
-    table.add_row({e.executor, std::to_string(c.hot_path.quantiles.n), cell(&Quantiles::p50),
-                   cell(&Quantiles::p99), cell(&Quantiles::p999), cell(&Quantiles::max),
-                   std::to_string(e.skipped), std::to_string(e.overwritten), number(e.cpu_per_callback_us),
+    table.add_row({e.executor, c.hot_path.quantiles.n, cell(&Quantiles::p50), cell(&Quantiles::p99),
+                   cell(&Quantiles::p999), cell(&Quantiles::max), e.skipped, e.overwritten,
+                   number(e.cpu_per_callback_us),
                    starred(c.median_to_default), starred(c.max_to_default)});
   }
   return table;
 }
 
-program::TextTable jobs_table(const Summary& summary) {
-  program::TextTable table("jobs of all tasks", {"executor", "callbacks\nexecuted", "skipped",
-                                                 "over-\nwritten", "CPU us/\ncallback", "deadline\noverruns",
-                                                 "worst\nresponse ms", "as authors\ndefine it"});
+program::Table jobs_table(const Summary& summary) {
+  program::Table table("jobs of all tasks",
+                       {"executor", "callbacks\nexecuted", "skipped", "over-\nwritten", "CPU us/\ncallback",
+                        "deadline\noverruns", "worst\nresponse ms", "as authors\ndefine it"});
   for (const ExecutorSummary& e : summary.executors) {
     double worst_ms = kNoValue, worst_authors_ms = kNoValue;  // the latter only in sets without subscriptions
     for (const TaskSummary& task : e.tasks) {
       worst_ms = std::fmax(worst_ms, task.response_ms.max);
       worst_authors_ms = std::fmax(worst_authors_ms, task.response_authors_ms.value_or(Quantiles()).max);
     }
-    table.add_row({e.executor, std::to_string(e.executed), std::to_string(e.skipped),
-                   std::to_string(e.overwritten), number(e.cpu_per_callback_us),
-                   std::to_string(e.after_warm_up.deadline_overruns), number(worst_ms),
-                   number(worst_authors_ms)});
+    table.add_row({e.executor, e.executed, e.skipped, e.overwritten, number(e.cpu_per_callback_us),
+                   e.after_warm_up.deadline_overruns, number(worst_ms), number(worst_authors_ms)});
   }
   return table;
 }
 
 /// Per executor the timer whose period varies most: upstream's third metric, for every timer.
 void write_periods(std::ostream& out, const Summary& summary) {
-  program::TextTable table("period of the timer that varies most, in ms from start to start",
-                           {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
+  program::Table table("period of the timer that varies most, in ms from start to start",
+                       {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
   bool any = false;
   for (const ExecutorSummary& e : summary.executors) {
     const TaskSummary* most = nullptr;

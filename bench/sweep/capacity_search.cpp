@@ -101,7 +101,10 @@ class CapacitySearch {
         over_(to_string(options.over)),
         required_(Requirement::parse(options.require)),
         levels_{options.from, options.to, options.resolution},
-        found_{{"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}, {}} {
+        found_(
+            program::concat(options.graph, ", simulated: largest ", over_, " with ",
+                            program::joined(options.require), " (steps of ", exact(options.resolution), ")"),
+            {"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}) {
     if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
     if (levels_.count() > 1'000'000) {
       throw program::UsageError("--resolution: more than 1000000 levels; take a larger step");
@@ -182,10 +185,9 @@ class CapacitySearch {
     std::vector<std::string> again;
     for (const std::size_t level : c.again()) again.push_back(text(level));
     const std::optional<Capacity> analysed = analyse(one, label);
-    found_.rows.push_back({label, (c.highest == levels_.count() - 1 ? ">= " : "") + text(c.highest),
-                           analysed ? text(analysed->highest) : "no method",
-                           failed ? text(fails->first) : "-", failed ? fails->second : "",
-                           program::joined(again, " ")});
+    found_.add_row({label, (c.highest == levels_.count() - 1 ? ">= " : "") + text(c.highest),
+                    analysed ? text(analysed->highest) : "no method", failed ? text(fails->first) : "-",
+                    failed ? fails->second : "", program::joined(again, " ")});
   }
 
   /// The largest level at which the bounds meet the requirement; nullopt: no method bounds it.
@@ -237,10 +239,7 @@ class CapacitySearch {
   }
 
   void write(const std::filesystem::path& folder) const {
-    const std::string title =
-        program::concat(options_.graph, ", simulated: largest ", over_, " with ",
-                        program::joined(options_.require), " (steps of ", exact(options_.resolution), ")");
-    std::cout << text_of(title, found_) << "\n" << confidence() << "\n";
+    std::cout << found_ << "\n" << confidence() << "\n";
     program::create_folder(folder);
     const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n";
     program::write_whole_file(folder / "capacity.md", page);

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 namespace hotpath {
 namespace {
@@ -29,9 +28,7 @@ program::Table table() {
 }
 
 TEST(TypedTable, IsWrittenAsText) {
-  std::ostringstream out;
-  out << text_of("", table());
-  EXPECT_EQ(out.str(),
+  EXPECT_EQ(program::concat(table()),
             "name   share  mean_ms  jobs  holds\n"
             "----------------------------------\n"
             "a,\"b\"   1.23     1.23     7      1\n"
@@ -52,8 +49,9 @@ TEST(TypedTable, IsWrittenAsJsonWithTheSameDigits) {
   EXPECT_EQ(rows[1]["share"], json());
   EXPECT_EQ(rows[2]["name"], json()) << "an empty text is no value";
   EXPECT_EQ(rows[2].dump(), R"({"holds":0,"jobs":1,"mean_ms":12.0,"name":null,"share":12})");
-  const json other = json_of(program::Table{{"a", "b", "c"}, {{NAN, 1e9, ""}}});
-  EXPECT_EQ(other[0].dump(), R"({"a":"nan","b":1000000000.0,"c":null})");
+  program::Table numbers("", {"a", "b", "c"});
+  numbers.add_row({NAN, 1e9, ""});
+  EXPECT_EQ(json_of(numbers)[0].dump(), R"({"a":"nan","b":1000000000.0,"c":null})");
 }
 
 TEST(TypedTable, IsWrittenAsMarkdown) {

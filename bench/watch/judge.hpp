@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "program/table.hpp"
 #include "program/text.hpp"
-#include "program/text_table.hpp"
 #include "watch/incident.hpp"
 
 namespace hotpath::watch {
@@ -222,8 +222,8 @@ class Judge {
   [[nodiscard]] std::string incident() const { return broken() ? incidents_.kept().front().text() : ""; }
 
   /// `lossy`: lost events make terms that are not broken unobservable.
-  [[nodiscard]] program::TextTable table(bool lossy) const {
-    program::TextTable table("Contract", {"of", "term", "limit", "observed", "verdict", "reason"});
+  [[nodiscard]] program::Table table(bool lossy) const {
+    program::Table table("Contract", {"of", "term", "limit", "observed", "verdict", "reason"});
     for (const auto& [of, term, verdict, reason] : rows(lossy)) {
       const std::string kind = of.kind == Kind::callback ? "" : to_string(of.kind) + std::string(" ");
       table.add_row(

@@ -96,13 +96,13 @@ std::string shown(const nlohmann::json& row, const Column& column) {
   return value.is_number_float() ? program::fixed(value, column.decimals) : value.dump();
 }
 
-program::TextTable table_of(const nlohmann::json& rows, const std::string& title, const Columns& columns) {
+program::Table table_of(const nlohmann::json& rows, const std::string& title, const Columns& columns) {
   std::vector<std::string> header;
   for (const Column& column : columns) header.emplace_back(column.header);
-  program::TextTable table(title, header);
+  program::Table table(title, header);
   for (const nlohmann::json& row : rows) {
     if (imports::is_housekeeping(row.value("topic", ""))) continue;  // every node has it
-    std::vector<program::TextTable::Cell> cells;
+    std::vector<program::Value> cells;
     for (const Column& column : columns) cells.emplace_back(shown(row, column));
     table.add_row(cells);
   }
@@ -196,14 +196,14 @@ void ObservationReport::rate(FollowedThread& thread) const {
   thread.before_at = read_;
 }
 
-std::vector<program::TextTable> ObservationReport::tables() const {
+std::vector<program::Table> ObservationReport::tables() const {
   std::string title =
       program::concat(program::fixed(json_["time_s"], 0), " s: ", json_["processes"],
                       " processes with nodes, ", json_["threads"], " threads, ", json_["events"], " events");
   for (const auto& [key, meaning] : {std::pair("dropped", "dropped"), std::pair("damaged", "damaged"),
                                      std::pair("late", "late"), std::pair("ignored_entities", "ignored")})
     if (json_[key] > 0) title += program::concat(", ", json_[key], " ", meaning);
-  std::vector<program::TextTable> tables = {table_of(json_["callbacks"], title, kCallbacks)};
+  std::vector<program::Table> tables = {table_of(json_["callbacks"], title, kCallbacks)};
   if (!json_["chains"].empty()) tables.push_back(table_of(json_["chains"], "Chains", kChains));
   if (!json_["executor_threads"].empty())
     tables.push_back(table_of(json_["executor_threads"], "Threads", kThreads));

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "program/text_table.hpp"
+#include "program/table.hpp"
 #include "watch/observer.hpp"
 
 namespace hotpath::watch {
@@ -26,7 +26,7 @@ class ObservationReport {
   void update(const Observer& observer, const Session& session, Duration now);
 
   /// Callbacks that ran or lost samples, then chains of the contract and threads, if there are any.
-  [[nodiscard]] std::vector<program::TextTable> tables() const;
+  [[nodiscard]] std::vector<program::Table> tables() const;
   [[nodiscard]] const nlohmann::json& json() const { return json_; }
 
  private:

@@ -249,7 +249,7 @@ class Watch {
   }
 
   void print_tables() const {
-    for (const program::TextTable& table : report_.tables()) std::cout << table << "\n";
+    for (const program::Table& table : report_.tables()) std::cout << table << "\n";
   }
 
   void print_json() const {
