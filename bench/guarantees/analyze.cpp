@@ -214,11 +214,10 @@ class Analysis {
     }
     if (!none.refusal.empty()) return none;
     const std::size_t limit = options_.exact ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
-    GraphBounds bounds =
-        bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, {limit, uncertainty()},
-                                  options_.witness.empty() ? nullptr : &reached);
-    if (!options_.exact && bounds.refusal.ends_with(" states")) bounds.refusal += "; --exact allows more";
-    return bounds;
+    const char* const more = options_.exact ? "" : "; --exact allows more";
+    return bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler,
+                                     {limit, uncertainty(), more},
+                                     options_.witness.empty() ? nullptr : &reached);
   }
 
   /// Throws RunError if a bound is violated although its assumptions hold.
