@@ -99,7 +99,6 @@ class CapacitySearch {
   explicit CapacitySearch(const CapacityOptions& options)
       : options_(options),
         over_(to_string(options.over)),
-        required_(Requirement::parse(options.require)),
         levels_{options.from, options.to, options.resolution},
         found_{{"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}, {}} {
     if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
@@ -143,7 +142,7 @@ class CapacitySearch {
   }
 
   simulated::Options at(simulated::Options options, double level) const {
-    if (options_.over == Over::load) options.load_percent = level;
+    if (options_.over == Over::load) options.load_given = level;
     if (options_.over == Over::rate) options.rate_percent = level;
     if (options_.over == Over::copies) options.copies = static_cast<unsigned>(level);
     return options;
@@ -170,7 +169,7 @@ class CapacitySearch {
       std::cerr << label << ": " << over_ << " " << exact(row.level) << std::flush;
       try {
         const results::Summary summary = simulated::summary_of_simulation(at(one, row.level));
-        row.why = required_.failure(summary.executors.front());
+        row.why = options_.require.failure(summary.executors.front());
         add_measures(summary.executors.front(), row);
       } catch (const program::OverloadError& error) {
         row.why = error.what();
@@ -201,7 +200,7 @@ class CapacitySearch {
       const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
       const auto guaranteed = setup::guarantees(graph, tasks, spec);
       any = any || guaranteed;
-      row.why = guaranteed ? failure_of(*guaranteed, tasks.set, graph, required_.latency_ms)
+      row.why = guaranteed ? failure_of(*guaranteed, tasks.set, graph, options_.require.latency_ms)
                            : "no method covers it";
     });
     if (any) return capacity;
@@ -237,9 +236,9 @@ class CapacitySearch {
   }
 
   void write(const std::filesystem::path& folder) const {
-    const std::string title =
-        program::concat(options_.graph, ", simulated: largest ", over_, " with ",
-                        program::joined(options_.require), " (steps of ", exact(options_.resolution), ")");
+    const std::string title = program::concat(options_.graph, ", simulated: largest ", over_, " with ",
+                                              program::joined(options_.require.words), " (steps of ",
+                                              exact(options_.resolution), ")");
     std::cout << text_of(title, found_) << "\n" << confidence() << "\n";
     program::create_folder(folder);
     const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n";
@@ -253,7 +252,6 @@ class CapacitySearch {
 
   const CapacityOptions options_;
   const std::string over_;
-  const Requirement required_;
   const Levels levels_;
   program::Table found_;  ///< What is printed, and stored for a page.
   std::vector<LevelRow> rows_;
