@@ -191,17 +191,15 @@ void write(const Question& q, Advice advice) {
 
 }  // namespace
 
-void advise(const Options& given) {
+void advise(const Options& options) {
   program::catch_interrupts();
-  Options options = given;
-  if (!options.phases_file.empty()) options.phases = Phases::given;
   if (!options.phases_of.empty()) {
     throw program::UsageError("--phases " + options.phases_of +
                               ": draws take the phases of a CSV file, not of a run");
   }
   const Question question(options, "hot_path:p99");
   check_memory(question);
-  const std::vector<Candidate> candidates = question.candidates("reference");
+  const std::vector<Candidate> candidates = question.candidates(true);
   std::vector<Prediction> predictions = predicted(question, "ranking", candidates, kRankingShare);
   for (Prediction& p : predictions) {
     if (p.keeps_up()) add_bound(p, question.objective);

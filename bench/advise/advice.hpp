@@ -13,7 +13,7 @@ namespace hotpath::advise {
 struct Options : setup::CommonOptions {
   std::optional<std::string> objective;  ///< By default as the help of --for says.
   std::string now = "default";           ///< The system's current executor or deployment.
-  std::optional<std::string> costs;      ///< By default as the help of --costs says.
+  std::optional<bool> reference_costs;   ///< --costs reference, not graph; by default as its help says.
   std::optional<unsigned> cores;
   std::uint32_t draws = 20;
   double budget_s = 120;

@@ -12,27 +12,7 @@ namespace hotpath::advise {
 
 namespace fs = std::filesystem;
 
-namespace {
-
 using program::concat, program::text;
-
-/// The options of `simulate` that are not those of the graph, which is scaled already.
-std::vector<std::string> command_of(const simulated::Options& o) {
-  const std::string phases =
-      concat(to_string(o.phases), o.phase_step_ms ? text(":%.17g", *o.phase_step_ms) : "");
-  std::vector<std::string> words = {
-      "simulate",
-      "--graph=" + o.graph,
-      o.deployments.empty() ? "--executors=" + o.executors.front() : "--deployments=" + o.deployments.front(),
-      "--phases=" + (o.phases_file.empty() ? phases : o.phases_file),
-      text("--duration=%.17g", o.duration_s),
-      text("--warm-up=%.17g", o.warm_up_s),
-      concat("--seed=", o.seed)};
-  if (o.entity_order != "creation") words.push_back("--entity-order=" + o.entity_order);
-  return words;
-}
-
-}  // namespace
 
 std::vector<std::string> write_executor_files(const Candidate& candidate, const GraphPlatform& platform,
                                               const std::string& offsets, const fs::path& folder) {
@@ -84,7 +64,7 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
   o.graph = folder / "graph.yaml";
   write_graph(o.graph, with_drawn_deliveries(candidate.graph, options.seed),
               {"The graph of one candidate, with the candidate's costs.", {}}, program::write_with_folder);
-  o.load_percent = o.rate_percent = std::nullopt;
+  o.load_given = o.rate_percent = std::nullopt;
   o.copies = o.repetitions = o.threads = 1;
   o.executors.clear();
   o.deployments.clear();
@@ -98,7 +78,7 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
     o.executors = {label};
   }
   o.output = folder / "run";
-  o.command = command_of(o);
+  o.command.clear();
   simulated::store_simulation(o);
   return label;
 }

@@ -261,17 +261,14 @@ Question::Question(const Options& given, const std::string& usual)
                       std::floor(load / 100) + 1, " cores or more (--cores), or less work (--load)"));
 }
 
-std::vector<Candidate> Question::candidates(const std::string& usual) const {
-  const std::string costs = options.costs.value_or(usual);
-  if (costs != "reference" && costs != "graph")
-    throw program::UsageError("--costs: `" + costs + "` is neither reference nor graph");
+std::vector<Candidate> Question::candidates(bool reference_costs) const {
   program::check_output_folder(folder);
   return make_candidates(graph, objective,
                          {.executors = options.executors,
                           .deployments = options.deployments,
                           .now = options.now,
                           .scheduling = setup::scheduling_of(options, graph, tasks.set, graph.platform.cores),
-                          .reference_costs = costs == "reference"});
+                          .reference_costs = options.reference_costs.value_or(reference_costs)});
 }
 
 const Candidate& Question::now(const std::vector<Candidate>& candidates) const {

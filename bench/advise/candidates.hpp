@@ -58,8 +58,8 @@ struct Question {
   /// with the number of cores that would suffice.
   Question(const Options& options, const std::string& usual);
 
-  /// `costs`: the costs if the options name none. Throws UsageError, InputError.
-  [[nodiscard]] std::vector<Candidate> candidates(const std::string& costs) const;
+  /// `reference_costs`: if the options name no costs. Throws UsageError, InputError.
+  [[nodiscard]] std::vector<Candidate> candidates(bool reference_costs) const;
   /// The system's current executor or deployment.
   [[nodiscard]] const Candidate& now(const std::vector<Candidate>& candidates) const;
   /// Names the folder, and prints the content for --json. Throws RunError.

@@ -92,7 +92,7 @@ class PhaseAdviser : Question {
   }
 
   void run() {
-    const std::vector<Candidate> all = candidates("graph");
+    const std::vector<Candidate> all = candidates(false);
     program::Progress progress(all.size() + kSearched + 1, Duration::zero());
     compare(all, progress);
     search(progress);

@@ -160,9 +160,7 @@ void check_jitter(const TaskSet& set, const ExecutorEntry& executor, const Platf
   if (jitter == set.tasks.end()) return;
   const std::string of_whom = "it does not cover the release jitter of " + jitter->name +
                               " under a timer thread that each timer's job wakes up and that ";
-  if (platform.cores == 1 && !platform.raised_releaser) {
-    throw ExplorationRefused(of_whom + "shares the core");
-  }
+  if (platform.cores == 1 && !platform.raised_releaser) throw ExplorationRefused(of_whom + "shares the core");
   if (platform.wake_up_latency > Duration{}) throw ExplorationRefused(of_whom + "has a wake-up latency");
 }
 
@@ -183,10 +181,9 @@ void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& exe
     throw ExplorationRefused(
         "it does not cover uncertain phases under a timer thread that the end of each timer's job wakes up");
   }
-  if (by_deadline(traits_of(executor.traits.policy.value_or(Policy::fifo)).levels)) {
+  if (by_deadline(traits_of(executor.traits.policy.value_or(Policy::fifo)).levels))
     throw ExplorationRefused(
         "it does not cover uncertain phases under an order by deadlines, which follow the phases");
-  }
 }
 
 /// Explores every schedule; with `observer.of_subscriptions` for response times of subscriptions alone, which
@@ -259,6 +256,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
   } catch (const ExplorationRefused& error) {
     bounds = none;
     bounds.refusal = error.what();
+    if (error.why == ExplorationRefused::Why::states) bounds.refusal += exact.more_states;
   }
   return bounds;
 }

@@ -19,6 +19,7 @@ struct ExactOptions {
   std::size_t max_states = 100'000;
   /// > 0: upper bounds for phases up to this much earlier or later, each the same for all jobs of its timer.
   Duration phase_uncertainty{};
+  const char* more_states = "";  ///< How to allow more states, added to a refusal at their limit.
 };
 
 /// A worst case, and a schedule that reaches it.

@@ -13,7 +13,6 @@ namespace {
 void choose_phases_option(CLI::App& advise, advise::Options& o) {
   advise.remove_option(advise.get_option("--phases"));
   const std::string alone = "chosen";
-  const auto check = [alone](const std::string& text) { return text == alone ? "" : refused_phases(text); };
   const auto set = [&o, alone](const std::string& text) {
     o.choose_phases = text == alone;
     set_phases(o, o.choose_phases ? to_string(Phases::creation) : text);
@@ -23,7 +22,6 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
                                         "Timer phases of all draws; by default random. Without a\n"
                                         "value: choose the phases with the best guaranteed --for")
       ->expected(0, 1)
-      ->check(check, "")
       ->type_name("[creation[:MS]|synchronous|given|random|FILE|chosen]")
       ->default_str(alone)  // what CLI11 passes for an option without a value
       ->group(kSystemGroup);
@@ -62,10 +60,14 @@ void add_advise_command(CLI::App& app) {
            "losses; by default hot_path:p99, with --phases without a\nvalue hot_path:worst");
   add_text(advise, "--now", o.now, "NAME", "Current executor or deployment, the baseline");
   add_cores_option(advise, o.cores);
-  add_text(advise, "--costs", o.costs, "reference|graph",
-           "Costs of executors: measured for each on the reference\n"
-           "machine, or those of the graph's platform for all; by default\n"
-           "reference, with --phases without a value graph");
+  const auto is_reference = [](const std::string& text) {
+    if (text == "reference" || text == "graph") return text == "reference";
+    throw program::UsageError("--costs: `" + text + "` is neither reference nor graph");
+  };
+  add_parsed(advise, "--costs", o.reference_costs, is_reference, "reference|graph",
+             "Costs of executors: measured for each on the reference\n"
+             "machine, or those of the graph's platform for all; by default\n"
+             "reference, with --phases without a value graph");
   add_list(advise, "--executors", o.executors, "NAMES",
            "Candidates besides --deployments, separated by commas;\nby default all that suit the graph");
   add_deployments_option(advise, o);

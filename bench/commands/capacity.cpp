@@ -24,9 +24,11 @@ void add_capacity_command(CLI::App& app) {
   add_choice(capacity, "--over", o.over,
              "Quantity to search: load in percent of one core, timer rate\n"
              "in percent, or number of graph copies");
-  add_list(capacity, "--require", o.require, "CONDITIONS",
+  const auto require = [&o = o](const auto& words) { o.require = sweep::Requirement::parse(words); };
+  add_list(capacity, "--require", require, "CONDITIONS",
            "Conditions for every repetition, separated by commas:\n"
-           "no-loss, deadlines, latency:MS (limit of the hot path)");
+           "no-loss, deadlines, latency:MS (limit of the hot path)")
+      ->default_str(program::joined(o.require.words, ","));
   add_number(capacity, "--from", o.from, {0, 1e6}, "LEVEL", "Lowest level");
   add_number(capacity, "--to", o.to, {0, 1e6}, "LEVEL", "Highest level");
   add_number(capacity, "--resolution", o.resolution, {1e-3, 1e6}, "LEVEL", "Search step between two levels");

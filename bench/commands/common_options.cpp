@@ -20,25 +20,26 @@ constexpr double kLargestCost_us = 1e9;
 constexpr double kLongestStep_ms = 1e6;
 constexpr std::size_t kHelpColumns = 68;  // of the 100 that --help may use
 
-/// Sets one `KEY=VALUE` of --platform. Returns why it is refused, or an empty text.
-std::string set_platform(setup::PlatformOptions& o, const std::string& item) {
+/// Sets one `KEY=VALUE` of --platform.
+void set_platform(setup::PlatformOptions& o, const std::string& item) {
   const std::size_t equals = item.find('=');
   const std::string key = item.substr(0, equals);
-  std::string value = equals == std::string::npos ? "" : item.substr(equals + 1);
-  if (key == "timer_thread") {
-    o.timer_thread = parse<TimerThread>(value);
-    return o.timer_thread ? "" : "timer_thread is one of " + program::joined(words<TimerThread>());
-  }
+  const std::string value = equals == std::string::npos ? "" : item.substr(equals + 1);
   std::string keys = "timer_thread";
+  if (key == keys) {
+    o.timer_thread = parse<TimerThread>(value);
+    if (o.timer_thread) return;
+    throw CLI::ValidationError("--platform",
+                               "timer_thread is one of " + program::joined(words<TimerThread>()));
+  }
   for (std::size_t i = 0; i < kPlatformCosts.size(); ++i) {
     keys += program::concat(", ", kPlatformCosts[i].key);
     if (key != kPlatformCosts[i].key) continue;
-    if (std::string refusal = refused_number<double>(value, {0, kLargestCost_us}); !refusal.empty())
-      return program::concat(key, ": ", refusal);
-    o.costs_us[i] = parse<double>(value);
-    return "";
+    o.costs_us[i] = value_of<double>("--platform: " + key, value, {0, kLargestCost_us});
+    return;
   }
-  return program::concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys);
+  throw CLI::ValidationError(
+      "--platform", program::concat("`", item, "` is no KEY=VALUE of a platform; its keys are ", keys));
 }
 
 /// The items of a comma-separated list.
@@ -52,12 +53,6 @@ std::vector<std::string> list_items(const std::string& list) {
 std::vector<Command>& all_commands() {
   static std::vector<Command> all;
   return all;
-}
-
-/// The text after `creation:`.
-std::optional<std::string> creation_step(const std::string& text) {
-  static const std::string kBefore = program::concat(to_string(Phases::creation), ":");
-  return text.starts_with(kBefore) ? std::optional(text.substr(kBefore.size())) : std::nullopt;
 }
 
 }  // namespace
@@ -87,30 +82,24 @@ void check_outputs(const CLI::App& command) {
     std::error_code error;  // hard links
     return a == b || (fs::exists(a, error) && fs::exists(b, error) && fs::equivalent(a, b, error));
   };
+  std::error_code error;
   std::map<std::string, fs::path> outputs, inputs;
   for (const CLI::Option* option : command.get_options()) {
-    if (option->count() == 0) continue;
     const std::string name = option->get_name();
     const bool output = kOutputs.contains(name) || (name == "--contract" && command.get_name() == "analyze");
     for (const std::string& value : option->results()) {
-      if (output) {
-        if (value != "-") outputs[name] = canonical(value);
-        continue;
-      }
+      if (output && value != "-") outputs[name] = canonical(value);
       std::vector<std::string> parts = list_items(value);
       parts.push_back(value);
-      for (std::string part : parts) {
-        for (const std::string prefix : {"replay:", "listed:"})
-          if (part.starts_with(prefix)) part.erase(0, prefix.size());
-        std::error_code error;
-        if (!part.empty() && fs::exists(part, error)) inputs[part] = canonical(part);
+      for (const std::string& part : parts) {
+        for (const std::string& path : {part, part.substr(part.find(':') + 1)})  // such as replay:RUN
+          if (!output && !path.empty() && fs::exists(path, error)) inputs[path] = canonical(path);
       }
     }
   }
   static const std::set<fs::path> kOfRun = {"run.json", "jobs.csv", "chains.csv", "summary.json"};
   for (const auto& [option, output] : outputs) {
     for (const auto& [input, path] : inputs) {
-      std::error_code error;
       const bool run = fs::exists(path / "run.json", error);
       const bool inside = fs::is_directory(path, error) && same(output.parent_path(), path) &&
                           fs::is_regular_file(output, error);
@@ -150,25 +139,30 @@ std::string with_range(const std::string& help, Limits limits) {
   return help + (last_line + 1 + range.size() > kHelpColumns ? "\n" : " ") + range;
 }
 
-CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<std::string>& items,
-                      const std::string& kind, const std::string& help, const CLI::Validator& each) {
-  const auto check = [each](std::string& list) {
-    if (list.empty()) return not_empty()(list);
-    for (std::string item : list_items(list)) {
-      if (item.empty()) return "`" + list + "` has an empty item; separate items by one comma";
-      if (std::string refusal = each(item); !refusal.empty()) return refusal;
+CLI::Option* add_list(CLI::App& command, const std::string& option,
+                      const std::function<void(const std::vector<std::string>&)>& set,
+                      const std::string& kind, const std::string& help) {
+  const auto read = [option, set](const std::vector<std::string>& lists) {
+    std::vector<std::string> items;
+    for (const std::string& list : lists) {
+      for (const std::string& item : list_items(list)) {
+        if (item.empty())
+          throw CLI::ValidationError(option, "`" + list + "` has an empty item; separate items by one comma");
+        items.push_back(item);
+      }
     }
-    return std::string();
+    set(items);
   };
-  const auto set = [&items](const std::vector<std::string>& lists) {
-    items.clear();
-    for (const std::string& list : lists) std::ranges::copy(list_items(list), std::back_inserter(items));
-  };
-  return command.add_option_function<std::vector<std::string>>(option, set, help)
+  return command.add_option_function<std::vector<std::string>>(option, read, help)
       ->allow_extra_args(false)  // a further argument is not a further item
-      ->transform(CLI::Validator(check, ""))
-      ->type_name(kind)
-      ->default_str(program::joined(items, ","));
+      ->check(not_empty())
+      ->type_name(kind);
+}
+
+CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<std::string>& items,
+                      const std::string& kind, const std::string& help) {
+  const auto set = [&items](const std::vector<std::string>& texts) { items = texts; };
+  return add_list(command, option, set, kind, help)->default_str(program::joined(items, ","));
 }
 
 void exclude(CLI::App& command, const std::string& option, const std::vector<std::string>& others) {
@@ -191,24 +185,23 @@ void add_graph_options(CLI::App& command, setup::CommonOptions& o) {
   add_entity_order_option(command, o);
 }
 
-std::string refused_phases(const std::string& text) {
-  std::error_code error;
-  if (parse<Phases>(text) || std::filesystem::exists(text, error)) return "";
-  if (std::optional<std::string> step = creation_step(text))
-    return refused_number<double>(*step, {0, kLongestStep_ms});
-  return program::concat("`", text, "` is none of ", program::joined(words<Phases>()),
-                         ", creation:MS, and no file or folder");
-}
-
 void set_phases(setup::CommonOptions& o, const std::string& text) {
+  static const std::string kBeforeStep = program::concat(to_string(Phases::creation), ":");
+  std::error_code error;
   o.phases_file = o.phases_of = "";
-  const std::optional<std::string> step = creation_step(text);
-  const std::optional<Phases> named = step ? Phases::creation : parse<Phases>(text);
-  o.phase_step_ms = step ? parse<double>(*step) : std::nullopt;
-  if (named) {
+  o.phase_step_ms.reset();
+  if (const auto named = parse<Phases>(text)) {
     o.phases = *named;
-  } else {
+  } else if (text.starts_with(kBeforeStep)) {
+    o.phases = Phases::creation;
+    o.phase_step_ms = value_of<double>("--phases", text.substr(kBeforeStep.size()), {0, kLongestStep_ms});
+  } else if (std::filesystem::exists(text, error)) {
+    o.phases = Phases::given;
     (std::filesystem::is_directory(text) ? o.phases_of : o.phases_file) = text;
+  } else {
+    throw CLI::ValidationError("--phases",
+                               program::concat("`", text, "` is none of ", program::joined(words<Phases>()),
+                                               ", creation:MS, and no file or folder"));
   }
 }
 
@@ -219,7 +212,6 @@ CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const
     if (given != nullptr) *given = true;
   };
   return command.add_option_function<std::string>("--phases", set, help)
-      ->check(CLI::Validator(refused_phases, ""))
       ->type_name("creation[:MS]|synchronous|given|random|FILE|RUN");
 }
 
@@ -228,9 +220,11 @@ CLI::Option* add_graph_option(CLI::App& command, std::string& graph) {
 }
 
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {
-  add_text(command, "--entity-order", o.entity_order, "creation|reverse|FILE",
-           "Order in which wait sets scan tasks; in rclcpp, the order of\n"
-           "addresses in memory. FILE has one task name per line");
+  add_parsed(command, "--entity-order", o.entity_order, setup::EntityOrder::parse, "creation|reverse|FILE",
+             "Order in which wait sets scan tasks; in rclcpp, the order of\n"
+             "addresses in memory. FILE has one task name per line")
+      ->check(not_empty())
+      ->default_str(o.entity_order.text());
 }
 
 CLI::Option* add_json_option(CLI::App& command) {
@@ -241,7 +235,7 @@ CLI::Option* add_json_option(CLI::App& command) {
 }
 
 void add_scaling_options(CLI::App& command, setup::CommonOptions& o) {
-  add_number(command, "--load", o.load_percent, setup::kLoads, "PERCENT",
+  add_number(command, "--load", o.load_given, setup::kLoads, "PERCENT",
              "Load of all nodes in percent of one core; by default as in\nthe graph");
   add_number(command, "--rate", o.rate_percent, setup::kRates, "PERCENT",
              "Timer rates in percent of the graph's, applied after --load;\n"
@@ -288,22 +282,10 @@ void add_platform_options(CLI::App& command, setup::PlatformOptions& o) {
   }
   help += "\ntimer_thread: " + program::joined(words<TimerThread>()) +
           "; by_executor raises it\nunder the paper's executors only, as live runs do";
-  const auto set = [&o](const std::vector<std::string>& lists) {
-    for (const std::string& list : lists) {
-      for (const std::string& item : list_items(list)) set_platform(o, item);
-    }
+  const auto set = [&o](const std::vector<std::string>& items) {
+    for (const std::string& item : items) set_platform(o, item);
   };
-  const auto check = [](const std::string& list) {
-    setup::PlatformOptions unused;
-    for (const std::string& item : list_items(list)) {
-      if (std::string refusal = set_platform(unused, item); !refusal.empty()) return refusal;
-    }
-    return std::string();
-  };
-  command.add_option_function<std::vector<std::string>>("--platform", set, help)
-      ->allow_extra_args(false)
-      ->check(CLI::Validator(check, ""))
-      ->type_name("KEY=VALUE");
+  add_list(command, "--platform", set, "KEY=VALUE", help);
 }
 
 void add_cores_option(CLI::App& command, std::optional<unsigned>& cores) {

@@ -32,11 +32,9 @@ void add_diff_command(CLI::App& app) {
   auto [command, o] = add_command<DiffArguments>(
       app, "diff", "Compare latencies of two results, or of a run and its simulation",
       "hotpath diff results/paper runs/paper", diff);
-  command
-      .add_option("RUN", o.runs,
-                  "OLD and NEW: folders of two runs, reproductions or benchmark\n"
-                  "results; with --simulated: folders of runs")
-      ->type_name("FOLDER")
+  add_text(command, "RUN", o.runs, "FOLDER",
+           "OLD and NEW: folders of two runs, reproductions or benchmark\n"
+           "results; with --simulated: folders of runs")
       ->required();
   CLI::Option* const across = command.add_flag(
       "--across-loads", o.options.across_loads,

@@ -97,12 +97,10 @@ void add_doctor_command(CLI::App& app) {
   auto [doctor, o] = add_command<DoctorArguments>(
       app, "doctor", "Examine this machine, or a stored run; recover a killed run",
       "hotpath doctor runs/first", examine);
-  CLI::Option* const run = doctor
-                               .add_option("RUN", o.run,
-                                           "Folder of a run: check that its jobs form a valid schedule; by\n"
-                                           "default report this machine's configuration and how it disturbs\n"
-                                           "measurements")
-                               ->type_name("FOLDER");
+  CLI::Option* const run = add_text(doctor, "RUN", o.run, "FOLDER",
+                                    "Folder of a run: check that its jobs form a valid schedule; by\n"
+                                    "default report this machine's configuration and how it disturbs\n"
+                                    "measurements");
   doctor.add_flag("--recover", o.recover, "Write the summary of a killed run from its finished repetitions")
       ->needs(run);
   add_number(doctor, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to record hiccups on all cores")

@@ -10,10 +10,8 @@ void add_explain_command(CLI::App& app) {
   auto [command, o] = add_command<explain::Options>(
       app, "explain", "Account for the latency of a stored run's outputs, cause by cause",
       "hotpath explain runs/first --executors rm-ro --worst", explain::explain);
-  command.add_option("RUN", o.run, "Folder of a live, simulated or imported run")
-      ->type_name("FOLDER")
-      ->required();
-  command.add_option("OTHER", o.other, "A second run, to explain why one is faster")->type_name("FOLDER");
+  add_text(command, "RUN", o.run, "FOLDER", "Folder of a live, simulated or imported run")->required();
+  add_text(command, "OTHER", o.other, "FOLDER", "A second run, to explain why one is faster");
   add_list(command, "--executors", o.executors, "NAMES",
            "Executor of the run; by default its first. Two, separated by\n"
            "a comma, to explain why one is faster");

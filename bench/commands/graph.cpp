@@ -79,12 +79,9 @@ void add_graph_command(CLI::App& app) {
   add_choice(graph, "--as", o.as,
              "Write the graph for Graphviz with its hot path marked, or as YAML\n"
              "for Autoware's CallbackIsolatedExecutor, to standard output");
-  graph
-      .add_option("--deployments", o.deployment,
-                  "Deployment (`hotpath list deployments`, or a YAML file) that\n"
-                  "colours the nodes of --as dot, or gives --as cie its threads")
-      ->type_name("NAME")
-      ->check(not_empty());
+  add_text(graph, "--deployments", o.deployment, "NAME",
+           "Deployment (`hotpath list deployments`, or a YAML file) that\n"
+           "colours the nodes of --as dot, or gives --as cie its threads");
 }
 
 const Command kGraph("Predict", 80, add_graph_command);

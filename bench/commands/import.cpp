@@ -18,11 +18,9 @@ void add_import_ctf_command(CLI::App& import) {
            "Recorded executor (`hotpath list executors`), if the trace\ndoes not identify it");
   add_text(ctf, "--deployments", o.deployment, "FILE",
            "Recorded deployment; a trace lacks thread policies and CPUs");
-  ctf.add_option("--chain", o.chains,
-                 "Chain to measure, from sources to a sink; several separated\n"
-                 "by blanks; by default found in the graph")
-      ->type_name("SOURCE,...:SINK")
-      ->check(not_empty());
+  add_text(ctf, "--chain", o.chains, "SOURCE,...:SINK",
+           "Chain to measure, from sources to a sink; several separated\n"
+           "by blanks; by default found in the graph");
   add_number(ctf, "--cores", o.cores, {1, 1024}, "N",
              "CPU cores of the recorded system; by default the CPUs that\nran its callbacks");
   add_number(ctf, "--jobs", o.jobs, {100, 1e7}, "N", "First jobs of the trace, of which all results are");

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -41,24 +42,34 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
   return {command, *options};
 }
 
-/// `Value`, or the type that the optional `Value` holds.
+/// Of the type of a value, or of what an optional value holds.
+template <class T>
+T plain(const T& value);
+template <class T>
+T plain(const std::optional<T>& value);
+
+/// An option whose text `parse` turns into its value, or refuses by CLI::ValidationError or UsageError.
 template <class Value>
-struct Plain {
-  using Type = Value;
-};
-template <class Value>
-struct Plain<std::optional<Value>> {
-  using Type = Value;
-};
+CLI::Option* add_parsed(CLI::App& command, const std::string& option, Value& value, const auto& parse,
+                        const std::string& kind, const std::string& help) {
+  const auto set = [&value, parse](const std::string& text) { value = parse(text); };
+  return command.add_option_function<std::string>(option, set, help)->type_name(kind);
+}
+
+/// The value of a word. Throws CLI::ValidationError for the option.
+template <class Enum>
+Enum value_of(const std::string& option, const std::string& word) {
+  if (const auto value = parse<Enum>(word)) return *value;
+  throw CLI::ValidationError(option, word + " not in {" + program::joined(words<Enum>(), ",") + "}");
+}
 
 /// An option that takes a word of an enumeration; the help lists the words.
 template <class Value>
 CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& value, const std::string& help) {
-  using Enum = typename Plain<Value>::Type;
-  const auto set = [&value](const std::string& text) { value = *parse<Enum>(text); };
-  CLI::Option* const added = command.add_option_function<std::string>(option, set, help)
-                                 ->check(CLI::IsMember(words<Enum>()).description(""))
-                                 ->type_name(program::joined(words<Enum>(), "|"));
+  using Enum = decltype(plain(value));
+  const auto read = [option](const std::string& word) { return value_of<Enum>(option, word); };
+  CLI::Option* const added =
+      add_parsed(command, option, value, read, program::joined(words<Enum>(), "|"), help);
   if constexpr (std::is_same_v<Value, Enum>) added->default_str(to_string(value));
   return added;
 }
@@ -71,7 +82,7 @@ CLI::Validator not_empty();
 template <class Value>
 CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
                       const std::string& help) {
-  static_assert(!std::is_arithmetic_v<typename Plain<Value>::Type>, "add_number() checks numbers");
+  static_assert(!std::is_arithmetic_v<decltype(plain(value))>, "add_number() checks numbers");
   CLI::Option* const added = command.add_option(option, value, help)->type_name(kind);
   constexpr bool texts =
       std::is_same_v<Value, std::string> || std::is_same_v<Value, std::vector<std::string>>;
@@ -89,41 +100,41 @@ inline constexpr Limits kAnySeed{0, 0x1p64};  // parsing rejects what does not f
 /// `help` with the range of valid values, except for seeds.
 [[nodiscard]] std::string with_range(const std::string& help, Limits limits);
 
-/// Why `text` is not a number within limits; empty for a valid number. Rewrites a whole number,
-/// because CLI11 would read 010 as 8.
+/// The decimal number within limits. Throws CLI::ValidationError for the option.
 template <class Number>
-std::string refused_number(std::string& text, Limits limits) {
-  constexpr bool whole = std::is_integral_v<Number>;
+Number value_of(const std::string& option, const std::string& text, Limits limits) {
   const std::optional<Number> number = parse<Number>(text);
   const double n = number ? static_cast<double>(*number) : std::nan("");
-  if (n >= limits.least && n <= limits.most) {
-    if (whole) text = program::concat(*number);
-    return "";
-  }
-  const auto most = static_cast<double>(std::numeric_limits<Number>::max());
-  return program::concat("`", text, "` is not a ", whole ? "whole number" : "number", " from ", limits.least,
-                         " to ",
-                         limits.most < most ? program::concat(limits.most)
-                                            : program::concat(std::numeric_limits<Number>::max()));
+  if (n >= limits.least && n <= limits.most) return *number;
+  constexpr Number kMost = std::numeric_limits<Number>::max();
+  throw CLI::ValidationError(
+      option, program::concat("`", text, "` is not a ", std::is_integral_v<Number> ? "whole " : "",
+                              "number from ", limits.least, " to ",
+                              limits.most < static_cast<double>(kMost) ? program::concat(limits.most)
+                                                                       : program::concat(kMost)));
 }
 
 /// A number within limits; a whole number for an integer `value`, which may be optional.
 template <class Value>
 CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, Limits limits,
                         const std::string& unit, const std::string& help) {
-  const auto check = [limits](std::string& text) {
-    return refused_number<typename Plain<Value>::Type>(text, limits);
+  using Number = decltype(plain(value));
+  const auto read = [option, limits](const std::string& text) {
+    return value_of<Number>(option, text, limits);
   };
-  CLI::Option* const added = command.add_option(option, value, with_range(help, limits))->type_name(unit);
-  if (std::is_arithmetic_v<Value>) added->capture_default_str();
-  return added->transform(CLI::Validator(check, ""));
+  CLI::Option* const added = add_parsed(command, option, value, read, unit, with_range(help, limits));
+  if constexpr (std::is_same_v<Value, Number>) added->default_str(program::concat(value));
+  return added;
 }
 
-/// A comma-separated list of texts without empty items. The option may be given several times. `each`
-/// validates an item.
+/// A comma-separated list without empty items. The option may be given several times. `set` gets all
+/// items, and refuses one as `parse` of add_parsed().
+CLI::Option* add_list(CLI::App& command, const std::string& option,
+                      const std::function<void(const std::vector<std::string>&)>& set,
+                      const std::string& kind, const std::string& help);
+/// The same for a list of texts.
 CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<std::string>& items,
-                      const std::string& kind, const std::string& help,
-                      const CLI::Validator& each = CLI::Validator(""));
+                      const std::string& kind, const std::string& help);
 
 /// Rejects `option` together with any of `others`, which it would contradict or which would be
 /// ignored.
@@ -160,8 +171,7 @@ CLI::Option* add_graph_option(CLI::App& command, std::string& graph);
 /// Adds --phases: a word, the step of `creation`, a file or a run. `given`, if any, becomes true with it.
 CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& options, const std::string& help,
                                bool* given = nullptr);
-/// Why --phases refuses a text; empty for a valid one.
-[[nodiscard]] std::string refused_phases(const std::string& text);
+/// Sets what --phases names. Throws CLI::ValidationError.
 void set_phases(setup::CommonOptions& options, const std::string& text);
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& options);
 

@@ -196,8 +196,7 @@ void add_golden(CLI::App& paper) {
   auto [golden, o] = add_command<GoldenArguments>(
       paper, "golden", "The simulator against schedules and latencies of the real ROS 2 stack", "",
       [](const GoldenArguments& a) { validation::validate_simulator(a.reference, a.output); });
-  golden.add_option("FOLDER", o.reference, "Reference measurements; by default as installed with hotpath")
-      ->type_name("");
+  add_text(golden, "FOLDER", o.reference, "", "Reference measurements; by default as installed with hotpath");
   add_text(golden, "--output", o.output, "FOLDER",
            "New folder for the results; by default runs/DATE-validate");
   add_json_option(golden);

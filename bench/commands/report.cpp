@@ -52,8 +52,7 @@ void add_report_command(CLI::App& app) {
   auto [command, o] = add_command<ReportArguments>(
       app, "report", "Write a page about one or more runs, or recompute a summary",
       "hotpath report runs/live runs/simulated --output page", report);
-  command.add_option("RUN", o.runs, "Folders of live or simulated runs, or of a reproduction")
-      ->type_name("FOLDER")
+  add_text(command, "RUN", o.runs, "FOLDER", "Folders of live or simulated runs, or of a reproduction")
       ->required();
   CLI::Option* const output = add_text(command, "--output", o.output, "FOLDER",
                                        "Folder for the page; by default report/ in the first RUN");

@@ -4,6 +4,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "live/live_checks.hpp"
 #include "live/live_run.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
@@ -15,10 +16,14 @@ namespace {
 
 void add_where_options(CLI::App& command, live::Options& o) {
   command.option_defaults()->group("Environment");
-  add_list(command, "--stack", o.stacks, "native|rclcpp",
+  const auto set_stacks = [&o](const std::vector<std::string>& names) {
+    o.stacks.clear();
+    for (const std::string& name : names) o.stacks.push_back(value_of<setup::Stack>("--stack", name));
+  };
+  add_list(command, "--stack", set_stacks, "native|rclcpp",
            "hotpath's own executors (native), or the ROS 2 stack of a\n"
-           "sourced workspace (rclcpp), or both",
-           CLI::IsMember(words<setup::Stack>()));
+           "sourced workspace (rclcpp), or both")
+      ->default_str(to_string(setup::Stack::native));
   add_list(command, "--rmw", o.rmw, "NAMES",
            "Middlewares of --stack rclcpp, separated by commas, such as\n"
            "fastrtps,cyclonedds: each executor runs on each of them; by\n"
@@ -30,12 +35,16 @@ void add_where_options(CLI::App& command, live::Options& o) {
   add_choice(command, "--network", o.plan.fastdds.network, "DDS transport between processes");
   command.add_flag("--all-interfaces", o.all_interfaces, kAllInterfacesHelp);
   add_number(command, "--domain", o.plan.fastdds.domain, {0, 232}, "N", kDomainHelp);
-  add_text(command, "--cpus", o.cpus, "LIST", "CPUs to run on, such as 1 or 0,2-3; by default all");
-  add_text(command, "--executor-policy", o.executor_policy, "POLICY",
-           "Scheduling class of executor threads: other, fifo:N or rr:N;\nby default other");
-  add_text(command, "--timer-policy", o.timer_policy, "POLICY",
-           "Scheduling class of the timer management thread; by default\n"
-           "fifo:90 under the paper's executors if permitted");
+  add_parsed(command, "--cpus", o.plan.cpus, live::parse_cpus, "LIST",
+             "CPUs to run on, such as 1 or 0,2-3; by default all")
+      ->check(not_empty());
+  add_parsed(command, "--executor-policy", o.plan.executor_policy, live::parse_policy, "POLICY",
+             "Scheduling class of executor threads: other, fifo:N or rr:N;\nby default other")
+      ->check(not_empty());
+  add_parsed(command, "--timer-policy", o.plan.timer_policy, live::parse_policy, "POLICY",
+             "Scheduling class of the timer management thread; by default\n"
+             "fifo:90 under the paper's executors if permitted")
+      ->check(not_empty());
   command.add_flag("--lock-memory", o.plan.lock_memory, "Lock all memory in RAM (mlockall)");
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "program/errors.hpp"
 #include "simulated/simulated_run.hpp"
 
 namespace hotpath::commands {
@@ -31,15 +32,20 @@ void add_simulation_options(CLI::App& simulate, simulated::Options& o) {
   add_number(simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
              "Queued jobs above which the system counts as overloaded; by\ndefault 100 per task");
   add_platform_options(simulate, o);
-  add_text(simulate, "--execution-times", o.execution_times,
-           "worst|uniform|measured|replayed|replay:RUN|listed:FILE",
-           "worst: the graph's worst case; uniform: random between best\n"
-           "and worst case; measured: random among the graph's measured\n"
-           "values, otherwise uniform; replayed: the measured values in\n"
-           "recorded order; replay:RUN: the times of a stored run of the\n"
-           "same executors and graph; listed:FILE: a CSV file with columns\n"
-           "task,sequence,execution_time_ns, and release_delay_ns for\n"
-           "timers with jitter; by default as in the graph");
+  const auto source = [](const std::string& text) {
+    if (const auto times = setup::TimesSource::parse(text)) return *times;
+    throw program::UsageError("--execution-times: `" + text +
+                              "` is not worst, uniform, measured, replayed, replay:RUN or listed:FILE");
+  };
+  add_parsed(simulate, "--execution-times", o.execution_times, source,
+             "worst|uniform|measured|replayed|replay:RUN|listed:FILE",
+             "worst: the graph's worst case; uniform: random between best\n"
+             "and worst case; measured: random among the graph's measured\n"
+             "values, otherwise uniform; replayed: the measured values in\n"
+             "recorded order; replay:RUN: the times of a stored run of the\n"
+             "same executors and graph; listed:FILE: a CSV file with columns\n"
+             "task,sequence,execution_time_ns, and release_delay_ns for\n"
+             "timers with jitter; by default as in the graph");
   add_threads_option(simulate, o.threads)->group("Results");
 }
 

@@ -346,9 +346,7 @@ void add_sweep_command(CLI::App& app) {
       app, "sweep", "Run a parameter sweep of runs or simulations and collect one table",
       "hotpath sweep sweeps/autoware_load.yaml",
       [](const SweepArguments& arguments) { Sweep(arguments).run(); });
-  sweep.add_option("FILE", o.file, "Sweep file: fixed and varied options (docs/sweeps.md)")
-      ->type_name("")
-      ->required();
+  add_text(sweep, "FILE", o.file, "", "Sweep file: fixed and varied options (docs/sweeps.md)")->required();
   add_text(sweep, "--output", o.output, "FOLDER",
            "Folder for the table; resumes an unfinished sweep in it. By\ndefault runs/sweep-FILE");
   add_number(sweep, "--threads", o.threads, {0, 1024}, "N",

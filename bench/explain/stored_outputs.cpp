@@ -134,7 +134,7 @@ void StoredOutputs::explain_tasks(const results::StoredRun& run, const std::stri
 
 void StoredOutputs::pass_jobs(Explainer& explainer) const {
   std::unique_ptr<ExecutionTimes> times;  // of a simulation; nullptr: not known
-  const bool known = stored_.simulated && parse<ExecutionTimeModel>(stored_.execution_times);
+  const bool known = stored_.times && stored_.times->model;
   std::optional<std::uint32_t> current;
   results::for_each_record(run_, [&](const JobRow& row) {
     if (!selected(row.executor, row.repetition)) return;

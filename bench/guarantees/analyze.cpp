@@ -35,7 +35,7 @@ class Analysis {
     if (!trace_) graph_ = setup::graph_to_run(options_);
     const GraphPlatform platform = graph_.platform;
     options_.apply_to(graph_.platform);
-    if (simulated() && graph_.platform != platform) {
+    if (simulated_ && graph_.platform != platform) {
       throw program::UsageError(
           "--trace: the bounds apply to the machine of this simulation; leave out options that change it");
     }
@@ -65,14 +65,13 @@ class Analysis {
   /// Bounds the system of the run, with its executors unless others are given.
   void take_over_run() {
     setup::StoredSystem system = setup::stored_system(*trace_, options_.graph);
+    simulated_ = system.simulated && (!system.times || system.times->replay.empty());
     const bool others = !options_.executors.empty() || !options_.deployments.empty();
     if (others) system.options.executors = options_.executors;
     if (!others) stored_ = std::move(system.executors);
     system.options.deployments = options_.deployments;
-    if (options_.known_phases) {
-      system.options.phases = options_.phases;
-      if (options_.phase_step_ms) system.options.phase_step_ms = options_.phase_step_ms;
-    }
+    if (options_.known_phases) system.options.phases = options_.phases;
+    system.options.phase_step_ms = options_.phase_step_ms;
     system.options.phases_file = options_.phases_file;
     system.options.phases_of = options_.phases_of;
     static_cast<setup::CommonOptions&>(options_) = std::move(system.options);
@@ -98,13 +97,6 @@ class Analysis {
       throw program::UsageError("analyze " + options_.graph + ": " + error.what() +
                                 "; simulate the graph instead");
     }
-  }
-
-  /// Whether the run satisfies the bounds' assumptions: virtual time, no job longer than its worst
-  /// case.
-  bool simulated() const {
-    return trace_ && trace_->record().kind == results::RunKind::simulated && trace_->record().simulation &&
-           !trace_->record().simulation->execution_times.starts_with("replay:");
   }
 
   /// Throws UsageError if a repetition of the run had phases that the bounds do not cover.
@@ -214,11 +206,10 @@ class Analysis {
     }
     if (!none.refusal.empty()) return none;
     const std::size_t limit = options_.exact ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
-    GraphBounds bounds =
-        bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler, {limit, uncertainty()},
-                                  options_.witness.empty() ? nullptr : &reached);
-    if (!options_.exact && bounds.refusal.ends_with(" states")) bounds.refusal += "; --exact allows more";
-    return bounds;
+    const char* const more = options_.exact ? "" : "; --exact allows more";
+    return bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler,
+                                     {limit, uncertainty(), more},
+                                     options_.witness.empty() ? nullptr : &reached);
   }
 
   /// Throws RunError if a bound is violated although its assumptions hold.
@@ -228,7 +219,7 @@ class Analysis {
         observed_->compared,
         100.0 * static_cast<double>(observed_->violations) / static_cast<double>(observed_->compared),
         observed_->first_violation.c_str());
-    if (simulated()) {
+    if (simulated_) {
       throw program::RunError("--trace " + options_.trace + ": " + share +
                               ". A bound is wrong; please report the graph " + find_graph(options_.graph) +
                               " and the command that reproduces it: " + trace_->record().command_line());
@@ -243,6 +234,7 @@ class Analysis {
   AnalyzeOptions options_;
   std::ostream& out_;
   std::optional<results::StoredRun> trace_;
+  bool simulated_ = false;  // trace_ meets the bounds' assumptions: virtual time, no job above its worst case
   std::vector<setup::ExecutorSpec> stored_;  // the executors of trace_, unless others are asked for
   Graph graph_;
   GraphTasks tasks_;

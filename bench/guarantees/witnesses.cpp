@@ -78,17 +78,17 @@ simulated::Options common_options(const fs::path& folder, const Graph& graph, co
   simulated::Options common;
   common.graph = folder / "graph.yaml";
   write_graph(common.graph, graph);
+  common.phases = Phases::given;
   common.phases_file = folder / "phases.csv";
   std::vector<Duration> first;
   first.reserve(set.size());
   for (const Task& task : set.tasks) first.push_back(task.phase);
   write(common.phases_file, phases_csv(set, first));
-  common.entity_order = "creation";
   if (!executor.scheduler.entity_order.empty()) {
     std::string order;
     for (const TaskId id : executor.scheduler.entity_order) order += set[id].name + "\n";
-    common.entity_order = folder / "entity_order.txt";
-    write(common.entity_order, order);
+    common.entity_order = {.file = folder / "entity_order.txt"};
+    write(common.entity_order.file, order);
   }
   common.executors = {executor.label};
   common.rule = options.rule;
@@ -99,15 +99,9 @@ simulated::Options common_options(const fs::path& folder, const Graph& graph, co
 }
 
 void store(simulated::Options o, const fs::path& folder, double seconds) {
-  o.execution_times = program::concat(simulated::kListed, folder.string(), ".csv");
+  o.execution_times = {.model = {}, .listed = folder.string() + ".csv"};
   o.duration_s = seconds;
   o.output = folder;
-  // In the order of the options of `simulate`, so that the command's own run has the same run.json.
-  o.command = {"simulate", "--executors=" + o.executors.front(), "--graph=" + o.graph,
-               "--phases=" + o.phases_file};
-  if (o.entity_order != "creation") o.command.push_back("--entity-order=" + o.entity_order);
-  o.command.insert(o.command.end(), {program::text("--duration=%.3f", seconds), "--warm-up=0",
-                                     "--execution-times=" + *o.execution_times});
   simulated::store_simulation(o);
 }
 

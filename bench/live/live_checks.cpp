@@ -53,6 +53,12 @@ std::vector<int> parse_cpus(const std::string& text) {
   return {cpus.begin(), cpus.end()};
 }
 
+ThreadPolicy parse_policy(const std::string& text) try {
+  return parse_thread_policy(text);
+} catch (const std::invalid_argument& error) {
+  throw program::UsageError(error.what());
+}
+
 void check_rclcpp_options(const Options& options, const Plan& plan) {
   const std::pair<bool, const char*> unsupported[] = {
       {plan.processes > 1 || !options.deployments.empty(),
@@ -61,7 +67,7 @@ void check_rclcpp_options(const Options& options, const Plan& plan) {
        "takes the graph's nodes and periods as they are; leave --copies and --rate out"},
       {plan.transport == TransportKind::intra_process,
        "carries messages over the middleware of ROS 2; leave --transport out"},
-      {options.entity_order != "creation",
+      {options.entity_order != setup::EntityOrder{},
        "orders its entities by their addresses; leave --entity-order out"},
       {plan.fastdds.network != FastDdsOptions{}.network,
        "carries messages over the middleware of ROS 2; leave --network out"},

@@ -11,9 +11,12 @@ namespace hotpath::live {
 // Rejection of runs that cannot succeed, before any process starts. `plan` is the plan of all
 // repetitions. All throw UsageError.
 
-/// Parses `0,2-3`, the value of --cpus, into a sorted list of processors without duplicates. Refuses a
+/// Parses `0,2-3`, a value of --cpus, into a sorted list of processors without duplicates. Refuses a
 /// processor that this process may not use.
 std::vector<int> parse_cpus(const std::string& text);
+
+/// parse_thread_policy() for an option.
+ThreadPolicy parse_policy(const std::string& text);
 
 /// Options that hotpath_rclcpp_runner does not support.
 void check_rclcpp_options(const Options& options, const Plan& plan);

@@ -53,7 +53,6 @@ class LiveRun {
       options_.warm_up_s = 0.5;
       options_.repetitions = 1;
     }
-    if (!options_.phases_file.empty()) options_.phases = Phases::given;
     if (!options_.phases_of.empty()) {
       throw program::UsageError("--phases " + options_.phases_of +
                                 ": a live run cannot repeat the phases of a run; simulate takes them");
@@ -110,28 +109,26 @@ class LiveRun {
 
   /// Marks executors on rclcpp in their labels; each stack adds all executors.
   void name_stacks() {
-    std::vector<std::string> labels;
-    for (const std::string& text : options_.stacks) {
-      const bool on_rclcpp = parse<setup::Stack>(text) == setup::Stack::rclcpp;
-      if (on_rclcpp) {
-        plan_.rclcpp = {find_rclcpp_runner(), std::filesystem::absolute(find_graph(options_.graph)),
-                        options_.load_percent};
-        check_rclcpp_options(options_, plan_);
+    std::vector<std::string> stacks, labels;
+    for (const setup::Stack stack : options_.stacks) {
+      if (stack == setup::Stack::native) {
+        stacks.emplace_back();
+        continue;
       }
-      std::vector<std::string> stacks = {on_rclcpp ? std::string(results::kRclcppStack) : ""};
-      if (on_rclcpp && !options_.rmw.empty()) {
-        stacks.clear();
-        for (const std::string& rmw : options_.rmw) {
-          check_middleware(rmw);
-          stacks.push_back(program::concat(results::kRclcppStack, "-", rmw));
-        }
+      plan_.rclcpp = {find_rclcpp_runner(), std::filesystem::absolute(find_graph(options_.graph)),
+                      options_.load_given};
+      check_rclcpp_options(options_, plan_);
+      if (options_.rmw.empty()) stacks.emplace_back(results::kRclcppStack);
+      for (const std::string& rmw : options_.rmw) {
+        check_middleware(rmw);
+        stacks.push_back(program::concat(results::kRclcppStack, "-", rmw));
       }
-      for (const std::string& stack : stacks) {
-        for (const std::string& name : options_.executors) {
-          results::ExecutorLabel label(name);
-          if (on_rclcpp) label.stack = stack;
-          labels.push_back(label.text());
-        }
+    }
+    for (const std::string& stack : stacks) {
+      for (const std::string& name : options_.executors) {
+        results::ExecutorLabel label(name);
+        if (!stack.empty()) label.stack = stack;
+        labels.push_back(label.text());
       }
     }
     options_.executors = labels;
@@ -139,7 +136,6 @@ class LiveRun {
 
   /// Rejects a run that cannot succeed, before any process starts.
   void check() {
-    plan_.cpus = parse_cpus(options_.cpus);
     plan_.fastdds.loopback_only = !options_.all_interfaces;
     // Keep out other programs and simultaneous runs. Readers of --live receive only the prefix.
     plan_.fastdds.partition = random_name();
@@ -150,13 +146,6 @@ class LiveRun {
     // The publishing process runs on the processors that --cpus leaves free.
     if (!plan_.cpus.empty())
       std::ranges::set_difference(allowed_cpus(), plan_.cpus, std::back_inserter(publisher_cpus_));
-    try {
-      if (!options_.executor_policy.empty())
-        plan_.executor_policy = parse_thread_policy(options_.executor_policy);
-      if (!options_.timer_policy.empty()) plan_.timer_policy = parse_thread_policy(options_.timer_policy);
-    } catch (const std::invalid_argument& error) {
-      throw program::UsageError(error.what());
-    }
     for (const setup::ExecutorSpec& e : executors_) {
       setup::phases_of_repetition(options_, graph_, tasks_, e, 0);
       check_deployment(plan_, e);
@@ -318,20 +307,22 @@ class LiveRun {
   void describe() {
     Graph bounded = graph_;
     bounded.platform.release_cost = machine::measure_release_cost().p999;
-    std::vector<std::string> warnings = std::move(run_.warnings);
+    std::vector<std::string> warnings = std::move(run_.warnings), stacks;
+    for (const setup::Stack stack : options_.stacks) stacks.emplace_back(to_string(stack));
+    const auto text = [](const auto& policy) { return policy ? to_string(*policy) : ""; };
     run_ = setup::record_of(options_, graph_, tasks_.set, executors_);
     run_.kind = results::RunKind::live;
     run_.bounds = setup::timer_bounds(bounded, tasks_, executors_);
     run_.warnings = std::move(warnings);
     run_.live = results::LiveRecord{.date = setup::time_stamp("%Y-%m-%dT%H:%M:%S%z"),
                                     .transport = plan_.transport,
-                                    .stacks = options_.stacks,
+                                    .stacks = stacks,
                                     .network = plan_.fastdds.network,
                                     .processes = plan_.processes,
                                     .domain = plan_.fastdds.domain,
                                     .all_interfaces = options_.all_interfaces,
-                                    .executor_policy = options_.executor_policy,
-                                    .timer_policy = options_.timer_policy,
+                                    .executor_policy = text(plan_.executor_policy),
+                                    .timer_policy = text(plan_.timer_policy),
                                     .lock_memory = plan_.lock_memory,
                                     .cpu_time = plan_.measure_cpu_time,
                                     .cpus = plan_.cpus.empty() ? allowed_cpus() : plan_.cpus,

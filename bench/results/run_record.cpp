@@ -85,8 +85,8 @@ static TaskSet tasks_from_json(const json& tasks) {
     Task& task = set.tasks.emplace_back();
     task.group = j.value("reentrant", false) ? 1 : 0;
     task.name = j.at("task").get<std::string>();
-    task.kind = j.at("kind") == "timer" ? TaskKind::timer : TaskKind::subscription;
     program::JsonReader read(j);
+    read("kind", task.kind);
     if (j.contains("wcet_ns")) read.ns("wcet_ns", task.wcet);  // runs of the first version lack it
     if (task.kind != TaskKind::timer) continue;
     read.ns("period_ns", task.period);

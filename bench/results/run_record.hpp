@@ -149,7 +149,7 @@ void fields(auto& visit, program::MaybeConst<RepetitionRecord> auto& repetition)
 /// Settings of a run in virtual time, and of one that was imported. Its keys stand beside those of RunRecord.
 struct SimulationRecord {
   GraphPlatform platform;       ///< Without the model of execution times.
-  std::string execution_times;  ///< A word of ExecutionTimeModel, `replay:RUN` or `recorded`.
+  std::string execution_times;  ///< As --execution-times takes it, or `recorded` of an imported run.
   std::optional<std::uint64_t> max_backlog = {};
   bool no_trace = false;
   bool drawn = false;  ///< Execution times or releases depend on the seed.
@@ -170,7 +170,7 @@ struct LiveRecord {
   FastDdsOptions::Network network = FastDdsOptions::Network::udp;
   std::uint32_t processes = 1, domain = 0;
   bool all_interfaces = false;
-  std::string executor_policy, timer_policy;  ///< As given; empty: the defaults of the executors.
+  std::string executor_policy, timer_policy;  ///< Empty: the defaults of the executors.
   bool lock_memory = false, cpu_time = false;
   std::vector<int> cpus, live_cpus;        ///< Of the executors, and of the process that publishes.
   std::optional<Calibration> calibration;  ///< For a fixed amount of work.
@@ -194,38 +194,41 @@ void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& live) {
   visit("machine", live.machine);
 }
 
+/// The options of a run that run.json stores as they are.
+struct RunOptions {
+  std::vector<std::string> command;  ///< As given, without what changes no result; empty: imported.
+  std::optional<double> load_given, rate_percent;
+  unsigned copies = 1;
+  SubscriptionRule rule = SubscriptionRule::inherit;
+  Ties ties = Ties::lifo;
+  std::vector<std::string> entity_tasks;  ///< A stored run's order itself; empty: that of creation.
+  std::uint32_t repetitions = 1;
+  double duration_s = 0, warm_up_s = 0;
+  std::uint64_t seed = 1;
+  std::string phases_file;
+  std::optional<double> phase_step_ms;
+};
+
 /// The content of run.json: everything that a reader of a run must know, and that a run with the same results
 /// needs. Every command reads and writes run.json through this type.
-struct RunRecord {
+struct RunRecord : RunOptions {
   RunKind kind = RunKind::simulated;
-  std::string version;               ///< Of hotpath.
-  std::string revision;              ///< Of its sources, by git; empty: unknown.
-  bool complete = false;             ///< All repetitions are stored, and none failed.
-  bool partial = false;              ///< Interrupted, or recovered after a kill.
-  std::vector<std::string> command;  ///< As given, without what changes no result; empty: imported.
+  std::string version;    ///< Of hotpath.
+  std::string revision;   ///< Of its sources, by git; empty: unknown.
+  bool complete = false;  ///< All repetitions are stored, and none failed.
+  bool partial = false;   ///< Interrupted, or recovered after a kill.
 
   GraphRecord graph;
   std::vector<InputRecord> inputs;
   TaskSet tasks;  ///< Without the phases of a repetition; empty in runs of the first version.
   std::vector<std::string> chains;
   double load_percent = 0;  ///< Of one core.
-  std::optional<double> load_given, rate_percent;
-  unsigned copies = 1;
   WorkMode work = WorkMode::fixed;
 
   std::vector<std::string> executors;  ///< Labels, in the order given; deployments included.
   std::map<std::string, DeploymentRecord> deployments;
-  SubscriptionRule rule = SubscriptionRule::inherit;
-  Ties ties = Ties::lifo;
-  std::string entity_order = "creation";
-  std::vector<std::string> entity_tasks;  ///< The order itself; empty: that of creation.
-
-  std::uint32_t repetitions = 1;
-  double duration_s = 0, warm_up_s = 0;
-  std::uint64_t seed = 1;
-  std::string phases;  ///< A word of Phases, or `as in RUN`.
-  std::string phases_file;
-  std::optional<double> phase_step_ms;
+  std::string entity_order = "creation";  ///< As --entity-order takes it.
+  std::string phases;                     ///< A word of Phases, or `as in RUN`.
 
   std::optional<SimulationRecord> simulation;
   std::optional<LiveRecord> live;

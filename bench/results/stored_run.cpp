@@ -135,13 +135,7 @@ const Trace& StoredRun::trace(const std::string& executor, std::uint32_t repetit
   return *match;
 }
 
-SummaryOptions StoredRun::summary_options() const {
-  SummaryOptions options;
-  options.chains = chains();
-  options.warm_up = warm_up();
-  options.bootstrap.seed = record_.seed;
-  return options;
-}
+SummaryOptions StoredRun::summary_options() const { return {chains(), warm_up(), {.seed = record_.seed}}; }
 
 void StoredRun::fail(const std::string& what) const {
   throw program::UsageError(option_ + " " + folder_.string() + ": " + what);

@@ -64,9 +64,9 @@ std::string output_folder(const CommonOptions& options, const Graph& graph) {
 Graph graph_to_run(const CommonOptions& options) {
   Graph graph = load_graph(find_graph(options.graph));
   if (options.work) graph.work = *options.work;
-  if (options.load_percent) {
+  if (options.load_given) {
     try {
-      scale_to_load(graph, *options.load_percent);
+      scale_to_load(graph, *options.load_given);
     } catch (const std::invalid_argument& error) {
       throw program::UsageError("--load: " + std::string(error.what()));
     }
@@ -84,17 +84,17 @@ namespace {
 
 /// The order that --entity-order selects; empty for the order of creation.
 std::vector<TaskId> entity_order(const CommonOptions& options, const TaskSet& set) {
-  const std::string& text = options.entity_order;
+  const auto& [reverse, text] = options.entity_order;
   std::vector<TaskId> order;
   for (const std::string& name : options.entity_tasks) {
     const auto task = std::ranges::find(set.tasks, name, &Task::name);
     if (task != set.tasks.end()) order.push_back(static_cast<TaskId>(task - set.tasks.begin()));
   }
-  if (!order.empty() || text == "creation") return order;
-  if (text == "reverse") {
+  if (!order.empty()) return order;
+  if (reverse) {
     for (TaskId id = set.size(); id-- > 0;) order.push_back(id);
-    return order;
   }
+  if (text.empty()) return order;
   std::ifstream file = open_input(text, "give --entity-order creation, reverse, or a file of task names");
   LineReader lines(file, text);
   while (lines.next()) {
@@ -194,11 +194,7 @@ std::vector<std::string> chain_names(const Graph& graph) {
 }
 
 results::SummaryOptions summary_options(const CommonOptions& options, const Graph& graph) {
-  results::SummaryOptions s;
-  s.chains = chain_names(graph);
-  s.warm_up = seconds(options.warm_up_s);
-  s.bootstrap.seed = options.seed;
-  return s;
+  return {chain_names(graph), seconds(options.warm_up_s), {.seed = options.seed}};
 }
 
 }  // namespace hotpath::setup

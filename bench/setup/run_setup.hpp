@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hotpath/reference_system/phases.hpp"
+#include "results/run_record.hpp"
 #include "results/summary.hpp"
 #include "setup/executor_spec.hpp"
 
@@ -19,29 +20,49 @@ struct Limits {
 /// --load and --rate in percent, and --copies.
 inline constexpr Limits kLoads{0, 10000}, kRates{0.001, 1e6}, kCopies{1, 1000};
 
+/// Where the execution times of a simulation come from: one of these.
+struct TimesSource {
+  std::optional<ExecutionTimeModel> model = ExecutionTimeModel::worst;
+  std::string replay = {};  ///< Folder of a run.
+  std::string listed = {};  ///< CSV file of jobs.
+
+  /// Parses a word of ExecutionTimeModel, `replay:RUN` or `listed:FILE`.
+  [[nodiscard]] static std::optional<TimesSource> parse(const std::string& text) {
+    if (const auto model = hotpath::parse<ExecutionTimeModel>(text)) return TimesSource{model};
+    if (text.starts_with("replay:")) return TimesSource{{}, text.substr(7)};
+    if (text.starts_with("listed:")) return TimesSource{{}, {}, text.substr(7)};
+    return std::nullopt;
+  }
+  [[nodiscard]] std::string text() const {
+    return model ? to_string(*model) : replay.empty() ? "listed:" + listed : "replay:" + replay;
+  }
+};
+
+/// The order in which wait sets scan their entities: by default that of creation.
+struct EntityOrder {
+  bool reverse = false;
+  std::string file = {};  ///< Of task names; empty: none.
+
+  /// Parses `creation`, `reverse` or the name of a file.
+  [[nodiscard]] static EntityOrder parse(const std::string& text) {
+    const bool reverse = text == "reverse";
+    return {reverse, reverse || text == "creation" ? "" : text};
+  }
+  [[nodiscard]] std::string text() const { return reverse ? "reverse" : file.empty() ? "creation" : file; }
+  friend bool operator==(const EntityOrder&, const EntityOrder&) = default;
+};
+
 /// Command-line options that live and simulated runs share.
-struct CommonOptions {
+struct CommonOptions : results::RunOptions {
   std::string graph = "autoware";
-  std::vector<std::string> executors;
-  std::vector<std::string> deployments;
-  std::string entity_order = "creation";
-  /// Replaces entity_order for a stored run, whose file may have changed since.
-  std::vector<std::string> entity_tasks;
-  double duration_s = 30, warm_up_s = 2;
-  std::uint32_t repetitions = 1;
-  std::uint64_t seed = 1;
-  std::optional<double> load_percent;
-  std::optional<double> rate_percent;
-  unsigned copies = 1;
+  std::vector<std::string> executors, deployments;
+  EntityOrder entity_order;
   std::optional<WorkMode> work;
   Phases phases = Phases::creation;
-  std::string phases_file;
   std::string phases_of;  ///< Folder of a run whose first timestamps are used.
-  std::optional<double> phase_step_ms;
-  SubscriptionRule rule = SubscriptionRule::inherit;
-  Ties ties = Ties::lifo;
   std::string output;
-  std::vector<std::string> command;  ///< As given, without options that change no result.
+
+  CommonOptions() { duration_s = 30, warm_up_s = 2; }
 };
 
 /// Options of the simulated machine; the graph's `platform` supplies the missing values.

@@ -46,37 +46,26 @@ results::DeploymentRecord record_of(const ExecutorSpec& spec, const TaskSet& set
 results::RunRecord record_of(const CommonOptions& options, const Graph& graph, const TaskSet& set,
                              const std::vector<ExecutorSpec>& executors) {
   results::RunRecord record;
+  static_cast<results::RunOptions&>(record) = options;
   record.version = HOTPATH_VERSION;
   record.revision = kRevision;
-  record.command = options.command;
   record.graph = {graph.name, graph.nodes.size(), options.graph};
   record.tasks = set;
   record.chains = chain_names(graph);
   const double load = load_percent(graph);
   record.load_percent = std::round(load * 1000) / 1000;
-  record.load_given = options.load_percent;
-  record.rate_percent = options.rate_percent;
-  record.copies = options.copies;
   record.work = graph.work;
   for (const ExecutorSpec& e : executors) {
     record.executors.push_back(e.label);
     if (e.deployment) record.deployments[e.label] = record_of(e, set);
   }
-  record.rule = options.rule;
-  record.ties = options.ties;
-  record.entity_order = options.entity_order;
+  record.entity_order = options.entity_order.text();
+  record.entity_tasks.clear();
   if (!executors.empty()) {
-    for (const TaskId id : executors.front().scheduler.entity_order) {
+    for (const TaskId id : executors.front().scheduler.entity_order)
       record.entity_tasks.push_back(set[id].name);
-    }
   }
-  record.repetitions = options.repetitions;
-  record.duration_s = options.duration_s;
-  record.warm_up_s = options.warm_up_s;
-  record.seed = options.seed;
-  record.phases = to_string(options.phases);
-  record.phases_file = options.phases_file;
-  record.phase_step_ms = options.phase_step_ms;
+  record.phases = options.phases_of.empty() ? to_string(options.phases) : "as in " + options.phases_of;
   if (!graph.chains.empty() && load > 0) {
     const ChainLimits limits = chain_limits(graph, graph.chains.front());
     record.limits = {{"computation of the longest branch", limits.one_core_per_branch},
@@ -118,7 +107,7 @@ std::vector<std::string> idle_options(const CommonOptions& options,
   const bool any = std::ranges::any_of(
       executors, [&](const ExecutorSpec& spec) { return std::ranges::any_of(parts(spec), waits); });
   std::vector<std::string> sentences;
-  if (!any && options.entity_order != "creation")
+  if (!any && options.entity_order != EntityOrder{})
     sentences.emplace_back("--entity-order changes nothing: none of these executors has a wait set");
   return sentences;
 }

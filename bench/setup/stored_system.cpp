@@ -12,22 +12,13 @@ namespace {
 
 CommonOptions options_of(const results::RunRecord& record) {
   CommonOptions options;
+  static_cast<results::RunOptions&>(options) = record;
   options.graph = record.graph.file;
   for (const std::string& label : record.executors) {
     if (!record.deployments.contains(label)) options.executors.push_back(label);
   }
-  options.duration_s = record.duration_s;
-  options.warm_up_s = record.warm_up_s;
-  options.repetitions = record.repetitions;
-  options.seed = record.seed;
-  options.load_percent = record.load_given;
-  options.rate_percent = record.rate_percent;
-  options.copies = record.copies;
   options.work = record.work;
-  options.rule = record.rule;
-  options.ties = record.ties;
-  options.entity_order = record.entity_order;
-  options.entity_tasks = record.entity_tasks;
+  options.entity_order = EntityOrder::parse(record.entity_order);
   return options;
 }
 
@@ -98,11 +89,11 @@ StoredSystem stored_system(const results::StoredRun& run, const std::string& gra
   system.graph = graph_to_run(system.options);
   system.simulated = record.kind == results::RunKind::simulated;
   if (record.simulation) {
-    system.execution_times = record.simulation->execution_times;
+    system.times = TimesSource::parse(record.simulation->execution_times);
     system.backlog = record.simulation->max_backlog;
     system.graph.platform = record.simulation->platform;
     system.graph.platform.execution_times =
-        parse<ExecutionTimeModel>(system.execution_times).value_or(ExecutionTimeModel::worst);
+        system.times.value_or(TimesSource{}).model.value_or(ExecutionTimeModel::worst);
   }
   system.tasks = make_tasks(system.graph);
   check_unchanged(run, system.graph, system.tasks.set);

@@ -19,7 +19,7 @@ struct StoredSystem {
   std::vector<ExecutorSpec> executors;   ///< In the run's order, deployments included.
   std::optional<std::uint64_t> backlog;  ///< Of a simulation with --max-backlog.
   bool simulated = false;                ///< By `hotpath simulate`: same seed, same schedule.
-  std::string execution_times;           ///< Of a simulation: a model, or `replay:RUN`.
+  std::optional<TimesSource> times;      ///< Of a simulation; none: recorded.
 
   /// Throws std::out_of_range if the run has no such executor.
   [[nodiscard]] const ExecutorSpec& executor(const std::string& label) const;

@@ -190,19 +190,15 @@ std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run, const
                                             const GraphTasks& tasks, const std::string& executor,
                                             std::uint32_t repetition) {
   const std::uint64_t seed = system.options.seed + repetition;
-  if (system.simulated && parse<ExecutionTimeModel>(system.execution_times)) {
-    return execution_times_of(system.graph, tasks, seed);
+  if (!system.times) return replayed_times(run, tasks, executor, repetition);
+  const auto& [model, replay, listed] = *system.times;
+  if (model) return execution_times_of(system.graph, tasks, seed);
+  if (!replay.empty() && std::filesystem::exists(std::filesystem::path(replay) / "jobs.csv")) {
+    results::StoredRun replayed(replay, kReplayOption);
+    replayed.load(tasks.set);
+    return times_of_run(replayed, tasks, executor, repetition, seed);
   }
-  if (system.simulated && system.execution_times.starts_with(kReplay)) {
-    const std::filesystem::path folder = system.execution_times.substr(kReplay.size());
-    if (std::filesystem::exists(folder / "jobs.csv")) {
-      results::StoredRun replayed(folder, "--execution-times " + std::string(kReplay));
-      replayed.load(tasks.set);
-      return times_of_run(replayed, tasks, executor, repetition, seed);
-    }
-  }
-  if (system.simulated && system.execution_times.starts_with(kListed)) {
-    const std::string listed = system.execution_times.substr(kListed.size());
+  if (!listed.empty()) {
     const auto kept = results::kept_input(run, "times");
     if (kept || std::filesystem::exists(listed))
       return listed_times(kept ? kept->string() : listed, tasks.set);

@@ -10,12 +10,10 @@
 
 namespace hotpath::simulated {
 
-/// Prefix of the run folder in `--execution-times replay:RUN`.
-inline constexpr std::string_view kReplay = "replay:";
-/// Prefix of the file in `--execution-times listed:FILE`.
-inline constexpr std::string_view kListed = "listed:";
-/// Its columns: a row for each job, of which those that wait for a set take no time. The last column may be
-/// left out.
+/// How errors name the run of `--execution-times replay:RUN`.
+inline constexpr const char* kReplayOption = "--execution-times replay:";
+/// The columns of the file in `--execution-times listed:FILE`: a row for each job, of which those that wait
+/// for a set take no time. The last column may be left out.
 inline constexpr std::string_view kListedColumns = "task,sequence,execution_time_ns";
 inline constexpr std::string_view kListedDelay = "release_delay_ns";
 

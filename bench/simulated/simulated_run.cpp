@@ -31,16 +31,15 @@ using nlohmann::json;
 
 /// The run of `--execution-times replay:RUN`.
 std::optional<results::StoredRun> replayed_run(const Options& options) {
-  if (!options.execution_times || !options.execution_times->starts_with(kReplay)) return std::nullopt;
-  if (options.load_percent)
+  if (!options.execution_times || options.execution_times->replay.empty()) return std::nullopt;
+  if (options.load_given)
     throw program::UsageError("--load: --execution-times replay: takes the load of its run; leave one out");
-  return results::StoredRun(options.execution_times->substr(kReplay.size()),
-                            "--execution-times " + std::string(kReplay));
+  return results::StoredRun(options.execution_times->replay, kReplayOption);
 }
 
 /// The options with the load of a replayed run, so that worst cases are its own.
 Options with_load(Options options, const std::optional<results::StoredRun>& replayed) {
-  if (replayed) options.load_percent = replayed->record().load_given;
+  if (replayed) options.load_given = replayed->record().load_given;
   return options;
 }
 
@@ -49,10 +48,25 @@ Graph simulated_graph(const Options& options) {
   Graph graph = setup::graph_to_run(options);
   GraphPlatform& p = graph.platform;
   options.apply_to(p);
-  if (options.execution_times) {
-    p.execution_times = parse<ExecutionTimeModel>(*options.execution_times).value_or(p.execution_times);
-  }
+  if (options.execution_times) p.execution_times = options.execution_times->model.value_or(p.execution_times);
   return graph;
+}
+
+/// In the order of the options of the command, which gives its own run the same run.json.
+std::vector<std::string> words_of(const Options& o) {
+  using program::concat, program::joined, program::text;
+  const std::string step = o.phase_step_ms ? text(":%.15g", *o.phase_step_ms) : "";
+  std::vector<std::string> words = {
+      "simulate",
+      o.deployments.empty() ? "--executors=" + joined(o.executors, ",")
+                            : "--deployments=" + joined(o.deployments, ","),
+      "--graph=" + o.graph,
+      "--phases=" + (o.phases_file.empty() ? to_string(o.phases) + step : o.phases_file)};
+  if (o.entity_order != setup::EntityOrder{}) words.push_back("--entity-order=" + o.entity_order.text());
+  words.insert(words.end(), {text("--duration=%.15g", o.duration_s), text("--warm-up=%.15g", o.warm_up_s),
+                             concat("--seed=", o.seed)});
+  if (o.execution_times) words.push_back("--execution-times=" + o.execution_times->text());
+  return words;
 }
 
 class SimulatedRun {
@@ -61,6 +75,7 @@ class SimulatedRun {
       : replayed_(replayed_run(options)),
         options_(with_load(options, replayed_)),
         graph_(simulated_graph(options_)),
+        times_(options_.execution_times.value_or(setup::TimesSource{graph_.platform.execution_times})),
         tasks_(make_tasks(graph_)),
         executors_(setup::executors_to_run(options_, graph_, tasks_, graph_.platform.cores)),
         counting_(setup::summary_options(options_, graph_)) {
@@ -105,15 +120,8 @@ class SimulatedRun {
   };
 
   void prepare() {
-    if (!options_.phases_file.empty()) options_.phases = Phases::given;
     if (!options_.phases_of.empty()) phases_of_.emplace(options_.phases_of, "--phases");
-    const std::string times = execution_times_name();
-    if (replayed_) {
-      replayed_->load(tasks_.set);
-    } else if (!times.starts_with(kListed) && !parse<ExecutionTimeModel>(times)) {
-      throw program::UsageError("--execution-times: `" + times +
-                                "` is not worst, uniform, measured, replayed, replay:RUN or listed:FILE");
-    }
+    if (replayed_) replayed_->load(tasks_.set);
     for (const setup::ExecutorSpec& e : executors_) {
       runs_.push_back({e.label, std::vector<results::Repetition>(options_.repetitions)});
     }
@@ -131,15 +139,11 @@ class SimulatedRun {
                               "a shorter --duration, fewer --repetitions, or --no-trace");
   }
 
-  std::string execution_times_name() const {
-    return options_.execution_times.value_or(to_string(graph_.platform.execution_times));
-  }
-
   /// Whether execution times or releases depend on the seed.
   bool draws() const {
     const auto jitters = [](const Task& task) { return task.release_jitter > Duration{}; };
-    const auto model = parse<ExecutionTimeModel>(execution_times_name());
-    return (model && *model != ExecutionTimeModel::worst) || std::ranges::any_of(tasks_.set.tasks, jitters);
+    return times_.model.value_or(ExecutionTimeModel::worst) != ExecutionTimeModel::worst ||
+           std::ranges::any_of(tasks_.set.tasks, jitters);
   }
 
   const setup::ExecutorSpec& executor(std::size_t i) const { return executors_[i / options_.repetitions]; }
@@ -157,9 +161,7 @@ class SimulatedRun {
       return times_of_run(*replayed_, tasks_, executor(i).label, repetition(i),
                           options_.seed + repetition(i));
     }
-    if (const std::string name = execution_times_name(); name.starts_with(kListed)) {
-      return listed_times(name.substr(kListed.size()), tasks_.set);
-    }
+    if (!times_.listed.empty()) return listed_times(times_.listed, tasks_.set);
     return execution_times_of(graph_, tasks_, options_.seed + repetition(i));
   }
 
@@ -193,9 +195,8 @@ class SimulatedRun {
   results::RunRecord describe() const {
     results::RunRecord record = setup::record_of(options_, graph_, tasks_.set, executors_);
     record.kind = results::RunKind::simulated;
-    if (!options_.phases_of.empty()) record.phases = "as in " + options_.phases_of;
     record.simulation = results::SimulationRecord{.platform = graph_.platform,
-                                                  .execution_times = execution_times_name(),
+                                                  .execution_times = times_.text(),
                                                   .max_backlog = options_.max_backlog,
                                                   .no_trace = options_.no_trace,
                                                   .drawn = draws()};
@@ -205,9 +206,7 @@ class SimulatedRun {
 
   void store(const results::Summary& summary, results::RunFolder& folder) {
     results::RunRecord record = describe();
-    const std::string times = execution_times_name();
-    setup::keep_inputs(folder, options_, graph_, record,
-                       times.starts_with(kListed) ? times.substr(kListed.size()) : "");
+    setup::keep_inputs(folder, options_, graph_, record, times_.listed);
     folder.write("run.json", json(record));
     for (const Simulation& s : simulations_) {
       folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
@@ -219,6 +218,7 @@ class SimulatedRun {
   std::optional<results::StoredRun> replayed_;
   Options options_;
   const Graph graph_;
+  const setup::TimesSource times_;
   const GraphTasks tasks_;
   const std::vector<setup::ExecutorSpec> executors_;
   const results::SummaryOptions counting_;
@@ -231,7 +231,10 @@ class SimulatedRun {
 
 void run_simulated(const Options& options) { SimulatedRun(options).run(); }
 
-void store_simulation(const Options& options) { SimulatedRun(options).store(); }
+void store_simulation(Options options) {
+  if (options.command.empty()) options.command = words_of(options);
+  SimulatedRun(options).store();
+}
 
 results::Summary summary_of_simulation(const Options& options) { return SimulatedRun(options).summary(); }
 

@@ -8,7 +8,7 @@ namespace hotpath::simulated {
 
 /// The command line of `simulate`.
 struct Options : setup::CommonOptions, setup::PlatformOptions {
-  std::optional<std::string> execution_times;
+  std::optional<setup::TimesSource> execution_times;  ///< By default as in the graph.
   std::optional<std::uint64_t> max_backlog;
   unsigned threads = 0;  ///< 0: one per processor.
   bool no_trace = false;
@@ -20,8 +20,9 @@ struct Options : setup::CommonOptions, setup::PlatformOptions {
 /// nothing.
 void run_simulated(const Options& options);
 
-/// run_simulated() without table and figure.
-void store_simulation(const Options& options);
+/// run_simulated() without table and figure. Without a command, the run records words that repeat it: an
+/// executor or deployment, graph without scaling, phases, order of entities, duration, seed and times.
+void store_simulation(Options options);
 
 /// The summary of run_simulated(), without writing or printing. Throws as run_simulated().
 [[nodiscard]] results::Summary summary_of_simulation(const Options& options);

@@ -53,7 +53,7 @@ Capacity find_capacity(const Levels& levels, std::size_t coarse,
 }
 
 Requirement Requirement::parse(const std::vector<std::string>& words) {
-  Requirement r;
+  Requirement r{.words = words};
   for (const std::string& word : words) {
     const std::string latency = "latency:";
     if (word == "no-loss") {

@@ -38,7 +38,8 @@ struct Capacity {
 /// The requirement on a run.
 struct Requirement {
   bool no_loss = false, deadlines = false;
-  std::optional<double> latency_ms;  ///< Limit of every chain's hot-path latency.
+  std::optional<double> latency_ms{};  ///< Limit of every chain's hot-path latency.
+  std::vector<std::string> words;      ///< As given.
 
   /// Parses `no-loss`, `deadlines` and `latency:MS`. Throws UsageError.
   [[nodiscard]] static Requirement parse(const std::vector<std::string>& words);
@@ -55,7 +56,7 @@ constexpr auto enum_texts(Over) {
 
 struct CapacityOptions : simulated::Options {
   Over over = Over::load;
-  std::vector<std::string> require = {"no-loss", "deadlines"};
+  Requirement require = Requirement::parse({"no-loss", "deadlines"});
   double from = 5, to = 120, resolution = 1;
 };
 

@@ -99,11 +99,10 @@ class CapacitySearch {
   explicit CapacitySearch(const CapacityOptions& options)
       : options_(options),
         over_(to_string(options.over)),
-        required_(Requirement::parse(options.require)),
         levels_{options.from, options.to, options.resolution},
         found_(
             program::concat(options.graph, ", simulated: largest ", over_, " with ",
-                            program::joined(options.require), " (steps of ", exact(options.resolution), ")"),
+                            program::joined(options.require.words), " (steps of ", exact(options.resolution), ")"),
             {"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}) {
     if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
     if (levels_.count() > 1'000'000) {
@@ -146,7 +145,7 @@ class CapacitySearch {
   }
 
   simulated::Options at(simulated::Options options, double level) const {
-    if (options_.over == Over::load) options.load_percent = level;
+    if (options_.over == Over::load) options.load_given = level;
     if (options_.over == Over::rate) options.rate_percent = level;
     if (options_.over == Over::copies) options.copies = static_cast<unsigned>(level);
     return options;
@@ -173,7 +172,7 @@ class CapacitySearch {
       std::cerr << label << ": " << over_ << " " << exact(row.level) << std::flush;
       try {
         const results::Summary summary = simulated::summary_of_simulation(at(one, row.level));
-        row.why = required_.failure(summary.executors.front());
+        row.why = options_.require.failure(summary.executors.front());
         add_measures(summary.executors.front(), row);
       } catch (const program::OverloadError& error) {
         row.why = error.what();
@@ -203,7 +202,7 @@ class CapacitySearch {
       const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
       const auto guaranteed = setup::guarantees(graph, tasks, spec);
       any = any || guaranteed;
-      row.why = guaranteed ? failure_of(*guaranteed, tasks.set, graph, required_.latency_ms)
+      row.why = guaranteed ? failure_of(*guaranteed, tasks.set, graph, options_.require.latency_ms)
                            : "no method covers it";
     });
     if (any) return capacity;
@@ -252,7 +251,6 @@ class CapacitySearch {
 
   const CapacityOptions options_;
   const std::string over_;
-  const Requirement required_;
   const Levels levels_;
   program::Table found_;  ///< What is printed, and stored for a page.
   std::vector<LevelRow> rows_;

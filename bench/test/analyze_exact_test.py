@@ -60,7 +60,7 @@ class ExactTest(AnalyzeCase):
             self.assertEqual(max(reached), worst, row)
             again = self.folder / f"again_{run.name}"
             self.accepted(*json.loads((run / "run.json").read_text())["command"], "--output", again)
-            for stored in ("jobs.csv", "chains.csv"):
+            for stored in ("run.json", "jobs.csv", "chains.csv"):
                 self.assertEqual((again / stored).read_bytes(), (run / stored).read_bytes())
             self.assertIn("a valid schedule", self.accepted("doctor", run))
         self.accepted("report", folder / "rm-ro:fifo" / "age_chain")

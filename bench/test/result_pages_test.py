@@ -177,8 +177,9 @@ class Distributions(CommandTest):
             self.assertEqual([latency for _, _, latency, _ in outputs], draw)
             self.assertGreater(len(draw), 10)
             self.accepted(*run.run["command"], "--output", f"again-{stored}")
-            again = (self.folder / f"again-{stored}" / "jobs.csv").read_bytes()
-            self.assertEqual(again, (folder / stored / "run" / "jobs.csv").read_bytes())
+            for file in ("run.json", "jobs.csv"):
+                again = (self.folder / f"again-{stored}" / file).read_bytes()
+                self.assertEqual(again, (folder / stored / "run" / file).read_bytes())
 
     def test_of_an_advice_with_deployments_and_requirements(self) -> None:
         words = ("--now", "multi:2", "--for", "hot_path<150")

@@ -118,14 +118,18 @@ TEST(RunRecord, AnOlderVersionStoredLessOfTheUsage) {
   EXPECT_EQ(stored.get<results::ProcessUsage>().wall, 9ms);
 }
 
-TEST(RunRecord, ATimerWithoutAPeriodIsRejected) {
+TEST(RunRecord, ATimerWithoutAPeriodAndATaskOfNoKindAreRejected) {
   results::RunRecord record;
   record.simulation.emplace();
   record.tasks = timer_and_subscription();
-  nlohmann::json stored = record;
-  stored["tasks"][0]["period_ns"] = 0;
-  EXPECT_THAT([&] { stored.get<results::RunRecord>(); },
-              testing::ThrowsMessage<std::out_of_range>(HasSubstr("`period_ns` of Lidar is 0")));
+  const nlohmann::json good = record;
+  for (const auto& [change, says] : {std::pair(R"({"period_ns": 0})", "`period_ns` of Lidar is 0"),
+                                     std::pair(R"({"kind": "waitable"})", "`kind` is `waitable`")}) {
+    nlohmann::json stored = good;
+    stored["tasks"][0].update(nlohmann::json::parse(change));
+    EXPECT_THAT([&] { stored.get<results::RunRecord>(); },
+                testing::ThrowsMessage<std::out_of_range>(HasSubstr(says)));
+  }
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ std::vector<TaskId> order_from(const std::string& lines) {
   for (const char* name : {"A", "B", "C"}) set.tasks.emplace_back().name = name;
   const File file("order.txt", lines);
   setup::CommonOptions options;
-  options.entity_order = file.path();
+  options.entity_order.file = file.path();
   return setup::scheduling_of(options, Graph{}, set, 2).entity_order;
 }
 
@@ -115,7 +115,7 @@ TEST(RunSetup, OptionsWithoutEffectAreReported) {
   setup::CommonOptions options;
   const std::vector<setup::ExecutorSpec> plain = {setup::parse_executor("events-ro", {})};
   EXPECT_THAT(setup::idle_options(options, plain), testing::IsEmpty());
-  options.entity_order = "reverse";
+  options.entity_order.reverse = true;
   EXPECT_THAT(setup::idle_options(options, plain), ElementsAre(HasSubstr("--entity-order")));
   EXPECT_THAT(setup::idle_options(options,
                                   {setup::parse_executor("rm-ro", {}), setup::parse_executor("default", {})}),

@@ -70,7 +70,7 @@ json real(const setup::StoredSystem& system, const std::string& label, const Tas
       std::abs(load_percent(graph) - kReferenceLoad_percent) > kSameLoad_percent) {
     return row;
   }
-  const bool first = label.ends_with(":first") || system.options.rule == SubscriptionRule::first;
+  const bool first = system.executor(label).scheduler.rule == SubscriptionRule::first;
   // The reference writes `rm-ro (first)` for `rm-ro:first`.
   const std::string wanted = results::ExecutorLabel(label).name + (first ? " (first)" : "");
   const fs::path file = reference / "rclcpp_autoware_phases.csv";

@@ -13,9 +13,8 @@ std::int64_t hyperperiod(const TaskSet& set) {
   for (const Task& task : set.tasks) {
     if (task.kind != TaskKind::timer) continue;
     const std::int64_t period = task.period.count(), common = all / std::gcd(all, period);
-    if (common > kLongestInstant.count() / period) {
+    if (common > kLongestInstant.count() / period)
       throw ExplorationRefused("the timers have no common multiple of their periods below 36 years");
-    }
     all = common * period;
   }
   return all;

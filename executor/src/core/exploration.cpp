@@ -37,9 +37,8 @@ class Exploration final : public JobSink, public ExploredInstant {
     for (TaskId id = 0; id < set_.size(); ++id) {
       if (set_[id].release_jitter > Duration{} && set_[id].phase == Duration{}) at_once.push_back(id);
     }
-    if (at_once.size() > kMostAtOnce) {
+    if (at_once.size() > kMostAtOnce)
       throw ExplorationRefused("more than 12 timers with release jitter have the phase 0");
-    }
     for (std::size_t subset = 0; subset < std::size_t{1} << at_once.size(); ++subset) {
       std::vector<TaskId> released;
       for (std::size_t i = 0; i < at_once.size(); ++i) {
@@ -66,9 +65,9 @@ class Exploration final : public JobSink, public ExploredInstant {
 
  private:
   void count_state() {
-    if (++expanded_ > options_.max_states) {
-      throw ExplorationRefused("there are more than " + std::to_string(options_.max_states) + " states");
-    }
+    if (++expanded_ > options_.max_states)
+      throw ExplorationRefused("there are more than " + std::to_string(options_.max_states) + " states",
+                               ExplorationRefused::Why::states);
     constexpr std::size_t kStatesBetweenStops = 64;
     if (options_.stop && expanded_ % kStatesBetweenStops == 0) {
       if (const std::string why = options_.stop(); !why.empty()) throw ExplorationRefused(why);
@@ -257,9 +256,8 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   void note_release(ExploredState& state) const {
     const SimulatedWorkers::State& timers = timers_of(state);
-    if (branches_.slices && (!timers.on_core || timers.slice_end <= timers.until)) {
+    if (branches_.slices && (!timers.on_core || timers.slice_end <= timers.until))
       throw ExplorationRefused("releases that take longer than a time slice are not explored");
-    }
     if (timers_before_.step == timers.step && timers_before_.until == timers.until) return;
     state.releases = !state.zone.fixed(kNow);
     const std::int64_t cost = (timers.until - state.simulation->now()).count();

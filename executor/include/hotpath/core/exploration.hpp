@@ -18,7 +18,10 @@ namespace hotpath {
 
 /// A system that is not explored, or whose states exceed the limit; the message says why.
 struct ExplorationRefused : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  enum class Why : std::uint8_t { not_covered, states };
+  explicit ExplorationRefused(const std::string& text, Why reason = Why::not_covered)
+      : std::runtime_error(text), why(reason) {}
+  Why why;
 };
 
 /// The instant at which a job ends and publishes, as data of a state (StateWords): what a workload with
