@@ -186,6 +186,8 @@ TEST(Comparison, ResamplesBothSidesIndependently) {
   const Estimate difference = difference_of_quantiles(samples, samples, 0.5);
   EXPECT_DOUBLE_EQ(difference.interval->low, -2.0);
   EXPECT_DOUBLE_EQ(difference.interval->high, 2.0);
+  const RepeatedSamples one(Repetitions{{2.0}});
+  EXPECT_DOUBLE_EQ(cliffs_delta(samples, one).interval->high, 1.0);  // of one side alone
 }
 
 TEST(RankTest, AsScipyHasIt) {

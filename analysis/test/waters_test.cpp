@@ -82,12 +82,22 @@ TEST(Waters2015, ChainsFollowTheAuthorsProcedure) {
       ++length[chain.size()];
     }
   }
-  // Attempts with more patterns are dropped more often, so the share of one pattern exceeds its 70
-  // %.
+  // Attempts with more patterns are dropped more often: the share of one pattern exceeds its 70 %.
   EXPECT_GT(patterns[1], 0.7 * chains_in_all);
   EXPECT_GT(patterns[2], patterns[3]);
   EXPECT_GT(patterns[3], 0);
   EXPECT_GT(length[3], length[2]);
+}
+
+TEST(RandomStream, ShufflesIntoAllOrdersEquallyOften) {
+  RandomStream random(1, {});
+  std::map<std::array<int, 3>, int> seen;
+  for (int i = 0; i < 60'000; ++i) {
+    std::array<int, 3> order = {1, 2, 3};
+    random.shuffle(std::span<int>(order));
+    ++seen[order];
+  }
+  for (const auto& [_, count] : seen) EXPECT_NEAR(count, 10'000, 400);
 }
 
 TEST(Waters2015, FewerThanThreePeriodsGiveNoChains) {

@@ -59,6 +59,8 @@ TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {
   EXPECT_LT(of(110), of(120));
   EXPECT_NEAR(of(110).value, 10, 1e-9);
   EXPECT_LT(of(120), of(kNoValue)) << "no sample at all";
+  objective.requirements.push_back({0, 50});
+  EXPECT_NEAR(of(110).value, 10 + 120, 1e-9);
 }
 
 std::vector<advise::Candidate> all_candidates(const Graph& graph) {
@@ -87,6 +89,9 @@ TEST(Candidates, FollowFromTraitsGraphAndCores) {
   const auto two = candidates_of(graph_named("autoware", 2));
   for (const char* name : {"multi:2", "cbg:2", "fp-ro", "chain-first", "cie:chain", "isolated"})
     EXPECT_TRUE(two.contains(name)) << name;
+  std::set<int> priorities;  // rise along the chain
+  for (const DeployedExecutor& e : two.at("cie:chain").spec.deployment->plan.executors)
+    EXPECT_TRUE(e.policy.ordinary() || priorities.insert(e.policy.priority).second) << e.name;
   EXPECT_FALSE(candidates_of(graph_named("timers_only_60")).contains("fp-ro:chain"));
 }
 

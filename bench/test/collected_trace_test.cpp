@@ -99,11 +99,13 @@ TEST_F(CollectedTrace, APlannedEndStays) {
   for (std::uint64_t i = 0; i < 19; ++i) log.append(job(1, i, at(20 * static_cast<int>(i)), Outcome::ran));
   JobRecord late = job(1, 19, start, Outcome::ran);
   late.finish = start;
+  late.cpu_time = milliseconds(1);
   log.append(late);
   EXPECT_EQ(live::end_of_run(kPlanned, kPlanned, memories), kPlanned);
   const Trace trace = live::collected_trace(plan, memories, kEpoch, kPlanned);
   EXPECT_EQ(trace.end, kPlanned);
   EXPECT_EQ(trace.jobs.back().outcome, Outcome::running);
+  EXPECT_EQ(trace.jobs.back().cpu_time, Duration(-1)) << "some of it from after the run";
   EXPECT_EQ(violation(trace), "");
 }
 

@@ -145,6 +145,7 @@ TEST(Gate, JudgesSimulationsPairByPair) {
   for (const Case& c : std::vector<Case>{{{10}, {10.001}, 1, Verdict::worse},
                                          {{10}, {9.999}, 1, Verdict::not_worse},
                                          {three, three, 1, Verdict::same},
+                                         {{0, 10}, {0, 10}, 1, Verdict::same},
                                          {five, grown, 1, Verdict::worse},
                                          {five, grown, 11, Verdict::not_worse},
                                          {five, {grown.rbegin(), grown.rend()}, 1, Verdict::not_worse},

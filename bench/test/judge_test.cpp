@@ -66,6 +66,7 @@ TEST(DistancesOfSeveralSamples, HoldTogether) {
   EXPECT_EQ(distance.broken(), 2U);
   EXPECT_EQ(distance.checked(), 4U);
   EXPECT_EQ(incidents.kept().front().first().at, at_ms(20));
+  EXPECT_EQ(incidents.kept().front().first().since, at_ms(13)) << "7 ms before";
 }
 
 TEST_F(Watching, KeepsIncidentsApart) {

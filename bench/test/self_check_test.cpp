@@ -64,6 +64,8 @@ TEST_F(SelfCheckTest, LossesBeforeTheEpochDoNotCount) {
   lose(4, -5ms);
   EXPECT_EQ(check().lost_recorded_percent, 0);
   EXPECT_EQ(check().light, imports::Light::green);
+  trace_.jobs.front().job.skipped = 50;
+  EXPECT_EQ(check().lost_recorded_percent, 20) << "50 of 250 timestamps and samples";
 }
 
 TEST_F(SelfCheckTest, SomeDeviationIsYellowAndThreeTimesAsMuchIsRed) {

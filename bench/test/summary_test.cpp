@@ -118,6 +118,8 @@ TEST(Waits, LastFromTheTimestampToTheStartOrToTheEndOfTheRun) {
   EXPECT_EQ(s.tasks[kPoints].longest_wait, milliseconds(5));
   EXPECT_EQ(s.tasks[kClusters].longest_wait, milliseconds(0)) << "never taken";
   EXPECT_EQ(s.tasks[kLidar].longest_wait, milliseconds(2));
+  EXPECT_EQ(s.each[0].deadline_overruns, 1u) << "Lidar runs until the end";
+  EXPECT_EQ(s.each[1].deadline_overruns, 0u);
 }
 
 TEST(Waits, CountFromTheEndOfTheWarmUpOn) {

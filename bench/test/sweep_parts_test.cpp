@@ -58,16 +58,16 @@ TEST_F(SweepTest, AGridHasEachPointAndRepetitionOnceTheLastAxisFastest) {
 }
 
 TEST_F(SweepTest, SeedsFollowFromCoordinatesWithoutTheExecutor) {
-  const std::string axes = "command: simulate\naxes: {load: [20, 30], executors: [default, rm-ro]}\n";
-  const sweep::Design d = design(axes);
+  const auto of = [&](const std::string& axes) { return design("command: simulate\naxes: " + axes + "\n"); };
+  const std::string axes = "{load: [20, 30], rate: [90], executors: [default, rm-ro]}";
+  const sweep::Design d = of(axes);
   EXPECT_EQ(d.seed_of(0), d.seed_of(1));  // another executor
   EXPECT_NE(d.seed_of(0), d.seed_of(2));  // another load
-  const sweep::Design swapped =
-      design("command: simulate\naxes: {executors: [default, rm-ro], load: [20, 30]}\n");
+  const sweep::Design swapped = of("{rate: [90], executors: [default, rm-ro], load: [20, 30]}");
   EXPECT_EQ(d.seed_of(2), swapped.seed_of(1));  // whatever the order of axes
-  const sweep::Design larger = design("command: simulate\naxes: {load: [10, 20, 30], executors: [rm-ro]}\n");
+  const sweep::Design larger = of("{load: [10, 20, 30], rate: [90], executors: [rm-ro]}");
   EXPECT_EQ(d.seed_of(0), larger.seed_of(1));  // and whatever else is swept
-  EXPECT_NE(design(axes + "seed: 2\n").seed_of(0), d.seed_of(0));
+  EXPECT_NE(of(axes + "\nseed: 2").seed_of(0), d.seed_of(0));
 }
 
 TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
@@ -251,6 +251,7 @@ TEST(CapacityTest, FindsTheLastLevelBelowTheFirstFailure) {
   EXPECT_EQ(found({5, 9, 1}, 3, 0, 1000).highest, std::nullopt);
   EXPECT_EQ(found({5, 9, 1}, 3, 1000, 1000).highest, 4U);
   EXPECT_EQ(found({5, 5, 1}, 3, 1000, 1000).highest, 0U);
+  EXPECT_EQ(found({0.1, 0.7, 0.1}, 3, 1000, 1000).highest, 6U);
 }
 
 TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {

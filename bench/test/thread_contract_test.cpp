@@ -115,6 +115,8 @@ TEST_F(WatchingAThread, AddsTheWaitsOfASecond) {
   spin.waited += from_ms(0.9);
   read(4201);
   EXPECT_THAT(incident(), HasSubstr("00:00:04.001 main thread spin waited 0.900 ms of 200.000 ms"));
+  read(4401);
+  EXPECT_EQ(term("main", "wait_ms")["broken"], 1) << "each wait counts once";
 }
 
 TEST_F(WatchingAThread, ScalesAWaitBetweenReadingsThatAreFarApart) {
@@ -123,6 +125,7 @@ TEST_F(WatchingAThread, ScalesAWaitBetweenReadingsThatAreFarApart) {
   read(2001);
   EXPECT_EQ(incident(), "") << "0.75 ms in a second";
   spin.waited += from_ms(3);
+  spin.stolen += from_ms(1000), spin.processor = 1;  // which has a counter of its own
   read(4001);
   EXPECT_THAT(incident(), HasSubstr("00:00:02.001 main thread spin waited 3.000 ms of 2000.000 ms"));
 }

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <map>
 #include <numeric>
+#include <semaphore>
 #include <stdexcept>
 #include <thread>
 
@@ -52,11 +53,18 @@ TEST(Crew, HasAThreadPerProcessorAndNothingToDo) {
 
 TEST(Crew, RethrowsWhatACellThrows) {
   Numbers numbers(100);
-  numbers.campaign.work = [](std::uint64_t cell) -> std::string {
-    if (cell == 50) throw std::invalid_argument("cell 50");
+  std::binary_semaphore gathers(0), failed(0);
+  numbers.campaign.work = [&](std::uint64_t cell) -> std::string {
+    if (cell == 1) gathers.acquire();
+    if (cell == 5) throw std::invalid_argument("cell 5");
+    if (cell == 6) failed.release();
     return "row " + std::to_string(cell);
   };
-  EXPECT_THROW(Crew(2).run(numbers.campaign), std::invalid_argument);
+  numbers.campaign.gather = [&](std::uint64_t cell, const std::string&) {
+    if (++numbers.gathered[cell]; cell == 0) gathers.release(), failed.acquire();
+  };
+  EXPECT_THROW(Crew(1).run(numbers.campaign), std::invalid_argument);
+  EXPECT_GE(numbers.gathered.size(), 5U) << "rows that were ready before the failure";
 }
 
 TEST(Crew, RethrowsWhatGatheringThrows) {

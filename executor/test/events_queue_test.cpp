@@ -179,6 +179,8 @@ TEST_F(PriorityOrderTest, OrdersJobs) {
        }) {
     EXPECT_EQ(order(set, c.policy, c.pushed), c.popped) << c.what;
   }
+  set.tasks[2].always_due = true;
+  EXPECT_EQ(order(set, Policy::fp, {job(0), job(2)}), (std::vector<JobRef>{{2, 0}, {0, 0}}));
 }
 
 TEST_F(PriorityOrderTest, QueueReusesSlotsAndVisitsAllJobs) {

@@ -102,6 +102,9 @@ TEST(GuaranteedJobs, ADecisionThatFollowsARecordKnowsTheRule) {
   scheduler->follow([&](TaskId task) { return task == urgent; });
   EXPECT_EQ(take_turn(*scheduler, kExecutor, at(100ms)).decision.job->task, urgent);
   EXPECT_EQ(seen(*scheduler, 100ms).front(), served);
+  scheduler->remove_task(served, at(100ms), [](const Job&, Outcome) {});
+  static_cast<void>(scheduler->sample_arrived(urgent, {at(101ms), kNever, {0, 1}}, at(101ms)));
+  EXPECT_EQ(seen(*scheduler, 200ms), std::vector<TaskId>{urgent});
 }
 
 TEST(GuaranteedJobs, ARemovedTaskIsForgotten) {

@@ -199,20 +199,16 @@ TEST_F(MultiThreadedExecutor, TheRemedyKeepsBlockedTasksAheadOfTasksFoundLater) 
 class RebuiltWaitSet : public WaitSetFixture<RebuiltWaitSetScheduler> {};
 
 TEST_F(RebuiltWaitSet, AGroupThatWasBusyAtARebuildGoesToTheEnd) {
-  const TaskId a = add_timer(set, 10ms, 0ms);
-  const TaskId b = add_timer(set, 10ms, 0ms);
-  start(2U);
-  const Job first = *scheduler->decide(0, at(0ms)).job;
-  const Job second = *scheduler->decide(1, at(0ms)).job;
-  EXPECT_EQ(first.task, a);
-  EXPECT_EQ(second.task, b);
-  scheduler->finished(1, second, at(2ms));
-  EXPECT_FALSE(scheduler->decide(1, at(2ms)).job);  // rebuilt without a
-  scheduler->finished(0, first, at(3ms));
-  EXPECT_FALSE(scheduler->decide(1, at(3ms)).job);  // rebuilt: b, a
-  EXPECT_FALSE(scheduler->decide(0, at(3ms)).job);
-  EXPECT_EQ(scheduler->decide(1, at(10ms)).job->task, b);
-  EXPECT_EQ(scheduler->decide(0, at(10ms)).job->task, a);
+  for (int i = 0; i < 3; ++i) add_timer(set, 10ms, 0ms);
+  start(3U);
+  std::vector<Job> jobs;
+  for (const Worker w : {0U, 1U, 2U}) jobs.push_back(*scheduler->decide(w, at(0ms)).job);
+  EXPECT_EQ(jobs[0].task, 0U);
+  scheduler->finished(2, jobs[2], at(2ms));
+  EXPECT_FALSE(scheduler->decide(2, at(2ms)).job);  // rebuilt without 0 and 1
+  for (const Worker w : {0U, 1U}) scheduler->finished(w, jobs[w], at(3ms));
+  for (const Worker w : {2U, 1U, 0U}) EXPECT_FALSE(scheduler->decide(w, at(3ms)).job);  // rebuilt: 2, 1, 0
+  for (const Worker w : {2U, 1U, 0U}) EXPECT_EQ(scheduler->decide(w, at(10ms)).job->task, w);
 }
 
 TEST_F(RebuiltWaitSet, OnlyTheWorkerThatWaitsPaysForTheWait) {

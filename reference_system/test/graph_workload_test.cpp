@@ -64,15 +64,17 @@ chains:
   }
 }
 
-/// Two sensors, a fusion and its reader.
+/// Two sensors, a fusion with a timer, and its reader.
 Graph fusion_graph() {
   return load(R"(
 name: g
 nodes:
 - {name: P, type: sensor, period_ms: 30}
 - {name: Q, type: sensor, period_ms: 30}
-- {name: F, type: fusion, inputs: [P, Q], execution_time_ms: 9}
-- {name: C, type: command, input: F}
+- {name: F, type: callbacks, callbacks: [{timer: t, period_ms: 100, execution_time_ms: 2, publishes: t},
+    {subscription: P, execution_time_ms: 9, publishes: {topic: f, when: all_new, of: [P, Q]}},
+    {subscription: Q, execution_time_ms: 9, publishes: {topic: f, when: all_new, of: [P, Q]}}]}
+- {name: C, type: command, input: f}
 chains:
 - {name: chain, nodes: [P, Q, F], sources: [P, Q], sink: F}
 )");
@@ -112,7 +114,7 @@ TEST(WorkingJobs, FusionsReplayTheTimesOfJobsThatPublished) {
   const ReplayedTimes times(measured.tasks.set, working_jobs(measured.tasks, measured.trace));
   // Input P never completed a set in the trace; if it did, it would take the measured time of a
   // set.
-  for (const TaskId fusion : {2U, 3U}) {
+  for (const TaskId fusion : {3U, 4U}) {
     Job job;
     job.task = fusion;
     job.sequence = 3;
