@@ -87,8 +87,6 @@ def make_inputs(hotpath: Any) -> Any:
         "static.yaml": "name: mine\nexecutors:\n  - {name: all, executor: static, owns: rest}\n",
         "long.yaml": "command: simulate\nfixed: {executors: default, duration: 1e5}\naxes: {load: [10, 20]}\n",
         "short.yaml": "command: simulate\nfixed: {executors: default, duration: 0.1}\naxes: {load: [10, 20]}\n",
-        "json_ctf/metadata": '\x1e{"type": "preamble"}',
-        "text_ctf/metadata": "text",
         "times.csv": "execution_time_ms\n4.2\n4.5\n",
         "golden.csv": "".join(GOLDEN.read_text().splitlines(keepends=True)[:GOLDEN_LINES]),
         "sweep.yaml": SWEEP,
