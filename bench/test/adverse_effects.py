@@ -42,9 +42,9 @@ JSON_HOLDS: dict[str, dict[str, Any]] = {
     "list graphs": {"name": "autoware"},
     "list deployments": {"name": "isolated"},
 }
-# What a use needs that no earlier one writes, as shell code.
+# What a use needs that no earlier one writes, as shell code, by its result.
 GIVEN = {
-    "doctor killed --recover": "cp -r stored killed; cd killed; rm summary.json; mv jobs.csv jobs.csv.part;"
+    "killed/summary.json": "cp -r stored killed; cd killed; rm summary.json; mv jobs.csv jobs.csv.part;"
     " mv chains.csv chains.csv.part; sed -i 's/complete\": true/complete\": false/' run.json; cd ..;"
 }
 # They measure for minutes: bench_command_test.py, ../hotpath_report/test/test_reproduction.py.
@@ -63,7 +63,7 @@ NO_TABLES = (
 # For --output and --json, see adverse_use_test.py.
 COMMON = """
 --graph sequences
---load 50
+--load=50
 --rate 110
 --copies 2
 --phases synchronous
@@ -75,14 +75,14 @@ COMMON = """
 """
 SIMULATED = f"""{COMMON}
 --executors default,edf-ro
---threads 3 = results do not depend on the number of threads
+--threads=3 = results do not depend on the number of threads
 --cores 2 + --executors multi:2
 --platform release_cost_us=100
 --repetitions 3
 --max-backlog 1 + --load 95 ! overload: more than 1
 --execution-times uniform + --graph callbacks
 """
-SIMULATION = "simulate --executors default,rm-ro --output out --duration 1 --warm-up 0"
+SIMULATION = "simulate --executors default,rm-ro --output out {short}"
 # Values of options that have several kinds of them.
 MORE_VALUES = """
 --phases | {reference}/rclcpp_autoware_phases.csv | {stock}/autoware | creation:3
@@ -97,7 +97,7 @@ EFFECTS = {
 --no-trace
 """,
     "capacity --executors default,rm-ro --from 60 --to 120 --resolution 30 --repetitions 2 --output out"
-    " --duration 1 --warm-up 0": f"""{SIMULATED}
+    " {short}": f"""{SIMULATED}
 --load 50 ! --over
 --max-backlog 1
 --over rate
@@ -106,7 +106,7 @@ EFFECTS = {
 --to 90
 --resolution 15
 """,
-    "advise --graph autoware --executors default,rm-ro --repetitions 2 --output out --duration 1 --warm-up 0": f"""{COMMON}
+    "advise --graph autoware --executors default,rm-ro --repetitions 2 --output out {short}": f"""{COMMON}
 --graph sequences
 --copies 2 + --cores 2
 --deployments isolated
@@ -140,10 +140,7 @@ EFFECTS = {
 --strict @ analyze_test.py
 --csv bounds.csv
 """,
-    "sweep {stock}/sweep.yaml --output out": """
---threads @ sweep_test.py
---yes @ sweep_test.py
-""",
+    "sweep {stock}/sweep.yaml --output out": "--threads --yes @ sweep_test.py",
     "explain {stock}/autoware": """
 --executors rm-ro
 --repetition 1
@@ -213,8 +210,7 @@ EFFECTS = {
 --warm-up 0.1
 --quick -duration -warm-up -repetitions
 --repetitions 2
---time-out @ adverse_tables.py
---stack @ adverse_tables.py
+--time-out --stack @ adverse_tables.py
 --rmw cyclonedds ! --stack
 --transport fastdds
 --processes 2 + --transport fastdds

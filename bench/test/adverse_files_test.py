@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files that are damaged, and targets that cannot or must not be written."""
 
-import os
 import re
 import resource
 import subprocess
@@ -127,13 +126,15 @@ def prepare(folder: Path, given: str) -> dict[str, Any]:
     return state_of(folder)
 
 
-@pytest.mark.parametrize("line, own", [(line, None) for line in FILES + LONG_RUNS] + rows(tables.FOLDERS, 2))
-def test_targets_that_are_refused(shell: CommandTest, line: str, own: str | None) -> None:
-    """Those of the table, and folders with results of other commands, whose marks are not its own."""
+@pytest.mark.parametrize(
+    "line, own", [[line, "a file"] for line in FILES + LONG_RUNS] + rows(tables.FOLDERS, 2)
+)
+def test_targets_that_are_refused(shell: CommandTest, line: str, own: str) -> None:
+    """Those of the table and, for folders, results of other commands, whose marks are not its own."""
     others = "".join(f"mkdir of_{mark}; echo {{}} >of_{mark}/{mark};" for mark in MARKS)
     prepare(shell.folder, tables.CROWDED + others)
-    refused = rows(tables.REFUSED_FILES if own is None else tables.REFUSED_FOLDERS)
-    refused += [["", f"of_{mark}"] for mark in MARKS - {own} if own is not None]
+    refused = rows(tables.REFUSED_FILES if own == "a file" else tables.REFUSED_FOLDERS)
+    refused += [["", f"of_{mark}"] for mark in MARKS - {own} if own != "a file"]
     for given, targets in refused:
         for target in targets.split():
             shell.rejected(f"{line} {target}", says=f"hotpath: {line.split()[-1]}: ", given=given)
@@ -150,7 +151,7 @@ def test_a_full_device(shell: CommandTest, line: str) -> None:
 
 @pytest.mark.parametrize(
     "line, given, target, written",
-    [(line, *row) for line in FILES for row in rows(tables.TAKEN_FILES)] + rows(tables.TAKEN_FOLDERS),
+    [[line, *row] for line in FILES for row in rows(tables.TAKEN_FILES)] + rows(tables.TAKEN_FOLDERS),
 )
 def test_a_target_that_is_taken(shell: CommandTest, line: str, given: str, target: str, written: str) -> None:
     """Nothing else changes. A new file is private to the user; a replaced file keeps its permissions."""

@@ -117,10 +117,9 @@ def test_hostile_names_in_a_trace(shell: CommandTest) -> None:
 
 def test_nothing_is_executed_from_the_current_folder(shell: CommandTest, stock: Path) -> None:
     mark, traps = shell.folder / "executed", shell.folder / "traps"
-    asked = ["/usr/bin/python3", "-X", "importtime", "-I", "-B", BENCH, "report", stock / "run"]
-    asked += ["--output", shell.folder / "report"]
+    asked = f"/usr/bin/python3 -X importtime -I -B {BENCH} report {stock}/run --output {shell.folder}/report"
     environment = shell.environment | {"HOTPATH": HOTPATH}
-    done = subprocess.run(asked, capture_output=True, text=True, check=True, env=environment)
+    done = subprocess.run(asked.split(), capture_output=True, text=True, check=True, env=environment)
     names = {*re.findall(r"\| +(\w+)", done.stderr), "sitecustomize", "usercustomize", "start"}
     assert len(names) > 100
     site = shell.folder / "lib" / "python{}.{}".format(*sys.version_info) / "site-packages"

@@ -18,28 +18,27 @@ from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder, assert_says
 from import_case import ImportTest
 
-HOUR = 3_600_000
-
-
-def discarded_events(trace: Any, _: Any) -> None:
-    trace.discarded = 17
-
 
 def later(by_ms: int) -> Any:
     """The clock moves on by so many milliseconds before the trace goes on."""
     return lambda trace, handles: run_on(trace, handles, handles["at"] + by_ms * MS, 100)
 
 
-def job_without_end(trace: Any, handles: Any) -> None:
-    trace.job(handles["at"], None, handles["timer"])
-
-
-def two_nodes_of_one_name(trace: Any, handles: Any) -> None:
-    second = trace.timer(3 * MS, trace.node(3 * MS, "sensor"), 10 * MS)
+def also(trace: Any, handles: Any, callback: Any, rmw: Any = None) -> None:
+    """Runs a further callback after each period of the system."""
     for i in range(100):
         at = handles["at"] + 10 * i * MS
         run_on(trace, handles, at, 1)
-        trace.job(at + 6 * MS, at + 7 * MS, second)
+        trace.job(at + 6 * MS, at + 7 * MS, callback, takes=rmw and (rmw, at + 5 * MS))
+
+
+def two_nodes_of_one_name(trace: Any, handles: Any) -> None:
+    also(trace, handles, trace.timer(3 * MS, trace.node(3 * MS, "sensor"), 10 * MS))
+
+
+def topic_without_publisher(trace: Any, handles: Any) -> None:
+    rmw, callback = trace.subscription(3 * MS, handles["nodes"][1], "/outer")
+    also(trace, handles, callback, rmw)
 
 
 def handle_used_again(trace: Any, handles: Any) -> None:
@@ -49,25 +48,17 @@ def handle_used_again(trace: Any, handles: Any) -> None:
         trace.job(at + 10 * i * MS, at + (10 * i + 1) * MS, timer)
 
 
-def topic_without_publisher(trace: Any, handles: Any) -> None:
-    outer = trace.subscription(3 * MS, handles["nodes"][1], "/outer")
-    for i in range(100):
-        at = handles["at"] + 10 * i * MS
-        run_on(trace, handles, at, 1)
-        trace.job(at + 6 * MS, at + 7 * MS, outer[1], takes=(outer[0], at + 5 * MS))
-
-
 # A change of a trace, options of the trace, words of the warning ("": none), and the number of jobs that
 # are used; -1: the trace is rejected with these words.
 FAULTS: list[tuple[Any, dict[str, Any], str, int]] = [
-    (discarded_events, {}, "discarded at least 17 events", 400),
+    (lambda trace, _: setattr(trace, "discarded", 17), {}, "discarded at least 17 events", 400),
     (later(10), {"initialised": False}, "no initialisation events", -1),
     (later(60_000), {}, "no event for 60.0 s from 2.0 s on", 600),
     (later(1200), {}, "no event for 1.2 s", 600),
     (later(900), {}, "", 600),  # less than ten periods
-    (later(365 * 24 * HOUR), {}, "the trace's clock jumps, or the trace is damaged", -1),
+    (later(31_536_000_000), {}, "the trace's clock jumps, or the trace is damaged", -1),
     (later(-1000), {}, "breaks off: its clock jumps back after 2.0 s", 400),
-    (job_without_end, {}, "1 jobs have no end in the trace", 401),
+    (lambda trace, h: trace.job(h["at"], None, h["timer"]), {}, "1 jobs have no end in the trace", 401),
     (two_nodes_of_one_name, {"periods": 0}, "another node sensor; node /sensor is called sensor_2", 300),
     (handle_used_again, {"periods": 100}, "1 addresses of callbacks were reused", 300),
     (topic_without_publisher, {"periods": 0}, "No callback of the trace publishes topic /outer", 300),

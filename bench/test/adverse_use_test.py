@@ -36,7 +36,7 @@ def wrong_values(kind: str) -> list[tuple[str, list[str]]]:
     """Values of an option, and what is said of them; the kind of its values is that of its help."""
     if kind in ("N", "JOBS"):
         return [(n, [f"`{n}` is not a whole number from"]) for n in tables.WHOLE_NUMBERS.split()]
-    if kind in ("SECONDS", "MS", "US", "PERCENT", "LEVEL", "X", "FLOAT"):
+    if kind in ("SECONDS", "MS", "US", "PERCENT", "LEVEL", "X"):
         return [(n, [f"`{n}` is not a number from"]) for n in tables.OTHER_NUMBERS.split()]
     if re.fullmatch(r"[a-z_]+(\|[a-z_]+)+", kind):
         return [("nothing", ["nothing", *kind.split("|")])]
@@ -73,10 +73,12 @@ def test_each_command_does_its_work(shell: CommandTest, commands: Any) -> None:
     assert {command_of(commands, use) for use in effects.USES} == set(commands) - effects.MEASURES_FOR_MINUTES
     calls = shell.folder / "calls"
 
-    def printed(line: str, networked: bool, given: str) -> str:
+    noted = f"LD_PRELOAD={failing_calls_test.LIBRARY} HOTPATH_CALLS={calls}"
+
+    def printed(line: str) -> str:
         calls.write_bytes(failing_calls_test.NO_PLACES)
-        noted = f"LD_PRELOAD={failing_calls_test.LIBRARY} HOTPATH_CALLS={calls}"
-        out = shell.accepted(line, given=given if networked else f"{given} {noted}")
+        networked = line.split()[0] in effects.NETWORKED
+        out = shell.accepted(line, given=effects.GIVEN.get(result, "") + ("" if networked else noted))
         _, places = failing_calls_test.noted_places(calls)
         assert (places["socket"], places["bind"]) == ([], []), line
         assert networked or places["malloc"] != [], "the calls are not noted"
@@ -85,18 +87,17 @@ def test_each_command_does_its_work(shell: CommandTest, commands: Any) -> None:
 
     for line, result in effects.USES.items():
         command = " ".join(command_of(commands, line))
-        how = (command in effects.NETWORKED, effects.GIVEN.get(line, ""))
         as_json = line.replace(command, f"{command} --json", 1)
         if line.startswith(effects.NO_TABLES):
             shell.rejected(as_json, says="--json")
-            out = printed(line, *how)
+            out = printed(line)
         else:
-            data = json.loads(printed(as_json, *how))
+            data = json.loads(printed(as_json))
             holds = effects.JSON_HOLDS.get(line, {})
             assert data and (not holds or any(holds.items() <= row.items() for row in data)), line
             if result == "stored/summary.json":
                 assert data == RunFolder(shell.folder / "stored").summary()
-            out = printed(line, *how) if result.startswith(">") else ""
+            out = printed(line) if result.startswith(">") else ""
         if result.startswith(">"):
             assert result[1:] in out, line
         else:
@@ -184,6 +185,7 @@ class Results(dict[str, Result]):
 
     def check_record(self, run: RunFolder) -> None:
         """A stored run has all of its options: its command makes the same files, its simulation the run."""
+        assert "threads" not in " ".join(run.run["command"]), "it changes no result"
         again = self[" ".join([*run.run["command"], "--output", "again"])].folder / "again"
         for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
             assert (again / name).read_bytes() == (run.path / name).read_bytes(), run.path
@@ -195,15 +197,11 @@ class Results(dict[str, Result]):
             assert both["measured"] == both["other"] and both["measured"]["jobs"] > 10
 
 
-def name_of(effect: str) -> str:
-    return effect.split()[0].partition("=")[0]
-
-
 def effects_of() -> list[tuple[str, str]]:
     """(use, effect) of each option; a later line for an option replaces an earlier one."""
     found = []
     for use, table in effects.EFFECTS.items():
-        lines = {name_of(line): line for line in table.splitlines() if line}
+        lines = {[*by_option(line)][0]: line for line in table.splitlines() if line}
         found += [(use, line) for line in lines.values()]
     for option, *values in rows(effects.MORE_VALUES):
         found += [(effects.SIMULATION, f"{option} {value}") for value in values]
@@ -233,7 +231,7 @@ def test_no_command_and_no_option_is_forgotten(commands: Any) -> None:
     named: dict[Any, set[str]] = {command: {"--output", "--json"} for command in commands}
     for use, effect in effects_of():
         line, _, elsewhere = effect.partition(" @ ")
-        named[command_of(commands, use)] |= set(line.split()) if elsewhere else {name_of(effect)}
+        named[command_of(commands, use)] |= set(line.split()) if elsewhere else {[*by_option(effect)][0]}
     for command, text in commands.items():
         options = options_of(text)
         assert named[command] - options <= {"--output", "--json"}, f"{command} has no such options"
@@ -247,9 +245,3 @@ def options_of(help_text: str) -> set[str]:
 def test_an_option_that_no_executor_uses_is_noted(shell: CommandTest) -> None:
     line = "simulate --duration 1 --output out --executors rm-ro --entity-order reverse"
     assert "note: --entity-order changes nothing" in shell.command(line)[2]
-
-
-def test_a_command_is_stored_without_what_changes_no_result(shell: CommandTest) -> None:
-    line = "simulate --executors=rm-ro --rate=110 --duration=1"
-    shell.accepted(f"{line} --threads=1 --output run")
-    assert RunFolder(shell.folder / "run").run["command"] == line.split()

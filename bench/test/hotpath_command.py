@@ -6,13 +6,13 @@ import csv
 import json
 import os
 import re
-import stat
 import subprocess
 import tempfile
 import time
 import unittest
 from collections.abc import Callable
 from pathlib import Path
+from stat import S_ISREG
 from typing import Any
 
 from shared_memory import expect_nothing_left_behind
@@ -130,7 +130,7 @@ def state_of(folder: Path) -> dict[str, Any]:
         path: (
             facts.st_ino,
             facts.st_mode,
-            stat.S_ISREG(facts.st_mode) and (facts.st_size, facts.st_mtime_ns),
+            S_ISREG(facts.st_mode) and (facts.st_size, facts.st_mtime_ns),
         )
         for path, facts in found.items()
     }

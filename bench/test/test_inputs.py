@@ -81,8 +81,6 @@ def make_inputs(hotpath: Any) -> Any:
         "imported/deployment.yaml": "name: mine\nexecutors:\n  - {name: all, executor: rm-ro, owns: rest}\n",
         "callbacks.yaml": CALLBACKS,
         "tiny.yaml": TINY,
-        "period.yaml": "name: mine\nnodes:\n  - {name: A, type: sensor, period: 100}\n",
-        "open.yaml": "name: [mine\n",
         "nobody.yaml": "name: none\nexecutors:\n  - {name: a, owns: [Nobody]}\n",
         "static.yaml": "name: mine\nexecutors:\n  - {name: all, executor: static, owns: rest}\n",
         "long.yaml": "command: simulate\nfixed: {executors: default, duration: 1e5}\naxes: {load: [10, 20]}\n",
