@@ -137,7 +137,7 @@ def test_targets_that_are_refused(shell: CommandTest, line: str, own: str) -> No
     refused += [["", f"of_{mark}"] for mark in MARKS - {own} if own != "a file"]
     for given, targets in refused:
         for target in targets.split():
-            shell.rejected(f"{line} {target}", says=f"hotpath: {line.split()[-1]}: ", given=given)
+            shell.refused(f"{line} {target}", says=f"hotpath: {line.split()[-1]}: ", given=given)
 
 
 @pytest.mark.parametrize("line", FILES)

@@ -78,7 +78,7 @@ def test_a_fault(shell: CommandTest, change: Any, options: Any, words: str, jobs
     change(trace, handles)
     folder = trace.write(shell.folder / "trace")
     if jobs < 0:
-        shell.rejected("import ctf trace --output refused", says=words)
+        shell.refused("import ctf trace --output refused", says=words)
         return
     facts = imported(shell, folder)
     assert facts["jobs"] == jobs
@@ -97,7 +97,7 @@ def test_changed_bytes(
     trace.node(handles["at"], "late")
     changed = trace.write(shell.folder / "trace") / file
     changed.write_bytes(changed.read_bytes().replace(old, new))
-    shell.rejected(f"import ctf trace --output refused {options}", says=words)
+    shell.refused(f"import ctf trace --output refused {options}", says=words)
 
 
 @pytest.mark.parametrize("name, usable", [("autoware_static", True), ("timers_only_default", False)])
@@ -116,7 +116,7 @@ def test_a_stream_that_ends_within_a_packet(shell: CommandTest, name: str, usabl
         assert 0 < cut["jobs"] < whole["jobs"]
     else:
         says = f"breaks off (within a packet of {stream.name}"
-        shell.rejected("import ctf cut --output refused", says=says)
+        shell.refused("import ctf cut --output refused", says=says)
     assert list(temporary.iterdir()) == []
 
 
@@ -151,7 +151,7 @@ def test_a_chain_without_outputs_is_not_green(shell: CommandTest) -> None:
 
 def test_a_failed_import_keeps_an_empty_folder(shell: CommandTest) -> None:
     (shell.folder / "old").mkdir()
-    shell.rejected("import ctf {stock}/ctf/rm-ro-0 --deployments {stock}/nobody.yaml --output old")
+    shell.refused("import ctf {stock}/ctf/rm-ro-0 --deployments {stock}/nobody.yaml --output old")
 
 
 def test_jobs_after_the_first_ones(shell: CommandTest) -> None:

@@ -29,7 +29,7 @@ def rejected() -> Iterator[tuple[str, list[str]]]:
 
 @pytest.mark.parametrize("line, parts", rejected())
 def test_wrong_words_are_rejected(shell: CommandTest, line: str, parts: list[str]) -> None:
-    shell.rejected(*filter(None, [line]), says=[part.format(**shell.places) for part in parts])
+    shell.refused(*filter(None, [line]), says=[part.format(**shell.places) for part in parts])
 
 
 def wrong_values(kind: str) -> list[tuple[str, list[str]]]:
@@ -51,7 +51,7 @@ def test_each_option_rejects_wrong_values(shell: CommandTest, commands: Any) -> 
         for option, kind in OPTION.findall(text):
             assert kind != "TEXT", f"{command} {option}: its help does not say what it takes"
             for value, says in wrong_values(kind):
-                shell.rejected(*command, option, value, says=[f"hotpath: {option}", *says])
+                shell.refused(*command, option, value, says=[f"hotpath: {option}", *says])
                 tried += 1
     assert tried > 300
 
@@ -89,7 +89,7 @@ def test_each_command_does_its_work(shell: CommandTest, commands: Any) -> None:
         command = " ".join(command_of(commands, line))
         as_json = line.replace(command, f"{command} --json", 1)
         if line.startswith(effects.NO_TABLES):
-            shell.rejected(as_json, says="--json")
+            shell.refused(as_json, says="--json")
             out = printed(line)
         else:
             data = json.loads(printed(as_json))

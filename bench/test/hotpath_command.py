@@ -214,13 +214,17 @@ class CommandTest(unittest.TestCase):
         self, *arguments: object, says: Any = "", code: int = 2, out: str | None = "", given: str = ""
     ) -> str:
         """Standard error of a command that must end with this code, this output (None: any), and one
-        sentence with this text or all of these texts. Wrong use (code 2) must change no file."""
-        before = state_of(self.folder)
+        sentence with this text or all of these texts."""
         found, printed, err = self.command(*arguments, given=given)
         self.assertEqual((found, printed if out is not None else None), (code, out), err)
         assert_says(err, *((says,) if isinstance(says, str) else says))
-        self.assertTrue(code != 2 or state_of(self.folder) == before, err)
         return str(err)
+
+    def refused(self, *arguments: object, says: Any = "", given: str = "") -> None:
+        """The same for wrong use, which must change no file."""
+        before = state_of(self.folder)
+        err = self.rejected(*arguments, says=says, given=given)
+        self.assertEqual(state_of(self.folder), before, err)
 
     def measure(self, *arguments: object, **options: Any) -> Any:
         """The folder of a run that must succeed."""
