@@ -38,15 +38,13 @@ constexpr std::size_t kSearched = 3, kStarts = 4;
 /// The share of the budget for the phases that are compared before the search.
 constexpr double kCompareShare = 0.3;
 constexpr double kMargin = 0.01;  ///< Unless it is given, in shortest periods.
-constexpr std::size_t kEnds = 6;  ///< Choices of offsets at the ends of the margin, besides the exact ones.
 
 /// What one candidate guarantees under the phases that are compared, and under those that were found.
 struct Compared {
   const Candidate* candidate = nullptr;
   std::vector<PhaseValues> phases = {};   ///< The best first; of random draws only those with values.
-  std::optional<FoundPhases> found = {};  ///< Of searched candidates.
+  std::optional<PhaseValues> found = {};  ///< Of searched candidates.
 
-  bool refused() const { return !phases.front().exact(); }
   const std::string& refusal() const { return phases.front().refusal; }
   std::vector<PhaseValues> by(Phases rule) const {
     std::vector<PhaseValues> all = phases;
@@ -54,48 +52,38 @@ struct Compared {
     return all;
   }
   /// Searched ones first.
-  std::pair<bool, PhaseScore> score() const {
-    return {!found, found ? found->values.within_margin : phases.front().score};
-  }
+  std::pair<bool, PhaseScore> score() const { return {!found, found.value_or(phases.front()).within_margin}; }
 };
 
 void to_json(json& j, const Compared& c) {
   j = {{"name", c.candidate->name}, {"description", c.candidate->description}, {"refusal", c.refusal()}};
-  if (c.refused()) return;
+  if (!c.refusal().empty()) return;
   j["random"] = c.by(Phases::random);
   for (const PhaseValues& v : c.phases) {
     if (v.rule != Phases::random) j["by_rule"][std::string(to_string(v.rule))] = v;
   }
   if (!c.found) return;
-  j["chosen"] = c.found->values;
-  j["within_margin"] = c.found->values.within_margin.value;
+  j["chosen"] = *c.found;
+  j["within_margin"] = c.found->within_margin.value;
   j["complete"] = c.found->complete;
   for (TaskId id = 0; const Task& task : c.candidate->tasks.set.tasks) {
-    const Duration first = c.found->values.first[id++];
+    const Duration first = c.found->first[id++];
     if (task.kind == TaskKind::timer) j["first_release_ms"][task.name] = to_ms(first);
   }
 }
 
 class PhaseAdviser : Question {
  public:
-  explicit PhaseAdviser(const Options& given) : Question(given, "hot_path:worst") {
-    if (!objective.of_worst_cases())
-      throw program::UsageError("--for: --phases takes CHAIN:worst or CHAIN:age, CHAIN<MS or worst_lateness");
-    Duration shortest = Duration::max();
-    for (const Task& task : tasks.set.tasks) {
-      if (task.kind == TaskKind::timer) shortest = std::min(shortest, task.period);
-    }
-    margin_ = from_ms(options.margin_ms.value_or(kMargin * to_ms(shortest)));
-    if (margin_ < shortest / 2) return;
-    throw program::UsageError(
-        concat("--margin: ", to_ms(margin_), " ms is half of the shortest period or more; give less"));
-  }
+  explicit PhaseAdviser(const Options& given) : Question(given, "hot_path:worst") {}
 
   void run() {
-    const std::vector<Candidate> all = candidates(false);
-    program::Progress progress(all.size() + kSearched + 1, Duration::zero());
-    compare(all, progress);
-    search(progress);
+    for (const Candidate& c : candidates_) {
+      progress_.begin("compared phases, " + c.name);
+      share_ += kCompareShare / static_cast<double>(candidates_.size());
+      compared_.push_back({&c, compared(c)});
+    }
+    std::ranges::stable_sort(compared_, {}, &Compared::score);
+    search();
     const Compared& best = compared_.front();
     if (!best.found) {
       std::string refusals;
@@ -104,7 +92,7 @@ class PhaseAdviser : Question {
     }
     program::create_folder(folder);
     const std::string file = folder / "phases.csv";
-    program::write_whole_file(file, phases_csv(tasks.set, best.found->values.first));
+    program::write_whole_file(file, phases_csv(tasks.set, best.found->first));
     std::vector<std::string> files =
         write_executor_files(*best.candidate, graph.platform, "phases.csv", folder);
     files.insert(files.begin(), file);
@@ -112,13 +100,14 @@ class PhaseAdviser : Question {
     const std::vector<std::string> sentences = sentences_of(best, file);
     std::cout << table() << "\n";
     for (const Compared& c : compared_) {
-      if (c.refused()) std::cout << c.candidate->name << " has no exact values: " << c.refusal() << "\n";
+      if (!c.refusal().empty())
+        std::cout << c.candidate->name << " has no exact values: " << c.refusal() << "\n";
     }
     std::cout << "\n" << program::joined(sentences, "\n") << "\n\nPhases: --phases " << file << "\n";
     const json content = {{"graph", graph.name},
                           {"objective", objective.text},
                           {"margin_ms", to_ms(margin_)},
-                          {"now", now(all).name},
+                          {"now", now(candidates_).name},
                           {"recommended", best.candidate->name},
                           {"sentences", sentences},
                           {"files", files},
@@ -128,16 +117,26 @@ class PhaseAdviser : Question {
   }
 
  private:
-  Duration elapsed() const { return std::chrono::steady_clock::now() - begin_; }
-  bool stopped(double share) const {
-    return program::interrupted() != 0 || elapsed() > setup::seconds(share * options.budget_s);
+  Duration margin() const {
+    if (!objective.of_worst_cases())
+      throw program::UsageError("--for: --phases takes CHAIN:worst or CHAIN:age, CHAIN<MS or worst_lateness");
+    const auto period = [](const Task& t) { return t.kind == TaskKind::timer ? t.period : Duration::max(); };
+    const Duration shortest = period(*std::ranges::min_element(tasks.set.tasks, {}, period));
+    const Duration margin = from_ms(options.margin_ms.value_or(kMargin * to_ms(shortest)));
+    if (margin < shortest / 2) return margin;
+    throw program::UsageError(
+        concat("--margin: ", to_ms(margin), " ms is half of the shortest period or more; give less"));
   }
-  void update(program::Progress& progress) const {
-    progress.update(elapsed(), setup::seconds(options.budget_s));
+
+  /// Whether the steps until now have used up their share of the budget. Shows the progress.
+  bool stopped() {
+    const Duration elapsed = std::chrono::steady_clock::now() - begin_;
+    progress_.update(elapsed, setup::seconds(options.budget_s));
+    return program::interrupted() != 0 || elapsed > setup::seconds(share_ * options.budget_s);
   }
 
   /// The values of the phases that the chosen ones are compared with, the best first.
-  std::vector<PhaseValues> compared(const Candidate& c, double share) const {
+  std::vector<PhaseValues> compared(const Candidate& c) {
     const auto by = [&](Phases rule, std::uint32_t draw) {
       setup::CommonOptions o = options;
       o.phases = rule;
@@ -151,78 +150,64 @@ class PhaseAdviser : Question {
     if (std::ranges::all_of(tasks.callbacks, is_given)) all.push_back(by(Phases::given, 0));
     std::vector<PhaseValues> draws(std::ranges::none_of(all, &PhaseValues::exact) ? 0 : options.draws);
     program::for_each_index(draws.size(), options.threads, [&](std::size_t d) {
-      if (!stopped(share)) draws[d] = by(Phases::random, static_cast<std::uint32_t>(d));
+      if (!stopped()) draws[d] = by(Phases::random, static_cast<std::uint32_t>(d));
     });
     std::ranges::copy_if(draws, std::back_inserter(all), &PhaseValues::exact);
     std::ranges::stable_sort(all, {}, &PhaseValues::score);
     return all;
   }
 
-  void compare(const std::vector<Candidate>& all, program::Progress& progress) {
-    double share = 0;
-    for (const Candidate& c : all) {
-      progress.begin("compared phases, " + c.name);
-      update(progress);
-      compared_.push_back({&c, compared(c, share += kCompareShare / static_cast<double>(all.size()))});
-    }
-    std::ranges::stable_sort(compared_, {}, &Compared::score);
-  }
-
   /// Searches the candidates with the best compared phases, and the current executor.
-  void search(program::Progress& progress) {
-    double share = kCompareShare;
+  void search() {
     for (std::size_t i = 0; i < compared_.size(); ++i) {
       Compared& c = compared_[i];
-      if (c.refused() || (i >= kSearched && c.candidate->name != options.now)) continue;
-      progress.begin("search, " + c.candidate->name);
-      share += (1 - kCompareShare) / (kSearched + 1);
-      c.found = found(c, [&] {
-        update(progress);
-        return stopped(share);
-      });
+      if (!c.refusal().empty() || (i >= kSearched && c.candidate->name != options.now)) continue;
+      progress_.begin("search, " + c.candidate->name);
+      share_ += (1 - kCompareShare) / (kSearched + 1);
+      c.found = found(c);
     }
     std::ranges::stable_sort(compared_, {}, &Compared::score);
   }
 
-  FoundPhases found(const Compared& c, const std::function<bool()>& stop) const {
-    const Candidate& candidate = *c.candidate;
+  PhaseValues found(const Compared& c) {
     std::vector<FirstTimestamps> starts;
     for (const PhaseValues& v : c.phases) {
       if (v.exact() && starts.size() < kStarts) starts.push_back(v.first);
     }
     std::vector<TaskId> sources;
     if (!graph.chains.empty()) sources = index_chains(graph, tasks)[objective.chain].sources;
-    const std::size_t ends = margin_ > Duration{} ? kEnds : 0;
     const auto evaluate = [&](const FirstTimestamps& first, const PhaseScore& enough) {
-      PhaseValues values = exact_values(candidate, objective, first);
+      PhaseValues values = exact_values(*c.candidate, objective, first);
       std::mt19937_64 random(options.seed);
-      for (std::size_t end = 0; end < ends && values.within_margin <= enough; ++end) {
+      for (int end = 0; end < ends_ && values.within_margin <= enough; ++end) {
         FirstTimestamps moved = first;  // later by 0 or twice the margin: only differences of phases matter
         for (TaskId id = 0; id < moved.size(); ++id) {
           if (tasks.set[id].kind == TaskKind::timer && random() % 2 != 0) moved[id] += 2 * margin_;
         }
-        const PhaseScore score = exact_values(candidate, objective, moved).score;
+        const PhaseScore score = exact_values(*c.candidate, objective, moved).score;
         values.within_margin = std::max(values.within_margin, score);
       }
       return values;
     };
-    FoundPhases found = search_phases(tasks.set, sources, starts, evaluate, options.threads, stop);
-    if (!found.values.exact()) found.values = c.phases.front();
-    return found;
+    const PhaseValues found =
+        search_phases(tasks.set, sources, starts, evaluate, options.threads, [&] { return stopped(); });
+    PhaseValues without = c.phases.front();
+    without.complete = false;
+    return found.exact() ? found : without;
   }
 
   /// Stores the schedules that reach the objective's worst cases; throws RunError if one does not.
   void prove(const Compared& best) const {
     const Candidate& c = *best.candidate;
     std::vector<bounds::ReachedWorstCase> reached;
-    (void)exact_values(c, objective, best.found->values.first, &reached);
+    (void)exact_values(c, objective, best.found->first, &reached);
     if (reached.empty()) return;  // interrupted
     const bool of_tasks = objective.kind == Objective::Kind::worst_lateness;
     std::erase_if(reached, [&](const bounds::ReachedWorstCase& w) {
       return (w.kind == bounds::Quantity::task) != of_tasks || (!of_tasks && w.number != objective.chain);
     });
     GraphTasks proved = c.tasks;
-    setup::set_phases(proved.set, best.found->values.first);
+    setup::set_phases(proved.set, best.found->first);
     setup::ExecutorSpec spec = c.spec;
     spec.label = c.executor();
     std::cout << guarantees::write_witnesses(reached, c.graph, proved, spec, options, folder / "witness");
@@ -232,10 +217,10 @@ class PhaseAdviser : Question {
     const auto in_words = [&](const PhaseValues& v) {
       return v.exact() ? fixed(v.score.value, 2) + unit_ : "no exact value";
     };
-    std::vector<std::string> sentences = {
-        concat("Take ", best.candidate->name, " with the phases in ", file, ": ", objective.text,
-               " is at most ", in_words(best.found->values), ", instead of ",
-               in_words(best.by(Phases::creation).front()), " by creation.")};
+    std::vector<std::string> sentences = {concat("Take ", best.candidate->name, " with the phases in ", file,
+                                                 ": ", objective.text, " is at most ", in_words(*best.found),
+                                                 ", instead of ", in_words(best.by(Phases::creation).front()),
+                                                 " by creation.")};
     if (std::ranges::all_of(tasks.set.tasks, [](const Task& task) { return task.bcet == task.wcet; }))
       sentences.emplace_back(
           "Execution times are constant in this graph and the guarantee (no best_case_execution_time_ms).");
@@ -250,16 +235,17 @@ class PhaseAdviser : Question {
          "chosen", "within\nmargin", "hot path\nchosen", "age\nchosen", "late\ntimers"});
     const auto cell = [](double value) { return std::isfinite(value) ? fixed(value, 2) : ""; };
     for (const Compared& c : compared_) {
-      if (c.refused()) continue;
+      if (!c.refusal().empty()) continue;
       const bool ended_early = c.found && !c.found->complete;
       std::vector<program::Value> row = {c.candidate->name + (ended_early ? " (ended early)" : "")};
-      for (const Phases rule : {Phases::creation, Phases::synchronous, Phases::given})
-        row.push_back(c.by(rule).empty() ? "" : cell(c.by(rule).front().score.value));
-      const std::vector<PhaseValues> random = c.by(Phases::random);
-      for (const std::size_t half : {0, 1, 2})
-        row.push_back(random.empty() ? "-" : cell(random[(random.size() - 1) * half / 2].score.value));
+      const auto add = [&](Phases rule, std::size_t half, const char* without) {
+        const std::vector<PhaseValues> by = c.by(rule);
+        row.push_back(by.empty() ? without : cell(by[(by.size() - 1) * half / 2].score.value));
+      };
+      for (const Phases rule : {Phases::creation, Phases::synchronous, Phases::given}) add(rule, 0, "");
+      for (const std::size_t half : {0, 1, 2}) add(Phases::random, half, "-");
       if (c.found) {
-        const PhaseValues& v = c.found->values;
+        const PhaseValues& v = *c.found;
         for (const double value : {v.score.value, v.within_margin.value, v.hot_path_ms, v.age_ms})
           row.push_back(cell(value));
         row.push_back(std::to_string(v.score.late_timers));
@@ -271,8 +257,12 @@ class PhaseAdviser : Question {
   }
 
   const std::string unit_ = objective.kind == Objective::Kind::requirements ? " % of the limit" : " ms";
-  Duration margin_{};
+  const Duration margin_ = margin();
+  const int ends_ = margin_ > Duration{} ? 6 : 0;  // choices of offsets at the ends of the margin
+  const std::vector<Candidate> candidates_ = candidates(false);
   std::vector<Compared> compared_;  // the best chosen phases first, then unsearched, then refused ones
+  program::Progress progress_{candidates_.size() + kSearched + 1, Duration::zero()};
+  double share_ = 0;  // of the budget, for the steps until now
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 

@@ -15,6 +15,8 @@ namespace hotpath::advise {
 
 namespace {
 
+using std::chrono::floor, std::chrono::microseconds;
+
 constexpr std::int64_t kSide = 8;  // points of a grid on each side of the current phases
 constexpr std::array<std::int64_t, 3> kSteps = {16, 128, 1024};  // of the grids, as parts of a timer's range
 
@@ -42,6 +44,28 @@ PhaseScore score_of_timers(const TaskSet& set, const GraphBounds& bounds) {
     score.tie += response;
   }
   return score;
+}
+
+/// Some timers later by a time, below their periods, on whole microseconds.
+FirstTimestamps moved(const TaskSet& set, FirstTimestamps first, const std::vector<TaskId>& later,
+                      Duration by) {
+  for (const TaskId id : later) {
+    first[id] = floor<microseconds>(first[id] + by) % set[id].period;
+    if (first[id] < Duration{}) first[id] += set[id].period;
+  }
+  return first;
+}
+
+/// The middle of the longest run of values with the least score.
+PhaseValues& middle_of_best(std::vector<PhaseValues>& values) {
+  const auto least = std::ranges::min_element(values, {}, &PhaseValues::within_margin)->within_margin;
+  std::size_t length = 0, longest = 0, middle = 0;
+  for (std::size_t p = 0; p < values.size(); ++p) {
+    length = values[p].within_margin == least ? length + 1 : 0;
+    if (length > longest) middle = p - length / 2;
+    longest = std::max(longest, length);
+  }
+  return values[middle];
 }
 
 }  // namespace
@@ -93,64 +117,19 @@ Duration range_of_phases(const TaskSet& set, const std::vector<TaskId>& moved) {
   return Duration(range);
 }
 
-namespace {
-
-using std::chrono::floor, std::chrono::microseconds;
-
-/// Some timers later by a time, below their periods, on whole microseconds.
-FirstTimestamps moved(const TaskSet& set, FirstTimestamps first, const std::vector<TaskId>& later,
-                      Duration by) {
-  for (const TaskId id : later) {
-    first[id] = floor<microseconds>(first[id] + by) % set[id].period;
-    if (first[id] < Duration{}) first[id] += set[id].period;
-  }
-  return first;
-}
-
-/// The middle of the longest run of values with the least score.
-PhaseValues& middle_of_best(std::vector<PhaseValues>& values) {
-  const auto least = std::ranges::min_element(values, {}, &PhaseValues::within_margin)->within_margin;
-  std::size_t length = 0, longest = 0, middle = 0;
-  for (std::size_t p = 0; p < values.size(); ++p) {
-    length = values[p].within_margin == least ? length + 1 : 0;
-    if (length > longest) middle = p - length / 2;
-    longest = std::max(longest, length);
-  }
-  return values[middle];
-}
-
-/// All timers, and those that the search moves together.
-std::pair<std::vector<TaskId>, std::vector<std::vector<TaskId>>> timers_and_moves(
-    const TaskSet& set, const std::vector<TaskId>& together) {
+PhaseValues search_phases(const TaskSet& set, const std::vector<TaskId>& together,
+                          const std::vector<FirstTimestamps>& starts, const EvaluatePhases& evaluate,
+                          unsigned threads, const std::function<bool()>& stop) {
   std::vector<TaskId> timers;
-  std::vector<std::vector<TaskId>> moves;
+  std::vector<std::vector<TaskId>> moves;  // not of the first timer, since only differences matter
   for (TaskId id = 0; id < set.size(); ++id) {
     if (set[id].kind != TaskKind::timer) continue;
-    if (!timers.empty()) moves.push_back({id});  // the first timer stays: only differences matter
+    if (!timers.empty()) moves.push_back({id});
     timers.push_back(id);
   }
   if (together.size() > 1 && together.size() < timers.size()) moves.push_back(together);
-  return {timers, moves};
-}
-
-}  // namespace
-
-FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& together,
-                          const std::vector<FirstTimestamps>& starts, const EvaluatePhases& evaluate,
-                          unsigned threads, const std::function<bool()>& stop) {
-  FoundPhases found;
-  const auto timers_moves = timers_and_moves(set, together);
-  const auto& timers = timers_moves.first;
-  const auto& moves = timers_moves.second;
-  const auto goes_on = [&] {
-    found.complete = found.complete && !stop();
-    return found.complete;
-  };
-  const auto values_at = [&](FirstTimestamps first, const PhaseScore& enough) {
-    PhaseValues values = evaluate(first, enough);
-    values.first = std::move(first);
-    return values;
-  };
+  bool complete = true;
+  const auto goes_on = [&] { return complete = complete && !stop(); };
   // Moves one timer after the other until no timer improves the score.
   const auto descend = [&](PhaseValues& best, std::int64_t steps) {
     for (std::size_t i = 0, idle = 0; idle < moves.size() && goes_on(); ++i, ++idle) {
@@ -159,21 +138,22 @@ FoundPhases search_phases(const TaskSet& set, const std::vector<TaskId>& togethe
       std::vector<PhaseValues> grid(2 * kSide + 1, best);
       program::for_each_index(grid.size(), threads, [&](std::size_t p) {
         const auto k = static_cast<std::int64_t>(p) - kSide;
-        if (k != 0) grid[p] = values_at(moved(set, best.first, move, k * step), best.within_margin);
+        if (k != 0) grid[p] = evaluate(moved(set, best.first, move, k * step), best.within_margin);
       });
       PhaseValues& middle = middle_of_best(grid);
       if (middle.within_margin < best.within_margin) idle = 0;
       best = std::move(middle);
     }
   };
+  PhaseValues found;
   for (const FirstTimestamps& start : starts) {
     if (!goes_on()) break;
-    PhaseValues end = values_at(moved(set, start, timers, {}), {});
+    PhaseValues end = evaluate(moved(set, start, timers, {}), {});
     descend(end, kSteps[0]);
-    if (end.within_margin < found.values.within_margin) found.values = std::move(end);
+    if (end.within_margin < found.within_margin) found = std::move(end);
   }
-  for (const std::int64_t steps : kSteps)
-    if (found.complete) descend(found.values, steps);
+  for (const std::int64_t steps : kSteps) descend(found, steps);
+  found.complete = complete;
   return found;
 }
 

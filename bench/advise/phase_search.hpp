@@ -31,6 +31,7 @@ struct PhaseValues {
   PhaseScore score = {};
   PhaseScore within_margin = {};                     ///< The worst score with offsets off by a margin.
   double hot_path_ms = INFINITY, age_ms = INFINITY;  ///< Of the objective's chain; infinite: there is none.
+  bool complete = true;                              ///< Of a search: not ended by `stop`.
   [[nodiscard]] bool exact() const { return refusal.empty(); }
 };
 
@@ -45,20 +46,16 @@ struct PhaseValues {
 /// `moved` are timers that move together, by the same time.
 [[nodiscard]] Duration range_of_phases(const TaskSet& set, const std::vector<TaskId>& moved);
 
-/// Called by several threads at once. PhaseValues::within_margin may be too small if it is greater than
-/// `enough`, since such phases are not taken.
+/// The values of phases. Called by several threads at once. PhaseValues::within_margin may be too small if it
+/// is greater than `enough`, since such phases are not taken.
 using EvaluatePhases = std::function<PhaseValues(const FirstTimestamps&, const PhaseScore& enough)>;
-
-struct FoundPhases {
-  PhaseValues values;    ///< Refused if the search was stopped before it evaluated any phases.
-  bool complete = true;  ///< Not ended by `stop`.
-};
 
 /// Searches phases with a small PhaseValues::within_margin. From each of `starts`, a coordinate descent moves
 /// one timer after the other, and those of `together` as one, over a grid of sixteenths of their ranges; from
 /// the best end, over grids of eighths of the step. Of equally good neighbours it takes the middle, where
-/// offsets may be off by most. The result does not depend on `threads` (0: one for each processor).
-[[nodiscard]] FoundPhases search_phases(
+/// offsets may be off by most. Refused if it was stopped before it evaluated any. Does not depend on
+/// `threads` (0: one for each processor).
+[[nodiscard]] PhaseValues search_phases(
     const TaskSet& set, const std::vector<TaskId>& together, const std::vector<FirstTimestamps>& starts,
     const EvaluatePhases& evaluate, unsigned threads,
     const std::function<bool()>& stop = [] { return false; });

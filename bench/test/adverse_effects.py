@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One use of each command, and the effect of each of its options: what a new command adds."""
 
-from adverse_tables import BRIEF, ONE
+from typing import Any
 
 # One real use of each command, and a file that it writes or, after `>`, a text that it prints. Later
 # uses read the files of earlier ones.
@@ -19,7 +19,7 @@ USES = {
     "import ctf exported/default-0 --output imported": "imported/graph.yaml",
     "advise autoware --repetitions 1 --duration 1 --output advice": "advice/advice.json",
     "analyze timers_only_60 --csv bounds.csv": "bounds.csv",
-    "sweep sweep.yaml --output swept": "swept/table.csv",
+    "sweep {stock}/sweep.yaml --output swept": "swept/table.csv",
     "capacity --executors rm-ro --duration 1 --resolution 20 --output levels": "levels/levels.csv",
     "paper waters --sets 2 --output waters": "waters/waters.csv",
     "paper table1": ">LiDAR",
@@ -30,11 +30,23 @@ USES = {
     "list deployments": ">isolated",
     "list figures": ">hot-path",
     "doctor --duration 0.01 --output machine.json": "machine.json",
-    f"run {BRIEF} --output live": "live/summary.json",
+    "run {brief} --output live": "live/summary.json",
     "watch --once -- true": ">0 events",
     "replay live --duration 0.1": "",
 }
-SWEEP = "command: simulate\nfixed: {graph: autoware, duration: 1, warm-up: 0}\naxes: {load: [40, 80]}\n"
+# Fields of a row that is printed as JSON.
+JSON_HOLDS: dict[str, dict[str, Any]] = {
+    "analyze timers_only_60 --csv bounds.csv": {"kind": "task", "name": "FrontCamera", "observed_ns": None},
+    "diff stored stored --gate --markdown gate.md": {"worse": False},
+    "paper table1": {"task": "Camera"},
+    "list graphs": {"name": "autoware"},
+    "list deployments": {"name": "isolated"},
+}
+# What a use needs that no earlier one writes, as shell code, by its result.
+GIVEN = {
+    "killed/summary.json": "cp -r stored killed; cd killed; rm summary.json; mv jobs.csv jobs.csv.part;"
+    " mv chains.csv chains.csv.part; sed -i 's/complete\": true/complete\": false/' run.json; cd ..;"
+}
 # They measure for minutes: bench_command_test.py, ../hotpath_report/test/test_reproduction.py.
 MEASURES_FOR_MINUTES = {("bench",), ("paper", "figures")}
 NETWORKED = {"run", "replay"}  # second_host_test.py tests what they use
@@ -43,8 +55,6 @@ NO_TABLES = (
     *("export perfetto stored", "import ctf", "export ctf", "sweep", "graph", "replay"),
     *("report stored --output page", "list figures"),
 )
-# The command line that prints JSON, where it is not the use and --json.
-PRINTS_JSON = {"watch --once -- true": "watch --once --json -- true"}
 
 # The effect of each option. A command's first line is a use; each other line is an option that
 # changes the result of that use. `+ WORDS`: both runs have them, too (`-NAME` takes one away).
@@ -53,7 +63,7 @@ PRINTS_JSON = {"watch --once -- true": "watch --once --json -- true"}
 # For --output and --json, see adverse_use_test.py.
 COMMON = """
 --graph sequences
---load 50
+--load=50
 --rate 110
 --copies 2
 --phases synchronous
@@ -63,47 +73,31 @@ COMMON = """
 --duration 2
 --warm-up 0.5
 """
-SIMULATED = (
-    COMMON
-    + """
+SIMULATED = f"""{COMMON}
 --executors default,edf-ro
---threads 3 = results do not depend on the number of threads
+--threads=3 = results do not depend on the number of threads
 --cores 2 + --executors multi:2
 --platform release_cost_us=100
 --repetitions 3
 --max-backlog 1 + --load 95 ! overload: more than 1
 --execution-times uniform + --graph callbacks
 """
-)
-SIMULATION = "simulate --executors default,rm-ro --output out --duration 1 --warm-up 0"
-VALIDATE = ("diff", "--simulated")
-STORED = "simulate --executors=rm-ro --rate=110 --duration=1"
-# Values of options that have several kinds of them; the platform's keys are those of graph files.
+SIMULATION = "simulate --executors default,rm-ro --output out {short}"
+# Values of options that have several kinds of them.
 MORE_VALUES = """
---phases {reference}/rclcpp_autoware_phases.csv
---phases {stock}/autoware
---phases creation:3
---executors default,rm-ro:first
---executors default,rm-ro:fifo
---platform timer_thread=equal
---platform pass_cost_us=100
---platform dispatch_cost_us=100
---platform timer_dispatch_cost_us=100
---platform subscription_dispatch_cost_us=100
---platform wait_cost_us=100
---platform wait_cost_per_entity_us=10
---platform wake_up_us=100
---platform delivery_delay_us=100
+--phases | {reference}/rclcpp_autoware_phases.csv | {stock}/autoware | creation:3
+--executors | default,rm-ro:first | default,rm-ro:fifo
+--platform | timer_thread=equal | pass_cost_us=100 | dispatch_cost_us=100 | timer_dispatch_cost_us=100
+--platform | subscription_dispatch_cost_us=100 | wait_cost_us=100 | wait_cost_per_entity_us=10
+--platform | wake_up_us=100 | delivery_delay_us=100
 """
 EFFECTS = {
-    SIMULATION: SIMULATED
-    + """
+    SIMULATION: f"""{SIMULATED}
 --work wall = virtual time has one kind of work
 --no-trace
 """,
     "capacity --executors default,rm-ro --from 60 --to 120 --resolution 30 --repetitions 2 --output out"
-    " --duration 1 --warm-up 0": SIMULATED
-    + """
+    " {short}": f"""{SIMULATED}
 --load 50 ! --over
 --max-backlog 1
 --over rate
@@ -112,9 +106,8 @@ EFFECTS = {
 --to 90
 --resolution 15
 """,
-    "advise autoware --executors default,rm-ro --repetitions 2 --output out --duration 1 --warm-up 0": COMMON
-    + """
---graph sequences + -operand
+    "advise --graph autoware --executors default,rm-ro --repetitions 2 --output out {short}": f"""{COMMON}
+--graph sequences
 --copies 2 + --cores 2
 --deployments isolated
 --seed 2
@@ -128,8 +121,8 @@ EFFECTS = {
 --margin 1 ! --phases
 --time-out @ advise_command_test.py
 """,
-    "analyze timers_only_60 --executors default,rm-ro": """
---graph sequences + -operand --graph timers_only_60
+    "analyze --graph timers_only_60 --executors default,rm-ro": """
+--graph sequences
 --contract @ watch_test.py
 --executors edf-ro
 --load 50
@@ -141,20 +134,17 @@ EFFECTS = {
 --exact
 --phase-uncertainty-us 100 + --phases synchronous
 --witness worst + --phases synchronous
---entity-order reverse + -operand sequences --phases creation
+--entity-order reverse + --graph sequences --phases creation
 --trace {stock}/timers
 --deployments rm-threads
 --strict @ analyze_test.py
 --csv bounds.csv
 """,
-    "sweep {stock}/sweep.yaml --output out": """
---threads @ sweep_test.py
---yes @ sweep_test.py
-""",
+    "sweep {stock}/sweep.yaml --output out": "--threads --yes @ sweep_test.py",
     "explain {stock}/autoware": """
 --executors rm-ro
 --repetition 1
---chain lane_detection + -operand {stock}/run
+--chain lane_detection + explain {stock}/run
 --task RearLidarDriver
 --worst
 --quantile 0.9
@@ -166,22 +156,16 @@ EFFECTS = {
 --speed --duration --domain @ live_test.py
 --all-interfaces @ it needs another machine
 """,
-    "list executors": "",
-    "list graphs": "",
-    "list deployments": "",
-    "list figures": "",
-    "graph autoware": """
---graph sequences + -operand --graph autoware
+    "graph --graph autoware": """
+--graph sequences
 --as dot
 --deployments isolated + --as dot
 """,
-    "paper table1 --output out": "",
     "paper waters --sets 3 --output out": """
 --sets 4
 --seed 2
 --threads 3 = results do not depend on the number of threads
 """,
-    "paper golden --output out": "",
     "paper figures": "--live --quick --only @ of the package: test_reproduction",
     "doctor {stock}/run": """
 --duration @ bench_command_test.py
@@ -208,7 +192,6 @@ EFFECTS = {
 --cores 3
 --jobs 100
 """,
-    "export ctf {stock}/autoware --output out": "",
     "export perfetto {stock}/autoware --output out": """
 --executors rm-ro
 --repetition 1
@@ -216,15 +199,10 @@ EFFECTS = {
 --to 300
 """,
     "watch": "--for --once --contract --fail-on --record --keep --print-environment @ watch_test.py",
-}
-# The same for runs in real time: their measured values always differ, so that only what follows from
-# the options counts.
-RUN = f"run {ONE} --load 1 --transport intra_process --duration 0.1 --warm-up 0 --output out"
-LIVE_EFFECTS = {
-    RUN: COMMON
-    + """
+    # Of its measured values, which always differ, none counts.
+    "run {one} --load 1 --transport intra_process --duration 0.1 --warm-up 0 --output out": f"""{COMMON}
 --executors default
---deployments isolated + -executors
+--deployments isolated
 --load 2
 --work wall
 --entity-order reverse + --executors default
@@ -232,8 +210,7 @@ LIVE_EFFECTS = {
 --warm-up 0.1
 --quick -duration -warm-up -repetitions
 --repetitions 2
---time-out @ adverse_runs_test.py
---stack @ adverse_tables.py
+--time-out --stack @ adverse_tables.py
 --rmw cyclonedds ! --stack
 --transport fastdds
 --processes 2 + --transport fastdds
@@ -246,5 +223,5 @@ LIVE_EFFECTS = {
 --lock-memory
 --live
 --against --junit --markdown @ sweep_test.py
-"""
+""",
 }

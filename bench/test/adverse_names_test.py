@@ -14,8 +14,7 @@ import pytest
 
 import adverse_tables as tables
 import package
-from adverse_tables import rows, words
-from adverse_use_test import WRONG_USE
+from adverse_tables import rows
 from ctf_trace import sensor_and_filter
 from hotpath_command import BENCH, HOTPATH, CommandTest
 
@@ -35,12 +34,13 @@ OWN_SCRIPTS = re.compile(  # of an interactive page: its data, and the bundle
 )
 
 
-def printed(shell: CommandTest, *line: object, codes: Any = (0,)) -> tuple[int, str, str]:
-    """(exit code, standard output, standard error) of a command; nothing controls a terminal."""
-    code, out, err = shell.command(*line, errors="replace")
+def printed(shell: CommandTest, *words: object, codes: Any = (0,)) -> tuple[str, str]:
+    """Standard output and error of a command that ends with one of these codes; nothing controls a
+    terminal."""
+    code, out, err = shell.command(*words, errors="replace")
     assert code in codes, err
     assert not CONTROL.search(out + err) and "Traceback" not in err
-    return code, out, err
+    return out, err
 
 
 def check_pages(folder: Path) -> int:
@@ -59,25 +59,22 @@ def check_pages(folder: Path) -> int:
 
 @pytest.mark.parametrize("line", [cell for row in rows(tables.NAMED) for cell in row])
 def test_hostile_words(shell: CommandTest, line: str) -> None:
-    asked = (word.replace("NAME", NAME).replace("LINES", LINES) for word in line.split())
-    _, _, err = printed(shell, *asked, codes=(1, WRONG_USE))
+    words = [word.replace("NAME", NAME).replace("LINES", LINES) for word in line.split()]
+    _, err = printed(shell, *words, codes=(1, 2))
     assert len([line for line in err.splitlines() if not line.startswith("note: ")]) == 1, err
 
 
 def test_hostile_names_in_a_graph(shell: CommandTest) -> None:
     nodes = [{"name": "a", "type": "sensor", "period_ms": 100}]
     source = json.dumps({"name": "good", "description": LINES, "nodes": nodes})
-    graph = shell.folder / "graph.yaml"
     shell.environment["HOTPATH_GRAPHS"] = str(shell.folder)
     wrong = [source.replace(word, json.dumps(NAME)) for word in ('"a"', '"sensor"', '"nodes"')]
     for text in (source, source.replace('"good"', json.dumps(SHORT)), *wrong):
-        graph.write_text(text)
-        for line in tables.PRINT_GRAPH:
-            code, _, err = printed(
-                shell, *line.format(graph=graph).split(), codes=(0 if text == source else WRONG_USE,)
-            )
-            assert ("<script>" in err) == (code != 0)  # an error names what it rejects
-        assert "\ngraph " in printed(shell, *tables.LIST_GRAPHS)[1]
+        (shell.folder / "graph.yaml").write_text(text)
+        for line in ("graph graph.yaml", "graph graph.yaml --as dot"):
+            _, err = printed(shell, line, codes=(0 if text == source else 2,))
+            assert ("<script>" in err) == (text != source), "an error names what it rejects"
+        assert "\ngraph " in printed(shell, "list graphs")[0]
 
 
 def test_hostile_names_in_a_run(shell: CommandTest, stock: Path) -> None:
@@ -92,11 +89,9 @@ def test_hostile_names_in_a_run(shell: CommandTest, stock: Path) -> None:
     facts["graph"]["name"], facts["warnings"], facts["version"], facts["phases"] = LINES, [LINES], NAME, LINES
     (run / "run.json").write_text(json.dumps(facts))
     for line, code, part in rows(tables.NAMED_RUN):
-        _, out, err = printed(shell, *words(line, stock, run=run), codes=(int(code),))
-        assert part in out + err
-    for line in tables.NAMED_RUN_OF_THE_PACKAGE:
-        done = package.call(shell.folder, shell.environment, *words(line, stock, run=run))
-        assert not CONTROL.search(done.stdout + done.stderr)
+        assert part in "".join(printed(shell, line, codes=(int(code),)))
+    done = package.call(shell.folder, shell.environment, "report", run)
+    assert not CONTROL.search(done.stdout + done.stderr)
     assert check_pages(shell.folder) > 5
 
 
@@ -107,53 +102,45 @@ def test_hostile_names_in_a_trace(shell: CommandTest) -> None:
             if value in ("sensor", "/points"):
                 fields[key] = value + LINES
     folder = trace.write(shell.folder / NAME.replace("/", ""))
-    del shell.environment["HOTPATH_FIGURES"]
-    assert "Reproduction:" in printed(shell, *tables.IMPORT, folder, "--output", "imported")[1]
+    shell.environment["HOTPATH_FIGURES"] = "all"
+    assert "Reproduction:" in printed(shell, "import", "ctf", folder, "--output", "imported")[0]
     assert check_pages(shell.folder / "imported") == 1
-    printed(shell, *tables.PRINT_GRAPH[0].format(graph="imported/graph.yaml").split())
+    printed(shell, "graph imported/graph.yaml")
     task = json.loads((shell.folder / "imported" / "run" / "run.json").read_text())["tasks"][0]["task"]
-    assert "finished" in printed(shell, *(tables.EXPLAIN_WORST.split()), "imported/run", "--task", task)[1]
+    assert "finished" in printed(shell, "explain", "--worst", "imported/run", "--task", task)[0]
 
 
 # Nothing is executed from the current folder, or from paths in Python's environment variables. The
 # test fills the folder with traps: every module that a report imports, the package itself, the modules
 # that Python imports at start-up, the program's own libraries, a matplotlibrc. Each would leave a mark.
 
-IMPORTED = """
-import runpy, sys
-sys.argv = sys.argv[1:]
-try:
-    runpy.run_path(sys.argv[0], run_name="__main__")
-finally:
-    print(*{name.partition(".")[0] for name in sys.modules}, file=sys.stderr)
-"""
-
 
 def test_nothing_is_executed_from_the_current_folder(shell: CommandTest, stock: Path) -> None:
-    run = shutil.copytree(stock / "run", shell.folder / "run")
     mark, traps = shell.folder / "executed", shell.folder / "traps"
-    del shell.environment["HOTPATH_FIGURES"]
+    asked = f"/usr/bin/python3 -X importtime -I -B {BENCH} report {stock}/run --output {shell.folder}/report"
     environment = shell.environment | {"HOTPATH": HOTPATH}
-    asked = ["/usr/bin/python3", "-I", "-B", "-c", IMPORTED, str(BENCH), *words(tables.REPORT, shell.folder)]
-    done = subprocess.run(asked, capture_output=True, text=True, check=True, env=environment)
-    names = {*done.stderr.split(), "sitecustomize", "usercustomize", "start"}
+    done = subprocess.run(asked.split(), capture_output=True, text=True, check=True, env=environment)
+    names = {*re.findall(r"\| +(\w+)", done.stderr), "sitecustomize", "usercustomize", "start"}
     assert len(names) > 100
-    code = f"import os\nopen({str(mark)!r}, 'a').write(__name__ + ' ' + __file__ + chr(10))\nos._exit(9)\n"
     site = shell.folder / "lib" / "python{}.{}".format(*sys.version_info) / "site-packages"
     trapped = [traps / f"{name}.py" for name in names] + [site / "usercustomize.py"]
     for package_name in ("hotpath_report", "matplotlib", "numpy"):
         trapped += [traps / package_name / name for name in ("__init__.py", "__main__.py")]
     for path in trapped:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(code)
+        path.write_text(f"import os\nopen({str(mark)!r}, 'a').write(__file__ + chr(10))\nos._exit(9)\n")
     libraries = subprocess.run(["ldd", HOTPATH], capture_output=True, text=True, check=True).stdout
     for library in re.findall(r"^\s+(\S+\.so\S*) =>", libraries, re.MULTILINE):
         (traps / library).write_text("no library")  # the loader would abort the program
     (traps / "matplotlibrc").write_text("no_such_key: 1\n")  # matplotlib would complain
-    shell.environment |= {name: str(traps) for name in ("PYTHONPATH", "PYTHONHOME", "MATPLOTLIBRC")}
+    shell.environment |= dict.fromkeys(("PYTHONPATH", "PYTHONHOME", "MATPLOTLIBRC"), str(traps))
     shell.environment |= {"PYTHONSTARTUP": str(traps / "start.py"), "PYTHONUSERBASE": str(shell.folder)}
+    shell.environment["HOTPATH_FIGURES"] = "all"
     shell.folder = traps  # commands start here
-    for line, *_ in rows(tables.STARTS_PYTHON):
-        exit_code, _, err = shell.command(*words(line, stock, run=run))
+    for line in (
+        "simulate sequences --duration 2 --executors default,rm-ro --output made",
+        "report {stock}/run --output page",
+    ):
+        exit_code, _, err = shell.command(line)
         assert not mark.exists(), mark.read_text()
         assert (exit_code, err) == (0, ""), line

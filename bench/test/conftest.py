@@ -2,6 +2,7 @@
 """Fixtures of the tests that are tables of cases."""
 
 import shutil
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,18 @@ import pytest
 
 import hotpath_command
 import test_inputs
+from adverse_tables import PLACES
 from hotpath_command import HOTPATH, CommandTest, commands_below
 
 
 @pytest.fixture
-def shell() -> Iterator[CommandTest]:
-    """Runs commands in a folder of its own."""
+def shell(stock: Path) -> Iterator[CommandTest]:
+    """Runs command lines of adverse_tables.py in a folder of its own, outside of a ROS 2 workspace."""
     case = CommandTest()
     case.setUp()
+    case.places = PLACES | {"stock": stock}
+    for name in ("AMENT_PREFIX_PATH", "HOTPATH_ROS2_RUNNER", "ROS_DISTRO"):
+        case.environment.pop(name, None)
     yield case
     hotpath_command.clean_up(case)
 
@@ -26,7 +31,7 @@ def shell() -> Iterator[CommandTest]:
 def stock() -> Iterator[Path]:
     """A folder with one small file of each format; tests that change one take a copy."""
     folder = test_inputs.make_inputs(HOTPATH)
-    folder.chmod(0o755)
+    subprocess.run(["chmod", "-R", "a+rX", folder], check=True)  # some tests read it as another user
     yield folder
     shutil.rmtree(folder)
 

@@ -13,6 +13,7 @@ import time
 import unittest
 from collections.abc import Callable
 from pathlib import Path
+from stat import S_ISREG
 from typing import Any
 
 from shared_memory import expect_nothing_left_behind
@@ -21,6 +22,11 @@ ONE = ("--executors", "rm-ro", "--repetitions", 1)  # of `run`, whose default is
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 BENCH = Path(__file__).resolve().parents[1]
 TIME_LIMIT_S = 60
+AS_ROOT = "setpriv --reuid 65534 --regid 65534 --clear-groups" if os.geteuid() == 0 else ""
+NOBODY = f'nobody() {{ {AS_ROOT} "$@"; }};'
+CRASH = re.compile(
+    "terminate called|what\\(\\):|Aborted|core dumped|Traceback|std::|filesystem error|internal error"
+)
 
 JOB_COLUMNS = (
     "executor,repetition,task,kind,sequence,outcome,timestamp_ns,release_ns,start_ns,finish_ns,cpu_ns,"
@@ -125,6 +131,31 @@ def commands_below(*above: str) -> dict[tuple[str, ...], str]:
     return dict(below) if below else {above: text}
 
 
+def state_of(folder: Path) -> dict[str, Any]:
+    """What identifies everything below a folder: inode and kind and, of files, size and time."""
+    found = {str(path.relative_to(folder)): path.lstat() for path in folder.rglob("*")}
+    return {
+        path: (
+            facts.st_ino,
+            facts.st_mode,
+            S_ISREG(facts.st_mode) and (facts.st_size, facts.st_mtime_ns),
+        )
+        for path, facts in found.items()
+    }
+
+
+def sentences(err: str) -> list[str]:
+    """The errors that a command printed. Notes and Fast DDS's log do not count."""
+    return [line for line in err.splitlines() if line.startswith("hotpath: ")]
+
+
+def assert_says(err: str, *parts: str) -> None:
+    """Checks that a command did not crash, but printed exactly one error, which contains all parts."""
+    assert len(sentences(err)) == 1 and not CRASH.search(err), err
+    for part in parts:
+        assert part in sentences(err)[0]
+
+
 def clean_up(case: unittest.TestCase) -> None:
     """Ends the use of a case that no test runner runs."""
     done: Any = case.doCleanups  # typeshed knows no result
@@ -139,20 +170,28 @@ class CommandTest(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
         self.folder.chmod(0o777)  # some tests run as another user
+        self.places: dict[str, Any] = {}  # of command lines
         # Figures cost a second each.
         self.environment = dict(os.environ, HOTPATH_FIGURES="none")
         expect_nothing_left_behind(self)
 
-    def start(self, *arguments: object, **options: Any) -> Any:
-        somebody = {name: options[name] for name in ("user", "group") if name in options}
-        if (
-            somebody
-            and subprocess.run(["/usr/bin/test", "-x", HOTPATH], check=False, **somebody).returncode != 0
-        ):
+    def words(self, *arguments: object) -> list[str]:
+        """The words of a command. A text with spaces alone is a command line with `places` in braces."""
+        if len(arguments) == 1 and " " in str(arguments[0]):
+            return str(arguments[0]).format(**self.places).split()
+        return list(map(str, arguments))
+
+    def start(self, *arguments: object, given: str = "", **options: Any) -> Any:
+        """Starts a command. `given`: shell code before it, such as `ulimit -n 12;`, a redirection or, to run
+        it as another user, if this user may, `nobody`. Variables may also begin its words."""
+        words = self.words(*arguments)
+        while words and "=" in words[0]:
+            given += f" {words.pop(0)}"
+        if "nobody" in given and subprocess.call(["sh", "-c", f"{NOBODY} nobody test -x {HOTPATH}"]) != 0:
             self.skipTest(f"another user cannot reach {HOTPATH}")
         options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
         return subprocess.Popen(
-            [HOTPATH, *map(str, arguments)],
+            [*(["sh", "-c", f'{NOBODY} {given} "$@"', "sh"] if given else []), HOTPATH, *words],
             text=True,
             cwd=self.folder,
             env=self.environment,
@@ -173,20 +212,27 @@ class CommandTest(unittest.TestCase):
     def command(self, *arguments: object, **options: Any) -> Any:
         return self.finish(self.start(*arguments, **options))
 
-    def accepted(self, *arguments: object) -> Any:
+    def accepted(self, *arguments: object, given: str = "") -> Any:
         """Standard output of a command that must succeed."""
-        code, out, err = self.command(*arguments)
+        code, out, err = self.command(*arguments, given=given)
         self.assertEqual(code, 0, err)
         return out
 
-    def rejected(self, *arguments: object, says: Any = "", code: int = 2, out: str | None = "") -> str:
-        """Standard error of a command that must end with this code, this output (None: any), and an
-        error with this text or all of these texts."""
-        found, printed, err = self.command(*arguments)
+    def rejected(
+        self, *arguments: object, says: Any = "", code: int = 2, out: str | None = "", given: str = ""
+    ) -> str:
+        """Standard error of a command that must end with this code, this output (None: any), and one
+        sentence with this text or all of these texts."""
+        found, printed, err = self.command(*arguments, given=given)
         self.assertEqual((found, printed if out is not None else None), (code, out), err)
-        for part in (says,) if isinstance(says, str) else says:
-            self.assertIn(part, err)
+        assert_says(err, *((says,) if isinstance(says, str) else says))
         return str(err)
+
+    def refused(self, *arguments: object, says: Any = "", given: str = "") -> None:
+        """The same for wrong use, which must change no file."""
+        before = state_of(self.folder)
+        err = self.rejected(*arguments, says=says, given=given)
+        self.assertEqual(state_of(self.folder), before, err)
 
     def measure(self, *arguments: object, **options: Any) -> Any:
         """The folder of a run that must succeed."""

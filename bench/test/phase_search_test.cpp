@@ -25,9 +25,11 @@ TaskSet timers(const std::vector<Duration>& periods) {
   return set;
 }
 
-advise::PhaseValues scored(double value) { return {.refusal = "", .within_margin = {value, 0, 0}}; }
+advise::PhaseValues scored(const advise::FirstTimestamps& first, double value) {
+  return {.first = first, .refusal = "", .within_margin = {value, 0, 0}};
+}
 
-double score_of(const advise::FoundPhases& found) { return found.values.within_margin.value; }
+double score_of(const advise::PhaseValues& found) { return found.within_margin.value; }
 
 TEST(Ranges, AreThePhasesThatChangeADistanceToAnotherTimer) {
   EXPECT_EQ(advise::range_of_phases(timers({60ms, 100ms}), {0}), 20ms);
@@ -46,13 +48,13 @@ TEST(PhaseSearch, ReachesTheMiddleOfThePhasesThatAreEquallyGood) {
   const auto score = [&](const advise::FirstTimestamps& first, const advise::PhaseScore&) {
     const Duration second = (first[1] - first[0] + 100ms) % 100ms,
                    third = (first[2] - first[0] + 100ms) % 50ms;
-    return scored(outside(second, 30ms, 50ms) + outside(third, 10ms, 20ms));
+    return scored(first, outside(second, 30ms, 50ms) + outside(third, 10ms, 20ms));
   };
-  const advise::FoundPhases found = advise::search_phases(set, {}, {{0ms, 90ms, 3ms}}, score, 1);
+  const advise::PhaseValues found = advise::search_phases(set, {}, {{0ms, 90ms, 3ms}}, score, 1);
   EXPECT_EQ(score_of(found), 0);
   EXPECT_TRUE(found.complete);
-  EXPECT_NEAR(to_ms((found.values.first[1] - found.values.first[0] + 100ms) % 100ms), 40, 4);
-  EXPECT_NEAR(to_ms((found.values.first[2] - found.values.first[0] + 100ms) % 50ms), 15, 2);
+  EXPECT_NEAR(to_ms((found.first[1] - found.first[0] + 100ms) % 100ms), 40, 4);
+  EXPECT_NEAR(to_ms((found.first[2] - found.first[0] + 100ms) % 50ms), 15, 2);
 }
 
 TEST(PhaseSearch, MovesTimersTogetherWhereOneAloneWouldBeWorse) {
@@ -60,7 +62,7 @@ TEST(PhaseSearch, MovesTimersTogetherWhereOneAloneWouldBeWorse) {
   const auto score = [&](const advise::FirstTimestamps& first, const advise::PhaseScore&) {
     const double apart = to_ms(std::chrono::abs(first[1] - first[2]));
     const double away = to_ms(std::chrono::abs((first[1] - first[0] + 100ms) % 100ms - 50ms));
-    return scored(100 * apart + away);
+    return scored(first, 100 * apart + away);
   };
   EXPECT_GT(score_of(advise::search_phases(set, {}, {{0ms, 0ms, 0ms}}, score, 1)), 40);
   EXPECT_LT(score_of(advise::search_phases(set, {1, 2}, {{0ms, 0ms, 0ms}}, score, 1)), 1);
@@ -72,26 +74,26 @@ TEST(PhaseSearch, TakesNoPhasesWhoseScoreIsOnlyKnownToBeGreater) {
     return to_ms((first[1] - first[0] + 130ms) % 100ms);  // least 30 ms before the first timer
   };
   const auto early = [&](const advise::FirstTimestamps& first, const advise::PhaseScore& enough) {
-    return scored(whole(first) > enough.value ? std::nextafter(enough.value, 1000.0) : whole(first));
+    return scored(first, whole(first) > enough.value ? std::nextafter(enough.value, 1000.0) : whole(first));
   };
-  const advise::FoundPhases found =
+  const advise::PhaseValues found =
       advise::search_phases(set, {}, {{0ms, 69ms}, {0ms, 20ms}, {0ms, 45ms}}, early, 1);
-  EXPECT_EQ(score_of(found), whole(found.values.first));
+  EXPECT_EQ(score_of(found), whole(found.first));
   EXPECT_LT(score_of(found), 1);
 }
 
 TEST(PhaseSearch, KeepsTheBestWhenItIsStopped) {
   const TaskSet set = timers({100ms, 100ms});
   const auto score = [](const advise::FirstTimestamps& first, const advise::PhaseScore&) {
-    return scored(to_ms((first[1] - first[0] + 100ms) % 100ms));
+    return scored(first, to_ms((first[1] - first[0] + 100ms) % 100ms));
   };
   int asked = 0;
-  const advise::FoundPhases found =
+  const advise::PhaseValues found =
       advise::search_phases(set, {}, {{0ms, 60ms}, {0ms, 50ms}}, score, 1, [&] { return ++asked > 2; });
   EXPECT_FALSE(found.complete);
   EXPECT_LT(score_of(found), 60);
-  EXPECT_EQ(score_of(found), score(found.values.first, {}).within_margin.value);
-  EXPECT_FALSE(advise::search_phases(set, {}, {{0ms, 60ms}}, score, 1, [] { return true; }).values.exact());
+  EXPECT_EQ(score_of(found), score(found.first, {}).within_margin.value);
+  EXPECT_FALSE(advise::search_phases(set, {}, {{0ms, 60ms}}, score, 1, [] { return true; }).exact());
 }
 
 /// Two sensors whose data meet in a join, and a third one beside them.
@@ -113,7 +115,7 @@ class SearchOfGraph : public testing::Test {
   advise::PhaseValues values_at(const advise::FirstTimestamps& first) const {
     return advise::exact_values(candidate_, objective_, first);
   }
-  advise::FoundPhases searched(unsigned thread_count) const {
+  advise::PhaseValues searched(unsigned thread_count) const {
     const auto score = [&](const advise::FirstTimestamps& first, const advise::PhaseScore&) {
       return values_at(first);
     };
@@ -128,8 +130,8 @@ class SearchOfGraph : public testing::Test {
 };
 
 TEST_F(SearchOfGraph, GuaranteesNoMoreThanTheBestPhasesOfAGridAndDependsNotOnThreads) {
-  const advise::FoundPhases one = searched(1), two = searched(2);
-  EXPECT_EQ(one.values.first, two.values.first);
+  const advise::PhaseValues one = searched(1), two = searched(2);
+  EXPECT_EQ(one.first, two.first);
   double best = INFINITY;
   advise::FirstTimestamps first(candidate_.tasks.set.size());
   for (int q = 0; q < 40; q += 2) {
