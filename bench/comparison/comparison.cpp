@@ -149,7 +149,7 @@ void compare_percentiles(const Options& o) {
   std::cout << shown << "\n" << program::joined(counts) << ", of " << stored.rows.size() << " percentiles\n";
   const std::vector<std::string> sentences = other_differences(o);
   for (const std::string& sentence : sentences) std::cout << sentence << "\n";
-  show_texts(stored);
+  program::show_json(json_of(stored));
   tell_only_in(o.old, before, after);
   tell_only_in(o.now, after, before);
   if (o.page.empty()) return;

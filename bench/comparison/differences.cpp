@@ -28,7 +28,8 @@ const std::set<std::string> kNoCounters = {"family_index", "per_family_instance_
 /// Ends of a benchmark's name say how it was measured.
 constexpr const char* kMeasured[] = {"/iterations:", "/manual_time", "/min_time:", "/real_time", "/repeats:"};
 
-std::string interval_text(const char* format, const std::optional<Interval>& interval) {
+/// As JSON, which also stores an empty text.
+json interval_text(const char* format, const std::optional<Interval>& interval) {
   return interval ? text(format, interval->low, interval->high) : "";
 }
 
@@ -61,14 +62,6 @@ std::string three_digits(double value) {
 
 }  // namespace
 
-void show_texts(const program::Table& table) {
-  json rows = json_of(table);
-  for (json& row : rows) {
-    for (json& cell : row) cell = cell.is_null() ? "" : cell;
-  }
-  program::show_json(rows);
-}
-
 Noise noise_of(const Samples& old, const Samples& now, const Estimate& change) {
   if (old.exact() && now.exact())
     return std::abs(change.value) < kNothing_ms ? Noise::same : Noise::exact_difference;
@@ -91,8 +84,9 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
       const Estimate change = difference_of_quantiles(now, old, p);
       const Noise noise = noise_of(samples, other->second, change);
       ++all.verdicts[noise];
-      Row stored = {key.quantity, key.study, key.source, key.setting, key.executor, key.tasks},
-          shown = {text_of(key)};
+      Row stored = {key.quantity,      json(key.study),    key.source,
+                    json(key.setting), json(key.executor), json(key.tasks)};
+      Row shown = {text_of(key)};
       for (Row* const row : {&stored, &shown})
         row->insert(row->end(),
                     {name, text("%.3f", quantile(old.pooled(), p)), text("%.3f", quantile(now.pooled(), p)),
@@ -124,7 +118,7 @@ void compare_counters(const Options& options) {
     throw program::UsageError(options.old.string() + " and " + options.now.string() +
                               " have no counter in common, there is nothing to compare");
   }
-  show_texts(table);
+  program::show_json(json_of(table));
   table.header.back().clear();
   std::cout << table << beyond << " of " << table.rows.size() << " counters differ beyond noise.\n"
             << "Times: /usr/share/benchmark/compare.py benchmarks " << old_file.string() << " "

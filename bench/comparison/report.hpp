@@ -28,8 +28,6 @@ struct Percentiles {
   std::map<Noise, std::size_t> verdicts;
 };
 [[nodiscard]] Percentiles percentiles_of(const Side& before, const Side& after);
-/// For --json: also an empty cell is a text.
-void show_texts(const program::Table& table);
 
 /// Prints the medians of all counters of two results of `hotpath bench`. Throws UsageError, InputError.
 void compare_counters(const Options& options);

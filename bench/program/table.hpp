@@ -17,8 +17,8 @@
 namespace hotpath::program {
 
 /// A cell of a table: nothing (from an empty std::optional), a whole number (a duration: in nanoseconds), a
-/// fraction, or a text, also from an enumeration. Every writer shows a fraction with the digits of printf's
-/// `format`. `below`: a second line of text, for the interval of a value.
+/// fraction, shown with the digits of printf's `format`, a text, also from an enumeration, or JSON, stored as
+/// it is. `below`: a second line of text, for the interval of a value.
 class Value {
  public:
   Value() = default;

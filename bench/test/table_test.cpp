@@ -49,9 +49,9 @@ TEST(TypedTable, IsWrittenAsJsonWithTheSameDigits) {
   EXPECT_EQ(rows[1]["share"], json());
   EXPECT_EQ(rows[2]["name"], json()) << "an empty text is no value";
   EXPECT_EQ(rows[2].dump(), R"({"holds":0,"jobs":1,"mean_ms":12.0,"name":null,"share":12})");
-  program::Table numbers("", {"a", "b", "c"});
-  numbers.add_row({NAN, 1e9, ""});
-  EXPECT_EQ(json_of(numbers)[0].dump(), R"({"a":"nan","b":1000000000.0,"c":null})");
+  program::Table numbers("", {"a", "b", "c", "d", "e"});
+  numbers.add_row({NAN, 1e9, "", json(""), json(true)});
+  EXPECT_EQ(json_of(numbers)[0].dump(), R"({"a":"nan","b":1000000000.0,"c":null,"d":"","e":true})");
 }
 
 TEST(TypedTable, IsWrittenAsMarkdown) {

@@ -79,7 +79,8 @@ TEST(GraphKeys, AreInTheDocumentationAndInTheGraphOfTheTests) {
     docs << std::ifstream(std::string(HOTPATH_DOCS_DIR) + "/" + page + ".md").rdbuf();
   for (const std::string& key : key_names(~0U)) {
     EXPECT_THAT(docs.str(), testing::ContainsRegex("[`{ ]" + key + "[`:]")) << key;
-    if (key != "file") EXPECT_THAT(kEverything, testing::ContainsRegex("[{ \n]" + key + ":"));
+    if (key == "file") continue;
+    EXPECT_THAT(kEverything, testing::ContainsRegex("[{ \n]" + key + ":"));
   }
 }
 
