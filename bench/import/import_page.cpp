@@ -95,7 +95,6 @@ json quantiles_us(std::vector<double> all) {
 /// The data of the trace about each task.
 json tasks_json(const Facts& facts) {
   const RecordedGraph& graph = facts.imported.found.graph;
-  const tracing::System& system = facts.system;
   std::vector<std::vector<double>> durations_us(graph.tasks.set.size());
   for (const tracing::Job& job : facts.imported.recorded.jobs) {
     const TaskId task = graph.task(job.ref);
@@ -104,22 +103,22 @@ json tasks_json(const Facts& facts) {
   json tasks = json::array();
   for (TaskId id = 0; id < graph.tasks.set.size(); ++id) {
     if (graph.callback_of[id] == kNone) continue;
-    const tracing::Callback& callback = system.callbacks[graph.callback_of[id]];
+    const tracing::Callback& callback = facts.system.callbacks[graph.callback_of[id]];
     json& task = tasks.emplace_back(json{{"task", graph.tasks.set[id].name},
                                          {"kind", to_string(graph.tasks.set[id].kind)},
-                                         {"node", system.nodes[callback.node]},
+                                         {"node", facts.system.nodes[callback.node]},
                                          {"jobs", callback.jobs},
                                          {"never_ended", callback.never_ended},
                                          {"threads", callback.threads.size()},
                                          {"published", json::object()}});
     if (!durations_us[id].empty()) task["duration_us"] = quantiles_us(std::move(durations_us[id]));
     for (const auto& [topic, messages] : callback.published)
-      task["published"][system.topics[topic].name] = messages;
+      task["published"][facts.system.topics[topic].name] = messages;
     if (graph.tasks.set[id].kind == TaskKind::timer) {
       task["period_ms"] = to_ms(callback.period);
       task["created_ns"] = to_ns(callback.created);
     } else {
-      task["topic"] = system.topics[callback.topic].name;
+      task["topic"] = facts.system.topics[callback.topic].name;
       task["samples"] = callback.samples;
       task["strangers"] = callback.strangers;
     }

@@ -137,15 +137,14 @@ RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job>
       break;
     }
   }
-  const unsigned used = cores > 0 ? cores : cores_of(system);
-  return {.system = std::move(system),
-          .jobs = std::move(jobs),
+  return {.jobs = std::move(jobs),
           .lost = std::move(lost),
           .executors = std::move(executors),
           .executor_of = std::move(executor_of),
-          .cores = used,
+          .cores = cores > 0 ? cores : cores_of(system),
           .end = last + tracing::Duration(1),
-          .notes = std::move(notes)};
+          .notes = std::move(notes),
+          .system = std::move(system)};
 }
 
 RecordedSystem RecordedSystem::beginning(std::size_t count) const {

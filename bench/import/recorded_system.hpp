@@ -25,7 +25,6 @@ struct RecordedExecutor {
 
 /// The first stage of an import: what the events tell without a graph.
 struct RecordedSystem {
-  tracing::System system;
   std::vector<tracing::Job> jobs = {};  ///< Of all callbacks, by start.
   std::vector<tracing::LostSample> lost = {};
   std::vector<RecordedExecutor> executors = {};
@@ -33,6 +32,7 @@ struct RecordedSystem {
   unsigned cores = 1;
   tracing::Time end{};
   std::vector<std::string> notes = {};  ///< Sentences about what a trace does not show.
+  tracing::System system = {};
 
   /// The same system with its first jobs only; fewer than it has.
   [[nodiscard]] RecordedSystem beginning(std::size_t jobs) const;
