@@ -85,7 +85,6 @@ class ExploredResponses final : public ExplorationObserver {
     std::optional<std::int64_t>& largest = worst[record.job.task];
     largest = std::max(largest.value_or(0), (instant.latest() - record.job.timestamp).count());
   }
-  void published(ExploredInstant&) override {}
 
   ResponseTimes worst;
 };

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "hotpath/reference_system/chain_observation.hpp"
-#include "hotpath/reference_system/find_chains.hpp"
+#include "hotpath/reference_system/graph_chains.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
@@ -47,7 +47,7 @@ Graph with_reference_costs(Graph graph, const setup::ExecutorSpec& spec) {
   graph.platform.set_dispatch_costs(costs.dispatch);
   graph.platform.wait_cost = costs.wait;
   graph.platform.wait_cost_per_entity = costs.wait_per_entity;
-  graph.platform.wake_up = costs.wake_up;
+  graph.platform.wake_up_latency = costs.wake_up;
   return graph;
 }
 

@@ -42,11 +42,10 @@ class WorstCases final : public ExplorationObserver {
                                " may skip timestamps, which ones depends on the exact phases");
     }
     if (of_subscriptions == is_of_timer(record.job)) return;
-    const JobRef parent = record.job.parent;
-    if (of_subscriptions && raise(bounds_.tasks[task], instant.longest_since(parent).count()))
-      instant.keep_longest_since(task, parent);
-    if (!of_subscriptions && raise(bounds_.tasks[task], (instant.latest() - record.job.timestamp).count()))
-      instant.keep_latest(task);
+    const Span until_now = of_subscriptions ? Span{publication_by(record.job.parent)} : Span{};
+    const Time begin = of_subscriptions ? Time{} : record.job.timestamp;
+    if (raise(bounds_.tasks[task], (Time{} + instant.longest(until_now) - begin).count()))
+      instant.keep_longest(task, until_now);
   }
 
   void published(ExploredInstant& instant) override {
@@ -81,6 +80,8 @@ class WorstCases final : public ExplorationObserver {
   }
 
  private:
+  using Span = ExploredInstant::Span;
+
   static bool raise(std::optional<std::int64_t>& worst, std::int64_t value) {
     if (worst && value <= *worst) return false;
     worst = value;
@@ -94,7 +95,7 @@ class WorstCases final : public ExplorationObserver {
     if (row_[chain] == kNoRow) return;
     const std::vector<TaskId>& sources = chains_[chain].sources;
     Time oldest = kNever;
-    JobRef latest_source;
+    Span from_latest;
     Duration hot_path = Duration::max();
     for (std::size_t i = 0; i < sources.size(); ++i) {
       if ((observation.sources_seen >> i & 1U) == 0) continue;
@@ -102,21 +103,19 @@ class WorstCases final : public ExplorationObserver {
       const auto sequence = static_cast<std::int64_t>(observation.source_sequence[i]);
       oldest = std::min(oldest, Time{} + timer.phase + timer.period * sequence);
       // One thread ran one source's job after the other: the latest is the same in all schedules.
-      const JobRef source{sources[i], observation.source_sequence[i]};
-      const Duration since = instant.longest_between(source, observation.sink);
+      const Span from_source{{sources[i], observation.source_sequence[i]}, observation.sink};
+      const Duration since = instant.longest(from_source);
       if (since >= hot_path) continue;
       hot_path = since;
-      latest_source = source;
+      from_latest = from_source;
     }
     if (oldest == kNever) return;
     std::optional<ChainAge>& worst = bounds_.chains[row_[chain]];
     std::optional<std::int64_t> age = worst ? std::optional(worst->latency) : std::nullopt;
     if (!worst) worst.emplace();
-    if (raise(age, (instant.latest() - oldest).count())) instant.keep_latest(slot_of_age(chain));
+    if (raise(age, (instant.latest() - oldest).count())) instant.keep_longest(slot_of_age(chain), {});
     worst->latency = worst->response = *age;
-    if (raise(worst->hot_path, hot_path.count())) {
-      instant.keep_longest(slot_of_hot_path(chain), latest_source, observation.sink);
-    }
+    if (raise(worst->hot_path, hot_path.count())) instant.keep_longest(slot_of_hot_path(chain), from_latest);
     worst->sink = observation.sink.task;
   }
 

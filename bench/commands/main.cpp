@@ -17,7 +17,7 @@
 
 #include "commands/commands.hpp"
 #include "hotpath/analysis/analysis_error.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/core/utf8.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"

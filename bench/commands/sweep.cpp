@@ -10,7 +10,7 @@
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "hotpath/campaign/crew.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"

@@ -185,7 +185,7 @@ class Way {
     platform.timer_dispatch_cost = dispatch_of(TaskKind::timer);
     platform.subscription_dispatch_cost = dispatch_of(TaskKind::subscription);
     platform.wait_cost = mean(costs, [](const RecordedCosts& c) { return c.wait; });
-    platform.wake_up = mean(costs, [](const RecordedCosts& c) { return c.wake_up; });
+    platform.wake_up_latency = mean(costs, [](const RecordedCosts& c) { return c.wake_up; });
     return platform;
   }
 

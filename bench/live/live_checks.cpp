@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "hotpath/core/enum_text.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/live/thread_setup.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"

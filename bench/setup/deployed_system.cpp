@@ -3,7 +3,7 @@
 
 #include <numeric>
 
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/text.hpp"
 

@@ -2,7 +2,7 @@
 #include "setup/executor_spec.hpp"
 
 #include "hotpath/core/enum_text.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/core/suggestion.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"

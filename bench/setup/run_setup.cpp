@@ -12,8 +12,8 @@
 #include <set>
 
 #include "hotpath/core/input_file.hpp"
+#include "hotpath/reference_system/graph.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/graph_scaling.hpp"
 #include "program/errors.hpp"
 #include "program/memory_limit.hpp"
 #include "program/text.hpp"

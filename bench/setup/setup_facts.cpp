@@ -6,9 +6,8 @@
 #include <filesystem>
 #include <set>
 
-#include "hotpath/reference_system/chain_limits.hpp"
+#include "hotpath/reference_system/graph_chains.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/graph_scaling.hpp"
 #include "program/text.hpp"
 #include "results/kept_inputs.hpp"
 #include "setup/deployed_system.hpp"

@@ -114,18 +114,6 @@ std::unique_ptr<ExecutionTimes> replayed_times(const results::StoredRun& run, co
 
 namespace {
 
-class ListedReleases final : public ReleaseDelays {
- public:
-  void add(JobRef job, Duration delay) { delays_[{job.task, job.sequence}] = delay; }
-  [[nodiscard]] Time due(JobRef job, Time timestamp) const override {
-    const auto listed = delays_.find({job.task, job.sequence});
-    return listed == delays_.end() ? timestamp : timestamp + listed->second;
-  }
-
- private:
-  std::map<std::pair<TaskId, std::uint64_t>, Duration> delays_;
-};
-
 Duration release_delay(const CsvReader& rows, std::size_t column, const Task& task) {
   const Duration delay = rows.nanoseconds(column);
   if (delay < Duration{} || delay > task.release_jitter) {
@@ -135,14 +123,20 @@ Duration release_delay(const CsvReader& rows, std::size_t column, const Task& ta
   return delay;
 }
 
-/// Times of single jobs.
-class ListedTimes final : public ExecutionTimes {
+/// Times and release delays of single jobs.
+class ListedTimes final : public ExecutionTimes, public ReleaseDelays {
  public:
   ListedTimes(std::string file, const TaskSet& set) : file_(std::move(file)), times_(set.size()) {
     for (const Task& task : set.tasks) names_.push_back(task.name);
   }
   /// Whether the job was not listed before.
   bool add(JobRef job, Duration time) { return times_[job.task].emplace(job.sequence, time).second; }
+  void add_delay(JobRef job, Duration delay) { delays_[{job.task, job.sequence}] = delay; }
+  [[nodiscard]] const ReleaseDelays* release_delays() const override { return this; }
+  [[nodiscard]] Time due(JobRef job, Time timestamp) const override {
+    const auto listed = delays_.find({job.task, job.sequence});
+    return listed == delays_.end() ? timestamp : timestamp + listed->second;
+  }
   [[nodiscard]] Duration of(const Job& job) const override {
     const auto listed = times_[job.task].find(job.sequence);
     if (listed != times_[job.task].end()) return listed->second;
@@ -155,6 +149,7 @@ class ListedTimes final : public ExecutionTimes {
   const std::string file_;
   std::vector<std::string> names_;
   std::vector<std::map<std::uint64_t, Duration>> times_;  // by task, then by sequence
+  std::map<std::pair<TaskId, std::uint64_t>, Duration> delays_;
 };
 
 }  // namespace
@@ -165,7 +160,6 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
   rows.require_header(delays ? program::concat(kListedColumns, ",", kListedDelay)
                              : std::string(kListedColumns));
   auto times = std::make_unique<ListedTimes>(file, set);
-  auto releases = std::make_unique<ListedReleases>();
   std::map<std::string, TaskId, std::less<>> ids;
   for (TaskId id = 0; id < set.size(); ++id) ids[set[id].name] = id;
   while (rows.next()) {
@@ -181,9 +175,9 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
     }
     if (!times->add(job, time))
       rows.fail(program::concat("job ", job.sequence, " of ", task.name, " is listed twice"), "keep one row");
-    if (delays) releases->add(job, release_delay(rows, *delays, task));
+    if (delays) times->add_delay(job, release_delay(rows, *delays, task));
   }
-  return std::make_unique<TimesAndReleases>(std::move(times), std::move(releases));
+  return times;
 }
 
 std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run, const setup::StoredSystem& system,

@@ -49,9 +49,9 @@ results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
 std::unique_ptr<ExecutionTimes> with_drawn_releases(std::unique_ptr<ExecutionTimes> times,
                                                     const GraphTasks& tasks, std::uint64_t seed) {
   const auto varies = [](const Task& task) { return task.release_jitter > Duration{}; };
-  if (std::ranges::none_of(tasks.set.tasks, varies)) return times;
-  return std::make_unique<TimesAndReleases>(std::move(times),
-                                            std::make_unique<UniformReleases>(tasks.set, seed));
+  if (std::ranges::any_of(tasks.set.tasks, varies))
+    times->set_releases(std::make_unique<UniformReleases>(tasks.set, seed));
+  return times;
 }
 
 namespace {

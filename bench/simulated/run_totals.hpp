@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "hotpath/core/job_sink.hpp"
+#include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "results/summary.hpp"
 

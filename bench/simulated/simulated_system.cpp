@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/text.hpp"
 #include "setup/deployed_system.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "hotpath/campaign/crew.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
 #include "program/text.hpp"
@@ -140,8 +140,7 @@ Design load_sweep(const std::string& file) {
   Design design;
   design.file = file;
   design.text = read_text_file(file);
-  const YAML::Node root = read_yaml(file, design.text, kRemedy);
-  const YamlMap map(YamlValue(file, root, "the sweep", 1), "the sweep");
+  const YamlMap map(file, design.text, "the sweep", kRemedy);
   map.check_keys({"command", "fixed", "axes", "repetitions", "seed", "keep"});
   const std::vector<std::string> commands = {"simulate", "run", "analyze"};
   design.command = commands[map.require("command", "simulate").choice(commands)];

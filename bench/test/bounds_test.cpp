@@ -150,8 +150,8 @@ class BoundCase {
     const std::uint64_t seed = random_();
     std::unique_ptr<ExecutionTimes> times = std::make_unique<WorstCaseTimes>(tasks_.set);
     if (number % 2 != 0) times = std::make_unique<UniformTimes>(tasks_.set, seed);
-    const TimesAndReleases all(std::move(times), std::make_unique<UniformReleases>(tasks_.set, seed));
-    simulate(tasks_of_run(number), all, 2s);
+    times->set_releases(std::make_unique<UniformReleases>(tasks_.set, seed));
+    simulate(tasks_of_run(number), *times, 2s);
   }
 
   void simulate(const GraphTasks& tasks, const ExecutionTimes& times, Duration duration) {

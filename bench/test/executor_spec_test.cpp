@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath {

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "explained.hpp"
-#include "hotpath/reference_system/find_chains.hpp"
+#include "hotpath/reference_system/graph_chains.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/reference_node.hpp"
 #include "random_graphs.hpp"
@@ -82,7 +82,7 @@ Graph with_costs(Graph graph) {
   graph.platform.set_dispatch_costs(20us);
   graph.platform.wait_cost = 41us;
   graph.platform.wait_cost_per_entity = 150ns;
-  graph.platform.wake_up = 190us;
+  graph.platform.wake_up_latency = 190us;
   graph.platform.delivery_delay = 100us;
   return graph;
 }

@@ -8,7 +8,7 @@
 
 #include "bounds/bounds.hpp"
 #include "graph_fixture.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
 #include "setup/deployed_system.hpp"

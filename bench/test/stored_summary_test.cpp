@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "graph_fixture.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "program/errors.hpp"
 #include "results/run_folder.hpp"
 

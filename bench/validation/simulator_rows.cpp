@@ -4,7 +4,6 @@
 #include <set>
 
 #include "hotpath/core/golden_trace.hpp"
-#include "hotpath/core/input_error.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_file.hpp"

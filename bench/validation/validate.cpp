@@ -2,9 +2,8 @@
 #include <cmath>
 
 #include "hotpath/core/simulator.hpp"
-#include "hotpath/reference_system/graph_scaling.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/phases.hpp"
-#include "hotpath/reference_system/ros2_reference.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
@@ -40,7 +39,7 @@ Graph graph_of(const Trace& trace, const results::StoredRun& run, Graph graph) {
   graph.platform.cores = run.record().cores();
   const simulated::OwnCosts costs = simulated::own_costs(trace, graph.platform.cores);
   graph.platform.set_dispatch_costs(costs.dispatch);
-  graph.platform.wake_up = costs.wake_up;
+  graph.platform.wake_up_latency = costs.wake_up;
   return graph;
 }
 
@@ -91,15 +90,15 @@ json row_of(const Trace& trace, const results::StoredRun& run, const setup::Stor
   const Graph graph = graph_of(trace, run, system.graph);
   const Trace simulated = simulate_again(trace, run, system, graph, tasks);
   const results::Schedule schedule = results::schedule_of(tasks.set, trace);
-  json row = {
-      {"run", run.folder().string()},
-      {"executor", trace.executor},
-      {"repetition", trace.repetition},
-      {"costs_us",
-       {{"dispatch", to_us(graph.platform.timer_dispatch_cost)}, {"wake_up", to_us(graph.platform.wake_up)}}},
-      {"comparison", compare_schedules(schedule, results::schedule_of(tasks.set, simulated))},
-      {"latencies", nullptr},
-      {"golden", nullptr}};
+  json row = {{"run", run.folder().string()},
+              {"executor", trace.executor},
+              {"repetition", trace.repetition},
+              {"costs_us",
+               {{"dispatch", to_us(graph.platform.timer_dispatch_cost)},
+                {"wake_up", to_us(graph.platform.wake_up_latency)}}},
+              {"comparison", compare_schedules(schedule, results::schedule_of(tasks.set, simulated))},
+              {"latencies", nullptr},
+              {"golden", nullptr}};
   if (const std::vector<double> measured = latencies_ms(trace); !measured.empty()) {
     const LatencyQuantiles ours = latency_quantiles(measured),
                            again = latency_quantiles(latencies_ms(simulated));

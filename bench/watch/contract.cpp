@@ -5,7 +5,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_text.hpp"
@@ -213,7 +213,7 @@ const Term* find(const std::vector<Term>& terms, Clause clause) {
 }
 
 Contract parse_contract(const std::string& file, const std::string& text) {
-  YamlMap map(YamlValue(file, read_yaml(file, text, kRemedy), "the contract", 1), "the contract");
+  YamlMap map(file, text, "the contract", kRemedy);
   map.check_keys({"callbacks", "chains", "threads"});
   Contract contract;
   std::set<std::string> names;

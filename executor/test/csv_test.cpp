@@ -69,7 +69,7 @@ TEST(Csv, FilesWrittenByHandMayHaveBlanks) {
 TEST(Csv, AHeaderMayBeMissingWhereTheColumnsAreKnown) {
   for (const char* text : {"name,count\nIMU,1\n", "IMU,1\n"}) {
     std::istringstream in(text);
-    CsvReader csv(in, "a.csv", {"name", "count"}, CsvLayout::written);
+    CsvReader csv(in, "a.csv", CsvLayout::written, {"name", "count"});
     ASSERT_TRUE(csv.next());
     EXPECT_EQ(csv.text("name"), "IMU");
     EXPECT_FALSE(csv.next());

@@ -22,9 +22,8 @@ class WorstResponses final : public ExplorationObserver {
     const auto [worst, is_first] = worst_.try_emplace(record.job.task, response);
     if (!is_first && response <= worst->second) return;
     worst->second = response;
-    instant.keep_latest(record.job.task);
+    instant.keep_longest(record.job.task, {});
   }
-  void published(ExploredInstant&) override {}
   [[nodiscard]] const Worst& worst() const { return worst_; }
 
  private:

@@ -10,7 +10,6 @@
 #include "hotpath/core/golden_trace.hpp"
 #include "hotpath/core/job_order.hpp"
 #include "hotpath/core/platform.hpp"
-#include "hotpath/core/rebuilt_wait_set_scheduler.hpp"
 #include "hotpath/core/wait_set_scheduler.hpp"
 #include "task_sets.hpp"
 

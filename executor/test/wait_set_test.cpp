@@ -7,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include "hotpath/core/rebuilt_wait_set_scheduler.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {

@@ -57,105 +57,57 @@ std::string comparable(const std::string& id) {
   return kept;
 }
 
-class CieReader {
- public:
-  CieReader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
-      : path_(path), graph_(graph), deployment_(find_deployment("cie", graph, tasks)) {
-    deployment_.file = path;
-    deployment_.name = "cie:" + std::filesystem::path(path).stem().string();
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      executors_of_[id_of_group(graph, tasks, tasks.set[id].group)].insert(deployment_.executor_of[id]);
-    }
-  }
+using ExecutorsOf = std::map<std::string, std::set<std::uint32_t>>;  // by id
 
-  Deployment read() {
-    const std::string remedy = "the file lists `callback_groups`, each with `id` and `policy`";
-    const YamlMap map(YamlValue(path_, read_yaml(path_, read_text_file(path_), remedy), "the file", 1),
-                      "the file");
-    map.check_keys({"callback_groups", "non_ros_threads", "hardware_info", "rt_throttling"});
-    for (const YamlValue& group :
-         map.require("callback_groups", "[{id: /NODE@Timer(100000000), policy: SCHED_OTHER}]")
-             .list("a callback group")) {
-      read_group(group);
-    }
-    return std::move(deployment_);
+/// Empty for a group that only has services.
+std::set<std::uint32_t> executors_of(const YamlValue& id, const ExecutorsOf& all, const Graph& graph) {
+  const std::string wanted = comparable(id.text());
+  if (const auto entry = all.find(wanted); entry != all.end()) return entry->second;
+  std::vector<std::string> known;
+  for (const auto& [of_group, executors] : all) known.push_back(of_group);
+  const bool without_callbacks = wanted.find('@') == std::string::npos && wanted != id.text();
+  if (without_callbacks &&
+      std::ranges::any_of(graph.nodes, [&](const Node& n) { return absolute(n.name) == wanted; })) {
+    return {};
   }
+  id.fail("graph " + graph.name + " has no callback group " + wanted, suggest(wanted, known));
+}
 
- private:
-  void read_group(const YamlValue& value) {
-    YamlMap map(value, "a callback group");
-    const YamlValue id = map.require("id", "/NODE@Timer(100000000)");
-    const std::string text = id.text();
-    map.set_what("callback group " + text);
-    map.check_keys(
-        {"id", "domain_id", "affinity", "policy", "priority", "nice", "runtime", "deadline", "period"});
-    if (!ids_.insert(text).second) id.fail("callback group " + text + " occurs twice", "keep one");
-    DeployedExecutor threads{text, "", read_policy(map), read_affinity(map), map.line()};
-    check_affinity(threads, path_);
-    for (const std::uint32_t e : executors_of(id)) {
-      DeployedExecutor& executor = deployment_.executors[e];
-      executor.policy = threads.policy;
-      executor.processors = threads.processors;
-      executor.line = threads.line;
+ThreadPolicy read_policy(const YamlMap& map) {
+  const YamlValue given = map.require("policy", "SCHED_OTHER");
+  std::vector<std::string> words;
+  for (const auto& policy : kPolicies) words.emplace_back(policy.text);
+  ThreadPolicy policy{kPolicies[given.choice(words)].value};
+  if (policy.scheduling_class == Class::deadline) {
+    for (const auto& [key, part] :
+         {std::pair{"runtime", &ThreadPolicy::runtime}, std::pair{"deadline", &ThreadPolicy::deadline},
+          std::pair{"period", &ThreadPolicy::period}}) {
+      policy.*part = Duration(map.require(key, "NANOSECONDS").integer(1, std::int64_t{1} << 60));
     }
-  }
-
-  /// Empty for a group that only has services.
-  std::set<std::uint32_t> executors_of(const YamlValue& id) const {
-    const std::string wanted = comparable(id.text());
-    if (const auto entry = executors_of_.find(wanted); entry != executors_of_.end()) return entry->second;
-    std::vector<std::string> known;
-    for (const auto& [of_group, executors] : executors_of_) known.push_back(of_group);
-    const bool without_callbacks = wanted.find('@') == std::string::npos && wanted != id.text();
-    if (without_callbacks &&
-        std::ranges::any_of(graph_.nodes, [&](const Node& n) { return absolute(n.name) == wanted; })) {
-      return {};
+    try {
+      check_budget(policy);
+    } catch (const std::invalid_argument& error) {
+      map.fail(error.what(), "give all three in nanoseconds");
     }
-    id.fail("graph " + graph_.name + " has no callback group " + wanted, suggest(wanted, known));
+  } else if (policy.ordinary()) {
+    // Older versions call the nice value `priority`.
+    const auto nice = map.find("nice") ? map.find("nice") : map.find("priority");
+    if (nice) policy.priority = static_cast<int>(nice->integer(-20, 19));
+  } else {
+    policy.priority = static_cast<int>(map.require("priority", "50").integer(1, kHighestPriority));
   }
+  return policy;
+}
 
-  static ThreadPolicy read_policy(const YamlMap& map) {
-    const YamlValue given = map.require("policy", "SCHED_OTHER");
-    std::vector<std::string> words;
-    for (const auto& policy : kPolicies) words.emplace_back(policy.text);
-    ThreadPolicy policy{kPolicies[given.choice(words)].value};
-    if (policy.scheduling_class == Class::deadline) {
-      for (const auto& [key, part] :
-           {std::pair{"runtime", &ThreadPolicy::runtime}, std::pair{"deadline", &ThreadPolicy::deadline},
-            std::pair{"period", &ThreadPolicy::period}}) {
-        policy.*part = Duration(map.require(key, "NANOSECONDS").integer(1, std::int64_t{1} << 60));
-      }
-      try {
-        check_budget(policy);
-      } catch (const std::invalid_argument& error) {
-        map.fail(error.what(), "give all three in nanoseconds");
-      }
-    } else if (policy.ordinary()) {
-      // Older versions call the nice value `priority`.
-      const auto nice = map.find("nice") ? map.find("nice") : map.find("priority");
-      if (nice) policy.priority = static_cast<int>(nice->integer(-20, 19));
-    } else {
-      policy.priority = static_cast<int>(map.require("priority", "50").integer(1, kHighestPriority));
-    }
-    return policy;
+std::vector<int> read_affinity(const YamlMap& map) {
+  std::vector<int> processors;
+  const auto given = map.find("affinity");
+  if (!given || given->is_null()) return processors;
+  for (const YamlValue& processor : given->list("a processor of " + map.what())) {
+    processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
   }
-
-  static std::vector<int> read_affinity(const YamlMap& map) {
-    std::vector<int> processors;
-    const auto given = map.find("affinity");
-    if (!given || given->is_null()) return processors;
-    for (const YamlValue& processor : given->list("a processor of " + map.what())) {
-      processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
-    }
-    return processors;
-  }
-
-  const std::string path_;
-  const Graph& graph_;
-  Deployment deployment_;
-  std::map<std::string, std::set<std::uint32_t>> executors_of_;  // by id
-  std::set<std::string> ids_;
-};
+  return processors;
+}
 
 void write_threads(std::ostream& out, const DeployedExecutor& executor) {
   out << "    affinity:";
@@ -174,7 +126,37 @@ void write_threads(std::ostream& out, const DeployedExecutor& executor) {
 }  // namespace
 
 Deployment read_cie(const std::string& path, const Graph& graph, const GraphTasks& tasks) {
-  return CieReader(path, graph, tasks).read();
+  Deployment deployment = find_deployment("cie", graph, tasks);
+  deployment.file = path;
+  deployment.name = "cie:" + std::filesystem::path(path).stem().string();
+  ExecutorsOf all;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    all[id_of_group(graph, tasks, tasks.set[id].group)].insert(deployment.executor_of[id]);
+  }
+  const YamlMap file(path, read_text_file(path), "the file",
+                     "the file lists `callback_groups`, each with `id` and `policy`");
+  file.check_keys({"callback_groups", "non_ros_threads", "hardware_info", "rt_throttling"});
+  std::set<std::string> ids;
+  for (const YamlValue& group :
+       file.require("callback_groups", "[{id: /NODE@Timer(100000000), policy: SCHED_OTHER}]")
+           .list("a callback group")) {
+    YamlMap map(group, "a callback group");
+    const YamlValue id = map.require("id", "/NODE@Timer(100000000)");
+    const std::string text = id.text();
+    map.set_what("callback group " + text);
+    map.check_keys(
+        {"id", "domain_id", "affinity", "policy", "priority", "nice", "runtime", "deadline", "period"});
+    if (!ids.insert(text).second) id.fail("callback group " + text + " occurs twice", "keep one");
+    const DeployedExecutor threads{text, "", read_policy(map), read_affinity(map), map.line()};
+    check_affinity(threads, path);
+    for (const std::uint32_t e : executors_of(id, all, graph)) {
+      DeployedExecutor& executor = deployment.executors[e];
+      executor.policy = threads.policy;
+      executor.processors = threads.processors;
+      executor.line = threads.line;
+    }
+  }
+  return deployment;
 }
 
 void write_cie(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {

@@ -5,6 +5,8 @@
 #include <array>
 #include <set>
 
+#include "hotpath/core/priority_order.hpp"
+
 namespace hotpath {
 
 namespace {
@@ -44,31 +46,12 @@ Deployment callback_isolated(const Graph& graph, const GraphTasks& tasks) {
   return d;
 }
 
-/// By task: the shortest period of the timers whose data reaches it.
-std::vector<Duration> rates(const TaskSet& set) {
-  std::vector<Duration> period;
-  for (const Task& task : set.tasks) {
-    period.push_back(task.kind == TaskKind::timer ? task.period : Duration::max());
-  }
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (TaskId id = 0; id < set.size(); ++id) {
-      for (const TaskId fed : set[id].feeds) {
-        if (period[fed] <= period[id]) continue;
-        period[fed] = period[id];
-        changed = true;
-      }
-    }
-  }
-  return period;
-}
-
 Deployment rate_monotonic_threads(const Graph&, const GraphTasks& tasks) {
   Deployment d;
-  const std::vector<Duration> period = rates(tasks.set);
-  const std::set<Duration> levels(period.begin(), period.end());
+  const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::rm);
+  const std::set<std::int64_t> levels(level.begin(), level.end());
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    const auto slower = std::distance(levels.upper_bound(period[id]), levels.end());
+    const auto slower = std::distance(levels.upper_bound(level[id]), levels.end());
     const int priority = 1 + std::min(kHighestPriority, static_cast<int>(slower));
     d.executors.push_back({tasks.set[id].name, "default", {ThreadPolicy::Class::fifo, priority}, {}, 0});
     d.executor_of.push_back(id);

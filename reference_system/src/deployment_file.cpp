@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <set>
+#include <stdexcept>
 
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
-#include "yaml_folders.hpp"
+#include "yaml_writer.hpp"
 
 namespace hotpath {
 
@@ -30,8 +30,7 @@ constexpr const char* kDeploymentRemedy =
 
 /// Parses the file; keeps a pointer to `path`.
 YamlMap read_deployment(const std::string& path) {
-  YamlMap map(YamlValue(path, read_yaml(path, read_text_file(path), kDeploymentRemedy), "the deployment", 1),
-              "the deployment");
+  YamlMap map(path, read_text_file(path), "the deployment", kDeploymentRemedy);
   map.check_keys({"name", "description", "executors"});
   return map;
 }
@@ -195,6 +194,51 @@ class DeploymentReader {
   Deployment deployment_;
 };
 
+/// The owners of callback groups, to be written.
+class Owners {
+ public:
+  Owners(const Graph& graph, const GraphTasks& tasks, const Deployment& deployment)
+      : graph_(graph), owners_(graph.nodes.size()) {
+    for (TaskId id = 0; id < tasks.set.size(); ++id) {
+      const auto [owner, is_new] =
+          owners_[tasks.origin[id].node].emplace(tasks.callbacks[id].group, deployment.executor_of[id]);
+      if (is_new || owner->second == deployment.executor_of[id]) continue;
+      throw std::invalid_argument("callbacks of one group belong to several executors");
+    }
+  }
+
+  /// Writes the value of an executor's `owns`; `rest` if it owns an unnamed group.
+  void write(YAML::Emitter& out, std::uint32_t executor, bool alone) {
+    std::vector<std::string> owned;
+    bool rest = alone;
+    for (std::size_t n = 0; n < owners_.size(); ++n) {
+      const Node& node = graph_.nodes[n];
+      std::set<std::uint32_t> of_node;
+      for (const auto& [group, owner] : owners_[n]) of_node.insert(owner);
+      if (!of_node.contains(executor)) continue;
+      if (of_node.size() == 1) {
+        owned.push_back(node.name);
+        continue;
+      }
+      for (const auto& [group, owner] : owners_[n]) {
+        if (owner != executor) continue;
+        const bool named = group < node.group_names.size();
+        if (named) owned.push_back(node.name + "/" + node.group_names[group]);
+        rest = rest || !named;
+      }
+    }
+    if (rest && std::exchange(rest_, true)) {
+      throw std::invalid_argument("callback groups without a name belong to several executors");
+    }
+    rest ? out << "rest" : out << YAML::Flow << owned;
+  }
+
+ private:
+  const Graph& graph_;
+  std::vector<std::map<std::uint32_t, std::uint32_t>> owners_;  // by node and group
+  bool rest_ = false;
+};
+
 std::map<std::string, fs::path> deployment_files() {
   return yaml_files("HOTPATH_DEPLOYMENTS", HOTPATH_DEPLOYMENT_DIRS);
 }
@@ -211,16 +255,35 @@ Deployment find_deployment(const std::string& name_or_path, const Graph& graph, 
     d.description = preset.description;
     return d;
   }
-  if (is_yaml_path(name_or_path)) return DeploymentReader(name_or_path, graph, tasks).read();
-  const auto files = deployment_files();
-  if (const auto entry = files.find(name_or_path); entry != files.end()) {
-    return DeploymentReader(entry->second, graph, tasks).read();
+  std::vector<std::string> presets;
+  for (const DeploymentPreset& preset : deployment_presets()) presets.emplace_back(preset.name);
+  const std::string file = is_yaml_path(name_or_path)
+                               ? name_or_path
+                               : find_yaml("deployment", deployment_files(), name_or_path, presets);
+  return DeploymentReader(file, graph, tasks).read();
+}
+
+std::string deployment_yaml(const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {
+  Owners owners(graph, tasks, deployment);
+  YamlWriter file;
+  file.out << YAML::BeginMap;
+  file.pair("name", deployment.name);
+  if (!deployment.description.empty()) file.pair("description", deployment.description);
+  file.key("executors") << YAML::BeginSeq;
+  for (std::uint32_t e = 0; e < deployment.executors.size(); ++e) {
+    const DeployedExecutor& executor = deployment.executors[e];
+    file.out << YAML::Flow << YAML::BeginMap;
+    file.pair("name", executor.name);
+    file.pair("executor", executor.executor);
+    if (executor.policy != ThreadPolicy{}) file.pair("policy", to_string(executor.policy));
+    if (!executor.processors.empty()) file.key("processors") << executor.processors;
+    const std::string& process = deployment.processes[executor.process];
+    if (!process.empty()) file.pair("process", process);
+    owners.write(file.key("owns"), e, deployment.executors.size() == 1);
+    file.out << YAML::EndMap;
   }
-  std::vector<std::string> names;
-  for (const DeploymentPreset& preset : deployment_presets()) names.emplace_back(preset.name);
-  for (const auto& [name, file] : files) names.push_back(name);
-  throw InputError(name_or_path, 0, "there is no deployment of this name",
-                   suggest(name_or_path, names) + " (to give a file, include its extension .yaml)");
+  file.out << YAML::EndSeq << YAML::EndMap << YAML::Newline;
+  return file.out.c_str();
 }
 
 std::vector<DeploymentListing> list_deployment_files() {
@@ -230,8 +293,7 @@ std::vector<DeploymentListing> list_deployment_files() {
     DeploymentListing& listing = listings.emplace_back();
     listing.name = name;
     try {
-      const std::string file = path;
-      listing.description = description_of(read_deployment(file));
+      listing.description = description_of(read_deployment(path));
     } catch (const InputError& error) {
       listing.error = error.what();
     }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/reference_system/find_chains.hpp"
+#include "hotpath/reference_system/graph_chains.hpp"
 
 #include <algorithm>
 #include <functional>
 #include <map>
 #include <optional>
 
-#include "hotpath/reference_system/chain_limits.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 
 namespace hotpath {
@@ -38,51 +37,38 @@ struct Path {
 };
 
 /// The largest paths from one timer, over the graph without the edges that close cycles.
-class LargestPaths {
- public:
-  LargestPaths(const GraphTasks& tasks, const std::vector<std::vector<TaskId>>& downstream, TaskId timer)
-      : tasks_(tasks),
-        downstream_(downstream),
-        state_(tasks.set.size(), State::unseen),
-        edges_(state_.size()) {
-    visit(timer);
-    std::vector<std::optional<Path>> best(state_.size());
-    best[timer] = Path{{timer}, tasks.set[timer].wcet};
-    for (auto id = order_.rbegin(); id != order_.rend(); ++id) {
-      const Path& path = *best[*id];
-      for (const TaskId next : edges_[*id]) {
-        Path longer = path;
-        longer.tasks.push_back(next);
-        longer.work += tasks.set[next].wcet;
-        if (!best[next] || longer.is_larger_than(*best[next])) best[next] = std::move(longer);
-      }
-      if (edges_[*id].empty() && *id != timer && !tasks_.callbacks[*id].stores_only) paths_.push_back(path);
-    }
-  }
-
-  std::vector<Path> take() { return std::move(paths_); }
-
- private:
+std::vector<Path> largest_paths(const GraphTasks& tasks, const std::vector<std::vector<TaskId>>& downstream,
+                                TaskId timer) {
   enum class State : std::uint8_t { unseen, open, done };
-
-  void visit(TaskId id) {
-    state_[id] = State::open;
-    for (const TaskId next : downstream_[id]) {
-      if (state_[next] == State::open) continue;  // closes a cycle
-      edges_[id].push_back(next);
-      if (state_[next] == State::unseen) visit(next);
+  std::vector<State> state(tasks.set.size(), State::unseen);
+  std::vector<std::vector<TaskId>> edges(state.size());
+  std::vector<TaskId> order;  // each task follows the tasks that it leads to
+  const std::function<void(TaskId)> visit = [&](TaskId id) {
+    state[id] = State::open;
+    for (const TaskId next : downstream[id]) {
+      if (state[next] == State::open) continue;  // closes a cycle
+      edges[id].push_back(next);
+      if (state[next] == State::unseen) visit(next);
     }
-    state_[id] = State::done;
-    order_.push_back(id);
+    state[id] = State::done;
+    order.push_back(id);
+  };
+  visit(timer);
+  std::vector<std::optional<Path>> best(state.size());
+  best[timer] = Path{{timer}, tasks.set[timer].wcet};
+  std::vector<Path> paths;
+  for (auto id = order.rbegin(); id != order.rend(); ++id) {
+    const Path& path = *best[*id];
+    for (const TaskId next : edges[*id]) {
+      Path longer = path;
+      longer.tasks.push_back(next);
+      longer.work += tasks.set[next].wcet;
+      if (!best[next] || longer.is_larger_than(*best[next])) best[next] = std::move(longer);
+    }
+    if (edges[*id].empty() && *id != timer && !tasks.callbacks[*id].stores_only) paths.push_back(path);
   }
-
-  const GraphTasks& tasks_;
-  const std::vector<std::vector<TaskId>>& downstream_;
-  std::vector<State> state_;
-  std::vector<std::vector<TaskId>> edges_;
-  std::vector<TaskId> order_;  // each task follows the tasks that it leads to
-  std::vector<Path> paths_;
-};
+  return paths;
+}
 
 /// The task's name if its node is of type `callbacks`, otherwise the node's name.
 std::string name_in_chain(const Graph& graph, const GraphTasks& tasks, TaskId id) {
@@ -113,7 +99,7 @@ std::vector<Chain> find_chains(const Graph& graph, const GraphTasks& tasks, std:
   std::vector<Path> paths;
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     if (tasks.set[id].kind != TaskKind::timer) continue;
-    for (Path& path : LargestPaths(tasks, downstream, id).take()) paths.push_back(std::move(path));
+    for (Path& path : largest_paths(tasks, downstream, id)) paths.push_back(std::move(path));
   }
   std::stable_sort(paths.begin(), paths.end(),
                    [](const Path& a, const Path& b) { return a.is_larger_than(b); });

@@ -73,7 +73,7 @@ void read_platform(const YamlValue& value, GraphPlatform& platform) {
 GraphSource read_graph(const std::string& file, const std::string& text) {
   GraphSource source;
   source.file = file;
-  const GraphMap map(source.file, text, kRemedy, "the graph", KeysOf::graph);
+  const GraphMap map(source.file, text, kRemedy);
   Graph& graph = source.graph;
   map.read("name", graph.name);
   map.read("description", graph.description);

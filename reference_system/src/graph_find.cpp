@@ -3,12 +3,9 @@
 #include <map>
 #include <sstream>
 
-#include "hotpath/core/input_error.hpp"
 #include "hotpath/core/input_file.hpp"
-#include "hotpath/core/suggestion.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/ros2_reference.hpp"
-#include "yaml_folders.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 
 namespace hotpath {
 
@@ -27,13 +24,7 @@ std::string find_graph(const std::string& name_or_path) {
     refuse_input(name_or_path, error.message(),
                  "give the path of a graph file or one of the names of `hotpath list graphs`");
   }
-  const auto files = graph_files();
-  if (const auto entry = files.find(name_or_path); entry != files.end()) return entry->second;
-  std::vector<std::string> names;
-  names.reserve(files.size());
-  for (const auto& [name, file] : files) names.push_back(name);
-  throw InputError(name_or_path, 0, "there is no graph of this name",
-                   suggest(name_or_path, names) + " (to give a file, include its extension .yaml)");
+  return find_yaml("graph", graph_files(), name_or_path);
 }
 
 std::optional<fs::path> find_ros2_reference() {

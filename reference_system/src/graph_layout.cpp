@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <tuple>
 
 #include "hotpath/reference_system/chain_observation.hpp"
 
@@ -10,64 +13,31 @@ namespace hotpath {
 
 namespace {
 
-/// The tasks of the graph's first chain.
-std::vector<bool> hot_tasks(const Graph& graph, const GraphTasks& tasks) {
-  std::vector<bool> hot(tasks.set.size(), false);
-  if (graph.chains.empty()) return hot;
-  for (const std::string& node : graph.chains.front().nodes) {
-    for (const TaskId id : tasks_named(graph, tasks, node)) hot[id] = true;
-  }
-  return hot;
-}
-
-/// Whether a hot task publishes the edge's topic to a hot task.
-bool is_hot(const GraphEdge& edge, const GraphTasks& tasks, const std::vector<bool>& hot) {
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    if (!hot[id] || tasks.origin[id].node != edge.source) continue;
-    for (std::size_t p = 0; p < tasks.readers[id].size(); ++p) {
-      if (tasks.callbacks[id].publishes[p].topic != edge.topic) continue;
-      const auto reaches = [&](TaskId to) { return hot[to] && tasks.origin[to].node == edge.target; };
-      const std::vector<TaskId>& readers = tasks.readers[id][p];
-      if (std::any_of(readers.begin(), readers.end(), reaches)) return true;
-    }
-  }
-  return false;
-}
-
 constexpr int kSweeps = 12;
 /// A node this close to an edge, in rows, is covered by it.
 constexpr double kCovered = 0.25;
 
 using Column = std::vector<std::uint32_t>;
 
-/// The longest path from a source to each node, found by depth-first search against the edges.
-class Depths {
- public:
-  Depths(std::size_t nodes, const std::vector<GraphEdge>& edges)
-      : state_(nodes, State::unseen), depth_(nodes, 0) {
-    sources_.resize(nodes);
-    for (const GraphEdge& e : edges) sources_[e.target].push_back(e.source);
-    for (std::uint32_t n = 0; n < nodes; ++n) visit(n);
-  }
-  const std::vector<std::size_t>& values() const { return depth_; }
-
- private:
+/// By node: the length of the longest path from a source, found by depth-first search against the edges.
+std::vector<std::size_t> depths(std::size_t nodes, const std::vector<GraphEdge>& edges) {
   enum class State : std::uint8_t { unseen, open, done };
-
-  void visit(std::uint32_t node) {
-    if (state_[node] != State::unseen) return;
-    state_[node] = State::open;
-    for (const std::uint32_t source : sources_[node]) {
+  std::vector<std::vector<std::uint32_t>> sources(nodes);
+  for (const GraphEdge& e : edges) sources[e.target].push_back(e.source);
+  std::vector<State> state(nodes, State::unseen);
+  std::vector<std::size_t> depth(nodes, 0);
+  const std::function<void(std::uint32_t)> visit = [&](std::uint32_t node) {
+    if (state[node] != State::unseen) return;
+    state[node] = State::open;
+    for (const std::uint32_t source : sources[node]) {
       visit(source);
-      if (state_[source] == State::done) depth_[node] = std::max(depth_[node], depth_[source] + 1);
+      if (state[source] == State::done) depth[node] = std::max(depth[node], depth[source] + 1);
     }
-    state_[node] = State::done;
-  }
-
-  std::vector<std::vector<std::uint32_t>> sources_;
-  std::vector<State> state_;
-  std::vector<std::size_t> depth_;
-};
+    state[node] = State::done;
+  };
+  for (std::uint32_t n = 0; n < nodes; ++n) visit(n);
+  return depth;
+}
 
 void place(const std::vector<Column>& columns, std::vector<GraphPosition>& positions) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -105,20 +75,30 @@ bool on_hot_path(const Graph& graph, const Node& node) {
 
 std::vector<GraphEdge> graph_edges(const Graph& graph) {
   const GraphTasks tasks = make_tasks(graph);
-  const std::vector<bool> hot = hot_tasks(graph, tasks);
-  std::vector<GraphEdge> edges;
-  for (std::uint32_t s = 0; s < graph.nodes.size(); ++s) {
-    const Node& source = graph.nodes[s];
-    const bool leads_on = !graph.chains.empty() && graph.find(graph.chains.front().sink) != &source;
-    for (const std::string& topic : source.outputs) {
-      for (std::uint32_t t = 0; t < graph.nodes.size(); ++t) {
-        const Node& target = graph.nodes[t];
-        const auto subscribes = [&](const Input& input) { return input.topic == topic; };
-        if (std::none_of(target.inputs.begin(), target.inputs.end(), subscribes)) continue;
-        edges.push_back({s, t, topic, false});
-        edges.back().hot = leads_on && is_hot(edges.back(), tasks, hot);
-      }
+  std::vector<bool> hot(tasks.set.size(), false);
+  const Node* sink = nullptr;
+  if (!graph.chains.empty()) {
+    sink = graph.find(graph.chains.front().sink);
+    for (const std::string& node : graph.chains.front().nodes) {
+      for (const TaskId id : tasks_named(graph, tasks, node)) hot[id] = true;
     }
+  }
+  std::map<std::tuple<std::uint32_t, std::ptrdiff_t, std::uint32_t>, bool> is_hot;  // by node, output, node
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const std::uint32_t source = tasks.origin[id].node;
+    const Node& node = graph.nodes[source];
+    for (std::size_t p = 0; p < tasks.readers[id].size(); ++p) {
+      const auto output = std::ranges::find(node.outputs, tasks.callbacks[id].publishes[p].topic);
+      for (const TaskId to : tasks.readers[id][p])
+        is_hot[{source, output - node.outputs.begin(), tasks.origin[to].node}] |=
+            hot[id] && hot[to] && &node != sink;
+    }
+  }
+  std::vector<GraphEdge> edges;
+  for (const auto& [way, on_hot_path] : is_hot) {
+    const auto& [source, output, target] = way;
+    const std::string& topic = graph.nodes[source].outputs[static_cast<std::size_t>(output)];
+    edges.push_back({source, target, topic, on_hot_path});
   }
   return edges;
 }
@@ -138,7 +118,7 @@ std::size_t crossings(const std::vector<GraphEdge>& edges, const std::vector<Gra
 
 std::vector<GraphPosition> graph_layout(const Graph& graph) {
   const std::vector<GraphEdge> edges = graph_edges(graph);
-  const std::vector<std::size_t> depth = Depths(graph.nodes.size(), edges).values();
+  const std::vector<std::size_t> depth = depths(graph.nodes.size(), edges);
   std::vector<Column> columns;
   for (std::uint32_t n = 0; n < depth.size(); ++n) {
     if (columns.size() <= depth[n]) columns.resize(depth[n] + 1);

@@ -39,11 +39,9 @@ T value_as(const YamlValue& value, const GraphKey& key) {
 class GraphMap : public YamlMap {
  public:
   GraphMap(const YamlValue& value, std::string what, KeysOf of) : YamlMap(value, std::move(what)), of_(of) {}
-  /// The map of a whole file, called `what` in messages; `remedy` describes such a file. Keeps a pointer to
-  /// `file`.
-  GraphMap(const std::string& file, const std::string& text, const std::string& remedy,
-           const std::string& what, KeysOf of)
-      : GraphMap(YamlValue(file, read_yaml(file, text, remedy), what, 1), what, of) {
+  /// The map of a whole graph file.
+  GraphMap(const std::string& file, const std::string& text, const std::string& remedy)
+      : YamlMap(file, text, "the graph", remedy), of_(KeysOf::graph) {
     check();
   }
 

@@ -39,87 +39,73 @@ ReferenceInput read_input(const YamlValue& value, const std::string& node, std::
   return input;
 }
 
+void read_execution_time(const GraphMap& map, const std::string& subject, ReferenceNode& node) {
+  map.read("execution_time_ms", node.execution_time);
+  node.best_case_execution_time = node.execution_time;
+  map.read("best_case_execution_time_ms", node.best_case_execution_time);
+  if (node.best_case_execution_time > node.execution_time) {
+    map.find("best_case_execution_time_ms")
+        ->fail("the best case of " + subject + " is longer than its execution time",
+               "give a `best_case_execution_time_ms` of at most `execution_time_ms`");
+  }
+}
+
+/// The values of `input` or `inputs`.
+std::vector<YamlValue> inputs_of(const GraphMap& map, const std::string& subject, NodeType type) {
+  const auto one = map.find("input"), many = map.find("inputs");
+  if (one && many)
+    map.fail(subject + " has both `input` and `inputs`", "keep `inputs` for a list, `input` for one");
+  std::vector<YamlValue> values;
+  if (one) values.push_back(*one);
+  if (many) values = many->list("an input of " + subject);
+  const std::size_t count = values.size();
+  const std::string problem = subject + " has " + std::to_string(count) + (count == 1 ? " input" : " inputs");
+  const bool cyclic = type == NodeType::cyclic, fusion = type == NodeType::fusion;
+  if (cyclic && count == 0)
+    map.fail(subject + " has no input",
+             "a cyclic node stores messages of one input or more; without any it is a sensor");
+  if (fusion && count < 2) map.fail(problem, "a fusion needs two or more; with one it is a transform");
+  if (!cyclic && !fusion && count != 1)
+    map.fail(problem, "a " + std::string(to_string(type)) + " has exactly one");
+  return values;
+}
+
 /// A node of one of the six types. `subject` names it in messages.
-class ShortForm {
- public:
-  ShortForm(const GraphMap& map, std::string subject, NodeType type, NodeLines& lines)
-      : map_(map), subject_(std::move(subject)), lines_(lines) {
-    node_.name = map.needed("name").name();
-    node_.type = type;
+Node read_short_form(const GraphMap& map, const std::string& subject, NodeType type, NodeLines& lines) {
+  ReferenceNode node;
+  node.name = map.needed("name").name();
+  node.type = type;
+  if (type == NodeType::sensor || type == NodeType::cyclic) {
+    read_timer(map, node);
+    map.read("priority", node.priority);
   }
-
-  Node read() {
-    if (node_.type == NodeType::sensor || node_.type == NodeType::cyclic) {
-      read_timer(map_, node_);
-      map_.read("priority", node_.priority);
-    }
-    read_execution_time();
-    map_.read("callback_group", node_.group);
-    if (node_.type == NodeType::intersection) {
-      read_connections();
-      return node_;
-    }
-    if (node_.type != NodeType::sensor) read_inputs();
-    if (node_.type == NodeType::command) return node_;
-    node_.outputs = {node_.name};
-    const bool named = map_.read("output", node_.outputs.front());
-    lines_.outputs.push_back(named ? map_.find("output")->line() : lines_.node);
-    return node_;
-  }
-
- private:
-  void read_execution_time() {
-    map_.read("execution_time_ms", node_.execution_time);
-    node_.best_case_execution_time = node_.execution_time;
-    map_.read("best_case_execution_time_ms", node_.best_case_execution_time);
-    if (node_.best_case_execution_time > node_.execution_time) {
-      map_.find("best_case_execution_time_ms")
-          ->fail("the best case of " + subject_ + " is longer than its execution time",
-                 "give a `best_case_execution_time_ms` of at most `execution_time_ms`");
-    }
-  }
-
-  void read_inputs() {
-    const auto one = map_.find("input"), many = map_.find("inputs");
-    if (one && many)
-      map_.fail(subject_ + " has both `input` and `inputs`", "keep `inputs` for a list, `input` for one");
-    std::vector<YamlValue> values;
-    if (one) values.push_back(*one);
-    if (many) values = many->list("an input of " + subject_);
-    for (const YamlValue& value : values) add_input(value, default_depth(node_.type));
-    const std::size_t count = values.size();
-    const std::string problem =
-        subject_ + " has " + std::to_string(count) + (count == 1 ? " input" : " inputs");
-    const bool cyclic = node_.type == NodeType::cyclic, fusion = node_.type == NodeType::fusion;
-    if (cyclic && count == 0)
-      map_.fail(subject_ + " has no input",
-                "a cyclic node stores messages of one input or more; without any it is a sensor");
-    if (fusion && count < 2) map_.fail(problem, "a fusion needs two or more; with one it is a transform");
-    if (!cyclic && !fusion && count != 1)
-      map_.fail(problem, "a " + std::string(to_string(node_.type)) + " has exactly one");
-  }
-
-  void read_connections() {
-    for (const YamlValue& value : map_.needed("connections").list("a connection of " + subject_)) {
-      const GraphMap connection(value, "a connection of " + subject_, KeysOf::connection);
+  read_execution_time(map, subject, node);
+  map.read("callback_group", node.group);
+  const auto add_input = [&](const YamlValue& value) {
+    node.inputs.push_back(read_input(value, subject, default_depth(type)));
+    lines.inputs.push_back(value.line());
+  };
+  const auto add_output = [&](const std::string& topic, int line) {
+    node.outputs.push_back(topic);
+    lines.outputs.push_back(line);
+  };
+  if (type == NodeType::intersection) {
+    for (const YamlValue& value : map.needed("connections").list("a connection of " + subject)) {
+      const GraphMap connection(value, "a connection of " + subject, KeysOf::connection);
       connection.check();
       const YamlValue input = connection.needed("input"), output = connection.needed("output");
-      add_input(input, default_depth(node_.type));
-      node_.outputs.push_back(output.topic());
-      lines_.outputs.push_back(output.line());
+      add_input(input);
+      add_output(output.topic(), output.line());
     }
+    return node;
   }
-
-  void add_input(const YamlValue& value, std::uint32_t depth) {
-    node_.inputs.push_back(read_input(value, subject_, depth));
-    lines_.inputs.push_back(value.line());
-  }
-
-  const GraphMap& map_;
-  const std::string subject_;
-  NodeLines& lines_;
-  ReferenceNode node_;
-};
+  if (type != NodeType::sensor) std::ranges::for_each(inputs_of(map, subject, type), add_input);
+  if (type == NodeType::command) return node;
+  std::string topic = node.name;
+  const bool named = map.read("output", topic);
+  add_output(topic, named ? map.find("output")->line() : lines.node);
+  return node;
+}
 
 /// Reads the column execution_time_ms of a CSV file.
 Values read_values(const std::filesystem::path& path) {
@@ -234,7 +220,7 @@ class LongForm {
       callback.input = static_cast<std::uint32_t>(node_.inputs.size());
       node_.inputs.push_back({name});
       map.read("depth", node_.inputs.back().depth);
-      map.read_all(graph_keys::kOfSubscription, callback);
+      map.read("service", callback.service);
       lines_.inputs.push_back(subscription->line());
     }
     map.read("priority", callback.priority);
@@ -348,7 +334,7 @@ void read_node(const YamlValue& value, GraphSource& source) {
   if (node.type == NodeType::callbacks) {
     LongForm(map, std::filesystem::path(source.file).parent_path(), node, lines).read();
   } else {
-    node = ShortForm(map, subject, node.type, lines).read();
+    node = read_short_form(map, subject, node.type, lines);
   }
 }
 

@@ -91,82 +91,65 @@ std::string description(const DeployedExecutor& executor) {
   return text;
 }
 
-class Picture {
- public:
-  Picture(std::ostream& out, const Graph& graph) : out_(out), graph_(graph) {
-    for (const Node& node : graph.nodes) fills_.emplace_back(look_of(node).fill);
-  }
+void write_node(std::ostream& out, const Node& node, const std::string& fill, bool hot) {
+  const Look& look = look_of(node);
+  out << "  " << identifier(node.name) << " [shape=" << look.shape << ", style=\"" << look.style
+      << "\", fillcolor=\"" << fill << "\", label=<" << label(node) << ">, color=\"";
+  hot ? out << kHotColour << "\", penwidth=2.6];\n" : out << look.line << "\"];\n";
+}
 
-  void colour_by_executor(const GraphTasks& tasks, const Deployment& deployment) {
-    deployment_ = &deployment;
-    for (TaskId id = tasks.set.size(); id-- > 0;) {
-      fills_[tasks.origin[id].node] = executor_colour(deployment.executor_of[id]);
-    }
+/// Writes the legend as one node with a table, which keeps its rows together. Node names of a graph
+/// have no slash.
+void write_legend(std::ostream& out, const Deployment& deployment) {
+  out << "  subgraph cluster_legend {\n    label=" << identifier(deployment.name)
+      << "; fontname=\"Helvetica\"; fontsize=11;\n    " << identifier("deployment/" + deployment.name)
+      << " [shape=plain, label=<<table border=\"0\">";
+  for (std::size_t e = 0; e < deployment.executors.size(); ++e) {
+    out << "<tr><td border=\"1\" bgcolor=\"" << executor_colour(e)
+        << "\" width=\"20\"></td><td align=\"left\">" << description(deployment.executors[e]) << "</td></tr>";
   }
+  out << "</table>>];\n  }\n";
+}
 
-  void draw() {
-    out_ << "digraph " << identifier(graph_.name) << " {\n"
-         << "  rankdir=LR; nodesep=0.4; ranksep=0.35; bgcolor=white; pad=0.2;\n"
-         << "  node [fontname=\"Helvetica\", fontsize=11, margin=\"0.1,0.06\", penwidth=1.1];\n"
-         << "  edge [fontname=\"Helvetica\", fontsize=9, color=\"#78909c\", arrowsize=0.7];\n";
-    for (std::size_t n = 0; n < graph_.nodes.size(); ++n) draw_node(graph_.nodes[n], fills_[n]);
-    if (deployment_ != nullptr) draw_legend();
-    for (const GraphEdge& edge : graph_edges(graph_)) draw_edge(edge);
-    out_ << "}\n";
-  }
+void write_edge(std::ostream& out, const Node& from, const Node& to, const GraphEdge& edge) {
+  out << "  " << identifier(from.name) << " -> " << identifier(to.name) << " [";
+  if (edge.topic != from.name) out << "label=<" << escaped(edge.topic) << ">, ";
+  edge.hot ? out << "color=\"" << kHotColour << "\", penwidth=2.6, weight=4" : out << "weight=1";
+  out << "];\n";
+}
 
- private:
-  void draw_node(const Node& node, const std::string& fill) {
-    const Look& look = look_of(node);
-    out_ << "  " << identifier(node.name) << " [shape=" << look.shape << ", style=\"" << look.style
-         << "\", fillcolor=\"" << fill << "\", label=<" << label(node) << ">, color=\"";
-    if (on_hot_path(graph_, node)) {
-      out_ << kHotColour << "\", penwidth=2.6];\n";
-    } else {
-      out_ << look.line << "\"];\n";
-    }
-  }
+/// `fills`: by node. Without a deployment there is no legend.
+void write_picture(std::ostream& out, const Graph& graph, const std::vector<std::string>& fills,
+                   const Deployment* deployment) {
+  out << "digraph " << identifier(graph.name) << " {\n"
+      << "  rankdir=LR; nodesep=0.4; ranksep=0.35; bgcolor=white; pad=0.2;\n"
+      << "  node [fontname=\"Helvetica\", fontsize=11, margin=\"0.1,0.06\", penwidth=1.1];\n"
+      << "  edge [fontname=\"Helvetica\", fontsize=9, color=\"#78909c\", arrowsize=0.7];\n";
+  for (std::size_t n = 0; n < graph.nodes.size(); ++n)
+    write_node(out, graph.nodes[n], fills[n], on_hot_path(graph, graph.nodes[n]));
+  if (deployment != nullptr) write_legend(out, *deployment);
+  for (const GraphEdge& edge : graph_edges(graph))
+    write_edge(out, graph.nodes[edge.source], graph.nodes[edge.target], edge);
+  out << "}\n";
+}
 
-  /// Draws the legend as one node with a table, which keeps its rows together. Node names of a
-  /// graph have no slash.
-  void draw_legend() {
-    out_ << "  subgraph cluster_legend {\n    label=" << identifier(deployment_->name)
-         << "; fontname=\"Helvetica\"; fontsize=11;\n    " << identifier("deployment/" + deployment_->name)
-         << " [shape=plain, label=<<table border=\"0\">";
-    for (std::size_t e = 0; e < deployment_->executors.size(); ++e) {
-      out_ << "<tr><td border=\"1\" bgcolor=\"" << executor_colour(e)
-           << "\" width=\"20\"></td><td align=\"left\">" << description(deployment_->executors[e])
-           << "</td></tr>";
-    }
-    out_ << "</table>>];\n  }\n";
-  }
-
-  void draw_edge(const GraphEdge& edge) {
-    const Node& from = graph_.nodes[edge.source];
-    out_ << "  " << identifier(from.name) << " -> " << identifier(graph_.nodes[edge.target].name) << " [";
-    if (edge.topic != from.name) out_ << "label=<" << escaped(edge.topic) << ">, ";
-    if (edge.hot) {
-      out_ << "color=\"" << kHotColour << "\", penwidth=2.6, weight=4";
-    } else {
-      out_ << "weight=1";
-    }
-    out_ << "];\n";
-  }
-
-  std::ostream& out_;
-  const Graph& graph_;
-  std::vector<std::string> fills_;  // by node
-  const Deployment* deployment_ = nullptr;
-};
+std::vector<std::string> fills_by_type(const Graph& graph) {
+  std::vector<std::string> fills;
+  for (const Node& node : graph.nodes) fills.emplace_back(look_of(node).fill);
+  return fills;
+}
 
 }  // namespace
 
-void write_dot(std::ostream& out, const Graph& graph) { Picture(out, graph).draw(); }
+void write_dot(std::ostream& out, const Graph& graph) {
+  write_picture(out, graph, fills_by_type(graph), nullptr);
+}
 
 void write_dot(std::ostream& out, const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {
-  Picture picture(out, graph);
-  picture.colour_by_executor(tasks, deployment);
-  picture.draw();
+  std::vector<std::string> fills = fills_by_type(graph);
+  for (TaskId id = tasks.set.size(); id-- > 0;)
+    fills[tasks.origin[id].node] = executor_colour(deployment.executor_of[id]);
+  write_picture(out, graph, fills, &deployment);
 }
 
 }  // namespace hotpath

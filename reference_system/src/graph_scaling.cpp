@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/reference_system/graph_scaling.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <set>

@@ -7,28 +7,17 @@
 #include <set>
 
 #include "hotpath/core/exploration.hpp"
-#include "hotpath/reference_system/observe.hpp"
 
 namespace hotpath {
 
 void SimulatedMessagePool::give_back(SimulatedMessage& message) { free_.push_back(&message); }
 
 Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
-  const GraphPlatform& given = graph.platform;
-  Platform p = default_platform(executor);
-  p.cores = given.cores;
-  if (given.timer_thread != TimerThread::by_executor) {
-    p.raised_releaser = given.timer_thread == TimerThread::raised;
-  }
-  p.release_cost = given.release_cost;
-  p.pass_cost = given.pass_cost;
-  p.timer_dispatch_cost = given.timer_dispatch_cost;
-  p.subscription_dispatch_cost = given.subscription_dispatch_cost;
-  p.wait_cost = given.wait_cost;
-  p.wait_cost_per_entity = given.wait_cost_per_entity;
+  Platform p = graph.platform;
+  const TimerThread timer_thread = graph.platform.timer_thread;
+  p.raised_releaser = timer_thread == TimerThread::by_executor ? default_platform(executor).raised_releaser
+                                                               : timer_thread == TimerThread::raised;
   p.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(graph.nodes.size());
-  p.wake_up_latency = given.wake_up;
-  p.delivery_delay = given.delivery_delay;
   p.wall_clock_work = graph.work == WorkMode::wall;
   return p;
 }

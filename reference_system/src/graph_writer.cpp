@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "graph_source.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/core/utf8.hpp"
 #include "yaml_writer.hpp"
 
@@ -172,7 +172,7 @@ class Writer : private YamlWriter {
     if (c.input) {
       pair("subscription", name);
       pair(KeysOf::subscription, "depth", n.inputs[*c.input].depth);
-      pairs(KeysOf::subscription, graph_keys::kOfSubscription, c);
+      pair(KeysOf::subscription, "service", c.service);
       pair(KeysOf::subscription, "priority", c.priority);
     } else {
       pair("timer", name);

@@ -38,8 +38,7 @@ void read_callbacks(const YamlMap& map, std::vector<GivenPriority>& priorities) 
 
 std::vector<GivenPriority> read_priorities(const std::string& path) {
   const std::string remedy = std::string("the file is `priorities: ") + kExample + "`";
-  const YamlMap map(YamlValue(path, read_yaml(path, read_text_file(path), remedy), "the file", 1),
-                    "the file");
+  const YamlMap map(path, read_text_file(path), "the file", remedy);
   map.check_keys({"priorities"});
   std::vector<GivenPriority> priorities;
   for (const YamlValue& value : map.require("priorities", kExample).list("a callback")) {

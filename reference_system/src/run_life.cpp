@@ -46,9 +46,7 @@ std::string RunLife::as_text(const std::vector<WorkerThread>& workers) {
     texts.clear();
     for (const auto& [worker, count] : counts) texts.push_back(std::to_string(count) + " x " + worker);
   }
-  std::string joined;
-  for (const std::string& text : texts) joined += (joined.empty() ? "" : ", ") + text;
-  return joined;
+  return joined(texts, ", ");
 }
 
 bool RunLife::timers_are_ordinary(const std::vector<WorkerThread>& workers) {

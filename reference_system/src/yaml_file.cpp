@@ -3,12 +3,15 @@
 
 #include <yaml-cpp/eventhandler.h>
 
+#include <cstdlib>
 #include <sstream>
 
-#include "hotpath/core/input_error.hpp"
 #include "hotpath/core/input_file.hpp"
+#include "hotpath/core/suggestion.hpp"
 
 namespace hotpath {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -38,6 +41,34 @@ bool has_second_document(const std::string& text) {
 }
 
 }  // namespace
+
+std::map<std::string, fs::path> yaml_files(const char* variable, const std::string& built_in) {
+  const char* const given = std::getenv(variable);
+  std::istringstream folders((given != nullptr ? std::string(given) + ":" : "") + built_in);
+  std::map<std::string, fs::path> files;
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::error_code error, ignored;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+      const fs::path& path = it->path();
+      if (path.extension() == ".yaml" && !it->is_directory(ignored)) files.emplace(path.stem(), path);
+    }
+  }
+  return files;
+}
+
+bool is_yaml_path(const std::string& name_or_path) {
+  const fs::path path(name_or_path);
+  return name_or_path.find('/') != std::string::npos || path.extension() == ".yaml" ||
+         path.extension() == ".yml";
+}
+
+std::string find_yaml(const std::string& kind, const std::map<std::string, fs::path>& files,
+                      const std::string& name, std::vector<std::string> others) {
+  if (const auto entry = files.find(name); entry != files.end()) return entry->second;
+  for (const auto& [other, file] : files) others.push_back(other);
+  throw InputError(name, 0, "there is no " + kind + " of this name",
+                   suggest(name, others) + " (to give a file, include its extension .yaml)");
+}
 
 std::string read_text_file(const std::string& path) {
   const std::string remedy = "give the path of a readable YAML file";

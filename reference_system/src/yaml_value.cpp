@@ -7,6 +7,7 @@
 #include "hotpath/core/suggestion.hpp"
 #include "hotpath/core/utf8.hpp"
 #include "hotpath/reference_system/graph_text.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 
 namespace hotpath {
 
@@ -34,12 +35,6 @@ std::string kind_of(const YAML::Node& node) {
       break;
   }
   return "empty";
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string list;
-  for (const std::string& word : words) list += (list.empty() ? "" : ", ") + word;
-  return list;
 }
 
 }  // namespace
@@ -112,7 +107,7 @@ std::size_t YamlValue::choice(const std::vector<std::string>& choices) const {
   if (match != choices.end()) return static_cast<std::size_t>(match - choices.begin());
   const auto best = nearest(word, choices);
   fail(what_ + " is " + kind_of(node_),
-       "give one of: " + joined(choices) + (best ? " (did you mean `" + *best + "`?)" : ""));
+       "give one of: " + joined(choices, ", ") + (best ? " (did you mean `" + *best + "`?)" : ""));
 }
 
 std::vector<YamlValue> YamlValue::list(const std::string& item) const {
@@ -150,6 +145,10 @@ YamlMap::YamlMap(const YamlValue& value, std::string what)
   }
 }
 
+YamlMap::YamlMap(const std::string& file, const std::string& text, const std::string& what,
+                 const std::string& remedy)
+    : YamlMap(YamlValue(file, read_yaml(file, text, remedy), what, 1), what) {}
+
 std::vector<YamlValue> YamlMap::values() const {
   std::vector<YamlValue> values;
   for (const std::string& key : keys_) values.push_back(*find(key));
@@ -174,7 +173,7 @@ void YamlMap::check_keys(const std::vector<std::string>& known,
     const int line = values_.at(key).first;
     if (std::ranges::count(elsewhere, key) > 0)
       throw InputError(*file_, line, "`" + key + "` is not a key of " + what_,
-                       "its keys are: " + joined(known));
+                       "its keys are: " + joined(known, ", "));
     throw InputError(*file_, line, "unknown key `" + key + "` in " + what_, suggest(key, known));
   }
 }

@@ -61,7 +61,7 @@ TEST(GraphFile, ReadsEveryKey) {
   EXPECT_EQ(platform.pass_cost, std::chrono::microseconds(3));
   EXPECT_EQ(platform.timer_dispatch_cost, Duration(1));
   EXPECT_EQ(platform.subscription_dispatch_cost, std::chrono::microseconds(7));
-  EXPECT_EQ(platform.wake_up, std::chrono::microseconds(190));
+  EXPECT_EQ(platform.wake_up_latency, std::chrono::microseconds(190));
   EXPECT_EQ(platform.delivery_delay, std::chrono::milliseconds(1));
 }
 

@@ -12,7 +12,6 @@
 #include "graph_fixture.hpp"
 #include "hotpath/core/paper_timers.hpp"
 #include "hotpath/core/priority_order.hpp"
-#include "hotpath/reference_system/graph_scaling.hpp"
 
 namespace hotpath {
 namespace {

@@ -14,7 +14,7 @@
 #include <string>
 
 #include "hotpath/analysis/analysis_error.hpp"
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "program/errors.hpp"
 
 namespace hotpath::fuzz {

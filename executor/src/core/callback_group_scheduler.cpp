@@ -2,31 +2,16 @@
 #include "hotpath/core/callback_group_scheduler.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <utility>
 
 #include "released_order.hpp"
 
 namespace hotpath {
 
-namespace {
-
-std::vector<WorkerRole> roles(unsigned workers) {
-  assert(workers >= 1 && workers < kMaxWorkers);
-  std::vector<WorkerRole> all(workers, WorkerRole::executor);
-  all.push_back(WorkerRole::timer_management);
-  return all;
-}
-
-}  // namespace
-
 CallbackGroupScheduler::CallbackGroupScheduler(const TaskSet& set, unsigned workers)
-    : set_(set),
-      roles_(roles(workers)),
-      unread_(set),
-      timer_index_(set.size(), 0),
-      groups_(set.groups.size()),
-      ready_groups_(set.groups.size()) {}
+    : ExploredScheduler(set, workers, true), timer_index_(set.size(), 0), groups_(set.groups.size()) {
+  ready_groups_.reserve(set.groups.size());
+}
 
 void CallbackGroupScheduler::begin(Time epoch) {
   for (TaskId id = 0; id < set_.size(); ++id) {
@@ -47,10 +32,9 @@ bool CallbackGroupScheduler::manage(std::uint32_t timer) {
 }
 
 Joined CallbackGroupScheduler::add_task(const JoiningTask& joining, Time now) {
-  const TaskId id = join(set_, joining);
-  unread_.add_task(set_[id]);
+  const TaskId id = join_set(joining);
   groups_.resize(set_.groups.size());
-  ready_groups_.resize(set_.groups.size());
+  ready_groups_.reserve(set_.groups.size());
   timer_index_.push_back(static_cast<std::uint32_t>(timers_.size()));
   if (set_[id].kind == TaskKind::subscription || !set_[id].local) return {id, {}};
   timers_.emplace_back(id, set_[id], now);
@@ -66,18 +50,17 @@ void CallbackGroupScheduler::remove_task(TaskId task, Time now, const Visitor& d
     std::erase_if(waiting_, [&](const Waiting& w) { return w.timer == timer; });
     std::make_heap(waiting_.begin(), waiting_.end(), later);
   }
-  visit_unread(unread_, task, dropped);
-  unread_.clear(task);
+  drop_unread(task, dropped);
   leave(set_, task);
   const std::uint32_t index = set_[task].group;
   Group& group = groups_[index];
   group.events.erase(task, [](const Job&) {});
   // A running group notices it at the end of its job.
-  if (group.events.empty() && ready_groups_.erase(index)) group.idle = true;
+  if (group.events.empty() && std::erase(ready_groups_, index) > 0) group.idle = true;
 }
 
 WorkerSet CallbackGroupScheduler::queue_group(std::uint32_t group) {
-  ready_groups_.push(group);
+  ready_groups_.push_back(group);
   if (idle_.empty()) return {};
   return WorkerSet::of(idle_.pop_first());
 }
@@ -158,7 +141,8 @@ void CallbackGroupScheduler::describe(StateWords& words) const {
     group.events.for_each([&](const Job& event) { words.add(event.task); });
     words.add(group.idle ? -1 : -2);
   }
-  ready_groups_.describe(words);
+  words.add(static_cast<std::int64_t>(ready_groups_.size()));
+  for (const std::uint32_t group : ready_groups_) words.add(group);
   words.add(idle_.empty() ? 1 : 0);
 }
 
@@ -190,8 +174,12 @@ Decision CallbackGroupScheduler::decide(Worker worker, Time now) {
 
 std::optional<Job> CallbackGroupScheduler::next_event() {
   if (ready_groups_.empty()) return std::nullopt;
-  if (!follows()) return groups_[ready_groups_.pop()].events.pop();
   std::optional<Job> event;
+  if (!follows()) {
+    event = groups_[ready_groups_.front()].events.pop();
+    ready_groups_.erase(ready_groups_.begin());
+    return event;
+  }
   // The first event of each group, and only if none may run a later one.
   for (const bool later : {false, true}) {
     const auto take_from = [&](std::uint32_t group) {
@@ -200,7 +188,10 @@ std::optional<Job> CallbackGroupScheduler::next_event() {
           [&](const Job& job) { return (std::exchange(first, false) || later) && may_run(job.task); });
       return event.has_value();
     };
-    if (ready_groups_.pop_first(take_from)) break;
+    const auto group = std::ranges::find_if(ready_groups_, take_from);
+    if (group == ready_groups_.end()) continue;
+    ready_groups_.erase(group);
+    break;
   }
   return event;
 }

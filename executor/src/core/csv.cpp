@@ -25,25 +25,16 @@ CsvReader::CsvReader(const std::filesystem::path& file, CsvLayout layout)
   if (read_line()) header_.assign(fields_.begin(), fields_.end());
 }
 
-CsvReader::CsvReader(std::istream& in, std::string name, CsvLayout layout)
-    : lines_(in, std::move(name)), layout_(layout) {
-  if (read_line()) header_.assign(fields_.begin(), fields_.end());
-}
-
-CsvReader::CsvReader(std::istream& in, std::string name, std::vector<std::string> columns, CsvLayout layout,
+CsvReader::CsvReader(std::istream& in, std::string name, CsvLayout layout, std::vector<std::string> columns,
                      std::size_t lines_before)
     : lines_(in, std::move(name), lines_before), layout_(layout), header_(std::move(columns)) {
   if (!read_line()) return;
-  first_line_is_row_ = fields_.front() != header_.front();
+  first_line_is_row_ = !header_.empty() && fields_.front() != header_.front();
   if (!first_line_is_row_) header_.assign(fields_.begin(), fields_.end());
 }
 
-CsvReader::~CsvReader() = default;
-
 void CsvReader::require_header(std::string_view expected) const {
-  std::string actual;
-  for (const std::string& name : header_) actual += (&name == &header_.front() ? "" : ",") + name;
-  if (actual != expected) {
+  if (joined(header_, ",") != expected) {
     throw InputError(lines_.file(), 1, "the header must be `" + std::string(expected) + "`",
                      "give a file of the right kind");
   }

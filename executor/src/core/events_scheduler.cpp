@@ -2,29 +2,11 @@
 #include "hotpath/core/events_scheduler.hpp"
 
 #include <algorithm>
-#include <cassert>
 
 namespace hotpath {
 
 EventsScheduler::EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, unsigned executors)
-    : events_(std::move(events)),
-      roles_(executors, WorkerRole::executor),
-      set_(set),
-      unread_(set),
-      busy_(set.groups.size(), false) {
-  assert(executors >= 1 && executors < kMaxWorkers);
-  roles_.push_back(WorkerRole::timer_management);
-}
-
-EventsScheduler::EventsScheduler(const EventsScheduler& other)
-    : ExploredScheduler(other),
-      events_(other.events_->clone()),
-      timers_(other.timers_),
-      roles_(other.roles_),
-      set_(other.set_),
-      unread_(other.unread_),
-      guaranteed_(other.guaranteed_),
-      busy_(other.busy_) {}
+    : ExploredScheduler(set, executors, true), events_(std::move(events)), busy_(set.groups.size(), false) {}
 
 void EventsScheduler::describe(StateWords& words) const {
   timers_.describe(words);
@@ -112,8 +94,7 @@ Effect EventsScheduler::finished(Worker worker, const Job& job, Time now) {
 }
 
 Joined EventsScheduler::add_task(const JoiningTask& joining, Time now) {
-  const TaskId id = join(set_, joining);
-  unread_.add_task(set_[id]);
+  const TaskId id = join_set(joining);
   busy_.resize(set_.groups.size(), false);
   for_each_queue([this](EventsQueue& queue) { queue.tasks_changed(set_); });
   if (set_[id].kind == TaskKind::subscription || !set_[id].local) return {id, {}};
@@ -131,8 +112,7 @@ void EventsScheduler::remove_task(TaskId task, Time now, const Visitor& dropped)
     queue.tasks_changed(set_);
   });
   if (timer) visit_due(timers_.remove(task), now, dropped);
-  visit_unread(unread_, task, dropped);
-  unread_.clear(task);
+  drop_unread(task, dropped);
   guaranteed_.removed(task);
 }
 
@@ -147,7 +127,53 @@ void EventsScheduler::unfinished(Time now, const Visitor& visit) const {
   events_->for_each([&](const Job& job) {
     if (!unread_.is_subscription(job.task)) visit(job, Outcome::queued);
   });
-  visit_unfinished(timers_.timers(), unread_, now, visit);
+  ExploredScheduler::unfinished(now, visit);
+}
+
+Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
+  Effect effect;
+  if (worker != timer_management()) return effect;
+  while (timers_.due(now)) {
+    events_->push(timers_.call_head(now));
+    ++effect.released;
+    if (release_ == Release::one_by_one) break;
+  }
+  if (effect.released > 0) effect.wake = executors();
+  return effect;
+}
+
+Decision ReleaseOnlyScheduler::decide(Worker worker, Time now) {
+  if (worker != timer_management()) return next_event(now);
+  return {std::nullopt, timers_.next_due(), {}};
+}
+
+Decision ReleaseAndExecuteScheduler::decide(Worker worker, Time now) {
+  if (worker == kExecutor) return next_event(now);
+  if (!timers_.due(now)) return {std::nullopt, timers_.next_due(), {}};
+  if (!follows()) return {timers_.call_head(now), kNever, {}};
+  const auto job = timers_.call_first(now, [this](TaskId timer) { return may_run(timer); });
+  return {job, job ? kNever : timers_.next_due(), {}};
+}
+
+Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
+  Effect effect;
+  if (worker != kTimerManagement) return effect;
+  while (timers_.due(now)) {
+    timer_ready_->push(timers_.call_head(now));
+    ++effect.released;
+  }
+  return effect;
+}
+
+Decision TimerReadyQueueScheduler::decide(Worker worker, Time now) {
+  if (worker == kExecutor) return next_event(now);
+  const std::optional<Job> job = next_of(*timer_ready_);
+  return {job, job ? kNever : timers_.next_due(), {}};
+}
+
+void TimerReadyQueueScheduler::unfinished(Time now, const Visitor& visit) const {
+  timer_ready_->for_each([&](const Job& job) { visit(job, Outcome::queued); });
+  EventsScheduler::unfinished(now, visit);
 }
 
 }  // namespace hotpath

@@ -5,8 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "explorable.hpp"
-#include "explored_branches.hpp"
 #include "explored_paths.hpp"
 #include "explored_state.hpp"
 #include "met_states.hpp"
@@ -16,39 +14,31 @@ namespace hotpath {
 namespace {
 
 /// A state has a successor for each subset of the uncertain releases that may happen at one instant.
-constexpr std::size_t kMostAtOnce = 12;
+constexpr std::ptrdiff_t kMostAtOnce = 12;
 
 class Exploration final : public JobSink, public ExploredInstant {
  public:
   Exploration(const TaskSet& set, const ExplorationOptions& options, ExplorationObserver& observer)
-      : set_(set),
-        options_(options),
-        observer_(observer),
-        met_(hyperperiod(set), options.publications, branches_) {
+      : set_(set), options_(options), observer_(observer), met_(set, options.publications) {
     kept_.resize(options.witnesses);
   }
 
   ExplorationResult run(const ExploredScheduler& scheduler, const Workload& workload) {
-    branches_.slices =
-        scheduler.workers().size() > 1 && options_.platform.cores == 1 && !options_.platform.raised_releaser;
-    branches_.delivery_delay = options_.platform.delivery_delay.count();
     // Timers with jitter that are ready when the executor begins.
     std::vector<TaskId> at_once;
     for (TaskId id = 0; id < set_.size(); ++id) {
       if (set_[id].release_jitter > Duration{} && set_[id].phase == Duration{}) at_once.push_back(id);
     }
-    if (at_once.size() > kMostAtOnce)
+    if (std::ssize(at_once) > kMostAtOnce)
       throw ExplorationRefused("more than 12 timers with release jitter have the phase 0");
     for (std::size_t subset = 0; subset < std::size_t{1} << at_once.size(); ++subset) {
       std::vector<TaskId> released;
       for (std::size_t i = 0; i < at_once.size(); ++i) {
         if ((subset >> i & 1U) != 0) released.push_back(at_once[i]);
       }
-      ExploredState first;
-      first.scheduler = scheduler.clone();
-      first.workload = workload.clone();
-      prepare(first, released);
-      ExploredBranches::begin_to_release(first, true);
+      ExploredState first{simulation_of(scheduler.clone(), workload.clone())};
+      begin(first, released);
+      first.begin_to_release(true);
       enter(std::move(first));
     }
     while (std::optional<MetStates::Next> next = met_.next()) {
@@ -74,20 +64,24 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
   }
 
-  void prepare(ExploredState& state, const std::vector<TaskId>& released) {
+  std::unique_ptr<ExploredSimulation> simulation_of(std::unique_ptr<ExploredScheduler> scheduler,
+                                                    std::unique_ptr<Workload> workload) {
     SimulationOptions options;
     options.platform = options_.platform;
     options.duration = kLongestInstant;
     options.max_backlog = 1000;
     check_simulation(set_, options);
-    SimulatedExecutor executor{state.scheduler.get(), {}, options.platform.other_entities, {}};
-    for (const WorkerRole role : state.scheduler->workers()) {
+    SimulatedExecutor executor{scheduler.get(), {}, options.platform.other_entities, {}};
+    for (const WorkerRole role : scheduler->workers()) {
       const bool raised = role == WorkerRole::timer_management && options.platform.raised_releaser;
       executor.threads.emplace_back().priority = raised ? 1 : 0;
     }
     executor_of_.assign(set_.size(), 0);
-    state.simulation = std::make_unique<ExploredSimulation>(set_, executor, executor_of_, *state.scheduler,
-                                                            *state.workload, options, this);
+    return std::make_unique<ExploredSimulation>(set_, executor, executor_of_, std::move(scheduler),
+                                                std::move(workload), options, this);
+  }
+
+  void begin(ExploredState& state, const std::vector<TaskId>& released) {
     before(state, true);
     for (const TaskId timer : released) state.released.emplace_back(timer, Time{});
     state.simulation->begin(released);
@@ -102,7 +96,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     unsettled_ = false;
     state.released.clear();
     before_ = state.executor();
-    if (state.simulation->workers().size() > 1) timers_before_ = timers_of(state);
+    if (state.simulation->workers().size() > 1) timers_before_ = state.timers();
   }
 
   void started(const JobRecord& record) override {
@@ -131,36 +125,22 @@ class Exploration final : public JobSink, public ExploredInstant {
     if (std::exchange(unsettled_, false)) observer_.published(*this);
   }
 
-  [[nodiscard]] Time latest() const override { return Time{} + Duration(current_->zone.highest(kNow)); }
-
-  [[nodiscard]] Duration longest_between(JobRef earlier, JobRef later) const override {
-    const std::size_t a = current_->start_of(earlier), b = current_->start_of(later);
-    assert(a != kConstant && b != kConstant && "a job that is not tracked");
-    return Duration(current_->zone.most(b, a));
+  [[nodiscard]] Duration longest(const Span& span) const override {
+    return Duration(current_->zone.most(coordinate_of(span.to, kNow), coordinate_of(span.from, kConstant)));
   }
 
-  [[nodiscard]] Duration longest_since(JobRef job) const override {
-    const std::size_t published = current_->start_of(publication_by(job));
-    assert(published != kConstant && "a sample whose publication is not tracked");
-    return Duration(current_->zone.most(kNow, published));
+  [[nodiscard]] std::size_t coordinate_of(JobRef job, std::size_t otherwise) const {
+    if (job.task == kNoTask) return otherwise;
+    const std::size_t start = current_->start_of(job);
+    assert(start != kConstant && "a job, or a sample whose publication, is not tracked");
+    return start;
   }
 
-  void keep_longest_since(std::size_t slot, JobRef job) override {
-    keep(slot, current_->start_of(publication_by(job)), kNow, -longest_since(job).count());
-  }
-
-  void keep_latest(std::size_t slot) override { keep(slot, kConstant, kNow, -current_->zone.highest(kNow)); }
-
-  void keep_longest(std::size_t slot, JobRef earlier, JobRef later) override {
-    keep(slot, current_->start_of(earlier), current_->start_of(later),
-         -longest_between(earlier, later).count());
-  }
-
-  /// Keeps a schedule with x_a - x_b <= bound.
-  void keep(std::size_t slot, std::size_t a, std::size_t b, std::int64_t bound) {
+  void keep_longest(std::size_t slot, const Span& span) override {
     if (slot >= kept_.size()) return;
     Zone zone = current_->zone;
-    [[maybe_unused]] const bool any = zone.limit(a, b, bound);
+    [[maybe_unused]] const bool any =
+        zone.limit(coordinate_of(span.from, kConstant), coordinate_of(span.to, kNow), -longest(span).count());
     assert(any && "a bound that no schedule reaches");
     kept_[slot] = ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, kEnd, current_->released};
   }
@@ -206,7 +186,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       }
       state.end_there = end;
     }
-    if (branches_.slices && executor.on_core && executor.slice_end != before_.slice_end) {
+    if (state.simulation->shares_core() && executor.on_core && executor.slice_end != before_.slice_end) {
       const std::int64_t slice = (executor.slice_end - Time{}).count() - now;
       zone.assign(kSlice, kNow, slice, slice);
     }
@@ -236,7 +216,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       state.wakes = false;
     }
     if (state.simulation->workers().size() == 1) return;
-    const SimulatedWorkers::State& timers = timers_of(state);
+    const SimulatedWorkers::State& timers = state.timers();
     const bool was_displaced = before_.step == executor.step && !before_.on_core && !executor.on_core;
     const bool released = state.releases && timers_before_.step == ExploredState::Step::release &&
                           timers_before_.until <= state.simulation->now();
@@ -255,8 +235,8 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void note_release(ExploredState& state) const {
-    const SimulatedWorkers::State& timers = timers_of(state);
-    if (branches_.slices && (!timers.on_core || timers.slice_end <= timers.until))
+    const SimulatedWorkers::State& timers = state.timers();
+    if (state.simulation->shares_core() && (!timers.on_core || timers.slice_end <= timers.until))
       throw ExplorationRefused("releases that take longer than a time slice are not explored");
     if (timers_before_.step == timers.step && timers_before_.until == timers.until) return;
     state.releases = !state.zone.fixed(kNow);
@@ -264,16 +244,12 @@ class Exploration final : public JobSink, public ExploredInstant {
     if (state.releases) state.zone.assign(kTimers, kNow, cost, cost);
   }
 
-  static const SimulatedWorkers::State& timers_of(const ExploredState& state) {
-    return state.simulation->workers()[ExploredState::kTimerThread];
-  }
-
   void expand(ExploredState state) {
     for (;;) {
-      const Time next_release = ExploredBranches::begin_to_release(state);
-      Time others = ExploredBranches::next_of_others(state);
-      const std::vector<ExploredBranches::Instant> first = branches_.uncertain(state);
-      if (ExploredBranches::releases(state).size() > kMostAtOnce)
+      const Time next_release = state.begin_to_release();
+      Time others = state.next_of_others();
+      const std::vector<UncertainInstant> first = state.uncertain();
+      if (std::ranges::count_if(first, [](const auto& i) { return i.release != kNoTask; }) > kMostAtOnce)
         throw ExplorationRefused("more than 12 timers with release jitter may be released at one instant");
       if (first.empty() && next_release <= others) {
         if (next_release == kNever) return;
@@ -282,45 +258,45 @@ class Exploration final : public JobSink, public ExploredInstant {
       }
       if (first.empty()) {
         state.zone.assign(kNow, kConstant, (others - Time{}).count(), (others - Time{}).count());
-        return happen(std::move(state), ExploredBranches::Branch{}, others);
+        return happen(std::move(state), Branch{}, others);
       }
-      const Time change = state.scheduler->next_change(state.from);
+      const Time change = state.simulation->scheduler().next_change(state.from);
       // What happens at this timestamp may happen together with the release that it begins.
       if (next_release == change && others == change) others = kNever;
-      const std::vector<ExploredBranches::Branch> branches = branches_.until(state, others, change);
+      const std::vector<Branch> branches = state.branches(others, change);
       // What is left happens at or after the timestamp, from which on decisions are other ones.
       const std::int64_t from = (change - Time{}).count();
       const bool goes_on = others > change && std::ranges::all_of(first, [&](const auto& instant) {
                              return state.zone.limit(kConstant, instant.coordinate, instant.later - from);
                            });
       if (!goes_on) return follow_all(branches, std::move(state));
-      for (const auto& branch : branches) follow(branch, state.copy());
+      for (const Branch& branch : branches) follow(branch, state);
       state.from = change;
     }
   }
 
   /// Without a copy of the state for the last one.
-  void follow_all(const std::vector<ExploredBranches::Branch>& branches, ExploredState state) {
+  void follow_all(const std::vector<Branch>& branches, ExploredState state) {
     if (branches.empty()) return;
-    for (std::size_t i = 0; i + 1 < branches.size(); ++i) follow(branches[i], state.copy());
+    for (std::size_t i = 0; i + 1 < branches.size(); ++i) follow(branches[i], state);
     follow(branches.back(), std::move(state));
   }
 
   /// What happens at kNow in the schedules of the branch, of which the simulation follows one.
-  void follow(const ExploredBranches::Branch& branch, ExploredState next) {
+  void follow(const Branch& branch, ExploredState next) {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
-    branches_.move_to(point, next);
+    next.move_to(point);
     happen(std::move(next), branch, Time{} + Duration(point[kNow]));
   }
 
-  void happen(ExploredState state, const ExploredBranches::Branch& branch, Time instant) {
+  void happen(ExploredState state, const Branch& branch, Time instant) {
     // The schedule that the simulation followed until now may be another one than the next.
-    state.scheduler->released_by(instant);
+    state.simulation->scheduler().released_by(instant);
     state.simulation->due_by(instant);
     before(state, branch.step_ends);
     for (const TaskId timer : branch.releases) {
-      for (const Timer& held : state.scheduler->timers()) {
+      for (const Timer& held : state.simulation->scheduler().timers()) {
         if (held.task() == timer) state.released.emplace_back(timer, held.next_call());
       }
       state.simulation->release(timer, instant);
@@ -328,11 +304,11 @@ class Exploration final : public JobSink, public ExploredInstant {
     state.simulation->advance(instant);
     after(state);
     const bool goes_on = !step_ends_ && state.busy() && branch.releases.empty();
-    if (branches_.slice_matters(state) && state.busy() && state.executor().on_core) {
+    if (state.slice_matters() && state.busy() && state.executor().on_core) {
       // A slice that is over already ends now.
       Zone over = state.zone;
       if (over.limit(kSlice, kNow, -1)) {
-        ExploredState other = state.copy();
+        ExploredState other = state;
         over.assign(kSlice, kNow, 0, 0);
         other.zone = std::move(over);
         go_on(std::move(other), goes_on);
@@ -356,7 +332,6 @@ class Exploration final : public JobSink, public ExploredInstant {
   const TaskSet& set_;
   const ExplorationOptions& options_;
   ExplorationObserver& observer_;
-  ExploredBranches branches_;
   MetStates met_;
   std::vector<std::uint32_t> executor_of_;
   std::size_t expanded_ = 0;
@@ -371,6 +346,27 @@ class Exploration final : public JobSink, public ExploredInstant {
   bool step_ends_ = false, unsettled_ = false;
   SimulatedWorkers::State before_, timers_before_;
 };
+
+/// `scheduler`, as that of a system that is explored. Throws ExplorationRefused for any other.
+const ExploredScheduler& explorable(const TaskSet& set, const ExplorationOptions& options,
+                                    const Scheduler& scheduler, const Workload& workload) {
+  const auto* explored = dynamic_cast<const ExploredScheduler*>(&scheduler);
+  if (!explored || !explored->clone() || !workload.clone()) {
+    throw ExplorationRefused("an executor with several threads that run jobs is not explored");
+  }
+  const Platform& p = options.platform;
+  const bool own_timers = scheduler.workers().size() > 1;
+  if (own_timers && p.cores == 1 && p.wall_clock_work && p.release_cost + p.pass_cost > Duration{}) {
+    throw ExplorationRefused("release costs that displace jobs with `work: wall` are not explored");
+  }
+  double load = 0;
+  for (const Task& task : set.tasks) {
+    if (task.always_due) throw ExplorationRefused("timer " + task.name + " has a period of 0");
+    if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
+  }
+  if (load > 1) throw ExplorationRefused("the timers alone overload the thread");
+  return *explored;
+}
 
 }  // namespace
 

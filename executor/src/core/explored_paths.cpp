@@ -47,27 +47,28 @@ ExploredPaths::Step ExploredPaths::edge_to(const End& end, const std::vector<std
   throw ExplorationRefused("no schedule leads to a state");
 }
 
-WitnessDelays::WitnessDelays(const TaskSet& set, const Witness& witness) : set_(set), left_(set.size()) {
-  for (const auto& [timer, delay] : witness.delays) left_[timer].push_back(delay);
+WitnessTimes::WitnessTimes(const TaskSet& set, const Witness& witness)
+    : set_(set), witness_(witness), delays_left_(set.size()) {
+  for (const auto& [timer, delay] : witness.delays) delays_left_[timer].push_back(delay);
 }
 
-Time WitnessDelays::due(JobRef job, Time timestamp) const {
+Time WitnessTimes::due(JobRef job, Time timestamp) const {
   Duration delay = set_[job.task].release_jitter;
-  if (std::deque<Duration>& left = left_[job.task]; !left.empty()) {
+  if (std::deque<Duration>& left = delays_left_[job.task]; !left.empty()) {
     delay = left.front();
     left.pop_front();
   }
-  given_.push_back({job, delay});
+  given_delays_.emplace_back(job, delay);
   return timestamp + delay;
 }
 
 Duration WitnessTimes::of(const Job& job) const {
-  if (!given_.empty() && given_.back().job == job.ref()) return given_.back().time;
+  if (!given_.empty() && given_.back().first == job.ref()) return given_.back().second;
   const Task& task = set_[job.task];
   if (task.wcet == Duration{} || given_.size() == witness_.jobs.size()) return task.wcet;
   const auto [started, time] = witness_.jobs[given_.size()];
   if (started != job.task) throw std::logic_error("a witness of another system");
-  given_.push_back({job.ref(), time});
+  given_.emplace_back(job.ref(), time);
   return time;
 }
 

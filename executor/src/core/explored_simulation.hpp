@@ -12,16 +12,36 @@
 
 namespace hotpath {
 
-/// A simulation of one executor that can be stopped between two instants, copied there, and continued with
-/// other instants of what ends next.
+/// A simulation of one executor, with its scheduler and its workload, that can be stopped between two
+/// instants, copied there, and continued with other instants of what ends next.
 class ExploredSimulation : public Simulation {
  public:
   /// `executor` has `scheduler` as its scheduler.
   ExploredSimulation(const TaskSet& set, const SimulatedExecutor& executor,
-                     const std::vector<std::uint32_t>& executor_of, ExploredScheduler& scheduler,
-                     Workload& workload, const SimulationOptions& options, JobSink* sink)
-      : Simulation(set, std::span(&executor, 1), executor_of, workload, options, sink),
-        scheduler_(&scheduler) {}
+                     const std::vector<std::uint32_t>& executor_of,
+                     std::unique_ptr<ExploredScheduler> scheduler, std::unique_ptr<Workload> workload,
+                     const SimulationOptions& options, JobSink* sink)
+      : Simulation(set, std::span(&executor, 1), executor_of, *workload, options, sink),
+        scheduler_(std::move(scheduler)),
+        own_workload_(std::move(workload)) {}
+  ExploredSimulation(const ExploredSimulation& other)
+      : Simulation(other), scheduler_(other.scheduler_), own_workload_(other.own_workload_) {
+    executors_.front().scheduler = scheduler_.get();
+    workload_ = own_workload_.get();
+  }
+  [[nodiscard]] std::unique_ptr<ExploredSimulation> clone() const {
+    return std::make_unique<ExploredSimulation>(*this);
+  }
+
+  [[nodiscard]] ExploredScheduler& scheduler() const { return *scheduler_; }
+  [[nodiscard]] const Workload& workload() const { return *own_workload_; }
+  [[nodiscard]] SimulatedWorkers& workers() { return workers_; }
+  [[nodiscard]] Time now() const { return now_; }
+  /// Whether its two threads have one core in turns.
+  [[nodiscard]] bool shares_core() const {
+    return workers_.size() > 1 && platform_.cores == 1 && !platform_.raised_releaser;
+  }
+  [[nodiscard]] Duration delivery_delay() const { return platform_.delivery_delay; }
 
   /// Everything until the first instant at which something ends or falls due. `released`: held timers
   /// (Timer::is_held()) that are ready then.
@@ -48,15 +68,6 @@ class ExploredSimulation : public Simulation {
     }
   }
 
-  /// The same simulation, to go on with these copies of its scheduler and its workload.
-  [[nodiscard]] std::unique_ptr<ExploredSimulation> copy(ExploredScheduler& scheduler,
-                                                         Workload& workload) const {
-    auto copied = std::make_unique<ExploredSimulation>(*this);
-    copied->executors_.front().scheduler = copied->scheduler_ = &scheduler;
-    copied->workload_ = &workload;
-    return copied;
-  }
-  [[nodiscard]] Time now() const { return now_; }
   /// The jobs that published the samples on the way, each once, in the order in which they arrive.
   [[nodiscard]] std::vector<JobRef> on_the_way() const {
     std::vector<JobRef> jobs;
@@ -71,8 +82,6 @@ class ExploredSimulation : public Simulation {
   void reschedule_arrivals(const ArrivalOf& arrival_of) {
     for (Sample& sample : on_the_way_) sample.arrival = arrival_of(sample.info.parent);
   }
-  [[nodiscard]] SimulatedWorkers& workers() { return workers_; }
-  [[nodiscard]] const SimulatedWorkers& workers() const { return workers_; }
 
   /// Adds what decides its future besides its scheduler and its workload, and besides the end of the step
   /// and of the time slice of worker 0, and when samples arrive. Nor when worker 0 wakes (`wakes`), nor when
@@ -124,7 +133,8 @@ class ExploredSimulation : public Simulation {
     if (scheduler_->hands_deadlines_down()) words.add(worker.job.deadline);
   }
 
-  ExploredScheduler* scheduler_;
+  const Cloned<ExploredScheduler> scheduler_;
+  const Cloned<Workload> own_workload_;
 };
 
 }  // namespace hotpath

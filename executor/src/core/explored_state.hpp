@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -29,26 +28,40 @@ enum Coordinate : std::size_t {
   kStarts   ///< From here on: the instants of ExploredState::starts.
 };
 
+/// An instant that depends on execution times: this long after that coordinate.
+struct UncertainInstant {
+  std::size_t coordinate;
+  std::int64_t later = 0;
+  TaskId release = kNoTask;  ///< It is the release of this timer.
+};
+
+/// Schedules in which the same happens next.
+struct Branch {
+  Zone zone = Zone();
+  bool step_ends = false;
+  std::vector<TaskId> releases{};
+};
+
+/// A state of an exploration. A copy has a simulation of its own.
 struct ExploredState {
   using Step = SimulatedWorkers::Step;
   static constexpr Worker kExecutor = 0, kTimerThread = 1;  // the latter if there is one
 
-  std::unique_ptr<ExploredScheduler> scheduler;
-  std::unique_ptr<Workload> workload;
-  std::unique_ptr<ExploredSimulation> simulation;
+  Cloned<ExploredSimulation> simulation;
   Zone zone{kStarts};
-  std::vector<JobRef> starts;  ///< Jobs, for their starts, or publication_by() or release_of() jobs.
-  Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
-  std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
+  std::vector<JobRef> starts{};  ///< Jobs, for their starts, or publication_by() or release_of() jobs.
+  Time from{};                   ///< Of all instants of the zone, none is earlier; no timestamp lies between.
+  std::int64_t end_there = 0;    ///< The end of the step in `simulation`, which is one of those in `zone`.
   // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
   // uncertain.
   bool wakes = false, releases = false;
   // What happened at the last instant: releases, by timer and timestamp; whether a job began.
-  std::vector<std::pair<TaskId, Time>> released;
+  std::vector<std::pair<TaskId, Time>> released{};
   bool job_began = false;
 
-  [[nodiscard]] SimulatedWorkers::State& executor() { return simulation->workers()[kExecutor]; }
-  [[nodiscard]] const SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
+  [[nodiscard]] SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
+  /// The timer thread, if there is one.
+  [[nodiscard]] SimulatedWorkers::State& timers() const { return simulation->workers()[kTimerThread]; }
   /// Whether the thread is within a step that takes time, with or without a core.
   [[nodiscard]] bool busy() const {
     return executor().step == Step::run || executor().step == Step::dispatch ||
@@ -57,28 +70,27 @@ struct ExploredState {
   /// Whether time passes for that step.
   [[nodiscard]] bool runs() const { return busy() && executor().on_core; }
   /// Whether the timer thread sleeps until an uncertain instant.
-  [[nodiscard]] bool timers_wake() const {
-    return releases && simulation->workers()[kTimerThread].step == Step::asleep;
-  }
-  [[nodiscard]] ExploredState copy() const {
-    ExploredState copied;
-    copied.scheduler = scheduler->clone();
-    copied.workload = workload->clone();
-    copied.simulation = simulation->copy(*copied.scheduler, *copied.workload);
-    copied.zone = zone;
-    copied.starts = starts;
-    copied.from = from;
-    copied.end_there = end_there;
-    copied.wakes = wakes;
-    copied.releases = releases;
-    copied.released = released;
-    copied.job_began = job_began;
-    return copied;
-  }
+  [[nodiscard]] bool timers_wake() const { return releases && timers().step == Step::asleep; }
   [[nodiscard]] std::size_t start_of(JobRef job) const {
     const auto place = std::find(starts.begin(), starts.end(), job);
     return place == starts.end() ? kConstant : kStarts + static_cast<std::size_t>(place - starts.begin());
   }
+
+  /// The next instant that does not depend on execution times.
+  [[nodiscard]] Time next_of_others() const;
+  /// Whether the timer thread waits for the executor thread's core until the end of the time slice.
+  [[nodiscard]] bool slice_matters() const;
+  /// When the step, the sleep and the time slice of the executor thread end, and the timer thread's release;
+  /// when timers are released whose timestamps have passed; and the first arrival. Something happens at the
+  /// first of them.
+  [[nodiscard]] std::vector<UncertainInstant> uncertain() const;
+  /// Makes the releases whose timestamps have come coordinates, all of them later than their timestamps if
+  /// the executor has begun without them; returns the next such timestamp.
+  Time begin_to_release(bool begun_without = false);
+  /// Gives the simulation the instants of its zone at this point.
+  void move_to(const std::vector<std::int64_t>& point);
+  /// Everything that can happen next, at `others` or before it, and before `change`.
+  [[nodiscard]] std::vector<Branch> branches(Time others, Time change) const;
 };
 
 }  // namespace hotpath

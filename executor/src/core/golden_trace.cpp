@@ -66,8 +66,8 @@ GoldenTrace read_golden_trace(const std::filesystem::path& file) {
     throw InputError(file.string(), 1, "the file is not a golden trace",
                      "begin with a line `# TASK ...` for each task");
   }
-  CsvReader jobs(in, file.string(), {"task", "count", "start_ns", "finish_ns", "next_call_ns"},
-                 CsvLayout::written, header.line());
+  CsvReader jobs(in, file.string(), CsvLayout::written,
+                 {"task", "count", "start_ns", "finish_ns", "next_call_ns"}, header.line());
   if (jobs.header().size() < 5) {
     jobs.fail("the rows of a golden trace have at least five fields",
               "give task, count, start, finish, and next call or thread");

@@ -5,8 +5,6 @@
 #include <istream>
 #include <system_error>
 
-#include "hotpath/core/input_error.hpp"
-
 namespace hotpath {
 
 namespace fs = std::filesystem;

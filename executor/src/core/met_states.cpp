@@ -3,10 +3,25 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 namespace hotpath {
 
 namespace {
+
+/// The least common multiple of the timers' periods, in ns. Throws ExplorationRefused if it is too long.
+std::int64_t hyperperiod(const TaskSet& set) {
+  std::int64_t all = 1;
+  for (const Task& task : set.tasks) {
+    if (task.kind != TaskKind::timer) continue;
+    const std::int64_t period = task.period.count(), common = all / std::gcd(all, period);
+    if (common > kLongestInstant.count() / period) {
+      throw ExplorationRefused("the timers have no common multiple of their periods below 36 years");
+    }
+    all = common * period;
+  }
+  return all;
+}
 
 void add_start(const ExploredState& state, JobRef job, std::vector<std::size_t>& coordinates) {
   const std::size_t start = state.start_of(job);
@@ -17,6 +32,9 @@ void add_start(const ExploredState& state, JobRef job, std::vector<std::size_t>&
 }
 
 }  // namespace
+
+MetStates::MetStates(const TaskSet& set, bool publications)
+    : hyperperiod_(hyperperiod(set)), publications_(publications) {}
 
 std::optional<MetStates::Next> MetStates::next() {
   while (!pending_.empty()) {
@@ -32,14 +50,14 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
                                               std::vector<std::size_t>& coordinates) const {
   StateWords words(Time{} + Duration(origin));
   state.simulation->describe(words, state.wakes, state.releases);
-  for (const ExploredBranches::Instant& release : ExploredBranches::releases(state)) {
-    words.add_data(state.starts[release.coordinate - kStarts], kNever);
+  for (const UncertainInstant& instant : state.uncertain()) {
+    if (instant.release != kNoTask) words.add_data(state.starts[instant.coordinate - kStarts], kNever);
   }
-  state.scheduler->describe(words);
-  state.workload->describe(words);
+  state.simulation->scheduler().describe(words);
+  state.simulation->workload().describe(words);
   if (state.busy() || state.wakes) coordinates.push_back(kEnd);
   if (state.releases) coordinates.push_back(kTimers);
-  if (branches_.slices && state.executor().on_core) coordinates.push_back(kSlice);
+  if (state.simulation->shares_core() && state.executor().on_core) coordinates.push_back(kSlice);
   const SimulatedWorkers::State& executor = state.executor();
   const bool has_sample = executor.has_job && !executor.job.empty && !is_of_timer(executor.job);
   if (publications_ && state.busy() && has_sample) describe_publication(executor.job.parent, words);
@@ -51,7 +69,7 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
 void MetStates::enter(ExploredState state,
                       const std::function<void(const ExploredState&, ExploredPaths::End)>& way) {
   constexpr Time kBeforeAll{Duration(-1)};
-  const Time first_call = state.scheduler->next_change(kBeforeAll);
+  const Time first_call = state.simulation->scheduler().next_change(kBeforeAll);
   const std::int64_t origin =
       first_call == kNever ? 0 : (first_call - Time{}).count() / hyperperiod_ * hyperperiod_;
   std::vector<std::size_t> coordinates = {kConstant};
@@ -101,12 +119,12 @@ void MetStates::take_over_zone(Met& met) {
   met.state->zone = absolute.select(numbers);
 }
 
-std::int64_t MetStates::earliest(const Met& met) const {
-  ExploredState& state = *met.state;
-  const std::vector<ExploredBranches::Instant> instants = branches_.uncertain(state);
-  std::int64_t next = instants.empty() ? (ExploredBranches::next_of_others(state) - Time{}).count()
-                                       : std::numeric_limits<std::int64_t>::max();
-  for (const ExploredBranches::Instant& instant : instants) {
+std::int64_t MetStates::earliest(const Met& met) {
+  const ExploredState& state = *met.state;
+  const std::vector<UncertainInstant> instants = state.uncertain();
+  std::int64_t next =
+      instants.empty() ? (state.next_of_others() - Time{}).count() : std::numeric_limits<std::int64_t>::max();
+  for (const UncertainInstant& instant : instants) {
     next = std::min(next, state.zone.lowest(instant.coordinate) + instant.later);
   }
   return next;

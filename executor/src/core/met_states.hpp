@@ -12,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "explored_branches.hpp"
 #include "explored_paths.hpp"
 #include "explored_state.hpp"
 
@@ -22,9 +21,9 @@ namespace hotpath {
 /// are equal but for their zones are joined where the union is a zone.
 class MetStates {
  public:
-  /// `hyperperiod` in ns. `publications`: see ExplorationOptions. `branches` must outlive it.
-  MetStates(std::int64_t hyperperiod, bool publications, const ExploredBranches& branches)
-      : hyperperiod_(hyperperiod), publications_(publications), branches_(branches) {}
+  /// `publications`: see ExplorationOptions. Throws ExplorationRefused if the timers of `set` have no common
+  /// multiple of their periods.
+  MetStates(const TaskSet& set, bool publications);
 
   struct Next {
     std::unique_ptr<ExploredState> state;
@@ -53,11 +52,10 @@ class MetStates {
   /// The state's zone from what is known of it.
   static void take_over_zone(Met& met);
   /// When something happens next in the state.
-  [[nodiscard]] std::int64_t earliest(const Met& met) const;
+  [[nodiscard]] static std::int64_t earliest(const Met& met);
 
-  const std::int64_t hyperperiod_;
+  const std::int64_t hyperperiod_;  // of the timers, in ns
   const bool publications_;
-  const ExploredBranches& branches_;
   std::deque<Met> met_;
   std::map<std::vector<std::int64_t>, std::vector<std::size_t>> known_;  // places in met_
   using Pending = std::pair<std::int64_t, std::size_t>;                  // earliest, place in met_

@@ -6,13 +6,9 @@
 #include <thread>
 
 #include "hotpath/core/callback_group_scheduler.hpp"
+#include "hotpath/core/events_scheduler.hpp"
 #include "hotpath/core/priority_events_queue.hpp"
-#include "hotpath/core/rebuilt_wait_set_scheduler.hpp"
-#include "hotpath/core/release_and_execute_scheduler.hpp"
-#include "hotpath/core/release_only_scheduler.hpp"
 #include "hotpath/core/simple_events_queue.hpp"
-#include "hotpath/core/static_scheduler.hpp"
-#include "hotpath/core/timer_ready_queue_scheduler.hpp"
 #include "hotpath/core/wait_set_scheduler.hpp"
 
 namespace hotpath {

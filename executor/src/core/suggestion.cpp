@@ -6,6 +6,8 @@
 #include <numeric>
 #include <vector>
 
+#include "hotpath/core/enum_text.hpp"
+
 namespace hotpath {
 
 namespace {
@@ -46,12 +48,7 @@ std::optional<std::string> nearest(std::string_view word, std::span<const std::s
 std::string suggest(std::string_view word, std::span<const std::string> candidates) {
   if (const auto best = nearest(word, candidates)) return "did you mean `" + *best + "`?";
   if (candidates.empty()) return "none are available";
-  std::string list = "choose one of: ";
-  for (const std::string& candidate : candidates) {
-    if (&candidate != &candidates.front()) list += ", ";
-    list += candidate;
-  }
-  return list;
+  return "choose one of: " + joined(candidates, ", ");
 }
 
 }  // namespace hotpath

@@ -35,12 +35,12 @@ Timer TimersManager::remove(TaskId id) {
   return removed;
 }
 
-void TimersManager::ended(TaskId id, Time now) {
+void TimersManager::change(TaskId id, void (Timer::*step)(Time), Time now) {
   for (Entry& entry : heap_) {
     Timer& timer = timers_[entry.timer];
     if (timer.task() != id) continue;
-    timer.ended(now);
-    entry.due = now;
+    (timer.*step)(now);
+    entry.due = timer.due();
   }
   std::sort(heap_.begin(), heap_.end(), before);
 }
@@ -65,15 +65,6 @@ std::optional<Job> TimersManager::call_first(Time now, const std::function<bool(
   entry->due = timers_[entry->timer].due();
   std::sort(heap_.begin(), heap_.end(), before);
   return job;
-}
-
-void TimersManager::release_at(TaskId id, Time due) {
-  for (Entry& entry : heap_) {
-    if (timers_[entry.timer].task() != id) continue;
-    timers_[entry.timer].release_at(due);
-    entry.due = due;
-  }
-  std::sort(heap_.begin(), heap_.end(), before);
 }
 
 void TimersManager::released_by(Time now) {

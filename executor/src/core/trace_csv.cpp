@@ -66,7 +66,7 @@ struct RowOut {
 /// The tasks of a set by name.
 class TaskNames {
  public:
-  explicit TaskNames(const TaskSet& set) : set_(&set) {
+  explicit TaskNames(const TaskSet& tasks) : set(tasks) {
     for (TaskId id = 0; id < set.size(); ++id) ids_.emplace(set[id].name, id);
   }
 
@@ -76,21 +76,20 @@ class TaskNames {
     in.fail("the graph has no task `" + std::string(in.text(column)) + "`",
             "give a trace of this graph, not of another graph");
   }
-  /// 0 if it is not known yet.
-  Duration period(TaskId id) const { return (*set_)[id].period; }
   void check_kind(const CsvReader& in, std::size_t column, TaskId id) const {
-    if (in.text(column) == to_string((*set_)[id].kind)) return;
-    in.fail("task `" + (*set_)[id].name + "` is a " + to_string((*set_)[id].kind) + ", not a `" +
+    if (in.text(column) == to_string(set[id].kind)) return;
+    in.fail("task `" + set[id].name + "` is a " + to_string(set[id].kind) + ", not a `" +
                 std::string(in.text(column)) + "`",
             "give a trace of this graph, not of another graph");
   }
+
+  const TaskSet& set;
 
  private:
   struct Hash {
     using is_transparent = void;
     std::size_t operator()(std::string_view name) const { return std::hash<std::string_view>{}(name); }
   };
-  const TaskSet* set_;
   std::unordered_map<std::string, TaskId, Hash, std::equal_to<>> ids_;
 };
 
@@ -253,8 +252,8 @@ void add_skipped(const RowIn& row, JobRecord* last) {
   }
   Job& job = last->job;
   ++job.skipped;
-  // The timestamp is not stored: it follows from the job's.
-  const Duration period = row.tasks.period(job.task), after = row.r.job.timestamp - job.timestamp;
+  // The timestamp is not stored: it follows from the job's, if the period is known already (not 0).
+  const Duration period = row.tasks.set[job.task].period, after = row.r.job.timestamp - job.timestamp;
   if (period > Duration{} && (after / period != job.skipped || after % period != Duration{})) {
     row.in.fail("a `skipped` timestamp is not a whole number of periods after its job's timestamp",
                 "give a trace of this graph, not of another graph");

@@ -11,10 +11,20 @@ namespace {
 
 /// Size in bytes of the first UTF-8 character; 0 if there is none.
 std::size_t first_character(std::string_view text) {
-  for (std::size_t bytes = 1; bytes <= std::min<std::size_t>(text.size(), 4); ++bytes) {
-    if (is_utf8(text.substr(0, bytes))) return bytes;
+  constexpr std::uint32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // by length of the sequence
+  if (text.empty()) return 0;
+  const auto byte = [&](std::size_t k) {
+    return static_cast<std::uint32_t>(static_cast<unsigned char>(text[k]));
+  };
+  const auto ones = static_cast<std::size_t>(std::countl_one(static_cast<unsigned char>(text[0])));
+  const std::size_t bytes = ones == 0 ? 1 : ones;
+  if (ones == 1 || ones > 4 || bytes > text.size()) return 0;
+  std::uint32_t code = bytes == 1 ? byte(0) : byte(0) & (0x7FU >> bytes);
+  for (std::size_t k = 1; k < bytes; ++k) {
+    if (byte(k) >> 6 != 0b10) return 0;
+    code = code << 6 | (byte(k) & 0x3FU);
   }
-  return 0;
+  return code < kSmallest[bytes] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000) ? 0 : bytes;
 }
 
 /// Whether a terminal or a log would not display it as a character of its line.
@@ -41,21 +51,10 @@ std::string escaped(std::string_view bytes) {
 }  // namespace
 
 bool is_utf8(std::string_view text) {
-  constexpr std::uint32_t kSmallest[] = {0, 0, 0x80, 0x800, 0x10000};  // by length of the sequence
-  for (std::size_t i = 0; i < text.size();) {
-    const auto byte = [&](std::size_t k) {
-      return static_cast<std::uint32_t>(static_cast<unsigned char>(text[i + k]));
-    };
-    const auto ones = static_cast<std::size_t>(std::countl_one(static_cast<unsigned char>(text[i])));
-    const std::size_t bytes = ones == 0 ? 1 : ones;
-    if (ones == 1 || ones > 4 || bytes > text.size() - i) return false;
-    std::uint32_t code = bytes == 1 ? byte(0) : byte(0) & (0x7FU >> bytes);
-    for (std::size_t k = 1; k < bytes; ++k) {
-      if (byte(k) >> 6 != 0b10) return false;
-      code = code << 6 | (byte(k) & 0x3FU);
-    }
-    if (code < kSmallest[bytes] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000)) return false;
-    i += bytes;
+  std::size_t bytes = 0;
+  for (; !text.empty(); text.remove_prefix(bytes)) {
+    bytes = first_character(text);
+    if (bytes == 0) return false;
   }
   return true;
 }

@@ -7,14 +7,11 @@ namespace hotpath {
 
 WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
                  const std::vector<TaskId>& entity_order)
-    : set_(set),
-      unread_(set),
-      roles_(workers, WorkerRole::executor),
+    : ExploredScheduler(set, workers, false),
       runs_first_(runs_first),
       timer_index_(set.size(), 0),
       snapshot_(set.size()),
       group_busy_(set.groups.size(), false) {
-  assert(workers >= 1 && workers <= kMaxWorkers);
   assert(entity_order.empty() || entity_order.size() == set.size());
   for (const TaskId id : in_order_of_kinds(set_, entity_order)) {
     if (!set_[id].local) continue;
@@ -29,8 +26,7 @@ WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
 }
 
 Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
-  const TaskId id = join(set_, joining);
-  unread_.add_task(set_[id]);
+  const TaskId id = join_set(joining);
   group_busy_.resize(set_.groups.size(), false);
   timer_index_.push_back(static_cast<std::uint32_t>(timer_ids_.size()));
   if (set_[id].kind == TaskKind::timer) {
@@ -53,8 +49,7 @@ void WaitSet::remove_task(TaskId task, Time now, const Visitor& dropped) {
   } else {
     std::erase(subscription_ids_, task);
   }
-  visit_unread(unread_, task, dropped);
-  unread_.clear(task);
+  drop_unread(task, dropped);
   snapshot_.erase(task);
   leave(set_, task);
   left(task);

@@ -6,10 +6,7 @@
 namespace hotpath {
 
 Arrival WaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
-  Arrival arrival;
-  arrival.overwritten = unread_.add(task, sample);
-  if (is_waited_for(task)) arrival.wake = wait_mutex_.waiting();
-  return arrival;
+  return {is_waited_for(task) ? wait_mutex_.waiting() : WorkerSet{}, unread_.add(task, sample)};
 }
 
 std::optional<Job> WaitSetScheduler::pick(Time now) {
@@ -57,10 +54,120 @@ Decision WaitSetScheduler::begin_wait(Worker worker, Time now) {
 
 Effect WaitSetScheduler::finished(Worker, const Job& job, Time) {
   free_group(job.task);
-  Effect effect;
-  // The interrupt guard condition ends the wait, so that the next one includes the group again.
-  effect.wake = wait_mutex_.waiting();
-  return effect;
+  return {wait_mutex_.waiting()};  // as joined(), so that the next wait includes the group again
+}
+
+Arrival StaticScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
+  return {WorkerSet::of(0), unread_.add(task, sample)};
+}
+
+std::optional<Job> StaticScheduler::next_ready(Time now) {
+  return take(now, [this, now](TaskId id) {
+    // rclcpp checks a timer again, although no other thread calls it.
+    return is_ready(id, now) ? Pick::run : Pick::leave;
+  });
+}
+
+Decision StaticScheduler::decide(Worker, Time now) {
+  Decision decision;
+  decision.job = next_ready(now);
+  if (!decision.job) {
+    forget_snapshot();
+    const std::uint32_t tasks = poll(now, [](TaskId) { return true; });
+    decision.job = next_ready(now);
+    if (!sleeps_ && decision.job) decision.waited_for = tasks;
+  }
+  sleeps_ = !decision.job;
+  if (sleeps_) decision.wake_at = next_timer([](TaskId) { return true; });
+  return decision;
+}
+
+RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers,
+                                                 const std::vector<TaskId>& entity_order)
+    : WaitSet(set, workers, TaskKind::timer, entity_order),
+      waited_timers_(timer_ids()),
+      waited_subscriptions_(subscription_ids()),
+      is_waited_for_(set.size(), true) {}
+
+Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
+  return {is_waited_for_[task] ? wait_mutex_.waiting() : WorkerSet{}, unread_.add(task, sample)};
+}
+
+WorkerSet RebuiltWaitSetScheduler::joined(TaskId) {
+  is_waited_for_.push_back(false);
+  interrupted_ = true;  // the wait set is rebuilt before the next wait
+  return wait_mutex_.waiting();
+}
+
+void RebuiltWaitSetScheduler::left(TaskId task) {
+  is_waited_for_[task] = false;
+  std::erase(waited_timers_, task);
+  std::erase(waited_subscriptions_, task);
+}
+
+void RebuiltWaitSetScheduler::rebuild(std::vector<TaskId>& waited, const std::vector<TaskId>& all) {
+  std::erase_if(waited, [this](TaskId id) {
+    if (group_free(id)) return false;
+    is_waited_for_[id] = false;
+    return true;
+  });
+  const auto before = static_cast<std::ptrdiff_t>(waited.size());
+  for (const TaskId id : all) {
+    if (is_waited_for_[id] || !group_free(id)) continue;
+    is_waited_for_[id] = true;
+    waited.push_back(id);
+  }
+  std::sort(waited.begin() + before, waited.end(), std::greater<>());
+  std::stable_partition(waited.begin(), waited.end(), [this](TaskId id) { return !set_[id].guaranteed; });
+}
+
+void RebuiltWaitSetScheduler::rebuild() {
+  needs_rebuild_ = false;
+  rebuild(waited_timers_, timer_ids());
+  rebuild(waited_subscriptions_, subscription_ids());
+}
+
+std::optional<Job> RebuiltWaitSetScheduler::pick(Time now) {
+  return take(now, [this](TaskId id) {
+    if (group_free(id)) return Pick::run;
+    return set_.tasks[id].kind == TaskKind::timer ? Pick::leave : Pick::forget;
+  });
+}
+
+std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
+  forget_snapshot();
+  for (const TaskId id : waited_timers_) poll_task(id, now);
+  for (const TaskId id : waited_subscriptions_) poll_task(id, now);
+  if (std::exchange(interrupted_, false)) needs_rebuild_ = true;
+  return pick(now);
+}
+
+Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
+  Decision decision;
+  // A worker that slept returns from its wait.
+  decision.job = wait_mutex_.enter(worker) ? wait(now) : pick(now);
+  while (!decision.job) {
+    if (needs_rebuild_) rebuild();
+    decision.waited_for = static_cast<std::uint32_t>(waited_timers_.size() + waited_subscriptions_.size());
+    decision.job = wait(now);
+    if (!needs_rebuild_) break;
+  }
+  if (decision.job) {
+    decision.wake = wait_mutex_.next();
+  } else if (wait_mutex_.wait(worker)) {
+    decision.wake_at =
+        next_timer([this, now](TaskId id) { return is_waited_for_[id] && !is_ready(id, now); });
+  } else {
+    decision.waited_for = 0;  // it only queues for the mutex of the worker that waits
+  }
+  return decision;
+}
+
+Effect RebuiltWaitSetScheduler::finished(Worker, const Job& job, Time) {
+  if (set_.groups[set_.tasks[job.task].group] == CallbackGroup::reentrant) return {};
+  free_group(job.task);
+  interrupted_ = true;
+  return {wait_mutex_.waiting()};
 }
 
 }  // namespace hotpath

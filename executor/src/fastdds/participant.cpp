@@ -185,14 +185,24 @@ dds::Topic* FastDdsParticipant::topic(const std::string& name) {
   return created;
 }
 
-dds::DataWriter* FastDdsParticipant::add_writer(const std::string& topic_name, std::uint32_t depth,
-                                                std::uint32_t readers) {
-  dds::DataWriterQos qos;
+namespace {
+
+template <class Qos>
+Qos reliable(std::uint32_t depth) {
+  Qos qos;
   qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = static_cast<std::int32_t>(depth);
-  qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   qos.data_sharing().off();
+  return qos;
+}
+
+}  // namespace
+
+dds::DataWriter* FastDdsParticipant::add_writer(const std::string& topic_name, std::uint32_t depth,
+                                                std::uint32_t readers) {
+  auto qos = reliable<dds::DataWriterQos>(depth);
+  qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   dds::DataWriter* writer = publisher_->create_datawriter(topic(topic_name), qos);
   if (writer == nullptr) throw TransportError("Fast DDS could not create a writer of topic " + topic_name);
   writers_.push_back({writer, topic_name, static_cast<std::int32_t>(readers)});
@@ -201,13 +211,8 @@ dds::DataWriter* FastDdsParticipant::add_writer(const std::string& topic_name, s
 
 dds::DataReader* FastDdsParticipant::add_reader(const std::string& topic_name, std::uint32_t depth,
                                                 std::uint32_t writers, dds::DataReaderListener* listener) {
-  dds::DataReaderQos qos;
-  qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos.history().depth = static_cast<std::int32_t>(depth);
-  qos.data_sharing().off();
-  dds::DataReader* reader =
-      subscriber_->create_datareader(topic(topic_name), qos, nullptr, dds::StatusMask::none());
+  dds::DataReader* reader = subscriber_->create_datareader(
+      topic(topic_name), reliable<dds::DataReaderQos>(depth), nullptr, dds::StatusMask::none());
   if (reader == nullptr) throw TransportError("Fast DDS could not create a reader of topic " + topic_name);
   // Set only now, so that the listener's pointer to its reader is set before the first call.
   reader->set_listener(listener, dds::StatusMask::data_available());

@@ -17,21 +17,8 @@ namespace hotpath {
 namespace {
 
 int native_class(ThreadPolicy::Class c) {
-  switch (c) {
-    case ThreadPolicy::Class::other:
-      return SCHED_OTHER;
-    case ThreadPolicy::Class::batch:
-      return SCHED_BATCH;
-    case ThreadPolicy::Class::idle:
-      return SCHED_IDLE;
-    case ThreadPolicy::Class::fifo:
-      return SCHED_FIFO;
-    case ThreadPolicy::Class::rr:
-      return SCHED_RR;
-    case ThreadPolicy::Class::deadline:
-      return SCHED_DEADLINE;
-  }
-  return SCHED_OTHER;
+  constexpr int kNative[] = {SCHED_OTHER, SCHED_BATCH, SCHED_IDLE, SCHED_FIFO, SCHED_RR, SCHED_DEADLINE};
+  return kNative[static_cast<std::size_t>(c)];
 }
 
 /// Argument of Linux's sched_setattr(2); glibc 2.36 declares neither the functions nor the

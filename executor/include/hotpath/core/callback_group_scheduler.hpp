@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "hotpath/core/explored_scheduler.hpp"
 #include "hotpath/core/simple_events_queue.hpp"
-#include "hotpath/core/timer.hpp"
-#include "hotpath/core/unread_samples.hpp"
 
 namespace hotpath {
 
@@ -26,23 +23,17 @@ class CallbackGroupScheduler final : public ExploredScheduler {
   /// `workers` in [1, kMaxWorkers - 1] run events; one more manages the timers.
   CallbackGroupScheduler(const TaskSet& set, unsigned workers);
 
-  [[nodiscard]] std::span<const WorkerRole> workers() const override { return roles_; }
   void begin(Time epoch) override;
   Effect release_timers(Worker worker, Time now) override;
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker worker, const Job& job, Time now) override;
-  [[nodiscard]] std::uint32_t unread(TaskId task) const override { return unread_.count(task); }
-  void unfinished(Time now, const Visitor& visit) const override {
-    visit_unfinished(timers_, unread_, now, visit);
-  }
   Joined add_task(const JoiningTask& joining, Time now) override;
   void remove_task(TaskId task, Time now, const Visitor& dropped) override;
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
-    return roles_.size() == 2 ? std::make_unique<CallbackGroupScheduler>(*this) : nullptr;
+    return workers().size() == 2 ? std::make_unique<CallbackGroupScheduler>(*this) : nullptr;
   }
   void describe(StateWords& words) const override;
-  [[nodiscard]] Time next_change(Time now) const override { return next_timestamp(timers_, now); }
   [[nodiscard]] std::span<const Timer> timers() const override { return timers_; }
   void release_at(TaskId timer, Time due) override;
   void released_by(Time now) override;
@@ -63,52 +54,8 @@ class CallbackGroupScheduler final : public ExploredScheduler {
   }
   /// Those that do not wait too, as if they began to.
   [[nodiscard]] std::vector<Waiting> all_in_order() const;
-  /// A queue that contains each group at most once.
-  class GroupQueue {
-   public:
-    explicit GroupQueue(std::size_t groups) : ring_(groups) {}
-    [[nodiscard]] bool empty() const { return count_ == 0; }
-    /// Removes the first group for which `take` is true; returns whether there was one.
-    template <class Take>
-    bool pop_first(Take&& take) {
-      bool taken = false;
-      for (std::size_t left = count_; left > 0; --left) {
-        const std::uint32_t first = pop();
-        if (taken || !take(first)) {
-          push(first);
-        } else {
-          taken = true;
-        }
-      }
-      return taken;
-    }
-    void push(std::uint32_t group) { ring_[(head_ + count_++) % ring_.size()] = group; }
-    std::uint32_t pop() {
-      const std::uint32_t group = ring_[head_];
-      head_ = (head_ + 1) % ring_.size();
-      --count_;
-      return group;
-    }
-    void resize(std::size_t groups) {
-      std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(head_), ring_.end());
-      head_ = 0;
-      ring_.resize(groups);
-    }
-    void describe(StateWords& words) const {
-      words.add(static_cast<std::int64_t>(count_));
-      for (std::size_t i = 0; i < count_; ++i) words.add(ring_[(head_ + i) % ring_.size()]);
-    }
-    /// Returns whether the queue contained the group.
-    bool erase(std::uint32_t group) {
-      return pop_first([&](std::uint32_t other) { return other == group; });
-    }
 
-   private:
-    std::vector<std::uint32_t> ring_;
-    std::size_t head_ = 0, count_ = 0;
-  };
-
-  [[nodiscard]] Worker timer_manager() const { return static_cast<Worker>(roles_.size() - 1); }
+  [[nodiscard]] Worker timer_manager() const { return static_cast<Worker>(workers().size() - 1); }
   /// Inserts the timer into the timer manager; returns whether it has the earliest next call there.
   bool manage(std::uint32_t timer);
   /// Queues an event of `task`; returns the worker to wake, if any.
@@ -118,17 +65,14 @@ class CallbackGroupScheduler final : public ExploredScheduler {
   /// Removes the event that runs next from its group, and the group from the ready groups.
   [[nodiscard]] std::optional<Job> next_event();
 
-  TaskSet set_;
-  const std::vector<WorkerRole> roles_;
-  UnreadSamples unread_;
   std::vector<Timer> timers_;
   std::vector<std::uint32_t> timer_index_;  // by task
   std::vector<Waiting> waiting_;            // a heap, the first that is due first
   std::uint64_t waited_ = 0;                // insertions into waiting_ so far
   bool any_delays_ = false;                 // of timers that may be ready later than at their timestamps
   std::vector<Group> groups_;
-  GroupQueue ready_groups_;
-  WorkerSet idle_;  // found nothing to run and have not been woken since
+  std::vector<std::uint32_t> ready_groups_;  // in the order in which workers take them; each at most once
+  WorkerSet idle_;                           // found nothing to run and have not been woken since
 };
 
 }  // namespace hotpath

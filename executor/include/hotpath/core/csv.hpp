@@ -3,7 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <iosfwd>
+#include <istream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "hotpath/core/enum_text.hpp"
-#include "hotpath/core/input_error.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/time.hpp"
 
@@ -35,16 +34,11 @@ class CsvReader {
  public:
   /// Throws InputError for a file that cannot be read.
   explicit CsvReader(const std::filesystem::path& file, CsvLayout layout = CsvLayout::written);
-  /// `in` must outlive the reader; `name` is the file name in messages.
-  CsvReader(std::istream& in, std::string name, CsvLayout layout = CsvLayout::written);
-  /// For files that may lack a header: if the first line does not begin with the name of the first
-  /// column, it is a row, and `columns` gives the names. `lines_before` lines of the file have
-  /// already been read from `in`.
-  CsvReader(std::istream& in, std::string name, std::vector<std::string> columns, CsvLayout layout,
-            std::size_t lines_before = 0);
-  ~CsvReader();
-  CsvReader(const CsvReader&) = delete;
-  CsvReader& operator=(const CsvReader&) = delete;
+  /// `in` must outlive the reader; `name` is the file name in messages. `columns`, for files that may
+  /// lack a header: if the first line does not begin with the name of the first one, it is a row, and
+  /// these are the names. `lines_before` lines of the file have already been read from `in`.
+  CsvReader(std::istream& in, std::string name, CsvLayout layout = CsvLayout::written,
+            std::vector<std::string> columns = {}, std::size_t lines_before = 0);
 
   /// Column names; empty for an empty file.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -53,6 +54,13 @@ requires std::is_arithmetic_v<Number>
   Number value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+/// The words with a separator between them.
+[[nodiscard]] inline std::string joined(std::span<const std::string> words, std::string_view separator) {
+  std::string text;
+  for (const std::string& word : words) text.append(&word == words.data() ? "" : separator).append(word);
+  return text;
 }
 
 /// All words of an enumeration.

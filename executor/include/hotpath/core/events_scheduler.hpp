@@ -9,7 +9,6 @@
 #include "hotpath/core/explored_scheduler.hpp"
 #include "hotpath/core/guaranteed_jobs.hpp"
 #include "hotpath/core/timers_manager.hpp"
-#include "hotpath/core/unread_samples.hpp"
 
 namespace hotpath {
 
@@ -23,11 +22,9 @@ class EventsScheduler : public ExploredScheduler {
   static constexpr Worker kExecutor = 0;
   static constexpr Worker kTimerManagement = 1;  ///< With one executor worker; see timer_management().
 
-  [[nodiscard]] std::span<const WorkerRole> workers() const final { return roles_; }
   void begin(Time epoch) final;
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) final;
   Effect finished(Worker worker, const Job& job, Time now) final;
-  [[nodiscard]] std::uint32_t unread(TaskId task) const final { return unread_.count(task); }
   void unfinished(Time now, const Visitor& visit) const override;
   Joined add_task(const JoiningTask& joining, Time now) final;
   void remove_task(TaskId task, Time now, const Visitor& dropped) final;
@@ -35,7 +32,7 @@ class EventsScheduler : public ExploredScheduler {
                    const std::vector<TaskId>& feeds) final;
   void describe(StateWords& words) const override;
   [[nodiscard]] Time next_change(Time now) const final {
-    return std::min(next_timestamp(timers_.timers(), now), guaranteed_.next_change(now));
+    return std::min(ExploredScheduler::next_change(now), guaranteed_.next_change(now));
   }
   [[nodiscard]] std::span<const Timer> timers() const final { return timers_.timers(); }
   void release_at(TaskId timer, Time due) final { timers_.release_at(timer, due); }
@@ -47,8 +44,7 @@ class EventsScheduler : public ExploredScheduler {
  protected:
   /// `executors` in [1, kMaxWorkers - 1].
   EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, unsigned executors = 1);
-  EventsScheduler(const EventsScheduler& other);
-  [[nodiscard]] Worker timer_management() const { return static_cast<Worker>(roles_.size() - 1); }
+  [[nodiscard]] Worker timer_management() const { return static_cast<Worker>(workers().size() - 1); }
   [[nodiscard]] WorkerSet executors() const;
   /// An executor worker's decision.
   Decision next_event(Time now);
@@ -57,7 +53,7 @@ class EventsScheduler : public ExploredScheduler {
   /// Visits the events queue and any further queue of a derived class.
   virtual void for_each_queue(const std::function<void(EventsQueue&)>& visit) { visit(*events_); }
 
-  std::unique_ptr<EventsQueue> events_;
+  Cloned<EventsQueue> events_;
   TimersManager timers_;
 
  private:
@@ -67,11 +63,62 @@ class EventsScheduler : public ExploredScheduler {
   }
   [[nodiscard]] std::optional<Job> next_job(Time now);
 
-  std::vector<WorkerRole> roles_;
-  TaskSet set_;
-  UnreadSamples unread_;
   GuaranteedJobs guaranteed_;
   std::vector<bool> busy_;  // by callback group; used with several executor workers
+};
+
+/// Release-only (RO): the timer management worker turns due timers into events; the executor workers run all
+/// jobs.
+class ReleaseOnlyScheduler final : public EventsScheduler {
+ public:
+  /// one_by_one: one timer and one wake-up per call (stock, timers_manager.cpp); all_due: all due
+  /// timers under one lock with one wake-up (the paper's).
+  enum class Release : std::uint8_t { one_by_one, all_due };
+  ReleaseOnlyScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, Release release,
+                       unsigned executors = 1)
+      : EventsScheduler(set, std::move(events), executors), release_(release) {}
+
+  Effect release_timers(Worker worker, Time now) override;
+  Decision decide(Worker worker, Time now) override;
+  [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
+    return timer_management() == 1 ? std::make_unique<ReleaseOnlyScheduler>(*this) : nullptr;
+  }
+
+ private:
+  const Release release_;
+};
+
+/// Stock release-and-execute (RE): the timer management worker calls and runs the timer with the earliest
+/// next call (timers_manager.cpp); the executor worker runs subscriptions.
+class ReleaseAndExecuteScheduler final : public EventsScheduler {
+ public:
+  ReleaseAndExecuteScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events)
+      : EventsScheduler(set, std::move(events)) {}
+
+  Effect release_timers(Worker, Time) override { return {}; }
+  Decision decide(Worker worker, Time now) override;
+};
+
+/// The paper's release-and-execute (Section IV): due timers move into a prioritised timer ready
+/// queue, which is refilled before every decision; its head runs. The executor worker runs
+/// subscriptions.
+class TimerReadyQueueScheduler final : public EventsScheduler {
+ public:
+  TimerReadyQueueScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events,
+                           std::unique_ptr<EventsQueue> timer_ready)
+      : EventsScheduler(set, std::move(events)), timer_ready_(std::move(timer_ready)) {}
+
+  Effect release_timers(Worker worker, Time now) override;
+  Decision decide(Worker worker, Time now) override;
+  void unfinished(Time now, const Visitor& visit) const override;
+
+ private:
+  void for_each_queue(const std::function<void(EventsQueue&)>& visit) override {
+    EventsScheduler::for_each_queue(visit);
+    visit(*timer_ready_);
+  }
+
+  std::unique_ptr<EventsQueue> timer_ready_;
 };
 
 }  // namespace hotpath

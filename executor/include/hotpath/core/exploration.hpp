@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "hotpath/core/platform.hpp"
-#include "hotpath/core/release_delays.hpp"
 #include "hotpath/core/workload.hpp"
 
 namespace hotpath {
@@ -37,20 +36,20 @@ void describe_publication(JobRef job, StateWords& words);
 class ExploredInstant {
  public:
   virtual ~ExploredInstant() = default;
+  /// From the start of the job `from` to that of `to`. Without `from`: from time 0 on; without `to`: up to
+  /// this instant. Both are jobs of ExplorationOptions::tracked, `to` ends at this instant, and a message in
+  /// the system has data of `from`. Or `from` is publication_by() a job: from the end of that job on, while
+  /// its sample is unread, or taken by a job that has not published yet.
+  struct Span {
+    JobRef from{}, to{};
+  };
+  /// The span in the schedule in which it takes longest.
+  [[nodiscard]] virtual Duration longest(const Span& span) const = 0;
+  /// Makes that schedule the witness of `slot`, below ExplorationOptions::witnesses; otherwise without
+  /// effect.
+  virtual void keep_longest(std::size_t slot, const Span& span) = 0;
   /// The instant, in the schedule in which it comes last.
-  [[nodiscard]] virtual Time latest() const = 0;
-  /// From the start of `earlier` to that of `later`, in the schedule in which this takes longest. Both are
-  /// jobs of ExplorationOptions::tracked; `later` ends at this instant, and a message in the system has data
-  /// of `earlier`.
-  [[nodiscard]] virtual Duration longest_between(JobRef earlier, JobRef later) const = 0;
-  /// From the end of `job`, which published a sample, to this instant, in the schedule in which this takes
-  /// longest. The sample is unread, or taken by a job that has not published yet.
-  [[nodiscard]] virtual Duration longest_since(JobRef job) const = 0;
-  /// Makes the schedule in which it comes last, or in which longest_between() is reached, the witness of
-  /// `slot`, below ExplorationOptions::witnesses; otherwise without effect.
-  virtual void keep_latest(std::size_t slot) = 0;
-  virtual void keep_longest(std::size_t slot, JobRef earlier, JobRef later) = 0;
-  virtual void keep_longest_since(std::size_t slot, JobRef job) = 0;
+  [[nodiscard]] Time latest() const { return Time{} + longest({}); }
 };
 
 class ExplorationObserver {
@@ -60,13 +59,13 @@ class ExplorationObserver {
   /// timer's job is that of all schedules.
   virtual void ended(const JobRecord& record, ExploredInstant& instant) = 0;
   /// The workload's finish() of the job that ended last is done.
-  virtual void published(ExploredInstant& instant) = 0;
+  virtual void published(ExploredInstant& instant) { static_cast<void>(instant); }
 };
 
 struct ExplorationOptions {
   Platform platform;
-  std::vector<bool> tracked;  ///< By task: its jobs' starts matter to longest_between(). Empty: none does.
-  bool publications = false;  ///< Keeps what longest_since() needs, if the workload describes it.
+  std::vector<bool> tracked;  ///< By task: its jobs' starts matter to longest(). Empty: none does.
+  bool publications = false;  ///< Keeps what longest() needs of publications, if the workload describes them.
   std::size_t max_states = 100'000;
   std::function<std::string()> stop = nullptr;  ///< Asked now and then: why to give up; empty: go on.
   std::size_t witnesses = 0;  ///< Slots for schedules; with any, it needs several times the memory.
@@ -82,49 +81,26 @@ struct Witness {
   Time instant{};
 };
 
-/// The delays of a witness's releases, for one simulation of the explored system; later jobs have the largest
-/// delay.
-class WitnessDelays final : public ReleaseDelays {
- public:
-  struct Given {
-    JobRef job;
-    Duration delay;
-  };
-  /// `set` must outlive it.
-  WitnessDelays(const TaskSet& set, const Witness& witness);
-  [[nodiscard]] Time due(JobRef job, Time timestamp) const override;
-  /// The delays of the jobs that were asked for.
-  [[nodiscard]] const std::vector<Given>& given() const { return given_; }
-
- private:
-  const TaskSet& set_;
-  mutable std::vector<std::deque<Duration>> left_;  // by task
-  mutable std::vector<Given> given_;
-};
-
 /// The execution times and releases of a witness, for one simulation of the explored system; later jobs take
-/// the worst case.
-class WitnessTimes final : public ExecutionTimes {
+/// the worst case, and become ready as late as possible.
+class WitnessTimes final : public ExecutionTimes, public ReleaseDelays {
  public:
-  struct Given {
-    JobRef job;
-    Duration time;
-  };
+  using Given = std::pair<JobRef, Duration>;
   /// The arguments must outlive it.
-  WitnessTimes(const TaskSet& set, const Witness& witness)
-      : set_(set), witness_(witness), delays_(set, witness) {}
+  WitnessTimes(const TaskSet& set, const Witness& witness);
   /// A job is asked for when it starts. Throws std::logic_error if the simulated system is another one.
   [[nodiscard]] Duration of(const Job& job) const override;
-  [[nodiscard]] const ReleaseDelays* release_delays() const override { return &delays_; }
-  /// The times of the witness, by job.
+  [[nodiscard]] Time due(JobRef job, Time timestamp) const override;
+  [[nodiscard]] const ReleaseDelays* release_delays() const override { return this; }
+  /// The times of the witness, and the delays of the jobs that were asked for, by job.
   [[nodiscard]] const std::vector<Given>& given() const { return given_; }
-  [[nodiscard]] const std::vector<WitnessDelays::Given>& given_delays() const { return delays_.given(); }
+  [[nodiscard]] const std::vector<Given>& given_delays() const { return given_delays_; }
 
  private:
   const TaskSet& set_;
   const Witness& witness_;
-  const WitnessDelays delays_;
-  mutable std::vector<Given> given_;
+  mutable std::vector<std::deque<Duration>> delays_left_;  // by task
+  mutable std::vector<Given> given_, given_delays_;
 };
 
 struct ExplorationResult {

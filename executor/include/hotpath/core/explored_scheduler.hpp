@@ -2,26 +2,52 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <memory>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "hotpath/core/scheduler.hpp"
 #include "hotpath/core/state_words.hpp"
 #include "hotpath/core/timer.hpp"
+#include "hotpath/core/unread_samples.hpp"
 
 namespace hotpath {
 
-/// A scheduler that shows the state on which its decisions depend, for the exploration of all its schedules
-/// (explore()). No driver of a single schedule needs it.
+/// A pointer to an object of its own. A copy points to a clone() of that object.
+template <class T>
+struct Cloned : std::unique_ptr<T> {
+  // NOLINTNEXTLINE(google-explicit-constructor)
+  Cloned(std::unique_ptr<T> own) : std::unique_ptr<T>(std::move(own)) {}
+  Cloned(const Cloned& other) : std::unique_ptr<T>(other->clone()) {}
+  Cloned(Cloned&&) noexcept = default;
+  Cloned& operator=(Cloned&&) noexcept = default;
+};
+
+/// The common part of all schedulers: their tasks, unread samples and workers. It shows the state on which
+/// decisions depend, for the exploration of all schedules (explore()); no driver of a single schedule needs
+/// that.
 class ExploredScheduler : public Scheduler {
  public:
+  [[nodiscard]] std::span<const WorkerRole> workers() const final { return roles_; }
+  [[nodiscard]] std::uint32_t unread(TaskId task) const final { return unread_.count(task); }
+  void unfinished(Time now, const Visitor& visit) const override {
+    for (const Timer& timer : timers()) visit_due(timer, now, visit);
+    for (TaskId id = 0; id < unread_.tasks(); ++id) visit_unread(id, visit);
+  }
+
   /// A copy in the same state; none: with several workers that run jobs, it is not explored.
   [[nodiscard]] virtual std::unique_ptr<ExploredScheduler> clone() const { return nullptr; }
   /// Adds all that its later answers depend on, besides the numbers of the tasks and the calls to come.
   virtual void describe(StateWords& words) const = 0;
   /// The first instant after `now` at which an answer can change though nothing was called between: the next
   /// timestamp of a timer.
-  [[nodiscard]] virtual Time next_change(Time now) const = 0;
+  [[nodiscard]] virtual Time next_change(Time now) const {
+    Time next = kNever;
+    for (const Timer& timer : timers()) next = std::min(next, timer.next_timestamp(now));
+    return next;
+  }
   [[nodiscard]] virtual std::span<const Timer> timers() const = 0;
   /// A timer that Timer::is_held() becomes ready at `due`, which is now.
   virtual void release_at(TaskId timer, Time due) = 0;
@@ -32,11 +58,38 @@ class ExploredScheduler : public Scheduler {
   [[nodiscard]] virtual bool hands_deadlines_down() const { return false; }
 
  protected:
-  static Time next_timestamp(std::span<const Timer> timers, Time now) {
-    Time next = kNever;
-    for (const Timer& timer : timers) next = std::min(next, timer.next_timestamp(now));
-    return next;
+  /// `executors` executor workers, at least one, and the timer management worker if it `has_releaser`: at
+  /// most kMaxWorkers.
+  ExploredScheduler(const TaskSet& set, unsigned executors, bool has_releaser)
+      : set_(set), unread_(set), roles_(executors, WorkerRole::executor) {
+    if (has_releaser) roles_.push_back(WorkerRole::timer_management);
+    assert(executors >= 1 && roles_.size() <= kMaxWorkers);
   }
+
+  TaskId join_set(const JoiningTask& joining) {
+    const TaskId id = join(set_, joining);
+    unread_.add_task(set_[id]);
+    return id;
+  }
+  void drop_unread(TaskId task, const Visitor& dropped) {
+    visit_unread(task, dropped);
+    unread_.clear(task);
+  }
+  static void visit_due(const Timer& timer, Time now, const Visitor& visit) {
+    if (timer.next_call() > now) return;
+    Timer at_the_end = timer;
+    visit(at_the_end.call(now), Outcome::queued);
+  }
+
+  TaskSet set_;
+  UnreadSamples unread_;
+
+ private:
+  void visit_unread(TaskId task, const Visitor& visit) const {
+    for (std::uint32_t i = 0; i < unread_.count(task); ++i) visit(unread_.peek(task, i), Outcome::queued);
+  }
+
+  std::vector<WorkerRole> roles_;
 };
 
 }  // namespace hotpath

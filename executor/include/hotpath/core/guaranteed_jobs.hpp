@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -18,10 +19,17 @@ class GuaranteedJobs {
   /// `wait` zero: no job is ever overdue.
   explicit GuaranteedJobs(Duration wait = {}) : wait_(wait) {}
 
-  void arrived(TaskId task, Time now);
+  void arrived(TaskId task, Time now) {
+    if (wait_ > Duration::zero()) waiting_.push_back({task, now});
+  }
   /// The oldest job of `task` started, or its event was consumed.
-  void started(TaskId task);
-  void removed(TaskId task);
+  void started(TaskId task) {
+    const auto oldest = std::ranges::find(waiting_, task, &Waiting::task);
+    if (oldest != waiting_.end()) waiting_.erase(oldest);
+  }
+  void removed(TaskId task) {
+    std::erase_if(waiting_, [task](const Waiting& waiting) { return waiting.task == task; });
+  }
 
   /// The task whose oldest job must run next, among the tasks that `may_run` accepts.
   template <class MayRun>
@@ -36,9 +44,20 @@ class GuaranteedJobs {
   /// A job started because it was overdue.
   void started_overdue(Time now) { next_ = now + wait_; }
 
-  void describe(StateWords& words) const;
+  void describe(StateWords& words) const {
+    if (wait_ == Duration::zero()) return;
+    words.add(next_);
+    for (const Waiting& waiting : waiting_) {
+      words.add(waiting.task);
+      words.add(waiting.since);
+    }
+  }
   /// The first instant after `now` at which overdue() may answer differently without further calls.
-  [[nodiscard]] Time next_change(Time now) const;
+  [[nodiscard]] Time next_change(Time now) const {
+    if (waiting_.empty()) return kNever;
+    const Time overdue = std::max(next_, waiting_.front().since + wait_);
+    return overdue > now ? overdue : kNever;
+  }
 
  private:
   struct Waiting {

@@ -70,6 +70,7 @@ struct Platform {
   constexpr void set_dispatch_costs(Duration cost) {
     timer_dispatch_cost = subscription_dispatch_cost = cost;
   }
+  friend bool operator==(const Platform&, const Platform&) = default;
 };
 
 /// The executor's default thread priorities of a live run; all other values are Platform's

@@ -38,6 +38,8 @@ class ScheduleCheck {
     std::map<TaskId, Time> published{};  ///< By publishing task: timestamp of the last started sample.
   };
 
+  /// A message about a record.
+  std::string problem(const JobRecord& r, const auto&... parts) const;
   std::string account(const JobRecord& r);
   std::string check_instants(const JobRecord& r) const;
   std::string check_order(const JobRecord& r);

@@ -12,9 +12,6 @@
 
 namespace hotpath {
 
-class Timer;
-class UnreadSamples;
-
 /// The consequences of a scheduler call for the driver.
 struct Effect {
   WorkerSet wake;              ///< Workers that must ask for a decision again.
@@ -107,12 +104,6 @@ class Scheduler {
   /// Whether decisions follow a recorded schedule; otherwise every job may run.
   [[nodiscard]] bool follows() const { return may_run_ != nullptr; }
   [[nodiscard]] bool may_run(TaskId task) const { return !follows() || may_run_(task); }
-
-  static void visit_due(const Timer& timer, Time now, const Visitor& visit);
-  static void visit_unread(const UnreadSamples& unread, TaskId task, const Visitor& visit);
-  /// The common part of unfinished(): due timers and unread samples.
-  static void visit_unfinished(std::span<const Timer> timers, const UnreadSamples& unread, Time now,
-                               const Visitor& visit);
 
  private:
   Choice may_run_;

@@ -4,10 +4,24 @@
 #include <algorithm>
 
 #include "hotpath/core/job.hpp"
-#include "hotpath/core/release_delays.hpp"
 #include "hotpath/core/state_words.hpp"
 
 namespace hotpath {
+
+/// When the jobs of timers become ready, if not at their timestamps.
+class ReleaseDelays {
+ public:
+  virtual ~ReleaseDelays() = default;
+  /// The instant at which `job` becomes ready: `timestamp`, or up to Task::release_jitter later; kNever: when
+  /// the driver calls ExploredScheduler::release_at(). Asked when the timer begins to wait for it.
+  [[nodiscard]] virtual Time due(JobRef job, Time timestamp) const = 0;
+};
+
+/// The driver says when each job becomes ready.
+class HeldReleases final : public ReleaseDelays {
+ public:
+  [[nodiscard]] Time due(JobRef, Time) const override { return kNever; }
+};
 
 /// Timer arithmetic of rcl (rcl/src/rcl/timer.c, rolling); no other code repeats it.
 class Timer {

@@ -25,7 +25,7 @@ class TimersManager {
   [[nodiscard]] bool due(Time now) const { return next_due() <= now; }
 
   /// The job of an always due timer has ended. O(n log n).
-  void ended(TaskId id, Time now);
+  void ended(TaskId id, Time now) { change(id, &Timer::ended, now); }
 
   /// Calls the head timer, which must be due, and restores the heap. O(log n).
   Job call_head(Time now);
@@ -34,7 +34,7 @@ class TimersManager {
   std::optional<Job> call_first(Time now, const std::function<bool(TaskId)>& may_run);
 
   /// See ExploredScheduler::release_at(). O(n log n).
-  void release_at(TaskId id, Time due);
+  void release_at(TaskId id, Time due) { change(id, &Timer::release_at, due); }
   /// See ExploredScheduler::released_by(). O(n log n).
   void released_by(Time now);
   void describe(StateWords& words) const;
@@ -52,6 +52,7 @@ class TimersManager {
     return a.due != b.due ? a.due < b.due : a.timer < b.timer;
   }
   void sift_down(std::size_t i);
+  void change(TaskId id, void (Timer::*step)(Time), Time now);
 
   std::vector<Timer> timers_;
   std::vector<Entry> heap_;

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/core/trace.hpp"
 
 namespace hotpath {

@@ -24,7 +24,10 @@ class UnreadSamples {
   }
 
   /// Returns the sample that the new one replaced if the history was full.
-  [[nodiscard]] std::optional<Job> add(TaskId task, const SampleInfo& sample);
+  [[nodiscard]] std::optional<Job> add(TaskId task, const SampleInfo& sample) {
+    const auto replaced = samples_.push(task, {arrived_[task]++, sample});
+    return replaced ? std::optional(job(task, *replaced)) : std::nullopt;
+  }
 
   [[nodiscard]] TaskId tasks() const { return samples_.tasks(); }
   [[nodiscard]] bool is_subscription(TaskId task) const { return samples_.is_subscription(task); }
@@ -43,7 +46,15 @@ class UnreadSamples {
     std::uint64_t sequence = 0;
     SampleInfo sample;
   };
-  static Job job(TaskId task, const Entry& e);
+  static Job job(TaskId task, const Entry& e) {
+    Job job;
+    job.task = task;
+    job.sequence = e.sequence;
+    job.timestamp = e.sample.published;
+    job.deadline = e.sample.deadline;
+    job.parent = e.sample.parent;
+    return job;
+  }
 
   SampleRings<Entry> samples_;
   std::vector<std::uint64_t> arrived_;  // by task

@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "hotpath/core/explored_scheduler.hpp"
-#include "hotpath/core/timer.hpp"
-#include "hotpath/core/unread_samples.hpp"
 
 namespace hotpath {
 
@@ -16,17 +14,11 @@ namespace hotpath {
 /// have not run since, in execution order.
 class WaitSet : public ExploredScheduler {
  public:
-  [[nodiscard]] std::span<const WorkerRole> workers() const final { return roles_; }
   void begin(Time epoch) final;
   Effect release_timers(Worker, Time) final { return {}; }
-  [[nodiscard]] std::uint32_t unread(TaskId task) const final { return unread_.count(task); }
-  void unfinished(Time now, const Visitor& visit) const final {
-    visit_unfinished(timers_, unread_, now, visit);
-  }
   Joined add_task(const JoiningTask& joining, Time now) final;
   void remove_task(TaskId task, Time now, const Visitor& dropped) final;
   void describe(StateWords& words) const override;
-  [[nodiscard]] Time next_change(Time now) const final { return next_timestamp(timers_, now); }
   [[nodiscard]] std::span<const Timer> timers() const final { return timers_; }
   void release_at(TaskId id, Time due) final { timer(id).release_at(due); }
   void released_by(Time now) final {
@@ -112,9 +104,6 @@ class WaitSet : public ExploredScheduler {
   [[nodiscard]] const std::vector<TaskId>& timer_ids() const { return timer_ids_; }
   [[nodiscard]] const std::vector<TaskId>& subscription_ids() const { return subscription_ids_; }
 
-  TaskSet set_;
-  UnreadSamples unread_;
-
  private:
   /// A list optimised for removal at the front.
   class Snapshot {
@@ -195,7 +184,6 @@ class WaitSet : public ExploredScheduler {
     }
   }
 
-  const std::vector<WorkerRole> roles_;
   const TaskKind runs_first_;
   std::vector<TaskId> timer_ids_, subscription_ids_;  // in entity order; services behind all others
   std::vector<Timer> timers_;                         // parallel to timer_ids_

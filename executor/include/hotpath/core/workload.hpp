@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/core/release_delays.hpp"
-#include "hotpath/core/state_words.hpp"
+#include "hotpath/core/timer.hpp"
 #include "hotpath/core/trace.hpp"
 
 namespace hotpath {
@@ -66,20 +65,11 @@ class ExecutionTimes {
   [[nodiscard]] virtual Duration of(const Job& job) const = 0;
   /// When the jobs of timers with release_jitter become ready (Task::release_delays); none: at their
   /// timestamps.
-  [[nodiscard]] virtual const ReleaseDelays* release_delays() const { return nullptr; }
-};
-
-/// Execution times and releases from two sources.
-class TimesAndReleases final : public ExecutionTimes {
- public:
-  TimesAndReleases(std::unique_ptr<ExecutionTimes> times, std::unique_ptr<ReleaseDelays> releases)
-      : times_(std::move(times)), releases_(std::move(releases)) {}
-  [[nodiscard]] Duration of(const Job& job) const override { return times_->of(job); }
-  [[nodiscard]] const ReleaseDelays* release_delays() const override { return releases_.get(); }
+  [[nodiscard]] virtual const ReleaseDelays* release_delays() const { return releases_.get(); }
+  void set_releases(std::unique_ptr<const ReleaseDelays> releases) { releases_ = std::move(releases); }
 
  private:
-  std::unique_ptr<ExecutionTimes> times_;
-  std::unique_ptr<ReleaseDelays> releases_;
+  std::unique_ptr<const ReleaseDelays> releases_;
 };
 
 /// `set` with jobs that become ready as `times` says.

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "hotpath/core/job.hpp"
-#include "hotpath/reference_system/stat.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 
 namespace hotpath {
 

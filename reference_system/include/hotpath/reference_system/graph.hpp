@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "hotpath/core/platform.hpp"
 #include "hotpath/reference_system/callback.hpp"
 
 namespace hotpath {
@@ -71,14 +72,11 @@ constexpr auto enum_texts(ExecutionTimeModel) {
                                                       {ExecutionTimeModel::replayed, "replayed"}});
 }
 
-/// The machine on which `hotpath simulate` runs a graph by default; see Platform.
-struct GraphPlatform {
-  unsigned cores = 1;  ///< In [1, kMaxWorkers].
+/// The machine on which `hotpath simulate` runs a graph by default; cores in [1, kMaxWorkers], costs >= 0.
+/// What the graph does not state has its default here; make_platform() adds it.
+struct GraphPlatform : Platform {
   TimerThread timer_thread = TimerThread::by_executor;
   ExecutionTimeModel execution_times = ExecutionTimeModel::worst;
-  Duration release_cost{}, pass_cost{}, timer_dispatch_cost{}, subscription_dispatch_cost{}, wait_cost{},
-      wait_cost_per_entity{}, wake_up{}, delivery_delay{};  ///< >= 0.
-  void set_dispatch_costs(Duration cost) { timer_dispatch_cost = subscription_dispatch_cost = cost; }
   friend bool operator==(const GraphPlatform&, const GraphPlatform&) = default;
 };
 
@@ -86,37 +84,38 @@ struct GraphPlatform {
 /// callback, one key states both kinds, and one key each kind alone.
 struct PlatformCost {
   std::string_view key;  ///< Name of the option or key; the value is in microseconds.
-  Duration GraphPlatform::*value;
+  Duration Platform::*value;
   std::string_view meaning;
-  Duration GraphPlatform::*other_kind = nullptr;
+  Duration Platform::*other_kind = nullptr;
   bool both_kinds = false;
 
   /// std::nullopt: other keys state it.
-  [[nodiscard]] std::optional<Duration> in(const GraphPlatform& platform) const {
+  [[nodiscard]] std::optional<Duration> in(const Platform& platform) const {
     const bool stated = other_kind == nullptr || (platform.*value == platform.*other_kind) == both_kinds;
     return stated ? std::optional(platform.*value) : std::nullopt;
   }
   /// A key of one kind must follow the key of both.
-  void set(GraphPlatform& platform, Duration cost) const {
+  void set(Platform& platform, Duration cost) const {
     platform.*value = cost;
     if (both_kinds) platform.*other_kind = cost;
   }
 };
 inline constexpr std::array kPlatformCosts = {
-    PlatformCost{"release_cost_us", &GraphPlatform::release_cost, "Cost of releasing a timer (delta)"},
-    PlatformCost{"pass_cost_us", &GraphPlatform::pass_cost, "Cost of a pass of the releaser (k)"},
-    PlatformCost{"dispatch_cost_us", &GraphPlatform::timer_dispatch_cost,
+    PlatformCost{"release_cost_us", &Platform::release_cost, "Cost of releasing a timer (delta)"},
+    PlatformCost{"pass_cost_us", &Platform::pass_cost, "Cost of a pass of the releaser (k)"},
+    PlatformCost{"dispatch_cost_us", &Platform::timer_dispatch_cost,
                  "Delay from a scheduling decision to the start of the job",
-                 &GraphPlatform::subscription_dispatch_cost, true},
-    PlatformCost{"timer_dispatch_cost_us", &GraphPlatform::timer_dispatch_cost, "The same for jobs of timers",
-                 &GraphPlatform::subscription_dispatch_cost},
-    PlatformCost{"subscription_dispatch_cost_us", &GraphPlatform::subscription_dispatch_cost,
-                 "The same for jobs of subscriptions", &GraphPlatform::timer_dispatch_cost},
-    PlatformCost{"wait_cost_us", &GraphPlatform::wait_cost, "Cost of a wait of a wait-set executor"},
-    PlatformCost{"wait_cost_per_entity_us", &GraphPlatform::wait_cost_per_entity,
+                 &Platform::subscription_dispatch_cost, true},
+    PlatformCost{"timer_dispatch_cost_us", &Platform::timer_dispatch_cost, "The same for jobs of timers",
+                 &Platform::subscription_dispatch_cost},
+    PlatformCost{"subscription_dispatch_cost_us", &Platform::subscription_dispatch_cost,
+                 "The same for jobs of subscriptions", &Platform::timer_dispatch_cost},
+    PlatformCost{"wait_cost_us", &Platform::wait_cost, "Cost of a wait of a wait-set executor"},
+    PlatformCost{"wait_cost_per_entity_us", &Platform::wait_cost_per_entity,
                  "Cost of a wait per entity; a node has 8 besides its callbacks"},
-    PlatformCost{"wake_up_us", &GraphPlatform::wake_up, "Delay until a woken thread competes for a core"},
-    PlatformCost{"delivery_delay_us", &GraphPlatform::delivery_delay,
+    PlatformCost{"wake_up_us", &Platform::wake_up_latency,
+                 "Delay until a woken thread competes for a core"},
+    PlatformCost{"delivery_delay_us", &Platform::delivery_delay,
                  "Delay from publication to arrival of a sample"},
 };
 
@@ -235,5 +234,13 @@ double load_percent(const Graph& graph);
 /// Scales all execution times so that load_percent() becomes `percent` (>= 0; 0: no work). Throws
 /// std::invalid_argument for a negative load, or if the graph has no work to scale.
 void scale_to_load(Graph& graph, double percent);
+
+/// Divides all periods, deadlines and given phases by `percent` / 100 (> 0), whole nanoseconds >= 1.
+void scale_rates(Graph& graph, double percent);
+
+/// Replicates all nodes and chains `copies` (>= 1) times, without connections between the copies.
+/// From the second copy on, names and topics of the n-th copy end in `_n`. Throws
+/// std::invalid_argument if a name becomes too long.
+void make_copies(Graph& graph, unsigned copies);
 
 }  // namespace hotpath

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "hotpath/core/input_error.hpp"
+#include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath {
@@ -39,5 +41,9 @@ struct GraphListing {
 /// All graphs that are available by bare name, sorted by name. If two files have the same name,
 /// lists the one that find_graph takes.
 [[nodiscard]] std::vector<GraphListing> list_graphs();
+
+/// The folder with the measurements of the real ROS 2 stack on the same workloads (its README
+/// describes the files), in the source tree or the installation. std::nullopt if it is in neither.
+[[nodiscard]] std::optional<std::filesystem::path> find_ros2_reference();
 
 }  // namespace hotpath

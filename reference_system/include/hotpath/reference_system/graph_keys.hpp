@@ -135,7 +135,6 @@ inline constexpr auto kOfTimer =
     std::make_tuple(std::pair("period_ms", &StatedTimer::period), std::pair("phase_ms", &StatedTimer::phase),
                     std::pair("deadline_ms", &StatedTimer::deadline),
                     std::pair("release_jitter_ms", &StatedTimer::release_jitter));
-inline constexpr auto kOfSubscription = std::make_tuple(std::pair("service", &Callback::service));
 inline constexpr auto kOfPlatform = std::make_tuple(
     std::pair("cores", &GraphPlatform::cores), std::pair("timer_thread", &GraphPlatform::timer_thread),
     std::pair("execution_times", &GraphPlatform::execution_times));

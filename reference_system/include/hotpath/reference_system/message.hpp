@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "hotpath/core/job.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph.hpp"
-#include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
 
@@ -88,8 +88,11 @@ class Message4kbHistory {
   std::vector<std::array<char, 48>> names_;  // by task
 };
 
+// Templates find the functions of a message by argument-dependent lookup.
+namespace msg {
+
 /// Writes the result of the work into data[0] and the SampleInfo into data[1..4].
-inline void complete(msg::Message4kb& m, const SampleInfo& info, std::int64_t result) {
+inline void complete(Message4kb& m, const SampleInfo& info, std::int64_t result) {
   m.data()[0] = result;
   m.data()[1] = to_ns(info.published);
   m.data()[2] = to_ns(info.deadline);
@@ -98,7 +101,7 @@ inline void complete(msg::Message4kb& m, const SampleInfo& info, std::int64_t re
 }
 
 /// Whether a node of a graph with this number of tasks may have published the message.
-inline bool is_message_of(const msg::Message4kb& m, TaskId tasks) {
+inline bool is_message_of(const Message4kb& m, TaskId tasks) {
   const auto instant = [](std::int64_t ns) { return ns >= 0; };
   if (m.size() == 0 || m.size() > Message4kbHistory::kCapacity) return false;
   for (std::size_t i = 0; i < m.size(); ++i) {
@@ -108,16 +111,12 @@ inline bool is_message_of(const msg::Message4kb& m, TaskId tasks) {
 }
 
 /// Reads the SampleInfo that complete() wrote.
-inline SampleInfo read_info(const msg::Message4kb& m) {
+inline SampleInfo read_info(const Message4kb& m) {
   return {from_ns(m.data()[1]),
           from_ns(m.data()[2]),
           {static_cast<TaskId>(m.data()[3]), static_cast<std::uint64_t>(m.data()[4])}};
 }
 
-namespace msg {
-// For templates, which find these functions by argument-dependent lookup.
-using hotpath::is_message_of;
-using hotpath::read_info;
 }  // namespace msg
 
 }  // namespace hotpath

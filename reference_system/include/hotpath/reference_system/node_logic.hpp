@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "hotpath/core/job.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph.hpp"
-#include "hotpath/reference_system/stat.hpp"
 
 namespace hotpath {
 

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "hotpath/core/job.hpp"
+#include "hotpath/live/sensor_call.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath {
@@ -25,26 +26,35 @@ class SensorCalls {
 
  private:
   using Handle = const void*;
-  struct Functions {
-    void (*node)(Handle, Handle, const char*, const char*);
-    void (*publisher)(Handle, Handle, Handle, const char*, std::size_t);
-    void (*subscription)(Handle, Handle, Handle, const char*, std::size_t);
-    void (*rclcpp_subscription)(Handle, Handle);
-    void (*subscription_callback)(Handle, Handle);
-    void (*timer)(Handle, std::int64_t);
-    void (*timer_callback)(Handle, Handle);
-    void (*timer_node)(Handle, Handle);
-    void (*take)(Handle, Handle, std::int64_t, bool);
-    void (*start)(Handle, bool);
-    void (*end)(Handle);
-    void (*rcl_publish)(Handle, Handle);
-    void (*rmw_publish)(Handle, Handle, std::int64_t);
-    void (*executor)(Handle, const char*);
-    void (*job)(Handle, std::uint64_t, std::int64_t, std::int64_t);
+  template <class... Arguments>
+  using Call = void (*)(Arguments...);
+  /// The function with this name, as a pointer to a function of any type.
+  struct Named {
+    const char* name;
+    template <class... Arguments>
+    operator Call<Arguments...>() const {  // NOLINT(google-explicit-constructor)
+      return sensor_call<void(Arguments...)>(name);
+    }
   };
-  explicit SensorCalls(const Functions& functions) : call_(functions) {}
+  SensorCalls() = default;
 
-  const Functions call_;
+  const Call<Handle, Handle, const char*, const char*> node_ = Named{"ros_trace_rcl_node_init"};
+  const Call<Handle, Handle, Handle, const char*, std::size_t> publisher_ =
+      Named{"ros_trace_rcl_publisher_init"};
+  const Call<Handle, Handle, Handle, const char*, std::size_t> subscription_ =
+      Named{"ros_trace_rcl_subscription_init"};
+  const Call<Handle, Handle> rclcpp_subscription_ = Named{"ros_trace_rclcpp_subscription_init"};
+  const Call<Handle, Handle> subscription_callback_ = Named{"ros_trace_rclcpp_subscription_callback_added"};
+  const Call<Handle, std::int64_t> timer_ = Named{"ros_trace_rcl_timer_init"};
+  const Call<Handle, Handle> timer_callback_ = Named{"ros_trace_rclcpp_timer_callback_added"};
+  const Call<Handle, Handle> timer_node_ = Named{"ros_trace_rclcpp_timer_link_node"};
+  const Call<Handle, Handle, std::int64_t, bool> take_ = Named{"ros_trace_rmw_take"};
+  const Call<Handle, bool> start_ = Named{"ros_trace_callback_start"};
+  const Call<Handle> end_ = Named{"ros_trace_callback_end"};
+  const Call<Handle, Handle> rcl_publish_ = Named{"ros_trace_rcl_publish"};
+  const Call<Handle, Handle, std::int64_t> rmw_publish_ = Named{"ros_trace_rmw_publish"};
+  const Call<Handle, const char*> executor_ = Named{"hotpath_watch_executor"};
+  const Call<Handle, std::uint64_t, std::int64_t, std::int64_t> job_ = Named{"hotpath_watch_job"};
 };
 
 }  // namespace hotpath

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "hotpath/reference_system/chain_lanes.hpp"
-#include "hotpath/reference_system/stat.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 
 namespace hotpath {
 
@@ -47,17 +47,17 @@ class TaskHistory {
   /// source job in the data.
   void merge(Message& into, const Message& from, TaskId to) const {
     auto& entries = into.history();
-    const std::size_t before = entries.size();
+    const auto before = static_cast<std::ptrdiff_t>(entries.size());
     for (const auto& entry : from.history()) {
       const TaskId task = task_of(entry);
       if (!goes_on(from, task, to)) continue;
-      const auto* const own = entries.data();
-      std::size_t known = 0;  // no std::find_if, which GCC does not inline: most messages begin empty
-      while (known < before && task_of(own[known]) != task) ++known;
-      if (known == before) {
+      auto known = entries.begin();  // no std::find_if, which GCC does not inline: most messages begin empty
+      const auto end = known + before;
+      while (known != end && task_of(*known) != task) ++known;
+      if (known == end) {
         entries.push_back(entry);
-      } else if (stat_of(entry).sequence < stat_of(entries[known]).sequence) {
-        entries[known] = entry;
+      } else if (stat_of(entry).sequence < stat_of(*known).sequence) {
+        *known = entry;
       }
     }
   }

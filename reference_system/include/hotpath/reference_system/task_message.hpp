@@ -10,6 +10,7 @@
 
 namespace hotpath {
 
+// Templates find the functions of a message by argument-dependent lookup.
 namespace msg {
 
 inline TaskId task_of(const Contribution& entry) { return entry.task(); }
@@ -26,21 +27,17 @@ inline void set_stat(Contribution& entry, const Stat& stat) {
   entry.start(static_cast<std::uint64_t>(to_ns(stat.start)));
 }
 
-}  // namespace msg
-
-using TaskMessageHistory = TaskHistory<msg::TaskMessage>;
-
 /// Writes the result of the work and the SampleInfo, whose parent is the history's last entry.
-inline void complete(msg::TaskMessage& m, const SampleInfo& info, std::int64_t result) {
+inline void complete(TaskMessage& m, const SampleInfo& info, std::int64_t result) {
   m.published(to_ns(info.published));
   m.deadline(to_ns(info.deadline));
   m.result(result);
 }
 
 /// Whether a task of a graph with this number of tasks may have published the message.
-inline bool is_message_of(const msg::TaskMessage& m, TaskId tasks) {
+inline bool is_message_of(const TaskMessage& m, TaskId tasks) {
   const auto instant = [](std::int64_t ns) { return ns >= 0; };
-  const auto known = [&](const msg::Contribution& entry) {
+  const auto known = [&](const Contribution& entry) {
     return (entry.task() < tasks || ChainLanes::is_lane(entry.task())) &&
            instant(static_cast<std::int64_t>(entry.start()));
   };
@@ -49,15 +46,13 @@ inline bool is_message_of(const msg::TaskMessage& m, TaskId tasks) {
 }
 
 /// Reads the SampleInfo; the message must satisfy is_message_of().
-inline SampleInfo read_info(const msg::TaskMessage& m) {
-  const msg::Contribution& publisher = m.history().back();
+inline SampleInfo read_info(const TaskMessage& m) {
+  const Contribution& publisher = m.history().back();
   return {from_ns(m.published()), from_ns(m.deadline()), {publisher.task(), publisher.job()}};
 }
 
-namespace msg {
-// For templates, which find these functions by argument-dependent lookup.
-using hotpath::is_message_of;
-using hotpath::read_info;
 }  // namespace msg
+
+using TaskMessageHistory = TaskHistory<msg::TaskMessage>;
 
 }  // namespace hotpath

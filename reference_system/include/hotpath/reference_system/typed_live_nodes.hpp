@@ -9,9 +9,8 @@
 
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/transport.hpp"
-#include "hotpath/reference_system/live_nodes.hpp"
+#include "hotpath/reference_system/live_system.hpp"
 #include "hotpath/reference_system/node_logic.hpp"
-#include "hotpath/reference_system/observe.hpp"
 #include "hotpath/reference_system/run_memory.hpp"
 #include "hotpath/reference_system/work.hpp"
 

@@ -79,6 +79,9 @@ class YamlValue {
 class YamlMap {
  public:
   YamlMap(const YamlValue& value, std::string what);
+  /// The map of a whole file with this text; `remedy` describes such a file. Keeps a pointer to `file`.
+  YamlMap(const std::string& file, const std::string& text, const std::string& what,
+          const std::string& remedy);
 
   int line() const { return line_; }
   const std::string& what() const { return what_; }
