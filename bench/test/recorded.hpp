@@ -40,7 +40,7 @@ struct RecordedCallbacks {
   imports::RecordedGraph graph(const std::vector<std::uint32_t>& of_none = {}) const {
     std::vector<std::uint32_t> executor_of(system.callbacks.size(), 0);
     for (const std::uint32_t c : of_none) executor_of.at(c) = tracing::kNone;
-    return imports::make_recorded_graph({.system = system, .jobs = jobs, .executor_of = executor_of}, "g");
+    return imports::make_recorded_graph({.jobs = jobs, .executor_of = executor_of, .system = system}, "g");
   }
 };
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "graph_fixture.hpp"
-#include "hotpath/core/input_file.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 #include "sweep/capacity.hpp"
