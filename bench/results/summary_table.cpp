@@ -58,8 +58,7 @@ program::Table chain_table(const Summary& summary, std::size_t chain) {
     };
     table.add_row({e.executor, c.hot_path.quantiles.n, cell(&Quantiles::p50), cell(&Quantiles::p99),
                    cell(&Quantiles::p999), cell(&Quantiles::max), e.skipped, e.overwritten,
-                   number(e.cpu_per_callback_us),
-                   starred(c.median_to_default), starred(c.max_to_default)});
+                   number(e.cpu_per_callback_us), starred(c.median_to_default), starred(c.max_to_default)});
   }
   return table;
 }

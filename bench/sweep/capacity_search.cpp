@@ -100,10 +100,10 @@ class CapacitySearch {
       : options_(options),
         over_(to_string(options.over)),
         levels_{options.from, options.to, options.resolution},
-        found_(
-            program::concat(options.graph, ", simulated: largest ", over_, " with ",
-                            program::joined(options.require.words), " (steps of ", exact(options.resolution), ")"),
-            {"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}) {
+        found_(program::concat(options.graph, ", simulated: largest ", over_, " with ",
+                               program::joined(options.require.words), " (steps of ",
+                               exact(options.resolution), ")"),
+               {"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}) {
     if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
     if (levels_.count() > 1'000'000) {
       throw program::UsageError("--resolution: more than 1000000 levels; take a larger step");

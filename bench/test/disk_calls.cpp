@@ -2,7 +2,7 @@
 // A library for LD_PRELOAD that logs a command's file system calls below the folder
 // HOTPATH_DISK_FOLDER. It appends each successful fsync, fdatasync, mkdir and rename to the file
 // HOTPATH_DISK_LOG: a line `KIND INODE SIZE<tab>PATH<tab>NEW PATH`, then SIZE bytes of the file's
-// content or, for a folder, of lines `INODE NAME`. adverse_runs_test.py reads the log.
+// content or, for a folder, of lines `INODE NAME`. power_loss_test.py reads the log.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>

@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import re
+import signal
 import subprocess
 import tempfile
 import time
@@ -205,6 +206,8 @@ class CommandTest(unittest.TestCase):
             out, err = process.communicate(timeout=TIME_LIMIT_S)
         except subprocess.TimeoutExpired:
             process.kill()
+            for pid in processes_of(process.pid):  # of its session
+                os.kill(int(pid), signal.SIGKILL)
             process.communicate()
             self.fail(f"{process.args} did not end")
         return process.returncode, out, err

@@ -3,13 +3,11 @@
 structures that grow with the length of the run or with the square of the graph."""
 
 import json
-import resource
 from pathlib import Path
 from typing import Any
 
 from hotpath_command import HOTPATH, CommandTest
 
-MB = 1 << 20
 # A chain of three nodes with 1000 jobs per second each, and rows as short as possible.
 CHAIN = """name: chain
 nodes:
@@ -43,10 +41,7 @@ class Memory(CommandTest):
     def limited(self, megabytes: int, *arguments: object) -> tuple[Any, Any]:
         """(exit code, standard error) of a command; each of its processes has this limit of
         writable memory."""
-        limit = megabytes * MB
-        code, _, err = self.command(
-            *arguments, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
-        )
+        code, _, err = self.command(*arguments, given=f"ulimit -d {1024 * megabytes};")
         return code, err
 
     def assert_enough(self, megabytes: int, *arguments: object) -> None:

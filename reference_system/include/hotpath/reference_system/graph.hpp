@@ -113,8 +113,7 @@ inline constexpr std::array kPlatformCosts = {
     PlatformCost{"wait_cost_us", &Platform::wait_cost, "Cost of a wait of a wait-set executor"},
     PlatformCost{"wait_cost_per_entity_us", &Platform::wait_cost_per_entity,
                  "Cost of a wait per entity; a node has 8 besides its callbacks"},
-    PlatformCost{"wake_up_us", &Platform::wake_up_latency,
-                 "Delay until a woken thread competes for a core"},
+    PlatformCost{"wake_up_us", &Platform::wake_up_latency, "Delay until a woken thread competes for a core"},
     PlatformCost{"delivery_delay_us", &Platform::delivery_delay,
                  "Delay from publication to arrival of a sample"},
 };
