@@ -61,7 +61,7 @@ def run(arguments: Sequence[str]) -> int:
         code, sentence = EXIT_FAILED, f"cannot write: {error}"
     except Exception as error:  # pylint: disable=broad-except
         code, sentence = EXIT_FAILED, of_strange_content(error)
-    print(f"{command}: {printable(sentence)[:LONGEST_MESSAGE]}", file=sys.stderr)
+    print(f"hotpath: {printable(sentence)[:LONGEST_MESSAGE]}", file=sys.stderr)
     return code
 
 
