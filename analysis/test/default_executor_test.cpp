@@ -44,6 +44,8 @@ TEST(ProcessingWindows, ASampleThatIsDeliveredLateMayMissAWindow) {
   EXPECT_EQ(ProcessingWindows(topology, {}, overheads).response(1), 3 + 2 + 3);
   overheads.delivery = 100;
   EXPECT_EQ(ProcessingWindows(topology, {}, overheads).response(1), 100 + 5 + 2 + 3);
+  overheads.wait = 1;  // before a window, and behind the decision for the timer
+  EXPECT_EQ(ProcessingWindows(topology, {}, overheads).until_finish(0, 0), 1 + 5 + 2 + 1);
 }
 
 TEST(SectionVIIB, NormalisedReductionOfThePaperArtifact) {

@@ -73,16 +73,14 @@ void check_outputs(const CLI::App& command) {
   namespace fs = std::filesystem;
   static const std::set<std::string> kOutputs = {"--output", "--csv",    "--junit",  "--markdown",
                                                  "--page",   "--record", "--witness"};
-  const auto canonical = [](const std::string& path) {
-    std::error_code error;
+  std::error_code error;
+  const auto canonical = [&error](const std::string& path) {
     const fs::path found = fs::weakly_canonical(fs::absolute(path, error), error);
     return error ? fs::path(path) : found.has_filename() ? found : found.parent_path();
   };
-  const auto same = [](const fs::path& a, const fs::path& b) {
-    std::error_code error;  // hard links
+  const auto same = [&error](const fs::path& a, const fs::path& b) {  // hard links too
     return a == b || (fs::exists(a, error) && fs::exists(b, error) && fs::equivalent(a, b, error));
   };
-  std::error_code error;
   std::map<std::string, fs::path> outputs, inputs;
   for (const CLI::Option* option : command.get_options()) {
     const std::string name = option->get_name();

@@ -29,8 +29,8 @@ struct TimesSource {
   /// Parses a word of ExecutionTimeModel, `replay:RUN` or `listed:FILE`.
   [[nodiscard]] static std::optional<TimesSource> parse(const std::string& text) {
     if (const auto model = hotpath::parse<ExecutionTimeModel>(text)) return TimesSource{model};
-    if (text.starts_with("replay:")) return TimesSource{{}, text.substr(7)};
-    if (text.starts_with("listed:")) return TimesSource{{}, {}, text.substr(7)};
+    if (text.starts_with("replay:")) return TimesSource{{}, text.substr(text.find(':') + 1)};
+    if (text.starts_with("listed:")) return TimesSource{{}, {}, text.substr(text.find(':') + 1)};
     return std::nullopt;
   }
   [[nodiscard]] std::string text() const {

@@ -34,6 +34,7 @@ timeline | `timeline` is | export perfetto RUN
 validate | `validate` is | `diff RUN --simulated`
 run --fast | --fast | hotpath run --help
 run --executers rm-ro | --executors
+run --domain 233 | --domain | 0 to 232
 run --cpus 4000 | --cpus | may not use processor 4000
 run --cpus 1- | --cpus | `1-`
 run --timer-policy fifo | `fifo` | fifo:N
@@ -70,10 +71,14 @@ export perfetto {stock}/timers --from 5 --to 4 --output x | --to must lie after 
 replay {stock}/tiny --executors best | best | rm-ro (repetition 0)
 replay {stock}/tiny --repetition 1 | repetition 1 | rm-ro (repetition 0)
 replay {stock}/tiny --from 5 | after the end of the run
+replay {stock}/tiny --speed 0 | --speed
 replay {stock}/tiny --graph sequences | no task | another graph
+simulate --cores 0 | --cores | from 1 to 64
 simulate --platform release_cost_us=-1 | --platform | release_cost_us
 simulate --platform cost=1 | --platform | release_cost_us
+simulate --duration 1e12 | --duration | from 0.1 to 1e+09
 simulate --duration 1e9 | --duration | memory | --no-trace
+simulate --execution-times best | --execution-times | worst, uniform
 simulate --executors , | --executors: `,` has an empty item
 simulate --deployments a,,b | --deployments: `a,,b` has an empty item
 simulate --graph {stock}/tiny.yaml --phases {stock}/phases.csv | phases.csv:2

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs graphs with nodes of type `callbacks` through every command that takes them."""
 
+import re
 from typing import Any
 
 from analyze_case import graph_text
@@ -83,8 +84,11 @@ class Callbacks(CommandTest):
 
     def test_timers_of_one_node_have_bounds(self) -> None:
         graph = self.folder / "timers.yaml"
-        timer = "{{timer: {0}, period_ms: {1}, execution_time_ms: 1}}"
-        timers = f"{timer.format('t', 10)}, {timer.format('u', 20)}"
+        timer = "{{timer: {0}, period_ms: {1}, deadline_ms: {2}, execution_time_ms: 1}}"
+        timers = f"{timer.format('t', 10, 0.5)}, {timer.format('u', 20, 2)}"
         graph.write_text(graph_text(f"{{name: A, type: callbacks, callbacks: [{timers}]}}"))
         run = self.measure("simulate", "--graph", graph, "--executors", "rm-ro", "--duration", 1)
         self.assertEqual([(b["task"], b["ms"]) for b in run.run["bounds"]], [("A/t", 2), ("A/u", 2)])
+        perfetto = self.folder / "trace.json"
+        self.accepted("export", "perfetto", run.path, "--output", perfetto)
+        self.assertEqual(set(re.findall('"deadline missed: (.*?)"', perfetto.read_text())), {"A/t"})

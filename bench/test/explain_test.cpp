@@ -247,6 +247,13 @@ TEST(Explain, TheReleasesOfTheTimerThreadDisplaceAJob) {
   EXPECT_THAT(parts_of_first(graph, "rm-ro"), Contains("displaced 1"));
 }
 
+TEST(Explain, TheTimerThreadAndTheExecutorsWakeUpForATimer) {
+  Graph graph = a_to_sink({timer("b", 1ms, 100ms, 50ms)});
+  graph.platform.wake_up = 1ms;
+  const Simulated run(graph, setup::parse_executor("rm-ro", {}), Phases::given, 95ms);
+  EXPECT_THAT(texts(run, of_task(run, 1)), ElementsAre("overhead 2", "running 1"));
+}
+
 /// A service that runs ahead of its priority after 10 ms: the rules by which it goes before timer `b`.
 std::vector<std::string> behind_a_service(Duration period_of_caller, Duration phase_of_b, bool costs) {
   Node service = follower("s", {"a"}, 3ms);

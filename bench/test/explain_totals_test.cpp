@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 TEST(Overviews, SeparateTheTail) {
   std::vector<Output> outputs;
-  for (std::uint64_t i = 0; i < 200; ++i) outputs.push_back({0, i, i < 198 ? 10ms : 30ms});
+  for (std::uint64_t i = 0; i < 250; ++i) outputs.push_back({0, i, i < 248 ? 10ms : 30ms});
   Overview overview(outputs);
   TaskSet set;
   set.tasks.emplace_back().name = "slow";
@@ -23,8 +23,8 @@ TEST(Overviews, SeparateTheTail) {
     if (output.latency > 10ms) e.parts.push_back({Cause::executor, Rule::fifo, {0, 7}, 0, 20ms});
     overview.add(e);
   }
-  EXPECT_EQ(overview.all.outputs, 200U);
-  EXPECT_EQ(overview.middle.outputs, 198U);
+  EXPECT_EQ(overview.all.outputs, 250U);
+  EXPECT_EQ(overview.middle.outputs, 248U);
   EXPECT_EQ(overview.tail.outputs, 2U);
   EXPECT_THAT(
       report({set, "default", "chain", "", 0}, overview).sentences,

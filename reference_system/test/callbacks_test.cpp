@@ -67,6 +67,9 @@ TEST(Callbacks, AMessageCountsTheLossesSinceTheOneBefore) {
   const Simulated s = simulate_graph(g, "events-ro", 100ms);
   ASSERT_EQ(s.trace.chains.size(), 2U);
   EXPECT_EQ(s.trace.chains[1].dropped, 3U);
+  const std::string cyclic = "  - {name: N, type: cyclic, period_ms: 30, inputs: [S]}\n" + command("C", "N") +
+                             "chains:\n  - {name: c, nodes: [S, N, C], sources: [S], sink: C}\n";
+  EXPECT_EQ(simulate_text(sensor("S", 10) + cyclic, 100ms).trace.chains.at(1).dropped, 2U);
 }
 
 /// A works from 0 to 10 ms and publishes x after 2 ms, y after 6.5 ms and z at its end.

@@ -44,17 +44,20 @@ chains:
   }
 }
 
-/// The planner P reads S and its own old output, which F feeds back. The age along the chain is that of
-/// S's last sample, whether F belongs to the chain or not.
+/// The planner P reads S and its own old output, which F feeds back, also if F reads S as well. The age along
+/// the chain is that of S's last sample, whether F belongs to the chain or not.
 TEST(GraphWorkload, AgeLeavesOutDataThatReturnsToTheChain) {
-  for (const std::string nodes : {"[S, P, X]", "[S, P, X, F]"}) {
+  const std::string behind = "transform, input: X", beside = "cyclic, period_ms: 100, inputs: [S, P]";
+  for (const auto& [f, nodes] :
+       {std::pair(behind, "[S, P, X]"), {behind, "[S, P, X, F]"}, {beside, "[S, P, X]"}}) {
     const Graph g = load(R"(
 name: g
 nodes:
 - {name: S, type: sensor, period_ms: 100}
 - {name: P, type: cyclic, period_ms: 100, inputs: [S, F], execution_time_ms: 1}
 - {name: X, type: transform, input: P, execution_time_ms: 1}
-- {name: F, type: transform, input: X, execution_time_ms: 1}
+- {name: F, execution_time_ms: 1, type: )" +
+                         f + R"(}
 chains:
 - {name: chain, sources: [S], sink: X, nodes: )" +
                          nodes + "}\n");

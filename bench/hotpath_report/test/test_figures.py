@@ -128,6 +128,9 @@ class HotPath(FigureTest):
         self.write_run([35.4], [0, 0, 0, 0], executors=["default", "rm-ro", "edf-ro"], limits=[])
         self.assert_drawn(self.call("hot-path", self.folder), self.folder, "hot_path")
         self.assertIn("no data", self.svg_texts("hot_path.svg"))
+        self.write_run([35.4] * 300 + [900])
+        self.call("hot-path", self.folder)
+        self.assertIn("900.0 ms →", self.svg_texts("hot_path.svg"), "an outlier stretches no axis")
 
     def test_refusals(self) -> None:
         facts = json.loads(run_json())

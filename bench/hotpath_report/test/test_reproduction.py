@@ -23,7 +23,7 @@ import browser
 import package
 import pandas as pd
 
-from hotpath_report.paper import cells
+from hotpath_report.paper import cells, checks
 from hotpath_report.paper import evidence as evidence_of
 from hotpath_report.paper import storage
 from hotpath_report.paper.claims import judge
@@ -144,6 +144,8 @@ class Simulated(ReproductionTest):
             self.assertEqual(found[claim], NOT, claim)
         for claim in ("best-worst-case", "outperforms"):
             self.assertIn(found[claim], (NOT, PARTLY), claim)
+        imu = checks.imu_loss(wrong, "simulated")
+        self.assertIn(f"static at most {imu.short}", imu.text, "default loses none")
 
     def test_few_live_samples_decide_nothing(self) -> None:
         brief = dataclasses.replace(self.evidence)
