@@ -313,10 +313,10 @@ std::vector<Property> properties() {
                                     "fp-ro:first:fifo", "edf-ro:first", "cbg:1"};
   for (const ExecutorEntry& executor : executors())
     names.push_back(std::string(executor.name) + (executor.traits.many_workers ? ":2" : ""));
-  for (const std::string& name : names) {
+  all.reserve(names.size() + 1);
+  for (const std::string& name : names)
     all.push_back(
         {"bounds/" + name, 150, 0, [name](std::uint64_t seed) { return check_bounds(seed, name); }});
-  }
   all.push_back({"bounds/deployments", 600, 0, [](std::uint64_t seed) { return check_bounds(seed, ""); }});
   return all;
 }
