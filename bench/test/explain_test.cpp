@@ -249,7 +249,7 @@ TEST(Explain, TheReleasesOfTheTimerThreadDisplaceAJob) {
 
 TEST(Explain, TheTimerThreadAndTheExecutorsWakeUpForATimer) {
   Graph graph = a_to_sink({timer("b", 1ms, 100ms, 50ms)});
-  graph.platform.wake_up = 1ms;
+  graph.platform.wake_up_latency = 1ms;
   const Simulated run(graph, setup::parse_executor("rm-ro", {}), Phases::given, 95ms);
   EXPECT_THAT(texts(run, of_task(run, 1)), ElementsAre("overhead 2", "running 1"));
 }
