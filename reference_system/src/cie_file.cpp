@@ -76,6 +76,7 @@ std::set<std::uint32_t> executors_of(const YamlValue& id, const ExecutorsOf& all
 ThreadPolicy read_policy(const YamlMap& map) {
   const YamlValue given = map.require("policy", "SCHED_OTHER");
   std::vector<std::string> words;
+  words.reserve(std::size(kPolicies));
   for (const auto& policy : kPolicies) words.emplace_back(policy.text);
   ThreadPolicy policy{kPolicies[given.choice(words)].value};
   if (policy.scheduling_class == Class::deadline) {

@@ -105,6 +105,7 @@ std::vector<Chain> find_chains(const Graph& graph, const GraphTasks& tasks, std:
                    [](const Path& a, const Path& b) { return a.is_larger_than(b); });
   if (paths.size() > most) paths.resize(most);
   std::vector<Chain> chains;
+  chains.reserve(paths.size());
   for (const Path& path : paths) chains.push_back(chain_along(graph, tasks, path, chains.size() + 1));
   return chains;
 }

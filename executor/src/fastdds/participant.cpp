@@ -170,7 +170,7 @@ FastDdsParticipant::~FastDdsParticipant() {
   dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
 
-void FastDdsParticipant::register_type(dds::TypeSupport type) {
+void FastDdsParticipant::register_type(const dds::TypeSupport& type) {
   type->auto_fill_type_information(false);
   type->auto_fill_type_object(false);
   type_name_ = type.get_type_name();

@@ -37,7 +37,7 @@ class FastDdsParticipant {
   FastDdsParticipant(const FastDdsParticipant&) = delete;
   FastDdsParticipant& operator=(const FastDdsParticipant&) = delete;
 
-  void register_type(eprosima::fastdds::dds::TypeSupport type);
+  void register_type(const eprosima::fastdds::dds::TypeSupport& type);
 
   /// Reliable, KEEP_LAST `depth`, published synchronously. Throws TransportError.
   eprosima::fastdds::dds::DataWriter* add_writer(const std::string& topic, std::uint32_t depth,
