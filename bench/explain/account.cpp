@@ -207,9 +207,13 @@ class Account {
       if (system_.kind == results::RunKind::recorded) return Rule::recorded;  // traces lack the snapshots
       if (first.start < w.snapshot) return Rule::earlier_snapshot;
       const Task &ahead = system_.task(first.job.task), &waits = system_.task(w.job.job.task);
-      if (ahead.kind != waits.kind && traits.runs_first == ahead.kind)
-        return ahead.kind == TaskKind::timer ? Rule::timers_first : Rule::subscriptions_first;
-      return waits.guaranteed && !ahead.guaranteed ? Rule::services_last : Rule::snapshot_order;
+      const TaskKind first_kind = traits.runs_first.value_or(TaskKind::timer);
+      if (place_of_kind(ahead, first_kind) >= place_of_kind(waits, first_kind)) return Rule::snapshot_order;
+      const bool timers_first = first_kind == TaskKind::timer;
+      if (ahead.entity != EntityKind::subscription || waits.entity != EntityKind::subscription ||
+          ahead.kind == waits.kind)
+        return timers_first ? Rule::kinds : Rule::static_kinds;
+      return timers_first ? Rule::timers_first : Rule::subscriptions_first;
     }
     if (traits.family == Family::callback_groups) return Rule::group_order;
     return w.executor.order ? rule_of_queue(w, first) : Rule::fifo;

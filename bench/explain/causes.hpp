@@ -26,22 +26,23 @@ namespace hotpath::explain {
   CAUSE(unexplained, "unexplained", "#ffffff")
 
 /// The rules of executors by which another job went first: name and text.
-#define HOTPATH_RULES(RULE)                                  \
-  RULE(none, "")                                             \
-  RULE(already_running, "already running (non-preemptive)")  \
-  RULE(before_release, "chosen before this job's release")   \
-  RULE(earlier_snapshot, "in an earlier snapshot")           \
-  RULE(timers_first, "timers before subscriptions")          \
-  RULE(subscriptions_first, "subscriptions before timers")   \
-  RULE(services_last, "services and clients last")           \
-  RULE(snapshot_order, "earlier in the wait set's snapshot") \
-  RULE(fifo, "earlier event (FIFO)")                         \
-  RULE(group_order, "callback group ready earlier (FIFO)")   \
-  RULE(priority, "higher priority")                          \
-  RULE(deadline, "earlier deadline")                         \
-  RULE(tie, "same priority, ahead by the tie rule")          \
-  RULE(service_wait, "waited for the service wait")          \
-  RULE(same_group, "same callback group in use")             \
+#define HOTPATH_RULES(RULE)                                                               \
+  RULE(none, "")                                                                          \
+  RULE(already_running, "already running (non-preemptive)")                               \
+  RULE(before_release, "chosen before this job's release")                                \
+  RULE(earlier_snapshot, "in an earlier snapshot")                                        \
+  RULE(timers_first, "timers before subscriptions")                                       \
+  RULE(subscriptions_first, "subscriptions before timers")                                \
+  RULE(kinds, "timers, subscriptions, services, clients, waitables: kind by kind")        \
+  RULE(static_kinds, "subscriptions, timers, clients, services, waitables: kind by kind") \
+  RULE(snapshot_order, "earlier in the wait set's snapshot")                              \
+  RULE(fifo, "earlier event (FIFO)")                                                      \
+  RULE(group_order, "callback group ready earlier (FIFO)")                                \
+  RULE(priority, "higher priority")                                                       \
+  RULE(deadline, "earlier deadline")                                                      \
+  RULE(tie, "same priority, ahead by the tie rule")                                       \
+  RULE(service_wait, "waited for the service wait")                                       \
+  RULE(same_group, "same callback group in use")                                          \
   RULE(recorded, "went first in the recording")
 
 #define HOTPATH_NAME(name, ...) name,

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "bounds/exact_worst_cases.hpp"
+#include "bounds/premises.hpp"
 #include "guarantees/witnesses.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
@@ -156,7 +158,9 @@ class Analysis {
     tasks.set = callbacks.set;
     std::vector<bounds::ReachedWorstCase> reached;
     const bool explored = callbacks.phases_known || options_.exact;
-    if (explored) all.push_back(exact(callbacks, tasks, executor, reached));
+    if (explored) all.push_back(exact(graph_, callbacks, tasks, executor, &reached));
+    find_delivered(callbacks, bounded, tasks, executor, explored);
+    find_premises(callbacks, executor);
     const bool any = std::ranges::any_of(all, [](const GraphBounds& b) { return b.refusal.empty(); });
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n";
     for (const GraphBounds& bounds : all) {
@@ -165,6 +169,10 @@ class Analysis {
       } else if (!any) {
         out_ << "  " << bounds.method << ": " << bounds.refusal << "\n";
       }
+    }
+    if (any) {
+      out_ << "Rests on: " << rests_on_ << ".\n";
+      if (!assumed_.empty()) out_ << "Assumed, not measured: " << assumed_ << ".\n";
     }
     if (any && explored && !all.back().refusal.empty()) {
       out_ << (uncertainty() > Duration{} ? "No bounds near these phases: " : "No exact values: ")
@@ -178,12 +186,45 @@ class Analysis {
   void show(const std::string& executor, const CallbackGraph& callbacks, const GraphBounds& bounds) {
     std::vector<BoundRow> rows = bound_rows(executor, callbacks, bounds);
     for (BoundRow& row : rows) {
+      row.rests_on = rests_on_;
+      row.assumed = assumed_;
+      const auto delivered = delivered_.find({bounds.method == bounds::kExactMethod, row.kind, row.name});
+      if (delivered != delivered_.end()) row.delivered_ns = delivered->second;
       if (observed_) observed_->compare(row);
     }
     out_ << "\n" << executor << ", " << bounds.method << "\n";
     print(out_, rows, observed_.has_value());
     if (!bounds.left_out.empty()) out_ << "No exact " << bounds.left_out << "\n";
     rows_.insert(rows_.end(), rows.begin(), rows.end());
+  }
+
+  /// The smallest bounds, and the exact values, of the system in which samples take kSomeDelivery.
+  void find_delivered(const CallbackGraph& callbacks, const CallbackGraph& bounded, const GraphTasks& tasks,
+                      const setup::ExecutorSpec& executor, bool explored) {
+    delivered_.clear();
+    if (graph_.platform.delivery_delay > Duration{} || uncertainty() > Duration{}) return;
+    Graph graph = graph_;
+    graph.platform.delivery_delay = kSomeDelivery;
+    std::vector<GraphBounds> all = setup::bounds_of(graph, bounded, executor);
+    if (explored) all.push_back(exact(graph, callbacks, tasks, executor, nullptr));
+    for (const GraphBounds& bounds : all) {
+      if (!bounds.refusal.empty()) continue;
+      for (const BoundRow& row : bound_rows(executor.label, callbacks, bounds)) {
+        if (!row.bound_ns) continue;
+        const auto [known, is_new] = delivered_.try_emplace(
+            {bounds.method == bounds::kExactMethod, row.kind, row.name}, *row.bound_ns);
+        if (!is_new) known->second = std::min(known->second, *row.bound_ns);
+      }
+    }
+  }
+
+  void find_premises(const CallbackGraph& callbacks, const setup::ExecutorSpec& executor) {
+    const std::string what = executor.entry ? std::string(executor.entry->class_name) + " (" +
+                                                  std::string(executor.entry->description) + ")"
+                                            : "those of the deployment";
+    const auto all = bounds::premises(graph_, callbacks.set, what, callbacks.phases_known);
+    rests_on_ = bounds::list_of(all, true);
+    assumed_ = bounds::list_of(all, false);
   }
 
   /// Of the phases, only their distances are bounded.
@@ -195,9 +236,9 @@ class Analysis {
 
   Duration uncertainty() const { return from_ms(options_.phase_uncertainty_us.value_or(0) / 1000); }
 
-  GraphBounds exact(const CallbackGraph& callbacks, const GraphTasks& tasks,
+  GraphBounds exact(const Graph& graph, const CallbackGraph& callbacks, const GraphTasks& tasks,
                     const setup::ExecutorSpec& executor,
-                    std::vector<bounds::ReachedWorstCase>& reached) const {
+                    std::vector<bounds::ReachedWorstCase>* reached) const {
     GraphBounds none;
     none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
     none.refusal = executor.deployment ? "several executors are not explored" : "";
@@ -207,9 +248,9 @@ class Analysis {
     if (!none.refusal.empty()) return none;
     const std::size_t limit = options_.exact ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
     const char* const more = options_.exact ? "" : "; --exact allows more";
-    return bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler,
+    return bounds::exact_worst_cases(graph, tasks, *executor.entry, executor.scheduler,
                                      {limit, uncertainty(), more},
-                                     options_.witness.empty() ? nullptr : &reached);
+                                     options_.witness.empty() ? nullptr : reached);
   }
 
   /// Throws RunError if a bound is violated although its assumptions hold.
@@ -240,6 +281,9 @@ class Analysis {
   GraphTasks tasks_;
   std::optional<Observed> observed_;
   std::vector<BoundRow> rows_;
+  // Of the executor at hand, by whether it is exact, by quantity and by name; and its premises.
+  std::map<std::tuple<bool, bounds::Quantity, std::string>, std::int64_t> delivered_;
+  std::string rests_on_, assumed_;
 };
 
 }  // namespace

@@ -46,7 +46,7 @@ void add_parts(BoundRow& row, const ChainAge& age, const TaskSet& set) {
 }
 
 /// The columns of a printed table.
-std::vector<Column<BoundRow>> shown_columns(Quantity kind, bool compared) {
+std::vector<Column<BoundRow>> shown_columns(Quantity kind, bool compared, const std::vector<BoundRow>& rows) {
   static const std::map<Quantity, const char*> kSubjects = {{Quantity::task, "task"},
                                                             {Quantity::chain, "chain, end to end"},
                                                             {Quantity::hot_path, "chain, hot path"}};
@@ -61,6 +61,9 @@ std::vector<Column<BoundRow>> shown_columns(Quantity kind, bool compared) {
     columns.emplace_back("response", [](const BoundRow& row) { return in_ms(row.response_ns); });
     columns.emplace_back("waiting", [](const BoundRow& row) { return in_ms(row.waiting_ns); });
     columns.emplace_back("last timer", &BoundRow::last_timer);
+  }
+  if (std::ranges::any_of(rows, depends_on_delivery)) {
+    columns.emplace_back("with delivery", [](const BoundRow& row) { return in_ms(row.delivered_ns); });
   }
   if (!compared) return columns;
   columns.emplace_back("observed ms", [](const BoundRow& row) { return in_ms(row.observed_ns); });
@@ -84,6 +87,11 @@ void print_verdict(std::ostream& out, const std::vector<BoundRow>& tasks) {
 
 }  // namespace
 
+bool depends_on_delivery(const BoundRow& row) {
+  constexpr Duration kItself = 1000 * kSomeDelivery;  // a path of that many samples
+  return row.bound_ns && row.delivered_ns && *row.delivered_ns > *row.bound_ns + kItself.count();
+}
+
 std::string in_ms(std::optional<std::int64_t> ns) {
   return ns ? program::fixed(to_ms(Duration(*ns)), 3) : "-";
 }
@@ -101,7 +109,10 @@ const std::vector<Column<BoundRow>>& bound_columns() {
       {"deadline_ns", &BoundRow::deadline_ns},
       {"response_ns", &BoundRow::response_ns},
       {"waiting_ns", &BoundRow::waiting_ns},
-      {"dominated_by", &BoundRow::dominated_by}};
+      {"dominated_by", &BoundRow::dominated_by},
+      {"delivered_ns", &BoundRow::delivered_ns},
+      {"rests_on", &BoundRow::rests_on},
+      {"assumed", &BoundRow::assumed}};
   return columns;
 }
 
@@ -177,7 +188,7 @@ void print(std::ostream& out, const std::vector<BoundRow>& rows, bool compared) 
     std::vector<BoundRow> shown;
     std::ranges::copy_if(rows, std::back_inserter(shown), [&](const BoundRow& r) { return r.kind == kind; });
     if (shown.empty() && kind != Quantity::task) continue;
-    out << program::table_of(shown_columns(kind, compared), shown);
+    out << program::table_of(shown_columns(kind, compared, shown), shown);
     if (kind == Quantity::task) print_verdict(out, shown);
   }
   for (const BoundRow& row : rows) {

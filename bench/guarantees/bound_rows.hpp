@@ -24,7 +24,16 @@ struct BoundRow {
   std::optional<std::int64_t> response_ns{}, waiting_ns{};  ///< The parts of a chain's bound.
   std::string dominated_by{};  ///< The largest parts, to reduce for a smaller bound.
   std::string last_timer{};    ///< Of a chain; if it has no bound, the reason. Only shown.
+  /// The same if each sample takes kSomeDelivery to arrive, where the graph states no delivery. A sample on
+  /// its way lets a less urgent job start.
+  std::optional<std::int64_t> delivered_ns{};
+  std::string rests_on{}, assumed{};  ///< Premises that are stated, and those that are not.
 };
+
+/// A delivery too short to matter but for which job starts next.
+inline constexpr Duration kSomeDelivery = std::chrono::nanoseconds(1);
+/// Whether the bound is another one with it.
+[[nodiscard]] bool depends_on_delivery(const BoundRow& row);
 
 /// Nanoseconds as milliseconds; `-` for none.
 [[nodiscard]] std::string in_ms(std::optional<std::int64_t> ns);

@@ -38,8 +38,8 @@ struct ExecutorGaps {
 ExecutorGaps gaps_of(const TaskSet& set, const RecordedWindow& window, const RecordedExecutor& executor,
                      const ExecutorTraits& traits) {
   const auto place = [&](TaskId id) {
-    const std::size_t kind = set[id].guaranteed ? 2 : traits.runs_first == set[id].kind ? 0 : 1;
-    return id + kind * set.size();
+    const int kind = place_of_kind(set[id], traits.runs_first.value_or(TaskKind::timer));
+    return id + static_cast<std::size_t>(kind) * set.size();
   };
   const bool wait_set = traits.family == Family::wait_set, shares_waits = wait_set && traits.many_workers;
   const bool waits_recorded = std::ranges::any_of(

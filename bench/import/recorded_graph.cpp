@@ -32,6 +32,12 @@ std::string graph_name(const std::string& ros_name, bool is_node) {
   return name.empty() ? "unnamed" : name;
 }
 
+EntityKind entity_of(CallbackKind kind) {
+  if (kind == CallbackKind::service) return EntityKind::service;
+  if (kind == CallbackKind::client) return EntityKind::client;
+  return kind == CallbackKind::unannounced ? EntityKind::waitable : EntityKind::subscription;
+}
+
 bool is_beside_topics(CallbackKind kind) {
   return kind == CallbackKind::service || kind == CallbackKind::client || kind == CallbackKind::unannounced;
 }
@@ -244,7 +250,7 @@ class Builder {
         name = unused_name(several ? concat("timer_", ++timers) : "timer", used);
         added.phase = Duration::zero();
       }
-      added.service = callback(c).kind == CallbackKind::service;
+      added.entity = entity_of(callback(c).kind);
       added.task = concat(node.name, "/", name);
       added.period = added.deadline = callback(c).period;
       add_publications(c, input_of, node, added);

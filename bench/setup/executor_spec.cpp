@@ -29,7 +29,7 @@ void apply_variant(ExecutorSpec& spec, const std::string& variant) {
     throw program::UsageError(
         "executor `" + spec.label + "` has no variant `" + variant +
         "`; the paper's executors accept inherit, first, lifo, fifo; multi, multi-jazzy, "
-        "multi-fair, cbg accept a number of threads");
+        "multi-fair, cbg, cbg-3178 accept a number of threads");
   }
 }
 

@@ -257,7 +257,7 @@ TEST(Explain, TheTimerThreadAndTheExecutorsWakeUpForATimer) {
 /// A service that runs ahead of its priority after 10 ms: the rules by which it goes before timer `b`.
 std::vector<std::string> behind_a_service(Duration period_of_caller, Duration phase_of_b, bool costs) {
   Node service = follower("s", {"a"}, 3ms);
-  service.callbacks[0].service = true;
+  service.callbacks[0].entity = EntityKind::service;
   service.type = NodeType::callbacks;
   Graph graph = graph_of({timer("a", 1ms, period_of_caller), timer("c", 9ms, 25ms, 1ms), service,
                           timer("b", 4ms, 100ms, phase_of_b)},

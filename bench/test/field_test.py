@@ -52,18 +52,33 @@ class Judgements(FieldTest):
             run = self.simulate(f"run{len(trace)}", *words, "--max-backlog", 1000, *trace)
             self.assertGreater(run.summary()["executors"][0]["deadline_overruns"], 0)
 
+    def bounds(self, graph: str, executor: str, *more: str) -> dict[tuple[str, str, bool], dict[str, str]]:
+        """Rows with a bound, by kind, name, and whether it is exact."""
+        words = ("--executors", executor, "--phases", "given", "--exact", "--csv", "bounds.csv")
+        self.accepted("analyze", FIELD / f"{graph}.yaml", *words, *more)
+        rows = csv_rows(self.folder / "bounds.csv")
+        return {(row["kind"], row["name"], "exact" in row["method"]): row for row in rows if row["bound_ns"]}
+
     def test_services_come_behind_subscriptions(self) -> None:
-        graph = FIELD / "services.yaml"
-        words = ("--executors", "default", "--phases", "given", "--exact", "--csv", "bounds.csv")
-        self.accepted("analyze", graph, *words)
-        bounds = {
-            (row["kind"], row["name"], row["method"][:11]): int(row["bound_ns"])
-            for row in csv_rows(self.folder / "bounds.csv")
-        }
-        self.assertEqual(bounds["task", "node/s", "exploration"], 61_000_000)
-        self.assertGreaterEqual(bounds["task", "node/s", "processing "], 61_000_000)
-        self.assertEqual(bounds["hot_path", "call", "exploration"], 61_300_000)
-        self.assertEqual(bounds["chain", "call", "exploration"], 62_300_000)
+        bounds = self.bounds("services", "default")
+        for exact in (False, True):
+            self.assertGreaterEqual(int(bounds["task", "node/s", exact]["bound_ns"]), 61_000_000)
+        self.assertEqual(bounds["task", "node/s", True]["bound_ns"], "61000000")
+        self.assertEqual(bounds["hot_path", "call", True]["bound_ns"], "61300000")
+        self.assertEqual(bounds["chain", "call", True]["bound_ns"], "62300000")
+
+    def test_a_value_that_hangs_on_delivery_stands_beside_the_one_with_delivery(self) -> None:
+        row = self.bounds("delivery", "rm-ro")["hot_path", "c", True]
+        self.assertEqual((row["bound_ns"], row["delivered_ns"]), ("5000000", "35000000"))
+        self.assertIn("delivery takes no time", row["assumed"])
+        row = self.bounds("delivery", "rm-ro", "--platform", "delivery_delay_us=1")["hot_path", "c", True]
+        self.assertEqual((row["bound_ns"], row["delivered_ns"]), ("35000000", ""))
+        self.assertIn("delivery takes 1 us", row["rests_on"])
+
+    def test_both_generations_of_callback_groups(self) -> None:
+        for executor, ms in (("cbg:1", 1), ("cbg-3178:1", 21)):
+            bounds = self.bounds("two_timers_of_a_reentrant_group", executor)
+            self.assertEqual(int(bounds["hot_path", "c", True]["bound_ns"]), ms * 1_000_000)
 
     def test_copies_have_names_of_their_own(self) -> None:
         graph = FIELD / "names_with_numbers.yaml"

@@ -29,9 +29,12 @@ void draw_services(Random& random, Graph& graph) {
   for (Node& node : graph.nodes) {
     if (node.inputs.empty() || !chance(random, 50)) continue;
     node.type = NodeType::callbacks;
-    for (Callback& callback : node.callbacks) callback.service = callback.input && chance(random, 60);
     for (Callback& callback : node.callbacks) {
-      const std::int64_t longer = callback.service ? draw(random, 1, 4) : 1;
+      if (callback.input && chance(random, 60))
+        callback.entity = static_cast<EntityKind>(draw(random, 1, 3));  // service, client, waitable
+    }
+    for (Callback& callback : node.callbacks) {
+      const std::int64_t longer = callback.entity != EntityKind::subscription ? draw(random, 1, 4) : 1;
       callback.worst *= longer, callback.best *= longer;
     }
   }

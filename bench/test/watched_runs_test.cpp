@@ -326,7 +326,7 @@ CaseResult check_watched(const std::string& executor, std::uint64_t seed, bool p
   Random services(seed);  // in the contract; subscriptions stand for them in the run
   for (Node& node : graph.nodes)
     for (Callback& callback : node.callbacks)
-      callback.service = callback.input.has_value() && draw(services, 0, 3) == 0;
+      if (callback.input && draw(services, 0, 3) == 0) callback.entity = EntityKind::service;
   graph.platform.delivery_delay = {};  // a sample on its way counts as unread from its publication on
   if (executor.empty()) return check_deployed(graph, random, planted);
   const setup::ExecutorSpec parsed = setup::parse_executor(executor, {});

@@ -32,7 +32,7 @@ std::vector<CallbackContract> named_callbacks(const Graph& graph, const GraphTas
     CallbackContract& callback = all.emplace_back();
     callback.node = node.name;
     if (origin.input) callback.topic = node.inputs[*origin.input].topic;
-    callback.service = tasks.callbacks[task].service;
+    callback.service = tasks.callbacks[task].entity == EntityKind::service;
     if (!origin.input) callback.timer = ++timers[origin.node];
     for (const Publication& p : tasks.callbacks[task].publishes) {
       StatedPublication& publication = callback.publishes.emplace_back(StatedPublication{p.topic});

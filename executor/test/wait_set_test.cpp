@@ -58,15 +58,20 @@ TEST_P(SingleThreadedExecutor, SampleThatReplacesAReadyOneIsNotReleasedBeforeIts
   EXPECT_EQ(job->release, at(3ms));
 }
 
-TEST_P(SingleThreadedExecutor, OffersServicesBehindSubscriptionsAndTimers) {
+TEST_P(SingleThreadedExecutor, OffersKindByKindWhateverWasCreatedFirst) {
   const TaskId timer = add_timer(set, 100ms, 0ms);
-  const TaskId service = add_subscription(set, {timer}, 0ms),
-               subscription = add_subscription(set, {timer}, 0ms);
-  set.tasks[service].guaranteed = true;
+  const auto add = [&](EntityKind kind) {
+    const TaskId id = add_subscription(set, {timer}, 0ms);
+    set.tasks[id].entity = kind;
+    return id;
+  };
+  const TaskId waitable = add(EntityKind::waitable), client = add(EntityKind::client),
+               service = add(EntityKind::service), subscription = add(EntityKind::subscription);
   start();
-  for (const TaskId id : {service, subscription}) scheduler->sample_arrived(id, {}, at(0ms));
-  std::vector<TaskId> order = {timer, subscription, service};
-  if (GetParam() == std::string("static")) std::swap(order[0], order[1]);
+  for (const TaskId id : {service, waitable, subscription, client})
+    scheduler->sample_arrived(id, {}, at(0ms));
+  std::vector<TaskId> order = {timer, subscription, service, client, waitable};
+  if (GetParam() == std::string("static")) order = {subscription, timer, client, service, waitable};
   for (const TaskId id : order) EXPECT_EQ(next(0ms), id);
 }
 

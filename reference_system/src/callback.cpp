@@ -38,7 +38,7 @@ std::vector<Duration> values_of(const std::vector<DurationQuantile>& quantiles) 
 bool operator==(const Callback& a, const Callback& b) {
   const auto plain = [](const Callback& c) {
     return std::tie(static_cast<const StatedTimer&>(c), c.task, c.input, c.worst, c.best, c.quantiles,
-                    c.group, c.publishes, c.stores_only, c.service);
+                    c.group, c.publishes, c.stores_only, c.entity);
   };
   const bool same_times = a.measured && b.measured ? *a.measured == *b.measured : a.measured == b.measured;
   return plain(a) == plain(b) && same_times;

@@ -183,6 +183,22 @@ class DeploymentReader {
                          "give both executors the same process");
       }
     }
+    for (TaskId publisher = 0; publisher < tasks_.set.size(); ++publisher) {
+      for (const TaskId reader : tasks_.set[publisher].feeds) check_intra_process(publisher, reader);
+    }
+  }
+
+  void check_intra_process(TaskId publisher, TaskId reader) const {
+    const Node& node = graph_.nodes[tasks_.origin[reader].node];
+    const std::string& topic = node.inputs[*tasks_.origin[reader].input].topic;
+    if (!graph_.intra_process.contains(topic)) return;
+    const DeployedExecutor &from = deployment_.executors[owner_[tasks_.set[publisher].group]],
+                           &to = deployment_.executors[owner_[tasks_.set[reader].group]];
+    if (from.process == to.process) return;
+    throw InputError(path_, std::max(from.line, to.line),
+                     "topic " + topic + " is `intra_process`, and would lead from executor " + from.name +
+                         " to " + to.name + " of another process",
+                     "give both executors the same process, or take `intra_process` out of the graph");
   }
 
   const std::string path_;

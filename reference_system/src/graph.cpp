@@ -11,7 +11,7 @@ namespace hotpath {
 
 namespace {
 
-Task make_task(const Node& node, const Callback& callback, std::uint32_t first_group) {
+Task make_task(const Graph& graph, const Node& node, const Callback& callback, std::uint32_t first_group) {
   Task task;
   static_cast<TimerTimes&>(task) = callback;
   task.name = callback.task;
@@ -20,9 +20,13 @@ Task make_task(const Node& node, const Callback& callback, std::uint32_t first_g
   task.wcet = callback.worst;
   task.bcet = callback.best;
   task.priority = callback.priority;
-  if (callback.input) task.depth = node.inputs[*callback.input].depth;
   task.group = first_group + callback.group;
-  task.guaranteed = callback.service;
+  task.entity = callback.entity;
+  task.guaranteed = callback.entity != EntityKind::subscription;
+  if (!callback.input) return task;
+  const Input& input = node.inputs[*callback.input];
+  task.depth = input.depth;
+  if (!task.guaranteed && graph.intra_process.contains(input.topic)) task.entity = EntityKind::waitable;
   return task;
 }
 
@@ -224,7 +228,7 @@ GraphTasks make_tasks(const Graph& graph) {
     tasks.set.groups.insert(tasks.set.groups.end(), node.groups.begin(), node.groups.end());
     std::uint32_t position = 0;
     for (Callback& callback : callbacks_of(node)) {
-      tasks.set.tasks.push_back(make_task(node, callback, first_group));
+      tasks.set.tasks.push_back(make_task(graph, node, callback, first_group));
       tasks.origin.push_back({n, callback.input, position++});
       tasks.callbacks.push_back(std::move(callback));
     }

@@ -43,9 +43,12 @@ void read_topics(const YamlValue& value, GraphSource& source) {
     TopicRule& rule = source.rules[topic];
     rule.line = map.line();
     const auto publishers = map.find("publishers"), delivery = map.find("delivery");
-    if (!publishers && !delivery) {
+    bool intra_process = false;
+    const bool stated = map.read("intra_process", intra_process);
+    if (intra_process) source.graph.intra_process.insert(topic);
+    if (!publishers && !delivery && !stated) {
       map.fail("topic " + topic + " has no rule",
-               "give it `publishers: many`, `delivery: [NODE, NODE]`, or remove it");
+               "give it `publishers: many`, `delivery: [NODE, NODE]`, `intra_process: true`, or remove it");
     }
     rule.many_publishers = publishers && publishers->choice({"one", "many"}) == 1;
     if (!delivery) continue;
@@ -81,11 +84,16 @@ GraphSource read_graph(const std::string& file, const std::string& text) {
   const bool waits = map.read("service_wait_ms", graph.service_wait);
   if (const auto given = map.find("topics")) read_topics(*given, source);
   for (const YamlValue& node : map.needed("nodes").list("a node")) read_node(node, source);
-  const auto has_service = [](const Node& n) { return std::ranges::any_of(n.callbacks, &Callback::service); };
+  const auto has_service = [](const Node& n) {
+    return std::ranges::any_of(n.callbacks,
+                               [](const Callback& c) { return c.entity != EntityKind::subscription; });
+  };
   if (waits && std::ranges::none_of(graph.nodes, has_service)) {
     map.find("service_wait_ms")
-        ->fail("no callback of the graph is a service",
-               "give `service: true` to the subscriptions that stand for services and clients");
+        ->fail(
+            "no callback of the graph is a service",
+            "give `service: true`, `client: true` or `waitable: true` (an action) to the subscriptions that "
+            "stand for one");
   }
   if (const auto given = map.find("chains")) {
     for (const YamlValue& chain : given->list("a chain")) read_chain(chain, source);

@@ -220,13 +220,24 @@ class LongForm {
       callback.input = static_cast<std::uint32_t>(node_.inputs.size());
       node_.inputs.push_back({name});
       map.read("depth", node_.inputs.back().depth);
-      map.read("service", callback.service);
+      read_entity(map, callback);
       lines_.inputs.push_back(subscription->line());
     }
     map.read("priority", callback.priority);
     if (const auto given = map.find("execution_time_ms")) read_execution_time(*given, folder_, callback);
     callback.group = group_of(map);
     node_.callbacks.push_back(std::move(callback));
+  }
+
+  static void read_entity(const GraphMap& map, Callback& callback) {
+    for (const auto& [kind, word] : enum_texts(EntityKind{})) {
+      bool given = false;
+      if (kind == EntityKind::subscription || !map.read(word, given) || !given) continue;
+      if (callback.entity != EntityKind::subscription) {
+        map.fail(map.what() + " is a " + to_string(callback.entity) + " and a " + word, "keep one of them");
+      }
+      callback.entity = kind;
+    }
   }
 
   std::uint32_t group_of(const GraphMap& map) {

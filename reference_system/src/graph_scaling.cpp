@@ -36,6 +36,8 @@ class Renamed {
     return of_topic;
   }
 
+  [[nodiscard]] std::string topic(const std::string& name) const { return name + suffix_; }
+
   Chain chain(Chain c) const {
     c.name += suffix_;
     for (std::string& name : c.nodes) name = task(name);
@@ -112,6 +114,7 @@ void make_copies(Graph& graph, unsigned copies) {
     for (const Node& node : one.nodes) graph.nodes.push_back(renamed.node(node));
     for (const Chain& chain : one.chains) graph.chains.push_back(renamed.chain(chain));
     for (const auto& order : one.delivery) graph.delivery.insert(renamed.delivery(order));
+    for (const std::string& topic : one.intra_process) graph.intra_process.insert(renamed.topic(topic));
   }
 }
 

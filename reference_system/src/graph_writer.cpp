@@ -80,7 +80,7 @@ class Writer : private YamlWriter {
     out << YAML::EndMap;
   }
 
-  /// Writes the topics with several publishers or an order of delivery.
+  /// Writes the topics with several publishers, an order of delivery, or intra-process communication.
   void topics() {
     std::map<std::string, std::size_t> publishers;
     for (const Node& n : graph_.nodes)
@@ -89,11 +89,13 @@ class Writer : private YamlWriter {
     for (const auto& [topic, count] : publishers)
       if (count > 1) topics.insert(topic);
     for (const auto& [topic, order] : graph_.delivery) topics.insert(topic);
+    topics.insert(graph_.intra_process.begin(), graph_.intra_process.end());
     if (topics.empty()) return;
     key("topics") << YAML::BeginMap;
     for (const std::string& topic : topics) {
       key(topic) << YAML::Flow << YAML::BeginMap;
       if (publishers[topic] > 1) pair("publishers", "many");
+      pair(KeysOf::topic_rule, "intra_process", graph_.intra_process.contains(topic));
       const auto order = graph_.delivery.find(topic);
       if (order != graph_.delivery.end()) {
         order->second.unknown() ? pair("delivery", "unknown") : words("delivery", order->second.nodes);
@@ -172,7 +174,7 @@ class Writer : private YamlWriter {
     if (c.input) {
       pair("subscription", name);
       pair(KeysOf::subscription, "depth", n.inputs[*c.input].depth);
-      pair(KeysOf::subscription, "service", c.service);
+      if (c.entity != EntityKind::subscription) pair(std::string(to_string(c.entity)), true);
       pair(KeysOf::subscription, "priority", c.priority);
     } else {
       pair("timer", name);

@@ -12,8 +12,9 @@ Executor::Executor(const std::string& name) : label(name) {
   if (base == "default" || base == "static") {
     family = Family::wait_set;
     timers_first = base == "default";
-  } else if (base == "cbg") {
+  } else if (base == "cbg" || base == "cbg-3178") {
     family = Family::groups;
+    at_dispatch = base != "cbg";
   } else if (base != "events-ro") {
     policy = base.substr(0, base.find('-'));
     family = policy == "edf" ? Family::deadline : Family::fixed_priority;

@@ -24,7 +24,7 @@ struct Callback {
 
 class Generator {
  public:
-  explicit Generator(std::uint64_t seed) : random_(seed), services_(seed) {
+  explicit Generator(std::uint64_t seed) : random_(seed), services_(seed), other_kinds_(seed % 4 < 2) {
     if (seed % 4 == 1) service_wait_ = 1'000'000 + static_cast<Nanoseconds>(services_() % 60'000'000);
   }
 
@@ -109,8 +109,9 @@ class Generator {
     name_ = next_name("C");
     const bool grouped = chance(0.4);
     group_ = grouped ? ", group: g" : "";
+    const std::string kind = other_kinds_ && services_() % 2 == 0 ? "reentrant" : "mutually_exclusive";
     parts_.push_back({"  - name: " + name_ + "\n    type: callbacks\n" +
-                          (grouped ? "    groups: {g: mutually_exclusive}\n" : "") + "    callbacks:\n",
+                          (grouped ? "    groups: {g: " + kind + "}\n" : "") + "    callbacks:\n",
                       ""});
   }
 
@@ -122,9 +123,10 @@ class Generator {
 
   std::string subscription(std::size_t topic) {
     read_.insert(topic);
-    const bool service = service_wait_ > 0 && services_() % 3 > 0;
-    has_service_ = has_service_ || service;
-    return "subscription: " + topics_[topic] + (service ? ", service: true" : "") +
+    const bool other = other_kinds_ && services_() % 3 > 0;
+    has_service_ = has_service_ || other;
+    const char* const kinds[] = {", service: true", ", client: true", ", waitable: true"};
+    return "subscription: " + topics_[topic] + (other ? kinds[services_() % 3] : "") +
            (chance(0.25) ? ", depth: " + std::to_string(2 + below(3)) : "");
   }
 
@@ -258,10 +260,15 @@ class Generator {
     const bool ranges = chance(grid_ns_ == 1 ? 0.8 : 0.4);
     std::string out = "name: random\n";
     if (has_service_) out += "service_wait_ms: " + ms(service_wait_) + "\n";
-    if (!many_.empty()) {
-      out += "topics:\n";
-      for (const std::string& topic : many_) out += "  " + topic + ": {publishers: many}\n";
+    std::string rules;
+    for (const std::string& topic : topics_) {
+      const bool intra_process = other_kinds_ && services_() % 3 == 0;
+      const bool many = std::ranges::count(many_, topic) > 0;
+      if (many || intra_process)
+        rules += "  " + topic + ": {" + (many ? "publishers: many, " : "") +
+                 "intra_process: " + (intra_process ? "true" : "false") + "}\n";
     }
+    if (!rules.empty()) out += "topics:\n" + rules;
     out += "nodes:\n";
     for (const Callback& c : parts_) {
       const auto worst = static_cast<Nanoseconds>(c.weight / std::max(load, 1e-9) * wanted * 1e6);
@@ -280,6 +287,7 @@ class Generator {
 
   std::mt19937_64 random_;
   std::mt19937_64 services_;  ///< Apart, so that the rest of a graph does not depend on its services.
+  const bool other_kinds_;    ///< Some are services, clients and waitables.
   Nanoseconds service_wait_ = 0;
   bool has_service_ = false;
   std::vector<int> periods_;

@@ -27,6 +27,13 @@ class Reader {
     const YAML::Node root = YAML::LoadFile(file);
     if (root["service_wait_ms"]) graph_.service_wait = nanoseconds(root["service_wait_ms"]);
     for (const YAML::Node& node : items(root["nodes"])) add_node(node);
+    for (const auto& topic : root["topics"]) {
+      if (!topic.second["intra_process"] || !topic.second["intra_process"].as<bool>()) continue;
+      for (const int reader : readers_[topic.first.as<std::string>()]) {
+        Task& task = graph_.tasks[static_cast<std::size_t>(reader)];
+        if (!task.guaranteed) task.kind = "waitable";
+      }
+    }
     for (Task& task : graph_.tasks) {
       for (Publication& publication : task.publications) publication.readers = readers_[publication.topic];
     }
@@ -61,19 +68,27 @@ class Reader {
         subscription(connection["input"], node, 1).publications = {{connection["output"].as<std::string>()}};
       }
     } else if (type == "callbacks") {
-      for (const YAML::Node& callback : items(node["callbacks"])) add_callback(callback);
+      for (const YAML::Node& callback : items(node["callbacks"])) add_callback(callback, node["groups"]);
     } else {
       throw std::runtime_error(file_position(node) + "unknown type " + type);
     }
     for (std::size_t t = first_; t < graph_.tasks.size(); ++t) store(graph_.tasks[t]);
   }
 
-  void add_callback(const YAML::Node& callback) {
+  void add_callback(const YAML::Node& callback, const YAML::Node& groups) {
     Task& task = callback["timer"] ? timer(callback, name_ + "/" + callback["timer"].as<std::string>())
                                    : subscription(callback, callback, 1);
     task.node_in_chains = false;
-    task.service = callback["service"] && callback["service"].as<bool>();
-    if (callback["group"]) task.group = group(callback["group"].as<std::string>());
+    for (const char* const kind : {"service", "client", "waitable"}) {
+      if (!callback[kind] || !callback[kind].as<bool>()) continue;
+      task.kind = kind;
+      task.guaranteed = true;
+    }
+    if (callback["group"]) {
+      const auto name = callback["group"].as<std::string>();
+      task.group = group(name);
+      if (groups[name].as<std::string>() == "reentrant") graph_.reentrant.insert(task.group);
+    }
     if (callback["priority"]) task.priority = callback["priority"].as<std::int64_t>();
     for (const YAML::Node& p : items(callback["publishes"])) {
       Publication publication{p.IsMap() ? p["topic"].as<std::string>() : p.as<std::string>()};
@@ -94,6 +109,7 @@ class Reader {
   Task& timer(const YAML::Node& node, const std::string& name) {
     Task& task = add_task(name, node);
     task.timer = true;
+    task.kind = "timer";
     task.period = task.deadline = nanoseconds(node["period_ms"]);
     if (node["phase_ms"]) task.phase = nanoseconds(node["phase_ms"]);
     if (node["deadline_ms"]) task.deadline = nanoseconds(node["deadline_ms"]);

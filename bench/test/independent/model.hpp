@@ -36,8 +36,9 @@ struct Task {
   Nanoseconds period = 0, phase = 0, deadline = 0;
   std::optional<std::int64_t> priority{};
   std::size_t depth = 1;
-  bool service = false;
-  Nanoseconds best = 0, worst = 0;  ///< Execution times.
+  std::string kind = "subscription";  ///< Or timer, service, client, waitable.
+  bool guaranteed = false;            ///< See Graph::service_wait.
+  Nanoseconds best = 0, worst = 0;    ///< Execution times.
   std::vector<Publication> publications{};
   std::vector<std::pair<int, int>> stores{};  ///< Slots that keep its newest sample: set, position.
   std::vector<int> sources{};                 ///< Indices among the sources of all chains.
@@ -56,6 +57,7 @@ struct Graph {
   /// By source: pairs of tasks between which its data counts (docs/results.md, "Source jobs").
   std::vector<std::set<std::pair<int, int>>> ways;
   int groups = 0;
+  std::set<int> reentrant{};     ///< Of these.
   Nanoseconds service_wait = 0;  ///< 0: services wait like all others.
 };
 

@@ -156,7 +156,7 @@ class Simulation {
     ready.timer = task(ready.task).timer;
     ready.rank = state(ready.task).rank;
     ThreadState& thread = thread_of(ready.task);
-    if (task(ready.task).service) thread.requests.emplace_back(ready.task, now_);
+    if (task(ready.task).guaranteed) thread.requests.emplace_back(ready.task, now_);
     if (thread.thread.executor.family != Family::groups || faulty(Fault::groups_ignored)) {
       thread.queue.push_back(ready);
       return;
@@ -173,10 +173,13 @@ class Simulation {
       poll(thread);
     if (executor.family == Family::groups && !faulty(Fault::groups_ignored)) {
       if (thread.ready_groups.empty()) return std::nullopt;
-      std::deque<Ready>& ready = thread.groups[static_cast<std::size_t>(thread.ready_groups.front())].ready;
+      const int group = thread.ready_groups.front();
+      std::deque<Ready>& ready = thread.groups[static_cast<std::size_t>(group)].ready;
       thread.ready_groups.pop_front();
       const Ready first = ready.front();
       ready.pop_front();
+      thread.again = executor.at_dispatch && graph_.reentrant.contains(group) && !ready.empty();
+      if (thread.again) thread.ready_groups.push_back(group);
       return first;
     }
     if (thread.queue.empty()) return std::nullopt;
@@ -205,18 +208,14 @@ class Simulation {
     return thread.requests.front().first;
   }
 
-  /// Snapshot: all ready timers, all subscriptions with unread samples, then all such services and clients,
-  /// each kind in the order of creation.
+  /// Snapshot: ready timers and tasks with unread samples, kind by kind, each in the order of creation.
   void poll(ThreadState& thread) {
     thread.queue.clear();
     const bool timers_first = thread.thread.executor.timers_first != faulty(Fault::kinds_swapped);
-    enum Kind { kTimer, kSubscription, kService };
-    for (const Kind kind :
-         {timers_first ? kTimer : kSubscription, timers_first ? kSubscription : kTimer, kService}) {
+    for (const std::string& kind : timers_first ? kKinds : kKindsOfStatic) {
       for (std::size_t t = 0; t < tasks_.size(); ++t) {
         const Task& task = graph_.tasks[t];
-        const Kind its = task.timer ? kTimer : task.service ? kService : kSubscription;
-        if (its != kind || &thread_of(static_cast<int>(t)) != &thread) continue;
+        if (task.kind != kind || &thread_of(static_cast<int>(t)) != &thread) continue;
         if (task.timer ? tasks_[t].next_call <= now_ : !tasks_[t].unread.empty())
           thread.queue.push_back({static_cast<int>(t), 0, 0, now_});
       }
@@ -373,6 +372,7 @@ class Simulation {
     state(id).armed = true;
     state(id).armed_order = ++activations_;
     Group& group = thread.groups[static_cast<std::size_t>(task(id).group)];
+    if (thread.again) return;  // it waits already
     group.listed = !group.ready.empty();
     if (group.listed) thread.ready_groups.push_back(task(id).group);
   }

@@ -49,6 +49,7 @@ struct Executor {
   bool timers_first = true;    ///< Of wait sets.
   bool samples_first = false;  ///< `:first`.
   bool fifo = false;           ///< `:fifo`.
+  bool at_dispatch = false;    ///< A reentrant group waits again when its job begins.
 };
 
 enum class Outcome { ran, running, skipped, overwritten, empty };

@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <deque>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "simulation.hpp"
 
 namespace independent {
+
+/// In the order in which wait sets offer what is ready.
+inline const std::array<std::string, 5> kKinds = {"timer", "subscription", "service", "client", "waitable"},
+                                        kKindsOfStatic = {"subscription", "timer", "client", "service",
+                                                          "waitable"};
 
 inline constexpr Nanoseconds kNever = std::numeric_limits<Nanoseconds>::max();
 
@@ -57,6 +64,7 @@ struct ThreadState {
   std::vector<Ready> queue{};  ///< Events, or the rest of the snapshot.
   std::vector<Group> groups{};
   std::deque<int> ready_groups{};
+  bool again = false;                                   ///< The group of the running job is among them.
   std::vector<std::pair<int, Nanoseconds>> requests{};  ///< Of services that wait: task and arrival.
   Nanoseconds next_service = 0;                         ///< None runs ahead of its priority before.
   bool awake = false;

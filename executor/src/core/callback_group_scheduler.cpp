@@ -8,8 +8,11 @@
 
 namespace hotpath {
 
-CallbackGroupScheduler::CallbackGroupScheduler(const TaskSet& set, unsigned workers)
-    : ExploredScheduler(set, workers, true), timer_index_(set.size(), 0), groups_(set.groups.size()) {
+CallbackGroupScheduler::CallbackGroupScheduler(const TaskSet& set, unsigned workers, Requeue requeue)
+    : ExploredScheduler(set, workers, true),
+      requeue_(requeue),
+      timer_index_(set.size(), 0),
+      groups_(set.groups.size()) {
   ready_groups_.reserve(set.groups.size());
 }
 
@@ -61,8 +64,14 @@ void CallbackGroupScheduler::remove_task(TaskId task, Time now, const Visitor& d
 
 WorkerSet CallbackGroupScheduler::queue_group(std::uint32_t group) {
   ready_groups_.push_back(group);
-  if (idle_.empty()) return {};
-  return WorkerSet::of(idle_.pop_first());
+  return wake_one();
+}
+
+WorkerSet CallbackGroupScheduler::wake_one() {
+  if (idle_.empty() || woken_) return {};
+  const Worker worker = idle_.pop_first();
+  if (requeue_ == Requeue::at_dispatch) woken_ = worker;
+  return WorkerSet::of(worker);
 }
 
 WorkerSet CallbackGroupScheduler::add_event(TaskId task, Time now) {
@@ -163,12 +172,21 @@ Decision CallbackGroupScheduler::decide(Worker worker, Time now) {
   Decision decision;
   if (worker == timer_manager()) {
     decision.wake_at = waiting_.empty() ? kNever : waiting_.front().due;
-  } else if (const std::optional<Job> event = next_event()) {
-    idle_.erase(worker);
-    decision.job = take(*event, now);
-  } else {
-    idle_.insert(worker);
+    return decision;
   }
+  if (woken_ == worker) woken_.reset();
+  const std::optional<Job> event = next_event();
+  if (!event) {
+    idle_.insert(worker);
+    return decision;
+  }
+  idle_.erase(worker);
+  decision.job = take(*event, now);
+  if (requeue_ == Requeue::at_end) return decision;
+  const std::uint32_t group = set_.tasks[event->task].group;
+  if (set_.groups[group] == CallbackGroup::reentrant && !groups_[group].events.empty())
+    ready_groups_.push_back(group);
+  if (!ready_groups_.empty()) decision.wake = wake_one();
   return decision;
 }
 
@@ -207,7 +225,7 @@ Effect CallbackGroupScheduler::finished(Worker, const Job& job, Time now) {
   Group& group = groups_[task.group];
   if (group.events.empty()) {
     group.idle = true;
-  } else {
+  } else if (requeue_ == Requeue::at_end || std::ranges::count(ready_groups_, task.group) == 0) {
     effect.wake |= queue_group(task.group);
   }
   return effect;

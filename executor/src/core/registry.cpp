@@ -43,8 +43,9 @@ Made make_multi_jazzy(const TaskSet& set, const Options& options) {
   return std::make_unique<RebuiltWaitSetScheduler>(set, multi_workers(options), options.entity_order);
 }
 
+template <Requeue requeue>
 Made make_cbg(const TaskSet& set, const Options& options) {
-  return std::make_unique<CallbackGroupScheduler>(set, multi_workers(options, kMaxWorkers - 1));
+  return std::make_unique<CallbackGroupScheduler>(set, multi_workers(options, kMaxWorkers - 1), requeue);
 }
 
 Made make_stock_ro(const TaskSet& set, const Options& options) {
@@ -123,16 +124,18 @@ constexpr ExecutorTraits events(TimerHandling timers, bool in_paper, ReferenceCo
           .colour = colour};
 }
 
-constexpr ExecutorTraits kCallbackGroups = {.family = Family::callback_groups,
-                                            .timers = TimerHandling::marked_ready,
-                                            .policy = Policy::fifo,
-                                            .runs_first = std::nullopt,
-                                            .many_workers = true,
-                                            .raises_timer_thread = false,
-                                            .compared_by_paper = false,
-                                            .on_rclcpp = RosDistros{RosDistro::jazzy},
-                                            .reference = {1, 2us, 100us, 0us, 0us},
-                                            .colour = "#2F8F8F"};
+constexpr ExecutorTraits callback_groups(std::optional<RosDistros> on_rclcpp, std::string_view colour) {
+  return {.family = Family::callback_groups,
+          .timers = TimerHandling::marked_ready,
+          .policy = Policy::fifo,
+          .runs_first = std::nullopt,
+          .many_workers = true,
+          .raises_timer_thread = false,
+          .compared_by_paper = false,
+          .on_rclcpp = on_rclcpp,
+          .reference = {1, 2us, 100us, 0us, 0us},
+          .colour = colour};
+}
 
 /// The paper's executors: release-only, or release-and-execute.
 template <Policy policy>
@@ -180,8 +183,12 @@ constexpr std::array kExecutors = {
                   "multi with the published remedy against starvation (Teper 2024)",
                   wait_set(TaskKind::timer, true, false, std::nullopt, kMultiCosts, "#7C6A1F"),
                   make_multi<Blocked::kept>},
-    ExecutorEntry{"cbg", "EventsCBGExecutor", "queue of ready callback groups, several threads; Jazzy on",
-                  kCallbackGroups, make_cbg},
+    ExecutorEntry{"cbg", "EventsCBGExecutor",
+                  "queue of ready callback groups, several threads; Jazzy on, to rclcpp PR 3178",
+                  callback_groups(RosDistros{RosDistro::jazzy}, "#2F8F8F"), make_cbg<Requeue::at_end>},
+    ExecutorEntry{"cbg-3178", "EventsCBGExecutor",
+                  "cbg after rclcpp PR 3178 (2026): a reentrant group is ready again at once",
+                  callback_groups(std::nullopt, "#155A64"), make_cbg<Requeue::at_dispatch>},
     ExecutorEntry{"events-ro", "EventsExecutor", "stock: FIFO events queue, timer thread only releases",
                   events(kRo, true, kEventsCosts, "#0A9A6C"), make_stock_ro},
     ExecutorEntry{"events-re", "EventsExecutor", "stock: FIFO events queue, timer thread runs timers",

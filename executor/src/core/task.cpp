@@ -9,14 +9,13 @@
 
 namespace hotpath {
 
-std::vector<TaskId> in_order_of_kinds(const TaskSet& set, std::vector<TaskId> entity_order) {
+std::vector<TaskId> in_order_of_kinds(const TaskSet& set, std::vector<TaskId> entity_order,
+                                      TaskKind runs_first) {
   if (entity_order.empty()) {
     entity_order.resize(set.size());
     std::iota(entity_order.begin(), entity_order.end(), TaskId{0});
   }
-  std::ranges::stable_sort(entity_order, {}, [&](TaskId id) {
-    return std::pair(set[id].kind == TaskKind::subscription, set[id].guaranteed);
-  });
+  std::ranges::stable_sort(entity_order, {}, [&](TaskId id) { return place_of_kind(set[id], runs_first); });
   return entity_order;
 }
 

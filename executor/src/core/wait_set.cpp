@@ -13,7 +13,7 @@ WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
       snapshot_(set.size()),
       group_busy_(set.groups.size(), false) {
   assert(entity_order.empty() || entity_order.size() == set.size());
-  for (const TaskId id : in_order_of_kinds(set_, entity_order)) {
+  for (const TaskId id : in_order_of_kinds(set_, entity_order, runs_first)) {
     if (!set_[id].local) continue;
     if (set_[id].kind == TaskKind::timer) {
       timer_index_[id] = static_cast<std::uint32_t>(timer_ids_.size());
@@ -33,7 +33,10 @@ Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
     timer_ids_.push_back(id);
     timers_.emplace_back(id, set_[id], now);
   } else {
-    subscription_ids_.insert(set_[id].guaranteed ? subscription_ids_.end() : services(), id);
+    const auto behind = std::ranges::find_if(subscription_ids_, [&](TaskId other) {
+      return place_of_kind(set_[other], runs_first_) > place_of_kind(set_[id], runs_first_);
+    });
+    subscription_ids_.insert(behind, id);
   }
   snapshot_.add_task();
   snapshot_.reserve(timer_ids_.size() + subscription_ids_.size());

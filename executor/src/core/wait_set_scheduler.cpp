@@ -118,7 +118,8 @@ void RebuiltWaitSetScheduler::rebuild(std::vector<TaskId>& waited, const std::ve
     waited.push_back(id);
   }
   std::sort(waited.begin() + before, waited.end(), std::greater<>());
-  std::stable_partition(waited.begin(), waited.end(), [this](TaskId id) { return !set_[id].guaranteed; });
+  std::ranges::stable_sort(waited, {},
+                           [this](TaskId id) { return place_of_kind(set_[id], TaskKind::timer); });
 }
 
 void RebuiltWaitSetScheduler::rebuild() {

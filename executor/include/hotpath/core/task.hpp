@@ -24,6 +24,17 @@ constexpr auto enum_texts(TaskKind) {
       {{TaskKind::timer, "timer"}, {TaskKind::subscription, "subscription"}});
 }
 
+/// What stands for a subscription task in rclcpp, which offers ready entities kind by kind
+/// (in_order_of_kinds). An action's server or client is a waitable, and so is a subscription within its
+/// publisher's process if the topic is delivered there without the middleware (intra-process communication).
+enum class EntityKind : std::uint8_t { subscription, service, client, waitable };
+constexpr auto enum_texts(EntityKind) {
+  return std::to_array<EnumText<EntityKind>>({{EntityKind::subscription, "subscription"},
+                                              {EntityKind::service, "service"},
+                                              {EntityKind::client, "client"},
+                                              {EntityKind::waitable, "waitable"}});
+}
+
 /// rclcpp's callback groups: tasks of one mutually exclusive group never overlap in a multi-threaded
 /// executor.
 enum class CallbackGroup : std::uint8_t { mutually_exclusive, reentrant };
@@ -58,8 +69,9 @@ struct Task : TimerTimes {
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.
   bool local = true;  ///< Runs in this process. Tasks of other processes only pass on their priorities.
-  /// Subscriptions: stands for a service or client. Wait sets offer it behind all subscriptions; under the
-  /// paper's executors none of its jobs waits without limit (SchedulerOptions::guaranteed_wait).
+  EntityKind entity = EntityKind::subscription;  ///< Subscriptions only.
+  /// Subscriptions: under the paper's executors none of its jobs waits without limit, as requests and
+  /// responses of services and actions should not (SchedulerOptions::guaranteed_wait).
   bool guaranteed = false;
   std::vector<TaskId> feeds;  ///< Subscriptions activated by the publications of this task's jobs.
 };
@@ -73,10 +85,29 @@ struct TaskSet {
   [[nodiscard]] TaskId size() const { return static_cast<TaskId>(tasks.size()); }
 };
 
-/// The tasks in the order in which rclcpp's wait sets offer those that are ready: by kind, timers before
-/// subscriptions before services and clients; within a kind in `entity_order`, or if it is empty in the order
-/// of creation (rclcpp 29.3 executor.cpp; the static executor offers timers behind subscriptions).
-[[nodiscard]] std::vector<TaskId> in_order_of_kinds(const TaskSet& set, std::vector<TaskId> entity_order);
+/// The place of the task's kind among those that one wait finds ready: timers, subscriptions, services,
+/// clients, waitables (rclcpp 29.3 executor.cpp, Humble's allocator_memory_strategy.hpp). If subscriptions
+/// run first, as in the static executor: subscriptions, timers, clients, services, waitables
+/// (static_single_threaded_executor.cpp).
+[[nodiscard]] constexpr int place_of_kind(const Task& task, TaskKind runs_first) {
+  const bool timers_first = runs_first == TaskKind::timer;
+  if (task.kind == TaskKind::timer) return timers_first ? 0 : 1;
+  switch (task.entity) {
+    case EntityKind::subscription:
+      return timers_first ? 1 : 0;
+    case EntityKind::service:
+      return timers_first ? 2 : 3;
+    case EntityKind::client:
+      return timers_first ? 3 : 2;
+    case EntityKind::waitable:
+      break;
+  }
+  return 4;
+}
+
+/// The tasks by place_of_kind(); within a kind in `entity_order`, or if it is empty in the order of creation.
+[[nodiscard]] std::vector<TaskId> in_order_of_kinds(const TaskSet& set, std::vector<TaskId> entity_order,
+                                                    TaskKind runs_first = TaskKind::timer);
 
 /// A subset of a task set, for a scheduler that serves only these tasks: each of many such
 /// schedulers needs memory for its own tasks only.

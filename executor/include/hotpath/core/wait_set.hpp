@@ -38,8 +38,7 @@ class WaitSet : public ExploredScheduler {
     forget,  ///< Continue with the next task; this one waits for the next poll.
   };
 
-  /// In a snapshot, timers run before subscriptions, or behind them if these are what `runs_first`; services
-  /// and clients run last; each kind in `entity_order` (see SchedulerOptions).
+  /// A snapshot is in_order_of_kinds().
   WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first, const std::vector<TaskId>& entity_order);
 
   /// Appends the ready tasks for which `eligible(TaskId)` is true to the snapshot. Returns the
@@ -51,7 +50,8 @@ class WaitSet : public ExploredScheduler {
         if (unread_.count(*from) > 0 && eligible(*from)) snapshot_.add(*from, now);
       }
     };
-    const auto behind_timers = runs_first_ == TaskKind::timer ? subscription_ids_.begin() : services();
+    const auto behind_timers =
+        runs_first_ == TaskKind::timer ? subscription_ids_.begin() : first_behind_timers();
     poll_samples(subscription_ids_.begin(), behind_timers);
     poll_timers(now, eligible);
     poll_samples(behind_timers, subscription_ids_.end());
@@ -171,10 +171,10 @@ class WaitSet : public ExploredScheduler {
   };
 
   [[nodiscard]] std::uint32_t group(TaskId task) const { return set_.tasks[task].group; }
-  /// The first service among the subscriptions.
-  [[nodiscard]] std::vector<TaskId>::const_iterator services() const {
-    return std::ranges::partition_point(subscription_ids_,
-                                        [this](TaskId id) { return !set_[id].guaranteed; });
+  /// If subscriptions run before timers: the first of another kind.
+  [[nodiscard]] std::vector<TaskId>::const_iterator first_behind_timers() const {
+    return std::ranges::partition_point(
+        subscription_ids_, [this](TaskId id) { return set_[id].entity == EntityKind::subscription; });
   }
 
   template <class Eligible>
@@ -185,7 +185,7 @@ class WaitSet : public ExploredScheduler {
   }
 
   const TaskKind runs_first_;
-  std::vector<TaskId> timer_ids_, subscription_ids_;  // in entity order; services behind all others
+  std::vector<TaskId> timer_ids_, subscription_ids_;  // in the order of kinds
   std::vector<Timer> timers_;                         // parallel to timer_ids_
   std::vector<std::uint32_t> timer_index_;            // by task
   Snapshot snapshot_;

@@ -59,10 +59,10 @@ struct Callback : StatedTimer {
   Duration worst{}, best{};            ///< Execution time, 0 <= best <= worst.
   std::shared_ptr<const std::vector<Duration>> measured;  ///< Within [best, worst], >= 1; nullptr: none.
   std::string measured_file;  ///< Their file, relative to that of the graph; empty: in the graph.
-  std::vector<DurationQuantile> quantiles;  ///< The source of `measured`; empty: none.
-  std::uint32_t group = 0;                  ///< Index into the node's groups.
-  std::vector<Publication> publishes;       ///< Each topic once.
-  bool service = false;  ///< Subscriptions: stands for a service or client; see Graph::service_wait.
+  std::vector<DurationQuantile> quantiles;       ///< The source of `measured`; empty: none.
+  std::uint32_t group = 0;                       ///< Index into the node's groups.
+  std::vector<Publication> publishes;            ///< Each topic once.
+  EntityKind entity = EntityKind::subscription;  ///< Subscriptions; others than these: Graph::service_wait.
   /// Only stores its samples for the messages of other callbacks: publishes nothing and ends no
   /// chain. Set by callbacks_of().
   bool stores_only = false;
