@@ -142,7 +142,7 @@ bool releases_first(const BoundedSystem& system, const GraphOverheads& overheads
 /// 0: none.
 std::int64_t service_wait(const BoundedSystem& system) {
   const bool waits = has_service_wait(system.executor, system.scheduling, system.graph.set);
-  return waits ? system.scheduling.guaranteed_wait.count() : 0;
+  return waits ? system.scheduling.service_wait.count() : 0;
 }
 
 /// bound_graph(), also by the longest wait of services.
@@ -296,8 +296,8 @@ GraphOrder priority_ranks(const BoundedSystem& system) {
 }
 
 bool has_service_wait(const ExecutorEntry& executor, const SchedulerOptions& scheduling, const TaskSet& set) {
-  return executor.traits.family == Family::priority_events && scheduling.guaranteed_wait > Duration{} &&
-         std::ranges::any_of(set.tasks, &Task::guaranteed);
+  return executor.traits.family == Family::priority_events && scheduling.service_wait > Duration{} &&
+         std::ranges::any_of(set.tasks, &Task::service);
 }
 
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {

@@ -209,7 +209,7 @@ class Account {
       const Task &ahead = system_.task(first.job.task), &waits = system_.task(w.job.job.task);
       if (ahead.kind != waits.kind && traits.runs_first == ahead.kind)
         return ahead.kind == TaskKind::timer ? Rule::timers_first : Rule::subscriptions_first;
-      return waits.guaranteed && !ahead.guaranteed ? Rule::services_last : Rule::snapshot_order;
+      return waits.service && !ahead.service ? Rule::services_last : Rule::snapshot_order;
     }
     if (traits.family == Family::callback_groups) return Rule::group_order;
     return w.executor.order ? rule_of_queue(w, first) : Rule::fifo;
@@ -222,7 +222,7 @@ class Account {
       return w.executor.order->key(job, static_cast<std::uint64_t>(to_ns(job.release)));
     };
     const PriorityKey theirs = key_of(first.job), its = key_of(w.job.job);
-    const bool waited = w.executor.service_wait > Duration{} && system_.task(first.job.task).guaranteed &&
+    const bool waited = w.executor.service_wait > Duration{} && system_.task(first.job.task).service &&
                         first.start - first.job.release >= w.executor.service_wait;
     if (waited && theirs > its) return Rule::service_wait;
     if (theirs.priority == its.priority) return Rule::tie;

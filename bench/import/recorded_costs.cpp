@@ -38,7 +38,7 @@ struct ExecutorGaps {
 ExecutorGaps gaps_of(const TaskSet& set, const RecordedWindow& window, const RecordedExecutor& executor,
                      const ExecutorTraits& traits) {
   const auto place = [&](TaskId id) {
-    const std::size_t kind = set[id].guaranteed ? 2 : traits.runs_first == set[id].kind ? 0 : 1;
+    const std::size_t kind = set[id].service ? 2 : traits.runs_first == set[id].kind ? 0 : 1;
     return id + kind * set.size();
   };
   const bool wait_set = traits.family == Family::wait_set, shares_waits = wait_set && traits.many_workers;

@@ -25,7 +25,7 @@ constexpr int kRuns = 4;  // of each graph
 
 SchedulerOptions scheduling(const Graph& graph) {
   SchedulerOptions options;
-  options.guaranteed_wait = graph.service_wait;
+  options.service_wait = graph.service_wait;
   return options;
 }
 
@@ -122,7 +122,7 @@ class BoundCase {
     if (uncertainty_ > Duration{}) forget_phases();
     SchedulerOptions scheduling = executor_.scheduler;
     if ((also_covers_ & static_cast<std::uint32_t>(Assumption::service_wait)) != 0)
-      scheduling.guaranteed_wait = {};
+      scheduling.service_wait = {};
     const BoundedSystem system{callbacks_, *executor_.entry, scheduling,
                                make_platform(graph_, *executor_.entry)};
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
@@ -191,7 +191,7 @@ class BoundCase {
   void compare() {
     for (const GraphBounds& b : bounds_) {
       for (TaskId id = 0; id < b.tasks.size() && id < tasks_seen_.size(); ++id) {
-        const bool service = graph_.service_wait > Duration{} && tasks_.set[id].guaranteed;
+        const bool service = graph_.service_wait > Duration{} && tasks_.set[id].service;
         const std::string method = b.method + (service ? ", service" : "");
         if (b.tasks[id]) compare(method, tasks_.set[id].name, tasks_seen_[id], *b.tasks[id]);
       }

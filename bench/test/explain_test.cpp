@@ -268,7 +268,7 @@ std::vector<std::string> behind_a_service(Duration period_of_caller, Duration ph
   } else {
     graph.nodes[1].callbacks[0].worst = graph.nodes[1].callbacks[0].best = 15ms;
   }
-  const Simulated run(graph, setup::parse_executor("rm-ro", {.guaranteed_wait = 10ms}), Phases::given, 45ms);
+  const Simulated run(graph, setup::parse_executor("rm-ro", {.service_wait = 10ms}), Phases::given, 45ms);
   std::vector<std::string> behind = texts(run, of_task(run, 3));
   std::erase_if(behind, [](const std::string& text) { return text.find("behind s") == std::string::npos; });
   return behind;

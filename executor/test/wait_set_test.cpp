@@ -62,7 +62,7 @@ TEST_P(SingleThreadedExecutor, OffersServicesBehindSubscriptionsAndTimers) {
   const TaskId timer = add_timer(set, 100ms, 0ms);
   const TaskId service = add_subscription(set, {timer}, 0ms),
                subscription = add_subscription(set, {timer}, 0ms);
-  set.tasks[service].guaranteed = true;
+  set.tasks[service].service = true;
   start();
   for (const TaskId id : {service, subscription}) scheduler->sample_arrived(id, {}, at(0ms));
   std::vector<TaskId> order = {timer, subscription, service};

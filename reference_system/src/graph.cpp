@@ -22,7 +22,7 @@ Task make_task(const Node& node, const Callback& callback, std::uint32_t first_g
   task.priority = callback.priority;
   if (callback.input) task.depth = node.inputs[*callback.input].depth;
   task.group = first_group + callback.group;
-  task.guaranteed = callback.service;
+  task.service = callback.service;
   return task;
 }
 

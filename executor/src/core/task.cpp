@@ -15,7 +15,7 @@ std::vector<TaskId> in_order_of_kinds(const TaskSet& set, std::vector<TaskId> en
     std::iota(entity_order.begin(), entity_order.end(), TaskId{0});
   }
   std::ranges::stable_sort(entity_order, {}, [&](TaskId id) {
-    return std::pair(set[id].kind == TaskKind::subscription, set[id].guaranteed);
+    return std::pair(set[id].kind == TaskKind::subscription, set[id].service);
   });
   return entity_order;
 }

@@ -33,7 +33,7 @@ Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
     timer_ids_.push_back(id);
     timers_.emplace_back(id, set_[id], now);
   } else {
-    subscription_ids_.insert(set_[id].guaranteed ? subscription_ids_.end() : services(), id);
+    subscription_ids_.insert(set_[id].service ? subscription_ids_.end() : services(), id);
   }
   snapshot_.add_task();
   snapshot_.reserve(timer_ids_.size() + subscription_ids_.size());

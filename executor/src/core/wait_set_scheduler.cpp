@@ -118,7 +118,7 @@ void RebuiltWaitSetScheduler::rebuild(std::vector<TaskId>& waited, const std::ve
     waited.push_back(id);
   }
   std::sort(waited.begin() + before, waited.end(), std::greater<>());
-  std::stable_partition(waited.begin(), waited.end(), [this](TaskId id) { return !set_[id].guaranteed; });
+  std::stable_partition(waited.begin(), waited.end(), [this](TaskId id) { return !set_[id].service; });
 }
 
 void RebuiltWaitSetScheduler::rebuild() {

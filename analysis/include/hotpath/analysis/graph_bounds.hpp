@@ -57,11 +57,11 @@ enum class Assumption : std::uint32_t {
   woken_by_jobs = 1U << 16,
   any_delivery = 1U << 17,    ///< Samples of a topic reach its subscriptions in any order.
   release_jitter = 1U << 18,  ///< Timers' jobs become ready later than at their timestamps.
-  /// A service that has waited for SchedulerOptions::guaranteed_wait runs next.
+  /// A service that has waited for SchedulerOptions::service_wait runs next.
   service_wait = 1U << 19,
 };
 
-/// Whether a service may run ahead of its priority (SchedulerOptions::guaranteed_wait).
+/// Whether a service may run ahead of its priority (SchedulerOptions::service_wait).
 [[nodiscard]] bool has_service_wait(const ExecutorEntry& executor, const SchedulerOptions& scheduling,
                                     const TaskSet& set);
 

@@ -58,9 +58,9 @@ struct Task : TimerTimes {
   std::uint32_t depth = 1;               ///< Subscriptions: history depth (KEEP_LAST), >= 1.
   std::uint32_t group = 0;               ///< Index into TaskSet::groups.
   bool local = true;  ///< Runs in this process. Tasks of other processes only pass on their priorities.
-  /// Subscriptions: stands for a service or client. Wait sets offer it behind all subscriptions; under the
-  /// paper's executors none of its jobs waits without limit (SchedulerOptions::guaranteed_wait).
-  bool guaranteed = false;
+  /// Subscriptions: served as a service or client. Wait sets offer it behind all subscriptions; under the
+  /// paper's executors none of its jobs waits without limit (SchedulerOptions::service_wait).
+  bool service = false;
   std::vector<TaskId> feeds;  ///< Subscriptions activated by the publications of this task's jobs.
 };
 

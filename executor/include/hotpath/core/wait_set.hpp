@@ -173,8 +173,7 @@ class WaitSet : public ExploredScheduler {
   [[nodiscard]] std::uint32_t group(TaskId task) const { return set_.tasks[task].group; }
   /// The first service among the subscriptions.
   [[nodiscard]] std::vector<TaskId>::const_iterator services() const {
-    return std::ranges::partition_point(subscription_ids_,
-                                        [this](TaskId id) { return !set_[id].guaranteed; });
+    return std::ranges::partition_point(subscription_ids_, [this](TaskId id) { return !set_[id].service; });
   }
 
   template <class Eligible>

@@ -170,7 +170,7 @@ struct Graph {
   WorkMode work = WorkMode::cpu_time;
   GraphPlatform platform;
   /// How long a callback with Callback::service waits before it runs next under the paper's executors
-  /// (SchedulerOptions::guaranteed_wait); 0: without limit.
+  /// (SchedulerOptions::service_wait); 0: without limit.
   Duration service_wait{};
   std::map<std::string, DeliveryOrder> delivery;  ///< By topic; absent: the order of creation.
 
