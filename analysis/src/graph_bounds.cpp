@@ -352,12 +352,12 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
 
 GraphBounds attempt(const char* method, std::uint32_t missing,
                     const std::function<void(GraphBounds&)>& bound) {
-  GraphBounds out{method, {}, {}, {}, missing == 0 ? "" : not_covered(missing), {}, {}};
-  if (missing != 0) return out;
+  if (missing != 0) return {.method = method, .refusal = not_covered(missing)};
+  GraphBounds out{.method = method};
   try {
     bound(out);
   } catch (const AnalysisError& error) {
-    out = {method, {}, {}, {}, error.what(), {}, {}};
+    return {.method = method, .refusal = error.what()};
   }
   return out;
 }
@@ -372,7 +372,7 @@ std::vector<GraphBounds> graph_bounds(const BoundedSystem& system, std::uint32_t
   for (const Method& method : kMethods) {
     const std::uint32_t missing = present & ~method.covers & ~also_covers;
     all.push_back(attempt(method.name, missing, [&](GraphBounds& out) { method.bound(system, out); }));
-    if (missing != 0) all.back().refusal += instead;
+    if (missing != 0) *all.back().refusal += instead;
   }
   return all;
 }

@@ -84,14 +84,13 @@ Table ranking_table(const Advice& advice) {
 void write_excluded(std::ostream& out, const Advice& advice) {
   std::map<std::string, std::vector<std::string>> overloaded;
   for (const Prediction* p : advice.ranked) {
-    if (!p->keeps_up()) overloaded[p->overload].push_back(p->candidate->name);
+    if (!p->keeps_up()) overloaded[*p->overload].push_back(p->candidate->name);
   }
   for (const auto& [cause, names] : overloaded) out << joined(names) << " cannot keep up: " << cause << "\n";
   for (const Prediction* p : advice.ranked) {
     if (p == advice.best || !p->keeps_up()) break;
-    const Refusal cause = refusal(*p, advice.now);
-    if (cause != Refusal::none)
-      out << p->candidate->name << " is not recommended: " << to_string(cause) << "\n";
+    if (const auto cause = refusal(*p, advice.now))
+      out << p->candidate->name << " is not recommended: " << to_string(*cause) << "\n";
   }
 }
 
@@ -140,7 +139,7 @@ std::string confidence(const Advice& advice) {
   std::string text =
       concat("The prediction is based on ", counted(advice.draws, "draw"), " of phases and execution times");
   const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction* p) {
-    return p != &best && p->keeps_up() && refusal(*p, advice.now) == Refusal::none;
+    return p != &best && p->keeps_up() && !refusal(*p, advice.now);
   });
   if (next != advice.ranked.end()) {
     const auto distinct = differs(advice.objective, best, **next);
@@ -214,7 +213,7 @@ json row_json(const Advice& advice, const Prediction& p) {
   json row = {{"name", p.candidate->name},
               {"description", p.candidate->description},
               {"threads", p.candidate->threads},
-              {"overload", p.overload}};
+              {"overload", p.overload.value_or("")}};
   if (!p.keeps_up()) return row;
   row["objective"] = score(advice.objective, p.summary).value;
   row["lost_percent"] = loss_percent(p.summary);

@@ -157,18 +157,18 @@ class Analysis {
     std::vector<bounds::ReachedWorstCase> reached;
     const bool explored = callbacks.phases_known || options_.exact;
     if (explored) all.push_back(exact(callbacks, tasks, executor, reached));
-    const bool any = std::ranges::any_of(all, [](const GraphBounds& b) { return b.refusal.empty(); });
+    const bool any = std::ranges::any_of(all, [](const GraphBounds& b) { return !b.refusal; });
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n";
     for (const GraphBounds& bounds : all) {
-      if (bounds.refusal.empty()) {
+      if (!bounds.refusal) {
         show(executor.label, callbacks, bounds);
       } else if (!any) {
-        out_ << "  " << bounds.method << ": " << bounds.refusal << "\n";
+        out_ << "  " << bounds.method << ": " << *bounds.refusal << "\n";
       }
     }
-    if (any && explored && !all.back().refusal.empty()) {
+    if (any && explored && all.back().refusal) {
       out_ << (uncertainty() > Duration{} ? "No bounds near these phases: " : "No exact values: ")
-           << all.back().refusal << "\n";
+           << *all.back().refusal << "\n";
     }
     if (!options_.witness.empty() && !reached.empty()) {
       out_ << write_witnesses(reached, graph_, tasks, executor, options_, options_.witness);
@@ -200,11 +200,9 @@ class Analysis {
                     std::vector<bounds::ReachedWorstCase>& reached) const {
     GraphBounds none;
     none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
-    none.refusal = executor.deployment ? "several executors are not explored" : "";
-    if (!callbacks.phases_known) {
-      none.refusal = "worst cases are exact for known phases only; give --phases";
-    }
-    if (!none.refusal.empty()) return none;
+    if (executor.deployment) none.refusal = "several executors are not explored";
+    if (!callbacks.phases_known) none.refusal = "worst cases are exact for known phases only; give --phases";
+    if (none.refusal) return none;
     const std::size_t limit = options_.exact ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
     const char* const more = options_.exact ? "" : "; --exact allows more";
     return bounds::exact_worst_cases(graph_, tasks, *executor.entry, executor.scheduler,

@@ -69,7 +69,7 @@ class BoundCase {
     draw_phases(random_, graph_, tasks_);
     if (phases_known_ && !executor_.deployment && seed_ % 3 == 0) draw_uncertainty();
     bounds_ = bounds();
-    const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return b.refusal.empty(); });
+    const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return !b.refusal; });
     if (!any) return {};
     const TaskSet given = tasks_.set;
     for (int run = 0; run < (uncertainty_ > Duration{} ? 2 * kRuns : kRuns) && result_.wrong.empty(); ++run) {
@@ -132,7 +132,7 @@ class BoundCase {
     all.push_back(bounds::exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler,
                                             {.max_states = kMostStates, .phase_uncertainty = uncertainty_},
                                             with_witnesses ? &reached_ : nullptr));
-    if (all.back().refusal.empty() && !near) exact_ = all.size() - 1;
+    if (!all.back().refusal && !near) exact_ = all.size() - 1;
     return all;
   }
 

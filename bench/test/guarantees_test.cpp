@@ -134,7 +134,7 @@ TEST(Guarantees, WithAServiceWaitDeploymentsHaveNone) {
   const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
   const auto all = setup::bounds_of(graph, callbacks,
                                     setup::deploy(std::move(plan), {.service_wait = graph.service_wait}));
-  EXPECT_THAT(all.at(0).refusal, HasSubstr("service_wait_ms"));
+  EXPECT_THAT(all.at(0).refusal.value(), HasSubstr("service_wait_ms"));
 }
 
 TEST(Guarantees, ADeploymentOfPinnedThreadsHasThoseOfItsProcessors) {
