@@ -69,10 +69,6 @@ RepeatedSamples latencies_of(const Prediction& prediction, const Objective& obje
 
 }  // namespace
 
-std::size_t Prediction::never_ran() const {
-  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, &results::TaskSummary::never_ran));
-}
-
 SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& o, std::uint32_t d) {
   SimulatedDraw drawn{
       candidate.tasks, simulated::execution_times_of(candidate.graph, candidate.tasks, o.seed + d), {}};
@@ -163,9 +159,9 @@ bool can_be_written(const Candidate& candidate) {
 
 std::optional<Refusal> refusal(const Prediction& p, const Prediction& now) {
   constexpr double kMoreLosses_percent = 1;
-  if (p.never_ran() > 0) return Refusal::never_runs;
-  const double most = now.keeps_up() ? loss_percent(now.summary) + kMoreLosses_percent : INFINITY;
-  if (loss_percent(p.summary) > most) return Refusal::loses_more;
+  if (p.summary.never_ran() > 0) return Refusal::never_runs;
+  const double most = now.keeps_up() ? now.summary.lost_percent() + kMoreLosses_percent : INFINITY;
+  if (p.summary.lost_percent() > most) return Refusal::loses_more;
   if (!can_be_written(*p.candidate)) return Refusal::splits_groups;
   return std::nullopt;
 }

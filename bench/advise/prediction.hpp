@@ -27,8 +27,6 @@ struct Prediction {
   std::string bound_method;
 
   [[nodiscard]] bool keeps_up() const { return !overload; }
-  /// Number of tasks that never ran.
-  [[nodiscard]] std::size_t never_ran() const;
 };
 
 /// Simulates all candidates that can keep up, over Options::draws draws of phases and execution times; draw i

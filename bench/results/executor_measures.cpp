@@ -68,8 +68,7 @@ void ExecutorMeasures::add(const JobRecord& r) {
   const TaskId id = r.job.task;
   const Time counted_from = current_->counted_from;
   TaskSummary& task = summary_.tasks[id];
-  task.longest_wait = std::max(task.longest_wait, wait_of(r, counted_from, current_->end));
-  if (set_[id].kind == TaskKind::timer) task.after_warm_up.add(set_[id], r, counted_from, current_->end);
+  task.add(set_[id], r, counted_from, current_->end);
   if (current_->next_calls) current_->next_calls->add(r);
   if (!counts(r, counted_from)) return;
   responses_[id].push_back(to_ms(response_time(r)));

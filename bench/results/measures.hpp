@@ -89,6 +89,17 @@ struct TimerCounts {
   [[nodiscard]] double dropped_percent() const { return percent_of(skipped, reached); }
 };
 
+/// The measures of a task's jobs that need no samples.
+struct TaskTotals {
+  TimerCounts after_warm_up;  ///< Timers.
+  Duration longest_wait{};    ///< wait_of() of its jobs.
+
+  void add(const Task& task, const JobRecord& r, Time counted_from, Time end) {
+    longest_wait = std::max(longest_wait, wait_of(r, counted_from, end));
+    if (task.kind == TaskKind::timer) after_warm_up.add(task, r, counted_from, end);
+  }
+};
+
 /// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to
 /// the warm-up if its job's timestamp is before `counted_from`. A chain uses the sink's job. A record
 /// without a recorded sink job counts, because buffers fill up only at the end of a run.

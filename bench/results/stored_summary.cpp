@@ -32,9 +32,7 @@ class StoredSummary {
 
   void add(const JobRow& row) {
     if (!stored_ || row.repetition != current_.second || row.executor != executor().executor()) begin(row);
-    auto& count = accounts_[row.record.job.task].count;
-    ++count[static_cast<std::size_t>(row.record.outcome)];
-    count[static_cast<std::size_t>(Outcome::skipped)] += row.record.job.skipped;
+    accounts_[row.record.job.task].add(row.record);
     executor().add(row.record);
   }
 

@@ -84,7 +84,7 @@ std::optional<std::string> Requirement::failure(const results::ExecutorSummary& 
     if (n > 1) *why += program::concat(" (", count, " of ", n, " repetitions)");
     return true;
   };
-  if (no_loss && fails([](const Each& r) { return r.skipped + r.overwritten > 0; },
+  if (no_loss && fails([](const Each& r) { return r.lost() > 0; },
                        [&] {
                          return program::concat(executor.skipped, " timestamps skipped, ",
                                                 executor.overwritten, " samples overwritten");

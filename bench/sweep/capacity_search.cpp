@@ -65,10 +65,9 @@ void add_measures(const results::ExecutorSummary& executor, LevelRow& row) {
   row.p99_low_ms = finite(most.low.p99), row.p99_high_ms = finite(most.high.p99);
   row.worst_ms = finite(most.quantiles.max);
   row.worst_low_ms = finite(most.low.max), row.worst_high_ms = finite(most.high.max);
-  const MeasuredRow measured{&executor, nullptr};
-  row.lost = measured.lost();
+  row.lost = executor.lost();
   row.deadline_overruns = executor.after_warm_up.deadline_overruns;
-  row.response_share_max = measured.response_share_max();
+  row.response_share_max = MeasuredRow{&executor, nullptr}.response_share_max();
 }
 
 /// Why the bounds do not meet the deadlines and the required hot-path latency; none: they do. Sample

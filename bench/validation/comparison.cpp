@@ -27,8 +27,8 @@ JobOrder sequence(const results::Schedule& schedule, Time until) {
 }
 
 double lost_percent(const JobOrder& tasks, const Task& task, TaskId id, Time until) {
-  if (until < Time{} + task.phase) return 0;
-  const auto timestamps = 1 + (until - Time{} - task.phase) / task.period;
+  const std::uint64_t timestamps = timestamps_in(task, Time{}, until + Duration(1));
+  if (timestamps == 0) return 0;
   const auto executed = std::ranges::count(tasks, id);
   return 100 * std::max(0.0, 1 - static_cast<double>(executed) / static_cast<double>(timestamps));
 }

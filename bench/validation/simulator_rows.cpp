@@ -100,7 +100,7 @@ TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duratio
       if (job.task == id && job.finished()) responses.push_back(to_ms(results::response_authors(s, job)));
     }
     if (s.set[id].name == "IMU") {
-      const double timestamps = static_cast<double>(1 + (kLength - 1ns - s.set[id].phase) / s.set[id].period);
+      const auto timestamps = static_cast<double>(timestamps_in(s.set[id], Time{}, Time{} + kLength));
       run.imu_lost_percent = 100 * (1 - static_cast<double>(responses.size()) / timestamps);
     }
     std::ranges::sort(responses);
