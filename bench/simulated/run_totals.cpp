@@ -30,7 +30,7 @@ void RunTotals::ended(const JobRecord& record) {
   if (task.kind == TaskKind::timer && record.outcome == Outcome::ran) {
     t.periods.add(record, task, record.job.timestamp >= counted_from_);
   }
-  if (results::counts(record, counted_from_)) t.responses.add(results::response_time(record));
+  if (results::counts(record, counted_from_)) t.responses.add(record.response_time());
 }
 
 void RunTotals::add_to(results::ExecutorSummary& summary, std::size_t repetition) {

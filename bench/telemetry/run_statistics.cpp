@@ -73,9 +73,9 @@ void RunStatistics::add(const JobRecord& r) {
   node.counts.ran(node.counts.ran() + 1);
   node.counts.skipped(node.counts.skipped() + r.job.skipped);
   node.accounted += 1 + r.job.skipped;
-  node.window_busy += r.finish - r.start;
+  node.window_busy += r.duration();
   if (!hotpath::results::counts(r, counted_from_)) return;
-  const Duration response = results::response_time(r);
+  const Duration response = r.response_time();
   node.counts.overruns(node.counts.overruns() + results::overruns_deadline(tasks_.set[task], response));
   // A job that only stores its sample has no response time: another job processes the sample.
   if (tasks_.callbacks[task].stores_only) return;

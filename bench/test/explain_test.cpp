@@ -31,7 +31,7 @@ std::vector<Explanation> of_task(const Simulated& run, TaskId task) {
   std::vector<Output> outputs;
   for (const JobRecord& r : run.trace().jobs) {
     if (r.job.task == task && results::counts(r, Time{}))
-      outputs.push_back({0, r.job.sequence, results::response_time(r), task});
+      outputs.push_back({0, r.job.sequence, r.response_time(), task});
   }
   return run.explained(std::nullopt, outputs);
 }
