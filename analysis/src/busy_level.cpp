@@ -155,7 +155,7 @@ std::vector<BusyLevel::Effect> BusyLevel::effects() const {
 void BusyLevel::find_ahead() {
   const std::vector<Effect> effect = effects();
   for (TaskId id = 0; id < topology_.size(); ++id) {
-    if (!topology_.set()[id].guaranteed || topology_.roots(id).empty()) continue;
+    if (!topology_.set()[id].service || topology_.roots(id).empty()) continue;
     std::int64_t work = job_work(id);
     std::size_t joined = kNone;
     if (const auto* join = topology_.join_of(id)) {

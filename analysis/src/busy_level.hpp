@@ -44,7 +44,7 @@ struct BusyLevel {
     std::vector<std::size_t> nodes;
   };
 
-  /// A guaranteed task, and the work of one of its jobs; kNoTask: there is none.
+  /// A service, and the work of one of its jobs; kNoTask: there is none.
   struct Ahead {
     TaskId task = kNoTask;
     std::int64_t work = 0;

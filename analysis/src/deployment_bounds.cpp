@@ -328,12 +328,9 @@ void explain_missing(const DeployedSystem& system, const GraphTopology& topology
 }  // namespace
 
 GraphBounds deployment_bounds(const DeployedSystem& system) {
-  GraphBounds out;
-  out.method = "busy windows of each processor";
-  out.refusal = refusal_of(system);
-  if (!out.refusal.empty()) return out;
-  const std::string method = out.method;
-  return attempt(method.c_str(), 0, [&](GraphBounds& bounds) {
+  constexpr const char* kMethod = "busy windows of each processor";
+  if (auto refusal = refusal_of(system)) return {.method = kMethod, .refusal = std::move(refusal)};
+  return attempt(kMethod, 0, [&](GraphBounds& bounds) {
     const GraphTopology topology(system.graph);
     bound_graph(topology, DeploymentPaths(system), bounds);
     explain_missing(system, topology, bounds);

@@ -12,7 +12,7 @@ namespace hotpath {
 
 using exact::add;
 
-std::string refusal_of(const DeployedSystem& system) {
+std::optional<std::string> refusal_of(const DeployedSystem& system) {
   const Platform& p = system.platform;
   if (p.release_cost + p.pass_cost > Duration{}) return "it does not cover release costs";
   if (p.delivery_delay > Duration{}) return "it does not cover a delay of delivery";
@@ -44,7 +44,8 @@ std::string refusal_of(const DeployedSystem& system) {
       return name + "has a timer thread that does not preempt it; raise that thread's priority";
     }
   }
-  return any ? "" : "no executor has a thread under SCHED_FIFO that is bound to a processor";
+  if (any) return std::nullopt;
+  return "no executor has a thread under SCHED_FIFO that is bound to a processor";
 }
 
 GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here) {

@@ -2,6 +2,7 @@
 // What the busy windows of a processor need of a deployed system.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,8 +11,8 @@
 
 namespace hotpath {
 
-/// Why the busy windows of processors do not cover the system; empty if they do.
-[[nodiscard]] std::string refusal_of(const DeployedSystem& system);
+/// Why the busy windows of processors do not cover the system; none if they do.
+[[nodiscard]] std::optional<std::string> refusal_of(const DeployedSystem& system);
 
 /// The ranks of a processor's tasks, those in `here`. Threads of one priority take turns in any order; a
 /// thread that has its priority for itself runs its jobs in the executor's order if that is a fixed one.

@@ -142,7 +142,7 @@ bool releases_first(const BoundedSystem& system, const GraphOverheads& overheads
 /// 0: none.
 std::int64_t service_wait(const BoundedSystem& system) {
   const bool waits = has_service_wait(system.executor, system.scheduling, system.graph.set);
-  return waits ? system.scheduling.guaranteed_wait.count() : 0;
+  return waits ? system.scheduling.service_wait.count() : 0;
 }
 
 /// bound_graph(), also by the longest wait of services.
@@ -296,8 +296,8 @@ GraphOrder priority_ranks(const BoundedSystem& system) {
 }
 
 bool has_service_wait(const ExecutorEntry& executor, const SchedulerOptions& scheduling, const TaskSet& set) {
-  return executor.traits.family == Family::priority_events && scheduling.guaranteed_wait > Duration{} &&
-         std::ranges::any_of(set.tasks, &Task::guaranteed);
+  return executor.traits.family == Family::priority_events && scheduling.service_wait > Duration{} &&
+         std::ranges::any_of(set.tasks, &Task::service);
 }
 
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {
@@ -352,12 +352,12 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
 
 GraphBounds attempt(const char* method, std::uint32_t missing,
                     const std::function<void(GraphBounds&)>& bound) {
-  GraphBounds out{method, {}, {}, {}, missing == 0 ? "" : not_covered(missing), {}, {}};
-  if (missing != 0) return out;
+  if (missing != 0) return {.method = method, .refusal = not_covered(missing)};
+  GraphBounds out{.method = method};
   try {
     bound(out);
   } catch (const AnalysisError& error) {
-    out = {method, {}, {}, {}, error.what(), {}, {}};
+    return {.method = method, .refusal = error.what()};
   }
   return out;
 }
@@ -372,7 +372,7 @@ std::vector<GraphBounds> graph_bounds(const BoundedSystem& system, std::uint32_t
   for (const Method& method : kMethods) {
     const std::uint32_t missing = present & ~method.covers & ~also_covers;
     all.push_back(attempt(method.name, missing, [&](GraphBounds& out) { method.bound(system, out); }));
-    if (missing != 0) all.back().refusal += instead;
+    if (missing != 0) *all.back().refusal += instead;
   }
   return all;
 }

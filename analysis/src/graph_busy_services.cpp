@@ -9,7 +9,7 @@ using exact::add, exact::multiply;
 
 /// Whether a job of the task may run ahead of its rank.
 bool GraphBusyWindow::runs_ahead(TaskId id) const {
-  return order_.service_wait > 0 && topology_.set()[id].guaranteed;
+  return order_.service_wait > 0 && topology_.set()[id].service;
 }
 
 /// Work of the services that run ahead of their ranks within `t` of the window's start, which lie at least

@@ -74,7 +74,7 @@ std::optional<std::int64_t> ServicePaths::published(TaskId root, TaskId to, Fini
 }
 
 std::optional<std::int64_t> ServicePaths::finish(TaskId root, TaskId id, Finishes& known) const {
-  if (!guaranteed(id)) return others_.until_finish(root, id);
+  if (!is_service(id)) return others_.until_finish(root, id);
   if (const auto seen = known.of.find({root, id}); seen != known.of.end()) return seen->second;
   auto finish = others_.until_finish(root, id);
   if (const auto request = published(root, id, known)) {
@@ -100,7 +100,7 @@ std::optional<std::vector<ServicePaths::Stream>> ServicePaths::streams(Finishes&
   for (const TaskId root : topology_.timers()) {
     const std::vector<std::int64_t> jobs = jobs_of(root);
     for (TaskId id = 0; id < topology_.size(); ++id) {
-      if (!guaranteed(id)) continue;
+      if (!is_service(id)) continue;
       for (const TaskId p : topology_.publishers(id)) {
         if (jobs[p] == 0) continue;
         const auto latest = finish(root, p, known);
@@ -171,7 +171,7 @@ std::optional<ServicePaths::Finishes> ServicePaths::find_finishes() const {
 
 std::optional<std::int64_t> ServicePaths::until_start(TaskId root, TaskId to) const {
   const auto other = others_.until_start(root, to);
-  if (!guaranteed(to) || !finishes_) return other;
+  if (!is_service(to) || !finishes_) return other;
   const auto request = published(root, to, *finishes_);
   if (!request) return other;
   return smaller(other, sum(add(*request, finishes_->delay), with_releases(overheads_.job)));
@@ -185,17 +185,17 @@ std::optional<std::int64_t> ServicePaths::until_finish(TaskId root, TaskId to) c
 
 std::optional<std::int64_t> ServicePaths::start_to_start(TaskId root, TaskId to) const {
   const auto other = others_.start_to_start(root, to), end = until_finish(root, to);
-  return end && guaranteed(to) ? smaller(other, subtract(*end, topology_.set()[to].bcet.count())) : other;
+  return end && is_service(to) ? smaller(other, subtract(*end, topology_.set()[to].bcet.count())) : other;
 }
 
 std::optional<std::int64_t> ServicePaths::start_to_finish(TaskId root, TaskId to) const {
   const auto other = others_.start_to_finish(root, to);
-  return guaranteed(to) ? smaller(other, until_finish(root, to)) : other;
+  return is_service(to) ? smaller(other, until_finish(root, to)) : other;
 }
 
 std::optional<std::int64_t> ServicePaths::response(TaskId subscription) const {
   const auto other = others_.response(subscription);
-  if (!guaranteed(subscription) || !finishes_) return other;
+  if (!is_service(subscription) || !finishes_) return other;
   return smaller(other, sum(finishes_->delay, with_releases(job_work(subscription))));
 }
 

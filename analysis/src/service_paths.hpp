@@ -12,7 +12,7 @@
 
 namespace hotpath {
 
-/// Bounds on services (Task::guaranteed) that hold however much work is more urgent, beside those of other
+/// Bounds on services (Task::service) that hold however much work is more urgent, beside those of other
 /// paths. They wait in one queue, in the order of their publications, and the oldest runs at the latest a
 /// service wait and the longest running job after the one before it (docs/analysis.md, "Service wait").
 class ServicePaths final : public PathBounds {
@@ -48,7 +48,7 @@ class ServicePaths final : public PathBounds {
     std::map<std::pair<TaskId, TaskId>, std::optional<std::int64_t>> of;  ///< By root and service.
   };
 
-  [[nodiscard]] bool guaranteed(TaskId id) const { return topology_.set()[id].guaranteed; }
+  [[nodiscard]] bool is_service(TaskId id) const { return topology_.set()[id].service; }
   [[nodiscard]] std::int64_t job_work(TaskId id) const;
   [[nodiscard]] std::optional<std::int64_t> with_releases(std::int64_t work) const;
   [[nodiscard]] std::optional<std::int64_t> published(TaskId root, TaskId to, Finishes& known) const;

@@ -203,7 +203,7 @@ TEST(DeploymentBounds, WhatIsNotCoveredIsRefusedByName) {
     Deployed system;
     system.timer(system.thread(5), 10, 1);
     change(system);
-    return system.bounds().refusal;
+    return system.bounds().refusal.value_or("");
   };
   EXPECT_EQ(refusal([](Deployed&) {}), "");
   EXPECT_THAT(refusal([](Deployed& s) {

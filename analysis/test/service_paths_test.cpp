@@ -48,7 +48,7 @@ CallbackGraph diamonds() {
     task.wcet = task.bcet = Duration(1);
     if (id == 0) continue;
     task.kind = TaskKind::subscription;
-    task.guaranteed = true;
+    task.service = true;
     const TaskId next = (id - 1) / 2 * 2 + 3;
     if (next < graph.set.size()) task.feeds = {next, next + 1};
   }

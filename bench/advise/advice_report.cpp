@@ -23,13 +23,6 @@ std::string counted(std::uint64_t count, const char* thing) {
   return concat(count, " ", thing, count == 1 ? "" : "s");
 }
 
-/// Number of tasks that never ran, and timers with a job that waited longer than a period.
-std::size_t waited_long(const results::ExecutorSummary& summary) {
-  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, [](const results::TaskSummary& t) {
-    return t.never_ran() || (t.period > Duration::zero() && t.longest_wait > t.period);
-  }));
-}
-
 bool shows_end_to_end(const Objective& objective) {
   return objective.kind == Objective::Kind::requirements || objective.statistic == Objective::Statistic::age;
 }
@@ -72,8 +65,9 @@ Table ranking_table(const Advice& advice) {
     row.resize(4, "");
     row.insert(
         row.end(),
-        {lateness ? fixed(score(objective, p->summary).value, 1) : "", fixed(loss_percent(p->summary), 1),
-         waited_long(p->summary), p->never_ran() > 0 ? std::optional(p->never_ran()) : std::nullopt,
+        {lateness ? fixed(score(objective, p->summary).value, 1) : "", fixed(p->summary.lost_percent(), 1),
+         std::ranges::count_if(p->summary.tasks, &results::TaskSummary::starved),
+         p->summary.never_ran() > 0 ? std::optional(p->summary.never_ran()) : std::nullopt,
          p->candidate->threads, fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
     table.add_row(row);
   }
@@ -84,14 +78,13 @@ Table ranking_table(const Advice& advice) {
 void write_excluded(std::ostream& out, const Advice& advice) {
   std::map<std::string, std::vector<std::string>> overloaded;
   for (const Prediction* p : advice.ranked) {
-    if (!p->keeps_up()) overloaded[p->overload].push_back(p->candidate->name);
+    if (!p->keeps_up()) overloaded[*p->overload].push_back(p->candidate->name);
   }
   for (const auto& [cause, names] : overloaded) out << joined(names) << " cannot keep up: " << cause << "\n";
   for (const Prediction* p : advice.ranked) {
     if (p == advice.best || !p->keeps_up()) break;
-    const Refusal cause = refusal(*p, advice.now);
-    if (cause != Refusal::none)
-      out << p->candidate->name << " is not recommended: " << to_string(cause) << "\n";
+    if (const auto cause = refusal(*p, advice.now))
+      out << p->candidate->name << " is not recommended: " << to_string(*cause) << "\n";
   }
 }
 
@@ -106,7 +99,7 @@ json periods_json(const results::ExecutorSummary& summary) {
   return all;
 }
 
-std::string lost(const Prediction& p) { return fixed(loss_percent(p.summary), 1) + " %"; }
+std::string lost(const Prediction& p) { return fixed(p.summary.lost_percent(), 1) + " %"; }
 
 std::string compared_with_now(const Advice& advice) {
   const std::string& name = advice.now.candidate->name;
@@ -140,7 +133,7 @@ std::string confidence(const Advice& advice) {
   std::string text =
       concat("The prediction is based on ", counted(advice.draws, "draw"), " of phases and execution times");
   const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction* p) {
-    return p != &best && p->keeps_up() && refusal(*p, advice.now) == Refusal::none;
+    return p != &best && p->keeps_up() && !refusal(*p, advice.now);
   });
   if (next != advice.ranked.end()) {
     const auto distinct = differs(advice.objective, best, **next);
@@ -214,12 +207,12 @@ json row_json(const Advice& advice, const Prediction& p) {
   json row = {{"name", p.candidate->name},
               {"description", p.candidate->description},
               {"threads", p.candidate->threads},
-              {"overload", p.overload}};
+              {"overload", p.overload.value_or("")}};
   if (!p.keeps_up()) return row;
   row["objective"] = score(advice.objective, p.summary).value;
-  row["lost_percent"] = loss_percent(p.summary);
+  row["lost_percent"] = p.summary.lost_percent();
   row["timers_late"] = waited_long(p.summary);
-  row["never_ran"] = p.never_ran();
+  row["never_ran"] = p.summary.never_ran();
   row["cores_used"] = p.cores_used;
   row["bound_ms"] = p.bound_ms ? json(*p.bound_ms) : json();
   row["bound_method"] = p.bound_method;

@@ -222,7 +222,7 @@ Candidate with_graph(Candidate c, Graph graph) {
   c.graph = std::move(graph);
   c.tasks = make_tasks(c.graph);
   c.threads = 0;
-  c.overload.clear();
+  c.overload.reset();
   const std::vector<double> load = loads(c.graph, c.tasks);
   const std::span<const setup::ExecutorSpec> executors = setup::parts(c.spec);
   std::vector<double> of_executor(executors.size(), 0);
@@ -234,7 +234,7 @@ Candidate with_graph(Candidate c, Graph graph) {
     const unsigned threads =
         worker_count(*executors[e].entry, executors[e].scheduler) - (only_releases ? 1 : 0);
     c.threads += threads;
-    if (of_executor[e] < std::min(threads, c.graph.platform.cores) || !c.overload.empty()) continue;
+    if (of_executor[e] < std::min(threads, c.graph.platform.cores) || c.overload) continue;
     const std::string subject =
         c.spec.deployment ? concat("executor ", c.spec.deployment->plan.executors[e].name) : "it";
     c.overload = concat(subject, " has ", program::fixed(100 * of_executor[e], 0),

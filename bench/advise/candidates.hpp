@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,9 +20,9 @@ struct Candidate {
   Graph graph;       ///< With the candidate's platform costs and priorities.
   GraphTasks tasks;  ///< Of `graph`.
   setup::ExecutorSpec spec;
-  bool sets_priorities = false;  ///< `graph` has other priorities than the user's graph.
-  unsigned threads = 0;          ///< Number of threads that run jobs.
-  std::string overload;          ///< Why the candidate cannot keep up; empty: it can.
+  bool sets_priorities = false;         ///< `graph` has other priorities than the user's graph.
+  unsigned threads = 0;                 ///< Number of threads that run jobs.
+  std::optional<std::string> overload;  ///< Why the candidate cannot keep up; none: it can.
 
   /// The name of its executor for --executors and in files, unless it is a deployment.
   [[nodiscard]] std::string executor() const {

@@ -101,13 +101,8 @@ Objective parse_objective(const std::string& text, const Graph& graph) {
   return objective;
 }
 
-double loss_percent(const results::ExecutorSummary& summary) {
-  const std::uint64_t lost = summary.skipped + summary.overwritten;
-  return results::percent_of(lost, summary.executed + lost);
-}
-
 Score score(const Objective& objective, const results::ExecutorSummary& summary) {
-  const double lost = loss_percent(summary);
+  const double lost = summary.lost_percent();
   switch (objective.kind) {
     case Kind::latency:
       return {finite(value_of(objective.statistic, summary.chains[objective.chain])), lost};

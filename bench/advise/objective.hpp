@@ -58,7 +58,4 @@ struct Score {
 /// latencies in ms. Without samples the value is infinite.
 [[nodiscard]] Score score(const Objective& objective, const results::ExecutorSummary& summary);
 
-/// Lost timestamps and samples in percent of all.
-[[nodiscard]] double loss_percent(const results::ExecutorSummary& summary);
-
 }  // namespace hotpath::advise

@@ -26,7 +26,7 @@ static void to_json(json& j, const PhaseValues& values) {
        {"late_timers", values.score.late_timers},
        {"hot_path_ms", values.hot_path_ms},
        {"age_ms", values.age_ms}};
-  if (!values.exact()) j = {{"refusal", values.refusal}};
+  if (!values.exact()) j = {{"refusal", *values.refusal}};
 }
 
 namespace {
@@ -45,7 +45,7 @@ struct Compared {
   std::vector<PhaseValues> phases = {};   ///< The best first; of random draws only those with values.
   std::optional<PhaseValues> found = {};  ///< Of searched candidates.
 
-  const std::string& refusal() const { return phases.front().refusal; }
+  const std::optional<std::string>& refusal() const { return phases.front().refusal; }
   std::vector<PhaseValues> by(Phases rule) const {
     std::vector<PhaseValues> all = phases;
     std::erase_if(all, [&](const PhaseValues& v) { return v.rule != rule; });
@@ -56,8 +56,10 @@ struct Compared {
 };
 
 void to_json(json& j, const Compared& c) {
-  j = {{"name", c.candidate->name}, {"description", c.candidate->description}, {"refusal", c.refusal()}};
-  if (!c.refusal().empty()) return;
+  j = {{"name", c.candidate->name},
+       {"description", c.candidate->description},
+       {"refusal", c.refusal().value_or("")}};
+  if (c.refusal()) return;
   j["random"] = c.by(Phases::random);
   for (const PhaseValues& v : c.phases) {
     if (v.rule != Phases::random) j["by_rule"][std::string(to_string(v.rule))] = v;
@@ -87,7 +89,7 @@ class PhaseAdviser : Question {
     const Compared& best = compared_.front();
     if (!best.found) {
       std::string refusals;
-      for (const Compared& c : compared_) refusals += concat("; ", c.candidate->name, ": ", c.refusal());
+      for (const Compared& c : compared_) refusals += concat("; ", c.candidate->name, ": ", *c.refusal());
       throw program::RunError("advise --phases: nothing is guaranteed" + refusals);
     }
     program::create_folder(folder);
@@ -100,8 +102,7 @@ class PhaseAdviser : Question {
     const std::vector<std::string> sentences = sentences_of(best, file);
     std::cout << table() << "\n";
     for (const Compared& c : compared_) {
-      if (!c.refusal().empty())
-        std::cout << c.candidate->name << " has no exact values: " << c.refusal() << "\n";
+      if (c.refusal()) std::cout << c.candidate->name << " has no exact values: " << *c.refusal() << "\n";
     }
     std::cout << "\n" << program::joined(sentences, "\n") << "\n\nPhases: --phases " << file << "\n";
     const json content = {{"graph", graph.name},
@@ -161,7 +162,7 @@ class PhaseAdviser : Question {
   void search() {
     for (std::size_t i = 0; i < compared_.size(); ++i) {
       Compared& c = compared_[i];
-      if (!c.refusal().empty() || (i >= kSearched && c.candidate->name != options.now)) continue;
+      if (c.refusal() || (i >= kSearched && c.candidate->name != options.now)) continue;
       progress_.begin("search, " + c.candidate->name);
       share_ += (1 - kCompareShare) / (kSearched + 1);
       c.found = found(c);
@@ -235,7 +236,7 @@ class PhaseAdviser : Question {
          "chosen", "within\nmargin", "hot path\nchosen", "age\nchosen", "late\ntimers"});
     const auto cell = [](double value) { return std::isfinite(value) ? fixed(value, 2) : ""; };
     for (const Compared& c : compared_) {
-      if (!c.refusal().empty()) continue;
+      if (c.refusal()) continue;
       const bool ended_early = c.found && !c.found->complete;
       std::vector<program::Value> row = {c.candidate->name + (ended_early ? " (ended early)" : "")};
       const auto add = [&](Phases rule, std::size_t half, const char* without) {

@@ -27,12 +27,12 @@ struct PhaseScore {
 struct PhaseValues {
   Phases rule = {};  ///< Of compared phases.
   FirstTimestamps first = {};
-  std::string refusal = "not evaluated";  ///< Why there are no values; empty: there are.
+  std::optional<std::string> refusal = "not evaluated";  ///< Why there are no values; none: there are.
   PhaseScore score = {};
   PhaseScore within_margin = {};                     ///< The worst score with offsets off by a margin.
   double hot_path_ms = INFINITY, age_ms = INFINITY;  ///< Of the objective's chain; infinite: there is none.
   bool complete = true;                              ///< Of a search: not ended by `stop`.
-  [[nodiscard]] bool exact() const { return refusal.empty(); }
+  [[nodiscard]] bool exact() const { return !refusal; }
 };
 
 /// Explores all schedules (exact_worst_cases()), without a margin. `reached`, if given, gets a witness of

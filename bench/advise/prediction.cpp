@@ -69,10 +69,6 @@ RepeatedSamples latencies_of(const Prediction& prediction, const Objective& obje
 
 }  // namespace
 
-std::size_t Prediction::never_ran() const {
-  return static_cast<std::size_t>(std::ranges::count_if(summary.tasks, &results::TaskSummary::never_ran));
-}
-
 SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& o, std::uint32_t d) {
   SimulatedDraw drawn{
       candidate.tasks, simulated::execution_times_of(candidate.graph, candidate.tasks, o.seed + d), {}};
@@ -161,17 +157,18 @@ bool can_be_written(const Candidate& candidate) {
   }
 }
 
-Refusal refusal(const Prediction& p, const Prediction& now) {
+std::optional<Refusal> refusal(const Prediction& p, const Prediction& now) {
   constexpr double kMoreLosses_percent = 1;
-  if (p.never_ran() > 0) return Refusal::never_runs;
-  const double most = now.keeps_up() ? loss_percent(now.summary) + kMoreLosses_percent : INFINITY;
-  if (loss_percent(p.summary) > most) return Refusal::loses_more;
-  return can_be_written(*p.candidate) ? Refusal::none : Refusal::splits_groups;
+  if (p.summary.never_ran() > 0) return Refusal::never_runs;
+  const double most = now.keeps_up() ? now.summary.lost_percent() + kMoreLosses_percent : INFINITY;
+  if (p.summary.lost_percent() > most) return Refusal::loses_more;
+  if (!can_be_written(*p.candidate)) return Refusal::splits_groups;
+  return std::nullopt;
 }
 
 const Prediction* recommended(const std::vector<const Prediction*>& ranked, const Prediction& now,
                               const Objective& objective) {
-  const auto suits = [&](const Prediction* p) { return p->keeps_up() && refusal(*p, now) == Refusal::none; };
+  const auto suits = [&](const Prediction* p) { return p->keeps_up() && !refusal(*p, now); };
   const auto best = std::ranges::find_if(ranked, suits);
   if (best == ranked.end()) return nullptr;
   const bool same = differs(objective, **best, now) == false ||

@@ -20,15 +20,13 @@ struct Prediction {
   std::vector<results::Repetition> draws;  ///< Without jobs.
   results::ExecutorSummary summary;        ///< Of all draws, with intervals over them.
   double cores_used = 0;                   ///< Mean work of the jobs that ran.
-  std::string overload;                    ///< Why there is no summary; empty: there is one.
+  std::optional<std::string> overload;     ///< Why there is no summary; none: there is one.
   /// Bound of the objective's chain for any phases: of the hot-path latency if the objective is that
   /// latency, else of the end-to-end latency.
   std::optional<double> bound_ms;
   std::string bound_method;
 
-  [[nodiscard]] bool keeps_up() const { return overload.empty(); }
-  /// Number of tasks that never ran.
-  [[nodiscard]] std::size_t never_ran() const;
+  [[nodiscard]] bool keeps_up() const { return !overload; }
 };
 
 /// Simulates all candidates that can keep up, over Options::draws draws of phases and execution times; draw i
@@ -58,18 +56,16 @@ void add_bound(Prediction& prediction, const Objective& objective);
 
 /// Why a candidate that keeps up cannot be recommended.
 enum class Refusal : std::uint8_t {
-  none,
   never_runs,    ///< A task never runs.
   loses_more,    ///< Over one percent more than the current executor, unless that is overloaded.
   splits_groups  ///< No deployment file can express it.
 };
 constexpr auto enum_texts(Refusal) {
-  return std::to_array<EnumText<Refusal>>({{Refusal::none, ""},
-                                           {Refusal::never_runs, "a task never runs"},
+  return std::to_array<EnumText<Refusal>>({{Refusal::never_runs, "a task never runs"},
                                            {Refusal::loses_more, "it loses more than today"},
                                            {Refusal::splits_groups, "it splits callback groups"}});
 }
-[[nodiscard]] Refusal refusal(const Prediction& prediction, const Prediction& now);
+[[nodiscard]] std::optional<Refusal> refusal(const Prediction& prediction, const Prediction& now);
 
 /// Whether a deployment file can express the candidate: it splits no callback group.
 [[nodiscard]] bool can_be_written(const Candidate& candidate);

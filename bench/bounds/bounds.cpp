@@ -89,7 +89,7 @@ std::optional<Guarantees> smallest_of(const CallbackGraph& callbacks,
   for (const CallbackGraph::DataChain& chain : callbacks.chains) all.chains.push_back({chain.name, {}, {}});
   bool covered = false;
   for (const GraphBounds& bounds : all_bounds) {
-    covered = covered || bounds.refusal.empty();
+    covered = covered || !bounds.refusal;
     for (std::size_t t = 0; t < bounds.tasks.size(); ++t) {
       keep_smaller(all.tasks[t], bounds.tasks[t], bounds.method);
     }

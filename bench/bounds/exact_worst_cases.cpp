@@ -255,7 +255,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
   } catch (const ExplorationRefused& error) {
     bounds = none;
     bounds.refusal = error.what();
-    if (error.why == ExplorationRefused::Why::states) bounds.refusal += exact.more_states;
+    if (error.why == ExplorationRefused::Why::states) *bounds.refusal += exact.more_states;
   }
   return bounds;
 }

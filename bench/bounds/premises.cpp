@@ -30,9 +30,8 @@ std::vector<Premise> premises(const Graph& graph, const TaskSet& set, const std:
                               {"no job takes longer than the graph says"},
                               {phases_known ? "the given phases" : "any phases"}};
   const Duration delivery = platform.delivery_delay;
-  all.push_back(delivery > Duration{}
-                    ? Premise{program::concat("delivery takes ", to_us(delivery), " us")}
-                    : Premise{"delivery takes no time", false});
+  all.push_back(delivery > Duration{} ? Premise{program::concat("delivery takes ", to_us(delivery), " us")}
+                                      : Premise{"delivery takes no time", false});
   std::string costs;
   for (const PlatformCost& cost : kPlatformCosts) {
     const Duration value = cost.in(platform).value_or(Duration{});

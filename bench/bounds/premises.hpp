@@ -11,7 +11,8 @@ namespace hotpath::bounds {
 /// What a bound, an exact value or a prediction rests on.
 struct Premise {
   std::string text;
-  bool stated = true;  ///< The graph, its platform or an option says so; otherwise it is assumed, not measured.
+  bool stated =
+      true;  ///< The graph, its platform or an option says so; otherwise it is assumed, not measured.
 };
 
 /// The premises about a graph under an executor (ExecutorEntry::description), each in a few words.

@@ -81,7 +81,7 @@ class RunReader {
         static_cast<void>(run_.run(std::string(row.executor), row.repetition));  // throws: it did not run
       ++jobs[first_ + row.repetition];
       if (task.kind != TaskKind::timer) return;
-      side_.samples[key].of(first_ + row.repetition).push_back(to_ms(results::response_time(row.record)));
+      side_.samples[key].of(first_ + row.repetition).push_back(to_ms(row.record.response_time()));
     });
     for (auto& [key, samples] : side_.samples) {  // live repetitions are interleaved at random
       if (key.quantity == Quantity::response)

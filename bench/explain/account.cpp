@@ -226,7 +226,7 @@ class Account {
       return w.executor.order->key(job, static_cast<std::uint64_t>(to_ns(job.release)));
     };
     const PriorityKey theirs = key_of(first.job), its = key_of(w.job.job);
-    const bool waited = w.executor.service_wait > Duration{} && system_.task(first.job.task).guaranteed &&
+    const bool waited = w.executor.service_wait > Duration{} && system_.task(first.job.task).service &&
                         first.start - first.job.release >= w.executor.service_wait;
     if (waited && theirs > its) return Rule::service_wait;
     if (theirs.priority == its.priority) return Rule::tie;

@@ -17,7 +17,7 @@ constexpr std::size_t kMostJobs = 10'000;
 
 /// When the job publishes. Only estimated before its end if other threads displace it.
 Time published(const Seen& job, const Publication& message) {
-  const Duration whole = job.record.finish - job.record.start;
+  const Duration whole = job.record.duration();
   if (message.at == 1 || job.record.outcome != Outcome::ran) return job.record.finish;
   return job.record.start + Duration(std::llround(message.at * static_cast<double>(whole.count())));
 }

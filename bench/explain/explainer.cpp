@@ -35,7 +35,7 @@ void Explainer::begin(std::uint32_t repetition, const ExecutionTimes* times) {
 }
 
 void Explainer::add(const JobRecord& record) {
-  if (!started(record)) return;
+  if (!record.started()) return;
   now_ = record.start;
   explain_finished();
   constexpr std::size_t kBetween = 1024;  // jobs between two clean-ups

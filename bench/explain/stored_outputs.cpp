@@ -99,7 +99,7 @@ void StoredOutputs::for_each_response(const std::function<void(const Output&)>& 
   results::for_each_record(run_, [&](const JobRow& row) {
     const JobRecord& r = row.record;
     if (!selected(row.executor, row.repetition) || !results::counts(r, Time{} + run_.warm_up())) return;
-    use({row.repetition, r.job.sequence, results::response_time(r), r.job.task});
+    use({row.repetition, r.job.sequence, r.response_time(), r.job.task});
   });
 }
 
@@ -145,7 +145,7 @@ void StoredOutputs::pass_jobs(Explainer& explainer) const {
       explainer.begin(row.repetition, times.get());
       current = row.repetition;
     }
-    if (started(row.record) && row.record.start < explainer.last_start()) {
+    if (row.record.started() && row.record.start < explainer.last_start()) {
       throw InputError((run_.folder() / "jobs.csv").string(), static_cast<std::int64_t>(row.line),
                        "the job is not in the order of starts", "keep the order of the rows");
     }

@@ -25,7 +25,7 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
     executor.traits = part.entry->traits;
     if (executor.traits.family == Family::priority_events) {
       executor.order.emplace(tasks.set, *executor.traits.policy, part.scheduler.rule, part.scheduler.ties);
-      executor.service_wait = part.scheduler.guaranteed_wait;
+      executor.service_wait = part.scheduler.service_wait;
     }
     const unsigned timer_threads = executor.traits.timers == TimerHandling::polled ? 0 : 1;
     executor.many_threads = worker_count(*part.entry, part.scheduler) > 1 + timer_threads;

@@ -18,7 +18,7 @@ namespace hotpath::explain {
 struct ServingExecutor {
   ExecutorTraits traits;
   std::optional<PriorityOrder> order;  ///< Priority events queues.
-  Duration service_wait{};             ///< SchedulerOptions::guaranteed_wait.
+  Duration service_wait{};             ///< SchedulerOptions::service_wait.
   bool many_threads = false;           ///< Several threads run its jobs.
   /// Simulated: the longest time from one job to the next that dispatch, wait, wake-up and releases
   /// can take. std::nullopt: not known.

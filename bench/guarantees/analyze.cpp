@@ -161,22 +161,22 @@ class Analysis {
     if (explored) all.push_back(exact(graph_, callbacks, tasks, executor, &reached));
     find_delivered(callbacks, bounded, tasks, executor, explored);
     find_premises(callbacks, executor);
-    const bool any = std::ranges::any_of(all, [](const GraphBounds& b) { return b.refusal.empty(); });
+    const bool any = std::ranges::any_of(all, [](const GraphBounds& b) { return !b.refusal; });
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n";
     for (const GraphBounds& bounds : all) {
-      if (bounds.refusal.empty()) {
+      if (!bounds.refusal) {
         show(executor.label, callbacks, bounds);
       } else if (!any) {
-        out_ << "  " << bounds.method << ": " << bounds.refusal << "\n";
+        out_ << "  " << bounds.method << ": " << *bounds.refusal << "\n";
       }
     }
     if (any) {
       out_ << "Rests on: " << rests_on_ << ".\n";
       if (!assumed_.empty()) out_ << "Assumed, not measured: " << assumed_ << ".\n";
     }
-    if (any && explored && !all.back().refusal.empty()) {
+    if (any && explored && all.back().refusal) {
       out_ << (uncertainty() > Duration{} ? "No bounds near these phases: " : "No exact values: ")
-           << all.back().refusal << "\n";
+           << *all.back().refusal << "\n";
     }
     if (!options_.witness.empty() && !reached.empty()) {
       out_ << write_witnesses(reached, graph_, tasks, executor, options_, options_.witness);
@@ -208,7 +208,7 @@ class Analysis {
     std::vector<GraphBounds> all = setup::bounds_of(graph, bounded, executor);
     if (explored) all.push_back(exact(graph, callbacks, tasks, executor, nullptr));
     for (const GraphBounds& bounds : all) {
-      if (!bounds.refusal.empty()) continue;
+      if (bounds.refusal) continue;
       for (const BoundRow& row : bound_rows(executor.label, callbacks, bounds)) {
         if (!row.bound_ns) continue;
         const auto [known, is_new] = delivered_.try_emplace(
@@ -241,11 +241,9 @@ class Analysis {
                     std::vector<bounds::ReachedWorstCase>* reached) const {
     GraphBounds none;
     none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
-    none.refusal = executor.deployment ? "several executors are not explored" : "";
-    if (!callbacks.phases_known) {
-      none.refusal = "worst cases are exact for known phases only; give --phases";
-    }
-    if (!none.refusal.empty()) return none;
+    if (executor.deployment) none.refusal = "several executors are not explored";
+    if (!callbacks.phases_known) none.refusal = "worst cases are exact for known phases only; give --phases";
+    if (none.refusal) return none;
     const std::size_t limit = options_.exact ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
     const char* const more = options_.exact ? "" : "; --exact allows more";
     return bounds::exact_worst_cases(graph, tasks, *executor.entry, executor.scheduler,

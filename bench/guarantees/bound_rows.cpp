@@ -149,7 +149,7 @@ Observed::Observed(results::StoredRun& run, const TaskSet& set) {
       values_[{kind, trace.executor, name}].push_back(value.count());
     };
     for (const JobRecord& r : trace.jobs) {
-      if (r.outcome == Outcome::ran) keep(Quantity::task, set[r.job.task].name, results::response_time(r));
+      if (r.outcome == Outcome::ran) keep(Quantity::task, set[r.job.task].name, r.response_time());
     }
     for (const ChainRecord& c : trace.chains) {
       keep(Quantity::hot_path, run.chains()[c.chain], c.hot_path_latency);

@@ -40,7 +40,7 @@ std::string list_of(const WitnessTimes& times, const TaskSet& set, const Trace& 
   };
   std::map<std::pair<TaskId, std::uint64_t>, Row> rows;
   for (const JobRecord& r : trace.jobs) {
-    if (started(r)) rows[{r.job.task, r.job.sequence}];
+    if (r.started()) rows[{r.job.task, r.job.sequence}];
   }
   for (const auto& [job, time] : times.given()) rows[{job.task, job.sequence}].time = time;
   for (const auto& [job, delay] : times.given_delays()) rows[{job.task, job.sequence}].delay = delay;
@@ -59,7 +59,7 @@ std::int64_t largest(const results::Repetition& repetition, const bounds::Reache
   Duration largest{-1};
   for (const JobRecord& r : repetition.trace.jobs) {
     if (worst.kind == Quantity::task && r.outcome == Outcome::ran && r.job.task == worst.number)
-      largest = std::max(largest, results::response_time(r));
+      largest = std::max(largest, r.response_time());
   }
   for (const ChainRecord& c : repetition.trace.chains) {
     if (worst.kind == Quantity::task || c.chain != worst.number) continue;

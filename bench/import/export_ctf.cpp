@@ -204,7 +204,7 @@ class EventWriter {
   void add_jobs() {
     std::vector<const JobRecord*> jobs;
     for (const JobRecord& r : run_.trace.jobs)
-      if (started(r)) jobs.push_back(&r);
+      if (r.started()) jobs.push_back(&r);
     std::ranges::stable_sort(jobs, {}, &JobRecord::start);
     const std::vector<std::int32_t> processors = Processors(run_).of(jobs);
     std::map<ThreadId, const JobRecord*> previous;

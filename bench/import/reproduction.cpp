@@ -135,7 +135,7 @@ class Way {
     trace.end = recorded_.end - epoch;
     trace.published.resize(set.size());
     const auto add = [&](JobRecord r) {
-      if (started(r)) r.start -= epoch;
+      if (r.started()) r.start -= epoch;
       if (r.outcome == Outcome::ran) r.finish -= epoch;
       r.job.timestamp -= epoch;
       r.job.release -= epoch;
@@ -158,7 +158,7 @@ class Way {
     const GraphTasks& tasks = found_.graph.tasks;
     std::vector<std::vector<Duration>> times(tasks.set.size());
     for (const JobRecord& r : working_jobs(tasks, trace).jobs)
-      times[r.job.task].push_back(r.cpu_time >= Duration{} ? r.cpu_time : r.finish - r.start);
+      times[r.job.task].push_back(r.cpu_time >= Duration{} ? r.cpu_time : r.duration());
     graph.platform = platform_of(costs, times);
     for (TaskId id = 0; id < times.size(); ++id) {
       if (times[id].empty()) continue;

@@ -35,7 +35,7 @@ class TimesOfMoment final : public ExecutionTimes {
   TimesOfMoment(const TaskSet& set, const Trace& trace) : recorded_(set.size()) {
     for (const Task& task : set.tasks) wcet_.push_back(task.wcet);
     for (const JobRecord& r : trace.jobs)
-      if (r.outcome == Outcome::ran) recorded_[r.job.task].emplace_back(r.job.timestamp, r.finish - r.start);
+      if (r.outcome == Outcome::ran) recorded_[r.job.task].emplace_back(r.job.timestamp, r.duration());
     for (auto& of_task : recorded_) std::ranges::sort(of_task);
   }
   Duration of(const Job& job) const override {

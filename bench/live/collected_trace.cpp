@@ -50,7 +50,7 @@ Time end_of_run(Time stopped, Time planned, const std::deque<RunMemory>& memorie
   for (const RunMemory& memory : memories) {
     for (const RecordLog<JobRecord>& log : memory.jobs()) {
       for (const JobRecord& record : log.contents()) {
-        if (started(record)) end = std::max(end, record.start + Duration(1));
+        if (record.started()) end = std::max(end, record.start + Duration(1));
       }
     }
   }

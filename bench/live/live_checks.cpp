@@ -71,7 +71,7 @@ void check_rclcpp_options(const Options& options, const Plan& plan) {
        "orders its entities by their addresses; leave --entity-order out"},
       {plan.fastdds.network != FastDdsOptions{}.network,
        "carries messages over the middleware of ROS 2; leave --network out"},
-      {std::ranges::any_of(plan.tasks.set.tasks, &Task::guaranteed),
+      {std::ranges::any_of(plan.tasks.set.tasks, &Task::service),
        "has subscriptions in place of the graph's services; take `service: true` out of the graph"}};
   for (const auto& [given, sentence] : unsupported) {
     if (given) throw program::UsageError(program::concat("--stack rclcpp ", sentence));

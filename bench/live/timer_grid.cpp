@@ -39,7 +39,7 @@ std::string left_grid(const TaskSet& set, const setup::ExecutorSpec& executor,
   }
   for (const JobRecord& r : repetition.trace.jobs) {
     const TaskId id = r.job.task;
-    if (set[id].kind != TaskKind::timer || !started(r) || !has_timer_thread(executor, id)) continue;
+    if (set[id].kind != TaskKind::timer || !r.started() || !has_timer_thread(executor, id)) continue;
     const Duration delay = r.job.release - r.job.timestamp;
     timers[id].late += delay > kLate;
     timers[id].latest = std::max(timers[id].latest, delay);

@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "hotpath/analysis/statistics.hpp"
 #include "hotpath/core/events_scheduler.hpp"
 #include "hotpath/core/paper_timers.hpp"
 #include "hotpath/core/registry.hpp"
@@ -13,8 +14,7 @@
 
 namespace hotpath::machine {
 
-/// The cost of releasing one timer on this machine (the paper's delta), without waking another
-/// thread.
+/// The cost of releasing one timer on this machine (the paper's delta), without waking a thread.
 struct ReleaseCost {
   Duration p999{}, max{};
   /// Length of one pass of the releaser that releases `timers` at once: the paper's
@@ -54,11 +54,11 @@ inline ReleaseCost measure_release_cost() {
     }
   }
   std::ranges::sort(cost);
-  ReleaseCost result{cost[cost.size() * 999 / 1000], cost.back()};
+  ReleaseCost result{cost[nearest_rank(cost.size(), 0.999)], cost.back()};
   for (auto& [timers, spent] : passes) {
     std::ranges::sort(spent);
-    result.passes.push_back(
-        {timers, spent.size(), spent[spent.size() / 2], spent[spent.size() * 99 / 100], spent.back()});
+    const auto at = [&](double share) { return spent[nearest_rank(spent.size(), share)]; };
+    result.passes.push_back({timers, spent.size(), at(0.5), at(0.99), spent.back()});
   }
   return result;
 }

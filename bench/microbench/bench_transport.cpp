@@ -66,7 +66,7 @@ class HotpathSide {
   std::vector<double> stop() {
     live_->executor().stop();
     live_->executor().join();
-    return live_->of_jobs([](const JobRecord& r) { return ns(r.start - r.job.timestamp); });
+    return live_->of_jobs([](const JobRecord& r) { return ns(r.lateness()); });
   }
 
   Message& borrow() { return transport_.borrow(writer_); }

@@ -40,9 +40,8 @@ void JobColumns::add(const JobRecord& r) {
   const auto difference = [](std::uint64_t a, std::uint64_t b) { return static_cast<std::int64_t>(a - b); };
   const bool published = r.job.parent.task != kNoTask;
   columns_.add({r.job.task, difference(r.job.sequence, last_sequence_[r.job.task]),
-                (r.start - last_start_).count(),
-                r.outcome == Outcome::ran ? (r.finish - r.start).count() : -1,
-                (r.start - r.job.timestamp).count(), (r.start - r.job.release).count(), r.worker,
+                (r.start - last_start_).count(), r.outcome == Outcome::ran ? r.duration().count() : -1,
+                r.lateness().count(), (r.start - r.job.release).count(), r.worker,
                 published ? static_cast<std::int64_t>(r.job.parent.task) : -1,
                 published ? difference(r.job.sequence, r.job.parent.sequence) : 0});
   last_sequence_[r.job.task] = r.job.sequence;
@@ -52,7 +51,7 @@ void JobColumns::add(const JobRecord& r) {
 std::size_t count_jobs(const results::StoredRun& run) {
   if (!std::filesystem::exists(run.folder() / "jobs.csv")) return 0;
   std::size_t jobs = 0;
-  results::for_each_record(run, [&](const JobRow& row) { jobs += started(row.record); });
+  results::for_each_record(run, [&](const JobRow& row) { jobs += row.record.started(); });
   return jobs;
 }
 
@@ -64,7 +63,7 @@ StoredJobs::StoredJobs(const results::StoredRun& run, std::size_t all, std::size
         repetitions_.back().executor != row.executor) {
       begin(std::string(row.executor), row.repetition, wanted);
     }
-    if (!hotpath::started(row.record)) return;
+    if (!row.record.started()) return;
     ++started_;
     if (all > most_ && !keeps(repetitions_.back(), row.record)) return;
     ++kept_;

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include "hotpath/analysis/statistics.hpp"
 #include "hotpath/core/time.hpp"
 
 namespace hotpath::program {
@@ -29,14 +29,13 @@ class LatencyHistogram {
   /// -1 ns when there are no samples.
   Duration max() const { return max_; }
 
-  /// The smallest sample that at least the share `probability` in (0, 1] of all samples do not
-  /// exceed (nearest rank); -1 ns when there are no samples.
+  /// The sample at nearest_rank(); -1 ns when there are no samples.
   Duration quantile(double probability) const {
     if (count_ == 0) return Duration(-1);
-    const double rank = std::ceil(probability * static_cast<double>(count_));
+    const std::size_t rank = nearest_rank(count_, probability);
     std::uint64_t below = 0;
     std::size_t bucket = 0;
-    while (static_cast<double>(below += counts_[bucket]) < rank) ++bucket;
+    while ((below += counts_[bucket]) <= rank) ++bucket;
     return std::min(middle_of(bucket), max_);
   }
 

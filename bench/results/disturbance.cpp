@@ -24,7 +24,7 @@ std::vector<std::string> disturbances(const ProcessUsage& usage) {
   if (usage.wall <= Duration::zero()) return marks;
   for (const Limit& limit : kLimits) {
     const Duration time = usage.*limit.time;
-    const double percent = 100 * to_ms(time) / to_ms(usage.wall);
+    const double percent = usage.percent(time);
     if (time < kLeast || percent <= limit.percent) continue;
     marks.push_back(program::text("%.1f %% of the time %s", percent, limit.words));
   }

@@ -68,20 +68,18 @@ void ExecutorMeasures::add(const JobRecord& r) {
   const TaskId id = r.job.task;
   const Time counted_from = current_->counted_from;
   TaskSummary& task = summary_.tasks[id];
-  task.longest_wait = std::max(task.longest_wait, wait_of(r, counted_from, current_->end));
-  if (set_[id].kind == TaskKind::timer) task.after_warm_up.add(set_[id], r, counted_from, current_->end);
+  task.add(set_[id], r, counted_from, current_->end);
   if (current_->next_calls) current_->next_calls->add(r);
   if (!counts(r, counted_from)) return;
-  responses_[id].push_back(to_ms(response_time(r)));
+  responses_[id].push_back(to_ms(r.response_time()));
   if (task.kind == TaskKind::timer) current_->of_timers[id].push_back({r.job.sequence, r.start, r.finish});
 }
 
 void ExecutorMeasures::end_timer(TaskId timer, std::vector<CountedJob> jobs) {
   if (current_->next_calls) {
-    // The authors' response time, as response_authors().
     for (const CountedJob& job : jobs) {
       const Time next_call = current_->next_calls->at(timer, job.start);
-      authors_[timer].push_back(to_ms(job.finish - (next_call - set_[timer].period)));
+      authors_[timer].push_back(to_ms(response_authors(set_[timer], next_call, job.finish)));
     }
   }
   std::ranges::sort(jobs, {}, &CountedJob::sequence);

@@ -11,9 +11,6 @@
 
 namespace hotpath::results {
 
-/// Finish of a job that ran minus its own timestamp.
-[[nodiscard]] inline Duration response_time(const JobRecord& ran) { return ran.finish - ran.job.timestamp; }
-
 /// Whether a timer's job exceeded its relative deadline. Subscriptions only inherit deadlines,
 /// under EDF, and never overrun.
 [[nodiscard]] inline bool overruns_deadline(const Task& task, Duration response) {
@@ -22,7 +19,7 @@ namespace hotpath::results {
 
 /// The same for a job that may still wait or run at the end of the run.
 [[nodiscard]] inline bool misses_deadline(const Task& task, const JobRecord& r, Time end) {
-  if (r.outcome == Outcome::ran) return overruns_deadline(task, response_time(r));
+  if (r.outcome == Outcome::ran) return overruns_deadline(task, r.response_time());
   const bool unfinished = r.outcome == Outcome::queued || r.outcome == Outcome::running;
   return unfinished && overruns_deadline(task, end - r.job.timestamp);
 }
@@ -48,8 +45,8 @@ namespace hotpath::results {
 /// count, because a task that starves from the warm-up on has no later job. 0 for samples that were
 /// never taken.
 [[nodiscard]] inline Duration wait_of(const JobRecord& r, Time counted_from, Time end) {
-  if (!started(r) && r.outcome != Outcome::queued) return Duration::zero();
-  return std::max(Duration::zero(), (started(r) ? r.start : end) - std::max(r.job.timestamp, counted_from));
+  if (!r.started() && r.outcome != Outcome::queued) return Duration::zero();
+  return std::max(Duration::zero(), (r.started() ? r.start : end) - std::max(r.job.timestamp, counted_from));
 }
 
 /// Share of a count in percent; 0 of nothing.
@@ -87,6 +84,17 @@ struct TimerCounts {
   /// Share of the reached timestamps that were skipped (the paper's *dropped jobs*); 0 without
   /// timestamps.
   [[nodiscard]] double dropped_percent() const { return percent_of(skipped, reached); }
+};
+
+/// The measures of a task's jobs that need no samples.
+struct TaskTotals {
+  TimerCounts after_warm_up;  ///< Timers.
+  Duration longest_wait{};    ///< wait_of() of its jobs.
+
+  void add(const Task& task, const JobRecord& r, Time counted_from, Time end) {
+    longest_wait = std::max(longest_wait, wait_of(r, counted_from, end));
+    if (task.kind == TaskKind::timer) after_warm_up.add(task, r, counted_from, end);
+  }
 };
 
 /// The counted chain records of a run. The same rule holds for jobs and chains: a sample belongs to

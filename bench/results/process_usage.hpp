@@ -23,6 +23,10 @@ struct ProcessUsage {
   Duration others{};     ///< CPU time of other processes, divided by the number of the run's CPUs.
   Duration wall{};
 
+  /// A time in percent of the length.
+  [[nodiscard]] double percent(Duration time) const {
+    return 100.0 * static_cast<double>(time.count()) / static_cast<double>(wall.count());
+  }
   /// Adds the usage of another run, except memory: the maximum counts.
   ProcessUsage& operator+=(const ProcessUsage& other) {
     cpu_time += other.cpu_time;
@@ -54,10 +58,7 @@ inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
        {"stolen_ms", to_ms(usage.stolen)},
        {"throttled_ms", to_ms(usage.throttled)},
        {"others_ms", to_ms(usage.others)}};
-  if (usage.wall > Duration()) {
-    j["cpu_use_percent"] =
-        100.0 * static_cast<double>(usage.cpu_time.count()) / static_cast<double>(usage.wall.count());
-  }
+  if (usage.wall > Duration()) j["cpu_use_percent"] = usage.percent(usage.cpu_time);
 }
 inline void from_json(const nlohmann::json& j, ProcessUsage& usage) {
   // Ten days, so that the sum over 10000 repetitions does not overflow.

@@ -8,7 +8,7 @@ namespace hotpath::results {
 
 void NextCalls::add(const JobRecord& r) {
   const Task& task = set_[r.job.task];
-  if (task.kind != TaskKind::timer || (!started(r) && r.outcome != Outcome::queued)) return;
+  if (task.kind != TaskKind::timer || (!r.started() && r.outcome != Outcome::queued)) return;
   released_[r.job.task].push_back({r.job.release, r.job.timestamp + (1 + r.job.skipped) * task.period});
 }
 
@@ -28,12 +28,9 @@ Schedule schedule_of(const TaskSet& set, const Trace& trace) {
   for (const JobRecord& r : trace.jobs) next_calls.add(r);
   next_calls.sort();
   for (const JobRecord& r : trace.jobs) {
-    if (!started(r)) continue;
-    ExecutedJob& job = schedule.jobs.emplace_back();
-    job.task = r.job.task;
-    job.timestamp = since_epoch(r.job.timestamp);
-    job.start = since_epoch(r.start);
-    if (r.outcome == Outcome::ran) job.finish = since_epoch(r.finish);
+    if (!r.started()) continue;
+    ExecutedJob& job = schedule.jobs.emplace_back(ExecutedJob{r});
+    for (Time* const t : {&job.job.timestamp, &job.start, &job.finish}) *t = since_epoch(*t);
     const Time next_call = next_calls.at(r.job.task, r.start);
     if (next_call != kNever) job.next_call = since_epoch(next_call);
   }
@@ -49,14 +46,10 @@ Schedule schedule_of(const GoldenTrace& trace, bool release_only) {
     const Task& task = trace.set[job.task];
     const Time called = std::exchange(next_call[job.task], job.next_call);
     const Time of_its_number = Time{} + task.phase + static_cast<std::int64_t>(job.count) * task.period;
-    schedule.jobs.push_back(
-        {job.task, release_only ? of_its_number : called, job.start, job.finish, job.next_call});
+    const Job released{job.task, job.count, release_only ? of_its_number : called};
+    schedule.jobs.push_back({{released, job.start, job.finish}, job.next_call});
   }
   return schedule;
-}
-
-Duration response_authors(const Schedule& schedule, const ExecutedJob& job) {
-  return job.finish - (job.next_call - schedule.set[job.task].period);
 }
 
 }  // namespace hotpath::results

@@ -8,14 +8,9 @@
 
 namespace hotpath::results {
 
-/// One executed job, recorded by hotpath or by the ROS 2 stack.
-struct ExecutedJob {
-  TaskId task = kNoTask;
-  Time timestamp{}, start{};
-  Time finish = Time::min();  ///< Time::min(): not finished at the end of the run.
-  Time next_call = kNever;    ///< Timers: the timer's next call as read at the start of the job.
-
-  [[nodiscard]] bool finished() const { return finish >= start; }
+/// One job that ran or was running, recorded by hotpath or by the ROS 2 stack.
+struct ExecutedJob : JobRecord {
+  Time next_call = kNever;  ///< Timers: the timer's next call as read at the start of the job.
 };
 
 /// The executed jobs of one run, by start; times count from its epoch.
@@ -53,11 +48,13 @@ class NextCalls {
 /// its number.
 [[nodiscard]] Schedule schedule_of(const GoldenTrace& trace, bool release_only);
 
-/// Finish minus timestamp of a finished job.
-[[nodiscard]] inline Duration response_time(const ExecutedJob& job) { return job.finish - job.timestamp; }
-
 /// The authors' response time (their sensor.hpp): finish - (next call at the start - period). Under
 /// a release-only executor with backlog that refers to a later release than the job's own.
-[[nodiscard]] Duration response_authors(const Schedule& schedule, const ExecutedJob& job);
+[[nodiscard]] inline Duration response_authors(const Task& timer, Time next_call, Time finish) {
+  return finish - (next_call - timer.period);
+}
+[[nodiscard]] inline Duration response_authors(const Schedule& schedule, const ExecutedJob& job) {
+  return response_authors(schedule.set[job.job.task], job.next_call, job.finish);
+}
 
 }  // namespace hotpath::results

@@ -162,11 +162,11 @@ json summarize_golden_trace(const std::filesystem::path& file) {
     Time next_call = Time{} + task.phase;
     std::uint64_t overruns = 0;
     for (const ExecutedJob& job : schedule.jobs) {
-      if (job.task != id) continue;
+      if (job.job.task != id) continue;
       const Duration response = response_authors(schedule, job);
       overruns += overruns_deadline(task, response);
       as_authors_ms.push_back(to_ms(response));
-      responses_ms.push_back(to_ms(response_time(job)));
+      responses_ms.push_back(to_ms(job.response_time()));
       next_call = job.next_call;
     }
     const std::size_t ran = responses_ms.size();

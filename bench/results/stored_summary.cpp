@@ -32,9 +32,7 @@ class StoredSummary {
 
   void add(const JobRow& row) {
     if (!stored_ || row.repetition != current_.second || row.executor != executor().executor()) begin(row);
-    auto& count = accounts_[row.record.job.task].count;
-    ++count[static_cast<std::size_t>(row.record.outcome)];
-    count[static_cast<std::size_t>(Outcome::skipped)] += row.record.job.skipped;
+    accounts_[row.record.job.task].add(row.record);
     executor().add(row.record);
   }
 
@@ -148,7 +146,7 @@ void write_responses(std::ostream& out, const StoredRun& run) {
       responses = &all[{place_of(run, row.executor), current->executor, current->repetition}];
     }
     if (!counts(row.record, Time{} + run.warm_up())) return;
-    responses->push_back({row.record.job.task, response_time(row.record).count()});
+    responses->push_back({row.record.job.task, row.record.response_time().count()});
   });
   out << "executor,repetition,task,response_ns\n";
   for (const auto& [repetition, of_jobs] : all) {

@@ -63,14 +63,12 @@ struct ChainSummary {
 
 /// `account` covers the whole run with its warm-up, like the loss equations; the other members
 /// exclude the warm-up.
-struct TaskSummary {
+struct TaskSummary : TaskTotals {
   std::string task;
   TaskKind kind = TaskKind::timer;
   TaskAccount account;
-  TimerCounts after_warm_up;  ///< Timers.
-  Duration period{};          ///< Timers.
-  Duration deadline{};        ///< Timers: relative.
-  Duration longest_wait{};    ///< wait_of() of its jobs.
+  Duration period{};    ///< Timers.
+  Duration deadline{};  ///< Timers: relative.
   Quantiles response_ms;
   /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's
   /// next call as read at the start, plus its period. Only for sets without subscriptions, where
@@ -89,6 +87,8 @@ struct TaskSummary {
 
   /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
   [[nodiscard]] bool never_ran() const { return results::never_ran(account); }
+  /// Whether a job never ran or waited for more than a period. Subscriptions have none here.
+  [[nodiscard]] bool starved() const { return never_ran() || (period > Duration{} && longest_wait > period); }
 };
 /// The keys of a task in summary.json.
 void fields(auto& visit, const TaskSummary& task) {
@@ -137,6 +137,7 @@ struct RepetitionMeasures {
     double worst_hot_path_ms = kNoValue;
   };
   std::vector<OfChain> chains = {};  ///< In the summary's order.
+  [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
 };
 
 struct ExecutorSummary {
@@ -154,6 +155,13 @@ struct ExecutorSummary {
   std::vector<TaskSummary> tasks;
   std::vector<DisturbedRepetition> disturbed;
   std::vector<Imbalance> unbalanced;  ///< Empty: the loss equations hold for every task of every repetition.
+
+  /// Timestamps and samples that no job ever used.
+  [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
+  [[nodiscard]] double lost_percent() const { return percent_of(lost(), executed + lost()); }
+  [[nodiscard]] std::size_t never_ran() const {
+    return static_cast<std::size_t>(std::ranges::count_if(tasks, &TaskSummary::never_ran));
+  }
 };
 
 struct Summary {

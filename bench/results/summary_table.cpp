@@ -147,18 +147,12 @@ void write_disturbed(std::ostream& out, const ExecutorSummary& e) {
   }
 }
 
-/// Whether a task starved. The periods of subscriptions are unknown here, so they starve only if
-/// they never ran.
-bool starved(const TaskSummary& task) {
-  return task.never_ran() || (task.period > Duration::zero() && task.longest_wait > task.period);
-}
-
 /// A line for each task that starved, the worst first.
 void write_starved(std::ostream& out, const ExecutorSummary& e) {
   constexpr std::size_t kMostLines = 10;
   std::vector<const TaskSummary*> tasks;
   for (const TaskSummary& task : e.tasks) {
-    if (starved(task)) tasks.push_back(&task);
+    if (task.starved()) tasks.push_back(&task);
   }
   const auto severity = [](const TaskSummary* task) {
     return task->never_ran() ? INFINITY : to_ms(task->longest_wait) / to_ms(task->period);

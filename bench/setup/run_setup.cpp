@@ -124,7 +124,7 @@ SchedulerOptions scheduling_of(const CommonOptions& options, const Graph& graph,
   all.ties = options.ties;
   all.workers = cores == 0 ? 0 : std::max(2U, cores);
   all.entity_order = entity_order(options, set);
-  all.guaranteed_wait = graph.service_wait;
+  all.service_wait = graph.service_wait;
   return all;
 }
 

@@ -73,7 +73,7 @@ OwnCosts own_costs(const Trace& trace, unsigned cores) {
     const Time free = std::exchange(last->second, std::max(last->second, r.finish));
     if (r.start < free) continue;  // it preempted a job
     if (r.job.timestamp > free) {
-      wake_ups.push_back(r.start - r.job.timestamp);
+      wake_ups.push_back(r.lateness());
     } else {
       dispatches += r.start - free;
       ++dispatched;

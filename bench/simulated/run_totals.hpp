@@ -43,12 +43,17 @@ class RunTotals final : public JobSink {
   void add_to(results::ExecutorSummary& summary, std::size_t repetition);
 
  private:
+  /// The extremes and the sum of samples.
+  struct Extremes {
+    std::uint64_t n = 0;
+    Duration least = Duration::max(), most = Duration::min();
+    double sum_ms = 0;
+
+    void add(Duration value);
+    void add_to(Quantiles& q) const;
+  };
   /// Distances of a timer's starts. Jobs that end out of order wait for the earlier ones.
   struct Periods {
-    std::uint64_t n = 0;
-    Duration least = Duration::max(), most = Duration::min(), furthest{};
-    double sum_ms = 0, sum_deviations_ms = 0;
-
     void add(const JobRecord& r, const Task& timer, bool counted) {
       const Started job{r.start, r.job.sequence + 1 + r.job.skipped, counted};
       if (waiting_.empty() && r.job.sequence <= next_) return take(job, timer);
@@ -69,17 +74,15 @@ class RunTotals final : public JobSink {
     };
     void take(const Started& job, const Task& timer);
     void take_first(const Task& timer) { take(waiting_.extract(waiting_.begin()).mapped(), timer); }
+    Extremes distances_, deviations_;
     std::map<std::uint64_t, Started> waiting_;  // by sequence
     std::optional<Time> before_;
     std::uint64_t next_ = 0;
   };
-  struct OfTask {
+  struct OfTask : results::TaskTotals {
     TaskAccount account;
-    results::TimerCounts counts;
     Periods periods;
-    std::uint64_t responses = 0;
-    Duration least = Duration::max(), most{}, longest_wait{};
-    double sum_ms = 0;
+    Extremes responses;
   };
   const TaskSet& set_;
   const Time counted_from_, end_;

@@ -20,19 +20,19 @@ std::vector<std::size_t> Capacity::again() const {
   std::vector<std::size_t> levels;
   bool failed = false;
   for (const auto& [level, failure] : tried) {
-    failed = failed || !failure.empty();
-    if (failed && failure.empty()) levels.push_back(level);
+    failed = failed || failure;
+    if (failed && !failure) levels.push_back(level);
   }
   return levels;
 }
 
 Capacity find_capacity(const Levels& levels, std::size_t coarse,
-                       const std::function<std::string(double)>& failure) {
+                       const std::function<std::optional<std::string>(double)>& failure) {
   Capacity capacity;
   const auto holds = [&](std::size_t level) {
     const auto [at, added] = capacity.tried.try_emplace(level);
     if (added) at->second = failure(levels.at(level));
-    return at->second.empty();
+    return !at->second;
   };
   const std::size_t last = levels.count() - 1;
   std::optional<std::size_t> below, above;  // the first level that failed, and the last before it that held
@@ -72,19 +72,19 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
   return r;
 }
 
-std::string Requirement::failure(const results::ExecutorSummary& executor) const {
+std::optional<std::string> Requirement::failure(const results::ExecutorSummary& executor) const {
   using Each = results::RepetitionMeasures;
   if (executor.each.empty()) return "nothing was measured";
-  std::string why;
+  std::optional<std::string> why;
   const auto fails = [&](const auto& in, const auto& text) {
     const auto count = std::ranges::count_if(executor.each, in);
     if (count == 0) return false;
     why = text();
     const std::size_t n = executor.each.size();
-    if (n > 1) why += program::concat(" (", count, " of ", n, " repetitions)");
+    if (n > 1) *why += program::concat(" (", count, " of ", n, " repetitions)");
     return true;
   };
-  if (no_loss && fails([](const Each& r) { return r.skipped + r.overwritten > 0; },
+  if (no_loss && fails([](const Each& r) { return r.lost() > 0; },
                        [&] {
                          return program::concat(executor.skipped, " timestamps skipped, ",
                                                 executor.overwritten, " samples overwritten");
@@ -110,7 +110,7 @@ std::string Requirement::failure(const results::ExecutorSummary& executor) const
               [&] { return program::text("latency %.1f ms", most(worst)); }))
       return why;
   }
-  return "";
+  return std::nullopt;
 }
 
 }  // namespace hotpath::sweep

@@ -23,7 +23,7 @@ struct Levels {
 
 /// The result of a search.
 struct Capacity {
-  std::map<std::size_t, std::string> tried;  ///< Why each tried level failed; empty: the requirement held.
+  std::map<std::size_t, std::optional<std::string>> tried;  ///< Why each level failed; none: it held.
   /// The requirement held at this level and at every tried level below; none: it held nowhere.
   std::optional<std::size_t> highest;
   /// Levels above a failed one at which the requirement holds: it is not monotone in the level.
@@ -31,9 +31,9 @@ struct Capacity {
 };
 
 /// Tries `coarse` levels spread over the range, then bisects between the first level that fails and
-/// the level before it. `failure` returns why a level fails, empty if it holds.
+/// the level before it. `failure` returns why a level fails, none if it holds.
 [[nodiscard]] Capacity find_capacity(const Levels& levels, std::size_t coarse,
-                                     const std::function<std::string(double level)>& failure);
+                                     const std::function<std::optional<std::string>(double level)>& failure);
 
 /// The requirement on a run.
 struct Requirement {
@@ -43,8 +43,8 @@ struct Requirement {
 
   /// Parses `no-loss`, `deadlines` and `latency:MS`. Throws UsageError.
   [[nodiscard]] static Requirement parse(const std::vector<std::string>& words);
-  /// Why an executor does not meet the requirement in every repetition; empty: it does.
-  [[nodiscard]] std::string failure(const results::ExecutorSummary& executor) const;
+  /// Why an executor does not meet the requirement in every repetition; none: it does.
+  [[nodiscard]] std::optional<std::string> failure(const results::ExecutorSummary& executor) const;
 };
 
 /// The quantity that grows from level to level.

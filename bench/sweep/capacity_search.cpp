@@ -28,8 +28,8 @@ std::string exact(double level) { return program::text(kLevelFormat, level); }
 struct LevelRow {
   std::string executor, source;
   double level = 0;
-  bool holds = false, is_capacity = false;
-  std::string why;  ///< Why the requirement does not hold.
+  bool is_capacity = false;
+  std::optional<std::string> why;  ///< Why the requirement does not hold.
   /// Hot-path latency of the chain with the largest one, and its confidence interval.
   std::optional<double> p99_ms, p99_low_ms, p99_high_ms, worst_ms, worst_low_ms, worst_high_ms;
   std::optional<std::uint64_t> lost, deadline_overruns;
@@ -41,7 +41,7 @@ std::vector<program::Column<LevelRow>> level_columns(const std::string& over) {
   return {{"executor", &LevelRow::executor},
           {"source", &LevelRow::source},
           {over, &LevelRow::level, kLevelFormat},
-          {"holds", &LevelRow::holds},
+          {"holds", [](const LevelRow& row) { return !row.why; }},
           {"capacity", &LevelRow::is_capacity},
           {"why", &LevelRow::why},
           {"p99_ms", &LevelRow::p99_ms, kMeasured},
@@ -65,16 +65,15 @@ void add_measures(const results::ExecutorSummary& executor, LevelRow& row) {
   row.p99_low_ms = finite(most.low.p99), row.p99_high_ms = finite(most.high.p99);
   row.worst_ms = finite(most.quantiles.max);
   row.worst_low_ms = finite(most.low.max), row.worst_high_ms = finite(most.high.max);
-  const MeasuredRow measured{&executor, nullptr};
-  row.lost = measured.lost();
+  row.lost = executor.lost();
   row.deadline_overruns = executor.after_warm_up.deadline_overruns;
-  row.response_share_max = measured.response_share_max();
+  row.response_share_max = MeasuredRow{&executor, nullptr}.response_share_max();
 }
 
-/// Why the bounds do not meet the deadlines and the required hot-path latency; empty: they do. Sample
+/// Why the bounds do not meet the deadlines and the required hot-path latency; none: they do. Sample
 /// losses are not considered: no method bounds them.
-std::string failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set, const Graph& graph,
-                       std::optional<double> latency_ms) {
+std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set,
+                                      const Graph& graph, std::optional<double> latency_ms) {
   for (TaskId id = 0; id < set.size(); ++id) {
     const auto& bound = guaranteed.tasks[id];
     if (set[id].kind != TaskKind::timer || (bound && Duration(bound->ns) <= set[id].deadline)) continue;
@@ -86,7 +85,7 @@ std::string failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set,
     if (!bounded || to_ms(Duration(chain->hot_path->ns)) > *latency_ms)
       return "no bound of " + graph.chains[c].name + " within the latency";
   }
-  return "";
+  return std::nullopt;
 }
 
 /// The limits of the option --load, --rate or --copies.
@@ -177,16 +176,16 @@ class CapacitySearch {
       } catch (const program::OverloadError& error) {
         row.why = error.what();
       }
-      std::cerr << (row.why.empty() ? " holds" : ": " + row.why) << "\n";
+      std::cerr << (row.why ? ": " + *row.why : " holds") << "\n";
     });
-    const auto fails = std::ranges::find_if(c.tried, [](const auto& t) { return !t.second.empty(); });
+    const auto fails = std::ranges::find_if(c.tried, [](const auto& t) { return t.second.has_value(); });
     const bool failed = fails != c.tried.end();
     std::vector<std::string> again;
     for (const std::size_t level : c.again()) again.push_back(text(level));
     const std::optional<Capacity> analysed = analyse(one, label);
     found_.add_row({label, (c.highest == levels_.count() - 1 ? ">= " : "") + text(c.highest),
                     analysed ? text(analysed->highest) : "no method", failed ? text(fails->first) : "-",
-                    failed ? fails->second : "", program::joined(again, " ")});
+                    failed ? *fails->second : "", program::joined(again, " ")});
   }
 
   /// The largest level at which the bounds meet the requirement; nullopt: no method bounds it.
@@ -220,7 +219,6 @@ class CapacitySearch {
       row.source = source;
       row.level = level;
       try_level(row);
-      row.holds = row.why.empty();
       return row.why;
     });
     if (capacity.highest) rows[levels_.at(*capacity.highest)].is_capacity = true;

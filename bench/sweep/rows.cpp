@@ -53,13 +53,11 @@ program::Table measured_table(const results::Summary& summary) {
       {"callbacks", of_executor(&Executor::executed)},
       {"skipped", of_executor(&Executor::skipped)},
       {"overwritten", of_executor(&Executor::overwritten)},
-      {"lost", &Row::lost},
+      {"lost", [](const Row& r) { return r.executor->lost(); }},
       {"deadline_overruns", [](const Row& r) { return r.executor->after_warm_up.deadline_overruns; }},
       {"response_share_max", &Row::response_share_max, kDigits12},
       {"longest_wait_ms", longest_wait_ms, kDigits12},
-      {"never_ran", [](const Row& r) {
-         return std::ranges::count_if(r.executor->tasks, &results::TaskSummary::never_ran);
-       }}};
+      {"never_ran", [](const Row& r) { return r.executor->never_ran(); }}};
   std::vector<Row> rows;
   for (const Executor& executor : summary.executors) {
     if (executor.chains.empty()) rows.push_back({&executor, nullptr});

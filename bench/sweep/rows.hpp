@@ -14,8 +14,6 @@ struct MeasuredRow {
   const results::ExecutorSummary* executor;
   const results::ChainSummary* chain;
 
-  /// Timestamps and samples that no job ever used.
-  [[nodiscard]] std::uint64_t lost() const { return executor->skipped + executor->overwritten; }
   /// The largest response time of a timer divided by its deadline.
   [[nodiscard]] std::optional<double> response_share_max() const;
 };

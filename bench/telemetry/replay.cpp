@@ -51,7 +51,7 @@ std::vector<Output> outputs_of(const results::StoredRun& run, const Trace& trace
   for (const ChainRecord& r : trace.chains) sinks[{r.sink, r.sequence}] = nullptr;
   for (const JobRecord& r : trace.jobs) {
     const auto sink = sinks.find({r.job.task, r.job.sequence});
-    if (sink != sinks.end() && started(r)) sink->second = &r;
+    if (sink != sinks.end() && r.started()) sink->second = &r;
   }
   std::vector<Output> outputs;
   for (const ChainRecord& record : trace.chains) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "hotpath/core/accounting.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_layout.hpp"
 #include "program/text.hpp"
@@ -72,9 +73,9 @@ void RunStatistics::add(const JobRecord& r) {
   node.counts.ran(node.counts.ran() + 1);
   node.counts.skipped(node.counts.skipped() + r.job.skipped);
   node.accounted += 1 + r.job.skipped;
-  node.window_busy += r.finish - r.start;
+  node.window_busy += r.duration();
   if (!hotpath::results::counts(r, counted_from_)) return;
-  const Duration response = results::response_time(r);
+  const Duration response = r.response_time();
   node.counts.overruns(node.counts.overruns() + results::overruns_deadline(tasks_.set[task], response));
   // A job that only stores its sample has no response time: another job processes the sample.
   if (tasks_.callbacks[task].stores_only) return;
@@ -98,17 +99,12 @@ telemetry::ChainSample RunStatistics::add(const ChainRecord& r, Time sink_start)
   return sample;
 }
 
-std::uint64_t RunStatistics::reached(TaskId timer, Time now) const {
-  const Task& task = tasks_.set[timer];
-  const Time first = epoch_ + task.phase;
-  return now <= first ? 0 : 1 + static_cast<std::uint64_t>((now - Duration(1) - first) / task.period);
-}
-
 telemetry::Statistics RunStatistics::take(Time now) {
   std::vector<std::uint64_t> expected(nodes_.size(), 0);
   for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+    const Task& task = tasks_.set[id];
     expected[tasks_.origin[id].node] +=
-        tasks_.set[id].kind == TaskKind::timer ? reached(id, now) : published_[id];
+        task.kind == TaskKind::timer ? timestamps_in(task, epoch_, now) : published_[id];
   }
   telemetry::Statistics statistics;
   statistics.run_id(run_id_);

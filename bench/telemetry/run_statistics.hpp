@@ -59,7 +59,6 @@ class RunStatistics {
     program::LatencyHistogram latencies;
   };
 
-  std::uint64_t reached(TaskId timer, Time now) const;
   /// In ns. The offset to Unix time is fixed once per run, which keeps the intervals of the steady clock.
   std::int64_t unix_time(Time t) const { return epoch_ns_ + (t - epoch_).count(); }
 

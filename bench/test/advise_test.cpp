@@ -114,7 +114,7 @@ TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
     for (const auto& [wait, line] : std::map<Duration, std::string>{{0ms, "service_wait_ms: 0\n"},
                                                                     {5ms, "service_wait_ms: 5\n"},
                                                                     {2500us, "service_wait_ms: 2.5\n"}}) {
-      c.spec.scheduler.guaranteed_wait = wait;
+      c.spec.scheduler.service_wait = wait;
       ASSERT_FALSE(advise::write_executor_files(c, c.graph.platform, "", folder).empty());
       EXPECT_THAT(read_text_file((folder / "executor.yaml").string()),
                   HasSubstr(c.name == "rm-ro" ? line : "threads: 1\ngraph: graph.yaml\n"));
@@ -127,9 +127,9 @@ TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {
   Graph graph = graph_named("autoware", 2);
   scale_to_load(graph, 130);
   const auto candidates = candidates_of(graph);
-  EXPECT_THAT(candidates.at("default").overload, HasSubstr("130 % of one core of work for 1 thread"));
-  EXPECT_EQ(candidates.at("multi:2").overload, "");
-  EXPECT_EQ(candidates.at("rm-threads").overload, "");
+  EXPECT_THAT(candidates.at("default").overload.value(), HasSubstr("130 % of one core of work for 1 thread"));
+  EXPECT_EQ(candidates.at("multi:2").overload, std::nullopt);
+  EXPECT_EQ(candidates.at("rm-threads").overload, std::nullopt);
 }
 
 TEST(Predictions, DependOnTheSeedAndNotOnThreads) {

@@ -25,7 +25,7 @@ constexpr int kRuns = 4;  // of each graph
 
 SchedulerOptions scheduling(const Graph& graph) {
   SchedulerOptions options;
-  options.guaranteed_wait = graph.service_wait;
+  options.service_wait = graph.service_wait;
   return options;
 }
 
@@ -69,7 +69,7 @@ class BoundCase {
     draw_phases(random_, graph_, tasks_);
     if (phases_known_ && !executor_.deployment && seed_ % 3 == 0) draw_uncertainty();
     bounds_ = bounds();
-    const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return b.refusal.empty(); });
+    const bool any = std::ranges::any_of(bounds_, [](const GraphBounds& b) { return !b.refusal; });
     if (!any) return {};
     const TaskSet given = tasks_.set;
     for (int run = 0; run < (uncertainty_ > Duration{} ? 2 * kRuns : kRuns) && result_.wrong.empty(); ++run) {
@@ -122,7 +122,7 @@ class BoundCase {
     if (uncertainty_ > Duration{}) forget_phases();
     SchedulerOptions scheduling = executor_.scheduler;
     if ((also_covers_ & static_cast<std::uint32_t>(Assumption::service_wait)) != 0)
-      scheduling.guaranteed_wait = {};
+      scheduling.service_wait = {};
     const BoundedSystem system{callbacks_, *executor_.entry, scheduling,
                                make_platform(graph_, *executor_.entry)};
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
@@ -132,7 +132,7 @@ class BoundCase {
     all.push_back(bounds::exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler,
                                             {.max_states = kMostStates, .phase_uncertainty = uncertainty_},
                                             with_witnesses ? &reached_ : nullptr));
-    if (all.back().refusal.empty() && !near) exact_ = all.size() - 1;
+    if (!all.back().refusal && !near) exact_ = all.size() - 1;
     return all;
   }
 
@@ -191,7 +191,7 @@ class BoundCase {
   void compare() {
     for (const GraphBounds& b : bounds_) {
       for (TaskId id = 0; id < b.tasks.size() && id < tasks_seen_.size(); ++id) {
-        const bool service = graph_.service_wait > Duration{} && tasks_.set[id].guaranteed;
+        const bool service = graph_.service_wait > Duration{} && tasks_.set[id].service;
         const std::string method = b.method + (service ? ", service" : "");
         if (b.tasks[id]) compare(method, tasks_.set[id].name, tasks_seen_[id], *b.tasks[id]);
       }

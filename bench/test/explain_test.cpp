@@ -31,7 +31,7 @@ std::vector<Explanation> of_task(const Simulated& run, TaskId task) {
   std::vector<Output> outputs;
   for (const JobRecord& r : run.trace().jobs) {
     if (r.job.task == task && results::counts(r, Time{}))
-      outputs.push_back({0, r.job.sequence, results::response_time(r), task});
+      outputs.push_back({0, r.job.sequence, r.response_time(), task});
   }
   return run.explained(std::nullopt, outputs);
 }
@@ -268,7 +268,7 @@ std::vector<std::string> behind_a_service(Duration period_of_caller, Duration ph
   } else {
     graph.nodes[1].callbacks[0].worst = graph.nodes[1].callbacks[0].best = 15ms;
   }
-  const Simulated run(graph, setup::parse_executor("rm-ro", {.guaranteed_wait = 10ms}), Phases::given, 45ms);
+  const Simulated run(graph, setup::parse_executor("rm-ro", {.service_wait = 10ms}), Phases::given, 45ms);
   std::vector<std::string> behind = texts(run, of_task(run, 3));
   std::erase_if(behind, [](const std::string& text) { return text.find("behind s") == std::string::npos; });
   return behind;

@@ -109,7 +109,7 @@ Graph overloaded_service(Duration wait) {
 TEST(Guarantees, AServiceWaitBoundsTheServiceInOverloadAndItsCostToOthers) {
   const auto of = [](Duration wait) {
     const Graph graph = overloaded_service(wait);
-    const setup::ExecutorSpec spec = setup::parse_executor("fp-ro", {.guaranteed_wait = wait});
+    const setup::ExecutorSpec spec = setup::parse_executor("fp-ro", {.service_wait = wait});
     return setup::guarantees(graph, make_tasks(graph), spec).value();
   };
   const bounds::Guarantees with = of(100ms), without = of(0ms);
@@ -133,8 +133,8 @@ TEST(Guarantees, WithAServiceWaitDeploymentsHaveNone) {
   plan.executor_of.assign(tasks.set.size(), 0);
   const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
   const auto all = setup::bounds_of(graph, callbacks,
-                                    setup::deploy(std::move(plan), {.guaranteed_wait = graph.service_wait}));
-  EXPECT_THAT(all.at(0).refusal, HasSubstr("service_wait_ms"));
+                                    setup::deploy(std::move(plan), {.service_wait = graph.service_wait}));
+  EXPECT_THAT(all.at(0).refusal.value(), HasSubstr("service_wait_ms"));
 }
 
 TEST(Guarantees, ADeploymentOfPinnedThreadsHasThoseOfItsProcessors) {

@@ -113,7 +113,7 @@ class Lineage {
       if (r.job.parent.task != kNoTask)
         published_.emplace(std::pair(id_of(r.job.parent), topic_of(r.job.task)), r.job.timestamp);
     for (const JobRecord& r : trace.jobs) {
-      if (!started(r)) continue;
+      if (!r.started()) continue;
       publish_until(r.start);
       start(r);
     }
@@ -285,7 +285,7 @@ std::size_t check_run(const Graph& graph, const setup::ExecutorSpec& spec, std::
   const Lineage lineage(run.graph(), run.tasks(), run.trace());
   std::map<Id, const JobRecord*> jobs;
   for (const JobRecord& r : run.trace().jobs)
-    if (started(r)) jobs[id_of(r.job.ref())] = &r;
+    if (r.started()) jobs[id_of(r.job.ref())] = &r;
   // When a job publishes that runs at the end of the run is known from its readers alone.
   const auto ended = [&](Id job) { return jobs.at(job)->outcome == Outcome::ran; };
   std::vector<std::tuple<std::uint32_t, TaskId, std::uint64_t, Duration>> followed, recorded;

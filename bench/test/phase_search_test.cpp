@@ -26,7 +26,7 @@ TaskSet timers(const std::vector<Duration>& periods) {
 }
 
 advise::PhaseValues scored(const advise::FirstTimestamps& first, double value) {
-  return {.first = first, .refusal = "", .within_margin = {value, 0, 0}};
+  return {.first = first, .refusal = std::nullopt, .within_margin = {value, 0, 0}};
 }
 
 double score_of(const advise::PhaseValues& found) { return found.within_margin.value; }
@@ -161,8 +161,8 @@ TEST(ExactValues, RefusesByNameWhatTheExactWorstCasesDoNotCover) {
   const std::vector<advise::Candidate> candidates = advise::make_candidates(graph, objective, options);
   ASSERT_EQ(candidates.size(), 2U);
   const advise::FirstTimestamps first(candidates[0].tasks.set.size());
-  EXPECT_THAT(advise::exact_values(candidates[0], objective, first).refusal, HasSubstr("several threads"));
-  EXPECT_THAT(advise::exact_values(candidates[1], objective, first).refusal, HasSubstr("deployment"));
+  EXPECT_THAT(exact_values(candidates[0], objective, first).refusal.value(), HasSubstr("several threads"));
+  EXPECT_THAT(exact_values(candidates[1], objective, first).refusal.value(), HasSubstr("deployment"));
 }
 
 }  // namespace

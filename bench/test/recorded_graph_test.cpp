@@ -45,7 +45,7 @@ TEST(RecordedGraph, RequestsToAServiceComeFromOutsideAtTheirInstants) {
     job.sample.published = job.start;
   }
   const imports::RecordedGraph graph = r.graph();
-  EXPECT_TRUE(graph.tasks.set[graph.task_of.at(1)].guaranteed) << "a service";
+  EXPECT_TRUE(graph.tasks.set[graph.task_of.at(1)].service) << "a service";
   const Node& outside = graph.graph.nodes.at(1);
   EXPECT_EQ(outside.name, imports::kOutside);
   ASSERT_EQ(outside.callbacks.size(), 1U);

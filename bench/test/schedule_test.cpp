@@ -38,11 +38,11 @@ TEST(Schedule, TheNextCallFollowsTheLatestReleaseAtTheStart) {
   const results::Schedule schedule =
       schedule_of({job(2ms, 13ms), job(12ms, 0ms, Outcome::queued), job(22ms, 25ms, Outcome::running)});
   ASSERT_EQ(schedule.jobs.size(), 2U);
-  EXPECT_EQ(schedule.jobs[0].timestamp, Time{} + 2ms);
+  EXPECT_EQ(schedule.jobs[0].job.timestamp, Time{} + 2ms);
   EXPECT_EQ(schedule.jobs[0].next_call, Time{} + 22ms);
-  EXPECT_EQ(results::response_time(schedule.jobs[0]), 14ms);
+  EXPECT_EQ(schedule.jobs[0].response_time(), 14ms);
   EXPECT_EQ(results::response_authors(schedule, schedule.jobs[0]), 4ms);
-  EXPECT_FALSE(schedule.jobs[1].finished());
+  EXPECT_EQ(schedule.jobs[1].outcome, Outcome::running);
 }
 
 /// The call of a wait set's timer releases the job that it starts.
@@ -68,7 +68,7 @@ TEST(Schedule, GoldenJobsHaveTheTimestampOfTheirCallOrOfTheirNumber) {
       {.task = 0, .count = 1, .start = Time{} + 23ms, .finish = Time{} + 24ms, .next_call = Time{} + 32ms},
       {.task = 0, .count = 2, .start = Time{} + 33ms, .finish = Time{} + 34ms, .next_call = Time{} + 42ms}};
   const auto timestamp = [&](std::size_t number, bool release_only) {
-    return results::schedule_of(golden, release_only).jobs.at(number).timestamp - Time{};
+    return results::schedule_of(golden, release_only).jobs.at(number).job.timestamp - Time{};
   };
   EXPECT_EQ(timestamp(1, false), 12ms);
   EXPECT_EQ(timestamp(2, false), 32ms);

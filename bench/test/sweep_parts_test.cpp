@@ -237,9 +237,9 @@ TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {
 }
 
 TEST(CapacityTest, FindsTheLastLevelBelowTheFirstFailure) {
-  const auto found = [](const sweep::Levels& levels, std::size_t coarse, double fails_above, double to) {
-    return sweep::find_capacity(levels, coarse,
-                                [=](double level) { return level > fails_above && level < to ? "no" : ""; });
+  const auto found = [](const sweep::Levels& levels, std::size_t coarse, double from, double to) {
+    return sweep::find_capacity(
+        levels, coarse, [=](double l) { return l > from && l < to ? std::optional("no") : std::nullopt; });
   };
   const sweep::Capacity c = found({0, 100, 0.5}, 6, 73.2, 1000);
   EXPECT_EQ(c.highest, 146U);
@@ -260,8 +260,8 @@ TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
   good.chains.resize(2);
   good.chains[1].chain = "c";
   good.each = {{0, 0, 0, 0, 0, {{5, 20}, {5, 30}}}, {1, 0, 0, 0, 0, {{5, 20}, {5, 30}}}};
-  const std::vector<std::pair<void (*)(Each&), const char*>> cases = {
-      {[](Each&) {}, ""},
+  const std::vector<std::pair<void (*)(Each&), std::optional<std::string>>> cases = {
+      {[](Each&) {}, std::nullopt},
       {[](Each& r) { r.skipped = 1; }, "0 timestamps skipped, 0 samples overwritten (1 of 2 repetitions)"},
       {[](Each& r) { r.overwritten = 1; },
        "0 timestamps skipped, 0 samples overwritten (1 of 2 repetitions)"},

@@ -21,14 +21,14 @@ constexpr std::size_t kMostCompared = 10000;
 JobOrder sequence(const results::Schedule& schedule, Time until) {
   JobOrder tasks;
   for (const results::ExecutedJob& job : schedule.jobs) {
-    if (job.start <= until) tasks.push_back(job.task);
+    if (job.start <= until) tasks.push_back(job.job.task);
   }
   return tasks;
 }
 
 double lost_percent(const JobOrder& tasks, const Task& task, TaskId id, Time until) {
-  if (until < Time{} + task.phase) return 0;
-  const auto timestamps = 1 + (until - Time{} - task.phase) / task.period;
+  const std::uint64_t timestamps = timestamps_in(task, Time{}, until + Duration(1));
+  if (timestamps == 0) return 0;
   const auto executed = std::ranges::count(tasks, id);
   return 100 * std::max(0.0, 1 - static_cast<double>(executed) / static_cast<double>(timestamps));
 }
@@ -38,9 +38,9 @@ ScheduleSide side_of(const results::Schedule& schedule, const JobOrder& order, c
                      Time until) {
   std::vector<double> late, responses, as_authors;
   for (const results::ExecutedJob& job : schedule.jobs) {
-    if (job.start > until || !job.finished()) continue;
-    late.push_back(to_ms(job.start - job.timestamp));
-    responses.push_back(to_ms(results::response_time(job)));
+    if (job.start > until || job.outcome != Outcome::ran) continue;
+    late.push_back(to_ms(job.lateness()));
+    responses.push_back(to_ms(job.response_time()));
     if (job.next_call != kNever) as_authors.push_back(to_ms(results::response_authors(schedule, job)));
   }
   ScheduleSide side{order.size(),

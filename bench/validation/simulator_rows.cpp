@@ -63,8 +63,8 @@ double busy_percent(const results::Schedule& schedule) {
   Duration busy{};
   Time end{};
   for (const results::ExecutedJob& job : schedule.jobs) {
-    if (!job.finished()) continue;
-    busy += job.finish - job.start;
+    if (job.outcome != Outcome::ran) continue;
+    busy += job.duration();
     end = std::max(end, job.finish);
   }
   return end > Time{} ? 100 * to_ms(busy) / to_ms(end - Time{}) : 0;
@@ -96,11 +96,11 @@ TimersOnlyRun predict(const Graph& graph, const ExecutorEntry& executor, Duratio
   TimersOnlyRun run;
   for (TaskId id = 0; id < s.set.size(); ++id) {
     std::vector<double> responses;
-    for (const results::ExecutedJob& job : s.jobs) {
-      if (job.task == id && job.finished()) responses.push_back(to_ms(results::response_authors(s, job)));
-    }
+    for (const results::ExecutedJob& job : s.jobs)
+      if (job.job.task == id && job.outcome == Outcome::ran)
+        responses.push_back(to_ms(results::response_authors(s, job)));
     if (s.set[id].name == "IMU") {
-      const double timestamps = static_cast<double>(1 + (kLength - 1ns - s.set[id].phase) / s.set[id].period);
+      const auto timestamps = static_cast<double>(timestamps_in(s.set[id], Time{}, Time{} + kLength));
       run.imu_lost_percent = 100 * (1 - static_cast<double>(responses.size()) / timestamps);
     }
     std::ranges::sort(responses);

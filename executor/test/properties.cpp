@@ -229,17 +229,17 @@ CaseResult nobody_is_overtaken_for_ever(const ExecutorEntry& fair, std::uint64_t
   platform.cores = 3;
   const Trace trace = run_random(set, fair, seed, platform, {.workers = 3});
   for (const JobRecord& waits : trace.jobs) {
-    if (!started(waits) && waits.outcome != Outcome::queued) continue;
-    const Time until = started(waits) ? waits.start : trace.end;
+    if (!waits.started() && waits.outcome != Outcome::queued) continue;
+    const Time until = waits.started() ? waits.start : trace.end;
     // A window takes only one of several unread samples.
     Time from = waits.job.timestamp;
     for (const JobRecord& own : trace.jobs) {
-      if (started(own) && own.job.task == waits.job.task && own.start < until)
+      if (own.started() && own.job.task == waits.job.task && own.start < until)
         from = std::max(from, own.start);
     }
     std::map<TaskId, int> ahead;
     for (const JobRecord& other : trace.jobs) {
-      if (!started(other) || set[other.job.task].group != set[waits.job.task].group) continue;
+      if (!other.started() || set[other.job.task].group != set[waits.job.task].group) continue;
       if (other.job.task == waits.job.task || other.start <= from || other.start >= until) continue;
       if (++ahead[other.job.task] > 2) return result(trace, "overtaken for ever: " + describe(waits));
     }

@@ -50,7 +50,7 @@ inline std::string balanced(const TaskSet& set, const Trace& trace) {
 inline std::string groups_exclusive(const TaskSet& set, const Trace& trace) {
   std::map<std::uint32_t, Time> group_free;
   for (const JobRecord& r : trace.jobs) {
-    if (!started(r)) continue;
+    if (!r.started()) continue;
     const std::uint32_t group = set[r.job.task].group;
     if (set.groups[group] != CallbackGroup::mutually_exclusive) continue;
     if (r.start < group_free[group]) return "its group is busy: " + describe(r);
@@ -65,7 +65,7 @@ inline std::string groups_exclusive(const TaskSet& set, const Trace& trace) {
 inline std::string work_conserving(const Trace& trace, std::size_t busy_workers) {
   std::map<Time, int> change;  // number of running jobs
   for (const JobRecord& r : trace.jobs) {
-    if (!started(r)) continue;
+    if (!r.started()) continue;
     ++change[r.start];
     --change[busy_until(r, trace)];
   }
@@ -74,8 +74,8 @@ inline std::string work_conserving(const Trace& trace, std::size_t busy_workers)
   int now_running = 0;
   for (const auto& [t, by] : change) running.emplace_back(t, now_running += by);
   for (const JobRecord& r : trace.jobs) {
-    if (!started(r) && r.outcome != Outcome::queued) continue;
-    const Time waits_until = started(r) ? r.start : trace.end;
+    if (!r.started() && r.outcome != Outcome::queued) continue;
+    const Time waits_until = r.started() ? r.start : trace.end;
     if (r.job.timestamp >= waits_until) continue;
     auto from = std::upper_bound(running.begin(), running.end(), r.job.timestamp,
                                  [](Time t, const auto& entry) { return t < entry.first; });
@@ -143,16 +143,16 @@ inline std::string priority_driven(const Trace& trace, const PriorityByTheBook& 
   };
   std::map<int, std::vector<Entry>> by_worker;
   for (const JobRecord& r : trace.jobs) {
-    if (started(r) && r.worker != worker_of_task[r.job.task]) return "on the wrong worker: " + describe(r);
-    if (!started(r) && (r.outcome != Outcome::queued || r.job.release < r.job.timestamp)) continue;
+    if (r.started() && r.worker != worker_of_task[r.job.task]) return "on the wrong worker: " + describe(r);
+    if (!r.started() && (r.outcome != Outcome::queued || r.job.release < r.job.timestamp)) continue;
     by_worker[worker_of_task[r.job.task]].push_back(
-        {&r, priority.of(r.job), started(r) ? r.start : trace.end});
+        {&r, priority.of(r.job), r.started() ? r.start : trace.end});
   }
   for (const auto& [worker, entries] : by_worker) {
     for (const Entry& waiting : entries) {
       int lower = 0;
       for (const Entry& other : entries) {
-        if (!started(*other.record) || other.priority <= waiting.priority) continue;
+        if (!other.record->started() || other.priority <= waiting.priority) continue;
         const Time start = other.record->start;
         if (waiting.record->job.release <= start && start < waiting.waits_until) {
           return describe(*other.record) + " starts before " + describe(*waiting.record);

@@ -73,7 +73,7 @@ TEST(Simulator, CountsBeyond32BitsInASimulationOfHours) {
   constexpr std::uint64_t kBeyond = std::uint64_t{1} << 32;
   EXPECT_EQ(legal(set, trace), "");
   EXPECT_EQ(balanced(set, trace), "");
-  const JobRecord& last = *std::find_if(trace.jobs.rbegin(), trace.jobs.rend(), started);
+  const JobRecord& last = *std::ranges::find_if(trace.jobs.rbegin(), trace.jobs.rend(), &JobRecord::started);
   EXPECT_EQ(last.job.task, fast);
   EXPECT_GT(last.job.sequence, kBeyond);
   EXPECT_EQ(last.job.sequence, static_cast<std::uint64_t>((last.job.timestamp - trace.epoch).count()));

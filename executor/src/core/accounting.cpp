@@ -1,33 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/accounting.hpp"
 
+#include <numeric>
+
 namespace hotpath {
 
 std::uint64_t TaskAccount::accounted() const {
-  const TaskAccount& self = *this;
-  return self[Outcome::ran] + self[Outcome::skipped] + self[Outcome::overwritten] + self[Outcome::queued] +
-         self[Outcome::running];
+  return std::accumulate(count.begin(), count.end(), std::uint64_t{0}) - (*this)[Outcome::empty];
+}
+
+std::uint64_t timestamps_in(const Task& timer, Time epoch, Time end) {
+  const Time first = epoch + timer.phase;
+  return end <= first ? 0 : 1 + static_cast<std::uint64_t>((end - Duration(1) - first) / timer.period);
 }
 
 std::vector<TaskAccount> account(const TaskSet& set, const Trace& trace) {
   std::vector<TaskAccount> accounts(set.size());
   for (TaskId id = 0; id < set.size(); ++id) {
     accounts[id].task = id;
-    const Task& task = set[id];
-    if (task.kind == TaskKind::timer) {
-      const Time first = trace.epoch + task.phase;
-      if (first < trace.end) {
-        accounts[id].expected =
-            1 + static_cast<std::uint64_t>((trace.end - Duration(1) - first) / task.period);
-      }
-    }
+    if (set[id].kind == TaskKind::timer)
+      accounts[id].expected = timestamps_in(set[id], trace.epoch, trace.end);
     if (id < trace.published.size()) accounts[id].expected += trace.published[id];
   }
-  for (const JobRecord& r : trace.jobs) {
-    TaskAccount& a = accounts[r.job.task];
-    ++a.count[static_cast<std::size_t>(r.outcome)];
-    a.count[static_cast<std::size_t>(Outcome::skipped)] += r.job.skipped;
-  }
+  for (const JobRecord& r : trace.jobs) accounts[r.job.task].add(r);
   return accounts;
 }
 

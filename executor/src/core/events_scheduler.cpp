@@ -11,7 +11,7 @@ EventsScheduler::EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue
 void EventsScheduler::describe(StateWords& words) const {
   timers_.describe(words);
   events_->describe(words);
-  guaranteed_.describe(words);
+  services_.describe(words);
   for (TaskId id = 0; id < unread_.tasks(); ++id) {
     words.add(unread_.count(id));
     for (std::uint32_t i = 0; hands_deadlines_down() && i < unread_.count(id); ++i) {
@@ -33,7 +33,7 @@ Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, T
   Job job = unread_.newest(task);
   job.release = now;
   events_->push(job);
-  if (set_[task].guaranteed) guaranteed_.arrived(task, now);
+  if (set_[task].service) services_.arrived(task, now);
   return {executors(), overwritten};
 }
 
@@ -63,17 +63,16 @@ Decision EventsScheduler::next_event(Time now) {
 }
 
 std::optional<Job> EventsScheduler::next_job(Time now) {
-  const auto overdue =
-      guaranteed_.overdue(now, [this](TaskId task) { return is_free(task) && may_run(task); });
+  const auto overdue = services_.overdue(now, [this](TaskId task) { return is_free(task) && may_run(task); });
   std::optional<Job> job;
   if (overdue) {
     job = events_->pop_first([task = *overdue](const Job& j) { return j.task == task; });
-    guaranteed_.started_overdue(now);
+    services_.started_overdue(now);
   } else {
     job = next_of(*events_);
   }
   if (!job) return job;
-  if (set_[job->task].guaranteed) guaranteed_.started(job->task);
+  if (set_[job->task].service) services_.started(job->task);
   const std::uint32_t group = set_[job->task].group;
   if (timer_management() > 1) busy_[group] = set_.groups[group] == CallbackGroup::mutually_exclusive;
   return job;
@@ -113,7 +112,7 @@ void EventsScheduler::remove_task(TaskId task, Time now, const Visitor& dropped)
   });
   if (timer) visit_due(timers_.remove(task), now, dropped);
   drop_unread(task, dropped);
-  guaranteed_.removed(task);
+  services_.removed(task);
 }
 
 void EventsScheduler::change_task(TaskId task, const std::optional<std::int64_t>& priority,

@@ -72,7 +72,7 @@ Made make_ro(const TaskSet& set, const Options& options) {
   auto scheduler = std::make_unique<ReleaseOnlyScheduler>(set, make_queue<policy>(set, options),
                                                           ReleaseOnlyScheduler::Release::all_due,
                                                           options.release_only_workers);
-  scheduler->guarantee(options.guaranteed_wait);
+  scheduler->limit_service_wait(options.service_wait);
   return scheduler;
 }
 
@@ -80,7 +80,7 @@ template <Policy policy>
 Made make_re(const TaskSet& set, const Options& options) {
   auto scheduler = std::make_unique<TimerReadyQueueScheduler>(set, make_queue<policy>(set, options),
                                                               make_queue<policy>(set, options));
-  scheduler->guarantee(options.guaranteed_wait);
+  scheduler->limit_service_wait(options.service_wait);
   return scheduler;
 }
 

@@ -21,9 +21,9 @@ std::string ScheduleCheck::problem(const JobRecord& r, const auto&... parts) con
   const auto since_epoch = [this](Time t) { return (t - epoch_).count(); };
   std::ostringstream out;
   out << set_[r.job.task].name << " #" << r.job.sequence << " (" << to_string(r.outcome);
-  if (started(r)) out << ", worker " << r.worker << " of process " << r.process;
+  if (r.started()) out << ", worker " << r.worker << " of process " << r.process;
   out << ", timestamp " << since_epoch(r.job.timestamp);
-  if (started(r)) out << ", release " << since_epoch(r.job.release) << ", start " << since_epoch(r.start);
+  if (r.started()) out << ", release " << since_epoch(r.job.release) << ", start " << since_epoch(r.start);
   if (r.outcome == Outcome::ran) out << ", finish " << since_epoch(r.finish);
   return sentence(out.str(), ")", parts...);
 }
@@ -38,8 +38,8 @@ bool ScheduleCheck::in_order(TaskId id) const {
 std::string ScheduleCheck::add(const JobRecord& r) {
   if (r.outcome == Outcome::empty) return {};  // its sample has its own record
   std::string message = account(r);
-  if (message.empty() && started(r)) message = check_instants(r);
-  if (message.empty() && started(r)) message = check_order(r);
+  if (message.empty() && r.started()) message = check_instants(r);
+  if (message.empty() && r.started()) message = check_order(r);
   return message;
 }
 

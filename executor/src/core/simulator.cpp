@@ -72,7 +72,7 @@ void TraceRecorder::started(const JobRecord& record) {
 }
 
 void TraceRecorder::ended(const JobRecord& record) {
-  if (hotpath::started(record)) {
+  if (record.started()) {
     trace_.jobs[open_[record.worker]] = record;
   } else {
     trace_.jobs.push_back(record);

@@ -82,7 +82,7 @@ Duration MeasuredTimes::of(const Job& job) const {
 ReplayedTimes::ReplayedTimes(const TaskSet& set, const Trace& trace)
     : measured_(set.size()), wcet_(wcets(set)) {
   for (const JobRecord& r : trace.jobs) {
-    if (r.outcome == Outcome::ran) measured_[r.job.task].push_back({r.job.sequence, r.finish - r.start});
+    if (r.outcome == Outcome::ran) measured_[r.job.task].push_back({r.job.sequence, r.duration()});
   }
   for (auto& of_task : measured_) {
     std::sort(of_task.begin(), of_task.end(),

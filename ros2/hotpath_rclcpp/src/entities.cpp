@@ -40,7 +40,7 @@ Announced announced;
 constexpr std::uint32_t kMostDepth = 256;
 constexpr std::uint32_t kDepthOfOthers = 16;
 
-constexpr std::string_view kParameterEvents = "/parameter_events";
+constexpr std::string_view kParameterEvents = "/parameter_events";  // served like a service
 
 std::uint32_t depth(const rclcpp::QoS& qos) {
   const auto profile = qos.get_rmw_qos_profile();
@@ -73,7 +73,7 @@ std::shared_ptr<Entry> make_entry(EntryKind kind, const std::shared_ptr<void>& e
   entry->id = node ? node->get_fully_qualified_name() : "";
   entry->task.kind = kind == EntryKind::timer ? TaskKind::timer : TaskKind::subscription;
   entry->task.depth = kDepthOfOthers;
-  entry->task.guaranteed = entry->task.kind == TaskKind::subscription && kind != EntryKind::subscription;
+  entry->task.service = entry->task.kind == TaskKind::subscription && kind != EntryKind::subscription;
   return entry;
 }
 
@@ -220,7 +220,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
           e.topic = s->get_topic_name();
           e.id += "@Subscription(" + e.topic + ")";
           e.task.depth = depth(s->get_actual_qos());
-          e.task.guaranteed = e.topic == kParameterEvents;
+          e.task.service = e.topic == kParameterEvents;
           if (const auto waitable = s->get_intra_process_waitable()) {
             subscription_of[waitable] = s;
           }
@@ -258,7 +258,7 @@ void Entities::collect(const OfGroup& of, ByHandle<std::shared_ptr<Entry>>& foun
           e.topic = intra_process->get_topic_name();
           e.id += "@Subscription(" + e.topic + ")";
           e.task.depth = depth(intra_process->get_actual_qos());
-          e.task.guaranteed = e.topic == kParameterEvents;
+          e.task.service = e.topic == kParameterEvents;
           const auto s = subscription_of.find(Handle(w));
           if (s == subscription_of.end()) return;
           e.stands_for = s->second;

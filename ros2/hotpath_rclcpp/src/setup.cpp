@@ -129,7 +129,7 @@ Setup understand(const PriorityExecutorOptions& options) {
                                 " ns; it must be from 0 (no limit) to a day");
   }
   if (setup.executor->traits.family == Family::priority_events) {
-    setup.scheduler.guaranteed_wait = options.service_wait;
+    setup.scheduler.service_wait = options.service_wait;
   }
   setup.learn = options.learn && options.graph.empty();
   setup.executor_threads = policy(options.executor_threads, {});

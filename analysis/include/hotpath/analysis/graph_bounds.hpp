@@ -25,14 +25,14 @@ struct GraphBounds {
   std::string method;  ///< Author and year, or the name in docs/analysis.md.
   /// Worst-case response time of each task, from its timestamp; std::nullopt: no bound. Empty if
   /// the method does not apply.
-  std::vector<std::optional<std::int64_t>> tasks;
+  std::vector<std::optional<std::int64_t>> tasks = {};
   /// Parallel to the graph's chains. Empty if the method does not bound chains.
-  std::vector<std::optional<ChainAge>> chains;
-  std::vector<std::string> no_chain_bound;  ///< Parallel to `chains`: the reason for a missing bound.
-  /// The assumptions that the method does not cover, and a method that does; empty if it applies.
-  std::string refusal;
+  std::vector<std::optional<ChainAge>> chains = {};
+  std::vector<std::string> no_chain_bound = {};  ///< Parallel to `chains`: the reason for a missing bound.
+  /// The assumptions that the method does not cover, and a method that does; none if it applies.
+  std::optional<std::string> refusal = {};
   std::string left_out = {};  ///< What the method bounds for other systems, and why not here; empty: nothing.
-  std::map<TaskId, PathParts> parts;  ///< Components of the timers' bounds, if the method gives them.
+  std::map<TaskId, PathParts> parts = {};  ///< Components of the timers' bounds, if the method gives them.
 };
 
 /// A property of a system that a method must cover to be applicable.
@@ -57,11 +57,11 @@ enum class Assumption : std::uint32_t {
   woken_by_jobs = 1U << 16,
   any_delivery = 1U << 17,    ///< Samples of a topic reach its subscriptions in any order.
   release_jitter = 1U << 18,  ///< Timers' jobs become ready later than at their timestamps.
-  /// A service that has waited for SchedulerOptions::guaranteed_wait runs next.
+  /// A service that has waited for SchedulerOptions::service_wait runs next.
   service_wait = 1U << 19,
 };
 
-/// Whether a service may run ahead of its priority (SchedulerOptions::guaranteed_wait).
+/// Whether a service may run ahead of its priority (SchedulerOptions::service_wait).
 [[nodiscard]] bool has_service_wait(const ExecutorEntry& executor, const SchedulerOptions& scheduling,
                                     const TaskSet& set);
 

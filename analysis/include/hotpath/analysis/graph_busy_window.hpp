@@ -42,8 +42,8 @@ struct GraphOrder {
   /// kUnbounded: any time. Empty: none comes later.
   std::vector<std::int64_t> jitter = {};
   static constexpr std::int64_t kUnbounded = -1;
-  /// > 0: a job of a guaranteed task (Task::guaranteed) that has waited for so long may go ahead of all
-  /// ranks, and at most one does in any interval of this length.
+  /// > 0: a job of a service (Task::service) that has waited for so long may go ahead of all ranks, and
+  /// at most one does in any interval of this length.
   std::int64_t service_wait = 0;
 
   [[nodiscard]] std::size_t thread_of(std::int64_t its_rank) const {

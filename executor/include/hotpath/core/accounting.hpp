@@ -16,10 +16,18 @@ struct TaskAccount {
   std::uint64_t expected = 0;  ///< Timers: timestamps in [epoch, end). Subscriptions: samples matched.
 
   std::uint64_t operator[](Outcome o) const { return count[static_cast<std::size_t>(o)]; }
+  /// Counts a job and the timestamps that it skipped.
+  void add(const JobRecord& r) {
+    ++count[static_cast<std::size_t>(r.outcome)];
+    count[static_cast<std::size_t>(Outcome::skipped)] += r.job.skipped;
+  }
   /// Timers: ran + skipped + queued + running. Subscriptions: ran + overwritten + queued + running.
   [[nodiscard]] std::uint64_t accounted() const;
   [[nodiscard]] bool balanced() const { return accounted() == expected; }
 };
+
+/// The number of a timer's timestamps from the epoch of a run to before `end`.
+[[nodiscard]] std::uint64_t timestamps_in(const Task& timer, Time epoch, Time end);
 
 /// The loss equations of a run, one account per task. The expected totals come from period and
 /// phase (timers) and from the publishers' counts (subscriptions), independently of the task's own

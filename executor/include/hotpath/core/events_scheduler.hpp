@@ -7,7 +7,7 @@
 
 #include "hotpath/core/events_queue.hpp"
 #include "hotpath/core/explored_scheduler.hpp"
-#include "hotpath/core/guaranteed_jobs.hpp"
+#include "hotpath/core/service_jobs.hpp"
 #include "hotpath/core/timers_manager.hpp"
 
 namespace hotpath {
@@ -32,14 +32,14 @@ class EventsScheduler : public ExploredScheduler {
                    const std::vector<TaskId>& feeds) final;
   void describe(StateWords& words) const override;
   [[nodiscard]] Time next_change(Time now) const final {
-    return std::min(ExploredScheduler::next_change(now), guaranteed_.next_change(now));
+    return std::min(ExploredScheduler::next_change(now), services_.next_change(now));
   }
   [[nodiscard]] std::span<const Timer> timers() const final { return timers_.timers(); }
   void release_at(TaskId timer, Time due) final { timers_.release_at(timer, due); }
   void released_by(Time now) final { timers_.released_by(now); }
   [[nodiscard]] bool hands_deadlines_down() const final { return events_->by_deadline(); }
-  /// See SchedulerOptions::guaranteed_wait. Call it before begin().
-  void guarantee(Duration wait) { guaranteed_ = GuaranteedJobs(wait); }
+  /// See SchedulerOptions::service_wait. Call it before begin().
+  void limit_service_wait(Duration wait) { services_ = ServiceJobs(wait); }
 
  protected:
   /// `executors` in [1, kMaxWorkers - 1].
@@ -63,7 +63,7 @@ class EventsScheduler : public ExploredScheduler {
   }
   [[nodiscard]] std::optional<Job> next_job(Time now);
 
-  GuaranteedJobs guaranteed_;
+  ServiceJobs services_;
   std::vector<bool> busy_;  // by callback group; used with several executor workers
 };
 

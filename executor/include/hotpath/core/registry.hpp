@@ -23,13 +23,12 @@ struct SchedulerOptions {
   /// at the start). Empty: order of creation. In rclcpp the order follows memory addresses
   /// (Humble's maps of weak pointers, Jazzy's hash maps).
   std::vector<TaskId> entity_order = {};
-  /// Release-only: number of executor workers, in [1, kMaxWorkers - 1]; rclcpp and the paper use
-  /// one.
+  /// Release-only: number of executor workers, in [1, kMaxWorkers - 1]; rclcpp and the paper: one.
   unsigned release_only_workers = 1;
-  /// The paper's executors: after this long in the queue, the oldest job of all guaranteed tasks
-  /// runs next, whatever its priority; at most one such job starts in any interval of this length.
-  /// Zero: such jobs are ordered like all others.
-  Duration guaranteed_wait{};
+  /// The paper's executors: after this long in the queue, the oldest job of all services runs
+  /// next, whatever its priority; at most one such job starts in any interval of this length. Zero: they
+  /// are ordered like all others.
+  Duration service_wait{};
 };
 
 /// The design that an executor follows.

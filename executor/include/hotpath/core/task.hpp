@@ -71,8 +71,8 @@ struct Task : TimerTimes {
   bool local = true;  ///< Runs in this process. Tasks of other processes only pass on their priorities.
   EntityKind entity = EntityKind::subscription;  ///< Subscriptions only.
   /// Subscriptions: under the paper's executors none of its jobs waits without limit, as requests and
-  /// responses of services and actions should not (SchedulerOptions::guaranteed_wait).
-  bool guaranteed = false;
+  /// responses of services and actions should not (SchedulerOptions::service_wait).
+  bool service = false;
   std::vector<TaskId> feeds;  ///< Subscriptions activated by the publications of this task's jobs.
 };
 

@@ -19,12 +19,12 @@ struct JobRecord {
   std::uint16_t worker = 0;  ///< Unique in the run, across all its executors.
   std::uint16_t process = 0;
   std::int16_t cpu = -1;  ///< Processor on which the job finished; -1: unknown.
-};
 
-/// Whether the callback started.
-[[nodiscard]] inline bool started(const JobRecord& r) {
-  return r.outcome == Outcome::ran || r.outcome == Outcome::running;
-}
+  [[nodiscard]] bool started() const { return outcome == Outcome::ran || outcome == Outcome::running; }
+  [[nodiscard]] Duration response_time() const { return finish - job.timestamp; }  ///< Of a job that ran.
+  [[nodiscard]] Duration duration() const { return finish - start; }               ///< Of a job that ran.
+  [[nodiscard]] Duration lateness() const { return start - job.timestamp; }        ///< Of a started job.
+};
 
 /// One output of a chain's sink.
 struct ChainRecord {

@@ -117,7 +117,7 @@ class ChainJoin {
   /// Adds a job, `ran`, or `running` at the end of the run. Jobs of one timer must be added in the
   /// order of their starts.
   void add(const JobRecord& record) {
-    if (!started(record)) return;
+    if (!record.started()) return;
     add_start(record);
     add_end(record);
   }

@@ -171,11 +171,10 @@ struct Graph {
   WorkMode work = WorkMode::cpu_time;
   GraphPlatform platform;
   /// How long a request or response of a service or an action waits before it runs next under the paper's
-  /// executors (SchedulerOptions::guaranteed_wait); 0: without limit.
+  /// executors (SchedulerOptions::service_wait); 0: without limit.
   Duration service_wait{};
   std::map<std::string, DeliveryOrder> delivery;  ///< By topic; absent: the order of creation.
-  std::set<std::string>
-      intra_process;  ///< Topics with intra-process communication: their readers are waitables.
+  std::set<std::string> intra_process;            ///< Topics whose subscriptions are waitables.
 
   /// The node with this name, or the node of the task with this name; nullptr for an unknown name.
   [[nodiscard]] const Node* find(const std::string& node_or_task) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Jobs of guaranteed tasks under an executor that is overloaded by a more urgent timer.
+// Jobs of services under an executor that is overloaded by a more urgent timer.
 #include <gtest/gtest.h>
 
 #include "hotpath/core/events_scheduler.hpp"
@@ -17,12 +17,12 @@ struct Started {
 
 /// Jobs of a subscription that gets a sample every 70 ms, without a timer upstream, beside a timer
 /// with 30 ms of work every 20 ms, in ten seconds.
-std::vector<Started> started(const char* executor, const SchedulerOptions& options, bool guaranteed) {
+std::vector<Started> started(const char* executor, const SchedulerOptions& options, bool service) {
   TaskSet set;
   const TaskId hog = add_timer(set, 20ms, 30ms);
   set.tasks[hog].priority = 1;
   const TaskId served = add_subscription(set, {}, 1ms, 256);
-  set.tasks[served].guaranteed = guaranteed;
+  set.tasks[served].service = service;
   const auto scheduler = find_executor(executor)->make(set, options);
   const auto timer_worker = static_cast<Worker>(scheduler->workers().size() - 1);
   scheduler->begin(Time{});
@@ -41,19 +41,19 @@ std::vector<Started> started(const char* executor, const SchedulerOptions& optio
   return jobs;
 }
 
-class Guaranteed : public testing::TestWithParam<const char*> {};
+class ServiceWait : public testing::TestWithParam<const char*> {};
 
-TEST_P(Guaranteed, WithoutAGuaranteeTheyNeverRun) {
+TEST_P(ServiceWait, WithoutOneTheyNeverRun) {
   SchedulerOptions options;
-  options.guaranteed_wait = kWait;
+  options.service_wait = kWait;
   EXPECT_TRUE(started(GetParam(), options, false).empty());
   EXPECT_TRUE(started(GetParam(), {}, true).empty());
 }
 
-TEST_P(Guaranteed, TheOldestRunsAfterTheWaitAndTheShareIsBounded) {
+TEST_P(ServiceWait, TheOldestRunsAfterTheWaitAndTheShareIsBounded) {
   for (const unsigned workers : {1U, 2U}) {
     SchedulerOptions options;
-    options.guaranteed_wait = kWait;
+    options.service_wait = kWait;
     options.release_only_workers = workers;
     const std::vector<Started> jobs = started(GetParam(), options, true);
     // One start needs the wait, then the end of the running job.
@@ -71,7 +71,7 @@ TEST_P(Guaranteed, TheOldestRunsAfterTheWaitAndTheShareIsBounded) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Executors, Guaranteed, testing::Values("rm-ro", "dm-ro", "edf-ro", "fp-ro"),
+INSTANTIATE_TEST_SUITE_P(Executors, ServiceWait, testing::Values("rm-ro", "dm-ro", "edf-ro", "fp-ro"),
                          [](const auto& test_case) { return std::string(test_case.param).substr(0, 2); });
 
 /// The tasks that a decision shows to a recorded schedule's choice, which rejects all of them.
@@ -85,14 +85,14 @@ std::vector<TaskId> seen(Scheduler& scheduler, Duration now) {
   return tasks;
 }
 
-TEST(GuaranteedJobs, ADecisionThatFollowsARecordKnowsTheRule) {
+TEST(ServiceJobs, ADecisionThatFollowsARecordKnowsTheRule) {
   TaskSet set;
   add_timer(set, 1s, 1ms);
   const TaskId urgent = add_subscription(set, {0}, 1ms);
   const TaskId served = add_subscription(set, {}, 1ms);
-  set.tasks[served].guaranteed = true;
+  set.tasks[served].service = true;
   SchedulerOptions options;
-  options.guaranteed_wait = kWait;
+  options.service_wait = kWait;
   const auto scheduler = find_executor("rm-ro")->make(set, options);
   scheduler->begin(Time{});
   static_cast<void>(scheduler->sample_arrived(served, {at(0ms), kNever, {0, 0}}, at(0ms)));
@@ -107,9 +107,9 @@ TEST(GuaranteedJobs, ADecisionThatFollowsARecordKnowsTheRule) {
   EXPECT_EQ(seen(*scheduler, 200ms), std::vector<TaskId>{urgent});
 }
 
-TEST(GuaranteedJobs, ARemovedTaskIsForgotten) {
+TEST(ServiceJobs, ARemovedTaskIsForgotten) {
   const auto all = [](TaskId) { return true; };
-  GuaranteedJobs jobs(kWait);
+  ServiceJobs jobs(kWait);
   jobs.arrived(1, at(0ms));
   jobs.arrived(2, at(10ms));
   EXPECT_EQ(jobs.overdue(at(99ms), all), std::nullopt);

@@ -10,14 +10,14 @@
 
 namespace hotpath {
 
-/// Queued jobs of guaranteed tasks, oldest first. Bounds their waiting time without giving them the
+/// Queued jobs of services (Task::service), oldest first. Bounds their waiting time without giving them the
 /// processor: a job that has waited for `wait` may start ahead of all others, and at least `wait`
 /// passes between two such starts. For all other jobs this is one sporadic task above all
 /// priorities, with `wait` as its minimum interarrival time.
-class GuaranteedJobs {
+class ServiceJobs {
  public:
   /// `wait` zero: no job is ever overdue.
-  explicit GuaranteedJobs(Duration wait = {}) : wait_(wait) {}
+  explicit ServiceJobs(Duration wait = {}) : wait_(wait) {}
 
   void arrived(TaskId task, Time now) {
     if (wait_ > Duration::zero()) waiting_.push_back({task, now});
