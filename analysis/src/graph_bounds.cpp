@@ -212,13 +212,17 @@ const std::array kMethods = {
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
              bound_graph(s, topology, TighterPaths(by_priority, in_any_order), out);
            }},
-    Method{"processing windows", kGraphs | bits({A::polling, A::delivery_delay}),
+    Method{"processing windows", kGraphs | bits({A::polling, A::delivery_delay, A::release_jitter}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const ProcessingWindows windows(topology, s.scheduling.entity_order, overheads_of(s, false));
              const GraphOverheads overheads = overheads_of(s, true);
+             if (overheads.delivery > 0 && largest_jitter(s.graph.set) > 0)
+               throw AnalysisError("it does not cover release jitter together with a delay of delivery");
              if (overheads.delivery > 0) return bound_graph(topology, windows, out);
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
+             // With jitter a timer may be called twice within its period: only the busy windows know that.
+             if (largest_jitter(s.graph.set) > 0) return bound_graph(topology, in_any_order, out);
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
            }},
     Method{"busy windows by deadline",

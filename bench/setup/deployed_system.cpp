@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "setup/deployed_system.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <numeric>
 
 #include "hotpath/core/input_file.hpp"
@@ -55,8 +57,18 @@ DeployedSystem deployed_system(const Graph& graph, const CallbackGraph& callback
 
 std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
                                    const ExecutorSpec& spec) {
-  if (spec.deployment) return {deployment_bounds(deployed_system(graph, callbacks, *spec.deployment))};
-  return graph_bounds({callbacks, *spec.entry, spec.scheduler, make_platform(graph, *spec.entry)});
+  if (!spec.deployment)
+    return graph_bounds({callbacks, *spec.entry, spec.scheduler, make_platform(graph, *spec.entry)});
+  const DeployedSystem system = deployed_system(graph, callbacks, *spec.deployment);
+  std::vector<GraphBounds> all = {deployment_bounds(system)};
+  const DeployedThread& thread = system.threads.front();
+  const bool has_a_processor =
+      system.threads.size() == 1 && thread.priority > 0 && thread.processors.size() == 1;
+  if (!has_a_processor || thread.executor->traits.timers != TimerHandling::polled) return all;
+  // One thread that finds its timers itself, and nothing beside it: as without the deployment.
+  std::ranges::move(graph_bounds({callbacks, *thread.executor, thread.scheduling, system.platform}),
+                    std::back_inserter(all));
+  return all;
 }
 
 std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,
