@@ -46,7 +46,10 @@ Schedule schedule_of(const GoldenTrace& trace, bool release_only) {
     const Task& task = trace.set[job.task];
     const Time called = std::exchange(next_call[job.task], job.next_call);
     const Time of_its_number = Time{} + task.phase + static_cast<std::int64_t>(job.count) * task.period;
-    const Job released{job.task, job.count, release_only ? of_its_number : called};
+    Job released;
+    released.task = job.task;
+    released.sequence = job.count;
+    released.timestamp = release_only ? of_its_number : called;
     schedule.jobs.push_back({{released, job.start, job.finish}, job.next_call});
   }
   return schedule;
