@@ -211,7 +211,7 @@ json row_json(const Advice& advice, const Prediction& p) {
   if (!p.keeps_up()) return row;
   row["objective"] = score(advice.objective, p.summary).value;
   row["lost_percent"] = p.summary.lost_percent();
-  row["timers_late"] = waited_long(p.summary);
+  row["timers_late"] = std::ranges::count_if(p.summary.tasks, &results::TaskSummary::starved);
   row["never_ran"] = p.summary.never_ran();
   row["cores_used"] = p.cores_used;
   row["bound_ms"] = p.bound_ms ? json(*p.bound_ms) : json();
