@@ -29,7 +29,11 @@ results::Schedule in_order(const TaskSet& set, const std::vector<TaskId>& tasks)
   results::Schedule s{set, {}};
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     const Time start = at(static_cast<std::int64_t>(i) * 1ms);
-    s.jobs.push_back({tasks[i], start, start, start + 1ms, start + set[tasks[i]].period});
+    results::ExecutedJob& executed = s.jobs.emplace_back();
+    executed.job.task = tasks[i];
+    executed.job.timestamp = executed.start = start;
+    executed.finish = start + 1ms;
+    executed.next_call = start + set[tasks[i]].period;
   }
   return s;
 }
