@@ -25,7 +25,7 @@ std::string kinds_of(const TaskSet& set) {
 std::vector<Premise> premises(const Graph& graph, const TaskSet& set, const std::string& executor,
                               bool phases_known) {
   const GraphPlatform& platform = graph.platform;
-  std::vector<Premise> all = {{"executor: " + executor},
+  std::vector<Premise> all = {{executor},
                               {"callbacks: " + kinds_of(set)},
                               {"no job takes longer than the graph says"},
                               {phases_known ? "the given phases" : "any phases"}};

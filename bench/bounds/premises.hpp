@@ -15,7 +15,7 @@ struct Premise {
       true;  ///< The graph, its platform or an option says so; otherwise it is assumed, not measured.
 };
 
-/// The premises about a graph under an executor (ExecutorEntry::description), each in a few words.
+/// The premises about a graph under an executor or deployment (in words), each in a few words.
 [[nodiscard]] std::vector<Premise> premises(const Graph& graph, const TaskSet& set,
                                             const std::string& executor, bool phases_known);
 

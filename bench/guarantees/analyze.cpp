@@ -8,7 +8,6 @@
 #include <ostream>
 
 #include "bounds/exact_worst_cases.hpp"
-#include "bounds/premises.hpp"
 #include "guarantees/witnesses.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "program/errors.hpp"
@@ -219,10 +218,7 @@ class Analysis {
   }
 
   void find_premises(const CallbackGraph& callbacks, const setup::ExecutorSpec& executor) {
-    const std::string what = executor.entry ? std::string(executor.entry->class_name) + " (" +
-                                                  std::string(executor.entry->description) + ")"
-                                            : "those of the deployment";
-    const auto all = bounds::premises(graph_, callbacks.set, what, callbacks.phases_known);
+    const auto all = setup::premises(graph_, callbacks.set, executor, callbacks.phases_known);
     rests_on_ = bounds::list_of(all, true);
     assumed_ = bounds::list_of(all, false);
   }

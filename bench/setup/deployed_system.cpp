@@ -71,6 +71,14 @@ std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& call
   return all;
 }
 
+std::vector<bounds::Premise> premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& spec,
+                                      bool phases_known) {
+  const std::string executor =
+      spec.entry ? program::concat("executor ", spec.entry->class_name, " (", spec.entry->description, ")")
+                 : "deployment " + spec.label;
+  return bounds::premises(graph, set, executor, phases_known);
+}
+
 std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,
                                              const ExecutorSpec& spec) {
   try {

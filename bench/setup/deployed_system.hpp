@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bounds/bounds.hpp"
+#include "bounds/premises.hpp"
 #include "hotpath/analysis/deployment_bounds.hpp"
 #include "setup/executor_spec.hpp"
 
@@ -29,6 +30,10 @@ void check_processors(const DeployedExecutor& executor, const std::string& file,
 /// The bounds of every method for an executor or a deployment.
 [[nodiscard]] std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
                                                  const ExecutorSpec& spec);
+
+/// What those bounds rest on.
+[[nodiscard]] std::vector<bounds::Premise> premises(const Graph& graph, const TaskSet& set,
+                                                    const ExecutorSpec& spec, bool phases_known);
 
 /// What theory guarantees for any phases; std::nullopt if no method covers the system.
 [[nodiscard]] std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,

@@ -214,8 +214,10 @@ const Term* find(const std::vector<Term>& terms, Clause clause) {
 
 Contract parse_contract(const std::string& file, const std::string& text) {
   YamlMap map(file, text, "the contract", kRemedy);
-  map.check_keys({"callbacks", "chains", "threads"});
+  map.check_keys({"callbacks", "chains", "threads", "rests_on", "assumed"});
   Contract contract;
+  if (const auto given = map.find("rests_on")) contract.rests_on = given->text();
+  if (const auto given = map.find("assumed")) contract.assumed = given->text();
   std::set<std::string> names;
   const auto check_new = [&](const YamlValue& item, const std::string& name) {
     if (!names.insert(name).second)
@@ -245,6 +247,8 @@ Contract read_contract(const std::string& file) { return parse_contract(file, re
 
 std::string contract_text(const Contract& contract) {
   YAML::Node file;
+  if (!contract.rests_on.empty()) file["rests_on"] = contract.rests_on;
+  if (!contract.assumed.empty()) file["assumed"] = contract.assumed;
   for (const CallbackContract& callback : contract.callbacks) {
     YAML::Node stated;
     stated["node"] = callback.node;

@@ -164,6 +164,7 @@ struct Contract {
   std::vector<CallbackContract> callbacks;
   std::vector<ChainContract> chains;
   std::vector<ThreadContract> threads;
+  std::string rests_on{}, assumed{};  ///< Premises of its bounds, stated and not, for people.
 };
 
 /// Throw InputError, which names file, line and remedy. `text`: the content of the file.
