@@ -27,7 +27,8 @@ void draw_jitter(Random& random, Graph& graph) {
 /// half of the graphs the work does not fit into the time.
 void draw_services(Random& random, Graph& graph) {
   for (Node& node : graph.nodes) {
-    if (node.inputs.empty() || !chance(random, 50)) continue;
+    const auto is_timer = [](const Callback& callback) { return !callback.input; };
+    if (std::ranges::any_of(node.callbacks, is_timer) || !chance(random, 50)) continue;
     node.type = NodeType::callbacks;
     for (Callback& callback : node.callbacks) {
       if (callback.input && chance(random, 60))
