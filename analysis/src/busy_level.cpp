@@ -37,6 +37,12 @@ std::int64_t BusyLevel::job_work(TaskId id) const {
   return order_.rank[id] == GraphOrder::kArrival ? 0 : add(topology_.set()[id].wcet.count(), overheads_.job);
 }
 
+/// Before samples of the task arrive, the thread may idle, and then has to wake up.
+std::int64_t BusyLevel::transit(TaskId id) const {
+  const bool delayed = overheads_.delivery > 0 && !topology_.set()[id].feeds.empty();
+  return delayed ? add(overheads_.delivery, overheads_.wake_up) : 0;
+}
+
 void BusyLevel::add_task(TaskId id) {
   std::vector<std::size_t> before;
   for (const TaskId p : topology_.publishers(id)) {
@@ -49,7 +55,8 @@ void BusyLevel::add_task(TaskId id) {
   for (const std::size_t from : before) nodes[from].feeds.push_back(own);
   node_of[id] = own;
   const bool joined = topology_.join_of(id) != nullptr;
-  nodes.push_back({.id = id, .joined = joined, .work = joined ? overheads_.job : job_work(id)});
+  nodes.push_back(
+      {.id = id, .joined = joined, .work = joined ? overheads_.job : add(job_work(id), transit(id))});
   const Task& task = topology_.set()[id];
   if (task.kind != TaskKind::timer) return;
   const std::size_t thread = order_.thread_of(order_.rank[id]);
@@ -67,7 +74,8 @@ void BusyLevel::add_task(TaskId id) {
 
 /// Returns the position of a join; its inputs in the level have positions already.
 std::size_t BusyLevel::join_at(std::size_t index) {
-  Node join{.join = index, .work = topology_.join_work(index)};
+  const TaskId first = topology_.graph().joins[index].inputs.front();
+  Node join{.join = index, .work = add(topology_.join_work(index), transit(first))};
   for (const TaskId input : topology_.graph().joins[index].inputs) {
     if (inside(input)) {
       join.inputs.push_back(node_of[input]);

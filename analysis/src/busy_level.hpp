@@ -32,7 +32,9 @@ struct BusyLevel {
     std::size_t join = kNone;  ///< For a join: its index in the graph.
     bool joined = false;       ///< Whether the task is an input of a join.
     bool complete = true;      ///< For a join: whether all its inputs are in the level.
-    std::int64_t work = 0;  ///< Work of each job; for inputs of a join, without the work of completing jobs.
+    /// Work of each job, and idle time until its samples have arrived; for inputs of a join, without those of
+    /// completing jobs.
+    std::int64_t work = 0;
     std::vector<std::size_t> inputs{};  ///< For a join.
     /// Nodes that receive one job per job of this one; for an input of a join: the join.
     std::vector<std::size_t> feeds{};
@@ -82,6 +84,7 @@ struct BusyLevel {
   std::size_t join_at(std::size_t index);
   void add_up();
   [[nodiscard]] std::int64_t job_work(TaskId id) const;
+  [[nodiscard]] std::int64_t transit(TaskId id) const;
   [[nodiscard]] std::vector<Blocker> all_blockers() const;
   [[nodiscard]] std::vector<Effect> effects() const;
   void drop_dominated();

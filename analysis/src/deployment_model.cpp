@@ -15,7 +15,6 @@ using exact::add;
 std::optional<std::string> refusal_of(const DeployedSystem& system) {
   const Platform& p = system.platform;
   if (p.release_cost + p.pass_cost > Duration{}) return "it does not cover release costs";
-  if (p.delivery_delay > Duration{}) return "it does not cover a delay of delivery";
   for (const Task& task : system.graph.set.tasks) {
     if (task.release_jitter > Duration{}) return "it does not cover release jitter";
   }
@@ -55,7 +54,7 @@ GraphOrder order_on(const DeployedSystem& system, const std::vector<bool>& here)
     if (here[id]) levels[system.threads[system.thread_of[id]].priority].insert(system.thread_of[id]);
   }
   GraphOrder order = any_order(set);
-  order.releases_first = system.platform.wake_up_latency == Duration{};
+  order.releases_first = system.platform.wake_up_latency + system.platform.delivery_delay == Duration{};
   std::int64_t next = 0;
   for (const auto& [priority, threads] : levels) {
     const DeployedThread& first = system.threads[*threads.begin()];

@@ -14,6 +14,7 @@
 #include "hotpath/analysis/processing_windows.hpp"
 #include "hotpath/analysis/spuri_1996.hpp"
 #include "service_paths.hpp"
+#include "stream_paths.hpp"
 #include "timer_responses.hpp"
 
 namespace hotpath {
@@ -145,11 +146,11 @@ std::int64_t service_wait(const BoundedSystem& system) {
   return waits ? system.scheduling.service_wait.count() : 0;
 }
 
-/// bound_graph(), also by the longest wait of services.
+/// bound_graph(), also by the longest wait of services, unless their samples may come late.
 void bound_graph(const BoundedSystem& system, const GraphTopology& topology, const PathBounds& paths,
                  GraphBounds& out) {
   const std::int64_t wait = service_wait(system);
-  if (wait == 0) return bound_graph(topology, paths, out);
+  if (wait == 0 || system.platform.delivery_delay > Duration{}) return bound_graph(topology, paths, out);
   bound_graph(topology, ServicePaths(topology, paths, overheads_of(system, true), wait), out);
 }
 
@@ -162,6 +163,24 @@ GraphOrder subscriptions_first(const BoundedSystem& system, const GraphOverheads
   order.releases_first = releases_first(system, overheads);
   order.service_wait = service_wait(system);
   return order;
+}
+
+/// Fixed priorities if samples may come late. A service that runs next breaks the windows by priority.
+void bound_late_samples(const BoundedSystem& system, const GraphTopology& topology, GraphBounds& out) {
+  const TaskSet& set = system.graph.set;
+  StreamedProcessor processor{std::vector<bool>(set.size(), true), priority_ranks(system),
+                              overheads_of(system, true)};
+  const GraphBusyWindow in_any_order(topology, any_order(set), processor.overheads);
+  if (service_wait(system) > 0) return bound_graph(topology, in_any_order, out);
+  processor.overheads.delivery = 0;
+  StreamedSystem streamed;
+  streamed.graph = system.graph;
+  streamed.thread_of.assign(set.size(), 0);
+  streamed.processor_of.assign(set.size(), 0);
+  streamed.bounded.assign(set.size(), true);
+  streamed.processors[0] = std::move(processor);
+  streamed.delivery = system.platform.delivery_delay.count();
+  bound_graph(topology, StreamPaths(std::move(streamed), &in_any_order), out);
 }
 
 struct Method {
@@ -201,10 +220,12 @@ const std::array kMethods = {
                  s, [](const PeriodicTasks& t) { return ResponseTimes(t.size(), bedarkar_2022(t)); }, out);
            }},
     Method{"busy windows by priority",
-           kGraphs | bits({A::fixed_priorities, A::ties_by_activation, A::release_jitter, A::service_wait}),
+           kGraphs | bits({A::fixed_priorities, A::ties_by_activation, A::release_jitter, A::service_wait,
+                           A::delivery_delay}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
+             if (overheads.delivery > 0) return bound_late_samples(s, topology, out);
              GraphOrder order = priority_ranks(s);
              order.releases_first = releases_first(s, overheads);
              order.service_wait = service_wait(s);
@@ -216,11 +237,7 @@ const std::array kMethods = {
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const ProcessingWindows windows(topology, s.scheduling.entity_order, overheads_of(s, false));
-             const GraphOverheads overheads = overheads_of(s, true);
-             if (overheads.delivery > 0 && largest_jitter(s.graph.set) > 0)
-               throw AnalysisError("it does not cover release jitter together with a delay of delivery");
-             if (overheads.delivery > 0) return bound_graph(topology, windows, out);
-             const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads);
+             const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads_of(s, true));
              // With jitter a timer may be called twice within its period: only the busy windows know that.
              if (largest_jitter(s.graph.set) > 0) return bound_graph(topology, in_any_order, out);
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
@@ -241,13 +258,13 @@ const std::array kMethods = {
            }},
     Method{"busy windows in any order",
            kGraphs | bits({A::deadlines, A::activation_order, A::other_order, A::ties_by_activation,
-                           A::mixed_deadlines, A::release_jitter, A::service_wait}),
+                           A::mixed_deadlines, A::release_jitter, A::service_wait, A::delivery_delay}),
            [](const BoundedSystem& s, GraphBounds& out) {
              const GraphTopology topology(s.graph);
              const GraphOverheads overheads = overheads_of(s, true);
              const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads);
              const bool first = s.scheduling.rule == SubscriptionRule::first;
-             if (!first || s.executor.traits.family != Family::priority_events) {
+             if (!first || s.executor.traits.family != Family::priority_events || overheads.delivery > 0) {
                return bound_graph(s, topology, paths, out);
              }
              const GraphBusyWindow ahead_of_timers(topology, subscriptions_first(s, overheads), overheads);

@@ -301,8 +301,8 @@ INSTANTIATE_TEST_SUITE_P(
         Unchecked{"multi:2", Assumption::several_threads},
         Unchecked{"fp-ro:fifo", Assumption::ties_by_activation},
         Unchecked{"edf-ro", Assumption::mixed_deadlines}, Unchecked{"rm-ro", Assumption::wake_up},
-        Unchecked{"rm-ro", Assumption::late_releases, 4'800}, Unchecked{"rm-ro", Assumption::delivery_delay},
-        Unchecked{"rm-ro", Assumption::any_delivery}, Unchecked{"cbg:1", Assumption::woken_by_jobs, 29'000},
+        Unchecked{"rm-ro", Assumption::late_releases, 4'800}, Unchecked{"rm-ro", Assumption::any_delivery},
+        Unchecked{"cbg:1", Assumption::woken_by_jobs, 29'000},
         Unchecked{"fp-ro", Assumption::service_wait, 2000}, Unchecked{"edf-ro", Assumption::service_wait}));
 
 }  // namespace

@@ -80,7 +80,7 @@ Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery) {
 
 setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks) {
   GraphPlatform& platform = graph.platform;
-  platform.release_cost = platform.pass_cost = platform.delivery_delay = {};
+  platform.release_cost = platform.pass_cost = {};
   if (chance(random, 50)) platform.wake_up_latency = {};
   platform.timer_thread = TimerThread::by_executor;
   platform.cores = static_cast<unsigned>(draw(random, 1, 3));

@@ -45,9 +45,12 @@ class Check {
     graph_ = read_graph(file_);
     const Nanoseconds dispatch = seed % 3 == 0 ? 37'000 : 0,
                       of_timers = seed % 2 == 0 ? dispatch : 2 * dispatch;
+    delivery_ =
+        seed % 2 == 0 ? 0 : std::array<Nanoseconds, 4>{1'000, 50'000, 1'000'000, 8'000'000}[seed / 2 % 4];
     options_ =
         " --phases given --platform timer_thread=raised,dispatch_cost_us=" + std::to_string(dispatch / 1000) +
-        ",timer_dispatch_cost_us=" + std::to_string(of_timers / 1000);
+        ",timer_dispatch_cost_us=" + std::to_string(of_timers / 1000) +
+        ",delivery_delay_us=" + std::to_string(delivery_ / 1000);
     const std::string run = folder_ + "/run";
     std::filesystem::remove_all(run);
     if (!run_command(hotpath_ + " simulate --graph " + file_ + options_ +
@@ -64,6 +67,7 @@ class Check {
     ++counts_.graphs;
     Conditions conditions{{}, kUntil, of_timers, dispatch};
     for (const Task& task : graph_.tasks) conditions.phases.push_back(task.phase);
+    if (delivery_ > 0) conditions.delay = [this] { return delivery_; };
     for (const std::string& label : kExecutors) compare(label, stored.at(label), bounds, conditions);
     if (seed % 3 == 1) compare_deployment(seed, conditions);
   }
@@ -84,6 +88,7 @@ class Check {
              "\n    hotpath: " + shown(theirs, expected[part].end()));
     }
     compare_bounds(label, bounds, result);
+    compare_delays(label, bounds, alone, conditions);
     for (int f = 1; f < kFaults && rows == expected; ++f) {
       alone.fault = static_cast<Fault>(f);
       if (!found(f))
@@ -156,6 +161,7 @@ class Check {
     const std::vector<Bound> bounds = read_bounds(csv);
     counts_.of_threads += bounds.size();
     compare_bounds("threads", bounds, result);
+    compare_delays("threads", bounds, deployment, conditions);
     for (int f = 1; f < kFaults && rows == expected; ++f) {
       deployment.fault = static_cast<Fault>(f);
       if (found(f)) continue;
@@ -235,6 +241,22 @@ class Check {
     }
   }
 
+  /// Bounds hold if each sample has a delay of its own; exact values need not.
+  void compare_delays(const std::string& executor, std::vector<Bound> bounds, const Deployment& deployment,
+                      Conditions conditions) {
+    if (delivery_ == 0) return;
+    std::erase_if(bounds, &Bound::exact);
+    std::mt19937_64 random(counts_.graphs);
+    conditions.any_order = true;
+    conditions.delay = [&] {
+      const auto longest = static_cast<std::uint64_t>(delivery_);
+      return static_cast<Nanoseconds>(random() % 2 == 0 ? random() % (longest + 1) : random() % 2 * longest);
+    };
+    const Draw draw = [this](int task, std::int64_t sequence) { return time(task, sequence); };
+    for (int run = 0; run < 3; ++run)
+      compare_bounds(executor, bounds, simulate(graph_, deployment, conditions, draw));
+  }
+
   void note_duplicates(const Result& result) {
     duplicates_.clear();
     for (const Output& o : result.outputs) {
@@ -287,6 +309,7 @@ class Check {
   }
 
   std::string hotpath_, folder_, file_, options_;
+  Nanoseconds delivery_ = 0;  ///< Longest delay of a sample.
   Graph graph_;
   std::vector<std::vector<Nanoseconds>> times_;        ///< Drawn execution times by task and sequence.
   std::set<std::pair<int, std::int64_t>> duplicates_;  ///< Outputs with several jobs of one source.

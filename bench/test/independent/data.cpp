@@ -61,6 +61,16 @@ History handed_on(const Graph& graph, const History& history, int from, int to) 
   return result;
 }
 
+History data_of_job(const Graph& graph, const Job& job, const History& sample) {
+  History own = handed_on(graph, sample, job.parent, job.task), started{};
+  for (const int s : graph.tasks[static_cast<std::size_t>(job.task)].sources) {
+    own[static_cast<std::size_t>(s)] = {};
+    started[static_cast<std::size_t>(s)] = {job.timestamp, job.start, 1};
+  }
+  merge(own, started);
+  return own;
+}
+
 Mark data_of(const Chain& chain, const History& history, Fault fault) {
   Mark data;
   for (const int s : chain.sources) {

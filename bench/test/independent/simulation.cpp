@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "simulation_state.hpp"
+#include "transit.hpp"
 
 namespace independent {
 
@@ -15,7 +15,8 @@ class Simulation {
         deployment_(deployment),
         conditions_(conditions),
         draw_(draw),
-        tasks_(graph.tasks.size()) {
+        tasks_(graph.tasks.size()),
+        transit_(conditions.delay, conditions.any_order) {
     for (const std::size_t inputs : graph.slots) slots_.emplace_back(inputs);
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
       if (graph.tasks[t].timer) tasks_[t].next_call = conditions.phases[t];
@@ -37,6 +38,7 @@ class Simulation {
         ThreadState* const thread = running_on(p);
         if (thread != nullptr && thread->job && thread->started && thread->left == 0) finish(*thread);
       }
+      while (const auto arrival = transit_.take(now_)) deliver(arrival->first, arrival->second);
       release_timers();
       wake_threads();
       if (!step()) advance();
@@ -95,7 +97,7 @@ class Simulation {
   }
 
   void advance() {
-    Nanoseconds next = conditions_.until;
+    Nanoseconds next = std::min(conditions_.until, transit_.next());
     for (const TaskState& t : tasks_) {
       if (t.armed && t.next_call > now_) next = std::min(next, t.next_call);
     }
@@ -260,10 +262,9 @@ class Simulation {
       job.parent_sequence = sample.parent_sequence;
     }
     const bool costs = job.outcome != Outcome::empty || !faulty(Fault::dispatch_of_work_only);
-    const Nanoseconds dispatch = t.timer ? conditions_.timer_dispatch : conditions_.dispatch;
     thread.job = job;
     thread.started = false;
-    thread.left = costs ? dispatch : 0;
+    thread.left = !costs ? 0 : t.timer ? conditions_.timer_dispatch : conditions_.dispatch;
   }
 
   void start(ThreadState& thread) {
@@ -310,13 +311,7 @@ class Simulation {
 
   void publish(const Job& job, const History& sample) {
     const Task& t = task(job.task);
-    History own = handed_on(graph_, sample, job.parent, job.task);
-    History started{};
-    for (const int s : t.sources) {
-      own[static_cast<std::size_t>(s)] = {};
-      started[static_cast<std::size_t>(s)] = {job.timestamp, job.start, 1};
-    }
-    merge(own, started);
+    const History own = data_of_job(graph_, job, sample);
     const std::int64_t count = ++state(job.task).jobs;
     std::vector<bool> observed(graph_.chains.size(), false);
     if (t.publications.empty()) observe(job, own, observed);
@@ -335,7 +330,7 @@ class Simulation {
       observe(job, history, observed);
       std::vector<int> readers = p.readers;
       if (faulty(Fault::delivery_reversed)) std::ranges::reverse(readers);
-      for (const int reader : readers) deliver(reader, job, history);
+      for (const int reader : readers) send(reader, job, history);
     }
   }
 
@@ -351,11 +346,16 @@ class Simulation {
     }
   }
 
-  void deliver(int reader, const Job& job, const History& history) {
-    TaskState& s = state(reader);
+  void send(int reader, const Job& job, const History& history) {
     const Nanoseconds deadline =
         faulty(Fault::own_deadline) ? now_ + job.deadline - job.timestamp : job.deadline;
-    const Sample sample{s.sequence++, now_, deadline, job.task, job.sequence, history};
+    const Sample sample{0, now_, deadline, job.task, job.sequence, history};
+    conditions_.delay ? transit_.send(reader, sample) : deliver(reader, sample);
+  }
+
+  void deliver(int reader, Sample sample) {
+    TaskState& s = state(reader);
+    sample.sequence = s.sequence++;
     if (s.unread.size() == task(reader).depth) {
       const Sample& lost = faulty(Fault::newest_overwritten) ? sample : s.unread.front();
       result_.jobs.push_back({reader, lost.sequence, Outcome::overwritten, lost.published, 0, now_, 0,
@@ -363,7 +363,7 @@ class Simulation {
       if (!faulty(Fault::newest_overwritten)) s.unread.pop_front();
     }
     if (s.unread.size() < task(reader).depth) s.unread.push_back(sample);
-    if (executor_of(reader).family != Family::wait_set) enqueue({reader, 0, now_, now_, deadline});
+    if (executor_of(reader).family != Family::wait_set) enqueue({reader, 0, now_, now_, sample.deadline});
   }
 
   /// cbg: the timer thread regains the timer, and the group queues again behind the others.
@@ -383,6 +383,7 @@ class Simulation {
   const Draw& draw_;
   Nanoseconds now_ = 0;
   std::vector<TaskState> tasks_;
+  Transit transit_;
   std::vector<std::vector<std::optional<Kept>>> slots_;  ///< Newest samples of fusions and cyclic nodes.
   std::vector<ThreadState> threads_{};
   std::size_t processors_ = 0;

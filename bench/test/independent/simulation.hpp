@@ -75,6 +75,9 @@ struct Result {
   std::vector<Output> outputs;
 };
 
+/// The time from a publication to its arrival at a subscription, drawn anew for each sample.
+using Delay = std::function<Nanoseconds()>;
+
 /// The execution time of a job.
 using Draw = std::function<Nanoseconds(int task, std::int64_t sequence)>;
 
@@ -83,6 +86,10 @@ struct Conditions {
   Nanoseconds until = 0;
   /// Costs from each decision to the start of the job of a timer, and of a subscription.
   Nanoseconds timer_dispatch = 0, dispatch = 0;
+  Delay delay{};  ///< Empty: samples arrive at once.
+  /// At one instant, samples of several publishers or for several subscriptions arrive in an order of their
+  /// own, before or after the executor decides.
+  bool any_order = false;
 };
 
 /// An executor whose thread runs under SCHED_FIFO on one processor (docs/deployments.md). Its timer thread,

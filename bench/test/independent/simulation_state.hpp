@@ -88,6 +88,10 @@ void merge(History& into, const History& from);
 /// What the sample of one task hands on to messages of another task.
 History handed_on(const Graph& graph, const History& history, int from, int to);
 
+/// The data of a job that has taken a sample: its own start, if it is of a source, and what the sample hands
+/// on.
+History data_of_job(const Graph& graph, const Job& job, const History& sample);
+
 /// The data of the chain's sources in a message; `oldest` is kNever if it has none.
 Mark data_of(const Chain& chain, const History& history, Fault fault);
 

@@ -65,8 +65,7 @@ GraphOrder any_order(const TaskSet& set);
 /// downstream count together, jobs of joins once.
 class GraphBusyWindow : public PathBounds {
  public:
-  /// The topology must outlive this object. Does not cover delivery delays, with which samples in
-  /// transit would count.
+  /// The topology must outlive this object. Covers GraphOverheads::delivery only if all tasks have one rank.
   GraphBusyWindow(const GraphTopology& topology, GraphOrder order, const GraphOverheads& overheads);
   ~GraphBusyWindow() override;
 

@@ -18,7 +18,7 @@ struct GraphOverheads {
   std::int64_t release = 0;   ///< Executor time used by each timestamp of any timer.
   std::int64_t lateness = 0;  ///< Longest time from a timestamp until the executor sees its job.
   std::int64_t wake_up = 0;   ///< Time until an idle executor continues.
-  std::int64_t delivery = 0;  ///< Time from a publication until the executor sees the sample.
+  std::int64_t delivery = 0;  ///< Longest time from a publication until its samples arrive.
 };
 
 /// The components of a bound from a timestamp to the end of a job, in nanoseconds.
