@@ -17,10 +17,6 @@ constexpr std::size_t kMostInstants = 100'000;
 /// The number of steps to the end of a busy period grows without limit towards 1.
 constexpr double kMostUtilisation = 0.9999;
 
-std::optional<std::int64_t> smaller(std::optional<std::int64_t> a, std::optional<std::int64_t> b) {
-  return a && b ? std::min(*a, *b) : a ? a : b;
-}
-
 std::optional<std::int64_t> sum(std::int64_t a, std::optional<std::int64_t> b) {
   return b ? std::optional(add(a, *b)) : std::nullopt;
 }

@@ -17,10 +17,6 @@ constexpr std::size_t kMostStreams = 256;  // of one publisher
 constexpr int kMostRounds = 1000;
 constexpr std::int64_t kLongest = std::int64_t{1} << 50;  // 13 days
 
-std::optional<std::int64_t> smaller(std::optional<std::int64_t> a, std::optional<std::int64_t> b) {
-  return a && b ? std::min(*a, *b) : a ? a : b;
-}
-
 }  // namespace
 
 StreamPaths::StreamPaths(StreamedSystem system, const PathBounds* others)

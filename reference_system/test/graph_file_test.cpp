@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <fstream>
 #include <sstream>
 
@@ -53,6 +54,14 @@ TEST(GraphFile, ReadsEveryKey) {
   EXPECT_EQ(graph.nodes[2].callbacks[0].priority, 9);
   EXPECT_THAT(graph.nodes[2].outputs, ElementsAre("a", "b"));
   EXPECT_THAT(graph.chains[0].nodes, ElementsAre("S", "I", "K/a"));  // creation order
+  const GraphTasks tasks = make_tasks(graph);
+  const auto entity_of = [&](const std::string& name) {
+    return std::ranges::find(tasks.set.tasks, name, &Task::name)->entity;
+  };
+  EXPECT_EQ(entity_of("K/a"), EntityKind::service);
+  EXPECT_EQ(entity_of("K/b"), EntityKind::client);
+  EXPECT_EQ(entity_of("W/l"), EntityKind::waitable);
+  EXPECT_EQ(entity_of("Y/b"), EntityKind::waitable) << "of an intra-process topic";
   const GraphPlatform& platform = graph.platform;
   EXPECT_EQ(platform.cores, 2U);
   EXPECT_EQ(platform.timer_thread, TimerThread::equal);

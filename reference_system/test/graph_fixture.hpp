@@ -49,7 +49,7 @@ inline const std::string kEverything = R"(name: everything
 description: "all that a graph can say: # it"
 work: fixed
 service_wait_ms: 12.5
-topics: {t: {publishers: many}, a: {delivery: [K, X, F]}, b: {delivery: unknown}}
+topics: {t: {publishers: many}, a: {delivery: [K, X, F]}, b: {delivery: unknown, intra_process: true}}
 platform: {cores: 2, timer_thread: equal, execution_times: uniform, release_cost_us: 12.5, pass_cost_us: 3, subscription_dispatch_cost_us: 7, timer_dispatch_cost_us: 0.001, dispatch_cost_us: 0.001, wait_cost_us: 41, wait_cost_per_entity_us: 0.025, wake_up_us: 190, delivery_delay_us: 1000}
 nodes:
 - {name: S, type: sensor, period_ms: 12.5, phase_ms: 0.25, deadline_ms: 7, release_jitter_ms: 1.5, priority: -3, output: t, execution_time_ms: 2, best_case_execution_time_ms: 0.000001, callback_group: reentrant}
@@ -64,7 +64,8 @@ nodes:
   callbacks:
   - {timer: one, period_ms: 100, phase_ms: 3, deadline_ms: 50, release_jitter_ms: 7, priority: 1, execution_time_ms: {min: 1, max: 2.5}, group: h, publishes: [t, {topic: k, last_of: [b, a]}]}
   - {subscription: a, depth: 3, service: true, execution_time_ms: {measured: [3, 1, 2]}, group: g, publishes: {topic: k, when: all_new, of: [a, b]}}
-  - {subscription: b, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: [{topic: l, every: 4, at_percent: 33.3}, {topic: m, at_percent: 0}]}
+  - {subscription: b, client: true, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: [{topic: l, every: 4, at_percent: 33.3}, {topic: m, at_percent: 0}]}
+- {name: W, type: callbacks, callbacks: [{subscription: l, waitable: true}]}
 chains:
 - {name: c, nodes: [I, S, K/a], sources: [S], sink: K/a}
 )";

@@ -11,6 +11,12 @@
 
 namespace hotpath {
 
+/// The smaller one of two bounds, of which either may be missing.
+[[nodiscard]] inline std::optional<std::int64_t> smaller(std::optional<std::int64_t> a,
+                                                         std::optional<std::int64_t> b) {
+  return a && b ? std::min(*a, *b) : a ? a : b;
+}
+
 /// The platform's additions to the work of a graph, in nanoseconds, each >= 0.
 struct GraphOverheads {
   std::int64_t job = 0;       ///< Before each job: dispatch, and a wait if every job may need one.
