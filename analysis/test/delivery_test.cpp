@@ -40,7 +40,7 @@ class Delivery : public testing::Test {
     platform.raised_releaser = true;
     platform.delivery_delay = delivery;
     for (GraphBounds& bounds : graph_bounds({graph_, *find_executor(executor), {}, platform})) {
-      if (bounds.refusal.empty()) return std::move(bounds);
+      if (!bounds.refusal) return std::move(bounds);
     }
     ADD_FAILURE() << "no method covers " << executor;
     return {};
