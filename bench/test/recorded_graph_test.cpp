@@ -33,11 +33,13 @@ TEST(RecordedGraph, OnlyJobsOfTwoThreadsOverlap) {
   }
 }
 
-TEST(RecordedGraph, RequestsToAServiceComeFromOutsideAtTheirInstants) {
+class Requests : public testing::TestWithParam<std::pair<K, EntityKind>> {};
+
+TEST_P(Requests, ComeFromOutsideAtTheirInstants) {
   RecordedCallbacks r;
   r.system.topics = {{"/service", {}}};
   r.callback(K::timer);
-  r.callback(K::service, 0, 0);
+  r.callback(GetParam().first, 0, 0);
   r.job(0, 0, 0ms, 1ms);
   for (const Duration at : {10ms, 20ms, 30ms}) {
     tracing::Job& job = r.job(1, 0, at, at + 1us);
@@ -45,7 +47,7 @@ TEST(RecordedGraph, RequestsToAServiceComeFromOutsideAtTheirInstants) {
     job.sample.published = job.start;
   }
   const imports::RecordedGraph graph = r.graph();
-  EXPECT_TRUE(graph.tasks.set[graph.task_of.at(1)].service) << "a service";
+  EXPECT_EQ(graph.tasks.set[graph.task_of.at(1)].entity, GetParam().second);
   const Node& outside = graph.graph.nodes.at(1);
   EXPECT_EQ(outside.name, imports::kOutside);
   ASSERT_EQ(outside.callbacks.size(), 1U);
@@ -56,6 +58,11 @@ TEST(RecordedGraph, RequestsToAServiceComeFromOutsideAtTheirInstants) {
   EXPECT_THAT(without.notes,
               Contains(HasSubstr("1 callbacks of services and clients with 3 jobs ran on threads")));
 }
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Requests,
+                         testing::Values(std::pair(K::service, EntityKind::service),
+                                         std::pair(K::client, EntityKind::client),
+                                         std::pair(K::unannounced, EntityKind::waitable)));
 
 using Instants = std::function<Duration(int)>;
 
