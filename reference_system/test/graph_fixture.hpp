@@ -58,6 +58,7 @@ nodes:
 - {name: F, type: fusion, inputs: [a, {topic: b, depth: 2}], output: t2}
 - {name: X, type: command, input: {topic: a, depth: 1}}
 - {name: Y, type: command, input: b}
+- {name: W, type: callbacks, callbacks: [{subscription: l, waitable: true}]}
 - name: K
   type: callbacks
   groups: {g: reentrant, h: mutually_exclusive}
@@ -65,7 +66,6 @@ nodes:
   - {timer: one, period_ms: 100, phase_ms: 3, deadline_ms: 50, release_jitter_ms: 7, priority: 1, execution_time_ms: {min: 1, max: 2.5}, group: h, publishes: [t, {topic: k, last_of: [b, a]}]}
   - {subscription: a, depth: 3, service: true, execution_time_ms: {measured: [3, 1, 2]}, group: g, publishes: {topic: k, when: all_new, of: [a, b]}}
   - {subscription: b, client: true, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: [{topic: l, every: 4, at_percent: 33.3}, {topic: m, at_percent: 0}]}
-- {name: W, type: callbacks, callbacks: [{subscription: l, waitable: true}]}
 chains:
 - {name: c, nodes: [I, S, K/a], sources: [S], sink: K/a}
 )";
