@@ -17,6 +17,7 @@
 #include "results/stored_run.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/stored_system.hpp"
+#include "setup/utilisation.hpp"
 
 namespace hotpath::guarantees {
 
@@ -148,6 +149,11 @@ class Analysis {
 
   void bound(const setup::ExecutorSpec& executor) {
     const CallbackGraph callbacks = callbacks_of(executor);
+    Graph worst = graph_;
+    worst.platform.execution_times = ExecutionTimeModel::worst;
+    const setup::Utilisation load = setup::utilisation(worst, tasks_, &executor);
+    utilisation_percent_ = load.percent;
+    if (!load.warnings.empty()) out_ << "\n" << program::joined(load.warnings, "\n") << "\n";
     check_phases_of_run(callbacks, executor.label);
     CallbackGraph bounded = callbacks;
     if (uncertainty() > Duration{}) forget_phases(bounded);
@@ -178,6 +184,7 @@ class Analysis {
   void show(const std::string& executor, const CallbackGraph& callbacks, const GraphBounds& bounds) {
     std::vector<BoundRow> rows = bound_rows(executor, callbacks, bounds);
     for (BoundRow& row : rows) {
+      row.utilisation_percent = utilisation_percent_;
       if (observed_) observed_->compare(row);
     }
     out_ << "\n" << executor << ", " << bounds.method << "\n";
@@ -239,6 +246,7 @@ class Analysis {
   Graph graph_;
   GraphTasks tasks_;
   std::optional<Observed> observed_;
+  double utilisation_percent_ = 0;  // of the current executor
   std::vector<BoundRow> rows_;
 };
 

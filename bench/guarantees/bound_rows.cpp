@@ -101,7 +101,8 @@ const std::vector<Column<BoundRow>>& bound_columns() {
       {"deadline_ns", &BoundRow::deadline_ns},
       {"response_ns", &BoundRow::response_ns},
       {"waiting_ns", &BoundRow::waiting_ns},
-      {"dominated_by", &BoundRow::dominated_by}};
+      {"dominated_by", &BoundRow::dominated_by},
+      {"utilisation_percent", &BoundRow::utilisation_percent}};
   return columns;
 }
 
