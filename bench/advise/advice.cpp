@@ -184,7 +184,10 @@ void write(const Question& q, Advice advice) {
     std::cout << "Only " << advice.draws << " of " << advice.asked_draws
               << " draws: the budget ended (--time-out SECONDS).\n";
   }
-  if (chains) program::draw_figure("advice", q.folder);
+  const auto has_outputs = [&](const Prediction* p) {
+    return chains && p->keeps_up() && p->summary.chains[q.objective.chain].hot_path.quantiles.n > 0;
+  };
+  if (std::ranges::any_of(advice.ranked, has_outputs)) program::draw_figure("advice", q.folder);
   if (!contract.empty()) std::cout << "\nContract for `hotpath watch`: " << contract << "\n";
   q.finish(content);
 }

@@ -26,7 +26,7 @@ struct Options : setup::CommonOptions {
 
 /// Predicts the graph under every suitable executor and deployment, ranks them, repeats the ranking
 /// under changed assumptions, and writes table, figure, advice and the files of the recommended
-/// change. Throws UsageError, InputError, and RunError for an overloaded graph.
+/// change. Throws UsageError, InputError, RunError.
 void advise(const Options& options);
 
 /// Searches phases of timers that minimise a guaranteed latency, under each executor that the exact worst

@@ -66,24 +66,37 @@ Table ranking_table(const Advice& advice) {
     row.insert(
         row.end(),
         {lateness ? fixed(score(objective, p->summary).value, 1) : "", fixed(p->summary.lost_percent(), 1),
-         std::ranges::count_if(p->summary.tasks, &results::TaskSummary::starved),
+         std::ranges::count_if(p->summary.tasks, &results::TaskSummary::late),
          p->summary.never_ran() > 0 ? std::optional(p->summary.never_ran()) : std::nullopt,
-         p->candidate->threads, fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
+         p->candidate->load.threads, fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
     table.add_row(row);
   }
   return table;
 }
 
-/// Lists overloaded candidates, and candidates with better scores that cannot be recommended.
+/// What excludes or limits candidates, each with its candidates, and candidates with better scores that
+/// cannot be recommended.
 void write_excluded(std::ostream& out, const Advice& advice) {
-  std::map<std::string, std::vector<std::string>> overloaded;
+  std::map<std::string, std::vector<std::string>> causes;
   for (const Prediction* p : advice.ranked) {
-    if (!p->keeps_up()) overloaded[*p->overload].push_back(p->candidate->name);
+    const std::string& name = p->candidate->name;
+    if (!p->keeps_up()) causes["cannot keep up: " + *p->overload].push_back(name);
+    if (const std::string timer = timer_beside_group(*p->candidate); !timer.empty())
+      causes["cannot be recommended: the timer thread runs " + timer +
+             " beside the other callbacks of its mutually exclusive group, a data race"]
+          .push_back(name);
+    if (const auto tasks = results::starved(p->summary); !tasks.empty())
+      causes["starves callbacks: " + joined(tasks)].push_back(name);
+    const bool shown = p->keeps_up() && (p == advice.best || p == &advice.now);
+    for (const std::string& sentence : p->candidate->load.warnings) {
+      if (shown) out << sentence << "\n";
+    }
   }
-  for (const auto& [cause, names] : overloaded) out << joined(names) << " cannot keep up: " << cause << "\n";
+  for (const auto& [cause, names] : causes) out << joined(names) << " " << cause << "\n";
   for (const Prediction* p : advice.ranked) {
     if (p == advice.best || !p->keeps_up()) break;
-    if (const auto cause = refusal(*p, advice.now))
+    const auto cause = refusal(*p, advice.now);
+    if (cause && *cause != Refusal::runs_beside_group)
       out << p->candidate->name << " is not recommended: " << to_string(*cause) << "\n";
   }
 }
@@ -151,7 +164,7 @@ std::string confidence(const Advice& advice) {
 
 std::string cost(const Advice& advice) {
   const Prediction& best = *advice.best;
-  std::string text = "It needs " + counted(best.candidate->threads, "thread");
+  std::string text = "It needs " + counted(best.candidate->load.threads, "thread");
   const auto& deployment = best.candidate->spec.deployment;
   const auto real_time = [](const DeployedExecutor& e) { return !e.policy.ordinary(); };
   if (deployment && std::ranges::any_of(deployment->plan.executors, real_time))
@@ -194,25 +207,54 @@ std::string who_pays(const Advice& advice) {
   return concat("Timers pay for it: ", joined(sentences, "; "), ".");
 }
 
-/// The recommendation and its gain, the confidence in it, its cost, and the timers whose period varies more.
+/// What the chains get that the objective is not about; empty: there are none, or nothing changes.
+std::string other_chains(const Advice& advice) {
+  if (!advice.changes() || !advice.now.keeps_up()) return "";
+  Objective of = advice.objective;
+  const bool all = of.kind != Objective::Kind::latency;
+  if (all) of.statistic = shows_end_to_end(of) ? Objective::Statistic::age : Objective::Statistic::p99;
+  of.kind = Objective::Kind::latency;
+  std::vector<std::string> chains;
+  for (of.chain = 0; of.chain < advice.graph.chains.size(); ++of.chain) {
+    if (!all && of.chain == advice.objective.chain) continue;
+    chains.push_back(concat(advice.graph.chains[of.chain].name, " ", value_text(of, *advice.best),
+                            " instead of ", value_text(of, advice.now)));
+  }
+  if (chains.empty()) return "";
+  return concat("Chains beside the objective, ", to_string(of.statistic), ": ", joined(chains, "; "), ".");
+}
+
+/// The recommendation and its gain, the confidence in it, its cost, other chains, and the timers whose period
+/// varies more.
 std::vector<std::string> sentences(const Advice& advice) {
   std::vector<std::string> all = {recommendation(advice)};
   if (advice.best == nullptr) return all;
   all.insert(all.end(), {confidence(advice), cost(advice)});
-  if (std::string paying = who_pays(advice); !paying.empty()) all.push_back(std::move(paying));
+  for (const std::string& paying : {other_chains(advice), who_pays(advice)}) {
+    if (!paying.empty()) all.push_back(paying);
+  }
   return all;
 }
 
 json row_json(const Advice& advice, const Prediction& p) {
   json row = {{"name", p.candidate->name},
               {"description", p.candidate->description},
-              {"threads", p.candidate->threads},
-              {"overload", p.overload.value_or("")}};
+              {"threads", p.candidate->load.threads},
+              {"overload", p.overload.value_or("")},
+              {"utilisation_percent", p.candidate->load.percent},
+              {"warnings", p.candidate->load.warnings},
+              {"timer_beside_group", timer_beside_group(*p.candidate)}};
   if (!p.keeps_up()) return row;
   row["objective"] = score(advice.objective, p.summary).value;
   row["lost_percent"] = p.summary.lost_percent();
-  row["timers_late"] = std::ranges::count_if(p.summary.tasks, &results::TaskSummary::starved);
+  row["timers_late"] = std::ranges::count_if(p.summary.tasks, &results::TaskSummary::late);
   row["never_ran"] = p.summary.never_ran();
+  row["starved"] = results::starved(p.summary);
+  for (const results::ChainSummary& chain : p.summary.chains) {
+    const Quantiles& q = chain.hot_path.quantiles;
+    row["chains_ms"][chain.chain] = {
+        {"median", q.p50}, {"p99", q.p99}, {"worst", q.max}, {"age", chain.end_to_end.quantiles.max}};
+  }
   row["cores_used"] = p.cores_used;
   row["bound_ms"] = p.bound_ms ? json(*p.bound_ms) : json();
   row["bound_method"] = p.bound_method;

@@ -2,9 +2,7 @@
 #include "advise/candidates.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iostream>
-#include <numeric>
 #include <set>
 
 #include "hotpath/reference_system/chain_observation.hpp"
@@ -14,6 +12,7 @@
 #include "program/output_target.hpp"
 #include "program/text.hpp"
 #include "results/executor_label.hpp"
+#include "setup/utilisation.hpp"
 
 namespace hotpath::advise {
 
@@ -23,23 +22,6 @@ using program::concat;
 
 constexpr int kChainPriority = 60;  ///< SCHED_FIFO, of the first thread of a chain.
 constexpr int kMostPriority = 89;   ///< Timer threads are above.
-
-double mean_ms(const Callback& callback, ExecutionTimeModel model) {
-  if (model == ExecutionTimeModel::worst) return to_ms(callback.worst);
-  if (model == ExecutionTimeModel::uniform || !callback.measured)
-    return (to_ms(callback.worst) + to_ms(callback.best)) / 2;
-  const double sum = std::accumulate(callback.measured->begin(), callback.measured->end(), 0.0,
-                                     [](double s, Duration d) { return s + to_ms(d); });
-  return sum / static_cast<double>(callback.measured->size());
-}
-
-/// The load of each task, in cores.
-std::vector<double> loads(const Graph& graph, const GraphTasks& tasks) {
-  std::vector<double> loads = activation_rates(tasks);
-  for (TaskId id = 0; id < tasks.set.size(); ++id)
-    loads[id] *= mean_ms(tasks.callbacks[id], graph.platform.execution_times) / 1e3;
-  return loads;
-}
 
 /// The simulator has one machine for all: a deployment has the costs of its first executor.
 Graph with_reference_costs(Graph graph, const setup::ExecutorSpec& spec) {
@@ -125,7 +107,7 @@ class Candidates {
   void add(const setup::ExecutorSpec& spec, const Graph& graph, const std::string& description,
            bool sets_priorities = false) {
     if (has(spec.label)) return;
-    const Candidate candidate{spec.label, description, {}, {}, spec, sets_priorities, 0, ""};
+    const Candidate candidate{spec.label, description, {}, {}, spec, sets_priorities, {}};
     all_.push_back(
         with_graph(candidate, options_.reference_costs ? with_reference_costs(graph, spec) : graph));
   }
@@ -221,25 +203,7 @@ std::vector<Candidate> make_candidates(const Graph& graph, const Objective& obje
 Candidate with_graph(Candidate c, Graph graph) {
   c.graph = std::move(graph);
   c.tasks = make_tasks(c.graph);
-  c.threads = 0;
-  c.overload.reset();
-  const std::vector<double> load = loads(c.graph, c.tasks);
-  const std::span<const setup::ExecutorSpec> executors = setup::parts(c.spec);
-  std::vector<double> of_executor(executors.size(), 0);
-  for (TaskId id = 0; id < load.size(); ++id)
-    of_executor[c.spec.deployment ? c.spec.deployment->plan.executor_of[id] : 0] += load[id];
-  for (std::size_t e = 0; e < executors.size(); ++e) {
-    const TimerHandling timers = executors[e].entry->traits.timers;
-    const bool only_releases = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
-    const unsigned threads =
-        worker_count(*executors[e].entry, executors[e].scheduler) - (only_releases ? 1 : 0);
-    c.threads += threads;
-    if (of_executor[e] < std::min(threads, c.graph.platform.cores) || c.overload) continue;
-    const std::string subject =
-        c.spec.deployment ? concat("executor ", c.spec.deployment->plan.executors[e].name) : "it";
-    c.overload = concat(subject, " has ", program::fixed(100 * of_executor[e], 0),
-                        " % of one core of work for ", threads, threads == 1 ? " thread" : " threads");
-  }
+  c.load = setup::utilisation(c.graph, c.tasks, &c.spec);
   return c;
 }
 
@@ -250,15 +214,8 @@ Question::Question(const Options& given, const std::string& usual)
       objective(
           parse_objective(given.objective.value_or(graph.chains.empty() ? "worst_lateness" : usual), graph)),
       folder(setup::output_folder(given, graph)) {
-  const std::vector<double> of_task = loads(graph, tasks);
-  const double load = 100 * std::accumulate(of_task.begin(), of_task.end(), 0.0);
-  const unsigned cores = graph.platform.cores;
-  if (load < 100.0 * cores) return;
-  throw program::OverloadError(
-      program::concat("overload: the callbacks of ", graph.name, " need ", program::fixed(load, 0),
-                      " % of one core, and there ", cores == 1 ? "is " : "are ", cores,
-                      cores == 1 ? " core" : " cores", ": no executor can keep up; give the graph ",
-                      std::floor(load / 100) + 1, " cores or more (--cores), or less work (--load)"));
+  for (const std::string& sentence : setup::utilisation(graph, tasks, nullptr).warnings)
+    std::cerr << "note: " << sentence << "\n";
 }
 
 std::vector<Candidate> Question::candidates(bool reference_costs) const {

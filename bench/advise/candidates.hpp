@@ -9,7 +9,7 @@
 
 #include "advise/advice.hpp"
 #include "advise/objective.hpp"
-#include "setup/executor_spec.hpp"
+#include "setup/utilisation.hpp"
 
 namespace hotpath::advise {
 
@@ -20,9 +20,8 @@ struct Candidate {
   Graph graph;       ///< With the candidate's platform costs and priorities.
   GraphTasks tasks;  ///< Of `graph`.
   setup::ExecutorSpec spec;
-  bool sets_priorities = false;         ///< `graph` has other priorities than the user's graph.
-  unsigned threads = 0;                 ///< Number of threads that run jobs.
-  std::optional<std::string> overload;  ///< Why the candidate cannot keep up; none: it can.
+  bool sets_priorities = false;  ///< `graph` has other priorities than the user's graph.
+  setup::Utilisation load;
 
   /// The name of its executor for --executors and in files, unless it is a deployment.
   [[nodiscard]] std::string executor() const {
@@ -49,14 +48,13 @@ struct CandidateOptions {
 [[nodiscard]] std::vector<Candidate> make_candidates(const Graph& graph, const Objective& objective,
                                                      const CandidateOptions& options);
 
-/// The candidate with another graph of the same tasks: updates tasks, threads and overload.
+/// The candidate with another graph of the same tasks: updates tasks and load.
 [[nodiscard]] Candidate with_graph(Candidate candidate, Graph graph);
 
 /// What `hotpath advise` is asked, and where the answer goes.
 struct Question {
   /// A graph without chains gets those that are found, which are printed. The objective is by default
-  /// `usual`, or worst_lateness for a graph without chains. Throws UsageError, InputError, and OverloadError
-  /// with the number of cores that would suffice.
+  /// `usual`, or worst_lateness for a graph without chains. Notes an overload. Throws UsageError, InputError.
   Question(const Options& options, const std::string& usual);
 
   /// `reference_costs`: if the options name no costs. Throws UsageError, InputError.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -52,6 +53,12 @@ void summarise(Prediction& p, const Totals& totals, const setup::CommonOptions& 
                                            setup::summary_options(options, candidate.graph))
                             .executors.front());
   for (std::size_t d = 0; d < totals.size(); ++d) totals[d]->add_to(p.summary, d);
+  const std::vector<double> intended = setup::intended_losses(candidate.graph, candidate.tasks);
+  for (TaskId id = 0; id < intended.size(); ++id) {
+    const TaskAccount& account = p.summary.tasks[id].account;
+    const double samples = intended[id] * static_cast<double>(account.accounted());
+    p.summary.overwritten -= std::min(account[Outcome::overwritten], static_cast<std::uint64_t>(samples));
+  }
 }
 
 /// The latencies of the objective's chain in ms by draw: hot-path, or else end-to-end.
@@ -90,7 +97,7 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
   std::vector<Totals> totals(candidates.size());
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     predictions[c].candidate = &candidates[c];
-    predictions[c].overload = candidates[c].overload;
+    predictions[c].overload = candidates[c].load.overload;
   }
   for (std::uint32_t d = 0; d < options.draws; ++d) {
     if (d > 0 && (Clock::now() - begin > setup::seconds(options.budget_s) || program::interrupted() != 0))
@@ -147,6 +154,26 @@ std::optional<bool> differs(const Objective& objective, const Prediction& a, con
   return interval->low > 0 || interval->high < 0;
 }
 
+std::string timer_beside_group(const Candidate& candidate) {
+  const TaskSet& set = candidate.tasks.set;
+  const auto runs_timers = [&](TaskId id) {
+    const auto& deployment = candidate.spec.deployment;
+    const setup::ExecutorSpec& part =
+        setup::parts(candidate.spec)[deployment ? deployment->plan.executor_of[id] : 0];
+    return part.entry->traits.timers == TimerHandling::release_and_execute;
+  };
+  std::set<std::uint32_t> with_subscriptions;
+  for (const Task& task : set.tasks) {
+    const bool exclusive = set.groups[task.group] == CallbackGroup::mutually_exclusive;
+    if (exclusive && task.kind == TaskKind::subscription) with_subscriptions.insert(task.group);
+  }
+  for (TaskId id = 0; id < set.size(); ++id) {
+    if (set[id].kind == TaskKind::timer && with_subscriptions.contains(set[id].group) && runs_timers(id))
+      return set[id].name;
+  }
+  return "";
+}
+
 bool can_be_written(const Candidate& candidate) {
   if (!candidate.spec.deployment) return true;
   try {
@@ -162,6 +189,7 @@ std::optional<Refusal> refusal(const Prediction& p, const Prediction& now) {
   if (p.summary.never_ran() > 0) return Refusal::never_runs;
   const double most = now.keeps_up() ? now.summary.lost_percent() + kMoreLosses_percent : INFINITY;
   if (p.summary.lost_percent() > most) return Refusal::loses_more;
+  if (!timer_beside_group(*p.candidate).empty()) return Refusal::runs_beside_group;
   if (!can_be_written(*p.candidate)) return Refusal::splits_groups;
   return std::nullopt;
 }

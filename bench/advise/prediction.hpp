@@ -18,9 +18,10 @@ namespace hotpath::advise {
 struct Prediction {
   const Candidate* candidate = nullptr;
   std::vector<results::Repetition> draws;  ///< Without jobs.
-  results::ExecutorSummary summary;        ///< Of all draws, with intervals over them.
-  double cores_used = 0;                   ///< Mean work of the jobs that ran.
-  std::optional<std::string> overload;     ///< Why there is no summary; none: there is one.
+  /// Of all draws, with intervals over them. Samples that a reader must leave out are not `overwritten`.
+  results::ExecutorSummary summary;
+  double cores_used = 0;                ///< Mean work of the jobs that ran.
+  std::optional<std::string> overload;  ///< Why there is no summary; none: there is one.
   /// Bound of the objective's chain for any phases: of the hot-path latency if the objective is that
   /// latency, else of the end-to-end latency.
   std::optional<double> bound_ms;
@@ -56,16 +57,22 @@ void add_bound(Prediction& prediction, const Objective& objective);
 
 /// Why a candidate that keeps up cannot be recommended.
 enum class Refusal : std::uint8_t {
-  never_runs,    ///< A task never runs.
-  loses_more,    ///< Over one percent more than the current executor, unless that is overloaded.
-  splits_groups  ///< No deployment file can express it.
+  never_runs,         ///< A task never runs.
+  loses_more,         ///< Over one percent more than the current executor, unless that is overloaded.
+  runs_beside_group,  ///< timer_beside_group().
+  splits_groups       ///< No deployment file can express it.
 };
 constexpr auto enum_texts(Refusal) {
   return std::to_array<EnumText<Refusal>>({{Refusal::never_runs, "a task never runs"},
                                            {Refusal::loses_more, "it loses more than today"},
+                                           {Refusal::runs_beside_group, "it runs a timer beside its group"},
                                            {Refusal::splits_groups, "it splits callback groups"}});
 }
 [[nodiscard]] std::optional<Refusal> refusal(const Prediction& prediction, const Prediction& now);
+
+/// The first timer that a timer thread runs beside other callbacks of its mutually exclusive group; empty:
+/// there is none.
+[[nodiscard]] std::string timer_beside_group(const Candidate& candidate);
 
 /// Whether a deployment file can express the candidate: it splits no callback group.
 [[nodiscard]] bool can_be_written(const Candidate& candidate);

@@ -9,6 +9,7 @@
 #include "program/errors.hpp"
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
+#include "setup/utilisation.hpp"
 
 namespace hotpath::commands {
 
@@ -68,6 +69,8 @@ void print_graph(const GraphOptions& options) {
     std::cout << "\n";
   }
   print_platform(graph.platform);
+  for (const std::string& sentence : setup::utilisation(graph, tasks, nullptr).warnings)
+    std::cout << sentence << "\n";
 }
 
 }  // namespace

@@ -215,7 +215,8 @@ class Account {
         return timers_first ? Rule::kinds : Rule::static_kinds;
       return timers_first ? Rule::timers_first : Rule::subscriptions_first;
     }
-    if (traits.family == Family::callback_groups) return Rule::group_order;
+    const bool other_group = system_.task(first.job.task).group != system_.task(w.job.job.task).group;
+    if (traits.family == Family::callback_groups) return other_group ? Rule::group_order : Rule::fifo;
     return w.executor.order ? rule_of_queue(w, first) : Rule::fifo;
   }
 

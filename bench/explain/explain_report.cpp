@@ -168,6 +168,10 @@ std::string note_missing(const Subject& subject) {
                 "job.\n");
 }
 
+std::string warnings_of(const Subject& subject) {
+  return subject.warnings.empty() ? "" : concat("\n", program::joined(subject.warnings, "\n"), "\n");
+}
+
 json causes_json(const CauseTimes& times) {
   json all = json::object();
   for (const CauseText& cause : kCauseTexts)
@@ -191,7 +195,8 @@ json totals_json(const TaskSet& set, const Totals& totals) {
 }
 
 json subject_json(const Subject& subject) {
-  json j = {{"executor", subject.executor}, {"not_explained", subject.missing}};
+  json j = {
+      {"executor", subject.executor}, {"not_explained", subject.missing}, {"warnings", subject.warnings}};
   subject.chain.empty() ? j["task"] = subject.task : j["chain"] = subject.chain;
   return j;
 }
@@ -296,7 +301,7 @@ Report report(const Subject& subject, const Explanation& e) {
                                {"ns", part.length.count()}});
     from += part.length;
   }
-  r.text = concat(table, e.complete ? "" : kIncomplete);
+  r.text = concat(table, e.complete ? "" : kIncomplete, warnings_of(subject));
   return r;
 }
 
@@ -312,7 +317,7 @@ Report report(const Subject& subject, const Overview& o) {
   add_waits(r.sentences, "The longest waits are, on average, ", subject.set, o.all);
   r.sentences.push_back(excess_of_tail(subject.set, o));
   r.text = tables(subject.set, {{"all", o.all}, {"median", o.middle}, {worst_share(), o.tail}}) +
-           note_missing(subject);
+           note_missing(subject) + warnings_of(subject);
   r.data = subject_json(subject);
   r.data.update({{"all", totals_json(subject.set, o.all)},
                  {"median", totals_json(subject.set, o.middle)},
@@ -324,7 +329,8 @@ Report report(const Subject& subject, const Overview& o) {
 Report report(const Subject& a, const Totals& of_a, const Subject& b, const Totals& of_b) {
   Report r;
   r.sentences = gain_sentences(a, of_a, b, of_b);
-  r.text = tables(a.set, {{a.executor, of_a}, {b.executor, of_b}}) + note_missing(a) + note_missing(b);
+  r.text = tables(a.set, {{a.executor, of_a}, {b.executor, of_b}}) + note_missing(a) + note_missing(b) +
+           warnings_of(a) + warnings_of(b);
   for (const auto& [side, subject, totals] : {std::tuple("a", &a, &of_a), std::tuple("b", &b, &of_b)}) {
     r.data[side] = subject_json(*subject);
     r.data[side].update(totals_json(subject->set, *totals));

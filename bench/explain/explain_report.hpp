@@ -15,7 +15,8 @@ struct Subject {
   std::string executor;  ///< Its label; of a comparison of two runs, also the run.
   std::string chain;     ///< Empty: response times of `task`.
   std::string task;
-  std::size_t missing = 0;  ///< Outputs whose jobs the trace lacks.
+  std::size_t missing = 0;                 ///< Outputs whose jobs the trace lacks.
+  std::vector<std::string> warnings = {};  ///< Sentences about overload and starvation.
 };
 
 /// What is shown of an explanation: the sentences, and tables and notes as text or the data as JSON.

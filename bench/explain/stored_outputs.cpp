@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
+#include <iterator>
 #include <utility>
 
 #include "hotpath/core/csv.hpp"
@@ -69,10 +70,16 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
   } else {
     read_chain(options.chain);
   }
+  for (const auto* sentences : {&run.record().warnings, &run.record().failures}) {
+    std::ranges::copy_if(*sentences, std::back_inserter(subject_.warnings), [&](const std::string& sentence) {
+      return sentence.starts_with(executor_ + " ") || sentence.starts_with(executor_ + ": ");
+    });
+  }
   if (outputs_.empty()) {
-    run.fail(program::concat("it has no ",
-                             chain_ ? "output of " + subject_.chain : "counted job of " + subject_.task,
-                             " under ", executor_, "; take another executor or repetition, or a longer run"));
+    const std::string why = program::joined(subject_.warnings, " ");
+    run.fail(program::concat(
+        "it has no ", chain_ ? "output of " + subject_.chain : "counted job of " + subject_.task, " under ",
+        executor_, "; take another executor or repetition, or a longer run", why.empty() ? "" : ": " + why));
   }
 }
 

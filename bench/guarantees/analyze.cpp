@@ -18,6 +18,7 @@
 #include "results/stored_run.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/stored_system.hpp"
+#include "setup/utilisation.hpp"
 
 namespace hotpath::guarantees {
 
@@ -149,6 +150,11 @@ class Analysis {
 
   void bound(const setup::ExecutorSpec& executor) {
     const CallbackGraph callbacks = callbacks_of(executor);
+    Graph worst = graph_;
+    worst.platform.execution_times = ExecutionTimeModel::worst;
+    const setup::Utilisation load = setup::utilisation(worst, tasks_, &executor);
+    utilisation_percent_ = load.percent;
+    if (!load.warnings.empty()) out_ << "\n" << program::joined(load.warnings, "\n") << "\n";
     check_phases_of_run(callbacks, executor.label);
     CallbackGraph bounded = callbacks;
     if (uncertainty() > Duration{}) forget_phases(bounded);
@@ -187,6 +193,7 @@ class Analysis {
     for (BoundRow& row : rows) {
       row.rests_on = rests_on_;
       row.assumed = assumed_;
+      row.utilisation_percent = utilisation_percent_;
       const auto delivered = delivered_.find({bounds.method == bounds::kExactMethod, row.kind, row.name});
       if (delivered != delivered_.end()) row.delivered_ns = delivered->second;
       if (observed_) observed_->compare(row);
@@ -274,6 +281,7 @@ class Analysis {
   Graph graph_;
   GraphTasks tasks_;
   std::optional<Observed> observed_;
+  double utilisation_percent_ = 0;  // of the current executor
   std::vector<BoundRow> rows_;
   // Of the executor at hand, by whether it is exact, by quantity and by name; and its premises.
   std::map<std::tuple<bool, bounds::Quantity, std::string>, std::int64_t> delivered_;

@@ -110,6 +110,7 @@ const std::vector<Column<BoundRow>>& bound_columns() {
       {"response_ns", &BoundRow::response_ns},
       {"waiting_ns", &BoundRow::waiting_ns},
       {"dominated_by", &BoundRow::dominated_by},
+      {"utilisation_percent", &BoundRow::utilisation_percent},
       {"delivered_ns", &BoundRow::delivered_ns},
       {"rests_on", &BoundRow::rests_on},
       {"assumed", &BoundRow::assumed}};

@@ -22,8 +22,9 @@ struct BoundRow {
   bool violated = false;
   std::optional<std::int64_t> deadline_ns{};                ///< Of a timer.
   std::optional<std::int64_t> response_ns{}, waiting_ns{};  ///< The parts of a chain's bound.
-  std::string dominated_by{};  ///< The largest parts, to reduce for a smaller bound.
-  std::string last_timer{};    ///< Of a chain; if it has no bound, the reason. Only shown.
+  std::string dominated_by{};      ///< The largest parts, to reduce for a smaller bound.
+  double utilisation_percent = 0;  ///< Of the executor, by setup::Utilisation.
+  std::string last_timer{};        ///< Of a chain; if it has no bound, the reason. Only shown.
   /// The same if each sample takes kSomeDelivery to arrive, where the graph states no delivery. A sample on
   /// its way lets a less urgent job start.
   std::optional<std::int64_t> delivered_ns{};

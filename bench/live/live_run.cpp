@@ -29,6 +29,7 @@
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
 #include "setup/setup_facts.hpp"
+#include "setup/utilisation.hpp"
 
 namespace hotpath::live {
 
@@ -84,6 +85,7 @@ class LiveRun {
       say("--timer-policy changes nothing: none of these executors has a timer management thread");
     }
     for (const std::string& sentence : machine::warnings(machine_)) warn(sentence);
+    warn_of_load();
     prepare_work();
     describe();
     setup::keep_inputs(folder, options_, graph_, run_);
@@ -277,31 +279,18 @@ class LiveRun {
           "SCHED_FIFO was not permitted: the paper's executors ran their timer management thread under the "
           "ordinary policy. For the paper's set-up run as root or with an rtprio limit.");
     }
-    check_throttling(p);
   }
 
-  /// The paper's release-and-execute runs jobs at SCHED_FIFO; above its limit the kernel stops them
-  /// for the rest of each period.
-  void check_throttling(const Plan& p) {
-    if (told_throttling_ || machine_.rt_runtime_us < 0 || machine_.rt_period_us <= 0) return;
-    if (p.executor.deployment) return;
-    const ExecutorOptions defaults = default_options(*p.executor.entry);
-    const ThreadPolicy policy = p.timer_policy.value_or(defaults.timer_thread.policy);
-    const bool runs_timers = p.executor.entry->traits.timers == TimerHandling::release_and_execute;
-    if (policy.ordinary() || !runs_timers) return;
-    double timers = 0;
-    for (const Task& t : p.tasks.set.tasks) {
-      if (t.kind == TaskKind::timer) timers += to_ms(t.wcet) / to_ms(t.period);
+  void warn_of_load() {
+    Graph here = graph_;
+    here.platform = {};
+    here.platform.cores =
+        static_cast<unsigned>(plan_.cpus.empty() ? allowed_cpus().size() : plan_.cpus.size());
+    const setup::LiveThreads threads{machine_, plan_.executor_policy, plan_.timer_policy};
+    for (const setup::ExecutorSpec& e : executors_) {
+      for (const std::string& sentence : setup::utilisation(here, tasks_, &e, &threads).warnings)
+        warn(sentence);
     }
-    const double limit =
-        static_cast<double>(machine_.rt_runtime_us) / static_cast<double>(machine_.rt_period_us);
-    if (timers < limit) return;
-    told_throttling_ = true;
-    warn(program::text(
-        "Timers alone need %ld %% of a core at SCHED_FIFO, and the kernel's real-time throttling allows "
-        "%ld %%: "
-        "jobs will be delayed. Raise /proc/sys/kernel/sched_rt_runtime_us or use --timer-policy other.",
-        std::lround(100 * timers), std::lround(100 * limit)));
   }
 
   void describe() {
@@ -378,7 +367,7 @@ class LiveRun {
   std::optional<Calibration> calibration_;
   results::RunRecord run_;
   bool partial_ = false;
-  bool told_no_real_time_ = false, told_throttling_ = false;
+  bool told_no_real_time_ = false;
 };
 
 }  // namespace

@@ -59,6 +59,7 @@ ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, con
 
 void ExecutorMeasures::begin(Time epoch, Time end) {
   const Time counted_from = epoch + options_.warm_up;
+  length_ += end - epoch;
   current_.emplace(Current{counted_from, end, {}, std::nullopt});
   current_->of_timers.resize(set_.size());
   if (timers_only_) current_->next_calls.emplace(set_);
@@ -131,6 +132,8 @@ ExecutorSummary ExecutorMeasures::finish(std::vector<RepeatedSamples>& hot_paths
   summary_.repetitions = ended_.size();
   for (TaskId id = 0; id < set_.size(); ++id) {
     TaskSummary& task = summary_.tasks[id];
+    const double jobs = static_cast<double>(task.account[Outcome::ran]);
+    task.busy_share = jobs * to_ms(set_[id].wcet) / std::max(to_ms(length_), 1e-9);
     task.response_ms = quantiles_of(responses_[id]);
     if (timers_only_) task.response_authors_ms = quantiles_of(authors_[id]);
     if (task.kind == TaskKind::timer) {

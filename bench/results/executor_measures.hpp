@@ -65,6 +65,7 @@ class ExecutorMeasures {
   ExecutorSummary summary_;
   const bool timers_only_;
   std::optional<Current> current_;
+  Duration length_{};                                          // of all repetitions
   std::uint64_t overruns_before_ = 0;                          // deadline overruns of ended repetitions
   std::vector<std::deque<double>> responses_, authors_;        // ms, by task
   std::vector<std::deque<Duration>> periods_;                  // by task

@@ -70,6 +70,12 @@ void RunFolder::close(RunRecord& record, const nlohmann::json& summary) {
   finish();
   if (record.simulation && record.simulation->no_trace) fs::remove(path_ / "jobs.csv");
   write("summary.json", summary);
+  for (const nlohmann::json& executor : summary.value("executors", nlohmann::json::array())) {
+    const std::vector<std::string> tasks = executor.at("starved");
+    if (!tasks.empty())
+      record.warnings.push_back(executor.at("executor").get<std::string>() +
+                                " starves callbacks: " + program::joined(tasks) + ".");
+  }
   record.complete = record.failures.empty() && !record.partial;
   conclude(record);
 }

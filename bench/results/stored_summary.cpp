@@ -66,6 +66,10 @@ class StoredSummary {
       summary.executors.push_back(std::move(m).finish(hot_paths.emplace_back()));
     }
     compare_with_baseline(summary, hot_paths);
+    for (const RepetitionRecord& r : run_.record().runs) {
+      const auto executor = std::ranges::find(summary.executors, r.executor, &ExecutorSummary::executor);
+      if (run_.record().simulation && executor != summary.executors.end()) executor->overload = r.failure;
+    }
     return summary;
   }
 

@@ -67,8 +67,9 @@ struct TaskSummary : TaskTotals {
   std::string task;
   TaskKind kind = TaskKind::timer;
   TaskAccount account;
-  Duration period{};    ///< Timers.
-  Duration deadline{};  ///< Timers: relative.
+  Duration period{};      ///< Timers.
+  Duration deadline{};    ///< Timers: relative.
+  double busy_share = 0;  ///< Of the runs' time, if each of its jobs takes its worst case.
   Quantiles response_ms;
   /// Response time as the paper's authors measure it (their sensor.hpp): finish minus the timer's
   /// next call as read at the start, plus its period. Only for sets without subscriptions, where
@@ -88,7 +89,12 @@ struct TaskSummary : TaskTotals {
   /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
   [[nodiscard]] bool never_ran() const { return results::never_ran(account); }
   /// Whether a job never ran or waited for more than a period. Subscriptions have none here.
-  [[nodiscard]] bool starved() const { return never_ran() || (period > Duration{} && longest_wait > period); }
+  [[nodiscard]] bool late() const { return never_ran() || (period > Duration{} && longest_wait > period); }
+  /// Whether at most one of twenty jobs started, although the task's own work left time for more.
+  [[nodiscard]] bool starved() const {
+    return 20 * (account[Outcome::ran] + account[Outcome::running]) <= account.accounted() &&
+           account.accounted() > 0 && busy_share < 0.5;
+  }
 };
 /// The keys of a task in summary.json.
 void fields(auto& visit, const TaskSummary& task) {
@@ -142,6 +148,7 @@ struct RepetitionMeasures {
 
 struct ExecutorSummary {
   std::string executor;
+  std::string overload = {};  ///< Why a simulation of it did not reach its end; then it has no results.
   std::size_t repetitions = 0;
   std::uint64_t executed = 0;  ///< Callbacks that ran to their end.
   std::uint64_t skipped = 0;
@@ -174,6 +181,9 @@ struct Summary {
 /// counted chain records (`counted_chains`).
 [[nodiscard]] Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs,
                                 const SummaryOptions& options);
+
+/// The tasks that starved: `Node/topic never ran`, or `Node/topic ran 3 of 300 times`.
+[[nodiscard]] std::vector<std::string> starved(const ExecutorSummary& executor);
 
 /// The content of summary.json. Suffixes of the keys name the units (`_ms`, `_us`, `_s`, `_kib`,
 /// `_percent`) of all values below a key; unmeasured values are null.

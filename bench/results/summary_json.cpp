@@ -66,6 +66,8 @@ static void to_json(json& j, const ExecutorSummary& executor) {
        {"chains", executor.chains},
        {"tasks", executor.tasks},
        {"disturbed", executor.disturbed},
+       {"overload", executor.overload},
+       {"starved", starved(executor)},
        {"loss_equations", {{"hold", executor.unbalanced.empty()}, {"unbalanced", executor.unbalanced}}}};
 }
 

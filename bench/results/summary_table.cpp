@@ -46,6 +46,13 @@ std::string chain_title(const Summary& summary, std::size_t chain) {
   return title + (first.median_to_default ? ", ratios to default" : "");
 }
 
+/// The row of an executor without results.
+std::vector<program::Value> overloaded(const program::Table& table, const ExecutorSummary& e) {
+  std::vector<program::Value> row = {e.executor, "overloaded"};
+  row.resize(table.header.size(), "-");
+  return row;
+}
+
 program::Table chain_table(const Summary& summary, std::size_t chain) {
   program::Table table(chain_title(summary, chain),
                        {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
@@ -56,6 +63,10 @@ program::Table chain_table(const Summary& summary, std::size_t chain) {
       const Estimate estimate = c.hot_path.estimate(of);
       return number(estimate.value, estimate.interval);
     };
+    if (!e.overload.empty()) {
+      table.add_row(overloaded(table, e));
+      continue;
+    }
     table.add_row({e.executor, c.hot_path.quantiles.n, cell(&Quantiles::p50), cell(&Quantiles::p99),
                    cell(&Quantiles::p999), cell(&Quantiles::max), e.skipped, e.overwritten,
                    number(e.cpu_per_callback_us), starred(c.median_to_default), starred(c.max_to_default)});
@@ -68,6 +79,10 @@ program::Table jobs_table(const Summary& summary) {
                        {"executor", "callbacks\nexecuted", "skipped", "over-\nwritten", "CPU us/\ncallback",
                         "deadline\noverruns", "worst\nresponse ms", "as authors\ndefine it"});
   for (const ExecutorSummary& e : summary.executors) {
+    if (!e.overload.empty()) {
+      table.add_row(overloaded(table, e));
+      continue;
+    }
     double worst_ms = kNoValue, worst_authors_ms = kNoValue;  // the latter only in sets without subscriptions
     for (const TaskSummary& task : e.tasks) {
       worst_ms = std::fmax(worst_ms, task.response_ms.max);
@@ -147,28 +162,25 @@ void write_disturbed(std::ostream& out, const ExecutorSummary& e) {
   }
 }
 
-/// A line for each task that starved, the worst first.
+/// A line for each task that starved, and for each timer that waited longer than its period, the worst first.
 void write_starved(std::ostream& out, const ExecutorSummary& e) {
   constexpr std::size_t kMostLines = 10;
-  std::vector<const TaskSummary*> tasks;
+  std::vector<std::string> lines = starved(e);
+  std::vector<const TaskSummary*> late;
   for (const TaskSummary& task : e.tasks) {
-    if (task.starved()) tasks.push_back(&task);
+    if (!task.starved() && task.late()) late.push_back(&task);
   }
   const auto severity = [](const TaskSummary* task) {
-    return task->never_ran() ? INFINITY : to_ms(task->longest_wait) / to_ms(task->period);
+    return to_ms(task->longest_wait) / to_ms(task->period);
   };
-  std::ranges::stable_sort(tasks, std::greater(), severity);
-  for (const TaskSummary* task : std::span(tasks).first(std::min(kMostLines, tasks.size()))) {
-    out << e.executor << ": " << task->task;
-    if (task->never_ran()) {
-      out << " never ran\n";
-    } else {
-      out << program::text(" waited up to %s ms (period %s ms)\n", number(to_ms(task->longest_wait)).c_str(),
-                           program::text("%g", to_ms(task->period)).c_str());
-    }
-  }
-  if (tasks.size() > kMostLines) {
-    out << e.executor << ": and " << tasks.size() - kMostLines << " more, see summary.json\n";
+  std::ranges::stable_sort(late, std::greater(), severity);
+  for (const TaskSummary* task : late)
+    lines.push_back(program::concat(task->task, " waited up to ", number(to_ms(task->longest_wait)),
+                                    " ms (period ", to_ms(task->period), " ms)"));
+  for (const std::string& line : std::span(lines).first(std::min(kMostLines, lines.size())))
+    out << e.executor << ": " << line << "\n";
+  if (lines.size() > kMostLines) {
+    out << e.executor << ": and " << lines.size() - kMostLines << " more, see summary.json\n";
   }
 }
 
@@ -182,6 +194,16 @@ bool any_beyond_noise(const Summary& summary) {
 
 }  // namespace
 
+std::vector<std::string> starved(const ExecutorSummary& executor) {
+  std::vector<std::string> all;
+  for (const TaskSummary& t : executor.tasks) {
+    const std::string ran =
+        program::concat(" ran ", t.account[Outcome::ran], " of ", t.account.accounted(), " times");
+    if (t.starved()) all.push_back(t.task + (t.never_ran() ? " never ran" : ran));
+  }
+  return all;
+}
+
 void write_table(std::ostream& out, const Summary& summary) {
   const std::size_t chains = summary.executors.empty() ? 0 : summary.executors.front().chains.size();
   for (std::size_t chain = 0; chain < chains; ++chain) out << chain_table(summary, chain) << '\n';
@@ -190,7 +212,10 @@ void write_table(std::ostream& out, const Summary& summary) {
   if (any_beyond_noise(summary)) {
     out << "* beyond noise: the confidence interval of this ratio to default (summary.json) excludes 1.\n";
   }
-  for (const ExecutorSummary& e : summary.executors) write_starved(out, e);
+  for (const ExecutorSummary& e : summary.executors) {
+    if (!e.overload.empty()) out << e.executor << ": " << e.overload << "\n";
+    write_starved(out, e);
+  }
   for (const ExecutorSummary& e : summary.executors) write_disturbed(out, e);
   write_notes(out, summary);
 }

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <iostream>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
@@ -18,6 +20,7 @@
 #include "results/summary_table.hpp"
 #include "setup/run_setup.hpp"
 #include "setup/setup_facts.hpp"
+#include "setup/utilisation.hpp"
 #include "simulated/own_times.hpp"
 #include "simulated/repetition.hpp"
 #include "simulated/run_totals.hpp"
@@ -82,22 +85,25 @@ class SimulatedRun {
     prepare();
   }
 
-  results::Summary summary() {
+  /// Throws OverloadError if an executor is overloaded; with `partial`, if all are.
+  results::Summary summary(bool partial = false) {
     simulate_all();
+    reject_overload(partial);
     results::Summary summary = results::summarize(tasks_.set, runs_, counting_);
     for (std::size_t i = 0; i < simulations_.size(); ++i) {
-      if (options_.no_trace)
-        simulations_[i].totals->add_to(summary.executors[i / options_.repetitions], repetition(i));
+      results::ExecutorSummary& of = summary.executors[i / options_.repetitions];
+      of.overload = simulations_[i].overload;
+      if (options_.no_trace && of.overload.empty()) simulations_[i].totals->add_to(of, repetition(i));
     }
     return summary;
   }
 
   void run() {
     program::check_output_folder(setup::output_folder(options_, graph_));
-    for (const std::string& sentence : setup::idle_options(options_, executors_)) {
-      std::cerr << "note: " << sentence << "\n";
-    }
-    const results::Summary all = summary();
+    std::vector<std::string> notes = setup::idle_options(options_, executors_);
+    notes.insert(notes.end(), warnings_.begin(), warnings_.end());
+    for (const std::string& sentence : notes) std::cerr << "note: " << sentence << "\n";
+    const results::Summary all = summary(true);
     results::RunFolder folder(setup::output_folder(options_, graph_));
     store(all, folder);
     folder.show([&] {
@@ -117,6 +123,7 @@ class SimulatedRun {
     GraphTasks tasks;  ///< With the phases of this repetition.
     results::Repetition* repetition = nullptr;
     std::unique_ptr<RunTotals> totals;  ///< With --no-trace.
+    std::string overload = {};          ///< Why it has no result; empty: it has one.
   };
 
   void prepare() {
@@ -124,6 +131,7 @@ class SimulatedRun {
     if (replayed_) replayed_->load(tasks_.set);
     for (const setup::ExecutorSpec& e : executors_) {
       runs_.push_back({e.label, std::vector<results::Repetition>(options_.repetitions)});
+      std::ranges::move(setup::utilisation(graph_, tasks_, &e).warnings, std::back_inserter(warnings_));
     }
     simulations_.resize(executors_.size() * options_.repetitions);
     for (std::size_t i = 0; i < simulations_.size(); ++i) {
@@ -180,7 +188,8 @@ class SimulatedRun {
     try {
       *simulation.repetition = simulate_repetition(plan, simulation.totals.get());
     } catch (const SimulationError& error) {
-      throw program::OverloadError("executor `" + e.label + "`: " + error.what());
+      simulation.overload = error.what();
+      simulation.repetition->trace.executor = e.label;
     }
     simulation.repetition->trace.repetition = repetition(i);
   }
@@ -189,6 +198,22 @@ class SimulatedRun {
   void simulate_all() {
     program::for_each_index(simulations_.size(), options_.threads,
                             [this](std::size_t i) { simulate_one(i); });
+  }
+
+  /// An executor has results of all repetitions or of none: the others would make it look better than it is.
+  void reject_overload(bool partial) {
+    std::string first;
+    std::size_t count = 0;
+    for (std::size_t e = 0; e < executors_.size(); ++e) {
+      const auto all = std::span(simulations_).subspan(e * options_.repetitions, options_.repetitions);
+      const auto of = std::ranges::find_if(all, [](const Simulation& s) { return !s.overload.empty(); });
+      if (of == all.end()) continue;
+      const std::string cause = of->overload;
+      if (count++ == 0) first = "executor `" + executors_[e].label + "`: " + cause;
+      for (Simulation& s : all) s.overload = cause;
+      rejected_.push_back(std::move(runs_[e].repetitions));  // simulations_ points to them
+    }
+    if (count == executors_.size() || (count > 0 && !partial)) throw program::OverloadError(first);
   }
 
   /// Contains neither date nor machine, so that the same input gives the same bytes.
@@ -201,6 +226,7 @@ class SimulatedRun {
                                                   .no_trace = options_.no_trace,
                                                   .drawn = draws()};
     record.bounds = setup::timer_bounds(graph_, tasks_, executors_);
+    record.warnings = warnings_;
     return record;
   }
 
@@ -208,9 +234,13 @@ class SimulatedRun {
     results::RunRecord record = describe();
     setup::keep_inputs(folder, options_, graph_, record, times_.listed);
     folder.write("run.json", json(record));
-    for (const Simulation& s : simulations_) {
-      folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
+    for (std::size_t i = 0; i < simulations_.size(); ++i) {
+      const Simulation& s = simulations_[i];
+      if (s.overload.empty()) folder.append(s.tasks.set, counting_.chains, s.repetition->trace);
       record.runs.push_back(results::record_of(s.tasks.set, counting_.chains, *s.repetition));
+      record.runs.back().failure = s.overload;
+      if (!s.overload.empty() && repetition(i) == 0)
+        record.failures.push_back(executor(i).label + ": " + s.overload);
     }
     folder.close(record, json(summary));
   }
@@ -224,6 +254,8 @@ class SimulatedRun {
   const results::SummaryOptions counting_;
   std::optional<results::StoredRun> phases_of_;
   std::vector<results::ExecutorRuns> runs_;
+  std::vector<std::vector<results::Repetition>> rejected_;
+  std::vector<std::string> warnings_;
   std::vector<Simulation> simulations_;  // executor by executor, repetition by repetition
 };
 

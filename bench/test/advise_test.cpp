@@ -127,9 +127,10 @@ TEST(Candidates, SayWhoseThreadHasTooMuchToDo) {
   Graph graph = graph_named("autoware", 2);
   scale_to_load(graph, 130);
   const auto candidates = candidates_of(graph);
-  EXPECT_THAT(candidates.at("default").overload.value(), HasSubstr("130 % of one core of work for 1 thread"));
-  EXPECT_EQ(candidates.at("multi:2").overload, std::nullopt);
-  EXPECT_EQ(candidates.at("rm-threads").overload, std::nullopt);
+  EXPECT_THAT(candidates.at("default").load.overload.value(),
+              HasSubstr("130 % of one core of work for 1 thread"));
+  EXPECT_EQ(candidates.at("multi:2").load.overload, std::nullopt);
+  EXPECT_EQ(candidates.at("rm-threads").load.overload, std::nullopt);
 }
 
 TEST(Predictions, DependOnTheSeedAndNotOnThreads) {

@@ -80,9 +80,11 @@ class Explain(CommandTest):
         self.assertEqual(parts[1]["behind"]["task"], "Hi")
 
     def test_jobs_of_one_group_wait_for_each_other(self) -> None:
-        self.field("exclusive", "--executors cbg:2 --cores 2")
-        (behind,) = self.explained("run", "--chain", "t2")["all"]["behind"]
-        self.assertEqual(behind["rule"], "same callback group in use")
+        rules = (("cbg:1", "earlier event (FIFO)"), ("cbg:2", "same callback group in use"))
+        self.field("exclusive", "--executors cbg:1,cbg:2 --cores 2")
+        for executor, rule in rules:
+            (behind,) = self.explained("run", "--chain", "t2", "--executor", executor)["all"]["behind"]
+            self.assertEqual(behind["rule"], rule)
 
     def test_a_latency_of_zero(self) -> None:
         self.field("exclusive", "--executors multi:2 --cores 2")
