@@ -10,6 +10,7 @@
 
 #include "program/table.hpp"
 #include "program/text.hpp"
+#include "setup/deployed_system.hpp"
 
 namespace hotpath::advise {
 
@@ -233,6 +234,10 @@ std::vector<std::string> sentences(const Advice& advice) {
   for (const std::string& paying : {other_chains(advice), who_pays(advice)}) {
     if (!paying.empty()) all.push_back(paying);
   }
+  const Candidate& c = *advice.best->candidate;
+  const auto premises = setup::premises(c.graph, c.tasks.set, c.spec, false);
+  all.push_back("It rests on: " + bounds::list_of(premises, true) + ".");
+  all.push_back("It assumes, without a measurement: " + bounds::list_of(premises, false) + ".");
   return all;
 }
 
