@@ -66,7 +66,7 @@ GraphBounds deployment_bounds(const DeployedSystem& system) {
   const std::string method = out.method;
   return attempt(method.c_str(), 0, [&](GraphBounds& bounds) {
     const GraphTopology topology(system.graph);
-    bound_graph(topology, StreamPaths(streamed(system)), bounds);
+    bound_graph(topology, *stream_paths(streamed(system)), bounds);
     explain_missing(system, topology, bounds);
   });
 }
