@@ -63,7 +63,7 @@ GraphBounds deployment_bounds(const DeployedSystem& system) {
   if (auto refusal = refusal_of(system)) return {.method = kMethod, .refusal = std::move(refusal)};
   return attempt(kMethod, 0, [&](GraphBounds& bounds) {
     const GraphTopology topology(system.graph);
-    bound_graph(topology, StreamPaths(streamed(system)), bounds);
+    bound_graph(topology, *stream_paths(streamed(system)), bounds);
     explain_missing(system, topology, bounds);
   });
 }

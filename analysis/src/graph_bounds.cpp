@@ -180,7 +180,7 @@ void bound_late_samples(const BoundedSystem& system, const GraphTopology& topolo
   streamed.bounded.assign(set.size(), true);
   streamed.processors[0] = std::move(processor);
   streamed.delivery = system.platform.delivery_delay.count();
-  bound_graph(topology, StreamPaths(std::move(streamed), &in_any_order), out);
+  bound_graph(topology, *stream_paths(std::move(streamed), &in_any_order), out);
 }
 
 struct Method {

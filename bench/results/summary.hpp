@@ -88,7 +88,7 @@ struct TaskSummary : TaskTotals {
 
   /// Whether the task had timestamps or samples in any repetition, but none of its jobs started.
   [[nodiscard]] bool never_ran() const { return results::never_ran(account); }
-  /// Whether a job never ran or waited for more than a period. Subscriptions have none here.
+  /// Whether it never ran or, as a timer, waited for more than a period.
   [[nodiscard]] bool late() const { return never_ran() || (period > Duration{} && longest_wait > period); }
   /// Whether at most one of twenty jobs started, although the task's own work left time for more.
   [[nodiscard]] bool starved() const {

@@ -65,7 +65,8 @@ GraphOrder any_order(const TaskSet& set);
 /// downstream count together, jobs of joins once.
 class GraphBusyWindow : public PathBounds {
  public:
-  /// The topology must outlive this object. Covers GraphOverheads::delivery only if all tasks have one rank.
+  /// The topology must outlive this object. Covers GraphOverheads::delivery only if all tasks have one
+  /// rank: under others, the thread may run jobs of larger ranks while samples are on their way.
   GraphBusyWindow(const GraphTopology& topology, GraphOrder order, const GraphOverheads& overheads);
   ~GraphBusyWindow() override;
 
