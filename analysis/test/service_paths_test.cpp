@@ -72,6 +72,7 @@ TEST(ServicePaths, EachServiceOfManyPathsIsVisitedOnce) {
       EXPECT_EQ(*a - before, layer);
     }
     layer = *a - before;
+    EXPECT_EQ(paths.response(id), layer);
     before = *a;
   }
   EXPECT_GT(layer, kWait);

@@ -188,6 +188,7 @@ TEST(Comparison, ResamplesBothSidesIndependently) {
   EXPECT_DOUBLE_EQ(difference.interval->high, 2.0);
   const RepeatedSamples one(Repetitions{{2.0}});
   EXPECT_DOUBLE_EQ(cliffs_delta(samples, one).interval->high, 1.0);  // of one side alone
+  EXPECT_DOUBLE_EQ(cliffs_delta(one, samples).interval.value().low, -1.0);
 }
 
 TEST(RankTest, AsScipyHasIt) {

@@ -73,13 +73,16 @@ TEST_F(StoredSummaryTest, ResponsesAreInTheOrderOfExecutorsAndRepetitions) {
   EXPECT_EQ(out.str(), "executor,repetition,task,response_ns\ndefault,0,A,1\ndefault,1,A,2\nrm-ro,0,A,4\n");
 }
 
-TEST_F(StoredSummaryTest, DropsCountOnce) {
+TEST_F(StoredSummaryTest, DropsCountOnceInEachRepetition) {
   ran("default", 1, 2);
+  ran("default", 0, 1);
+  record_.seed = 7;
   const results::StoredRun stored = run();
+  EXPECT_EQ(stored.summary_options().bootstrap.seed, 7U);
   const results::Summary summary = results::summarize(stored, stored.summary_options());
-  EXPECT_EQ(summary.executors.at(0).executed, 1U);
-  EXPECT_EQ(summary.executors[0].chains.at(0).hot_path.quantiles.n, 2U);
-  EXPECT_EQ(summary.executors[0].chains[0].drops, 3U);
+  EXPECT_EQ(summary.executors.at(0).executed, 2U);
+  EXPECT_EQ(summary.executors[0].chains.at(0).hot_path.quantiles.n, 4U);
+  EXPECT_EQ(summary.executors[0].chains[0].drops, 6U);
 }
 
 TEST_F(StoredSummaryTest, RowsOfARepetitionMustStandTogether) {

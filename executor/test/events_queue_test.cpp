@@ -174,8 +174,8 @@ TEST_F(PriorityOrderTest, OrdersJobs) {
             {{1, 7}, {1, 8}, {2, 0}, {2, 1}}},
            {"equal deadlines are ties",
             Policy::edf,
-            {due(2, 9ms), due(1, 9ms), due(3, 9ms)},
-            {{3, 0}, {1, 0}, {2, 0}}},
+            {due(2, 9ms), job(1, 5, at(9ms)), due(3, 9ms)},
+            {{3, 0}, {1, 5}, {2, 0}}},
        }) {
     EXPECT_EQ(order(set, c.policy, c.pushed), c.popped) << c.what;
   }

@@ -138,7 +138,10 @@ TEST_F(PaperExecutor, SeveralWorkersShareTheQueueAndKeepGroupsApart) {
   const TaskId slow = add_timer(set, 50ms, 0ms);
   const TaskId fast = add_timer(set, 10ms, 0ms);
   const TaskId other = add_timer(set, 90ms, 0ms);
+  const TaskId beside = add_timer(set, 95ms, 0ms);
   set.tasks[fast].group = set.tasks[slow].group;
+  set.tasks[beside].group = set.tasks[other].group;
+  set.groups[set.tasks[other].group] = CallbackGroup::reentrant;
   scheduler = find_executor("rm-ro")->make(set, {.release_only_workers = 2});
   scheduler->begin(Time{});
   constexpr Worker kTimers = 2;
@@ -147,7 +150,10 @@ TEST_F(PaperExecutor, SeveralWorkersShareTheQueueAndKeepGroupsApart) {
   EXPECT_EQ(first.task, fast);
   EXPECT_EQ(next(1, 0ms)->task, other);  // `slow` belongs to the busy group
   EXPECT_TRUE(scheduler->finished(0, first, at(1ms)).wake.contains(1));
-  EXPECT_EQ(next(0, 1ms)->task, slow);
+  const Job second = *next(0, 1ms);
+  EXPECT_EQ(second.task, slow);
+  scheduler->finished(0, second, at(2ms));
+  EXPECT_EQ(next(0, 2ms).value_or(Job{}).task, beside);  // `other`, of its reentrant group, still runs
 }
 
 TEST(Registry, EveryExecutorHasTheWorkersOfItsTraits) {

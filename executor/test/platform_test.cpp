@@ -38,9 +38,9 @@ TEST(ReleaseCost, SectionVBProlongsTheJobInExecutionByDeltaPerRelease) {
 }
 
 TEST(ReleaseCost, PapersReleaserWakesTheExecutorOnceAfterTheWholeBatch) {
-  const TaskSet set = timers({{100ms, 1ms}, {100ms, 1ms}, {100ms, 1ms}});
+  const TaskSet set = timers({{100ms, 1ms}, {100ms, 1ms}, {100ms, 1ms, 5ms}});  // two passes
   EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, {.cores = 2, .release_cost = 100us, .pass_cost = 10us})),
-            (std::vector<Ran>{{0, 0, 310us, 1310us}, {1, 0, 1310us, 2310us}, {2, 0, 2310us, 3310us}}));
+            (std::vector<Ran>{{0, 0, 210us, 1210us}, {1, 0, 1210us, 2210us}, {2, 0, 5110us, 6110us}}));
 }
 
 TEST(ReleaseCost, StockReleaserWakesTheExecutorAfterEachTimerAndPaysKOncePerPass) {
@@ -166,6 +166,13 @@ TEST(RoundRobin, WorkersOfOneCoreAlternateFromTheFirstFullSliceOn) {
   const TaskSet set = timers({{100ms, 4ms}, {100ms, 4ms}});
   EXPECT_EQ(schedule(run(set, "multi", 20ms, {.time_slice = 2ms}, {.workers = 2})),
             (std::vector<Ran>{{0, 0, 0ms, 6ms}, {1, 0, 2ms, 8ms}}));
+}
+
+TEST(RoundRobin, AWorkerThatWasDisplacedHasTheRestOfItsSlice) {
+  const TaskSet set = timers({{100ms, 4ms}, {100ms, 1ms}, {100ms, 0ms, 1ms}});
+  const Platform platform{.time_slice = 2ms, .release_cost = 100us};
+  EXPECT_EQ(schedule(run(set, "rm-ro", 20ms, platform, {.release_only_workers = 2}))[1],
+            (Ran{1, 0, 2300us, 3300us}));
 }
 
 TEST(RoundRobin, ReleaserOfEqualPriorityWaitsAtMostOneTimeSlice) {

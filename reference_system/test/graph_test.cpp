@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 
@@ -193,14 +194,16 @@ nodes:
 )");
 }
 
-TEST(Rates, KeepTheReleaseJitterBelowThePeriod) {
+TEST(Rates, ScalePhasesAndKeepTheReleaseJitterBelowThePeriod) {
   Graph g;
   Callback& timer = g.nodes.emplace_back().callbacks.emplace_back();
   timer.period = std::chrono::milliseconds(100);
   timer.release_jitter = std::chrono::milliseconds(60);
+  timer.phase = std::chrono::milliseconds(30);
   scale_rates(g, 200);
   EXPECT_EQ(timer.period, std::chrono::milliseconds(50));
   EXPECT_EQ(timer.release_jitter, timer.period - Duration(1));
+  EXPECT_EQ(timer.phase, std::chrono::milliseconds(15));
 }
 
 TEST(Delivery, OrdersTheSubscriptionsThatATaskFeeds) {
@@ -217,6 +220,10 @@ TEST(Delivery, OrdersTheSubscriptionsThatATaskFeeds) {
   EXPECT_THAT(fed_by("T"), ElementsAre("A/T", "B/T"));
   g.delivery["S"].nodes.clear();  // unknown: the order of creation
   EXPECT_THAT(fed_by("S"), ElementsAre("A/S", "B/S", "C/S"));
+  std::set<std::vector<std::string>> drawn;
+  for (std::uint64_t seed = 0; seed < 100; ++seed)
+    drawn.insert(with_drawn_deliveries(g, seed).delivery["S"].nodes);
+  EXPECT_EQ(drawn.size(), 6U);
 }
 
 TEST(Delivery, IsTheOrderOfCreationOfSubscriptions) {
