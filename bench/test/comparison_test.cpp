@@ -122,8 +122,11 @@ TEST(Gate, RefusesTooFewRepetitions) {
 
 TEST(Gate, HasTheStatedPower) {
   std::mt19937 random(1);
-  const Side old = live(random);
-  const std::vector<Judgement> judged = judge(old, live(random), false);
+  Side old = live(random), now = live(random);
+  const std::vector<Judgement> judged = judge(old, now, false);
+  const Key timer{Quantity::response, "T", Source::live, "80 %", "static", ""};
+  for (Side* const side : {&old, &now}) side->counts[{Measure::jobs, timer}] = {{0, 5}, {1, 5}, {2, 5}};
+  EXPECT_EQ(judge(old, now, false).front().detectable, judged.front().detectable) << "jobs are no test";
   std::vector<double> told;
   for (const Judgement& j : judged) {
     if (!j.counted()) told.push_back(j.detectable_percent());
@@ -243,7 +246,7 @@ TEST(Gate, Reports) {
 
 TEST(Differences, AreBeyondNoiseOrNot) {
   Samples one, other, exact;
-  for (int k = 0; k < 100; ++k) {
+  for (int k = 0; k < 109; ++k) {
     one.of(3).push_back(10 + k % 7);
     other.of(3).push_back(20 + k % 7);
     exact.of(3).push_back(10 + k % 7);
@@ -256,6 +259,7 @@ TEST(Differences, AreBeyondNoiseOrNot) {
     return noise_of(a, b, difference_of_quantiles(b.resampled(), a.resampled(), 1.0));
   };
   EXPECT_EQ(one.resampled().repetitions(), 20U);
+  EXPECT_EQ(one.resampled().pooled().size(), 109U);
   EXPECT_EQ(exact.resampled().repetitions(), 1U);
   EXPECT_EQ(noise(one, other), Noise::beyond);
   EXPECT_EQ(noise(one, one), Noise::within);
