@@ -66,6 +66,7 @@ struct Server {
   std::string name;
   unsigned at_once = 1;
   const char* noun = "thread";
+  std::string remedy = {};
   double load = 0, droppable = 0;  ///< All work, and that of readers that leave out samples instead.
   double real_time = 0;            ///< The work at SCHED_FIFO and SCHED_RR.
 
@@ -78,7 +79,7 @@ struct Server {
     return concat(name, " has ", fixed(100 * work, 0), " % of one core of work");
   }
   [[nodiscard]] std::string overload() const {
-    return concat(has(load), " for ", at_once, " ", noun, at_once == 1 ? "" : "s");
+    return concat(has(load), " for ", at_once, " ", noun, at_once == 1 ? "" : "s", remedy);
   }
 };
 
@@ -151,6 +152,7 @@ std::vector<Server> servers_of(const Graph& graph, const GraphTasks& tasks, cons
   for (const Threads& of : threads) all.insert(all.end(), {of.server, of.timers});
   all.insert(all.end(), groups.begin(), groups.end());
   for (const auto& [n, processor] : processors) all.push_back(processor);
+  cores.remedy = concat("; give it ", static_cast<unsigned>(cores.load) + 1, " cores or more, or less work");
   all.push_back(cores);
   return all;
 }

@@ -100,10 +100,10 @@ class SimulatedRun {
 
   void run() {
     program::check_output_folder(setup::output_folder(options_, graph_));
+    const results::Summary all = summary(true);
     std::vector<std::string> notes = setup::idle_options(options_, executors_);
     notes.insert(notes.end(), warnings_.begin(), warnings_.end());
     for (const std::string& sentence : notes) std::cerr << "note: " << sentence << "\n";
-    const results::Summary all = summary(true);
     results::RunFolder folder(setup::output_folder(options_, graph_));
     store(all, folder);
     folder.show([&] {
