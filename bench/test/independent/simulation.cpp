@@ -207,8 +207,7 @@ class Simulation {
     return thread.requests.front().first;
   }
 
-  /// Snapshot: all ready timers, all subscriptions with unread samples, then all such services and clients,
-  /// each kind in the order of creation.
+  /// Snapshot: ready timers, subscriptions with unread samples, then such services, each in creation order.
   void poll(ThreadState& thread) {
     thread.queue.clear();
     const bool timers_first = thread.thread.executor.timers_first != faulty(Fault::kinds_swapped);
