@@ -2,6 +2,7 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <vector>
 
@@ -202,23 +203,26 @@ void add_golden(CLI::App& paper) {
   add_json_option(golden);
 }
 
-/// The input of hotpath_report/paper/reproduce.py.
 struct FigureArguments {
   std::string live, output = "runs/paper";
   bool quick = false;
   std::vector<std::string> only;
 };
 
+/// hotpath_report/paper/reproduce.py.
+void reproduce(const FigureArguments& a) {
+  if (a.quick && a.live == "full") throw program::UsageError("--live full excludes --quick; give one of them");
+  const nlohmann::json options = {{"mode", a.quick ? "quick" : a.live == "full" ? "full" : "standard"},
+                                  {"live", !a.live.empty()},
+                                  {"only", a.only},
+                                  {"output", a.output}};
+  program::become_python_tool("reproduce", {options.dump()});
+}
+
 void add_figures(CLI::App& paper) {
   auto [figures, o] =
       add_command<FigureArguments>(paper, "figures", "All tables and figures of the evaluation, on one page",
-                                   "hotpath paper figures --only wcrt-table,hot-path",
-                                   [](const CLI::App& command, const FigureArguments& a) {
-                                     std::vector<std::string> words = given_options(command, {"live"});
-                                     if (!a.live.empty()) words.emplace_back("--live");
-                                     if (a.live == "full") words.emplace_back("--full");
-                                     program::become_python_tool("reproduce", words);
-                                   });
+                                   "hotpath paper figures --only wcrt-table,hot-path", reproduce);
   figures
       .add_option("--live", o.live,
                   "Also measure: takes hours, resumable (with --quick: minutes);\n"
