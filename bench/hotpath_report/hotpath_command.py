@@ -63,10 +63,8 @@ def executor_named(name: str) -> SimpleNamespace | None:
 
 
 NAME = "libhotpath_python.so"
-POINTER, REAL, SIZE, COUNT = (
-    ctypes.c_void_p, ctypes.c_double, ctypes.c_size_t, ctypes.c_uint64
-)  # fmt: skip
-REALS, TEXT = ctypes.POINTER(ctypes.c_double), ctypes.c_char_p
+POINTER, TEXT, SIZE, COUNT = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64
+REAL, REALS = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
 # Result and arguments of each function, without the prefix `hotpath_`.
 FUNCTIONS = {
     "samples_new": (POINTER, [POINTER, POINTER, SIZE]),

@@ -4,7 +4,7 @@
 import functools
 import itertools
 import math
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,6 @@ from hotpath_report.style import FAINT, INK
 BAND = 0.82  # share of a row's height for all settings
 # Groups of timers, by part of the task name.
 GROUPS = {"camera": "cameras", "lidar": "LiDARs", "imu": "IMU"}
-
-Setting = Hashable  # a utilisation in percent, or the name of a graph with its load
 
 
 class TimerRuns:
@@ -46,7 +44,7 @@ class TimerRuns:
         self._counts = dict(list(self.counts.groupby(self.KEY, sort=False)))
         self._responses = dict(list(self.responses.groupby(self.KEY, sort=False)))
 
-    def rows(self, setting: Setting, source: str, executor: str, group: str | None = None) -> pd.DataFrame:
+    def rows(self, setting: int, source: str, executor: str, group: str | None = None) -> pd.DataFrame:
         """Counts of a group of timers; empty if the executor did not run."""
         rows = self._counts.get((setting, source, executor), self.counts.iloc[:0])
         return rows if group is None else rows[rows["group"] == group]
@@ -61,7 +59,7 @@ class TimerRuns:
         return self._responses.get(key, self.responses.iloc[:0])
 
     @functools.cache
-    def samples(self, setting: Setting, source: str, executor: str, group: str) -> Samples:
+    def samples(self, setting: int, source: str, executor: str, group: str) -> Samples:
         """Response times (ms) of several timers of one period, merged in time order."""
         rows = self.jobs(setting, source, executor)
         rows = rows[rows["group"] == group]

@@ -24,8 +24,8 @@ HOT_PATH, AGE = "hot_path_latency_ns", "end_to_end_latency_ns"  # columns
 TEXT = "Latencies are of all draws of phases and execution times."
 STORED_TEXT = (
     " Outputs, causes and timelines are of the hot-path latency in the first draw, under the current and the "
+    "recommended choice."
 )
-STORED_TEXT += "recommended choice."
 
 Advice = dict[str, Any]  # advice.json
 

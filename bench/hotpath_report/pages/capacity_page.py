@@ -26,7 +26,6 @@ COUNTS = {
     "deadline_overruns": "deadline overruns",
     "response_share_max": "worst response time / deadline",
 }
-TEXT = "Each point is a tried level, over all repetitions; bands are 95 % intervals."
 
 
 def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str) -> None:
@@ -86,6 +85,7 @@ def write(folder: str) -> None:
     style.save(levels(rows), folder, "capacity", title, "simulated; each mark is a tried level")
     drawn = plots(rows, over)
     made = make_figure("capacity", title, Drawing(levels(rows), rows))
+    text = "Each point is a tried level, over all repetitions; bands are 95 % intervals."
     executors = ", ".join(rows["executor"].unique())
     cells = [
         [r["executor"], r["source"], f"{r[over]:g}", "holds" if r["holds"] else "fails", r["why"]]
@@ -94,7 +94,7 @@ def write(folder: str) -> None:
     tried = Table("Tried levels", ["executor", "source", over, "", "why"], cells, folded=True)
     write_page(
         Path(folder),
-        [Section("levels", "Levels", executors, TEXT, [made], [tried, *map(table_of, drawn)])],
+        [Section("levels", "Levels", executors, text, [made], [tried, *map(table_of, drawn)])],
         without_jobs(plots=drawn) if drawn else None,
         title=title,
         facts=[f"{executors}; the table with confidence: capacity.md"],

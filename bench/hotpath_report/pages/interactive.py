@@ -179,25 +179,14 @@ def plot(title: str, x: str, found: Sequence[tuple[str, str, Points]], figure: s
     return {"title": title, "x": x, "log": "(ms)" in title and far_apart, "lines": lines, "figure": figure}
 
 
-@dataclass(frozen=True)
-class Interactive:
-    """What a page embeds."""
-
-    data: str  # deflated JSON in base64
-    script: str
-
-    def policy(self) -> str:
-        """The page's content security policy: no requests, and only its own script."""
-        digest = base64.b64encode(hashlib.sha256(f"\n{self.script}\n".encode()).digest()).decode()
-        style_and_images = "style-src 'unsafe-inline'; img-src data:"
-        return f"default-src 'none'; script-src 'sha256-{digest}'; {style_and_images}"
-
-
-def embedded(data: dict[str, Any]) -> Interactive:
-    """The document and the script. Raises RunError if the script is not installed."""
+def embedded(data: dict[str, Any]) -> dict[str, str]:
+    """What a page embeds: the document, deflated and in base64, the script, and a content security policy: no requests,
+    and only this script. Raises RunError if the script is not installed."""
     try:
         script = SCRIPT.read_text(encoding="ascii").strip()
     except OSError as error:
         raise RunError(f"{SCRIPT}: {error.strerror}; install hotpath again") from None
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).encode()
-    return Interactive(base64.b64encode(zlib.compress(text, 9)).decode(), script)
+    digest = base64.b64encode(hashlib.sha256(f"\n{script}\n".encode()).digest()).decode()
+    policy = f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data:"
+    return {"data": base64.b64encode(zlib.compress(text, 9)).decode(), "script": script, "policy": policy}

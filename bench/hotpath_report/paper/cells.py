@@ -86,7 +86,6 @@ def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
     on_timers = spec["study"].startswith("timers")
     labels = spec.get("labels", UTILISATIONS if on_timers else [""])
     executors = spec.get("executors", ())
-    given = {key: spec[key] for key in ("cores", "alone") if key in spec}
     for label in getattr(mode, labels) if isinstance(labels, str) else labels:
         yield Cell(
             spec["study"],
@@ -98,7 +97,7 @@ def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
             duration_s=getattr(mode, spec.get("duration_s", ""), 0),
             warm_up_s=mode.warm_up_s,
             options=tuple(option.format(label=label, mode=mode) for option in spec.get("options", [])),
-            **given,
+            **{key: spec[key] for key in ("cores", "alone") if key in spec},
         )
 
 

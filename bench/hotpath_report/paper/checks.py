@@ -138,16 +138,14 @@ def drops(evidence: Evidence, source: str, executor: str) -> Finding:
     return Finding(graded(losing, len(rates)), text, percents(rates))
 
 
-def largest_rate(
-    evidence: Evidence, source: str, executor: str, group: str | None = None
-) -> tuple[float, str]:
+def largest_rate(evidence: Evidence, source: str, executor: str, group: str | None) -> tuple[float, str]:
     """The largest drop rate of an executor, and a text with its set."""
     rates = zip(drop_rates(evidence, source, executor, group), UTILISATIONS)
     return max((r, f"{executor} at most {r:.3g} % ({percent} % set)") for r, percent in rates)
 
 
 def ten_percent(evidence: Evidence, source: str) -> Finding:
-    largest, text = max(largest_rate(evidence, source, e) for e in EXECUTORS["stock"])
+    largest, text = max(largest_rate(evidence, source, e, None) for e in EXECUTORS["stock"])
     low, high = LIMITS.ten_percent
     return Finding(graded(low <= largest <= high, True, largest > high), text, f"{largest:.3g} %")
 

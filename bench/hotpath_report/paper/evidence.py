@@ -22,10 +22,7 @@ from hotpath_report.statistics import Samples
 from hotpath_report.tables import make_folder, read_json, read_table, write_file, write_json
 
 REAL = "real"  # the source of its rows
-FOLDERS = tuple(
-    PACKAGE.parents[1] / package / "ros2_reference"
-    for package in ("reference_system", "hotpath_reference_system")
-)
+PACKAGES = ("reference_system", "hotpath_reference_system")  # in the source tree and installed
 # Executor names there and here. The fork gives all subscriptions one top priority (rule `first`).
 WORDS = {"singlethreaded": "default", "staticsinglethreaded": "static", "multithreaded": "multi"}
 WORDS |= {"events_re": "events-re"}
@@ -66,7 +63,8 @@ class Reference:
 
     def __init__(self) -> None:
         self.timers, self.hot_path = pd.DataFrame(), pd.DataFrame()
-        folder = next((f for f in FOLDERS if f.is_dir()), None)
+        folders = (PACKAGE.parents[1] / package / "ros2_reference" for package in PACKAGES)
+        folder = next((folder for folder in folders if folder.is_dir()), None)
         if folder is None:
             return
         names = {"utilisation_percent": "setting", "released": "reached", "dropped": "skipped"}
@@ -151,9 +149,7 @@ class Evidence:
             raise Missing
         return self.tables[name]
 
-    def names_of_cells(
-        self, studies: Iterable[str], source: str, executor: str = "", setting: Any = None
-    ) -> str:
+    def names_of_cells(self, studies: Iterable[str], source: str, executor: str, setting: Any = None) -> str:
         """Names of the cells behind a number; several repetitions as `NAME.{1,2,3}`."""
         names: dict[str, list[int]] = {}
         for c in self.cells:

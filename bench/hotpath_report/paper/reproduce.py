@@ -35,9 +35,8 @@ def list_items() -> None:
     for item in ITEMS:
         mine = [c for c in cells if c.study in item.studies]
         live = [c.seconds for c in mine if c.source == "live"]
-        length = duration_text(sum(live)) if live else ""
-        what = item.title + ("" if item.paper else " (beyond the paper)")
-        print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {what}")
+        length, beyond = duration_text(sum(live)) if live else "", "" if item.paper else " (beyond the paper)"
+        print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {item.title}{beyond}")
     live_s = sum(c.seconds for c in cells if c.source == "live")
     print(f"All live repetitions in mode standard: {duration_text(live_s)}; items share repetitions.")
 
@@ -48,8 +47,7 @@ def build_of(hotpath: Path) -> str:
         digest = hashlib.sha256(hotpath.read_bytes()).hexdigest()[:12]
         return f"{hotpath_command.output_of('--version').strip()} ({digest})"
     except (OSError, RunError) as error:
-        hint = "build it with launch_scripts/build.sh"
-        raise InputError(f"{hotpath}: cannot run ({error}); {hint}") from None
+        raise InputError(f"{hotpath}: cannot run ({error}); build it with launch_scripts/build.sh") from None
 
 
 def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
@@ -78,7 +76,7 @@ def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
 
 def tell_repeated(runner: Runner, todo: list[Cell], output: Path) -> None:
     """Notes which complete live cells are measured again, and why."""
-    live = (runner.facts(c) for c in todo if c.source == "live")
+    live = (facts_of(runner.folder / c.name / "cell.json") for c in todo if c.source == "live")
     builds = Counter(facts["build"] == runner.build for facts in live if facts.get("complete"))
     processors = ",".join(map(str, runner.cpus))
     how = {False: f"by another build than {runner.build}", True: f"on other processors than {processors}"}

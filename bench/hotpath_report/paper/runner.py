@@ -70,13 +70,9 @@ class Runner:
         command = ["hotpath", *self.command(cell, f"cells/{cell.name}")]
         return {"command": command, "build": self.build, "complete": True}
 
-    def facts(self, cell: Cell) -> dict[str, Any]:
-        """The stored facts of a cell; empty without a folder."""
-        return facts_of(self.folder / cell.name / "cell.json")
-
     def complete(self, cell: Cell) -> bool:
         """Whether the cell's folder holds the planned result of this build."""
-        return self.identity(cell).items() <= self.facts(cell).items()
+        return self.identity(cell).items() <= facts_of(self.folder / cell.name / "cell.json").items()
 
     def store(self, cell: Cell, part: Path, facts: dict[str, Any]) -> None:
         """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
