@@ -88,8 +88,7 @@ def draw_run(folder: str) -> None:
         draw_limits(axes, limits if axes is panels[0] else ())
     key = [style.patch(NOTE, alpha=0)] if any(any(row.notes) for row in first) else []
     violins.add_key(figure, violins.sources_of(first), key)
-    title = "Hot-path latency per executor"
-    style.save(figure, folder, "hot_path", title, run.what_ran(), run.partial)
+    style.save(figure, folder, "hot_path", "Hot-path latency per executor", run.what_ran(), run.partial)
 
 
 def draw_rows(

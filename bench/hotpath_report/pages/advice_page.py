@@ -127,8 +127,7 @@ def write(folder: str) -> None:
         predictions(found, shown).figure, folder, "advice", "Predicted latency of each executor", subtitle
     )
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
-    title = "Predicted latency of each candidate"
-    made = make_figure("predictions", title, predictions(found, shown))
+    made = make_figure("predictions", "Predicted latency of each candidate", predictions(found, shown))
     text = TEXT + (STORED_TEXT if found["stored"] else "")
     section = Section("candidates", "Candidates", subtitle, text, [made], tables(found))
     section.notes = [" ".join(found["causes"])] if found["causes"] else []

@@ -27,7 +27,7 @@ from hotpath_report.paper.claims import Verdict, judge
 from hotpath_report.paper.evidence import REAL, Evidence
 from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
-from hotpath_report.statistics import Estimate
+from hotpath_report.statistics import Estimate, Samples
 from hotpath_report.tables import make_folder, write_file, write_json
 
 OVER_LOAD = next(item.figure for item in ITEMS if item.shows == "over_load")
@@ -61,8 +61,8 @@ def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
         mine = [c for c in evidence.live_cells if c["study"] == study]
         counts = Counter(c["name"].rpartition(".")[0] for c in mine).values()
         if mine:
-            times = sorted({min(counts), max(counts)})
-            found.append({"name": name, "times": times, "lengths": sorted({c["duration_s"] for c in mine})})
+            lengths = sorted({c["duration_s"] for c in mine})
+            found.append({"name": name, "times": sorted({min(counts), max(counts)}), "lengths": lengths})
     return found
 
 
@@ -94,21 +94,17 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
 
 def measured(evidence: Evidence) -> list[Measured]:
     """The hot path, and the response times of each group of timers in each task set, by source."""
-    runs, hot_path = evidence.timer_runs(), ("autoware", PAPER_LOAD_PERCENT)
-    latencies: list[dict[str, Any]] = [
-        {
-            e: s
-            for (study, of, load, e), s in evidence.all_latencies.items()
-            if (study, load) == hot_path and of == source
-        }
-        for source in SOURCES
-    ]
+    runs = evidence.timer_runs()
+    latencies: list[dict[str, Samples]] = [{} for _ in SOURCES]
+    for (study, source, load, executor), samples in evidence.all_latencies.items():
+        if (study, load) == ("autoware", PAPER_LOAD_PERCENT):
+            latencies[SOURCES.index(source)][executor] = samples
     made = [Measured("chain", "hot path", "Hot path", "hot-path latency (ms)", "hot_path", latencies)]
     for group, percent in product(GROUPS.values(), UTILISATIONS):
         name = f"{group}, {percent} % set"
-        samples = [{e: runs.samples(percent, source, e, group) for e in runs.executors} for source in SOURCES]
-        found = [{e: s for e, s in of.items() if s} for of in samples]
-        made.append(Measured("task", name, f"Timers: {name}", "response time (ms)", "", found))
+        of = [{e: runs.samples(percent, s, e, group) for e in runs.executors} for s in SOURCES]
+        of = [{e: samples for e, samples in of_source.items() if samples} for of_source in of]
+        made.append(Measured("task", name, f"Timers: {name}", "response time (ms)", "", of))
     return [m for m in made if any(m.runs)]
 
 
