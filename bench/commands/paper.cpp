@@ -209,20 +209,16 @@ struct FigureArguments {
   std::vector<std::string> only;
 };
 
-/// hotpath_report/paper/reproduce.py.
-void reproduce(const FigureArguments& a) {
-  if (a.quick && a.live == "full") throw program::UsageError("--live full excludes --quick; give one of them");
-  const nlohmann::json options = {{"mode", a.quick ? "quick" : a.live == "full" ? "full" : "standard"},
-                                  {"live", !a.live.empty()},
-                                  {"only", a.only},
-                                  {"output", a.output}};
-  program::become_python_tool("reproduce", {options.dump()});
-}
-
 void add_figures(CLI::App& paper) {
-  auto [figures, o] =
-      add_command<FigureArguments>(paper, "figures", "All tables and figures of the evaluation, on one page",
-                                   "hotpath paper figures --only wcrt-table,hot-path", reproduce);
+  auto [figures, o] = add_command<FigureArguments>(
+      paper, "figures", "All tables and figures of the evaluation, on one page",
+      "hotpath paper figures --only wcrt-table,hot-path", [](const FigureArguments& a) {
+        if (a.quick && a.live == "full") throw program::UsageError("give either --quick or --live full");
+        const std::string mode = a.quick ? "quick" : a.live == "full" ? "full" : "standard";
+        const nlohmann::json options = {
+            {"mode", mode}, {"live", !a.live.empty()}, {"only", a.only}, {"output", a.output}};
+        program::become_python_tool("reproduce", {options.dump()});
+      });
   figures
       .add_option("--live", o.live,
                   "Also measure: takes hours, resumable (with --quick: minutes);\n"
