@@ -76,7 +76,7 @@ void add_list_command(CLI::App& app) {
   add("graphs", "Graphs available by name", print_graphs);
   add("deployments", "Deployments available by name: presets and files", print_deployments);
   list->add_subcommand("figures", "Items of `hotpath paper figures` with their durations")->callback([] {
-    program::become_python_tool("reproduce", {"--list"});
+    program::become_python_tool("reproduction-items", {});
   });
 }
 

@@ -2,6 +2,7 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <vector>
 
@@ -202,7 +203,6 @@ void add_golden(CLI::App& paper) {
   add_json_option(golden);
 }
 
-/// The input of hotpath_report/paper/reproduce.py.
 struct FigureArguments {
   std::string live, output = "runs/paper";
   bool quick = false;
@@ -210,15 +210,15 @@ struct FigureArguments {
 };
 
 void add_figures(CLI::App& paper) {
-  auto [figures, o] =
-      add_command<FigureArguments>(paper, "figures", "All tables and figures of the evaluation, on one page",
-                                   "hotpath paper figures --only wcrt-table,hot-path",
-                                   [](const CLI::App& command, const FigureArguments& a) {
-                                     std::vector<std::string> words = given_options(command, {"live"});
-                                     if (!a.live.empty()) words.emplace_back("--live");
-                                     if (a.live == "full") words.emplace_back("--full");
-                                     program::become_python_tool("reproduce", words);
-                                   });
+  auto [figures, o] = add_command<FigureArguments>(
+      paper, "figures", "All tables and figures of the evaluation, on one page",
+      "hotpath paper figures --only wcrt-table,hot-path", [](const FigureArguments& a) {
+        if (a.quick && a.live == "full") throw program::UsageError("give either --quick or --live full");
+        const std::string mode = a.quick ? "quick" : a.live == "full" ? "full" : "standard";
+        const nlohmann::json options = {
+            {"mode", mode}, {"live", !a.live.empty()}, {"only", a.only}, {"output", a.output}};
+        program::become_python_tool("reproduce", {options.dump()});
+      });
   figures
       .add_option("--live", o.live,
                   "Also measure: takes hours, resumable (with --quick: minutes);\n"

@@ -18,7 +18,7 @@ LONGEST_MESSAGE = 4000
 # The function that runs each command, with the command's arguments.
 COMMANDS = {
     "hot-path": "figures.hot_path:draw_run",
-    "report": "report:write",
+    "report": "pages.run_report:write",
     "perfetto": "perfetto:write",
     "validate": "pages.text:tell_validation",
     "import-page": "pages.text:write_import",
@@ -26,9 +26,10 @@ COMMANDS = {
     "sweep": "pages.sweep_page:write",
     "advice": "pages.advice_page:write",
     "bench": "bench_suite:bench",
-    "bench-report": "pages.bench_report:write",
-    "comparison": "pages.comparison_page:write",
+    "bench-report": "bench_report:write",
+    "comparison": "pages.run_report:write_comparison",
     "reproduce": "paper.reproduce:reproduce",
+    "reproduction-items": "paper.reproduce:list_items",
 }
 
 
@@ -50,13 +51,11 @@ def run(arguments: Sequence[str]) -> int:
     except BrokenPipeError:  # the reader closed the pipe
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except InputError as error:
-        code, sentence = EXIT_WRONG_USE, str(error)
+    except (InputError, RunError) as error:
+        code, sentence = EXIT_WRONG_USE if isinstance(error, InputError) else EXIT_FAILED, str(error)
     except ImportError as error:
         needs = "Debian's python3-matplotlib, python3-pandas, python3-jinja2 and python3-tqdm"
         code, sentence = EXIT_FAILED, f"{error}; it needs {needs}"
-    except RunError as error:
-        code, sentence = EXIT_FAILED, str(error)
     except OSError as error:
         code, sentence = EXIT_FAILED, f"cannot write: {error}"
     except Exception as error:  # pylint: disable=broad-except

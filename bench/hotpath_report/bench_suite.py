@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from hotpath_report import hotpath_command
-from hotpath_report.bench_data import FILE, name_of, values_of
+from hotpath_report.bench_report import FILE, name_of, values_of, write
 from hotpath_report.errors import InputError, Interrupted, RunError, interruptible
 from hotpath_report.run import Run
 from hotpath_report.tables import make_folder, read_json, write_json
@@ -110,12 +110,10 @@ def run_hot_path(program: Path, output: Path, options: dict[str, Any], rows: Row
     if failure := execute(words, folder.with_suffix(".txt"), options["time_out_s"]):
         return [f"{folder.name} {failure}"]
     for executor in Run(folder).summary():
-        name, us = (
-            f"callback/executor:{executor['executor']}/transport:fastdds",
-            executor["cpu_per_callback_us"],
-        )
+        name = f"callback/executor:{executor['executor']}/transport:fastdds"
+        times = dict.fromkeys(("real_time", "cpu_time"), executor["cpu_per_callback_us"])
         row = {"name": name, "run_name": name, "run_type": "iteration", "iterations": 1}
-        rows.append(row | {"real_time": us, "cpu_time": us, "time_unit": "us"})
+        rows.append(row | times | {"time_unit": "us"})
     return []
 
 
@@ -142,10 +140,8 @@ def bench(options: str) -> int:
     make_folder(folder / "raw")
     rows: Rows = []
     failures: list[str] = []
-    facts: dict[str, Any] = {
-        "machine": read_machine(folder),
-        "version": hotpath_command.output_of("--version").strip(),
-    }
+    version = hotpath_command.output_of("--version").strip()
+    facts: dict[str, Any] = {"machine": read_machine(folder), "version": version}
     facts |= {"date": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "programs": programs}
     facts |= {key: told[key] for key in ("quick", "seed")}
     facts["repetitions"] = 1 if told["quick"] else told["repetitions"]
@@ -154,9 +150,8 @@ def bench(options: str) -> int:
         order += [(name, repetition) for name in generator.sample(programs, len(programs))]
     try:
         with interruptible():
-            for name, repetition in tqdm.tqdm(
-                order, "benchmark programs", leave=False, disable=not sys.stderr.isatty()
-            ):
+            hidden = not sys.stderr.isatty()
+            for name, repetition in tqdm.tqdm(order, "benchmark programs", leave=False, disable=hidden):
                 output = folder / "raw" / f"{name}-{repetition}.json"
                 run = run_hot_path if name == HOT_PATH else run_program
                 failures += run(paths[name], output, told, rows)
@@ -170,7 +165,7 @@ def bench(options: str) -> int:
         print("note: Interrupted before anything was measured.", file=sys.stderr)
         return code
     if os.environ.get("HOTPATH_FIGURES") != "none":
-        hotpath_command.load("pages.bench_report").write(str(folder))
+        write(str(folder))
     print(f"Results: {folder}", flush=True)
     print(*(f"note: {failure}\n" for failure in failures), sep="", end="", file=sys.stderr)
     if failures and code == 0:

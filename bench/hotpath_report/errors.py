@@ -15,11 +15,6 @@ class InputError(Exception):
     """Unusable user input; the message names the problem and the remedy (exit code 2)."""
 
 
-def unreadable(path: Path, error: OSError, remedy: str) -> InputError:
-    """The error for an input file that cannot be read, as bench's C++ words it."""
-    return InputError(f"{path}: cannot be read ({error.strerror or error}); {remedy}")
-
-
 class RunError(Exception):
     """A failure that the user's input did not cause (exit code 1)."""
 

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calls of the `hotpath` program, which owns all definitions and measures."""
+"""Calls of the `hotpath` program, which owns all definitions and measures, and of its library for this package
+(bench/results/statistics_c.cpp and bench/program/files_c.cpp)."""
 
+import ctypes
 import functools
 import importlib
 import json
 import os
 import subprocess
-from dataclasses import dataclass, fields
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 from hotpath_report.errors import InputError, RunError
 
@@ -49,24 +50,48 @@ def load(module: str) -> ModuleType:
         os.close(folder)
 
 
-@dataclass(frozen=True)
-class Executor:
-    """Traits of an executor, from the C++ registry."""
+@functools.cache
+def registry() -> dict[str, SimpleNamespace]:
+    """Traits of all executors of the C++ registry by name, in its order: those of `hotpath list executors --json`."""
+    rows = json.loads(output_of("list", "executors", "--json"))
+    return {row["name"]: SimpleNamespace(**row) for row in rows}
 
-    name: str
-    family: str  # as `hotpath list executors --json` names it
-    policy: str | None  # of the events queue, if it has one
-    colour: str  # #RRGGBB
+
+def executor_named(name: str) -> SimpleNamespace | None:
+    """Traits of an executor by its name in a result, with or without options (`multi:2`)."""
+    return registry().get(name.split(":")[0].split("@")[0])
+
+
+NAME = "libhotpath_python.so"
+POINTER, TEXT, SIZE, COUNT = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64
+REAL, REALS = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
+# Result and arguments of each function, without the prefix `hotpath_`.
+FUNCTIONS = {
+    "samples_new": (POINTER, [POINTER, POINTER, SIZE]),
+    "samples_delete": (None, [POINTER]),
+    "percent_of": (REAL, [COUNT, COUNT]),
+    "quantile_estimates": (None, [POINTER, POINTER, SIZE, POINTER]),
+    "quantile_ratio": (None, [POINTER, POINTER, REAL, REALS]),
+    "cliffs_delta": (None, [POINTER, POINTER, REALS]),
+    "rank_test": (REAL, [POINTER, POINTER]),
+    "fit_line": (None, [POINTER, POINTER, POINTER, SIZE, REALS]),
+    "write_file": (TEXT, [TEXT, TEXT, SIZE]),
+    "write_output": (TEXT, [TEXT, TEXT, TEXT, SIZE]),
+    "make_folder": (TEXT, [TEXT]),
+    "name_durably": (TEXT, [TEXT, TEXT]),
+}
 
 
 @functools.cache
-def registry() -> dict[str, Executor]:
-    """All executors by name, in registry order."""
-    keys = [field.name for field in fields(Executor)]
-    rows = json.loads(output_of("list", "executors", "--json"))
-    return {row["name"]: Executor(*(row[key] for key in keys)) for row in rows}
-
-
-def executor_named(name: str) -> Executor | None:
-    """Traits of an executor by its name in a result, with or without options (`multi:2`)."""
-    return registry().get(name.split(":")[0].split("@")[0])
+def library() -> ctypes.CDLL:
+    """The library at $HOTPATH_LIBRARY, beside the program, or in ../lib. Raises RunError."""
+    folder = program().resolve().parent
+    places = [Path(os.environ.get("HOTPATH_LIBRARY", folder / NAME)), folder.parent / "lib" / NAME]
+    path = next((p for p in places if p.exists()), None)
+    if path is None:
+        raise RunError(f"{places[0]} is missing; build it with launch_scripts/build.sh")
+    loaded = ctypes.CDLL(str(path))
+    for name, (result, arguments) in FUNCTIONS.items():
+        function = getattr(loaded, f"hotpath_{name}")
+        function.restype, function.argtypes = result, arguments
+    return loaded

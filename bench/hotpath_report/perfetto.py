@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from hotpath_report.hotpath_command import executor_named
 from hotpath_report.run import Run
 from hotpath_report.tables import write_output
 
 US_PER_MS = 1e3
+TIMER_MANAGEMENT = 1  # worker number in events executors
 INSTANTS = ("overwritten", "skipped")  # outcomes marked at their timestamp
 
 Event = dict[str, Any]
@@ -42,6 +44,14 @@ def marker(job: Any, what: str, ms: float) -> Event:
     return event(job, "i", f"{what}: {job.task}", s="p", cat=what, **place)
 
 
+def worker_name(executor: str, worker: int) -> str:
+    """Display name of a worker. Events executors release timers in a thread of their own."""
+    traits = executor_named(executor)  # None: a deployment
+    if traits is None or traits.family == "wait_set":
+        return f"worker {worker}"
+    return "timer management thread" if worker == TIMER_MANAGEMENT else "executor thread"
+
+
 def events(run: Run, executor: str, repetition: int, begin: float, end: float) -> Iterator[Event]:
     """All events; a flow connects a publishing job with each job that took its message."""
     jobs = run.jobs(executor, repetition, begin, end)
@@ -51,7 +61,7 @@ def events(run: Run, executor: str, repetition: int, begin: float, end: float) -
         name = f"{executor}, repetition {repetition}, process {job.process}"
         yield event(job, "M", "process_name", args={"name": name})
     for job in ran.drop_duplicates(["process", "worker"]).itertuples():
-        thread, name = int(100 * (job.process + 1) + job.worker), run.worker_name(executor, job.worker)
+        thread, name = int(100 * (job.process + 1) + job.worker), worker_name(executor, job.worker)
         yield event(job, "M", "thread_name", tid=thread, args={"name": name})
     keys = set(zip(ran["task"], ran["sequence"]))
     flows: dict[Any, dict[str, list[int]]] = defaultdict(lambda: {"f": [], "s": []})

@@ -13,10 +13,10 @@ import pandas as pd
 
 from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError
+from hotpath_report.statistics import Samples
 from hotpath_report.tables import NS_PER_MS, read_json, read_table
 
 SOURCES = ("simulated", "live")
-TIMER_MANAGEMENT = 1  # worker number in events executors
 # How a live job spends its execution time, and why.
 WORK = {
     "cpu_time": (
@@ -42,6 +42,16 @@ def cpu_list(cpus: list[int]) -> str:
     return ",".join(f"{cpus[0]}-{cpus[-1]}" if len(cpus) > 1 else str(cpus[0]) for cpus in ranges)
 
 
+def samples_by(frame: pd.DataFrame, keys: list[str], value: str) -> dict[Any, Samples]:
+    """Samples of each group of rows with equal keys, in order of first appearance, by the column
+    `repetition`; one key must be `source`."""
+    found = {}
+    for key, rows in frame.groupby(keys, sort=False):
+        of = (r[value].to_numpy() for _, r in rows.groupby("repetition", sort=False))
+        found[key] = Samples(of, exact=key[keys.index("source")] == "simulated")
+    return found
+
+
 class Run:
     """One run folder."""
 
@@ -59,6 +69,7 @@ class Run:
         self.partial = self.facts.get("complete") is not True  # the run did not finish
         self.simulated = self.facts.get("kind") == "simulated"
         self.recorded = self.facts.get("kind") == "recorded"  # imported from a trace of another system
+        self.live = not self.simulated and not self.recorded
         self.source = SOURCES[not self.simulated]
 
     def __getitem__(self, key: str) -> Any:
@@ -70,50 +81,46 @@ class Run:
             value = value[part]
         return value
 
-    def conditions(self) -> str:
-        """Conditions of the run, without graph and load."""
-        if self.simulated or self.recorded:
-            cores = self["platform.cores"]
-            where = "one core" if cores == 1 else f"{cores} cores"
-        else:
-            where = f"CPU {cpu_list(self['cpus'])}"
-        length = f"{self['repetitions']} × {self['duration_s']:.3g} s"
-        disturbed = len(self.disturbances())
-        planned = self["repetitions"] * len(self.executors)
-        length += f", {disturbed} of {planned} repetitions disturbed" if disturbed else ""
-        work = "".join(f"{words} · " for words in (self.work() or ())[:1])
-        return f"{work}phases: {self['phases']} · on {where} · {length}"
-
-    def work(self) -> tuple[str, str] | None:
+    def work(self) -> tuple[str, str] | tuple[()]:
         """How the jobs of a live run spend their execution time, and why."""
-        return None if self.simulated or self.recorded else WORK[self["work"]]
+        return WORK[self["work"]] if self.live else ()
 
     def what_ran(self) -> str:
-        """Two lines: the experiment, and its machine."""
-        how = self.facts["kind"] if self.simulated or self.recorded else self["transport"]
-        load = f"{self['load_percent']:.3g} % load"
-        return f"{self['graph.name']} · {how} · {load} · {self.conditions()}\n{self.where()}"
-
-    def where(self) -> str:
-        """The machine, or the costs of the simulated platform."""
+        """Two lines: the experiment, and its machine or the costs of the simulated platform."""
+        cores = self["platform.cores"] if not self.live else None
+        place = (
+            f"CPU {cpu_list(self['cpus'])}" if self.live else "one core" if cores == 1 else f"{cores} cores"
+        )
+        how = [self["graph.name"], self["transport"] if self.live else self.facts["kind"]]
+        how += [f"{self['load_percent']:.3g} % load", *self.work()[:1], f"phases: {self['phases']}"]
+        length = f"{self['repetitions']} × {self['duration_s']:.3g} s"
+        if disturbed := len(self.disturbances()):
+            planned = self["repetitions"] * len(self.executors)
+            length += f", {disturbed} of {planned} repetitions disturbed"
         if self.recorded:
-            return "read from a trace of ros2_tracing"
-        if not self.simulated:
-            return f"{self['machine.cpu_model']} · Linux {self['machine.kernel']}"
-        charged = [
-            f"{key.removesuffix('_us').replace('_', ' ')} {value:g} µs"
-            for key, value in self["platform"].items()
-            if key.endswith("_us") and value
-        ]
-        return " · ".join([*(charged or ["no costs"]), f"execution times: {self['execution_times']}"])
+            where = ["read from a trace of ros2_tracing"]
+        elif self.live:
+            where = [self["machine.cpu_model"], f"Linux {self['machine.kernel']}"]
+        else:
+            costs = [(k, v) for k, v in self["platform"].items() if k.endswith("_us") and v]
+            where = [f"{key.removesuffix('_us').replace('_', ' ')} {us:g} µs" for key, us in costs]
+            where = [*(where or ["no costs"]), f"execution times: {self['execution_times']}"]
+        return " · ".join([*how, f"on {place}", length]) + "\n" + " · ".join(where)
 
     def disturbances(self) -> list[tuple[str, int, list[str]]]:
         """Executor, repetition and marks of each disturbed repetition; empty without a summary."""
-        path = self.folder / "summary.json"
-        executors = self.summary() if not self.simulated and path.exists() else []
+        executors = self.summary() if not self.simulated and self.has_summary() else []
         return [
             (e["executor"], r["repetition"], r["marks"]) for e in executors for r in e.get("disturbed", [])
         ]
+
+    def samples(self, frame: pd.DataFrame, name: str, value: str) -> dict[str, dict[str, Samples]]:
+        """{name: {executor: samples}}, in order of first appearance; `name` is a column."""
+        made: dict[str, dict[str, Samples]] = {}
+        keys = [name, "source", "executor"]
+        for (key, _, executor), samples in samples_by(frame.assign(source=self.source), keys, value).items():
+            made.setdefault(key, {})[executor] = samples
+        return made
 
     def latencies(self) -> pd.DataFrame:
         """Chain outputs after the warm-up: executor, repetition, chain, hot_path_ms."""
@@ -151,14 +158,7 @@ class Run:
             jobs[name] = jobs[name].fillna(0).astype(int)
         return jobs
 
-    def worker_name(self, executor: str, worker: int) -> str:
-        """Display name of a worker. Events executors release timers in a thread of their own."""
-        traits = hotpath_command.executor_named(executor)  # None: a deployment
-        if traits is None or traits.family == "wait_set":
-            return f"worker {worker}"
-        return "timer management thread" if worker == TIMER_MANAGEMENT else "executor thread"
-
-    def all_responses(self) -> pd.DataFrame:
+    def responses(self) -> pd.DataFrame:
         """Jobs that ran after the warm-up: executor, repetition, task, response_ms. `hotpath`
         computes them from jobs.csv."""
         path = self.jobs_file()
@@ -168,10 +168,9 @@ class Run:
         frame["response_ms"] = frame.pop("response_ns") / NS_PER_MS
         return frame
 
-    def responses(self) -> pd.DataFrame:
-        """The rows of all_responses() of timers."""
-        timers = self.timer_counts()[["executor", "task"]]
-        return self.all_responses().merge(timers, on=["executor", "task"])  # keeps the left frame's order
+    def has_summary(self) -> bool:
+        """Whether summary.json exists."""
+        return (self.folder / "summary.json").exists()
 
     @functools.cache
     def summary(self) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hotpath_report.native import library
+from hotpath_report.hotpath_command import library
 
 CONFIDENCE_PERCENT, RESAMPLES = 95, 2000  # of the C++ library
 BLOCKS = 20
@@ -79,10 +79,10 @@ class Samples:
     def estimate(self, p: float) -> Estimate:
         """Quantile at probability `p` (type 7) with its interval."""
         if p not in self._estimates:
-            self._estimates[p] = Estimate(*results(3, "quantile_estimate", self._handle, p))
+            self._estimates[p] = Estimate(*map(float, self.estimates([p])[0]))
         return self._estimates[p]
 
-    def estimates(self, probabilities: Values) -> Values:
+    def estimates(self, probabilities: Values | list[float]) -> Values:
         """A row of value, low and high for each probability, from one set of resamples."""
         rows = np.empty((len(probabilities), 3))
         p = np.ascontiguousarray(probabilities, dtype=float)

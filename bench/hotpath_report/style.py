@@ -32,7 +32,7 @@ STYLE = Path(__file__).with_name("hotpath.mplstyle")
 def colour_of(executor: str) -> str:
     """The executor's colour in the registry; grey for an unknown executor."""
     known = executor_named(executor)
-    return known.colour if known else FAINT
+    return str(known.colour) if known else FAINT
 
 
 # Dashes of curves, in points: with the label, they tell executors apart without colour.

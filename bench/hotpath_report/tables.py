@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads and writes CSV and JSON, with errors that name file and line; text tables."""
+"""Reads and writes CSV and JSON, with errors that name file and line."""
 
 import errno
 import gzip
@@ -15,8 +15,8 @@ from typing import Any
 
 import pandas as pd
 
-from hotpath_report.errors import READ, InputError, RunError, unreadable
-from hotpath_report.native import library
+from hotpath_report.errors import READ, InputError, RunError
+from hotpath_report.hotpath_command import library
 from hotpath_report.shown_text import printable, printable_content
 
 NS_PER_MS = 1e6
@@ -44,13 +44,20 @@ def check_lines(path: Path) -> None:
                 raise InputError(f"{path}: ends too early, within a line")
 
 
+def unreadable(path: Path, error: OSError, made_by: str = "hotpath") -> InputError:
+    """The error for an input file that cannot be read, as bench's C++ words it."""
+    return InputError(
+        f"{path}: cannot be read ({error.strerror or error}); give a folder written by `{made_by}`"
+    )
+
+
 def read_json(path: Path, made_by: str = "hotpath") -> Any:
     """Content of a JSON file written by the command `made_by`. Raises InputError."""
     try:
         check_regular(path)
         return printable_content(json.loads(path.read_text(encoding="utf-8")))
     except OSError as error:
-        raise unreadable(path, error, f"give a folder written by `{made_by}`") from None
+        raise unreadable(path, error, made_by) from None
     except ValueError as error:
         raise InputError(f"{path}: not valid JSON: {error}") from None
     except RecursionError:
@@ -73,7 +80,7 @@ def read_table(
     except (EOFError, zlib.error, ValueError) as error:
         raise InputError(f"{path}: ends too early, or is damaged: {error}") from None
     except OSError as error:
-        raise unreadable(path, error, "give a folder written by `hotpath`") from None
+        raise unreadable(path, error) from None
     for name in named:
         if name not in frame:
             raise InputError(f"{path}:1: column `{name}` is missing from the header")
@@ -120,17 +127,3 @@ def name_durably(part: Path, path: Path) -> None:
 def write_json(path: Path, value: Any) -> None:
     """Replaces a JSON file."""
     write_file(path, json.dumps(value, indent=1, ensure_ascii=False) + "\n")
-
-
-def text_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table: words and the first column align left, numbers right; headers may have two lines."""
-    upper, lower = zip(*(text.rpartition("\n")[::2] for text in header))
-    left = [k == 0 or any(row[k][:1].isalpha() for row in rows) for k in range(len(header))]
-    widths = [max(map(len, column)) for column in zip(upper, lower, *rows)]
-
-    def line(row: Sequence[str]) -> str:
-        cells = (c.ljust(w) if is_left else c.rjust(w) for c, w, is_left in zip(row, widths, left))
-        return "  ".join(cells).rstrip()
-
-    rule = "-" * (sum(widths) + 2 * len(widths) - 2)
-    return "\n".join([*([line(upper)] if any(upper) else []), line(lower), rule, *map(line, rows)])

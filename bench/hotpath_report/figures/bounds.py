@@ -1,15 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Responses relative to their bounds, and the cost of a release."""
-
-from collections.abc import Sequence
+"""Responses relative to their bounds, reductions of end-to-end bounds on WATERS task sets (the paper's Section VII-B),
+and the cost of a release."""
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hotpath_report import style
 from hotpath_report.statistics import fit_line
-from hotpath_report.style import FAINT, INK
+from hotpath_report.style import FAINT, INK, SERIES
+
+PAPER = "brueggen_davare"
+METHODS = {
+    PAPER: "Theorem 1 + Davare (the paper)",
+    "davis_duerr": "exact NP-FP + Dürr",
+    "davis_kloda": "exact NP-FP + Kloda",
+    "davis_guenzel": "exact NP-FP + Günzel",
+}
+BINS_PER_STEP = 4  # outlines on the paper's narrow bins would hide the shape
 
 
 def mark(source: str, executor: str) -> dict[str, str]:
@@ -39,6 +48,40 @@ def tightness(table: pd.DataFrame) -> Figure:
     return figure
 
 
+def draw_methods(axes: Axes, bins: pd.DataFrame) -> None:
+    """Draws the paper's method filled and tighter methods as outlines."""
+    for (method, name), colour in zip(METHODS.items(), SERIES):
+        rows = bins[bins["method"] == method]
+        if rows.empty:
+            continue
+        edges, chains = [*rows["low_percent"], rows["high_percent"].iloc[-1]], rows["chains"].to_numpy()
+        if method == PAPER:
+            axes.stairs(chains, edges, fill=True, color=colour, alpha=0.75, label=name, zorder=2)
+        else:
+            starts = range(0, len(chains), BINS_PER_STEP)
+            coarse = [chains[start : start + BINS_PER_STEP].mean() for start in starts]
+            steps = np.linspace(edges[0], edges[-1], len(coarse) + 1)
+            axes.stairs(coarse, steps, color=colour, linewidth=1.2, label=name, zorder=3)
+    axes.axvline(0, color=INK, linewidth=0.9)
+    axes.set(xlim=(-15, 105), ylabel="chains")
+
+
+def reductions(histogram: pd.DataFrame, summary: pd.DataFrame) -> Figure:
+    """Histograms of reductions: a panel per utilisation."""
+    utilisations = sorted(histogram["utilisation"].unique())
+    figure, panels = style.new_figure(2.3, len(utilisations))
+    for axes, utilisation in zip(panels, utilisations):
+        draw_methods(axes, histogram[histogram["utilisation"] == utilisation])
+        axes.set_title(f"utilisation {100 * utilisation:.0f} %")
+        facts = summary[(summary["utilisation"] == utilisation) & (summary["method"] == PAPER)].iloc[0]
+        text = f"{facts['chains']} chains of {facts['schedulable']} of {facts['sets']} sets\n"
+        text += f"median {facts['median']:.1f} %, maximum {facts['max']:.1f} %"
+        axes.text(0.995, 0.95, text, transform=axes.transAxes, ha="right", va="top", fontsize=9)
+    panels[-1].set_xlabel("reduction of the end-to-end bound (%)")
+    style.add_key(figure, panels[0].get_legend_handles_labels()[0], 4)
+    return figure
+
+
 def fit_release_cost(table: pd.DataFrame) -> tuple[float, float]:
     """(delta, k) in ns: weighted least-squares fit of the median pass over released timers."""
     return fit_line(*(table[column].to_list() for column in ("timers", "p50_ns", "passes")))
@@ -51,7 +94,7 @@ def release_cost(table: pd.DataFrame, colour: str) -> Figure:
     hollow = {"color": FAINT, "markerfacecolor": "none"}
     axes.plot(table["timers"], table["p99_ns"], "s", label="99th percentile", **hollow)
     axes.plot(table["timers"], table["p50_ns"], "o", color=colour, label="median")
-    ends: Sequence[float] = (0, float(table["timers"].max()))
+    ends = [0.0, float(table["timers"].max())]
     label = f"k + n δ: k = {constant:.0f} ns, δ = {delta:.0f} ns"
     axes.plot(ends, [constant + delta * x for x in ends], color=colour, linewidth=1, label=label)
     axes.set(xlabel="timers released in one pass", ylabel="length of the pass (ns)")

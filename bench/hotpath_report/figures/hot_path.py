@@ -14,7 +14,6 @@ from hotpath_report.errors import InputError
 from hotpath_report.figures import violins
 from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.run import SOURCES, Run
-from hotpath_report.samples import samples_of_run
 from hotpath_report.statistics import Samples
 from hotpath_report.style import INK
 
@@ -65,21 +64,15 @@ def rows_of_runs(frames: Sequence[dict[str, Samples]], runs: Sequence[Run]) -> l
     return rows
 
 
-def read_latencies(run: Run) -> dict[str, dict[str, Samples]]:
-    """{chain: {executor: latencies in ms}}, chains in file order."""
-    frame = run.latencies()
-    if frame.empty:
-        raise InputError(
-            f"{run.folder / 'chains.csv'}: no rows; the run was shorter than its warm-up, "
-            "or its graph declares no chain"
-        )
-    return samples_of_run(frame, "chain", "hot_path_ms", run)
-
-
 def draw_run(folder: str) -> None:
     """Writes hot_path.svg and .png into a run folder. Raises InputError."""
     run = Run(folder)
-    rows = {c: with_ratios(rows_of_runs([of], [run])) for c, of in read_latencies(run).items()}
+    frame = run.latencies()
+    if frame.empty:
+        why = "the run was shorter than its warm-up, or its graph declares no chain"
+        raise InputError(f"{run.folder / 'chains.csv'}: no rows; {why}")
+    latencies = run.samples(frame, "chain", "hot_path_ms")
+    rows = {chain: with_ratios(rows_of_runs([of], [run])) for chain, of in latencies.items()}
     first = next(iter(rows.values()))
     figure, panels = style.new_figure(0.6 + 0.55 * len(first), len(rows))
     # Without work in the nodes there is no limit.
@@ -95,14 +88,11 @@ def draw_run(folder: str) -> None:
         draw_limits(axes, limits if axes is panels[0] else ())
     key = [style.patch(NOTE, alpha=0)] if any(any(row.notes) for row in first) else []
     violins.add_key(figure, violins.sources_of(first), key)
-    title = "Hot-path latency per executor"
-    style.save(figure, folder, "hot_path", title, run.what_ran(), run.partial)
+    style.save(figure, folder, "hot_path", "Hot-path latency per executor", run.what_ran(), run.partial)
 
 
 def draw_rows(
-    rows: list[Row],
-    real_ms: Mapping[str, float] | None = None,
-    label: str = "hot-path latency (ms)",
+    rows: list[Row], real_ms: Mapping[str, float] | None = None, label: str = "hot-path latency (ms)"
 ) -> Drawing:
     """One panel of rows, with the known worst cases (ms) of the real ROS 2 stack."""
     real = {y: real_ms[row.executor] for y, row in enumerate(rows) if real_ms and row.executor in real_ms}

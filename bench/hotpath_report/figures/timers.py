@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Dropped jobs and response times of timers-only sets, as in the paper's Section VII-A."""
 
+import functools
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -14,10 +17,57 @@ from hotpath_report.figures import violins
 from hotpath_report.figures.violins import Row
 from hotpath_report.hotpath_command import executor_named
 from hotpath_report.run import SOURCES
-from hotpath_report.samples import GROUPS, TimerRuns
+from hotpath_report.statistics import Samples, percent_of
 from hotpath_report.style import FAINT, INK
 
 BAND = 0.82  # share of a row's height for all settings
+# Groups of timers, by part of the task name.
+GROUPS = {"camera": "cameras", "lidar": "LiDARs", "imu": "IMU"}
+
+
+class TimerRuns:
+    """Timers of several runs after the warm-up.
+
+    `counts` has a row per setting, source, executor, repetition and task: COUNTS, deadline_ms,
+    bound_ms and, if known, response_max_ms. `responses` has a row per job that ran: response_ms.
+    Both have the task's group.
+    """
+
+    KEY = ["setting", "source", "executor"]
+
+    def __init__(self, counts: pd.DataFrame, responses: pd.DataFrame) -> None:
+        def group_of(task: str) -> str | None:
+            return next((group for group in GROUPS if group in task.lower()), None)
+
+        self.counts, self.responses = (f.assign(group=f["task"].map(group_of)) for f in (counts, responses))
+        self.executors = list(self.counts["executor"].unique())
+        self._counts = dict(list(self.counts.groupby(self.KEY, sort=False)))
+        self._responses = dict(list(self.responses.groupby(self.KEY, sort=False)))
+
+    def rows(self, setting: int, source: str, executor: str, group: str | None = None) -> pd.DataFrame:
+        """Counts of a group of timers; empty if the executor did not run."""
+        rows = self._counts.get((setting, source, executor), self.counts.iloc[:0])
+        return rows if group is None else rows[rows["group"] == group]
+
+    def drop_percent(self, *key: Any) -> float:
+        """Skipped in percent of reached timestamps; NaN if none was reached."""
+        skipped, reached = self.rows(*key)[["skipped", "reached"]].sum()
+        return percent_of(skipped, reached) if reached else math.nan
+
+    def jobs(self, *key: Any) -> pd.DataFrame:
+        """Rows of `responses` of a setting, source and executor."""
+        return self._responses.get(key, self.responses.iloc[:0])
+
+    @functools.cache
+    def samples(self, setting: int, source: str, executor: str, group: str) -> Samples:
+        """Response times (ms) of several timers of one period, merged in time order."""
+        rows = self.jobs(setting, source, executor)
+        rows = rows[rows["group"] == group]
+        of_task = rows.groupby(["repetition", "task"], sort=False)["response_ms"]
+        when = of_task.cumcount() / of_task.transform("size")
+        rows = rows.loc[when.sort_values(kind="stable").index]
+        repetitions = (r["response_ms"].to_numpy() for _, r in rows.groupby("repetition"))
+        return Samples(repetitions, exact=source == "simulated")
 
 
 def draw_rates(axes: Axes, y: float, height: float, rates: Sequence[float], look: dict[str, Any]) -> None:
@@ -93,14 +143,14 @@ def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds
 def responses(runs: TimerRuns, group: str, labels: Mapping[Any, str], bounds: Bounds) -> Figure:
     """Response times of a group of timers: a panel per setting."""
     figure, panels = style.new_figure(0.55 + 0.42 * len(runs.executors), 1, len(labels), share_y=True)
-    rows = [
-        [Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in runs.executors]
+    rows = {
+        setting: [Row(e, e, [runs.samples(setting, s, e, group) for s in SOURCES]) for e in runs.executors]
         for setting in labels
-    ]
-    everything = [row for of_setting in rows for row in of_setting]
+    }
+    everything = list(itertools.chain.from_iterable(rows.values()))
     sources, limit = violins.sources_of(everything), violins.axis_limit(everything)
-    for axes, of_setting, (setting, label) in zip(panels, rows, labels.items()):
-        violins.draw_rows(axes, of_setting, limit, sources)
+    for axes, (setting, label) in zip(panels, labels.items()):
+        violins.draw_rows(axes, rows[setting], limit, sources)
         draw_panel(axes, runs, (setting, group), bounds)
         axes.set_title(label, pad=14)
         axes.set_xlabel(f"{GROUPS[group]}: response time (ms)")

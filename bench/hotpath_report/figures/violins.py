@@ -3,7 +3,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -19,8 +19,7 @@ from hotpath_report.style import FAINT, INK
 HEIGHT = 0.42  # half a violin, in rows
 
 
-@dataclass(frozen=True)
-class Drawing:
+class Drawing(NamedTuple):
     """A figure and its data."""
 
     figure: Figure
@@ -86,18 +85,9 @@ def draw_violin(axes: Axes, y: float, samples: Samples, look: dict[str, Any], si
     axes.plot([median, median], ends, color=INK, linewidth=1.6, zorder=4, solid_capstyle="butt")
 
 
-def write_worst(axes: Axes, y: float, worst: float, text: str, faint: bool) -> None:
-    """Writes the worst value at the end of a violin; an arrow marks a value beyond the axis."""
-    limit = axes.get_xlim()[1]
-    beyond = worst > limit
-    look: dict[str, Any] = {"ha": "right" if beyond else "left", "color": FAINT if faint else INK}
-    look |= {"bbox": style.OPAQUE, "zorder": 7}
-    place, offset = (min(worst, limit), y), (0 if beyond else 4, 0)
-    style.note(axes, f"{text} →" if beyond else text, place, offset, **look)
-
-
 def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[str], unit: str = "") -> None:
-    """Draws rows downwards with the worst values of each source; the axis ends at `limit` (ms)."""
+    """Draws rows downwards with the worst value of each source at the end of its violin; the axis ends at `limit` (ms),
+    and an arrow marks a value beyond it."""
     style.rows_of_labels(axes, [row.label for row in rows], xlim=(0, limit))
     for y, row in enumerate(rows):
         if not row.halves:
@@ -106,11 +96,15 @@ def draw_rows(axes: Axes, rows: Sequence[Row], limit: float, sources: Sequence[s
             upper = source == "simulated"
             sides = (-1, 1) if len(sources) == 1 else (-1,) if upper else (1,)
             paler = upper and len(sources) > 1
-            look = {"color": style.colour_of(row.executor), "alpha": 0.42 if paler else 0.85}
+            look: dict[str, Any] = {"color": style.colour_of(row.executor), "alpha": 0.42 if paler else 0.85}
             draw_violin(axes, y, samples, look, sides)
             digits = 1 if samples.worst >= 10 or not unit else 2
             text = f"{samples.worst:.{digits}f}{unit}" + row.notes[SOURCES.index(source)]
-            write_worst(axes, y + (0 if len(sources) == 1 else sides[0] * 0.2), samples.worst, text, paler)
+            beyond = samples.worst > limit
+            place = (min(samples.worst, limit), y + (0 if len(sources) == 1 else sides[0] * 0.2))
+            look = {"ha": "right" if beyond else "left", "color": FAINT if paler else INK, "zorder": 7}
+            text += " →" if beyond else ""
+            style.note(axes, text, place, (0 if beyond else 4, 0), bbox=style.OPAQUE, **look)
 
 
 def add_key(figure: Figure, sources: Sequence[str], marks: Sequence[Artist] = ()) -> None:

@@ -6,16 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages import interactive
 from hotpath_report.pages.interactive import Measured
-from hotpath_report.pages.writer import Section, Table, make_figure, write_report
-from hotpath_report.run import Run
-from hotpath_report.samples import samples_by
+from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.run import Run, samples_by
 from hotpath_report.statistics import Estimate
 from hotpath_report.style import INK
 from hotpath_report.tables import NS_PER_MS, read_json, read_table
@@ -30,13 +28,6 @@ STORED_TEXT = (
 )
 
 Advice = dict[str, Any]  # advice.json
-
-
-def text_of(value: dict[str, Any]) -> str:
-    """A value with its interval; `-` if nothing was measured."""
-    if value["value"] is None:
-        return "-"
-    return Estimate(value["value"], *value.get("interval", ())).text(1)
 
 
 def predictions(advice: Advice, rows: list[dict[str, Any]]) -> Drawing:
@@ -70,18 +61,16 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
     for column, name, title in ((HOT_PATH, chain, "hot path"), (AGE, f"{chain}, end to end", "end to end")):
         of = rows[rows[column].notna()].assign(source="simulated", ms=rows[column] / NS_PER_MS)
         samples = {executor: s for (_, executor), s in samples_by(of, ["source", "executor"], "ms").items()}
-        marks: list[dict[str, Any]] = []
-        if (column == AGE) == of_age:
-            marks = [
-                {"label": f"bound of {label}", "ms": round(bound, 6), "series": k}
-                for k, label in enumerate(labels)
-                if (bound := bounds.get(label))
-            ]
+        marks: list[dict[str, Any]] = [
+            {"label": f"bound of {label}", "ms": round(bound, 6), "series": k}
+            for k, label in enumerate(labels)
+            if (column == AGE) == of_age and (bound := bounds.get(label))
+        ]
         if column == AGE and (limit := found["requirements_ms"].get(chain)):
             marks.append({"label": "requirement", "ms": limit, "series": None})
         marks.sort(key=lambda mark: float(mark["ms"]))
-        measured = Measured("chain", name, f"Chain {name}", f"latency, {title} (ms)", "predictions", [])
-        made.append(interactive.target_of(measured, [samples.get(label) for label in labels], marks))
+        measured = Measured("chain", name, f"Chain {name}", f"latency, {title} (ms)", "predictions")
+        made.append(measured.target([samples.get(label) for label in labels], marks))
     # Outputs are explained for the hot path alone, so it comes first if there are any.
     return [t for t in (made[::-1] if of_age and not found["stored"] else made) if t["curves"]]
 
@@ -93,17 +82,19 @@ def document(folder: Path, found: Advice, rows: pd.DataFrame) -> dict[str, Any]:
     data["runs"].append(interactive.run_of_samples("", "simulated", []))
     stored = dict(zip([found["now"], found["recommended"]], found["stored"]))
     labels = list(dict.fromkeys([*stored, *rows["executor"]]))
-    data["series"] = interactive.curves_of(
-        [
-            (min(k, len(stored)), stored.get(name, name), name + (" (now)" if name == found["now"] else ""))
-            for k, name in enumerate(labels)
-        ]
-    )
+    shown = {name: name + (" (now)" if name == found["now"] else "") for name in labels}
+    series = [(min(k, len(stored)), stored.get(e, e), text) for k, (e, text) in enumerate(shown.items())]
+    data["series"] = interactive.curves_of(series)
     return data | {"targets": targets(found, rows, labels), "shown": 2}
 
 
 def tables(found: Advice) -> list[Table]:
     """The candidates, the best first, and the order of the best ones under changed assumptions."""
+
+    def text_of(value: dict[str, Any]) -> str:
+        measured = value["value"] is not None
+        return Estimate(value["value"], *value.get("interval", ())).text(1) if measured else "-"
+
     cells = []
     for row in found["ranking"]:
         values = [text_of(row[key]) if key in row else "" for key, *_ in MARKS]
@@ -132,20 +123,20 @@ def write(folder: str) -> None:
         f"{found['chain']} of {found['graph']}, best first by {found['objective']}; "
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
-    figure: Figure = predictions(found, shown).figure
-    style.save(figure, folder, "advice", "Predicted latency of each executor", subtitle)
+    style.save(
+        predictions(found, shown).figure, folder, "advice", "Predicted latency of each executor", subtitle
+    )
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
-    title = "Predicted latency of each candidate"
-    made = make_figure("predictions", title, lambda: predictions(found, shown))
+    made = make_figure("predictions", "Predicted latency of each candidate", predictions(found, shown))
     text = TEXT + (STORED_TEXT if found["stored"] else "")
     section = Section("candidates", "Candidates", subtitle, text, [made], tables(found))
     section.notes = [" ".join(found["causes"])] if found["causes"] else []
-    write_report(
+    write_page(
         Path(folder),
         [section],
+        document(Path(folder), found, rows),
         title=f"Advice for {found['graph']}",
         facts=[*found["sentences"], *([f"Change: {found['change']}"] if found["change"] else [])],
         made_by="`hotpath advise`. Every latency: latencies.csv.",
-        data=document(Path(folder), found, rows),
     )
     print(Path(folder) / "report.html")

@@ -12,9 +12,8 @@ from matplotlib.figure import Figure
 from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.violins import Drawing
-from hotpath_report.pages import curves
-from hotpath_report.pages.interactive import without_jobs
-from hotpath_report.pages.writer import Section, Table, make_figure, write_report
+from hotpath_report.pages.interactive import Points, plot, without_jobs
+from hotpath_report.pages.writer import Section, Table, make_figure, table_of, write_page
 from hotpath_report.statistics import Estimate
 from hotpath_report.style import FAINT, INK, WARNING
 from hotpath_report.tables import read_table
@@ -27,7 +26,6 @@ COUNTS = {
     "deadline_overruns": "deadline overruns",
     "response_share_max": "worst response time / deadline",
 }
-TEXT = "Each point is a tried level, over all repetitions; bands are 95 % intervals."
 
 
 def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str) -> None:
@@ -67,22 +65,13 @@ def plots(rows: pd.DataFrame, over: str) -> list[dict[str, Any]]:
         parts = [f"{column}_{part}ms" for part in ("", "low_", "high_")] if column in LATENCIES else [column]
         if not set(parts) <= set(rows.columns):
             continue
-        lines: list[tuple[str, str, curves.Points]] = []
+        lines: list[tuple[str, str, Points]] = []
         for executor, of in rows[rows["source"] != ANALYSIS].groupby("executor", sort=False):
             found = zip(of[over].astype(float), *(of[part].astype(float) for part in parts))
             points = {x: Estimate(*values) for x, *values in found if not math.isnan(values[0])}
             lines.append((str(executor), str(executor), points))
-        made.append(curves.plot(title, over, curves.lines(lines)))
+        made.append(plot(title, over, lines))
     return [p for p in made if p["lines"]]
-
-
-def table(rows: pd.DataFrame, over: str) -> Table:
-    """The levels that were tried, with the reason of each failure."""
-    cells = [
-        [r["executor"], r["source"], f"{r[over]:g}", "holds" if r["holds"] else "fails", r["why"]]
-        for r in rows.fillna({"why": ""}).to_dict("records")
-    ]
-    return Table("Tried levels", ["executor", "source", over, "", "why"], cells, folded=True)
 
 
 def write(folder: str) -> None:
@@ -93,18 +82,22 @@ def write(folder: str) -> None:
         raise InputError(f"{path}: no rows, there is nothing to draw")
     over = rows.columns[2]
     title = f"Highest {over} that each executor sustains"
-    figure = levels(rows)
-    style.save(figure, folder, "capacity", title, "simulated; each mark is a tried level")
+    style.save(levels(rows), folder, "capacity", title, "simulated; each mark is a tried level")
     drawn = plots(rows, over)
-    made = make_figure("capacity", title, lambda: Drawing(levels(rows), rows))
+    made = make_figure("capacity", title, Drawing(levels(rows), rows))
+    text = "Each point is a tried level, over all repetitions; bands are 95 % intervals."
     executors = ", ".join(rows["executor"].unique())
-    tables = [table(rows, over), *map(curves.table, drawn)]
-    write_report(
+    cells = [
+        [r["executor"], r["source"], f"{r[over]:g}", "holds" if r["holds"] else "fails", r["why"]]
+        for r in rows.fillna({"why": ""}).to_dict("records")
+    ]
+    tried = Table("Tried levels", ["executor", "source", over, "", "why"], cells, folded=True)
+    write_page(
         Path(folder),
-        [Section("levels", "Levels", executors, TEXT, [made], tables)],
+        [Section("levels", "Levels", executors, text, [made], [tried, *map(table_of, drawn)])],
+        without_jobs(plots=drawn) if drawn else None,
         title=title,
         facts=[f"{executors}; the table with confidence: capacity.md"],
         made_by="`hotpath capacity`. Every tried level: levels.csv.",
-        data=without_jobs(plots=drawn) if drawn else None,
     )
     print(Path(folder) / "report.html")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The data of the interactive part of a page about runs: distributions from the C++ library, jobs
-and outputs from `hotpath report --json`."""
+"""The data of the interactive part of a page: distributions and curves from the C++ library, jobs and outputs from
+`hotpath report --json`."""
 
 import base64
 import contextlib
@@ -9,7 +9,7 @@ import json
 import math
 import tempfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,65 +21,70 @@ from hotpath_report.errors import InputError, RunError
 from hotpath_report.hotpath_command import PACKAGE
 from hotpath_report.run import Run
 from hotpath_report.shown_text import printable_content
-from hotpath_report.statistics import Samples, Values
+from hotpath_report.statistics import Estimate, Samples
 from hotpath_report.tables import NS_PER_MS, read_table
 
 SCRIPT = PACKAGE / "web" / "page.js"
 LARGEST_ANALYZED = 200_000_000  # bytes of jobs.csv, which `hotpath analyze` and `explain` read
 POINTS_OF_DECADE = 20  # of the logarithmic tail of a distribution
+LOGARITHMIC = 8  # ratio of the largest to the least value from which an axis is logarithmic
+ENDS = ("value", "low", "high")
 
-ByExecutor = dict[str, Samples]
+Bounds = dict[tuple[str, str, str], float]  # ms by executor, kind (chain or task) and name
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The samples (ms) of one chain or task in all runs."""
+    """The samples (ms) of one chain or task in all runs, by executor."""
 
     kind: str  # chain or task
     name: str
     title: str
     measure: str
     figure: str  # id of the violins; empty: none
-    runs: Sequence[ByExecutor]
+    runs: Sequence[Mapping[str, Samples]] = ()
 
+    def samples(self, series: Sequence[dict[str, Any]]) -> list[Samples | None]:
+        """The samples of each series."""
+        return [self.runs[of["run"]].get(of["executor"]) for of in series]
 
-def probabilities(n: int) -> Values:
-    """Where a distribution of `n` samples is drawn: evenly up to 0.9, then evenly on the
-    logarithmic axis up to the last probability that `n` samples resolve, and 1."""
-    body = np.arange(0, 46) / 50
-    decades = max(0.0, math.log10(n) - 1)
-    tail = 1 - 0.1 * 10.0 ** -(np.arange(1, math.floor(decades * POINTS_OF_DECADE) + 1) / POINTS_OF_DECADE)
-    return np.concatenate([body, np.round(tail, 12), [1.0]])
+    def target(
+        self, samples: Iterable[Samples | None], marks: Sequence[dict[str, Any]] = ()
+    ) -> dict[str, Any]:
+        """The distributions, given for each series."""
+        names = {key: getattr(self, key) for key in ("kind", "name", "title", "measure", "figure")}
+        return names | {"curves": [curve(k, s) for k, s in enumerate(samples) if s], "marks": list(marks)}
 
 
 def curve(series: int, samples: Samples) -> dict[str, Any]:
-    """A distribution with its intervals, in ms rounded to nanoseconds."""
-    q = probabilities(len(samples))
+    """A distribution with its intervals, in ms rounded to nanoseconds: evenly up to the probability 0.9, then evenly
+    on the logarithmic axis up to the last probability that the samples resolve, and 1."""
+    n = len(samples)
+    steps = math.floor(max(0.0, math.log10(n) - 1) * POINTS_OF_DECADE)
+    tail = 1 - 0.1 * 10.0 ** -(np.arange(1, steps + 1) / POINTS_OF_DECADE)
+    q = np.concatenate([np.arange(0, 46) / 50, np.round(tail, 12), [1.0]])
     columns = np.round(samples.estimates(q), 6).T.tolist()
-    value, low, high = ([None if math.isnan(v) else v for v in column] for column in columns)
-    return {
-        "series": series,
-        "n": len(samples),
-        "repetitions": len(samples.repetitions),
-        "q": q.tolist(),
-        "value": value,
-        "low": low,
-        "high": high,
-    }
+    ends = {key: [None if math.isnan(v) else v for v in column] for key, column in zip(ENDS, columns)}
+    return {"series": series, "n": n, "repetitions": len(samples.repetitions), "q": q.tolist(), **ends}
 
 
-def curves_of(found: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
-    """The looks of curves, given as number of the run, executor and label."""
-    dashes = style.dashes_of([executor for _, executor, _ in found])
+def looks_of(found: Sequence[tuple[str, str]]) -> list[dict[str, Any]]:
+    """The looks of curves, given as executor and label."""
+    dashes = style.dashes_of([executor for executor, _ in found])
     return [
-        {"run": run, "executor": executor, "label": label, "colour": style.colour_of(executor), "dash": dash}
-        for (run, executor, label), dash in zip(found, dashes)
+        {"label": label, "colour": style.colour_of(executor), "dash": dash}
+        for (executor, label), dash in zip(found, dashes)
     ]
 
 
-def bounds_of(run: Run) -> dict[tuple[str, str, str], float]:
-    """The tightest bound (ms) of each (executor, kind, name) that `hotpath analyze` gives for a run, in
-    which kind is chain or task; empty where it gives none, or would read long."""
+def curves_of(found: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
+    """The series of a document, given as number of the run, executor and label."""
+    looks = looks_of([(executor, label) for _, executor, label in found])
+    return [{"run": run, "executor": executor, **look} for (run, executor, _), look in zip(found, looks)]
+
+
+def bounds_of(run: Run) -> Bounds:
+    """The tightest bounds that `hotpath analyze` gives for a run; empty where it gives none, or would read long."""
     bounds = {(b["executor"], "task", b["task"]): float(b["ms"]) for b in run.facts.get("bounds", [])}
     jobs, graph = run.folder / "jobs.csv", run.facts["graph"].get("file")
     if not graph or not jobs.exists() or jobs.stat().st_size > LARGEST_ANALYZED:
@@ -95,37 +100,20 @@ def bounds_of(run: Run) -> dict[tuple[str, str, str], float]:
 
 
 def marks_of(
-    measured: Measured, runs: Sequence[Run], bounds: Sequence[dict[tuple[str, str, str], float]], series: Any
+    measured: Measured, runs: Sequence[Run], bounds: Sequence[Bounds], series: Sequence[dict[str, Any]]
 ) -> list[dict[str, Any]]:
     """Bounds, deadlines and the computation on the path."""
     marks: set[tuple[float, str, int | None]] = set()
     if measured.kind == "chain" and runs[0].facts.get("chains", [measured.name])[:1] == [measured.name]:
         marks |= {(x["ms"], x["label"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
-    if measured.kind == "task":
-        with_summary = [run for run in runs if (run.folder / "summary.json").exists()]
-        rows = (row for run in with_summary for row in run.timer_counts().itertuples())
-        marks |= {
-            (row.deadline_ms, "deadline", None)
-            for row in rows
-            if row.task == measured.name and row.deadline_ms
-        }
+    for run in (run for run in runs if measured.kind == "task" and run.has_summary()):
+        counts = run.timer_counts()
+        deadlines = counts["deadline_ms"][counts["task"] == measured.name]
+        marks |= {(ms, "deadline", None) for ms in deadlines if ms}
     for number, of in enumerate(series):
         if bound := bounds[of["run"]].get((of["executor"], measured.kind, measured.name)):
             marks.add((round(bound, 6), f"bound of {of['label']}", number))
     return [{"label": label, "ms": ms, "series": number} for ms, label, number in sorted(marks)]
-
-
-def target_of(
-    measured: Measured, samples: Sequence[Samples | None], marks: list[dict[str, Any]]
-) -> dict[str, Any]:
-    """The distributions of one chain or task, given for each series."""
-    names = {key: getattr(measured, key) for key in ("kind", "name", "title", "measure", "figure")}
-    return names | {"curves": [curve(k, s) for k, s in enumerate(samples) if s], "marks": marks}
-
-
-def samples_of(measured: Measured, series: Sequence[dict[str, Any]]) -> list[Samples | None]:
-    """The samples of each series."""
-    return [measured.runs[of["run"]].get(of["executor"]) for of in series]
 
 
 def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
@@ -150,22 +138,14 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
         ]
     )
     bounds = [bounds_of(run) for run in runs]
-    data["targets"] = [
-        target_of(m, samples_of(m, series), marks_of(m, runs, bounds, series)) for m in measured
-    ]
+    data["targets"] = [m.target(m.samples(series), marks_of(m, runs, bounds, series)) for m in measured]
     return data
 
 
 def run_of_samples(name: str, source: str, executors: Sequence[str]) -> dict[str, Any]:
     """What stands in the place of a run that is known by its samples alone."""
-    return {
-        "name": name,
-        "source": source,
-        "executors": executors,
-        "tasks": [],
-        "notes": [],
-        "warm_up_ns": 0,
-    }
+    of_jobs = {"tasks": [], "notes": [], "warm_up_ns": 0}
+    return {"name": name, "source": source, "executors": executors, **of_jobs}
 
 
 def without_jobs(**parts: Any) -> dict[str, Any]:
@@ -174,36 +154,39 @@ def without_jobs(**parts: Any) -> dict[str, Any]:
     return nothing | parts
 
 
-def distributions(sources: Sequence[str], measured: Sequence[Measured]) -> dict[str, Any]:
-    """As document(), of samples alone: a series for each executor of each source."""
-    executors = [list(dict.fromkeys(e for m in measured for e in m.runs[k])) for k in range(len(sources))]
-    series = curves_of([(k, e, f"{e}, {s}") for k, s in enumerate(sources) for e in executors[k]])
-    return without_jobs(
-        series=series,
-        targets=[target_of(m, samples_of(m, series), []) for m in measured],
-        runs=[run_of_samples(s, s, names) for s, names in zip(sources, executors)],
-    )
+def without_targets(executors: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """As document(), of samples alone: a series for each executor of each source, without targets."""
+    found = [(k, e, f"{e}, {source}") for k, (source, names) in enumerate(executors.items()) for e in names]
+    runs = [run_of_samples(source, source, names) for source, names in executors.items()]
+    return without_jobs(series=curves_of(found), runs=runs)
 
 
-@dataclass(frozen=True)
-class Interactive:
-    """What a page embeds."""
-
-    data: str  # deflated JSON in base64
-    script: str
-
-    def policy(self) -> str:
-        """The page's content security policy: no requests, and only its own script."""
-        digest = base64.b64encode(hashlib.sha256(f"\n{self.script}\n".encode()).digest()).decode()
-        style_and_images = "style-src 'unsafe-inline'; img-src data:"
-        return f"default-src 'none'; script-src 'sha256-{digest}'; {style_and_images}"
+Points = Mapping[float, Estimate]  # by x
 
 
-def embedded(data: dict[str, Any]) -> Interactive:
-    """The document and the script. Raises RunError if the script is not installed."""
+def plot(title: str, x: str, found: Sequence[tuple[str, str, Points]], figure: str = "") -> dict[str, Any]:
+    """Lines with their intervals over `x`, given as executor, label and points, in place of the page's static
+    `figure`. Latencies that differ much have a logarithmic axis."""
+    lines = []
+    for (_, _, points), look in zip(found, looks_of([(executor, label) for executor, label, _ in found])):
+        xs = sorted(points)
+        rows = [[None if math.isnan(v) else round(v, 6) for v in points[at]] for at in xs]
+        columns: dict[str, Any] = {key: [row[k] for row in rows] for k, key in enumerate(ENDS)}
+        lines.append({**look, "x": list(map(float, xs)), **columns})
+    lines = [line for line in lines if line["x"]]
+    values = [value for line in lines for value in line["value"] if value is not None]
+    far_apart = bool(values) and min(values) > 0 and max(values) > LOGARITHMIC * min(values)
+    return {"title": title, "x": x, "log": "(ms)" in title and far_apart, "lines": lines, "figure": figure}
+
+
+def embedded(data: dict[str, Any]) -> dict[str, str]:
+    """What a page embeds: the document, deflated and in base64, the script, and a content security policy: no requests,
+    and only this script. Raises RunError if the script is not installed."""
     try:
         script = SCRIPT.read_text(encoding="ascii").strip()
     except OSError as error:
         raise RunError(f"{SCRIPT}: {error.strerror}; install hotpath again") from None
     text = json.dumps(data, separators=(",", ":"), allow_nan=False).encode()
-    return Interactive(base64.b64encode(zlib.compress(text, 9)).decode(), script)
+    digest = base64.b64encode(hashlib.sha256(f"\n{script}\n".encode()).digest()).decode()
+    policy = f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data:"
+    return {"data": base64.b64encode(zlib.compress(text, 9)).decode(), "script": script, "policy": policy}

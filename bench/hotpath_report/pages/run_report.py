@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page about runs."""
+"""The pages about runs: of `hotpath report`, which also takes a published reproduction, and of `hotpath diff`."""
 
 import contextlib
 import json
 from collections.abc import Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,11 @@ from hotpath_report.errors import InputError
 from hotpath_report.figures import hot_path
 from hotpath_report.pages import interactive
 from hotpath_report.pages.interactive import Measured
-from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_report
+from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_page
 from hotpath_report.run import Run
-from hotpath_report.samples import samples_of_run
 from hotpath_report.shown_text import printable_content
 from hotpath_report.statistics import Samples
-
+from hotpath_report.tables import read_json
 
 COMPARED = (
     "Ratio, Cliff's delta and rank test: against the run's first executor; above 1 and above 0 are better"
@@ -31,50 +29,49 @@ TIMER = (
     "response time (ms)",
     "Finish of a job minus its own timestamp; skipped timestamps have no response time.",
 )
+SIDES = ("old", "new")
+Key = tuple[str, str]  # Chain or Timer, and its name
 
 
-class ReportedRun:
-    """Samples (ms) of one folder by chain or timer: {(kind, name): {executor: samples}}; `tasks` has
-    those of all tasks by name."""
+class ReportedRun(Run):
+    """A run with its samples (ms) by chain or timer: {key: {executor: samples}}; `tasks` has those of all
+    tasks by name."""
 
     def __init__(self, folder: str | Path) -> None:
-        self.run = Run(folder)
+        super().__init__(folder)
         self.name = Path(folder).resolve().name
-        found = samples_of_run(self.run.latencies(), "chain", "hot_path_ms", self.run)
-        self.samples = {("Chain", name): samples for name, samples in found.items()}
+        found = self.samples(self.latencies(), "chain", "hot_path_ms")
+        self.measured: dict[Key, dict[str, Samples]] = {("Chain", name): of for name, of in found.items()}
         self.tasks: dict[str, dict[str, Samples]] = {}
-        if (self.run.folder / "jobs.csv").exists():
-            self.tasks = samples_of_run(self.run.all_responses(), "task", "response_ms", self.run)
-            timers = set(self.run.timer_counts()["task"])
-            self.samples |= {("Timer", name): of for name, of in self.tasks.items() if name in timers}
+        if (self.folder / "jobs.csv").exists():
+            self.tasks = self.samples(self.responses(), "task", "response_ms")
+            timers = set(self.timer_counts()["task"])
+            self.measured |= {("Timer", name): of for name, of in self.tasks.items() if name in timers}
 
-    def facts(self) -> str:
-        """Description of the run, with its warnings."""
-        partial_run = "partial: the run did not finish; " if self.run.partial else ""
-        warnings = " ".join([*(self.run.work() or ())[1:], *self.run.facts.get("warnings", [])])
-        return f"{self.name}: {partial_run}{self.run.what_ran()}. {warnings}".replace("\n", " · ").strip()
+    def description(self) -> str:
+        """What ran, with its warnings."""
+        partial_run = "partial: the run did not finish; " if self.partial else ""
+        warnings = " ".join([*self.work()[1:], *self.facts.get("warnings", [])])
+        return f"{self.name}: {partial_run}{self.what_ran()}. {warnings}".replace("\n", " · ").strip()
 
 
-def figure_name(key: tuple[str, str]) -> str:
+def figure_name(key: Key) -> str:
     """Name of the figure of a chain or timer."""
     return "".join(c.lower() if c.isalnum() else "_" for c in " ".join(key))
 
 
-def measured(runs: Sequence[ReportedRun]) -> list[Measured]:
-    """The chains, then all tasks."""
-    keys = dict.fromkeys(key for run in runs for key in run.samples)
-    made = [
-        Measured(
-            "chain", key[1], " ".join(key), CHAIN[0], figure_name(key), [r.samples.get(key, {}) for r in runs]
-        )
-        for key in keys
-        if key[0] == "Chain"
-    ]
+def document(runs: Sequence[ReportedRun], names: Sequence[str]) -> dict[str, Any]:
+    """What the interactive part shows: the chains, then all tasks."""
+    keys = dict.fromkeys(key for run in runs for key in run.measured)
+    measured = []
+    for key in (key for key in keys if key[0] == "Chain"):
+        of_runs = [run.measured.get(key, {}) for run in runs]
+        measured.append(Measured("chain", key[1], " ".join(key), CHAIN[0], figure_name(key), of_runs))
     for name in dict.fromkeys(name for run in runs for name in run.tasks):
         figure = figure_name(("Timer", name)) if ("Timer", name) in keys else ""
         of_runs = [run.tasks.get(name, {}) for run in runs]
-        made.append(Measured("task", name, f"Task {name}", TIMER[0], figure, of_runs))
-    return made
+        measured.append(Measured("task", name, f"Task {name}", TIMER[0], figure, of_runs))
+    return interactive.document(runs, names, measured)
 
 
 # Key in summary.json and column of the losses of an executor, and of its tasks.
@@ -93,21 +90,10 @@ LOSSES_OF_TASK = {
 PERIODS = ["least ms", "greatest ms", "p99 off its period by ms"]
 
 
-def period_cells(task: dict[str, Any]) -> list[str]:
-    """Distances between the starts of a timer's jobs."""
-    period, off = task["period_ms"], task["period_deviation_ms"]["p99"]
-    return [f"{period['min']:.2f}", f"{period['max']:.2f}", "" if off is None else f"{off:.2f}"]
-
-
 def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
     """Losses (of timers after the warm-up), then losses and periods of tasks over the whole run, and
     the repetitions that the kernel's counters call disturbed; without empty tables."""
-    executors = [
-        ([run.name, e["executor"]], e)
-        for run in runs
-        if (run.run.folder / "summary.json").exists()
-        for e in run.run.summary()
-    ]
+    executors = [([run.name, e["executor"]], e) for run in runs if run.has_summary() for e in run.summary()]
     tasks = [([*names, task["task"]], task) for names, e in executors for task in e["tasks"]]
     losses = [[*names, *(e[key] for key in LOSSES)] for names, e in executors]
     lost = [
@@ -116,76 +102,119 @@ def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
         if task.get("skipped") or task.get("overwritten")
     ]
     # Runs of older versions have no periods.
-    periods = [
-        [*names, *period_cells(task)]
-        for names, task in tasks
-        if (task.get("period_deviation_ms") or {}).get("n")
-    ]
-    marks = [[run.name, e, n, "; ".join(marks)] for run in runs for e, n, marks in run.run.disturbances()]
-    run, task = ["run", "executor"], ["run", "executor", "task"]
-    timer = ["run", "executor", "timer"]
-    title = "Periods of timers, from start to start"
+    periods = []
+    for names, task in tasks:
+        if (off := task.get("period_deviation_ms") or {}).get("n"):
+            values = (task["period_ms"]["min"], task["period_ms"]["max"], off["p99"])
+            periods.append([*names, *("" if v is None else f"{v:.2f}" for v in values)])
+    marks = [[run.name, e, n, "; ".join(marks)] for run in runs for e, n, marks in run.disturbances()]
+    names, title = ["run", "executor"], "Periods of timers, from start to start"
     made = [
-        Table("Losses", run + [*LOSSES.values()], losses),
-        Table("Losses by task", task + [*LOSSES_OF_TASK.values()], lost, folded=len(lost) > 12),
-        Table(title, timer + PERIODS, periods, folded=True),
-        Table("Disturbed repetitions", [*run, "repetition", "marks"], marks),
+        Table("Losses", names + [*LOSSES.values()], losses),
+        Table("Losses by task", [*names, "task", *LOSSES_OF_TASK.values()], lost, folded=len(lost) > 12),
+        Table(title, [*names, "timer", *PERIODS], periods, folded=True),
+        Table("Disturbed repetitions", [*names, "repetition", "marks"], marks),
     ]
     return (table for table in made if table.rows)
 
 
-def causes(runs: Sequence[ReportedRun], chain: str) -> list[str]:
+def causes(runs: Sequence[ReportedRun], key: Key) -> list[str]:
     """What `hotpath explain` says of a chain: the causes of each run's first executor, and why the
     others are faster or slower. Without runs that it cannot explain, or that take it long."""
     made = []
-    for run in runs:
-        jobs, executors = run.run.folder / "jobs.csv", list(run.samples.get(("Chain", chain), {}))
+    for run in runs if key[0] == "Chain" else ():
+        jobs, executors = run.folder / "jobs.csv", list(run.measured.get(key, {}))
         if not jobs.exists() or jobs.stat().st_size > interactive.LARGEST_ANALYZED:
             continue
         for executor in executors:
             pair = executor if executor == executors[0] else f"{executors[0]},{executor}"
-            words = ("--executor", pair, "--chain", chain, "--json")
+            words = ("--executor", pair, "--chain", key[1], "--json")
             with contextlib.suppress(InputError):
-                answer = json.loads(hotpath_command.output_of("explain", run.run.folder, *words))
+                answer = json.loads(hotpath_command.output_of("explain", run.folder, *words))
                 text = " ".join(printable_content(answer["sentences"]))
                 made.append(f"{run.name}: {text}" if len(runs) > 1 else text)
     return made
 
 
-def section(runs: Sequence[ReportedRun], key: tuple[str, str]) -> Section:
+def section(runs: Sequence[ReportedRun], key: Key) -> Section:
     """A chain or timer: the distributions of each executor of each run, compared with those of the
     run's first executor."""
     label, text = CHAIN if key[0] == "Chain" else TIMER
     title, name = " ".join(key), figure_name(key)
-    found = [run.samples.get(key, {}) for run in runs]
-    rows = hot_path.with_ratios(hot_path.rows_of_runs(found, [run.run for run in runs]))
-    draw = partial(hot_path.draw_rows, rows, label=label)
-    figure = make_figure(name, f"{title}: {label}", draw)
+    found = [run.measured.get(key, {}) for run in runs]
+    rows = hot_path.with_ratios(hot_path.rows_of_runs(found, runs))
+    figure = make_figure(name, f"{title}: {label}", hot_path.draw_rows(rows, label=label))
     cells = []
     for run, executors in zip(runs, found):
         baseline = next(iter(executors.values()), None)
         for executor, samples in executors.items():
             compared_cells = compared(samples, None if samples is baseline else baseline)
-            cells.append([run.name, executor, run.run.source, *compared_cells])
+            cells.append([run.name, executor, run.source, *compared_cells])
     table = Table(COMPARED, ["run", "executor", "source", *HEADER], cells)
-    notes = causes(runs, key[1]) if key[0] == "Chain" else []
-    return Section(f"about_{name}", title, label, text, [figure], [table], notes)
+    return Section(f"about_{name}", title, label, text, [figure], [table], causes(runs, key))
 
 
-def write(folders: Sequence[str], folder: Path) -> None:
-    """Writes report.html and report.md into `folder`. Raises InputError."""
+def write(*words: str) -> None:
+    """Writes report.html and report.md about folders, into that of `--output FOLDER` at the end, if it is
+    there. Raises InputError."""
+    has_output = words[-2:-1] == ("--output",)
+    folders, first = words[:-2] if has_output else words, Path(words[0])
+    folder = Path(words[-1]) if has_output else first / "report"
+    if not ((first / "claims.json").exists() and (first / "data").is_dir()):
+        write_runs(folders, folder)
+    elif len(folders) == 1:
+        hotpath_command.load("paper.results").write_published(first, folder)
+    else:
+        raise InputError(f"{first} is a reproduction; give it alone, or compare two with diff")
+    print(f"{folder / 'report.html'} (and report.md)")
+
+
+def write_runs(folders: Sequence[str], folder: Path) -> None:
+    """Writes the page about runs into `folder`. Raises InputError."""
     runs = [ReportedRun(name) for name in folders]
-    sections = [section(runs, key) for key in dict.fromkeys(key for run in runs for key in run.samples)]
+    sections = [section(runs, key) for key in dict.fromkeys(key for run in runs for key in run.measured)]
     if not sections:
         raise InputError(f"{folders[0]}: nothing to report: no samples of chains or timers after the warm-up")
-    graphs = ", ".join(dict.fromkeys(run.run["graph.name"] for run in runs))
-    write_report(
+    graphs = ", ".join(dict.fromkeys(run["graph.name"] for run in runs))
+    write_page(
         folder,
         sections,
+        document(runs, [run.name for run in runs]),
         title=f"Executors on {graphs}",
-        facts=[run.facts() for run in runs],
+        facts=[run.description() for run in runs],
         losses=list(tables(runs)),
-        commands=list(dict.fromkeys(command for run in runs if (command := run.run.command()))),
-        data=interactive.document([run.run for run in runs], [run.name for run in runs], measured(runs)),
+        commands=list(dict.fromkeys(command for run in runs if (command := run.command()))),
         made_by="`hotpath report`. Every job: jobs.csv of the run.",
     )
+
+
+def distributions(targets: list[dict[str, Any]]) -> dict[str, Any]:
+    """What the interactive part shows of two sides that are known by their distributions alone."""
+    sides = [(c["side"], c["executor"]) for target in targets for c in target["curves"]]
+    found = {name: list(dict.fromkeys(e for of, e in sides if of == k)) for k, name in enumerate(SIDES)}
+    places = [(k, executor) for k, name in enumerate(SIDES) for executor in found[name]]
+    for target in targets:
+        measure = (CHAIN if target["kind"] == "chain" else TIMER)[0]
+        target |= {"title": target["name"], "measure": measure, "figure": "", "marks": []}
+        for curve in target["curves"]:
+            curve["series"] = places.index((curve.pop("side"), curve.pop("executor")))
+    return interactive.without_targets(found) | {"targets": targets}
+
+
+def write_comparison(folder: str) -> None:
+    """Writes report.html and report.md of `hotpath diff` from comparison.json: both sides' distributions (of two runs
+    also their outputs and timelines), and the table of differences or of the gate. Raises InputError."""
+    place = Path(folder)
+    content: dict[str, Any] = read_json(place / "comparison.json", "hotpath diff --page")
+    of, folders, targets = content["table"], content["folders"], content["targets"]
+    table = Table(of["title"], of["columns"], of["cells"], numbers=True)
+    text = "The distributions above show the same samples; their bands are 95 % intervals."
+    write_page(
+        place,
+        [Section("comparison", "Comparison", "of the measures that both sides have", text, [], [table])],
+        distributions(targets) if targets is not None else document(list(map(ReportedRun, folders)), folders),
+        title=content["title"],
+        facts=content["facts"],
+        made_by="`hotpath diff`.",
+    )
+    print(f"{place / 'report.html'} (and report.md)")

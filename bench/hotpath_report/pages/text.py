@@ -2,7 +2,7 @@
 """Pages from templates."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +10,27 @@ import jinja2
 import markupsafe
 
 from hotpath_report.shown_text import markdown, markdown_cell, markdown_code
-from hotpath_report.tables import read_json, text_table, write_file
+from hotpath_report.tables import read_json, write_file
 
 TEMPLATES = Path(__file__).resolve().parent / "templates"
 
 
 def columns(text: str) -> str:
-    """A table from lines of cells separated by `|`; the first line is the header."""
-    cells = [[c.strip().replace("\\n", "\n") for c in line.split("|")] for line in text.strip().splitlines()]
-    return text_table(cells[0], cells[1:]) + "\n"
+    """A table from lines of cells separated by `|`; the first line is the header, whose cells may have two lines.
+    Words and the first column align left, numbers right."""
+    header, *rows = (
+        [cell.strip().replace("\\n", "\n") for cell in line.split("|")] for line in text.strip().splitlines()
+    )
+    upper, lower = zip(*(cell.rpartition("\n")[::2] for cell in header))
+    left = [k == 0 or any(row[k][:1].isalpha() for row in rows) for k in range(len(header))]
+    widths = [max(map(len, column)) for column in zip(upper, lower, *rows)]
+
+    def line(row: Sequence[str]) -> str:
+        cells = (c.ljust(w) if is_left else c.rjust(w) for c, w, is_left in zip(row, widths, left))
+        return "  ".join(cells).rstrip()
+
+    rule = "-" * (sum(widths) + 2 * len(widths) - 2)
+    return "\n".join([*([line(upper)] if any(upper) else []), line(lower), rule, *map(line, rows), ""])
 
 
 def code_spans(text: str) -> markupsafe.Markup:

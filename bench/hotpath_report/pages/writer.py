@@ -4,19 +4,19 @@
 import base64
 import html
 import io
+import math
 import re
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import matplotlib.figure
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages import interactive
 from hotpath_report.pages.text import TEMPLATES, render
-from hotpath_report.statistics import Samples, rank_test, ratio
+from hotpath_report.statistics import Estimate, Samples, rank_test, ratio
 from hotpath_report.style import FAINT, GRID, GROUND, INK, plt, settle
 from hotpath_report.tables import make_folder, write_file
 
@@ -53,18 +53,20 @@ def compared(samples: Samples, baseline: Samples | None) -> list[Any]:
     return [*cells, ratio(baseline, samples, 1.0).text(2), delta, p_value]
 
 
+def table_of(plot: Mapping[str, Any]) -> Table:
+    """The values of a plot of the interactive part with their intervals, with a row for each x."""
+    cells: dict[float, list[str]] = {x: [] for x in sorted({x for line in plot["lines"] for x in line["x"]})}
+    for line in plot["lines"]:
+        points = {x: values for x, *values in zip(line["x"], line["value"], line["low"], line["high"])}
+        for x, row in cells.items():
+            values = [math.nan if v is None else v for v in points.get(x, [])]
+            row.append(Estimate(*values).text(3) if values else "")
+    rows = [[f"{x:g}", *row] for x, row in cells.items()]
+    header = [plot["x"], *(line["label"] for line in plot["lines"])]
+    return Table(plot["title"], header, rows, folded=True, numbers=True)
+
+
 THEMED = {INK: "var(--ink)", FAINT: "var(--faint)", GRID: "var(--grid)", GROUND: "var(--ground)"}
-
-
-def svg_of(figure: matplotlib.figure.Figure) -> str:
-    """A figure as SVG with text elements and coordinates rounded to 0.1 points."""
-    settle(figure)
-    stream = io.StringIO()
-    with plt.rc_context({"svg.fonttype": "none"}):
-        # savefig() would draw everything again, although the layout is fixed.
-        FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": "hotpath"})
-    plt.close(figure)
-    return re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
 
 
 def _rounded(attribute: re.Match[str]) -> str:
@@ -72,22 +74,6 @@ def _rounded(attribute: re.Match[str]) -> str:
     text = re.sub(r"(\.\d)\d+", r"\1", attribute[0])
     # Without curves, L is the default command after the first point.
     return text if re.search("[CQ]", text) else re.sub(r"\s+L ", " ", text)
-
-
-def for_page(svg: str, prefix: str, label: str) -> str:
-    """An <svg> element with the page's colours, scalable, and with unique ids."""
-    svg = svg[svg.index("<svg") :]
-    for colour, variable in THEMED.items():
-        svg = svg.replace(colour, variable)
-    for pattern, replacement in (
-        (r'\bid="', f'id="{prefix}-'),
-        (r"url\(#", f"url(#{prefix}-"),
-        (r'href="#', f'href="#{prefix}-'),
-        (r"(?s)<metadata>.*?</metadata>", ""),
-    ):
-        svg = re.sub(pattern, replacement, svg)
-    svg = re.sub(r' (width|height)="[^"]*"', "", svg, count=2)  # of the <svg> element
-    return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(label)}"', 1)
 
 
 @dataclass(frozen=True)
@@ -104,8 +90,15 @@ class Figure:
         return "data:text/csv;base64," + base64.b64encode(self.csv.encode()).decode()
 
     def inline(self) -> str:
-        """The figure as an HTML element."""
-        return for_page(self.svg, self.name, self.title)
+        """An <svg> element with the page's colours, scalable, and with unique ids."""
+        svg = self.svg[self.svg.index("<svg") :]
+        for colour, variable in THEMED.items():
+            svg = svg.replace(colour, variable)
+        for start in ('id="', "url(#", 'href="#'):
+            svg = re.sub(rf"(?<!\w){re.escape(start)}", f"{start}{self.name}-", svg)
+        svg = re.sub(r"(?s)<metadata>.*?</metadata>", "", svg)
+        svg = re.sub(r' (width|height)="[^"]*"', "", svg, count=2)  # of the <svg> element
+        return svg.replace("<svg", f'<svg role="img" aria-label="{html.escape(self.title)}"', 1)
 
 
 @dataclass
@@ -121,35 +114,35 @@ class Section:
     notes: list[str] = field(default_factory=list)  # sentences about the first figure
 
 
-def make_figure(name: str, title: str, draw: Callable[[], Drawing]) -> Figure:
-    """Draws a figure of a page."""
-    drawing = draw()
-    csv = drawing.table.to_csv(index=False, float_format="%.6f")
-    return Figure(name, title, csv, svg_of(drawing.figure))
+def make_figure(name: str, title: str, drawing: Drawing) -> Figure:
+    """A figure of a page, as SVG with text elements and coordinates rounded to 0.1 points."""
+    settle(drawing.figure)
+    stream = io.StringIO()
+    with plt.rc_context({"svg.fonttype": "none"}):
+        # savefig() would draw everything again, although the layout is fixed.
+        FigureCanvasSVG(drawing.figure).print_svg(stream, metadata={"Date": None, "Creator": "hotpath"})
+    plt.close(drawing.figure)
+    svg = re.sub(r'\b(d|x|y)="[^"]*"', _rounded, stream.getvalue())
+    return Figure(name, title, drawing.table.to_csv(index=False, float_format="%.6f"), svg)
 
 
-def write_figures(folder: Path, figures: list[Figure]) -> None:
-    """Writes each figure on white, for dark Markdown viewers, with its data."""
-    make_folder(folder)
-    for figure in figures:
-        white = '<rect width="100%" height="100%" fill="white"/>\n <defs>'
-        write_file(folder / f"{figure.name}.svg", figure.svg.replace("<defs>", white, 1))
-        write_file(folder / f"{figure.name}.csv", figure.csv)
-
-
-def write_page(folder: Path, template: str, sections: list[Section], **content: Any) -> None:
-    """Renders `template`.j2 as report.html and report.md; writes figures with their data."""
-    write_figures(folder / "figures", [figure for section in sections for figure in section.figures])
-    style = (TEMPLATES / "style.css").read_text(encoding="utf-8")
-    for suffix in ("html", "md"):
-        page = render(template, suffix, {"style": style, "sections": sections, **content})
-        write_file(folder / f"report.{suffix}", page)
-
-
-def write_report(
-    folder: Path, sections: list[Section], data: dict[str, Any] | None = None, **content: Any
+def write_page(
+    folder: Path,
+    sections: list[Section],
+    data: dict[str, Any] | None,
+    template: str = "report",
+    **content: Any,
 ) -> None:
-    """Writes a page with the interactive part that shows `data`; see report.j2 for the content."""
+    """Renders `template`.j2, which describes the content, as report.html and report.md, with an interactive part that
+    shows `data`. Writes each figure on white, for dark Markdown viewers, with its data."""
+    make_folder(folder / "figures")
+    for figure in (figure for section in sections for figure in section.figures):
+        white = '<rect width="100%" height="100%" fill="white"/>\n <defs>'
+        write_file(folder / "figures" / f"{figure.name}.svg", figure.svg.replace("<defs>", white, 1))
+        write_file(folder / "figures" / f"{figure.name}.csv", figure.csv)
+    content["style"] = (TEMPLATES / "style.css").read_text(encoding="utf-8")
     if data:
         content["interactive"] = interactive.embedded(data)
-    write_page(folder, "report", sections, **{"losses": [], **content})
+    for suffix in ("html", "md"):
+        page = render(template, suffix, {"sections": sections, "losses": [], **content})
+        write_file(folder / f"report.{suffix}", page)

@@ -22,7 +22,7 @@ MODES = {
     name: SimpleNamespace(name=name, **{key: values[: k + 1][-1] for key, values in SPEC["modes"].items()})
     for k, name in enumerate(("quick", "standard", "full"))
 }
-EXECUTORS: dict[str, tuple[str, ...]] = {name: tuple(found) for name, found in SPEC["executors"].items()}
+EXECUTORS: dict[str, list[str]] = SPEC["executors"]
 UTILISATIONS = (60, 80, 90)
 PAPER_LOAD_PERCENT = 80
 # In the order of the page.
@@ -71,19 +71,14 @@ class Cell:
         """Seed of everything random."""
         return self.repetition + 1
 
-    def command(self, output: object, place: Iterable[str] = ()) -> list[str]:
-        """Arguments of `hotpath`; `place`: options for where a live cell runs."""
-        words = list(self.options)
-        if self.source != "analysis":
-            kind = ["run", "--repetitions", "1"] if self.source == "live" else ["simulate"]
-            kind += ["--executors", ",".join(self.executors), "--graph", self.graph]
-            kind += ["--duration", f"{self.duration_s:g}", "--warm-up", f"{self.warm_up_s:g}"]
-            words = [*kind, "--seed", str(self.seed), *words]
-        return [*words, *place, "--output", str(output)]
-
-    def facts(self) -> dict[str, Any]:
-        """The cell's attributes in results."""
-        return {name: getattr(self, name) for name in FACTS}
+    def command(self) -> list[str]:
+        """Arguments of `hotpath`, without the place of the cell and of its output."""
+        if self.source == "analysis":
+            return list(self.options)
+        kind = ["run", "--repetitions", "1"] if self.source == "live" else ["simulate"]
+        kind += ["--executors", ",".join(self.executors), "--graph", self.graph]
+        kind += ["--duration", f"{self.duration_s:g}", "--warm-up", f"{self.warm_up_s:g}"]
+        return [*kind, "--seed", str(self.seed), *self.options]
 
 
 def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
@@ -91,40 +86,38 @@ def cells_of(spec: dict[str, Any], source: str, mode: Any) -> Iterator[Cell]:
     on_timers = spec["study"].startswith("timers")
     labels = spec.get("labels", UTILISATIONS if on_timers else [""])
     executors = spec.get("executors", ())
-    given = {key: spec[key] for key in ("cores", "alone") if key in spec}
     for label in getattr(mode, labels) if isinstance(labels, str) else labels:
         yield Cell(
             spec["study"],
             source,
             str(label),
-            executors=EXECUTORS[executors] if isinstance(executors, str) else tuple(executors),
+            executors=tuple(EXECUTORS[executors] if isinstance(executors, str) else executors),
             graph=f"timers_only_{label}" if on_timers else Cell.graph,
             load_percent=label if isinstance(label, int) else PAPER_LOAD_PERCENT,
             duration_s=getattr(mode, spec.get("duration_s", ""), 0),
             warm_up_s=mode.warm_up_s,
             options=tuple(option.format(label=label, mode=mode) for option in spec.get("options", [])),
-            **given,
+            **{key: spec[key] for key in ("cores", "alone") if key in spec},
         )
 
 
-def live_cells(mode: Any) -> list[Cell]:
+def live_cells(mode: Any) -> Iterator[Cell]:
     """All live repetitions."""
-    cells = []
     for spec in SPEC["live"]:
         repetitions, duration_s = getattr(mode, spec["lengths"])
         length = {"duration_s": duration_s, "seconds": duration_s + mode.warm_up_s + LIVE_OVERHEAD_S}
         for repetition in range(repetitions):
             for cell in cells_of(spec, "live", mode):
-                of_each = ({"executors": (e,), "repetition": repetition} for e in cell.executors)
-                cells += [replace(cell, **one, **length) for one in of_each]
-    return cells
+                for executor in cell.executors:
+                    yield replace(cell, executors=(executor,), repetition=repetition, **length)
 
 
-def live_order(cells: list[Cell], seed: int) -> list[Cell]:
+def live_order(cells: Iterable[Cell], seed: int) -> list[Cell]:
     """Rounds of repetitions in random order, so that drift affects all executors alike."""
+    shuffled = list(cells)
     generator, ordered = random.Random(seed), []
-    for repetition in sorted({cell.repetition for cell in cells}):
-        found = [cell for cell in cells if cell.repetition == repetition]
+    for repetition in sorted({cell.repetition for cell in shuffled}):
+        found = [cell for cell in shuffled if cell.repetition == repetition]
         generator.shuffle(found)
         ordered += found
     return ordered

@@ -1,22 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the paper's claims: Section VII-A (timers-only sets), VII-B (bounds), VII-C (hot path). A check takes the
-evidence, a source (simulated, live, or real: the real ROS 2 stack) and the options of its claim. It returns a finding,
-or raises Missing without data."""
+"""Checks of the paper's claims: Section VII-A (timers-only sets), VII-B (bounds), VII-C (hot path). claims.toml has
+the claim and the rule of each. A check takes the evidence, a source (simulated, live, or real: the real ROS 2 stack)
+and the options of its claim. It returns a finding, or raises Missing without data."""
 
 import itertools
 import math
 from collections.abc import Iterable, Sized
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
 import pandas as pd
 
 from hotpath_report.errors import Missing
-from hotpath_report.figures.waters import PAPER
+from hotpath_report.figures.bounds import PAPER
 from hotpath_report.paper.cells import EXECUTORS, UTILISATIONS, read_spec
-from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.reference import REAL
+from hotpath_report.paper.evidence import REAL, Evidence
 from hotpath_report.statistics import Estimate, Samples, percent_of, rank_test, ratio
 
 REPRODUCED, PARTLY, NOT, NO_DATA = "reproduced", "partly", "not", "no data"
@@ -78,20 +77,21 @@ def rows_of(evidence: Evidence, source: str, executor: str, group: str | None = 
     return rows
 
 
-def losses(source: str, marked: set[Any], rows: pd.DataFrame, word: str) -> tuple[str, str, str, float]:
+def losses(evidence: Evidence, source: str, rows: pd.DataFrame, word: str, largest_of: str = "") -> Finding:
     """Jobs that must not be lost: reproduced if none was lost. Live, the machine can withhold the processor: a small
     share of each executor's jobs on each set counts as partly reproduced, and the text counts lost jobs in repetitions
-    marked as disturbed. `rows`: setting, executor, repetition, lost, jobs. Returns the verdict, the finding in words
-    and in short, and the largest share in percent."""
+    marked as disturbed, and ends with the largest share in percent in `largest_of`. `rows`: setting, executor,
+    repetition, lost, jobs."""
     short = f"{rows['lost'].sum()} of {rows['jobs'].sum()}"
     of_set = rows.groupby(["setting", "executor"])[["lost", "jobs"]].sum()
     largest = max(map(percent_of, of_set["lost"], of_set["jobs"]))
     text = f"{short} jobs {word}"
     if source == "live" and largest > 0:
-        disturbed = [key in marked for key in zip(rows["setting"], rows["executor"], rows["repetition"])]
-        text += f", {rows['lost'][disturbed].sum()} of them in repetitions marked as disturbed"
+        keys = zip(rows["setting"], rows["executor"], rows["repetition"])
+        disturbed = rows["lost"][[key in evidence.marked for key in keys]].sum()
+        text += f", {disturbed} of them in repetitions marked as disturbed{largest_of.format(largest)}"
     tolerated = source == "live" and largest <= LIMITS.tolerated_percent
-    return graded(largest == 0, True, tolerated), text, short, largest
+    return Finding(graded(largest == 0, True, tolerated), text, short)
 
 
 def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) -> Finding:
@@ -101,10 +101,7 @@ def none_lost(evidence: Evidence, source: str, what: str, of: str, word: str) ->
     need(executors)
     rows = pd.concat(of_set for e in executors for of_set in rows_of(evidence, source, e))
     rows = rows.assign(lost=rows[what].astype(int), jobs=rows[of].astype(int))
-    verdict, text, short, largest = losses(source, evidence.marked, rows, word)
-    if source == "live" and largest > 0:
-        text += f"; at most {largest:.2g} % of one executor's on one set"
-    return Finding(verdict, text, short)
+    return losses(evidence, source, rows, word, "; at most {:.2g} % of one executor's on one set")
 
 
 def bounds(evidence: Evidence, source: str) -> Finding:
@@ -121,11 +118,11 @@ def bounds(evidence: Evidence, source: str) -> Finding:
         frames.append(jobs.assign(jobs=1, table_ms=jobs["group"].map(table[percent]), exact_ms=exact_ms))
     rows = pd.concat(frames)
     rows["lost"] = (rows["response_ms"] > rows["table_ms"]).astype(int)
-    verdict, text, short, _ = losses(source, evidence.marked, rows, "above Table I")
+    found = losses(evidence, source, rows, "above Table I")
     over_exact = int((rows["response_ms"] > rows["exact_ms"]).sum())
     highest = 100 * (rows["response_ms"] / rows["table_ms"]).max()
-    text += f", {over_exact} above the exact bound; the largest response is {highest:.1f} % of the table's"
-    return Finding(verdict, text, short)
+    more = f", {over_exact} above the exact bound; the largest response is {highest:.1f} % of the table's"
+    return replace(found, text=found.text + more)
 
 
 def drop_rates(evidence: Evidence, source: str, executor: str, group: str | None = None) -> list[float]:
@@ -135,40 +132,31 @@ def drop_rates(evidence: Evidence, source: str, executor: str, group: str | None
 
 
 def drops(evidence: Evidence, source: str, executor: str) -> Finding:
-    """The executor drops jobs on all sets."""
     rates, imu = (drop_rates(evidence, source, executor, group) for group in (None, "imu"))
     losing = sum(rate > LIMITS.tolerated_percent for rate in rates)
     text = f"{percents(rates)} of all jobs, {percents(imu)} of the IMU's"
     return Finding(graded(losing, len(rates)), text, percents(rates))
 
 
-def largest_rates(
-    evidence: Evidence, source: str, executors: Iterable[str], group: str | None = None
-) -> list[tuple[float, str]]:
-    """The largest drop rate of each executor, and a text with its executor and set."""
-    found = []
-    for executor in executors:
-        rates = zip(drop_rates(evidence, source, executor, group), UTILISATIONS)
-        found.append(max((r, f"{executor} at most {r:.3g} % ({percent} % set)") for r, percent in rates))
-    return found
+def largest_rate(evidence: Evidence, source: str, executor: str, group: str | None) -> tuple[float, str]:
+    """The largest drop rate of an executor, and a text with its set."""
+    rates = zip(drop_rates(evidence, source, executor, group), UTILISATIONS)
+    return max((r, f"{executor} at most {r:.3g} % ({percent} % set)") for r, percent in rates)
 
 
 def ten_percent(evidence: Evidence, source: str) -> Finding:
-    """The largest drop rate of all jobs."""
-    largest, text = max(largest_rates(evidence, source, EXECUTORS["stock"]))
+    largest, text = max(largest_rate(evidence, source, e, None) for e in EXECUTORS["stock"])
     low, high = LIMITS.ten_percent
     return Finding(graded(low <= largest <= high, True, largest > high), text, f"{largest:.3g} %")
 
 
 def imu_loss(evidence: Evidence, source: str) -> Finding:
-    """IMU jobs lost by the wait-set executors."""
-    rates, texts = zip(*largest_rates(evidence, source, EXECUTORS["wait_sets"], "imu"))
+    rates, texts = zip(*(largest_rate(evidence, source, e, "imu") for e in EXECUTORS["wait_sets"]))
     beyond = sum(rate > LIMITS.ten_percent[1] for rate in rates)
     return Finding(graded(beyond, len(rates)), ", ".join(texts), f"{max(rates):.3g} %")
 
 
 def imu_overruns(evidence: Evidence, source: str, executor: str) -> Finding:
-    """The IMU's jobs are late on all sets."""
     sums = [rows[["deadline_overruns", "ran"]].sum() for rows in rows_of(evidence, source, executor, "imu")]
     late = sum(percent_of(n, of) > LIMITS.tolerated_percent for n, of in sums)
     overruns, jobs = (" / ".join(f"{n:.0f}" for n in numbers) for numbers in zip(*sums))
@@ -176,7 +164,6 @@ def imu_overruns(evidence: Evidence, source: str, executor: str) -> Finding:
 
 
 def lidar_pays(evidence: Evidence, source: str) -> Finding:
-    """RM's LiDAR responses are longer than the default executor's."""
     runs, deltas = evidence.timer_runs(), []
     for percent in UTILISATIONS:
         ours, stock = (runs.samples(percent, source, e, "lidar") for e in ("rm-ro", "default"))
@@ -190,7 +177,6 @@ def lidar_pays(evidence: Evidence, source: str) -> Finding:
 
 
 def table(evidence: Evidence, _source: str) -> Finding:
-    """Entries equal to the printed table."""
     rows = paper_rows(evidence)
     differences = (rows["bound_ms"] - rows["printed_ms"]).abs()
     equal = int((differences <= LIMITS.table_ms + 1e-9).sum())
@@ -199,7 +185,6 @@ def table(evidence: Evidence, _source: str) -> Finding:
 
 
 def schedulable(evidence: Evidence, _source: str) -> Finding:
-    """Bounds within deadlines."""
     rows = paper_rows(evidence)
     shares = rows["bound_ms"] / rows["task"].map(LIMITS.deadlines_ms)
     short = f"{int((shares <= 1).sum())} of {len(shares)}"
@@ -214,14 +199,12 @@ def reductions(evidence: Evidence) -> pd.DataFrame:
 
 
 def majority(evidence: Evidence, _source: str) -> Finding:
-    """Share of chains with a lower bound."""
     lower = 100 * reductions(evidence)["positive_share"]
     shares = percents(lower)
     return Finding(graded(lower.min() > 50, True), f"{shares} of the chains are lower", shares)
 
 
 def negative(evidence: Evidence, _source: str) -> Finding:
-    """Share of chains without a lower bound, over utilisation."""
     higher = list(100 * (1 - reductions(evidence)["positive_share"]))
     rising = all(a < b for a, b in itertools.pairwise(higher))
     verdict = graded(rising, True, higher[-1] > higher[0])
@@ -229,7 +212,6 @@ def negative(evidence: Evidence, _source: str) -> Finding:
 
 
 def almost_90(evidence: Evidence, _source: str) -> Finding:
-    """The largest reduction."""
     largest = float(reductions(evidence)["max"].max())
     low, high = LIMITS.almost_90
     verdict = graded(low <= largest <= high, True, largest > 50)
@@ -237,7 +219,6 @@ def almost_90(evidence: Evidence, _source: str) -> Finding:
 
 
 def delta(evidence: Evidence, _source: str) -> Finding:
-    """Release cost on this machine."""
     of_paper = 1e3 * LIMITS.paper_delta_ms
     us = evidence.table("wcrt_table.csv").groupby("delta_of")["delta_ns"].max() / 1e3
     most, nearly = us.reindex([f"this machine ({of})" for of in ("maximum", "p99.9")])
@@ -247,7 +228,6 @@ def delta(evidence: Evidence, _source: str) -> Finding:
 
 
 def total_delta(evidence: Evidence, _source: str) -> Finding:
-    """The cost of seven releases behind Table I."""
     one = float(paper_rows(evidence)["delta_ns"].iloc[0]) / 1e6
     near = abs(LIMITS.tasks * one - LIMITS.paper_total_delta_ms) <= LIMITS.total_delta_ms
     text = f"{LIMITS.tasks * one:.3f} ms from δ = {one:.3f} ms, the value behind Table I"
@@ -273,7 +253,6 @@ def real_ms(evidence: Evidence, quantile: str, *executors: str) -> list[float]:
 
 
 def slowdown(evidence: Evidence, source: str) -> Finding:
-    """Slowdown of the default executor."""
     pair = ("default", "rm-ro")
     if source == REAL:
         of_real = (real_ms(evidence, quantile, *pair) for quantile in ("max", "p99", "p50"))
@@ -291,7 +270,6 @@ def slowdown(evidence: Evidence, source: str) -> Finding:
 
 
 def best_worst_case(evidence: Evidence, source: str) -> Finding:
-    """Every other worst case is larger."""
     executors = ("rm-ro", *OTHERS)
     if source == REAL:
         values = real_ms(evidence, "max", *executors)
@@ -308,7 +286,6 @@ def best_worst_case(evidence: Evidence, source: str) -> Finding:
 
 
 def outperforms(evidence: Evidence, source: str) -> Finding:
-    """The effect against every other executor is large."""
     ours, *others = hot_paths(evidence, source, "rm-ro", *OTHERS)
     tests = [rank_test(ours, other) for other in others]
     deltas = [test.cliffs_delta for test in tests]
@@ -321,7 +298,6 @@ def outperforms(evidence: Evidence, source: str) -> Finding:
 
 
 def rate(evidence: Evidence, source: str) -> Finding:
-    """Rate of outputs."""
     (samples,) = hot_paths(evidence, source, "rm-ro")
     cells = [c for c in evidence.cells if (c["study"], c["source"]) == ("autoware", source)]
     durations = [c["duration_s"] for c in cells if "rm-ro" in c["executors"]]

@@ -1,75 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
 """The claims of claims.toml, and their verdicts."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 from hotpath_report.errors import Missing
 from hotpath_report.paper import checks
 from hotpath_report.paper.cells import ITEMS
 from hotpath_report.paper.checks import LIMITS, NO_DATA, NOT, PARTLY, Finding
-from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.reference import REAL
+from hotpath_report.paper.evidence import REAL, Evidence
 from hotpath_report.run import SOURCES
 
 TEXTS = ("item", "title", "quote", "rule", "paper")
 STUDIES = {item.name: item.studies for item in ITEMS}
 
 
-@dataclass(frozen=True)
-class Claim:
-    """A sentence of the paper with its check; `paper` is the paper's value."""
-
-    name: str
-    item: str
-    title: str
-    quote: str
-    paper: str
-    rule: str
-    check: Callable[..., Finding]  # of evidence, a source and `options`; raises Missing
-    options: dict[str, str]
-    why: dict[str, str]  # reason by verdict
-
-    @property
-    def sources(self) -> tuple[str, ...]:
-        """Where the findings come from that decide."""
-        return ("analysis",) if self.check in checks.COMPUTED else SOURCES
-
-    def found(self, evidence: Evidence, source: str) -> Finding | None:
-        """The finding of the check; None without data."""
-        try:
-            return self.check(evidence, source, **self.options)
-        except Missing:
-            return None
-
-
-def claims() -> Iterator[Claim]:
-    """All claims of claims.toml with their limits filled in."""
+def claims() -> Iterator[SimpleNamespace]:
+    """All claims of claims.toml: name and texts, with the limits filled in; the executor, if it is about one; the
+    check with its options and the sources that decide; reasons by verdict."""
     reasons = checks.CLAIMS["reasons"]
     for entry in checks.CLAIMS["claim"]:
+        check = getattr(checks, entry.get("check", entry["name"].replace("-", "_")))
         for executor in entry.get("executors", [""]):
             words = {**vars(LIMITS), "words": executor.replace("-ro", ", RO").replace("-re", ", RE")}
-            texts = {key: entry[key].format(**words).strip() for key in TEXTS}
             why = {verdict: entry.get(f"why_{verdict}", "") for verdict in (PARTLY, NOT)}
             why = entry.get("why", {}).get(executor, why)
-            yield Claim(
+            yield SimpleNamespace(
                 name=f"{entry['name']}-{executor}" if executor else entry["name"],
-                check=getattr(checks, entry.get("check", entry["name"].replace("-", "_"))),
+                executor=executor,
+                check=check,
                 options=entry.get("options", {}) | ({"executor": executor} if executor else {}),
+                sources=("analysis",) if check in checks.COMPUTED else SOURCES,
                 why={verdict: reasons.get(text, text).strip() for verdict, text in why.items() if text},
-                **texts,
+                **{key: entry[key].format(**words).strip() for key in TEXTS},
             )
-
-
-CLAIMS = tuple(claims())
 
 
 @dataclass(frozen=True)
 class Verdict:
     """A claim with its findings by source."""
 
-    claim: Claim
+    claim: SimpleNamespace
     findings: dict[str, Finding | None]
     real: Finding | None  # of the real ROS 2 stack, without a verdict
     cells: dict[str, str]  # by source: the cells behind the finding
@@ -125,10 +99,14 @@ class Verdict:
 def judge(evidence: Evidence, items: Collection[str] | None = None) -> list[Verdict]:
     """The verdicts on all claims of the items."""
     verdicts = []
-    for claim in (claim for claim in CLAIMS if items is None or claim.item in items):
-        executor = claim.options.get("executor", "")
-        cells = {s: evidence.names_of_cells(STUDIES[claim.item], s, executor) for s in claim.sources}
-        found = {source: claim.found(evidence, source) for source in claim.sources}
-        real = claim.found(evidence, REAL) if claim.sources == SOURCES else None
-        verdicts.append(Verdict(claim, found, real, cells))
+    for claim in (claim for claim in claims() if items is None or claim.item in items):
+        cells: dict[str, str] = {}
+        found: dict[str, Finding | None] = {}
+        for source in (*claim.sources, REAL):
+            cells[source] = evidence.names_of_cells(STUDIES[claim.item], source, claim.executor)
+            found[source] = None
+            if source != REAL or claim.sources == SOURCES:
+                with suppress(Missing):
+                    found[source] = claim.check(evidence, source, **claim.options)
+        verdicts.append(Verdict(claim, found, found.pop(REAL), cells))
     return verdicts

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurements of the cells as frames; the warm-up is left out as in summaries."""
+"""Measurements of the cells as frames, and data/ of a reproduction, which stores them; measurements of the real ROS 2
+stack on the same workloads (reference_system/ros2_reference). The warm-up is left out as in summaries."""
 
 import functools
+import gzip
+import json
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -11,12 +14,20 @@ from typing import Any
 import pandas as pd
 
 from hotpath_report.errors import Missing
+from hotpath_report.figures.timers import TimerRuns
+from hotpath_report.hotpath_command import PACKAGE, executor_named, output_of
 from hotpath_report.paper.cells import PAPER_LOAD_PERCENT, Cell
-from hotpath_report.paper.reference import Reference
-from hotpath_report.run import COUNTS, Run
-from hotpath_report.samples import TimerRuns, samples_by
+from hotpath_report.run import COUNTS, Run, samples_by
 from hotpath_report.statistics import Samples
-from hotpath_report.tables import read_json, read_table
+from hotpath_report.tables import make_folder, read_json, read_table, write_file, write_json
+
+REAL = "real"  # the source of its rows
+PACKAGES = ("reference_system", "hotpath_reference_system")  # in the source tree and installed
+# Executor names there and here. The fork gives all subscriptions one top priority (rule `first`).
+WORDS = {"singlethreaded": "default", "staticsinglethreaded": "static", "multithreaded": "multi"}
+WORDS |= {"events_re": "events-re"}
+COUNTED_IN_TRACES = "events-re"  # the longer runs lack it
+AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
 
 COPIED_TABLES = ("waters_summary.csv", "waters_histogram.csv", "wcrt_table.csv", "release_cost.csv")
 HOT_PATH_KEYS = ["study", "source", "load_percent", "executor", "repetition"]
@@ -26,6 +37,55 @@ COLUMNS = {
     "timers": [*RESPONSE_KEYS, *COUNTS, "deadline_ms", "response_max_ms", "bound_ms"],
     "responses": [*RESPONSE_KEYS, "response_ms"],
 }
+HOT_PATH_FILE, RESPONSES_FILE, TIMERS_FILE = "hot_path.csv.gz", "responses.csv.gz", "timers.csv"
+CELLS_FILE = "cells.json"
+# Files call the setting of a timers-only set its utilisation.
+IN_FILES = {"setting": "utilisation_percent"}
+IN_FRAMES = {"utilisation_percent": "setting"}
+
+
+def our_name(executor: str) -> str:
+    """The registry's name for an executor; there, release-only executors lack the suffix `-ro`."""
+    name = WORDS.get(executor, executor)
+    return name if executor_named(name) else f"{name}-ro"
+
+
+def traced_timers(path: Path) -> pd.DataFrame:
+    """The timers of a golden trace timers_only_PERCENT.EXECUTOR.csv."""
+    graph, executor = path.stem.split(".")
+    timers = pd.DataFrame(json.loads(output_of("feed", "golden", path))["tasks"])
+    worst = [response["max"] for response in timers["response_ms"]]
+    return timers.assign(setting=int(graph.split("_")[-1]), executor=executor, response_max_ms=worst)
+
+
+class Reference:
+    """Timers (as TimerRuns.counts) and hot path (ms) by executor; empty if not measured."""
+
+    def __init__(self) -> None:
+        self.timers, self.hot_path = pd.DataFrame(), pd.DataFrame()
+        folders = (PACKAGE.parents[1] / package / "ros2_reference" for package in PACKAGES)
+        folder = next((folder for folder in folders if folder.is_dir()), None)
+        if folder is None:
+            return
+        names = {"utilisation_percent": "setting", "released": "reached", "dropped": "skipped"}
+        timers = pd.read_csv(folder / "rclcpp_timers_only.csv").rename(columns=names)
+        timers["executor"] = timers["executor"].map(our_name)
+        traced = pd.concat(map(traced_timers, sorted((folder / "traces").glob("timers_only_*.csv"))))
+        counted = pd.concat([timers, traced[traced["executor"] == COUNTED_IN_TRACES]], ignore_index=True)
+        # The authors' programs measure another response time, see the reference's README.
+        counted = counted.drop(columns="response_max_ms")
+        keys = ["setting", "executor", "task"]
+        timers = counted.merge(traced[[*keys, "response_max_ms"]], on=keys, how="left")
+        timers["ran"] = timers["reached"] - timers["skipped"]
+        self.timers = timers.assign(study="timers", source=REAL, repetition=0)
+        autoware = pd.read_csv(folder / "rclcpp_autoware.csv")
+        autoware = autoware[autoware["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT]
+        self.hot_path = autoware.assign(executor=autoware["executor"].map(our_name)).set_index("executor")
+
+    def hot_path_ms(self, quantile: str) -> dict[str, float]:
+        """By executor; `quantile` is p50, p90, p99 or max."""
+        values = self.hot_path.get(f"hot_path_{quantile}_ms", pd.Series(dtype=float))
+        return {str(executor): float(value) for executor, value in values.items()}
 
 
 def base_name(executor: str) -> str:
@@ -89,9 +149,7 @@ class Evidence:
             raise Missing
         return self.tables[name]
 
-    def names_of_cells(
-        self, studies: Iterable[str], source: str, executor: str = "", setting: Any = None
-    ) -> str:
+    def names_of_cells(self, studies: Iterable[str], source: str, executor: str, setting: Any = None) -> str:
         """Names of the cells behind a number; several repetitions as `NAME.{1,2,3}`."""
         names: dict[str, list[int]] = {}
         for c in self.cells:
@@ -100,12 +158,20 @@ class Evidence:
             if c["study"] in studies and c["source"] == source and of_executor and of_setting:
                 name = c["name"].rpartition(".")[0] if source == "live" else c["name"]
                 names.setdefault(name, []).append(c["repetition"] + 1)
-        texts = []
-        for name, numbers in names.items():
-            text = ",".join(map(str, sorted(numbers)))
-            ending = f".{{{text}}}" if len(numbers) > 1 else f".{text}"
-            texts.append(name + (ending if source == "live" else ""))
-        return " ".join(sorted(texts))
+        if source != "live":
+            return " ".join(sorted(names))
+        numbers = {name: ",".join(map(str, sorted(of))) for name, of in names.items()}
+        return " ".join(sorted(f"{n}.{{{of}}}" if "," in of else f"{n}.{of}" for n, of in numbers.items()))
+
+    def store(self, folder: Path) -> None:
+        """Writes all data behind figures, tables and claims."""
+        make_folder(folder)
+        for name, file in (("hot_path", HOT_PATH_FILE), ("responses", RESPONSES_FILE)):
+            write_samples(getattr(self, name)[COLUMNS[name]], folder / file)
+        write_file(folder / TIMERS_FILE, self.timers.rename(columns=IN_FILES).to_csv(index=False))
+        for name, table in self.tables.items():
+            write_file(folder / name, table.to_csv(index=False))
+        write_json(folder / CELLS_FILE, self.cells)
 
 
 def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
@@ -128,7 +194,9 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
         facts["date"] = run.facts.get("date", "")
         if cell.study.startswith("timers"):
             keys["setting"] = cell.load_percent
-            frames["responses"].append(run.responses().assign(**keys))
+            timers = run.timer_counts()[["executor", "task"]]
+            responses = run.responses().merge(timers)  # keeps the left frame's order
+            frames["responses"].append(responses.assign(**keys))
             frames["timers"].append(run.timer_counts().assign(**keys | {"repetition": cell.repetition}))
         else:
             frame = run.latencies().assign(load_percent=cell.load_percent, **keys)
@@ -137,3 +205,36 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
         if found:
             setattr(made, name, pd.concat(found, ignore_index=True)[COLUMNS[name]])
     return made
+
+
+def write_samples(frame: pd.DataFrame, path: Path) -> None:
+    """Writes samples reproducibly; the last column is the value. Repeated values of a deterministic
+    simulation become one row with a count."""
+    value = frame.columns[-1]
+    texts = frame[value].map(lambda v: f"{v:.6f}".rstrip("0").rstrip("."))
+    frame = frame.assign(**{value: texts}, count=1)
+    simulated = frame["source"] == "simulated"
+    counted = frame[simulated].groupby(list(frame.columns[:-1]), sort=False, as_index=False)["count"].sum()
+    both = pd.concat([counted, frame[~simulated]]).rename(columns=IN_FILES)
+    write_file(path, gzip.compress(both.to_csv(index=False).encode(), 6, mtime=0))
+
+
+def read_samples(path: Path) -> pd.DataFrame:
+    """A file of samples, with a row per sample."""
+    frame = read_table(path, ["count"]).rename(columns=IN_FRAMES)
+    return frame.loc[frame.index.repeat(frame["count"])].drop(columns="count").reset_index(drop=True)
+
+
+def stored(publication: Path) -> Evidence:
+    """Reads the evidence of a published reproduction. Raises InputError."""
+    data, facts = publication / "data", read_json(publication / "facts.json", "reproduce_paper.sh")
+    columns = [IN_FILES.get(name, name) for name in COLUMNS["timers"]]
+    return Evidence(
+        read_samples(data / HOT_PATH_FILE),
+        read_table(data / TIMERS_FILE, columns[:-2], optional=columns[-2:]).rename(columns=IN_FRAMES),
+        read_samples(data / RESPONSES_FILE),
+        {name: read_table(data / name) for name in COPIED_TABLES if (data / name).exists()},
+        read_json(data / CELLS_FILE),
+        facts["machine"],
+        facts["mode"],
+    )

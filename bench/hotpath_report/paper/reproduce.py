@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reproduces the tables and figures of the paper's evaluation; --live also measures."""
+"""`hotpath paper figures`: reproduces the tables and figures of the paper's evaluation."""
 
-import argparse
 import contextlib
 import fcntl
 import hashlib
+import json
 import os
 import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
@@ -29,68 +28,33 @@ BAR = "{percentage:3.0f} %, {remaining} left{postfix}"
 tell = partial(print, file=sys.stderr)
 
 
-def parser() -> argparse.ArgumentParser:
-    """Parser of the options."""
-    made = argparse.ArgumentParser(prog="reproduce_paper.sh", description=__doc__)
-    measure = "also measure: takes hours, resumable (with --quick: minutes)"
-    made.add_argument("--live", action="store_true", help=measure)
-    length = made.add_mutually_exclusive_group()
-    quick, full = "all items with short runs", "live runs as long as the paper's: 300 s and 600 s"
-    length.add_argument("--quick", dest="mode", action="store_const", const="quick", help=quick)
-    length.add_argument("--full", dest="mode", action="store_const", const="full", help=full)
-    only = "only this item, or several separated by commas; see `hotpath list figures`"
-    made.add_argument("--only", metavar="ITEM", action="append", default=[], help=only)
-    listed = "list the items with their durations and exit"
-    made.add_argument("--list", action="store_true", help=listed)
-    output = "folder for results and for resuming (%(default)s)"
-    made.add_argument("--output", metavar="FOLDER", type=Path, default="runs/paper", help=output)
-    return made
-
-
-def parse(arguments: Sequence[str]) -> argparse.Namespace:
-    """Parses and checks the options. Raises InputError."""
-    options = parser().parse_args(arguments)
-    options.hotpath = str(hotpath_command.program())
-    options.mode = MODES[options.mode or "standard"]
-    options.items = [name for part in options.only for name in part.split(",") if name] or list(NAMES)
-    for name in options.items:
-        if name not in NAMES:
-            raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(NAMES)}")
-    # On most machines the last processors get the fewest interrupts.
-    options.cpus = sorted(os.sched_getaffinity(0), reverse=True)
-    return options
-
-
-def list_items(mode: str, cells: list[Cell]) -> None:
+def list_items() -> None:
     """Prints the items with their cells and durations."""
+    cells = all_cells(MODES["standard"], SEED)
     print(f"{'item':<16} {'simulated':>10} {'live':>16}  what")
     for item in ITEMS:
         mine = [c for c in cells if c.study in item.studies]
         live = [c.seconds for c in mine if c.source == "live"]
-        length = duration_text(sum(live)) if live else ""
-        what = item.title + ("" if item.paper else " (beyond the paper)")
-        print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {what}")
+        length, beyond = duration_text(sum(live)) if live else "", "" if item.paper else " (beyond the paper)"
+        print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {item.title}{beyond}")
     live_s = sum(c.seconds for c in cells if c.source == "live")
-    print(f"All live repetitions in mode {mode}: {duration_text(live_s)}; items share repetitions.")
+    print(f"All live repetitions in mode standard: {duration_text(live_s)}; items share repetitions.")
 
 
-def build_of(hotpath: str) -> str:
+def build_of(hotpath: Path) -> str:
     """Version and content hash of the program; results of equal builds are comparable."""
     try:
-        with open(hotpath, "rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()[:12]
+        digest = hashlib.sha256(hotpath.read_bytes()).hexdigest()[:12]
         return f"{hotpath_command.output_of('--version').strip()} ({digest})"
     except (OSError, RunError) as error:
-        hint = "build it with launch_scripts/build.sh"
-        raise InputError(f"{hotpath}: cannot run ({error}); {hint}") from None
+        raise InputError(f"{hotpath}: cannot run ({error}); build it with launch_scripts/build.sh") from None
 
 
-def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
+def open_folder(folder: Path, mode: str, cells: list[Cell]) -> TextIO:
     """Writes the plan at the first start and rejects a different plan later. The open file locks the folder: another
     process would remove running measurements. Raises InputError."""
-    folder, path = options.output, options.output / "plan.json"
-    where = f"--output {folder}"
-    plan = {"mode": options.mode.name, "seed": SEED, "order": [c.name for c in cells]}
+    path, where = folder / "plan.json", f"--output {folder}"
+    plan = {"mode": mode, "seed": SEED, "order": [c.name for c in cells]}
     try:
         make_folder(folder / "cells")
         file = open(folder / ".lock", "w", encoding="ascii")
@@ -102,38 +66,33 @@ def open_folder(options: argparse.Namespace, cells: list[Cell]) -> TextIO:
         raise InputError(f"{where}: another reproduction runs there; wait, or name another folder") from None
     except OSError as error:
         raise InputError(f"{where}: cannot be written ({error.strerror})") from None
-    mode = before.get("mode")
-    if before and mode != plan["mode"]:
-        raise InputError(f"{where} holds a reproduction in mode `{mode}`; use this mode or another folder")
+    if before and before.get("mode") != mode:
+        held = f"{where} holds a reproduction in mode `{before.get('mode')}`"
+        raise InputError(f"{held}; use this mode or another folder")
     if before and before.get("order") != plan["order"]:
         raise InputError(f"{where} holds results of another version of this script; name another folder")
     return file
 
 
-def run_cells(runner: Runner, todo: list[Cell]) -> None:
-    """Runs simulations first, then what measures, one at a time."""
-    measuring = [c for c in todo if c.alone or c.source == "live"]
-    runner.run_all([c for c in todo if c not in measuring], SIMULATIONS_AT_ONCE)
-    runner.run_all(measuring, 1)
+def tell_repeated(runner: Runner, todo: list[Cell], output: Path) -> None:
+    """Notes which complete live cells are measured again, and why."""
+    live = (facts_of(runner.folder / c.name / "cell.json") for c in todo if c.source == "live")
+    builds = Counter(facts["build"] == runner.build for facts in live if facts.get("complete"))
+    processors = ",".join(map(str, runner.cpus))
+    how = {False: f"by another build than {runner.build}", True: f"on other processors than {processors}"}
+    for same in (same for same in how if builds[same]):
+        again = f"measuring them again; the old results move to {output}/superseded"
+        tell(f"{builds[same]} live cells were measured {how[same]}: {again}")
 
 
-def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> None:
-    """Runs the missing cells. Raises Interrupted."""
+def measure(runner: Runner, wanted: list[Cell], output: Path) -> None:
+    """Runs the missing cells: simulations first, then what measures, one at a time. Raises Interrupted."""
     import tqdm
 
     todo = [c for c in wanted if not runner.complete(c)]
     if len(todo) < len(wanted):
         tell(f"{len(wanted) - len(todo)} of {len(wanted)} cells are complete; continuing with the rest")
-    live = (runner.facts(c) for c in todo if c.source == "live")
-    builds = Counter(facts["build"] == runner.build for facts in live if facts.get("complete"))
-    processors = ",".join(map(str, runner.cpus))
-    for same, how in (
-        (False, f"by another build than {runner.build}"),
-        (True, f"on other processors than {processors}"),
-    ):
-        if builds[same]:
-            again = f"measuring them again; the old results move to {options.output}/superseded"
-            tell(f"{builds[same]} live cells were measured {how}: {again}")
+    tell_repeated(runner, todo, output)
     total, on_terminal = sum(c.seconds for c in todo), sys.stderr.isatty()
     bar: Any = tqdm.tqdm(total=total, bar_format=BAR, leave=False, disable=not on_terminal)
 
@@ -142,53 +101,56 @@ def measure(options: argparse.Namespace, runner: Runner, wanted: list[Cell]) -> 
         bar.update(seconds)
 
     runner.on_change = show
+    measuring = [c for c in todo if c.alone or c.source == "live"]
     with contextlib.closing(bar), interruptible():
-        run_cells(runner, todo)
+        runner.run_all([c for c in todo if c not in measuring], SIMULATIONS_AT_ONCE)
+        runner.run_all(measuring, 1)
     for cell, sentence in runner.failed:
         tell(f"{cell.name} failed: {sentence}")
 
 
-def present(options: argparse.Namespace, runner: Runner, cells: list[Cell]) -> None:
-    """Writes the results, and prints a line per claim."""
+def present(output: Path, mode: str, items: list[str], cells: list[Cell], complete: list[Cell]) -> None:
+    """Writes the results of the complete cells, and prints a line per claim."""
     from hotpath_report.paper import evidence, results  # takes a second; not needed for errors
 
-    complete = [c for c in cells if runner.complete(c)]
     # With --only, keep showing other complete items.
     found = {c.study for c in complete}
-    shown = [item.name for item in ITEMS if item.name in options.items or set(item.studies) <= found]
-    collected = evidence.collect(options.output, complete)
-    collected.mode = options.mode.name
+    shown = [item.name for item in ITEMS if item.name in items or set(item.studies) <= found]
+    collected = evidence.collect(output, complete)
+    collected.mode = mode
     planned = sum(c.source == "live" for c in cells)
-    verdicts = results.write_results(collected, shown, options.output, planned)
+    verdicts = results.write_results(collected, shown, output, planned)
     for v in verdicts:
         text = next((f.text for f in reversed(v.known.values())), "")
         print(f"{v.verdict:<10}  {v.claim.name:<22} {text}")
     print(", ".join(f"{count} {word}" for word, count in Counter(v.verdict for v in verdicts).items()))
     if collected.machine is not None:
         print(results.prose("noise", collected))
-    print(f"The page: {options.output}/report.html (and report.md); data: {options.output}/data")
+    print(f"The page: {output}/report.html (and report.md); data: {output}/data")
 
 
-def reproduce(*arguments: str) -> int:
-    """Runs the selected cells and writes the page. Raises InputError, RunError."""
-    began, options = time.monotonic(), parse(arguments)
-    cells = all_cells(options.mode, SEED)
-    if options.list:
-        list_items(options.mode.name, cells)
-        return 0
-    studies = {study for item in ITEMS if item.name in options.items for study in item.studies}
-    wanted = [c for c in cells if c.study in studies and (options.live or c.source != "live")]
-    build = build_of(options.hotpath)
-    with open_folder(options, cells):
-        runner = Runner(options.hotpath, build, options.output, options.cpus)
+def reproduce(options: str) -> int:
+    """Runs the cells that the JSON `options` of `hotpath paper figures` select, and writes the page. Raises
+    InputError, RunError."""
+    began, o = time.monotonic(), json.loads(options)
+    items, output = o["only"] or list(NAMES), Path(o["output"])
+    for name in items:
+        if name not in NAMES:
+            raise InputError(f"--only: unknown item `{name}`; choose from {', '.join(NAMES)}")
+    cells = all_cells(MODES[o["mode"]], SEED)
+    studies = {study for item in ITEMS if item.name in items for study in item.studies}
+    wanted = [c for c in cells if c.study in studies and (o["live"] or c.source != "live")]
+    program = hotpath_command.program()
+    build = build_of(program)
+    with open_folder(output, o["mode"], cells):
+        # On most machines the last processors get the fewest interrupts.
+        runner = Runner(str(program), build, output, sorted(os.sched_getaffinity(0), reverse=True))
         try:
-            measure(options, runner, wanted)
-            present(options, runner, cells)
+            measure(runner, wanted, output)
+            present(output, o["mode"], items, cells, [c for c in cells if runner.complete(c)])
         except Interrupted as signalled:
-            done = f"{sum(map(runner.complete, cells))} cells are complete"
-            tell(
-                f"Interrupted; {done}. The same command resumes; without --live it shows the results so far."
-            )
+            done = f"Interrupted; {sum(map(runner.complete, cells))} cells are complete"
+            tell(f"{done}. The same command resumes; without --live it shows the results so far.")
             return signalled.exit_code
         except KeyboardInterrupt:
             tell("Interrupted while writing the page; the same command writes it again.")

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the results of a reproduction: data/, figures/, claims.json, report.html, report.md."""
 
-import itertools
 from collections import Counter
 from collections.abc import Collection
 from contextlib import suppress
-from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -13,24 +12,22 @@ import pandas as pd
 
 from hotpath_report import statistics
 from hotpath_report.errors import Missing
-from hotpath_report.figures.violins import percentile_table
-from hotpath_report.pages import curves, interactive
+from hotpath_report.figures.timers import GROUPS
+from hotpath_report.figures.violins import Drawing, percentile_table
+from hotpath_report.pages import interactive
 from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.text import environment
 from hotpath_report.pages.writer import Section, Table, make_figure, write_page
-from hotpath_report.paper import drawings, storage, tables
-
-from hotpath_report.paper.cells import (
-    EXECUTORS, ITEMS, MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS, duration_text
-)  # fmt: skip
+from hotpath_report.paper import evidence as evidence_of
+from hotpath_report.paper import items as parts_of
+from hotpath_report.paper.cells import EXECUTORS, ITEMS, MODES, PAPER_LOAD_PERCENT, SPEC, UTILISATIONS
+from hotpath_report.paper.cells import duration_text
 from hotpath_report.paper.checks import LIMITS
 from hotpath_report.paper.claims import Verdict, judge
-from hotpath_report.paper.evidence import Evidence
-from hotpath_report.paper.reference import REAL
+from hotpath_report.paper.evidence import REAL, Evidence
 from hotpath_report.paper.runner import CAUSES
 from hotpath_report.run import SOURCES
-from hotpath_report.samples import GROUPS
-from hotpath_report.statistics import Estimate
+from hotpath_report.statistics import Estimate, Samples
 from hotpath_report.tables import make_folder, write_file, write_json
 
 OVER_LOAD = next(item.figure for item in ITEMS if item.shows == "over_load")
@@ -64,8 +61,8 @@ def live_runs(evidence: Evidence) -> list[dict[str, Any]]:
         mine = [c for c in evidence.live_cells if c["study"] == study]
         counts = Counter(c["name"].rpartition(".")[0] for c in mine).values()
         if mine:
-            times = sorted({min(counts), max(counts)})
-            found.append({"name": name, "times": times, "lengths": sorted({c["duration_s"] for c in mine})})
+            lengths = sorted({c["duration_s"] for c in mine})
+            found.append({"name": name, "times": sorted({min(counts), max(counts)}), "lengths": lengths})
     return found
 
 
@@ -75,8 +72,7 @@ def noise_table(evidence: Evidence) -> Table:
     for c in sorted(evidence.live_cells, key=lambda c: str(c["name"])):
         percent = (c["noise"].get(f"{cause}_percent") for cause in CAUSES)
         shares = ["" if share is None else f"{share:.2f}" for share in percent]
-        name, marks = c["name"].removeprefix("live."), "; ".join(c["noise"]["marks"])
-        rows.append([name, *shares, marks])
+        rows.append([c["name"].removeprefix("live."), *shares, "; ".join(c["noise"]["marks"])])
     header = ["repetition", "stolen %", "throttled %", "used by others %", "marks"]
     return Table("All live repetitions", header, rows, folded=True)
 
@@ -86,12 +82,12 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
     made = []
     for item in (item for item in ITEMS if item.name in items):
         section = Section(item.name, item.title, item.paper or "Beyond the paper", item.text)
-        draw = partial(getattr(drawings, item.shows), evidence, **item.options)
         with suppress(Missing):
-            section.figures.append(make_figure(item.figure, item.caption, draw))
-        with suppress(Missing):
-            table = getattr(tables, item.shows)(evidence, **item.options)
-            section.tables += [table] if table.rows else []
+            for part in getattr(parts_of, item.shows)(evidence, **item.options):
+                if isinstance(part, Drawing):
+                    section.figures.append(make_figure(item.figure, item.caption, part))
+                elif part.rows:
+                    section.tables.append(part)
         made.append(section)
     return made
 
@@ -99,38 +95,35 @@ def sections(evidence: Evidence, items: Collection[str]) -> list[Section]:
 def measured(evidence: Evidence) -> list[Measured]:
     """The hot path, and the response times of each group of timers in each task set, by source."""
     runs = evidence.timer_runs()
-    latencies = [
-        {
-            e: s
-            for (*of, e), s in evidence.all_latencies.items()
-            if of == ["autoware", source, PAPER_LOAD_PERCENT]
-        }
-        for source in SOURCES
-    ]
+    latencies: list[dict[str, Samples]] = [{} for _ in SOURCES]
+    for (study, source, load, executor), samples in evidence.all_latencies.items():
+        if (study, load) == ("autoware", PAPER_LOAD_PERCENT):
+            latencies[SOURCES.index(source)][executor] = samples
     made = [Measured("chain", "hot path", "Hot path", "hot-path latency (ms)", "hot_path", latencies)]
-    for group, percent in itertools.product(GROUPS.values(), UTILISATIONS):
+    for group, percent in product(GROUPS.values(), UTILISATIONS):
         name = f"{group}, {percent} % set"
-        of = [
-            {e: s for e in runs.executors if (s := runs.samples(percent, source, e, group))}
-            for source in SOURCES
-        ]
+        of = [{e: runs.samples(percent, s, e, group) for e in runs.executors} for s in SOURCES]
+        of = [{e: samples for e, samples in of_source.items() if samples} for of_source in of]
         made.append(Measured("task", name, f"Timers: {name}", "response time (ms)", "", of))
     return [m for m in made if any(m.runs)]
 
 
-def plots(evidence: Evidence) -> list[dict[str, Any]]:
-    """Median and worst hot-path latency over the load."""
-    made = []
+def document(evidence: Evidence) -> dict[str, Any]:
+    """What the interactive part shows: distributions, and median and worst hot-path latency over the load."""
+    found, made = measured(evidence), []
+    executors = {s: list(dict.fromkeys(e for m in found for e in m.runs[k])) for k, s in enumerate(SOURCES)}
+    data = interactive.without_targets(executors)
+    data["targets"] = [m.target(m.samples(data["series"])) for m in found]
     with suppress(Missing):
-        points = drawings.load_points(evidence)
+        points = parts_of.load_points(evidence)
+        shown = [(source, e) for source, e in product(SOURCES, EXECUTORS["map"]) if (source, e) in points]
         for p, title in ((0.5, "median hot-path latency (ms)"), (1.0, "worst hot-path latency (ms)")):
             lines = [
                 (e, f"{e}, {source}", {float(load): s.estimate(p) for load, s in points[source, e].items()})
-                for source, e in itertools.product(SOURCES, EXECUTORS["map"])
-                if (source, e) in points
+                for source, e in shown
             ]
-            made.append(curves.plot(title, "load in % of one core", curves.lines(lines), OVER_LOAD))
-    return made
+            made.append(interactive.plot(title, "load in % of one core", lines, OVER_LOAD))
+    return data | {"plots": made}
 
 
 def percentiles(evidence: Evidence) -> pd.DataFrame:
@@ -139,7 +132,7 @@ def percentiles(evidence: Evidence) -> pd.DataFrame:
     for study in sorted(set(evidence.timers["study"])):
         runs = evidence.timer_runs(study)
         keys = sorted(runs.counts.groupby(runs.KEY).groups, key=str)
-        for (setting, source, executor), group in itertools.product(keys, GROUPS):
+        for (setting, source, executor), group in product(keys, GROUPS):
             samples = runs.samples(setting, source, executor, group)
             found["response", study, source, setting, executor, group] = samples
     names = ("quantity", "study", "source", "setting", "executor", "tasks")
@@ -160,11 +153,11 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
     write_json(folder / "claims.json", [v.as_json() for v in verdicts])
     made = sections(evidence, items)
     figures = {figure.name: figure for section in made for figure in section.figures}
-    shown = interactive.distributions(SOURCES, measured(evidence)) | {"plots": plots(evidence)}
     write_page(
         folder,
-        "reproduction",
         made,
+        document(evidence),
+        "reproduction",
         evidence=evidence,
         planned=planned,
         slowdowns=slowdowns(evidence),
@@ -176,14 +169,13 @@ def write_page_of(evidence: Evidence, items: Collection[str], folder: Path, plan
         live_runs=live_runs(evidence),
         statistics=statistics,
         noise_table=noise_table(evidence),
-        interactive=interactive.embedded(shown),
     )
     return verdicts
 
 
 def write_results(evidence: Evidence, items: Collection[str], folder: Path, planned: int) -> list[Verdict]:
     """Writes all results; `planned`: number of live repetitions in the plan."""
-    storage.write(evidence, folder / "data")
+    evidence.store(folder / "data")
     verdicts = write_page_of(evidence, items, folder, planned)
     seconds = sum(c["duration_s"] for c in evidence.live_cells)
     facts = {
@@ -204,7 +196,7 @@ def write_results(evidence: Evidence, items: Collection[str], folder: Path, plan
 
 def write_published(publication: Path, folder: Path) -> None:
     """Judges and draws a published reproduction again from its data/."""
-    evidence = storage.stored(publication)
+    evidence = evidence_of.stored(publication)
     studies = {c["study"] for c in evidence.cells}
     items = [item.name for item in ITEMS if set(item.studies) <= studies]
     write_page_of(evidence, items, folder, len(evidence.live_cells))

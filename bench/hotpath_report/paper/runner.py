@@ -15,7 +15,7 @@ from typing import Any
 
 from hotpath_report.errors import InputError, RunError
 from hotpath_report.hotpath_command import ENDS_WITH_US
-from hotpath_report.paper.cells import Cell
+from hotpath_report.paper.cells import FACTS, Cell
 from hotpath_report.tables import name_durably, read_json, write_json
 
 CAUSES = ("stolen", "throttled", "others")  # of disturbances: the kernel's counters in run.json
@@ -62,20 +62,17 @@ class Runner:
     def command(self, cell: Cell, output: object) -> list[str]:
         """Arguments of `hotpath`."""
         cpus = ",".join(map(str, self.cpus_of(cell)))
-        return cell.command(output, ("--cpus", cpus, "--domain", "0") if cpus else ())
+        place = ["--cpus", cpus, "--domain", "0"] if cpus else []
+        return [*cell.command(), *place, "--output", str(output)]
 
     def identity(self, cell: Cell) -> dict[str, Any]:
         """Facts that two equivalent results of a cell share."""
         command = ["hotpath", *self.command(cell, f"cells/{cell.name}")]
         return {"command": command, "build": self.build, "complete": True}
 
-    def facts(self, cell: Cell) -> dict[str, Any]:
-        """The stored facts of a cell; empty without a folder."""
-        return facts_of(self.folder / cell.name / "cell.json")
-
     def complete(self, cell: Cell) -> bool:
         """Whether the cell's folder holds the planned result of this build."""
-        return self.identity(cell).items() <= self.facts(cell).items()
+        return self.identity(cell).items() <= facts_of(self.folder / cell.name / "cell.json").items()
 
     def store(self, cell: Cell, part: Path, facts: dict[str, Any]) -> None:
         """Gives a complete result its name. Moves a live result of another build aside, and deletes a simulated one."""
@@ -90,17 +87,18 @@ class Runner:
             os.replace(folder, next(name for name in names if not name.exists()))
         name_durably(part, folder)
 
-    def start(self, cell: Cell, command: list[str]) -> subprocess.Popen[str] | None:
-        """Starts a cell's process; None after an interruption. Raises RunError."""
+    def run(self, cell: Cell) -> None:
+        """Runs one cell to completion, unless the reproduction was interrupted. Raises RunError."""
+        part = self.folder / f".{cell.name}.{os.getpid()}.part"
         with self.lock:
             if self.stopped:
-                return None
+                return
             if self.signature() != self.command_file:
                 kept = "was replaced during the measurement; complete cells are kept"
                 again = "The same command measures everything again with the new program"
                 raise RunError(f"{self.hotpath} {kept}. {again}")
-            self.running[cell.name] = subprocess.Popen(
-                [*ENDS_WITH_US, self.hotpath, *command],
+            process = self.running[cell.name] = subprocess.Popen(
+                [*ENDS_WITH_US, self.hotpath, *self.command(cell, part)],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.PIPE,
@@ -109,14 +107,6 @@ class Runner:
                 env={**os.environ, "HOTPATH_FIGURES": "none"},
                 start_new_session=True,  # this process forwards Ctrl-C once
             )
-            return self.running[cell.name]
-
-    def run(self, cell: Cell) -> None:
-        """Runs one cell to completion."""
-        part = self.folder / f".{cell.name}.{os.getpid()}.part"
-        process = self.start(cell, self.command(cell, part))
-        if process is None:
-            return
         self.on_change(0)
         _, errors = process.communicate()
         with self.lock:
@@ -125,12 +115,12 @@ class Runner:
                 return
         run = facts_of(part / "run.json")
         if process.returncode != 0 or run.get("complete", True) is not True:
-            self.failed.append(
-                (cell, (errors.strip().splitlines() or [f"exit code {process.returncode}"])[-1])
-            )
+            lines = errors.strip().splitlines() or [f"exit code {process.returncode}"]
+            self.failed.append((cell, lines[-1]))
             shutil.rmtree(part, ignore_errors=True)
         else:
-            facts = self.identity(cell) | cell.facts() | {"cpus": self.cpus_of(cell)}
+            facts = self.identity(cell) | {name: getattr(cell, name) for name in FACTS}
+            facts["cpus"] = self.cpus_of(cell)
             if cell.source == "live":
                 facts["noise"] = noise_of(run, facts_of(part / "summary.json"))
             self.store(cell, part, facts)

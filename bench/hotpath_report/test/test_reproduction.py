@@ -25,7 +25,6 @@ import pandas as pd
 
 from hotpath_report.paper import cells, checks
 from hotpath_report.paper import evidence as evidence_of
-from hotpath_report.paper import storage
 from hotpath_report.paper.claims import judge
 from hotpath_report.paper.checks import NO_DATA, NOT, PARTLY, REPRODUCED
 from hotpath_report.paper.cells import NAMES
@@ -33,12 +32,12 @@ from hotpath_report.paper.cells import NAMES
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
 HOTPATH = os.environ.get("HOTPATH", "hotpath")
 TIME_LIMIT_S = 100
-ITEMS = "dropped-jobs,wcrt-table,hot-path"
+ITEMS = ("dropped-jobs", "wcrt-table", "hot-path")
 
 
-def reproduce(output: Path, *arguments: object) -> list[Any]:
-    words = [sys.executable, "-I", "-B", str(BENCH), "reproduce", "--quick"]
-    return [*words, "--output", str(output), *arguments]
+def reproduce(output: Path, *only: str) -> list[Any]:
+    options = {"mode": "quick", "live": False, "only": only, "output": str(output)}
+    return [sys.executable, "-I", "-B", str(BENCH), "reproduce", json.dumps(options)]
 
 
 def call(words: Any, **options: Any) -> Any:
@@ -98,7 +97,7 @@ class Simulated(ReproductionTest):
     def setUpClass(cls) -> None:
         holder = cls.enterClassContext(tempfile.TemporaryDirectory(prefix="hotpath_reproduction_"))
         cls.output = Path(holder) / "paper"
-        cls.first = call(reproduce(cls.output, "--only", ITEMS))
+        cls.first = call(reproduce(cls.output, *ITEMS))
         studies = ("timers", "timers_with_release_cost", "autoware", "wcrt")
         every = cells.all_cells(cells.MODES["quick"], 1)
         wanted = [c for c in every if c.source != "live" and c.study in studies]
@@ -175,7 +174,7 @@ class Simulated(ReproductionTest):
                 self.assertIn(f"{lost} of them in repetitions marked", found["live"].text)
 
     def test_samples_are_read_back_as_written(self) -> None:
-        stored = storage.stored(self.output)
+        stored = evidence_of.stored(self.output)
         key = ("autoware", "simulated", "rm-ro")
         written, read = (e.latencies(*key).pooled for e in (self.evidence, stored))
         self.assertEqual(sorted(read), sorted(round(v, 6) for v in written))
@@ -193,7 +192,7 @@ class Simulated(ReproductionTest):
     def test_a_complete_reproduction_repeats_no_cell(self) -> None:
         before = finished_cells(self.output)
         with without_page():
-            again = call_here(reproduce(self.output, "--only", ITEMS))
+            again = call_here(reproduce(self.output, *ITEMS))
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual(finished_cells(self.output), before)
 
@@ -216,7 +215,7 @@ class Simulated(ReproductionTest):
         changed.hot_path = pd.concat([frame[frame["executor"] != "rm-ro"], default], ignore_index=True)
         for name in ("timers", "responses"):
             setattr(changed, name, as_if(getattr(changed, name), "timers", "rm-ro", "default"))
-        storage.write(changed, other / "data")
+        changed.store(other / "data")
         claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
         (other / "claims.json").write_text(json.dumps([{**c, "verdict": NOT} for c in claims]))
         result = hotpath("diff", self.output, other)
@@ -237,7 +236,7 @@ class Resumption(ReproductionTest):
 
     def interrupted(self, number: int) -> tuple[Any, Any, Any, Any, Any]:
         output = self.folder() / "paper"
-        words = reproduce(output, "--only", "load,phases")
+        words = reproduce(output, "load", "phases")
         process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.wait_for(lambda: process.poll() is not None or len(finished_cells(output)) >= 2, "no cell ended")
         process.send_signal(number)
@@ -248,7 +247,7 @@ class Resumption(ReproductionTest):
         return output, process.returncode, errors, done, plan
 
     def goes_on(self, output: Path, done: Any, plan: Any) -> None:
-        again = call_here(reproduce(output, "--only", "load,phases"))
+        again = call_here(reproduce(output, "load", "phases"))
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual((output / "plan.json").read_bytes(), plan)
         after = finished_cells(output)
@@ -280,9 +279,10 @@ class WrongUse(ReproductionTest):
 
     def test_messages_name_the_problem(self) -> None:
         folder = self.folder()
-        self.assert_refused(reproduce(folder, "--only", "violins"), "violins", "dropped-jobs")
-        self.assert_refused(reproduce(folder, "--full"), "--quick")
-        self.assert_refused(reproduce(folder, "--fast"), "--fast")
+        self.assert_refused(reproduce(folder, "violins"), "violins", "dropped-jobs")
+        both = hotpath("paper", "figures", "--quick", "--live", "full", "--output", folder)
+        self.assertEqual(both.returncode, 2)
+        self.assertIn("--quick", both.stderr)
         with mock.patch.dict(os.environ, {"HOTPATH": "/nowhere"}):
             self.assert_refused(reproduce(folder), "/nowhere", "build")
 
@@ -290,15 +290,15 @@ class WrongUse(ReproductionTest):
         folder = self.folder()
         with open(folder / ".lock", "w", encoding="ascii") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
-            self.assert_refused(reproduce(folder, "--only", "overhead"), "another reproduction")
+            self.assert_refused(reproduce(folder, "overhead"), "another reproduction")
 
     def test_another_mode_cannot_resume(self) -> None:
         folder = self.folder()
         (folder / "plan.json").write_text(json.dumps({"mode": "standard", "order": []}))
-        self.assert_refused(reproduce(folder, "--only", "overhead"), "standard")
+        self.assert_refused(reproduce(folder, "overhead"), "standard")
 
     def test_list_names_every_item(self) -> None:
-        result = call_here(reproduce(self.folder(), "--list"))
+        result = call_here([str(BENCH), "reproduction-items"])
         self.assertEqual(result.returncode, 0, result.stderr)
         for name in NAMES:
             self.assertIn(name, result.stdout)

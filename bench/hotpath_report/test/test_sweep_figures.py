@@ -12,7 +12,7 @@ from unittest.mock import patch
 from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.pages import capacity_page, sweep_page
-from hotpath_report.figures.sweep import Table
+from hotpath_report.pages.sweep_page import Table
 
 COLUMNS = "cell,load,phases,repetition,seed,failure,executor,chain,"
 COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_overruns"
@@ -42,7 +42,7 @@ class SweepFigures(unittest.TestCase):
         self.write()
         table = Table(self.folder)
         rows = table.rows[table.rows["executor"] == "rm-ro"]
-        median, worst = (table.points(rows, m) for m in table.measures[:2])
+        median, worst = (table.points(rows, column) for column in list(table.measures)[:2])
         self.assertEqual({x: e.value for x, e in median.items()}, {20: 11, 40: 21, 60: 31})
         self.assertEqual(worst[60].value, 64)
         self.assertTrue(median[20].has_interval)
@@ -51,7 +51,7 @@ class SweepFigures(unittest.TestCase):
         self.write()
         table = Table(self.folder)
         self.assertEqual(table.failed, 3)
-        points = table.points(table.rows[table.rows["executor"] == "default"], table.measures[0])
+        points = table.points(table.rows[table.rows["executor"] == "default"], "hot_path_p50_ms")
         self.assertEqual(list(points), [20, 40])
 
     def test_all_figures_are_drawn(self) -> None:

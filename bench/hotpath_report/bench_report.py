@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""bench.json of one `hotpath bench` folder, and report.md from it, as specified in bench.toml. bench.json has the
+format of Google Benchmark, whose compare.py therefore compares the times of two folders; `hotpath diff` compares the
+other values."""
+
+import math
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from hotpath_report.errors import InputError
+from hotpath_report.statistics import median
+from hotpath_report.tables import read_json, write_file
+
+Key = tuple[str, str]  # benchmark and metric
+Spec = dict[str, Any]  # a table of bench.toml
+SPEC: Spec = tomllib.loads(Path(__file__).with_name("bench.toml").read_text(encoding="utf-8"))
+FILE = "bench.json"
+TIME = "time_ns"
+NS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
+# Numbers of Google Benchmark's own that are no result.
+BOOKKEEPING = "family_index per_family_instance_index repetitions repetition_index threads iterations".split()
+BOOKKEEPING += ["real_time", "cpu_time"]
+# They say how it was measured, not what.
+MODIFIERS = re.compile(r"/(iterations:|manual_time|min_time:|real_time|repeats:)[^/]*")
+
+
+def three_digits(value: float) -> str:
+    """A number with three significant digits, trailing zeros kept, never with an exponent."""
+    return "0" if value <= 0 else f"{value:.{max(0, 2 - math.floor(math.log10(value)))}f}"
+
+
+def name_of(row: dict[str, Any]) -> str:
+    """The benchmark of one row of Google Benchmark."""
+    return MODIFIERS.sub("", row["run_name"])
+
+
+def values_of(row: dict[str, Any]) -> Iterator[tuple[Key, float]]:
+    """Time (ns) and counters of one row; units of counters are the endings of their names."""
+    benchmark = name_of(row)
+    yield (benchmark, TIME), row["real_time"] * NS[row["time_unit"]]
+    for metric, value in row.items():
+        if isinstance(value, (int, float)) and metric not in BOOKKEEPING:
+            yield (benchmark, metric), value
+
+
+class Bench:
+    """bench.json: for each benchmark and metric one value per repetition, and their median."""
+
+    def __init__(self, folder: str | Path) -> None:
+        path = Path(folder) / FILE
+        content: Any = read_json(path, "hotpath bench")
+        self.values: dict[Key, list[float]] = {}
+        try:
+            self.facts: dict[str, Any] = content["context"]
+            self.machine: dict[str, Any] = self.facts["machine"]
+            for row in content["benchmarks"]:
+                for key, value in values_of(row):
+                    self.values.setdefault(key, []).append(value)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise InputError(f"{path}: not written by `hotpath bench`: {error!r}") from None
+        if not self.values:
+            raise InputError(f"{path}: no measurements, there is nothing to report")
+        self.medians = {key: median(values) for key, values in self.values.items()}
+        self.partial = self.facts.get("complete") is not True  # some measurements are missing
+
+    def value(self, spec: Spec, each: str) -> float | None:
+        """The value of a bar; None if not measured."""
+        metric, pattern = spec.get("metric", TIME), spec["of"].format(each=each)
+        found = [v for (name, of), v in self.medians.items() if of == metric and re.fullmatch(pattern, name)]
+        if not found:
+            return None
+        value = 1 / max(found) if spec.get("inverse") else max(found)
+        if "over" in spec:
+            yardstick = self.medians.get((spec["over"], metric)) or self.medians.get((spec["over"], TIME))
+            return value / yardstick if yardstick else None
+        return value * float(spec.get("factor", 1))
+
+
+def bars(bench: Bench) -> list[list[Any]]:
+    """Measurements against their bars (upper limits): what, value, bar and verdict."""
+    rows = []
+    for spec in SPEC["bar"]:
+        plain = {key: value for key, value in spec.items() if "and" not in spec or key != "over"}
+        for each in spec.get("each", [""]):
+            share = spec.get("ros2_share")
+            bar = share * SPEC["ros2_callback_us"][each] if share else spec.get("bar")
+            told = [(spec["what"], plain, bar)]
+            told += [(spec["and"], spec, spec.get("over_bar"))] if "and" in spec else []
+            for what, of, limit in told:
+                if (value := bench.value(of, each)) is not None:
+                    verdict = "" if limit is None else "met" if value <= limit else Markup("**not met**")
+                    bar_text = "" if limit is None else limit
+                    rows.append([what.format(each=each), three_digits(value), bar_text, verdict])
+    return rows
+
+
+def write(folder: str) -> None:
+    """Writes report.md. Raises InputError."""
+    from hotpath_report.pages.text import render  # not needed to measure
+
+    bench, path = Bench(folder), Path(folder) / "report.md"
+    write_file(path, render("bench.md", "md", {"bench": bench, "bars": bars(bench)}))
+    print(path)

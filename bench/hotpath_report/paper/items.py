@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The figure and the table of each item of a reproduction; items.toml describes them. A function yields the parts that
+have data; it raises Missing where the remaining parts have none."""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import product
+
+import pandas as pd
+
+from hotpath_report import style
+from hotpath_report.errors import Missing
+from hotpath_report.figures import bounds, hot_path, maps, timers, violins
+from hotpath_report.figures.timers import GROUPS
+from hotpath_report.figures.violins import Drawing, Row
+from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cells
+from hotpath_report.paper.cells import EXECUTORS, PAPER_LOAD_PERCENT, UTILISATIONS
+from hotpath_report.paper.checks import WITH_COST, need
+from hotpath_report.paper.evidence import IN_FILES, Evidence
+from hotpath_report.run import SOURCES
+from hotpath_report.statistics import Samples, median, percent_of
+
+Parts = Iterator[Drawing | Table]
+SETS = {percent: f"{percent} % set" for percent in UTILISATIONS}
+
+
+def hot_path_of(
+    evidence: Evidence, executors: str, study: str = "autoware", baseline: str = hot_path.BASELINE
+) -> Parts:
+    """Hot-path latencies compared with a baseline; for the study `autoware` with those of the real stack."""
+
+    def latencies(source: str, executor: str) -> Samples:
+        return evidence.latencies(study, source, executor) or evidence.latencies("autoware", source, executor)
+
+    names, cells = EXECUTORS[executors], []
+    for source, executor in product(SOURCES, names):
+        if samples := latencies(source, executor):
+            base = None if executor == baseline else evidence.latencies("autoware", source, baseline)
+            values = compared(samples, base)
+            cells.append([executor, source, *values[:4], f"{samples.middle_worst():.1f}", *values[4:]])
+    median_ms, p99_ms, worst_ms = (
+        evidence.reference.hot_path_ms(quantile) if study == "autoware" else {}
+        for quantile in ("p50", "p99", "max")
+    )
+    for executor in (name for name in names if name in worst_ms):
+        count = f"{evidence.reference.hot_path.loc[executor, 'samples']} / 1"
+        texts = [f"{of[executor]:.1f}" for of in (median_ms, p99_ms, worst_ms, worst_ms)]
+        slower = "" if executor == baseline else f"{worst_ms.get(baseline, 0) / worst_ms[executor]:.2f}"
+        cells.append([executor, "real ROS 2", count, *texts, slower, "", ""])
+    header = ["executor", "source", *HEADER[:4], "median of runs' worst", *HEADER[4:]]
+    title = "Hot-path latency; ratio of worst cases, Cliff's delta and rank test: against "
+    yield Table(f"{title}{baseline}; above 1 and above 0 are better", header, cells)
+    rows = [Row(e, e, [latencies(source, e) for source in SOURCES]) for e in names]
+    rows = [row for row in rows if row.halves]
+    need(rows)
+    yield hot_path.draw_rows(hot_path.with_ratios(rows, baseline), worst_ms)
+
+
+def dropped_jobs(evidence: Evidence) -> Parts:
+    need(evidence.timers)
+    runs, rows = evidence.timer_runs(), []
+    keys = ["source", "setting", "executor", "task"]
+    sums = runs.counts.groupby(keys, as_index=False)[["reached", "skipped"]].sum()
+    sums["dropped_percent"] = list(map(percent_of, sums["skipped"], sums["reached"]))
+    yield Drawing(timers.drops(runs, SETS), sums.rename(columns=IN_FILES | {"skipped": "dropped"}))
+    for executor, source, percent in product(EXECUTORS["timers"], SOURCES, UTILISATIONS):
+        counts = runs.rows(percent, source, executor)
+        if len(counts):
+            totals = [int(counts[what].sum()) for what in ("reached", "skipped")]
+            shares = [f"{runs.drop_percent(percent, source, executor, g):.2f}" for g in (None, *GROUPS)]
+            rows.append([executor, source, f"{percent} %", *totals, *shares])
+    header = ["executor", "source", "set", "timestamps", "dropped", "all %"]
+    header += [f"{name} %" for name in GROUPS.values()]
+    yield Table("Drop rates by group of timers", header, rows, folded=True)
+
+
+def responses(evidence: Evidence, group: str) -> Parts:
+    runs, rows = evidence.timer_runs(), []
+    need(runs.responses)
+    # The exact analysis with the paper's release cost; under RM alone, as in the paper.
+    with_cost = timers.bounds_of(evidence.timer_runs(WITH_COST))
+    table = violins.percentile_table(
+        ({"source": s, "utilisation_percent": p, "executor": e, "tasks": group}, runs.samples(p, s, e, group))
+        for s, p, e in product(SOURCES, UTILISATIONS, runs.executors)
+    )
+    yield Drawing(timers.responses(runs, group, SETS, with_cost), table)
+    for executor, percent, source in product(EXECUTORS["timers"], UTILISATIONS, SOURCES):
+        if samples := runs.samples(percent, source, executor, group):
+            late = int(runs.rows(percent, source, executor, group)["deadline_overruns"].sum())
+            rows.append([executor, f"{percent} %", source, len(samples), *percentile_cells(samples), late])
+    header = ["executor", "set", "source", "jobs", "median ms", "p99 ms", "worst ms", "late"]
+    yield Table("Response times", header, rows, folded=True)
+
+
+def tightness(evidence: Evidence) -> Drawing:
+    """Worst responses in percent of their bounds."""
+    with_cost = evidence.timer_runs(WITH_COST).counts
+    bound = with_cost[with_cost["executor"] == EXECUTORS["with_bounds"][0]][["setting", "task", "bound_ms"]]
+    if set(bound["setting"]) != set(UTILISATIONS):
+        raise Missing
+    live = evidence.timer_runs().counts.query("source == 'live'")
+    counts = pd.concat([with_cost.query("source == 'simulated'"), live])
+    counts = counts[counts["executor"].isin(EXECUTORS["with_bounds"])]
+    keys = ["source", "setting", "executor", "task"]
+    worst = counts.groupby(keys, sort=False, as_index=False)["response_max_ms"].max()
+    table = worst.merge(bound, on=["setting", "task"])
+    table["share_percent"] = 100 * table["response_max_ms"] / table["bound_ms"]
+    return Drawing(bounds.tightness(table), table.rename(columns=IN_FILES))
+
+
+def wcrt(evidence: Evidence) -> Parts:
+    """The bounds of Table I, and worst responses relative to the exact bounds."""
+    with suppress(Missing):
+        yield tightness(evidence)
+    rows = []
+    for (of, task), cells in evidence.table("wcrt_table.csv").groupby(["delta_of", "task"], sort=False):
+        cells = cells.sort_values("utilisation_percent")
+        texts = (cells["bound_ns"] / 1e6).map(lambda ms: "none" if ms != ms else f"{ms:.2f}")
+        if of == "paper":
+            texts = texts + cells["printed_ms"].map(lambda ms: f" ({ms:.2f})")
+        delta_us = cells["delta_ns"].iloc[0] / 1e3
+        rows.append([f"{of} ({delta_us:.{4 if delta_us < 1000 else 6}g} µs)", task, *texts])
+    title = "Bounds in ms; in parentheses the paper's printed value"
+    yield Table(title, ["δ of", "task", *SETS.values()], rows)
+
+
+def reductions(evidence: Evidence) -> Parts:
+    histogram, summary = (evidence.table(f"waters_{name}.csv") for name in ("histogram", "summary"))
+    yield Drawing(bounds.reductions(histogram, summary), histogram)
+    rows = [
+        [
+            f"{100 * r['utilisation']:.0f} %",
+            bounds.METHODS[r["method"]],
+            f"{r['schedulable']} / {r['sets']}",
+            r["chains"],
+            f"{r['median']:.1f} [{r['median_low']:.1f}, {r['median_high']:.1f}]",
+            *(f"{value:.1f}" for value in (r["min"], r["max"], 100 * r["positive_share"])),
+        ]
+        for _, r in summary[summary["method"].isin(list(bounds.METHODS))].iterrows()
+    ]
+    header = ["utilisation", "analysis of RM", "schedulable sets", "chains", "median %", "min %", "max %"]
+    yield Table("Reduction of end-to-end bounds", [*header, "lower, % of chains"], rows)
+
+
+def release_cost(evidence: Evidence) -> Parts:
+    table = evidence.table("release_cost.csv")
+    yield Drawing(bounds.release_cost(table, style.colour_of(EXECUTORS["with_bounds"][0])), table)
+    delta, constant = bounds.fit_release_cost(table)
+    rows = table[["timers", "passes", "p50_ns", "p99_ns", "max_ns"]].to_numpy().tolist()
+    title = f"Length of a pass: k = {constant:.0f} ns, δ = {delta:.0f} ns fit the medians"
+    yield Table(title, ["timers", "passes", "median ns", "p99 ns", "max ns"], rows)
+
+
+def load_points(evidence: Evidence) -> dict[tuple[str, str], dict[int, Samples]]:
+    """Hot path over load by source and executor; the live point at the paper's load comes from the study
+    `autoware`."""
+    points: dict[tuple[str, str], dict[int, Samples]] = {}
+    for (study, source, load, executor), samples in evidence.all_latencies.items():
+        papers = (study, source, load) == ("autoware", "live", PAPER_LOAD_PERCENT)
+        if study == "load" or (papers and executor in EXECUTORS["live_map"]):
+            points.setdefault((source, executor), {})[load] = samples
+    if not any(len(found) > 1 for found in points.values()):
+        raise Missing
+    return points
+
+
+def over_load(evidence: Evidence) -> Parts:
+    keys = sorted((source, e, load) for study, source, load, e in evidence.all_latencies if study == "load")
+    rows = []
+    for source, executor, load in keys:
+        samples = evidence.all_latencies["load", source, load, executor]
+        rows.append([executor, source, f"{load} %", len(samples), *percentile_cells(samples)])
+    header = ["executor", "source", "load", "samples", "median ms", "p99 ms", "worst ms"]
+    yield Table("Hot-path latency over load", header, rows, folded=True)
+    points = load_points(evidence)
+    table = violins.percentile_table(
+        ({"source": source, "executor": executor, "load_percent": load}, samples)
+        for (source, executor), found in sorted(points.items())
+        for load, samples in sorted(found.items())
+    )
+    yield Drawing(maps.over_load(points, EXECUTORS["map"]), table)
+
+
+def over_phases(evidence: Evidence) -> Parts:
+    rows, draws = [], {}
+    for source, executor in product(SOURCES, EXECUTORS["all_on_autoware"]):
+        if found := evidence.draws(source, executor):
+            medians, worst = (sorted(values) for values in zip(*found))
+            row = [executor, source, len(found), f"{medians[0]:.1f} to {medians[-1]:.1f}"]
+            rows.append(row + [f"{w:.1f}" for w in (worst[0], median(worst), worst[-1])])
+            draws[source, executor] = found
+    header = ["executor", "source", "draws", "medians ms"]
+    header += ["best draw's worst ms", "median draw's", "worst draw's"]
+    yield Table("Draws of random phases", header, rows)
+    draws = {(s, e): draws[s, e] for s, e in product(SOURCES, EXECUTORS["map"]) if (s, e) in draws}
+    need(draws)
+    creation = {e: s.worst for e in EXECUTORS["map"] if (s := evidence.latencies("autoware", "simulated", e))}
+    table = pd.DataFrame(
+        [[*key, k, *draw] for key, found in draws.items() for k, draw in enumerate(found)],
+        columns=["source", "executor", "draw", "median_ms", "worst_ms"],
+    )
+    yield Drawing(maps.over_phases(draws, creation, EXECUTORS["map"]), table)
