@@ -238,7 +238,7 @@ const std::array kMethods = {
              const GraphTopology topology(s.graph);
              const ProcessingWindows windows(topology, s.scheduling.entity_order, overheads_of(s, false));
              const GraphBusyWindow in_any_order(topology, any_order(s.graph.set), overheads_of(s, true));
-             // With jitter a timer may be called twice within its period: only the busy windows know that.
+             // With jitter one window may call a timer twice.
              if (largest_jitter(s.graph.set) > 0) return bound_graph(topology, in_any_order, out);
              bound_graph(topology, TighterPaths(windows, in_any_order), out);
            }},

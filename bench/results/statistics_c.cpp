@@ -3,7 +3,6 @@
 // ctypes, so that all numbers of figures and pages come from one implementation. Estimates are
 // {value, low, high}; NaN means no value.
 #include <algorithm>
-#include <array>
 #include <span>
 #include <vector>
 
@@ -43,10 +42,6 @@ void hotpath_samples_delete(void* handle) { delete static_cast<RepeatedSamples*>
 /// Share of a count in percent; 0 of nothing.
 double hotpath_percent_of(std::uint64_t part, std::uint64_t whole) {
   return hotpath::results::percent_of(part, whole);
-}
-
-void hotpath_quantile_estimate(const void* handle, double probability, double* out) {
-  store(hotpath::estimate_quantiles(samples(handle), std::array{probability}).front(), out);
 }
 
 /// `out`: an estimate per probability, from one set of resamples.

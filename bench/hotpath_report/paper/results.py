@@ -100,8 +100,8 @@ def measured(evidence: Evidence) -> list[Measured]:
         if (study, load) == ("autoware", PAPER_LOAD_PERCENT):
             latencies[SOURCES.index(source)][executor] = samples
     made = [Measured("chain", "hot path", "Hot path", "hot-path latency (ms)", "hot_path", latencies)]
-    for group, percent in product(GROUPS.values(), UTILISATIONS):
-        name = f"{group}, {percent} % set"
+    for (group, label), percent in product(GROUPS.items(), UTILISATIONS):
+        name = f"{label}, {percent} % set"
         of = [{e: runs.samples(percent, s, e, group) for e in runs.executors} for s in SOURCES]
         of = [{e: samples for e, samples in of_source.items() if samples} for of_source in of]
         made.append(Measured("task", name, f"Timers: {name}", "response time (ms)", "", of))

@@ -372,9 +372,8 @@ class Simulation {
     state(id).armed = true;
     state(id).armed_order = ++activations_;
     Group& group = thread.groups[static_cast<std::size_t>(task(id).group)];
-    if (thread.again) return;  // it waits already
     group.listed = !group.ready.empty();
-    if (group.listed) thread.ready_groups.push_back(task(id).group);
+    if (group.listed && !thread.again) thread.ready_groups.push_back(task(id).group);
   }
 
   const Graph& graph_;
