@@ -264,9 +264,8 @@ const std::array kMethods = {
              const GraphOverheads overheads = overheads_of(s, true);
              const GraphBusyWindow paths(topology, any_order(s.graph.set), overheads);
              const bool first = s.scheduling.rule == SubscriptionRule::first;
-             if (!first || s.executor.traits.family != Family::priority_events || overheads.delivery > 0) {
+             if (!first || s.executor.traits.family != Family::priority_events || overheads.delivery > 0)
                return bound_graph(s, topology, paths, out);
-             }
              const GraphBusyWindow ahead_of_timers(topology, subscriptions_first(s, overheads), overheads);
              bound_graph(s, topology, TighterPaths(ahead_of_timers, paths), out);
            }},
