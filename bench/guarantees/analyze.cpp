@@ -182,6 +182,8 @@ class Analysis {
     if (any && explored && all.back().refusal) {
       out_ << (uncertainty() > Duration{} ? "No bounds near these phases: " : "No exact values: ")
            << *all.back().refusal << "\n";
+    } else if (any && explored && !not_delivered_.empty()) {
+      out_ << "No exact values with delivery: " << not_delivered_ << "\n";
     }
     if (!options_.witness.empty() && !reached.empty()) {
       out_ << write_witnesses(reached, graph_, tasks, executor, options_, options_.witness);
@@ -208,11 +210,13 @@ class Analysis {
   void find_delivered(const CallbackGraph& callbacks, const CallbackGraph& bounded, const GraphTasks& tasks,
                       const setup::ExecutorSpec& executor, bool explored) {
     delivered_.clear();
+    not_delivered_.clear();
     if (graph_.platform.delivery_delay > Duration{} || uncertainty() > Duration{}) return;
     Graph graph = graph_;
     graph.platform.delivery_delay = kSomeDelivery;
     std::vector<GraphBounds> all = setup::bounds_of(graph, bounded, executor);
     if (explored) all.push_back(exact(graph, callbacks, tasks, executor, nullptr));
+    if (explored && all.back().refusal) not_delivered_ = *all.back().refusal;
     for (const GraphBounds& bounds : all) {
       if (bounds.refusal) continue;
       for (const BoundRow& row : bound_rows(executor.label, callbacks, bounds)) {
@@ -242,12 +246,14 @@ class Analysis {
   GraphBounds exact(const Graph& graph, const CallbackGraph& callbacks, const GraphTasks& tasks,
                     const setup::ExecutorSpec& executor,
                     std::vector<bounds::ReachedWorstCase>* reached) const {
+    // Without `reached`, they stand beside other values, and must not take much longer than these.
     GraphBounds none;
     none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
     if (executor.deployment) none.refusal = "several executors are not explored";
     if (!callbacks.phases_known) none.refusal = "worst cases are exact for known phases only; give --phases";
     if (none.refusal) return none;
-    const std::size_t limit = options_.exact ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
+    const bool many = options_.exact && reached != nullptr;
+    const std::size_t limit = many ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
     const char* const more = options_.exact ? "" : "; --exact allows more";
     return bounds::exact_worst_cases(graph, tasks, *executor.entry, executor.scheduler,
                                      {limit, uncertainty(), more},
@@ -285,6 +291,7 @@ class Analysis {
   std::vector<BoundRow> rows_;
   // Of the executor at hand, by whether it is exact, by quantity and by name; and its premises.
   std::map<std::tuple<bool, bounds::Quantity, std::string>, std::int64_t> delivered_;
+  std::string not_delivered_;  // why there are no exact values with delivery
   std::string rests_on_, assumed_;
 };
 

@@ -31,7 +31,7 @@ class Advise(CommandTest):
         self.assertEqual(p99, sorted(p99))
         self.assertLess(rows["rm-ro"]["p99_ms"]["value"], rows["default"]["p99_ms"]["value"])
         self.assertGreater(rows["rm-ro"]["bound_ms"], rows["rm-ro"]["worst_ms"]["value"])
-        self.assertEqual(len(advice["sentences"]), 4)
+        self.assertEqual(len(advice["sentences"]), 6)
         self.assertRegex(advice["causes"][0], r"is faster than default by \d")
         for sentence in advice["sentences"] + advice["causes"]:
             self.assertIn(sentence, out)

@@ -118,14 +118,14 @@ class Simulation {
 
   /// Of a timer that is overdue at the end, the first timestamp is queued and the others are skipped.
   void end() {
+    while (const auto arrival = transit_.take(kNever - 1)) deliver(arrival->first, arrival->second);
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
       const Family family = executor_of(static_cast<int>(t)).family;
       if (!graph_.tasks[t].timer || (family != Family::wait_set && family != Family::groups)) continue;
       TaskState& timer = tasks_[t];
-      for (Nanoseconds due = timer.next_call + graph_.tasks[t].period; due < conditions_.until;) {
+      const Nanoseconds period = graph_.tasks[t].period;
+      for (Nanoseconds due = timer.next_call + period; due < conditions_.until; due += period)
         result_.jobs.push_back({static_cast<int>(t), ++timer.sequence, Outcome::skipped, due});
-        due += graph_.tasks[t].period;
-      }
     }
   }
 
