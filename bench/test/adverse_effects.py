@@ -79,7 +79,7 @@ SIMULATED = f"""{COMMON}
 --cores 2 + --executors multi:2
 --platform release_cost_us=100
 --repetitions 3
---max-backlog 1 + --load 95
+--max-backlog 1 + --load 95 --executors rm-ro ! overload: more than 1
 --execution-times uniform + --graph callbacks
 """
 SIMULATION = "simulate --executors default,rm-ro --output out {short}"
