@@ -9,7 +9,7 @@ namespace hotpath {
 
 namespace {
 
-constexpr MethodScope kScope = {.method = "the release overhead (Section V-B)", .instead = ""};
+constexpr MethodScope kOverheadScope = {.method = "the release overhead (Section V-B)", .instead = ""};
 
 void check_delta(std::int64_t delta) {
   if (delta < 0) {
@@ -38,7 +38,7 @@ void check_no_skips(const PeriodicTasks& tasks) {
 std::optional<ReleaseOverhead> release_overhead_ro(const PeriodicTasks& tasks, std::size_t position,
                                                    std::int64_t delta) {
   check_delta(delta);
-  check_tasks(tasks, kScope);
+  check_tasks(tasks, kOverheadScope);
   exact::Utilisation releases;
   Interference cost;
   for (const PeriodicTask& t : tasks) {
@@ -55,7 +55,7 @@ std::optional<ReleaseOverhead> release_overhead_ro(const PeriodicTasks& tasks, s
 OverheadAwareResponse with_release_overhead(const PeriodicTasks& tasks, std::int64_t delta, ReleaseMode mode,
                                             const ResponseTimeAnalysis& analysis) {
   check_delta(delta);
-  check_tasks(tasks, kScope);
+  check_tasks(tasks, kOverheadScope);
   const std::int64_t once_each = exact::multiply(static_cast<std::int64_t>(tasks.size()), delta);
   OverheadAwareResponse tight{tasks, {}, false};
   for (PeriodicTask& t : tight.tasks) inflate(t, once_each);

@@ -20,7 +20,7 @@ using Bound = std::optional<std::int64_t>;
 
 constexpr std::size_t kMostStreams = 256;  // of one publisher
 constexpr int kMostRounds = 1000, kMostRoundsBesideOthers = 50;
-constexpr std::int64_t kLongest = std::int64_t{1} << 50;  // 13 days
+constexpr std::int64_t kLongestSearch = std::int64_t{1} << 50;  // 13 days
 
 class StreamPaths final : public PathBounds {
  public:
@@ -228,7 +228,7 @@ class StreamPaths final : public PathBounds {
     for (auto& [way, end] : next) {
       const Bound finish = until_finish(way.first, way.second), start = until_start(way.first, way.second);
       Bound latest = finish && start ? Bound(std::max(*finish, *start)) : std::nullopt;
-      if (latest && *latest > kLongest) latest = std::nullopt;
+      if (latest && *latest > kLongestSearch) latest = std::nullopt;
       if (!end || (latest && *latest <= *end)) continue;
       end = latest;
       changed = true;
