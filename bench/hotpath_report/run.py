@@ -176,7 +176,9 @@ class Run:
 
     def verdict(self) -> list[str]:
         """The sentences of summary.json that come first; none in older runs."""
-        found: list[str] = read_json(self.folder / "summary.json").get("verdict", []) if self.has_summary() else []
+        found: list[str] = (
+            read_json(self.folder / "summary.json").get("verdict", []) if self.has_summary() else []
+        )
         return found
 
     @functools.cache

@@ -18,8 +18,10 @@ namespace {
 
 std::string number(double x) { return shown_number(x); }
 
-/// A quantile with its difference to `default`, if that was measured, and its interval below. A star: beyond noise.
-program::Value cell(const LatencySummary& latency, double Quantiles::*of, const std::optional<Estimate>& ratio) {
+/// A quantile with its difference to `default`, if that was measured, and its interval below. A star: beyond
+/// noise.
+program::Value cell(const LatencySummary& latency, double Quantiles::*of,
+                    const std::optional<Estimate>& ratio) {
   const auto& [value, interval] = latency.estimate(of);
   std::string shown = number(value);
   if (ratio && ratio->value != 1) shown += " (" + shown_difference(ratio->value) + ")";
@@ -29,10 +31,11 @@ program::Value cell(const LatencySummary& latency, double Quantiles::*of, const 
 
 std::string chain_title(const Summary& summary, std::size_t chain) {
   const auto has = [&](auto&& property) {
-    return std::ranges::any_of(summary.executors,
-                               [&](const ExecutorSummary& e) { return property(e.chains[chain].end_to_end); });
+    return std::ranges::any_of(
+        summary.executors, [&](const ExecutorSummary& e) { return property(e.chains[chain].end_to_end); });
   };
-  std::string title = summary.executors.front().chains[chain].chain + ": age of the data in each output, in ms";
+  std::string title =
+      summary.executors.front().chains[chain].chain + ": age of the data in each output, in ms";
   if (has([](const LatencySummary& l) { return !std::isnan(l.low.p50); }))
     title += program::text(" [%g %% interval over repetitions]", 100 * summary.bootstrap.confidence);
   const bool compared = has([](const LatencySummary& l) { return l.median_to_default.has_value(); });
@@ -56,7 +59,8 @@ program::Table chain_table(const Summary& summary, std::size_t chain) {
     }
     const LatencySummary &age = e.chains[chain].end_to_end, &hot_path = e.chains[chain].hot_path;
     table.add_row({e.executor, cell(age, &Quantiles::p50, age.median_to_default),
-                   cell(age, &Quantiles::p99, age.p99_to_default), cell(age, &Quantiles::max, age.max_to_default),
+                   cell(age, &Quantiles::p99, age.p99_to_default),
+                   cell(age, &Quantiles::max, age.max_to_default),
                    cell(hot_path, &Quantiles::max, hot_path.max_to_default), e.lost()});
   }
   return table;
@@ -71,7 +75,8 @@ program::Table outputs_table(const Summary& summary, std::size_t chain) {
     const ChainSummary& c = e.chains[chain];
     if (e.overload.empty())
       table.add_row({e.executor, c.hot_path.quantiles.n, number(c.interval_ms.p50), number(c.interval_ms.max),
-                     number(c.disparity_ms.max), cell(c.hot_path, &Quantiles::p50, c.hot_path.median_to_default),
+                     number(c.disparity_ms.max),
+                     cell(c.hot_path, &Quantiles::p50, c.hot_path.median_to_default),
                      cell(c.hot_path, &Quantiles::p99, std::nullopt)});
   }
   return table;
@@ -202,10 +207,12 @@ void write_table(std::ostream& out, const Summary& summary, Detail detail) {
     out << chain_table(summary, chain) << '\n';
     if (detail == Detail::all) out << outputs_table(summary, chain) << '\n';
   }
-  if (!summary.executors.empty() && (chains == 0 || detail == Detail::all)) out << jobs_table(summary) << '\n';
+  if (!summary.executors.empty() && (chains == 0 || detail == Detail::all))
+    out << jobs_table(summary) << '\n';
   if (chains == 0 || detail == Detail::all) write_periods(out, summary);
   if (chains > 0) {
-    out << "Age: from the timestamp of the oldest source to the finish of the output. Hot path: from the start of\n"
+    out << "Age: from the timestamp of the oldest source to the finish of the output. Hot path: from the "
+           "start of\n"
            "the latest source's callback to the start of the last one (the paper's metric).\n";
   }
   if (any_beyond_noise(summary)) {

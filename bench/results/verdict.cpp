@@ -55,8 +55,8 @@ std::string price(const Candidate& winner, const Candidate& baseline) {
   const TaskSummary* timer = least_regular(own);
   if (timer != nullptr) {
     const auto same = std::ranges::find(other.tasks, timer->task, &TaskSummary::task);
-    const double before = same == other.tasks.end() || !same->period_deviation_ms ? kNoValue
-                                                                                 : same->period_deviation_ms->p99;
+    const double before =
+        same == other.tasks.end() || !same->period_deviation_ms ? kNoValue : same->period_deviation_ms->p99;
     if (timer->period_deviation_ms->p99 > 1.5 * before)
       prices.push_back(concat(timer->task, " starts up to ", shown_number(timer->period_deviation_ms->p99),
                               " ms off its period instead of ", shown_number(before)));
@@ -67,11 +67,13 @@ std::string price(const Candidate& winner, const Candidate& baseline) {
 }
 
 std::string certainty(const Candidate& winner) {
-  if (winner.executor->usage.wall == Duration{}) return " Simulated: exact for these execution times and phases.";
+  if (winner.executor->usage.wall == Duration{})
+    return " Simulated: exact for these execution times and phases.";
   const std::optional<Estimate>& ratio = winner.age->p99_to_default;
   if (!ratio || !ratio->interval) return " Measured once: repeat it to know the noise.";
   return concat(" Measured: between ", shown_difference(ratio->interval->low), " and ",
-                shown_difference(ratio->interval->high), beyond_noise(ratio) ? "." : ", so not beyond noise.");
+                shown_difference(ratio->interval->high),
+                beyond_noise(ratio) ? "." : ", so not beyond noise.");
 }
 
 std::string sentence(const std::string& chain, const std::vector<Candidate>& all) {
@@ -80,14 +82,15 @@ std::string sentence(const std::string& chain, const std::vector<Candidate>& all
                                       shown_number(best.p99()), " ms old in 99 of 100 outputs");
   if (all.size() == 1)
     return concat(chain, ": under ", best.name(), ", half of the outputs use data that is at most ",
-                  shown_number(best.age->quantiles.p50), " ms old, 99 of 100 at most ", shown_number(best.p99()), ".",
-                  certainty(best));
+                  shown_number(best.age->quantiles.p50), " ms old, 99 of 100 at most ",
+                  shown_number(best.p99()), ".", certainty(best));
   const auto base = std::ranges::find_if(all, [&](const Candidate& c) {
     const ExecutorLabel label(c.name());
     return label.name == kBaselineExecutor && label.stack == ExecutorLabel(best.name()).stack;
   });
   if (base == all.begin() || base == all.end())
-    return concat(youngest, "; next ", all[1].name(), " (", shown_number(all[1].p99()), ").", certainty(best));
+    return concat(youngest, "; next ", all[1].name(), " (", shown_number(all[1].p99()), ").",
+                  certainty(best));
   return concat(youngest, program::text(", %.0f %% less than under ", 100 * (1 - best.p99() / base->p99())),
                 base->name(), " (", shown_number(base->p99()), ").", price(best, *base), certainty(best));
 }

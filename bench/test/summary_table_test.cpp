@@ -58,8 +58,9 @@ std::string plain(const results::Summary& s) {
 TEST(Table, LayoutOfAComparison) {
   std::ostringstream out;
   results::write_table(out, two_executors(), results::Detail::short_answer);
-  EXPECT_EQ(out.str(),
-            R"(hot_path: the data is youngest under rm-ro: at most 24.0 ms old in 99 of 100 outputs, 50 % less than
+  EXPECT_EQ(
+      out.str(),
+      R"(hot_path: the data is youngest under rm-ro: at most 24.0 ms old in 99 of 100 outputs, 50 % less than
 under default (48.0). Simulated: exact for these execution times and phases.
 
 hot_path: age of the data in each output, in ms [95 % interval over repetitions] (difference to default)
@@ -79,7 +80,8 @@ the latest source's callback to the start of the last one (the paper's metric).
 }
 
 TEST(Table, OfAllDetailsHasOutputsAndJobs) {
-  EXPECT_THAT(plain(two_executors()), testing::ContainsRegex("default +1500 +101.0 +150.0 +50.0 +21.2 +24.0"));
+  EXPECT_THAT(plain(two_executors()),
+              testing::ContainsRegex("default +1500 +101.0 +150.0 +50.0 +21.2 +24.0"));
   EXPECT_THAT(plain(two_executors()), testing::ContainsRegex("default +66000 +0 +12 +38.1 +0"));
 }
 
@@ -176,7 +178,8 @@ TEST(Table, NumbersHaveThreeDigitsAfterRounding) {
         std::pair(999.4, "999.4"), std::pair(999.96, "1000"), std::pair(12345.6, "12346")}) {
     results::Summary s = two_executors();
     s.executors[1].cpu_per_callback_us = value;
-    EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +66000 +0 +12 +" + std::string(text) + " +0 ")) << value;
+    EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +66000 +0 +12 +" + std::string(text) + " +0 "))
+        << value;
   }
 }
 

@@ -78,7 +78,9 @@ def draw_run(folder: str) -> None:
     first = next(iter(rows.values()))
     figure, panels = style.new_figure(0.6 + 0.55 * len(first), len(rows))
     # Without work in the nodes there is no limit; it includes the work at both ends of the chain.
-    limits = aged * sorted((x for x in run.facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
+    limits = aged * sorted(
+        (x for x in run.facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"])
+    )
     for axes, (chain, of_chain) in zip(panels, rows.items()):
         limit = violins.axis_limit(of_chain, [x["ms"] for x in limits])
         if any(any(row.notes) for row in of_chain):
@@ -91,7 +93,9 @@ def draw_run(folder: str) -> None:
     key = [style.patch(NOTE, alpha=0)] if any(any(row.notes) for row in first) else []
     violins.add_key(figure, violins.sources_of(first), key)
     answer = next(iter(run.verdict()), "").split(". ")[0] if aged else "Hot-path latency per executor"
-    style.save(figure, folder, "hot_path", answer or "Age of the data per executor", run.what_ran(), run.partial)
+    style.save(
+        figure, folder, "hot_path", answer or "Age of the data per executor", run.what_ran(), run.partial
+    )
 
 
 def draw_rows(

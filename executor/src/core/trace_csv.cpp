@@ -207,7 +207,8 @@ std::string jobs_csv_header() {
 const std::string kJobsCsvHeader = jobs_csv_header();
 constexpr std::string_view kSinkTask = "sink_task", kFinish = "finish_ns";
 const std::string kChainsCsvHeader =
-    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task,finish_ns,disparity_ns";
+    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task,finish_ns,"
+    "disparity_ns";
 
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace) {
   Line line;
@@ -333,7 +334,8 @@ void for_each_chain(std::istream& stream, const TaskSet& set, const std::vector<
   CsvReader in(stream, file_name);
   const auto sink_task = in.find_column(kSinkTask), finish = in.find_column(kFinish);
   // Older files end before one of these columns.
-  const std::size_t end = finish ? std::string::npos : kChainsCsvHeader.find(sink_task ? kFinish : kSinkTask) - 1;
+  const std::size_t end =
+      finish ? std::string::npos : kChainsCsvHeader.find(sink_task ? kFinish : kSinkTask) - 1;
   in.require_header(kChainsCsvHeader.substr(0, end));
   const TaskNames tasks(set);
   while (in.next()) {

@@ -8,8 +8,8 @@
 
 namespace hotpath {
 
-/// The physical lower limit of the age of a chain's data: its computation, from the start of a source to the finish of
-/// the sink, if nothing else runs. For Autoware's hot path: 5 and 6 crunches.
+/// The physical lower limit of the age of a chain's data: its computation, from the start of a source to the
+/// finish of the sink, if nothing else runs. For Autoware's hot path: 5 and 6 crunches.
 struct ChainLimits {
   Duration one_core_per_branch{};  ///< Work of the nodes on the longest branch.
   Duration one_thread{};           ///< Work of all nodes.
