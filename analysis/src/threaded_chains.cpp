@@ -20,11 +20,14 @@ constexpr std::size_t kNoLine = ~std::size_t{0};
 }  // namespace
 
 ThreadedChains::ThreadedChains(const GraphTopology& topology, unsigned threads)
-    : topology_(topology), threads_(threads), line_of_(topology.size(), kNoLine), work_before_(topology.size()) {
+    : topology_(topology),
+      threads_(threads),
+      line_of_(topology.size(), kNoLine),
+      work_before_(topology.size()) {
   const TaskSet& set = topology.set();
   const auto refuse = [&](TaskId id, const std::string& why) {
-    throw AnalysisError("on several threads it covers chains of callbacks one after the other, but " + set[id].name +
-                        " " + why);
+    throw AnalysisError("on several threads it covers chains of callbacks one after the other, but " +
+                        set[id].name + " " + why);
   };
   for (const TaskId root : topology.timers()) {
     if (set[root].always_due) refuse(root, "has the period 0");
@@ -53,8 +56,10 @@ void ThreadedChains::check_groups() const {
     if (line_of_[id] == kNoLine || set.groups[set[id].group] == CallbackGroup::reentrant) continue;
     const auto [other, is_new] = first.emplace(set[id].group, id);
     if (!is_new && line_of_[other->second] != line_of_[id])
-      throw AnalysisError("on several threads it covers no mutually exclusive group of several chains, such as that "
-                          "of " + set[other->second].name + " and " + set[id].name);
+      throw AnalysisError(
+          "on several threads it covers no mutually exclusive group of several chains, such as that "
+          "of " +
+          set[other->second].name + " and " + set[id].name);
   }
 }
 
@@ -65,8 +70,9 @@ std::int64_t ThreadedChains::work_beside(const Line& line, std::int64_t window) 
   return add(multiply(length / line.period, line.work), std::min(line.work, length % line.period));
 }
 
-/// The longest wait of a line's jobs, up to the start of a task before which they work for `before`. While they wait,
-/// all threads run other lines: the largest wait for which these have enough work. A smaller solution proves nothing.
+/// The longest wait of a line's jobs, up to the start of a task before which they work for `before`. While
+/// they wait, all threads run other lines: the largest wait for which these have enough work. A smaller
+/// solution proves nothing.
 std::optional<std::int64_t> ThreadedChains::waiting(std::size_t of, std::int64_t before) const {
   std::int64_t wait = kLongestWait;
   for (int step = 0; step < kMostSteps; ++step) {

@@ -11,12 +11,12 @@
 namespace hotpath {
 
 /// Chains on several threads that never idle while a callback is ready, in the manner of Bertogna and Cirinei
-/// (docs/chain_bounds.md, "Threads of one executor"). Each chain is a timer and the subscriptions that follow it, one
-/// after the other. Costs nothing but the callbacks' own work.
+/// (docs/chain_bounds.md, "Threads of one executor"). Each chain is a timer and the subscriptions that follow
+/// it, one after the other. Costs nothing but the callbacks' own work.
 class ThreadedChains final : public PathBounds {
  public:
-  /// `topology` must outlive this object; `threads` > 0. Throws AnalysisError if tasks belong to no chain or to
-  /// several, or if an exclusive group has tasks of several chains.
+  /// `topology` must outlive this object; `threads` > 0. Throws AnalysisError if tasks belong to no chain or
+  /// to several, or if an exclusive group has tasks of several chains.
   ThreadedChains(const GraphTopology& topology, unsigned threads);
 
   std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override;
@@ -51,8 +51,8 @@ class ThreadedChains final : public PathBounds {
   const GraphTopology& topology_;
   const std::int64_t threads_;
   std::vector<Line> lines_;
-  std::vector<std::size_t> line_of_;           // by task
-  std::vector<std::int64_t> work_before_;      // by task: of its line's earlier tasks
+  std::vector<std::size_t> line_of_;       // by task
+  std::vector<std::int64_t> work_before_;  // by task: of its line's earlier tasks
   bool bounded_ = false;
 };
 

@@ -54,6 +54,7 @@ class WorstCases final : public ExplorationObserver {
   }
 
   bool of_subscriptions = false;  ///< Keeps only the response times of subscriptions.
+  bool several_threads = false;   ///< Keeps no hot path of chains with several sources.
   bool keeps_timestamps = false;  ///< Refuses a schedule that skips timestamps of timers.
 
   /// Slots of witnesses: response times by task, then of each chain its age and its hot path.
@@ -115,8 +116,9 @@ class WorstCases final : public ExplorationObserver {
     if (!worst) worst.emplace();
     if (raise(age, (instant.latest() - oldest).count())) instant.keep_longest(slot_of_age(chain), {});
     worst->latency = worst->response = *age;
-    if (raise(worst->hot_path, hot_path.count())) instant.keep_longest(slot_of_hot_path(chain), from_latest);
     worst->sink = observation.sink.task;
+    if (several_threads && sources.size() > 1) return;  // which source is the latest depends on the schedule
+    if (raise(worst->hot_path, hot_path.count())) instant.keep_longest(slot_of_hot_path(chain), from_latest);
   }
 
   static constexpr std::size_t kNoRow = ~std::size_t{0};
@@ -249,6 +251,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
     {
       WorstCases worst(graph, tasks, bounds);
       worst.keeps_timestamps = exact.phase_uncertainty > Duration{};
+      worst.several_threads = std::ranges::count(scheduler->workers(), WorkerRole::executor) > 1;
       explore_graph(graph, tasks, *scheduler, options, worst, reached);
     }
     add_subscriptions(graph, tasks, *scheduler, options, bounds, reached);

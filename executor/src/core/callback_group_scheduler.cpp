@@ -152,7 +152,8 @@ void CallbackGroupScheduler::describe(StateWords& words) const {
   }
   words.add(static_cast<std::int64_t>(ready_groups_.size()));
   for (const std::uint32_t group : ready_groups_) words.add(group);
-  words.add(idle_.empty() ? 1 : 0);
+  words.add(static_cast<std::int64_t>(idle_.bits()));
+  words.add(woken_ ? static_cast<std::int64_t>(*woken_) : -1);
 }
 
 Job CallbackGroupScheduler::take(const Job& event, Time now) {

@@ -92,9 +92,11 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   void before(ExploredState& state, bool step_ends) {
     current_ = &state;
-    step_ends_ = step_ends || !state.busy();
+    step_ends_ = step_ends || state.simulation->several() || !state.busy();
     unsettled_ = false;
     state.released.clear();
+    state.begun.clear();
+    started_.clear();
     before_ = state.executor();
     if (state.simulation->workers().size() > 1) timers_before_ = state.timers();
   }
@@ -102,6 +104,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   void started(const JobRecord& record) override {
     settle();
     const TaskId task = record.job.task;
+    started_.emplace_back(record.worker, record.job.ref());
     if (options_.tracked.empty() || !options_.tracked[task]) return;
     begin_to_track(record.job.ref());
   }
@@ -142,13 +145,14 @@ class Exploration final : public JobSink, public ExploredInstant {
     [[maybe_unused]] const bool any =
         zone.limit(coordinate_of(span.from, kConstant), coordinate_of(span.to, kNow), -longest(span).count());
     assert(any && "a bound that no schedule reaches");
-    kept_[slot] = ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, kEnd, current_->released};
+    kept_[slot] = ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, current_->released};
   }
 
   /// The ends of the step and of the slice are replaced on the way to the next states, which witnesses need.
   void keep_ends(ExploredState& state, ExploredPaths::End place) {
     if (kept_.empty()) return;
     from_ = std::move(place);
+    if (state.simulation->several()) return;  // each end has a coordinate of its own
     for (const std::size_t end : {kEnd, kSlice, kTimers}) {
       const std::size_t copy = state.zone.grow();
       state.zone.assign(copy, end, 0, 0);
@@ -158,13 +162,27 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void keep_way(const ExploredState& state, ExploredPaths::End place) {
-    const std::optional<TaskId> starts =
-        state.job_began ? std::optional(state.executor().job.task) : std::nullopt;
-    paths_.add({state.zone, from_, std::move(place), kNow, starts, kEnd, state.released});
+    paths_.add({state.zone, from_, std::move(place), kNow, state.begun, state.released});
+  }
+
+  /// Several threads run jobs: gives each that began a coordinate for its end.
+  void after_several(ExploredState& state) {
+    state.from = Time{} + Duration(state.zone.lowest(kNow));
+    for (const auto& [worker, job] : started_) {
+      const SimulatedWorkers::State& thread = state.simulation->workers()[worker];
+      if (thread.step != ExploredState::Step::run || !(thread.job.ref() == job)) continue;  // it took no time
+      const Task& task = set_[job.task];
+      const std::int64_t longest = (thread.until - state.simulation->now()).count();
+      begin_to_track(end_of(job));
+      const std::size_t end = state.start_of(end_of(job));
+      state.zone.assign(end, kNow, longest - (task.wcet - task.bcet).count(), longest);
+      state.begun.emplace_back(job.task, end);
+    }
   }
 
   void after(ExploredState& state) {
     settle();
+    if (state.simulation->several()) return after_several(state);
     // If the thread was displaced at the end of a dispatch, the job starts as soon as it has the core again.
     if (state.executor().step != before_.step) step_ends_ = true;
     Zone& zone = state.zone;
@@ -172,7 +190,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     const std::int64_t now = (state.simulation->now() - Time{}).count();
     const std::int64_t end = (executor.until - Time{}).count();
     state.from = Time{} + Duration(zone.lowest(kNow));
-    state.job_began = step_ends_ && executor.step == ExploredState::Step::run;
+    if (step_ends_ && executor.step == ExploredState::Step::run) state.begun = {{executor.job.task, kEnd}};
     if (state.busy()) {
       if (step_ends_) {
         const Task& task = set_[executor.job.task];
@@ -303,6 +321,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     }
     state.simulation->advance(instant);
     after(state);
+    if (state.simulation->several()) return enter(std::move(state));
     const bool goes_on = !step_ends_ && state.busy() && branch.releases.empty();
     if (state.slice_matters() && state.busy() && state.executor().on_core) {
       // A slice that is over already ends now.
@@ -344,16 +363,37 @@ class Exploration final : public JobSink, public ExploredInstant {
   // While something happens:
   ExploredState* current_ = nullptr;
   bool step_ends_ = false, unsettled_ = false;
+  std::vector<std::pair<Worker, JobRef>> started_;
   SimulatedWorkers::State before_, timers_before_;
 };
+
+/// Throws ExplorationRefused for several threads that run jobs unless each has a core and only jobs take
+/// time.
+void check_threads(const TaskSet& set, const Platform& p, std::span<const WorkerRole> roles) {
+  const auto threads = static_cast<std::size_t>(std::ranges::count(roles, WorkerRole::executor));
+  const std::string several = "for an executor with several threads it ";
+  const std::size_t cores = roles.size() > threads && !p.raised_releaser ? threads + 1 : threads;
+  if (p.cores < cores)
+    throw ExplorationRefused(several + "needs " + std::to_string(cores) + " cores, one each (--cores)");
+  const Duration costs = p.longest_dispatch_cost() + p.wait_cost + p.wait_cost_per_entity + p.release_cost +
+                         p.pass_cost + p.wake_up_latency + p.delivery_delay;
+  if (costs > Duration{})
+    throw ExplorationRefused(several + "covers no costs, wake-up latencies or delivery delays");
+  for (const Task& task : set.tasks) {
+    if (task.release_jitter > Duration{})
+      throw ExplorationRefused(several + "does not cover the release jitter of " + task.name);
+  }
+}
 
 /// `scheduler`, as that of a system that is explored. Throws ExplorationRefused for any other.
 const ExploredScheduler& explorable(const TaskSet& set, const ExplorationOptions& options,
                                     const Scheduler& scheduler, const Workload& workload) {
   const auto* explored = dynamic_cast<const ExploredScheduler*>(&scheduler);
   if (!explored || !explored->clone() || !workload.clone()) {
-    throw ExplorationRefused("an executor with several threads that run jobs is not explored");
+    throw ExplorationRefused("an executor whose timer thread runs jobs is not explored");
   }
+  const auto threads = std::ranges::count(scheduler.workers(), WorkerRole::executor);
+  if (threads > 1) check_threads(set, options.platform, scheduler.workers());
   const Platform& p = options.platform;
   const bool own_timers = scheduler.workers().size() > 1;
   if (own_timers && p.cores == 1 && p.wall_clock_work && p.release_cost + p.pass_cost > Duration{}) {
@@ -364,7 +404,7 @@ const ExploredScheduler& explorable(const TaskSet& set, const ExplorationOptions
     if (task.always_due) throw ExplorationRefused("timer " + task.name + " has a period of 0");
     if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
   }
-  if (load > 1) throw ExplorationRefused("the timers alone overload the thread");
+  if (load > static_cast<double>(threads)) throw ExplorationRefused("the timers alone overload its threads");
   return *explored;
 }
 

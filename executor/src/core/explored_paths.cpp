@@ -23,9 +23,8 @@ Witness ExploredPaths::witness(const Edge& last) const {
     point = at;
     instant += edge->to.origin - edge->from.origin;
     note_releases(*edge);
-    if (edge->starts) {
-      witness.jobs.emplace_back(*edge->starts, Duration(point[edge->finish] - point[edge->instant]));
-    }
+    for (auto job = edge->starts.rbegin(); job != edge->starts.rend(); ++job)
+      witness.jobs.emplace_back(job->first, Duration(point[job->second] - point[edge->instant]));
   }
   std::reverse(witness.jobs.begin(), witness.jobs.end());
   std::reverse(witness.delays.begin(), witness.delays.end());

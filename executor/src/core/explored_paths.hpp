@@ -29,9 +29,9 @@ class ExploredPaths {
   struct Edge {
     Zone zone;  ///< Of all schedules that go this way, with the coordinates of both states.
     End from, to;
-    std::size_t instant = 0;                        ///< Coordinate: when the next state begins.
-    std::optional<TaskId> starts;                   ///< The job that starts there and takes time.
-    std::size_t finish = 0;                         ///< Coordinate: when that job ends.
+    std::size_t instant = 0;  ///< Coordinate: when the next state begins.
+    /// The jobs that start there and take time, in this order, with the coordinates of their ends.
+    std::vector<std::pair<TaskId, std::size_t>> starts;
     std::vector<std::pair<TaskId, Time>> released;  ///< Timers released there, with their timestamps.
   };
 

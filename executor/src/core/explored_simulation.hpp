@@ -41,6 +41,10 @@ class ExploredSimulation : public Simulation {
   [[nodiscard]] bool shares_core() const {
     return workers_.size() > 1 && platform_.cores == 1 && !platform_.raised_releaser;
   }
+  /// Whether several threads run jobs. Each then has a core, and nothing but the jobs takes time.
+  [[nodiscard]] bool several() const {
+    return workers_.size() > 1 && scheduler_->workers()[1] == WorkerRole::executor;
+  }
   [[nodiscard]] Duration delivery_delay() const { return platform_.delivery_delay; }
 
   /// Everything until the first instant at which something ends or falls due. `released`: held timers
@@ -87,6 +91,7 @@ class ExploredSimulation : public Simulation {
   /// and of the time slice of worker 0, and when samples arrive. Nor when worker 0 wakes (`wakes`), nor when
   /// worker 1 wakes or its release ends (`releases`).
   void describe(StateWords& words, bool wakes, bool releases) const {
+    if (several()) return describe_threads(words);
     words.add((wakes ? 1 : 0) + (releases ? 2 : 0));
     for (Worker w = 0; w < workers_.size(); ++w) {
       describe_thread(w, w == 0 ? wakes : releases, releases, words);
@@ -102,6 +107,16 @@ class ExploredSimulation : public Simulation {
   }
 
  private:
+  /// Of several: what each runs, or when it wakes, and in which order they act at one instant.
+  void describe_threads(StateWords& words) const {
+    for (Worker w = 0; w < workers_.size(); ++w) {
+      words.add(static_cast<std::int64_t>(workers_[w].step));
+      if (workers_[w].step == Step::asleep) words.add(workers_[w].until);
+      describe_next(workers_[w], words);
+    }
+    for (std::size_t i = 0; i < workers_.on_core(); ++i) words.add(workers_.running(i));
+  }
+
   static bool waits(const SimulatedWorkers::State& worker) {
     return worker.step == Step::asleep || worker.step == Step::blocked;
   }

@@ -15,6 +15,10 @@ using Instants = std::vector<UncertainInstant>;
 /// The uncertain instants but for arrivals.
 Instants ends(const ExploredState& state) {
   Instants all;
+  if (state.simulation->several()) {
+    for (const Worker w : state.running()) all.push_back({state.end_of_job(w)});
+    return all;
+  }
   if (state.runs() || state.wakes) all.push_back({kEnd});
   if (state.runs() && state.slice_matters()) all.push_back({kSlice});
   if (state.releases) all.push_back({kTimers});
@@ -88,7 +92,10 @@ Time ExploredState::next_of_others() const {
   SimulatedWorkers& workers = simulation->workers();
   std::vector<SimulatedWorkers::State> all;
   for (Worker w = 0; w < workers.size(); ++w) all.push_back(workers[w]);
-  if (runs()) executor().until = executor().slice_end = kNever;
+  if (simulation->several()) {
+    for (const Worker w : running()) workers[w].until = kNever;
+  } else if (runs())
+    executor().until = executor().slice_end = kNever;
   if (releases) timers().until = timers().slice_end = kNever;
   if (wakes) workers.sleep_until(kExecutor, kNever);
   if (timers_wake()) workers.sleep_until(kTimerThread, kNever);
@@ -133,6 +140,10 @@ void ExploredState::move_to(const std::vector<std::int64_t>& point) {
   SimulatedWorkers& workers = simulation->workers();
   SimulatedWorkers::State& executor = this->executor();
   const auto instant = [&](std::size_t coordinate) { return Time{} + Duration(point[coordinate]); };
+  if (simulation->several()) {
+    for (const Worker w : running()) workers[w].until = workers[w].step_end = instant(end_of_job(w));
+    return;
+  }
   if (runs()) {
     executor.until = executor.step_end = instant(kEnd);
     end_there = point[kEnd];

@@ -18,6 +18,12 @@ namespace hotpath {
   return {job.task | kRelease, job.sequence};
 }
 
+/// The end of a job beside others, as an instant of ExploredState::starts.
+[[nodiscard]] inline JobRef end_of(JobRef job) {
+  constexpr TaskId kEndOfJob = TaskId{1} << 29;
+  return {job.task | kEndOfJob, job.sequence};
+}
+
 /// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
 enum Coordinate : std::size_t {
   kConstant,
@@ -49,15 +55,17 @@ struct ExploredState {
 
   Cloned<ExploredSimulation> simulation;
   Zone zone{kStarts};
-  std::vector<JobRef> starts{};  ///< Jobs, for their starts, or publication_by() or release_of() jobs.
-  Time from{};                   ///< Of all instants of the zone, none is earlier; no timestamp lies between.
-  std::int64_t end_there = 0;    ///< The end of the step in `simulation`, which is one of those in `zone`.
+  /// Jobs, for their starts, or publication_by(), release_of() or end_of() jobs.
+  std::vector<JobRef> starts{};
+  Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
+  std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
   // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
   // uncertain.
   bool wakes = false, releases = false;
-  // What happened at the last instant: releases, by timer and timestamp; whether a job began.
+  // What happened at the last instant: releases, by timer and timestamp; jobs that began, with the
+  // coordinates of their ends.
   std::vector<std::pair<TaskId, Time>> released{};
-  bool job_began = false;
+  std::vector<std::pair<TaskId, std::size_t>> begun{};
 
   [[nodiscard]] SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
   /// The timer thread, if there is one.
@@ -71,6 +79,16 @@ struct ExploredState {
   [[nodiscard]] bool runs() const { return busy() && executor().on_core; }
   /// Whether the timer thread sleeps until an uncertain instant.
   [[nodiscard]] bool timers_wake() const { return releases && timers().step == Step::asleep; }
+  /// The threads that run jobs, of several.
+  [[nodiscard]] std::vector<Worker> running() const {
+    std::vector<Worker> all;
+    for (Worker w = 0; w < simulation->workers().size(); ++w)
+      if (simulation->workers()[w].step == Step::run) all.push_back(w);
+    return all;
+  }
+  [[nodiscard]] std::size_t end_of_job(Worker w) const {
+    return start_of(end_of(simulation->workers()[w].job.ref()));
+  }
   [[nodiscard]] std::size_t start_of(JobRef job) const {
     const auto place = std::find(starts.begin(), starts.end(), job);
     return place == starts.end() ? kConstant : kStarts + static_cast<std::size_t>(place - starts.begin());

@@ -55,6 +55,16 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   }
   state.simulation->scheduler().describe(words);
   state.simulation->workload().describe(words);
+  if (state.simulation->several()) {
+    for (const Worker w : state.running()) {
+      const Job& job = state.simulation->workers()[w].job;
+      if (publications_ && !is_of_timer(job)) describe_publication(job.parent, words);
+      coordinates.push_back(state.end_of_job(w));
+      add_start(state, job.ref(), coordinates);
+    }
+    for (const JobRef& job : words.data()) add_start(state, job, coordinates);
+    return words.take_words();
+  }
   if (state.busy() || state.wakes) coordinates.push_back(kEnd);
   if (state.releases) coordinates.push_back(kTimers);
   if (state.simulation->shares_core() && state.executor().on_core) coordinates.push_back(kSlice);

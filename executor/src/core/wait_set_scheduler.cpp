@@ -89,6 +89,16 @@ RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned wo
       waited_subscriptions_(subscription_ids()),
       is_waited_for_(set.size(), true) {}
 
+void RebuiltWaitSetScheduler::describe(StateWords& words) const {
+  WaitSet::describe(words);
+  wait_mutex_.describe(words);
+  words.add((interrupted_ ? 1 : 0) + (needs_rebuild_ ? 2 : 0));
+  for (const std::vector<TaskId>& waited : {waited_timers_, waited_subscriptions_}) {
+    words.add(static_cast<std::int64_t>(waited.size()));
+    for (const TaskId id : waited) words.add(id);
+  }
+}
+
 Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
   return {is_waited_for_[task] ? wait_mutex_.waiting() : WorkerSet{}, unread_.add(task, sample)};
 }

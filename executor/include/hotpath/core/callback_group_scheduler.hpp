@@ -42,7 +42,7 @@ class CallbackGroupScheduler final : public ExploredScheduler {
   Joined add_task(const JoiningTask& joining, Time now) override;
   void remove_task(TaskId task, Time now, const Visitor& dropped) override;
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
-    return workers().size() == 2 ? std::make_unique<CallbackGroupScheduler>(*this) : nullptr;
+    return std::make_unique<CallbackGroupScheduler>(*this);
   }
   void describe(StateWords& words) const override;
   [[nodiscard]] std::span<const Timer> timers() const override { return timers_; }

@@ -121,6 +121,9 @@ struct ExplorationResult {
 /// with jitter is a coordinate from its timestamp until it happens. (After Nasri and Brandenburg 2017, "An
 /// Exact and Sustainable Analysis of Non-Preemptive Scheduling".)
 ///
+/// Several executor threads, each with a core, have a coordinate each for the end of their jobs; nothing else
+/// may take time then. Jobs that end at one instant end in the order of their threads' numbers.
+///
 /// `scheduler` and `workload` must have a clone(). Timers with release_jitter must have HeldReleases as their
 /// release_delays. `workload` takes the longest execution times. Throws
 /// ExplorationRefused.

@@ -37,7 +37,7 @@ class ExploredScheduler : public Scheduler {
     for (TaskId id = 0; id < unread_.tasks(); ++id) visit_unread(id, visit);
   }
 
-  /// A copy in the same state; none: with several workers that run jobs, it is not explored.
+  /// A copy in the same state; none: it is not explored.
   [[nodiscard]] virtual std::unique_ptr<ExploredScheduler> clone() const { return nullptr; }
   /// Adds all that its later answers depend on, besides the numbers of the tasks and the calls to come.
   virtual void describe(StateWords& words) const = 0;

@@ -43,6 +43,11 @@ class WaitMutex {
     return true;
   }
 
+  void describe(StateWords& words) const {
+    words.add(static_cast<std::int64_t>(idle_.bits()));
+    words.add(static_cast<std::int64_t>(waiting().bits()));
+  }
+
   /// The worker in rcl_wait, if there is one.
   [[nodiscard]] WorkerSet waiting() const { return waiting_ ? WorkerSet::of(*waiting_) : WorkerSet{}; }
 
@@ -74,7 +79,13 @@ class WaitSetScheduler final : public WaitSet {
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker worker, const Job& job, Time now) override;
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
-    return workers().size() == 1 ? std::make_unique<WaitSetScheduler>(*this) : nullptr;
+    return std::make_unique<WaitSetScheduler>(*this);
+  }
+  void describe(StateWords& words) const override {
+    WaitSet::describe(words);
+    if (workers().size() == 1) return;
+    wait_mutex_.describe(words);
+    for (const bool busy : left_out_) words.add(busy ? 1 : 0);
   }
 
  private:
@@ -138,6 +149,10 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker worker, const Job& job, Time now) override;
+  [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
+    return std::make_unique<RebuiltWaitSetScheduler>(*this);
+  }
+  void describe(StateWords& words) const override;
 
  private:
   WorkerSet joined(TaskId task) override;

@@ -54,6 +54,8 @@ class WorkerSet {
     bits_ |= o.bits_;
     return *this;
   }
+  /// Bit w: whether `w` is a member.
+  [[nodiscard]] constexpr std::uint64_t bits() const { return bits_; }
   friend constexpr bool operator==(WorkerSet, WorkerSet) = default;
 
  private:
