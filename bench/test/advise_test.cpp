@@ -63,6 +63,15 @@ TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {
   EXPECT_NEAR(of(110).value, 10 + 120, 1e-9);
 }
 
+TEST(Scores, CountLossesOfAllJobsAndTimersThatNeverRanAsLate) {
+  results::ExecutorSummary summary;
+  summary.executed = 3;
+  summary.skipped = 1;
+  EXPECT_EQ(advise::score({.kind = advise::Objective::Kind::losses}, summary).value, 25);
+  summary.tasks.emplace_back().account.count[static_cast<std::size_t>(Outcome::skipped)] = 1;
+  EXPECT_EQ(advise::score({.kind = advise::Objective::Kind::worst_lateness}, summary).value, INFINITY);
+}
+
 std::vector<advise::Candidate> all_candidates(const Graph& graph) {
   const advise::Objective objective =
       graph.chains.empty() ? advise::Objective{} : advise::parse_objective("hot_path:p99", graph);

@@ -134,6 +134,29 @@ TEST(StatedContract, HasAnEntryForAService) {
   EXPECT_EQ(contract.threads.at(0).callbacks, (std::vector<std::uint32_t>{0, 1}));
 }
 
+/// The terms of a reader with this work and depth, whose timer with a period of 10 ms waits for another one.
+std::vector<Term> terms_of_reader(const char* executor, double work_ms, int depth) {
+  Graph graph = load(program::text(
+      "name: g\nnodes:\n- {name: T, type: sensor, period_ms: 10, execution_time_ms: 2, output: t}\n"
+      "- {name: L, type: sensor, period_ms: 50, execution_time_ms: 5}\n"
+      "- {name: R, type: callbacks, callbacks: [{subscription: t, depth: %d, execution_time_ms: %g}]}\n",
+      depth, work_ms));
+  graph.platform.release_cost = from_ms(0.1);
+  graph.platform.time_slice = from_ms(5);
+  return stated(graph, setup::parse_executor(executor, {})).callbacks.at(2).terms;
+}
+
+TEST(StatedContract, PromisesNoLossIfTheQueueHoldsWhatComesDuringAResponse) {
+  EXPECT_NE(find(terms_of_reader("rm-ro", 2, 1), Clause::lost), nullptr);
+  EXPECT_EQ(find(terms_of_reader("rm-ro", 5, 1), Clause::lost), nullptr);
+  EXPECT_NE(find(terms_of_reader("rm-ro", 5, 2), Clause::lost), nullptr);
+}
+
+TEST(StatedContract, CountsInABudgetTheReleasesThatATimeSliceDelayed) {
+  EXPECT_EQ(find(terms_of_reader("events-ro", 2, 1), Clause::budget)->limit, from_ms(2.2).count());
+  EXPECT_EQ(find(terms_of_reader("events-ro", 5, 1), Clause::budget)->limit, from_ms(5.3).count());
+}
+
 /// `budget_ms` of the timer of each thread, in ms; 0: none. Behind it `wait` if its waits have a limit.
 std::vector<std::string> budgets_and_waits(const std::string& threads, const std::string& platform) {
   const Graph graph = load("name: timers\nplatform: {cores: 2" + platform +

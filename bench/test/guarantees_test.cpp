@@ -92,6 +92,18 @@ TEST(Guarantees, InputsThatTakeTurnsWaitForTheirPhasesOnly) {
   EXPECT_EQ(age(0ms), 2ms);
 }
 
+TEST(Guarantees, DataWaitsLongerWhereALateWaitSetSkipsTimestamps) {
+  const Graph graph = load(
+      "name: g\nnodes:\n- {name: P, type: sensor, period_ms: 20}\n- {name: Q, type: sensor, period_ms: 100}\n"
+      "- {name: L, type: sensor, period_ms: 100, execution_time_ms: 50}\n"
+      "- {name: F, type: fusion, inputs: [P, Q], execution_time_ms: 2}\n"
+      "chains:\n- {name: c, nodes: [P, F], sources: [P], sink: F}\n");
+  const auto all = setup::guarantees(graph, make_tasks(graph), setup::parse_executor("default", {}));
+  // P starts up to 52 ms late, and F up to 54 ms behind the timestamp of P or Q. A sample of P is the newest
+  // until that of P's next timestamp, which may follow the late start, arrives; then Q completes the join.
+  EXPECT_EQ(Duration(all.value().chains.at(0).age.value().ns), (20ms + 52ms) + 54ms + 54ms);
+}
+
 /// A client every second with 1 ms of work, its service with 2 ms and the last priority, and between them a
 /// timer that needs 30 ms every 20 ms.
 Graph overloaded_service(Duration wait) {

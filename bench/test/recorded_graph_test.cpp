@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <functional>
+#include <tuple>
 
 #include "program/errors.hpp"
 #include "recorded.hpp"
@@ -23,13 +24,14 @@ using testing::UnorderedElementsAre;
 using K = tracing::CallbackKind;
 
 TEST(RecordedGraph, OnlyJobsOfTwoThreadsOverlap) {
-  for (const std::uint32_t thread : {0U, 1U}) {
+  for (const auto& [thread, start, groups] :
+       {std::tuple(0U, 2ms, 1U), std::tuple(1U, 2ms, 2U), std::tuple(1U, 10ms, 1U)}) {
     RecordedCallbacks r;
     r.callback(K::timer);
     r.callback(K::timer);
     r.job(0, 0, 0ms, 10ms);
-    r.job(1, thread, 2ms, 4ms);
-    EXPECT_EQ(r.graph().graph.nodes.at(0).groups.size(), thread == 0 ? 1U : 2U);
+    r.job(1, thread, start, start + 2ms);
+    EXPECT_EQ(r.graph().graph.nodes.at(0).groups.size(), groups) << thread << " from " << start.count();
   }
 }
 

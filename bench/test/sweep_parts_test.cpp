@@ -11,6 +11,7 @@
 #include "sweep/capacity.hpp"
 #include "sweep/design.hpp"
 #include "sweep/journal.hpp"
+#include "sweep/rows.hpp"
 
 namespace hotpath {
 namespace {
@@ -99,16 +100,17 @@ TEST_F(SweepTest, AnAxisMayHaveAnyNumberOfValues) {
   EXPECT_EQ(values(d, 899'999), "load=89.9999 ");
 }
 
-TEST_F(SweepTest, AJournalGoesOnAfterATornLine) {
+TEST_F(SweepTest, AJournalGoesOnAfterALineWithoutItsEnd) {
   const sweep::Design d = design(kGrid);
-  const fs::path folder = folder_ / "out";
+  const fs::path folder = folder_ / "out", file = folder / "cells.journal";
   {
     sweep::Journal journal(folder, d);
     journal.add(4, "four\n");
     journal.add(1, "one,\"a\"\n");
+    journal.add(7, "seven\n");
     journal.flush();
   }
-  std::ofstream(folder / "cells.journal", std::ios::app) << "[7,\"sev";
+  fs::resize_file(file, fs::file_size(file) - 1);
   sweep::Journal journal(folder, d);
   EXPECT_EQ(journal.done(), 2U);
   EXPECT_EQ(journal.missing().size(), 34U);
@@ -252,6 +254,15 @@ TEST(CapacityTest, FindsTheLastLevelBelowTheFirstFailure) {
   EXPECT_EQ(found({5, 9, 1}, 3, 1000, 1000).highest, 4U);
   EXPECT_EQ(found({5, 5, 1}, 3, 1000, 1000).highest, 0U);
   EXPECT_EQ(found({0.1, 0.7, 0.1}, 3, 1000, 1000).highest, 6U);
+}
+
+TEST(Rows, HaveTheLargestResponseInDeadlines) {
+  results::ExecutorSummary executor;
+  results::TaskSummary& timer = executor.tasks.emplace_back();
+  timer.period = std::chrono::milliseconds(100);
+  timer.deadline = std::chrono::milliseconds(40);
+  timer.response_ms = quantiles({10, 30});
+  EXPECT_EQ((sweep::MeasuredRow{&executor, nullptr}.response_share_max()), 0.75);
 }
 
 TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
