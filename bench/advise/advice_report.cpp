@@ -40,16 +40,21 @@ Objective beside(Objective objective) {
   return objective;
 }
 
+/// What orders the candidates, after the name of chain and metric.
+std::string order_of(const Objective& objective) {
+  return objective.kind == Objective::Kind::latency ? std::string(to_string(objective.statistic))
+                                                    : objective.text;
+}
+
 Table ranking_table(const Advice& advice) {
   const Objective& objective = advice.objective;
   const bool chains = !advice.graph.chains.empty();
   const bool lateness = objective.kind == Objective::Kind::worst_lateness;
-  const std::string_view statistic = to_string(objective.statistic);
   Table table(concat(chains ? advice.graph.chains[objective.chain].name : advice.graph.name, ": ",
                      chains ? concat(metric_text(objective.age), " in ms") : "jobs", ", best first by ",
-                     objective.kind == Objective::Kind::latency ? statistic : objective.text),
+                     order_of(objective)),
               {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
-               chains ? concat(objective.age ? "hot path\n" : "age\n", statistic) : "",
+               chains ? concat(objective.age ? "hot path\n" : "age\n", to_string(objective.statistic)) : "",
                lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
                "cores\nused", "bound"});
   for (const Prediction* p : advice.ranked) {
@@ -312,6 +317,7 @@ void to_json(json& j, const Advice& advice) {
   j = {{"graph", advice.graph.name},
        {"objective", advice.objective.text},
        {"metric", metric_text(advice.objective.age)},
+       {"order", order_of(advice.objective)},
        {"draws", advice.draws},
        {"asked_draws", advice.asked_draws},
        {"seconds", advice.seconds},

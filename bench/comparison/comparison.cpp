@@ -96,7 +96,7 @@ std::vector<std::string> other_graphs(const Side& before, const Side& after) {
   }
   throw program::UsageError(o.old.string() + " and " + o.now.string() +
                             " have no executor and setting in common, there is nothing to compare" +
-                            (before.graph == after.graph ? "" : "; " + other_graphs(before, after).front()));
+                            (before.graph == after.graph ? "" : ". " + other_graphs(before, after).front()));
 }
 
 /// Sentences about other differences of two reproductions: dropped jobs, verdicts and modes.

@@ -44,7 +44,7 @@ class Advise(CommandTest):
         graph = folder / "graph.yaml" if (folder / "graph.yaml").exists() else "autoware"
         run = self.measure(
             *("simulate", "--graph", graph, "--cores", 2, "--duration", 3, "--phases", "random"),
-            *("--deployments", folder / "deployment.yaml"),
+            *("--deployments", folder / "deployment.yaml", "--repetitions", 3),
         )
         (executor,) = run.summary()["executors"]
         median = executor["chains"][0]["end_to_end_latency_ms"]["p50"]
@@ -114,7 +114,7 @@ class Advise(CommandTest):
         graph = self.folder / "mine.yaml"
         other = SENSOR.format("T", 50, 1), COMMAND.format("X", "T", 30)
         graph.write_text(graph_text(SENSOR.format("S", 100, 10), COMMAND.format("C", "S", 1), *other))
-        _, advice = self.advise(graph, f"--cores 2 --executors default,rm-ro,rm-re {SHORT}")
+        _, advice = self.advise(graph, f"--cores 2 --for chain_2:age --executors default,rm-ro,rm-re {SHORT}")
         self.assertEqual(advice["recommended"], "rm-re")
         self.assertIn("Timers run on a thread beside the executor thread", " ".join(advice["sentences"]))
 

@@ -105,7 +105,7 @@ def tables(found: Advice) -> list[Table]:
         lost = f"{row['lost_percent']:.1f}" if "lost_percent" in row else ""
         cells.append([row["name"], *values, lost, bound, row["overload"] or row["description"]])
     header = ["candidate", *(f"{label} ms" for _, label, _ in MARKS), "lost %", "bound ms", ""]
-    made = [Table(f"Candidates, best first by {found['objective']}", header, cells)]
+    made = [Table(f"Candidates, {found['metric']}, best first by {found['order']}", header, cells)]
     doubts = [
         [d["assumption"], ", ".join(d["order"]), "same" if d["same_first"] else "another"]
         for d in found["doubts"]
@@ -123,7 +123,7 @@ def write(folder: str) -> None:
         raise InputError(f"{folder}: no prediction has a chain")
     cores = "one core" if found["cores"] == 1 else f"{found['cores']} cores"
     subtitle = (
-        f"{found['chain']} of {found['graph']}, best first by {found['objective']}; "
+        f"{found['chain']} of {found['graph']}, best first by {found['order']}; "
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
     style.save(

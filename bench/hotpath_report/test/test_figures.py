@@ -173,6 +173,7 @@ class Advice(FigureTest):
         facts = {"graph": "tiny", "chain": "c", "objective": "p99 of c", "now": "default", "draws": 3}
         facts |= {
             "metric": "age of the data",
+            "order": "p99",
             "recommended": "rm-ro",
             "sentences": ["Take rm-ro."],
             "change": "",
