@@ -88,9 +88,8 @@ std::string verdict_of(const std::map<Verdict, std::size_t>& verdicts, const std
     all += n;
     counts.push_back(program::concat(n, " ", to_string(verdict)));
   }
-  const bool worse = verdicts.contains(Verdict::worse), better = verdicts.contains(Verdict::better);
-  const Verdict whole = worse ? Verdict::worse : better ? Verdict::better : verdicts.rbegin()->first;
-  return program::concat(worse && better ? "partly " : "", to_string(whole), " (",
+  const bool both = verdicts.contains(Verdict::worse) && verdicts.contains(Verdict::better);
+  return program::concat(both ? "partly " : "", to_string(verdicts.begin()->first), " (",
                          verdicts.size() == 1 ? "all" : program::joined(counts) + "; of", " ", all, " ",
                          things);
 }

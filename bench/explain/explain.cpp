@@ -99,10 +99,8 @@ std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b
   const Totals of_a = totals_of(a, chain, hot_path), of_b = totals_of(b, chain, hot_path);
   if (of_a.outputs == 0 || of_b.outputs == 0) return {};
   const std::string& name = a.graph.chains[chain].name;
-  const auto subject = [&](const SimulatedRun& run) {
-    return Subject{run.tasks.set, run.name, name, "", hot_path};
-  };
-  return report(subject(a), of_a, subject(b), of_b).sentences;
+  const Subject of{a.tasks.set, a.name, name, "", hot_path}, other{b.tasks.set, b.name, name, "", hot_path};
+  return report(of, of_a, other, of_b).sentences;
 }
 
 }  // namespace hotpath::explain

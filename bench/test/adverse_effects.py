@@ -146,6 +146,7 @@ EFFECTS = {
 --repetition 1
 --chain lane_detection + explain {stock}/run
 --task RearLidarDriver
+--hot-path
 --worst
 --quantile 0.9
 --sequence 5
