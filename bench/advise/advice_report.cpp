@@ -180,10 +180,10 @@ std::string other_metric(const Advice& advice) {
 
 /// The price of release-and-execute; empty: the recommended executors do not use it.
 std::string timers_beside(const Advice& advice) {
-  const auto executes = [](const setup::ExecutorSpec& part) {
-    return part.entry->traits.timers == TimerHandling::release_and_execute;
-  };
-  if (std::ranges::none_of(setup::parts(advice.best->candidate->spec), executes)) return "";
+  bool executes = false;
+  for (const setup::ExecutorSpec& part : setup::parts(advice.best->candidate->spec))
+    executes |= part.entry->traits.timers == TimerHandling::release_and_execute;
+  if (!executes) return "";
   return "Timers run on a thread beside the executor thread (release-and-execute): data is younger, since a "
          "source does not wait for the callback that is running. In return, callbacks run at the same time: "
          "data that they share needs a lock. It is no option for a mutually exclusive group of timers and "

@@ -23,9 +23,7 @@ struct Objective {
 
   Kind kind = Kind::latency;
   Statistic statistic = Statistic::p99;  ///< latency.
-  /// The latency that is minimised or shown: the age of the data (end-to-end latency), or the hot-path
-  /// latency.
-  bool age = true;
+  bool age = true;        ///< Of or beside latencies: the age of the data (end-to-end), else the hot path.
   std::size_t chain = 0;  ///< latency: index into the graph's chains.
   std::vector<Requirement> requirements = {};
   /// By chain of the graph: has exact worst cases, since all sources are timers.

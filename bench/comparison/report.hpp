@@ -14,8 +14,7 @@ namespace hotpath::comparison {
 /// The verdict on one quantile, of which less is better.
 [[nodiscard]] Verdict verdict_of(const Samples& old, const Samples& now, const Estimate& change);
 
-/// Median, p99 and maximum of everything that both sides have. Simulated repetitions of equal draws are
-/// pairs.
+/// Median, p99 and maximum of all that both sides have. Simulated repetitions of equal draws are pairs.
 struct Percentiles {
   program::Table stored, shown;  ///< With a column for each part of the key, or with the key in words.
   std::map<Quantity, std::map<Verdict, std::size_t>> verdicts;
@@ -27,8 +26,7 @@ void compare_counters(const Options& options);
 
 /// The judgements as rows; `worst_first`: those that became worse before the others.
 [[nodiscard]] program::Table rows_of(const std::vector<Judgement>& judgements, bool worst_first);
-/// The result in one sentence, of `things` with these verdicts or of judgements, and the smallest growth of a
-/// latency that raises an alarm.
+/// The result in one sentence (without the bracket at its end), and the smallest growth that raises an alarm.
 [[nodiscard]] std::string verdict_of(const std::map<Verdict, std::size_t>& verdicts,
                                      const std::string& things);
 [[nodiscard]] std::string verdict_of(const std::vector<Judgement>& judgements);

@@ -100,8 +100,8 @@ struct Side {
   std::string graph;  ///< Of a run.
 };
 
-/// Whether repetitions of a simulated executor with one number on both sides have the same model of execution
-/// times, the same length, and the same phases of timers that both have.
+/// Whether repetitions of a simulated executor with equal numbers have equal models of execution times,
+/// lengths, and phases of the timers that both have.
 [[nodiscard]] bool draws_agree(const Side& before, const Side& after, const std::string& executor);
 
 /// Reads a reproduction, a run, or a folder of runs: one build's repetitions, measured by turns. Without

@@ -53,9 +53,8 @@ class DataPath {
   /// Forgets all jobs.
   void clear();
 
-  /// The jobs that carried the data of a source's job that started at `source` (else: has that timestamp)
-  /// to `sink`, in order. Where several ways lead there, the one whose data came last. Empty: there is no
-  /// way.
+  /// The jobs that carried the data of a source's job with the start or timestamp `source` to `sink`, in
+  /// order. Where several ways lead there, the one whose data came last. Empty: there is no way.
   [[nodiscard]] std::vector<const Seen*> from_source(const Seen& sink, Time source, bool by_start);
 
  private:

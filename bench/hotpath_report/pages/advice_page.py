@@ -58,10 +58,7 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
     bounds = {r["name"]: r.get("bound_ms") for r in found["ranking"]}
     of_age = found["metric"] == "age of the data"
     made = []
-    for column, name, title in (
-        (HOT_PATH, chain, "hot path"),
-        (AGE, f"{chain}, age of the data", "age of the data"),
-    ):
+    for column, name, title in ((HOT_PATH, chain, "hot path"), (AGE, f"{chain}, age", "age of the data")):
         of = rows[rows[column].notna()].assign(source="simulated", ms=rows[column] / NS_PER_MS)
         samples = {executor: s for (_, executor), s in samples_by(of, ["source", "executor"], "ms").items()}
         marks: list[dict[str, Any]] = [
@@ -72,7 +69,7 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
         if column == AGE and (limit := found["requirements_ms"].get(chain)):
             marks.append({"label": "requirement", "ms": limit, "series": None})
         marks.sort(key=lambda mark: float(mark["ms"]))
-        measured = Measured("chain", name, f"Chain {name}", f"latency, {title} (ms)", "predictions")
+        measured = Measured("chain", name, f"Chain {name}", f"{title} (ms)", "predictions")
         made.append(measured.target([samples.get(label) for label in labels], marks))
     # Outputs are explained for the hot path alone, so it comes first if there are any.
     return [t for t in (made[::-1] if of_age and not found["stored"] else made) if t["curves"]]
@@ -126,17 +123,10 @@ def write(folder: str) -> None:
         f"{found['chain']} of {found['graph']}, best first by {found['order']}; "
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
-    style.save(
-        predictions(found, shown).figure,
-        folder,
-        "advice",
-        f"Predicted {found['metric']} under each executor",
-        subtitle,
-    )
+    title = f"Predicted {found['metric']} under each executor"
+    style.save(predictions(found, shown).figure, folder, "advice", title, subtitle)
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
-    made = make_figure(
-        "predictions", f"Predicted {found['metric']} under each candidate", predictions(found, shown)
-    )
+    made = make_figure("predictions", title, predictions(found, shown))
     text = TEXT + (STORED_TEXT if found["stored"] else "")
     section = Section("candidates", "Candidates", subtitle, text, [made], tables(found))
     section.notes = [" ".join(found["causes"])] if found["causes"] else []
