@@ -63,6 +63,7 @@ Estimate compare(const RepeatedSamples& a, const RepeatedSamples& b, double prob
   for (double& statistic : statistics) {
     resampler.draw(times_a);
     resampler.draw(times_b);
+    if (options.pairs && times_a.size() == times_b.size()) times_b = times_a;
     statistic =
         combine(a.resampled_quantile(times_a, probability), b.resampled_quantile(times_b, probability));
   }

@@ -139,7 +139,8 @@ std::vector<std::string> causes_of_gain(const Question& q, const Advice& advice)
   const auto run = [](const Candidate& c, const SimulatedDraw& d) {
     return explain::SimulatedRun{c.name, c.spec, c.graph, d.tasks, *d.times, d.repetition.trace};
   };
-  return explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(q.objective.chain));
+  return explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(q.objective.chain),
+                             !q.objective.age);
 }
 
 /// The advice without files. `predictions` must outlive it.
@@ -200,7 +201,7 @@ void advise(const Options& options) {
     throw program::UsageError("--phases " + options.phases_of +
                               ": draws take the phases of a CSV file, not of a run");
   }
-  const Question question(options, "hot_path:p99");
+  const Question question(options, Objective::Statistic::p99);
   check_memory(question);
   const std::vector<Candidate> candidates = question.candidates(true);
   std::vector<Prediction> predictions = predicted(question, "ranking", candidates, kRankingShare);

@@ -24,22 +24,26 @@ std::string counted(std::uint64_t count, const char* thing) {
   return concat(count, " ", thing, count == 1 ? "" : "s");
 }
 
-bool shows_end_to_end(const Objective& objective) {
-  return objective.kind == Objective::Kind::requirements || objective.statistic == Objective::Statistic::age;
-}
-
 /// The quantiles of the latency that table and JSON show; empty without a chain.
 std::vector<std::pair<const char*, Estimate>> latencies(const Advice& advice, const Prediction& p) {
   if (advice.graph.chains.empty()) return {};
-  const results::ChainSummary& chain = p.summary.chains[advice.objective.chain];
-  const results::LatencySummary& l = shows_end_to_end(advice.objective) ? chain.end_to_end : chain.hot_path;
+  const results::LatencySummary& l = advice.objective.latency(p.summary.chains[advice.objective.chain]);
   return {{"median", l.estimate(&Quantiles::p50)},
           {"p99", l.estimate(&Quantiles::p99)},
           {"worst", l.estimate(&Quantiles::max)}};
 }
 
-const char* bounded_latency(const Objective& objective) {
-  return objective.of_hot_path() ? "hot path" : "end to end";
+/// The same statistic of the latency that the objective is not about.
+Objective beside(Objective objective) {
+  objective.kind = Objective::Kind::latency;
+  objective.age = !objective.age;
+  return objective;
+}
+
+/// What orders the candidates, after the name of chain and metric.
+std::string order_of(const Objective& objective) {
+  return objective.kind == Objective::Kind::latency ? std::string(to_string(objective.statistic))
+                                                    : objective.text;
 }
 
 Table ranking_table(const Advice& advice) {
@@ -47,13 +51,12 @@ Table ranking_table(const Advice& advice) {
   const bool chains = !advice.graph.chains.empty();
   const bool lateness = objective.kind == Objective::Kind::worst_lateness;
   Table table(concat(chains ? advice.graph.chains[objective.chain].name : advice.graph.name, ": ",
-                     !chains                       ? "jobs"
-                     : shows_end_to_end(objective) ? "end-to-end latency in ms"
-                                                   : "hot-path latency in ms",
-                     ", best first by ", objective.text),
+                     chains ? concat(metric_text(objective.age), " in ms") : "jobs", ", best first by ",
+                     order_of(objective)),
               {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
+               chains ? concat(objective.age ? "hot path\n" : "age\n", to_string(objective.statistic)) : "",
                lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
-               "cores\nused", concat("bound\n", bounded_latency(objective))});
+               "cores\nused", "bound"});
   for (const Prediction* p : advice.ranked) {
     if (!p->keeps_up()) continue;
     std::vector<program::Value> row = {p->candidate->name};
@@ -63,7 +66,8 @@ Table ranking_table(const Advice& advice) {
           fixed(ms, 1),
           interval ? concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]") : "");
     }
-    row.resize(4, "");
+    if (chains) row.emplace_back(fixed(score(beside(objective), p->summary).value, 1));
+    row.resize(5, "");
     row.insert(
         row.end(),
         {lateness ? fixed(score(objective, p->summary).value, 1) : "", fixed(p->summary.lost_percent(), 1),
@@ -127,7 +131,8 @@ std::string compared_with_now(const Advice& advice) {
 }
 
 std::string recommendation(const Advice& advice) {
-  const std::string& objective = advice.objective.text;
+  const std::string objective =
+      (advice.objective.kind == Objective::Kind::latency ? "the " : "") + advice.objective.text;
   if (advice.best == nullptr) {
     return concat("No change can be recommended for ", objective,
                   ": no candidate keeps up, runs every task and loses no more than today.");
@@ -158,9 +163,31 @@ std::string confidence(const Advice& advice) {
                                : ", a difference within noise");
   }
   if (!best.bound_ms) return text + "; theory gives no bound.";
-  return concat(text, "; theory guarantees ", fixed(*best.bound_ms, 1), " ms ",
-                advice.objective.of_hot_path() ? "on the hot path" : "end to end", " (", best.bound_method,
-                ").");
+  return concat(text, "; by theory the ", metric_text(advice.objective.age), " never exceeds ",
+                fixed(*best.bound_ms, 1), " ms (", best.bound_method, ").");
+}
+
+/// The metric that the objective is not about.
+std::string other_metric(const Advice& advice) {
+  if (advice.graph.chains.empty()) return "";
+  const Objective of = beside(advice.objective);
+  const bool compares = advice.changes() && advice.now.keeps_up();
+  return concat(of.age ? "Its age of the data, from the oldest source's timestamp to the output's finish: "
+                       : "Its hot-path latency, from the latest source's start (the paper's metric): ",
+                to_string(of.statistic), " ", value_text(of, *advice.best),
+                compares ? " instead of " + value_text(of, advice.now) : "", ".");
+}
+
+/// The price of release-and-execute; empty: the recommended executors do not use it.
+std::string timers_beside(const Advice& advice) {
+  bool executes = false;
+  for (const setup::ExecutorSpec& part : setup::parts(advice.best->candidate->spec))
+    executes |= part.entry->traits.timers == TimerHandling::release_and_execute;
+  if (!executes) return "";
+  return "Timers run on a thread beside the executor thread (release-and-execute): data is younger, since a "
+         "source does not wait for the callback that is running. In return, callbacks run at the same time: "
+         "data that they share needs a lock. It is no option for a mutually exclusive group of timers and "
+         "subscriptions.";
 }
 
 std::string cost(const Advice& advice) {
@@ -213,7 +240,6 @@ std::string other_chains(const Advice& advice) {
   if (!advice.changes() || !advice.now.keeps_up()) return "";
   Objective of = advice.objective;
   const bool all = of.kind != Objective::Kind::latency;
-  if (all) of.statistic = shows_end_to_end(of) ? Objective::Statistic::age : Objective::Statistic::p99;
   of.kind = Objective::Kind::latency;
   std::vector<std::string> chains;
   for (of.chain = 0; of.chain < advice.graph.chains.size(); ++of.chain) {
@@ -222,17 +248,18 @@ std::string other_chains(const Advice& advice) {
                             " instead of ", value_text(of, advice.now)));
   }
   if (chains.empty()) return "";
-  return concat("Chains beside the objective, ", to_string(of.statistic), ": ", joined(chains, "; "), ".");
+  return concat("Chains beside the objective, ", metric_text(of.age), " (", to_string(of.statistic),
+                "): ", joined(chains, "; "), ".");
 }
 
-/// The recommendation and its gain, the confidence in it, its cost, other chains, and the timers whose period
-/// varies more.
+/// The recommendation and its gain, the other metric, the confidence in it, its cost, other chains, and the
+/// timers whose period varies more.
 std::vector<std::string> sentences(const Advice& advice) {
   std::vector<std::string> all = {recommendation(advice)};
   if (advice.best == nullptr) return all;
-  all.insert(all.end(), {confidence(advice), cost(advice)});
-  for (const std::string& paying : {other_chains(advice), who_pays(advice)}) {
-    if (!paying.empty()) all.push_back(paying);
+  for (const std::string& sentence : {other_metric(advice), confidence(advice), cost(advice),
+                                      timers_beside(advice), other_chains(advice), who_pays(advice)}) {
+    if (!sentence.empty()) all.push_back(sentence);
   }
   const Candidate& c = *advice.best->candidate;
   const auto premises = setup::premises(c.graph, c.tasks.set, c.spec, false);
@@ -256,14 +283,14 @@ json row_json(const Advice& advice, const Prediction& p) {
   row["never_ran"] = p.summary.never_ran();
   row["starved"] = results::starved(p.summary);
   for (const results::ChainSummary& chain : p.summary.chains) {
-    const Quantiles& q = chain.hot_path.quantiles;
-    row["chains_ms"][chain.chain] = {
-        {"median", q.p50}, {"p99", q.p99}, {"worst", q.max}, {"age", chain.end_to_end.quantiles.max}};
+    const Quantiles &q = chain.hot_path.quantiles, &age = chain.end_to_end.quantiles;
+    row["chains_ms"][chain.chain] = {{"median", q.p50},       {"p99", q.p99},       {"worst", q.max},
+                                     {"age_median", age.p50}, {"age_p99", age.p99}, {"age", age.max}};
   }
   row["cores_used"] = p.cores_used;
   row["bound_ms"] = p.bound_ms ? json(*p.bound_ms) : json();
   row["bound_method"] = p.bound_method;
-  row["bound_of"] = bounded_latency(advice.objective);
+  row["bound_of"] = advice.objective.age ? "end to end" : "hot path";
   row["periods_ms"] = periods_json(p.summary);
   for (const auto& [name, latency] : latencies(advice, p)) {
     json& shown = row[name + std::string("_ms")] = {{"value", latency.value}};
@@ -289,6 +316,8 @@ void to_json(json& j, const Advice& advice) {
   const std::vector<Chain>& chains = advice.graph.chains;
   j = {{"graph", advice.graph.name},
        {"objective", advice.objective.text},
+       {"metric", metric_text(advice.objective.age)},
+       {"order", order_of(advice.objective)},
        {"draws", advice.draws},
        {"asked_draws", advice.asked_draws},
        {"seconds", advice.seconds},

@@ -207,12 +207,12 @@ Candidate with_graph(Candidate c, Graph graph) {
   return c;
 }
 
-Question::Question(const Options& given, const std::string& usual)
+Question::Question(const Options& given, Objective::Statistic usual)
     : options(given),
       graph(graph_of(given)),
       tasks(make_tasks(graph)),
-      objective(
-          parse_objective(given.objective.value_or(graph.chains.empty() ? "worst_lateness" : usual), graph)),
+      objective(parse_objective(
+          given.objective.value_or(graph.chains.empty() ? "worst_lateness" : "hot_path:age"), graph, usual)),
       folder(setup::output_folder(given, graph)) {
   for (const std::string& sentence : setup::utilisation(graph, tasks, nullptr).warnings)
     std::cerr << "note: " << sentence << "\n";

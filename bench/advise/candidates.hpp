@@ -54,8 +54,9 @@ struct CandidateOptions {
 /// What `hotpath advise` is asked, and where the answer goes.
 struct Question {
   /// A graph without chains gets those that are found, which are printed. The objective is by default
-  /// `usual`, or worst_lateness for a graph without chains. Notes an overload. Throws UsageError, InputError.
-  Question(const Options& options, const std::string& usual);
+  /// the `usual` statistic of the age, or worst_lateness for a graph without chains. Notes an overload.
+  /// Throws UsageError, InputError.
+  Question(const Options& options, Objective::Statistic usual);
 
   /// `reference_costs`: if the options name no costs. Throws UsageError, InputError.
   [[nodiscard]] std::vector<Candidate> candidates(bool reference_costs) const;

@@ -20,7 +20,8 @@ using Statistic = Objective::Statistic;
 [[noreturn]] void refuse(const std::string& text) {
   throw program::UsageError(program::concat(
       "--for: `", text,
-      "`: give hot_path:median, :p99, :worst or :age, CHAIN:p99, CHAIN<MS, worst_lateness or losses"));
+      "`: give CHAIN:age:median, :p99 or :worst, CHAIN:p99 for its hot path, CHAIN<MS, worst_lateness or "
+      "losses"));
 }
 
 std::size_t chain_named(const std::string& name, const Graph& graph) {
@@ -35,12 +36,14 @@ std::size_t chain_named(const std::string& name, const Graph& graph) {
                                     : "it has " + program::joined(names)));
 }
 
-Objective latency_of(const std::string& chain, const std::string& word, const Graph& graph) {
-  const std::optional<Statistic> statistic = parse<Statistic>(word);
-  if (!statistic) refuse(word);
-  Objective objective{.statistic = *statistic, .chain = chain_named(chain, graph)};
-  objective.text = program::concat(objective.of_hot_path() ? to_string(*statistic) : "greatest age", " of ",
-                                   graph.chains[objective.chain].name);
+Objective latency_of(const std::string& chain, const std::string& words, const Graph& graph,
+                     Statistic usual) {
+  const bool age = words == "age" || words.starts_with("age:");
+  const auto statistic = words == "age" ? usual : parse<Statistic>(age ? words.substr(4) : words);
+  if (!statistic) refuse(words);
+  Objective objective{.statistic = *statistic, .age = age, .chain = chain_named(chain, graph)};
+  objective.text = program::concat(metric_text(age), " of ", graph.chains[objective.chain].name, " (",
+                                   to_string(*statistic), ")");
   return objective;
 }
 
@@ -54,12 +57,13 @@ Objective::Requirement requirement(const std::string& text, const Graph& graph) 
   return r;
 }
 
-Objective objective_of(const std::string& text, const Graph& graph) {
+Objective objective_of(const std::string& text, const Graph& graph, Statistic usual) {
   if (text == "losses") return {.kind = Kind::losses, .text = "lost jobs and samples"};
   if (text == "worst_lateness") return {.kind = Kind::worst_lateness, .text = "worst lateness of timers"};
   const std::size_t colon = text.find(':');
-  if (colon != std::string::npos) return latency_of(text.substr(0, colon), text.substr(colon + 1), graph);
-  Objective objective{.kind = Kind::requirements};
+  if (colon != std::string::npos)
+    return latency_of(text.substr(0, colon), text.substr(colon + 1), graph, usual);
+  Objective objective{.kind = Kind::requirements, .statistic = Statistic::worst};
   std::istringstream items(text);
   for (std::string item; std::getline(items, item, ',');) {
     const Objective::Requirement r = requirement(item, graph);
@@ -84,16 +88,16 @@ double worst_lateness(const results::ExecutorSummary& summary) {
   return worst;
 }
 
-double value_of(Statistic statistic, const results::ChainSummary& chain) {
-  if (statistic == Statistic::age) return chain.end_to_end.quantiles.max;
-  const Quantiles& q = chain.hot_path.quantiles;
+double value_of(Statistic statistic, const Quantiles& q) {
   return statistic == Statistic::median ? q.p50 : statistic == Statistic::p99 ? q.p99 : q.max;
 }
 
 }  // namespace
 
-Objective parse_objective(const std::string& text, const Graph& graph) {
-  Objective objective = objective_of(text, graph);
+const char* metric_text(bool age) { return age ? "age of the data" : "hot-path latency"; }
+
+Objective parse_objective(const std::string& text, const Graph& graph, Statistic usual) {
+  Objective objective = objective_of(text, graph, usual);
   const GraphTasks tasks = make_tasks(graph);
   const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
   for (const ChainIndex& chain : index_chains(graph, tasks))
@@ -105,7 +109,9 @@ Score score(const Objective& objective, const results::ExecutorSummary& summary)
   const double lost = summary.lost_percent();
   switch (objective.kind) {
     case Kind::latency:
-      return {finite(value_of(objective.statistic, summary.chains[objective.chain])), lost};
+      return {
+          finite(value_of(objective.statistic, objective.latency(summary.chains[objective.chain]).quantiles)),
+          lost};
     case Kind::worst_lateness:
       return {worst_lateness(summary), lost};
     case Kind::losses:

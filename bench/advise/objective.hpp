@@ -14,9 +14,8 @@ namespace hotpath::advise {
 /// The quantity that `hotpath advise --for` minimises.
 struct Objective {
   enum class Kind : std::uint8_t { latency, worst_lateness, losses, requirements };
-  /// Of the hot-path latency; `age`: the worst end-to-end latency.
-  enum class Statistic : std::uint8_t { median, p99, worst, age };
-  /// A limit of a chain's end-to-end latency.
+  enum class Statistic : std::uint8_t { median, p99, worst };
+  /// A limit of the age of a chain's data.
   struct Requirement {
     std::size_t chain = 0;  ///< Index into the graph's chains.
     double most_ms = 0;     ///< > 0.
@@ -24,29 +23,33 @@ struct Objective {
 
   Kind kind = Kind::latency;
   Statistic statistic = Statistic::p99;  ///< latency.
-  std::size_t chain = 0;                 ///< latency: index into the graph's chains.
+  bool age = true;        ///< Of or beside latencies: the age of the data (end-to-end), else the hot path.
+  std::size_t chain = 0;  ///< latency: index into the graph's chains.
   std::vector<Requirement> requirements = {};
   /// By chain of the graph: has exact worst cases, since all sources are timers.
   std::vector<bool> from_timers = {};
-  std::string text = {};  ///< In words, such as `p99 of hot_path`.
+  std::string text = {};  ///< In words, such as `age of the data of hot_path (p99)`.
 
-  /// Whether it is about the hot-path latency of the chain, not the end-to-end latency.
-  [[nodiscard]] bool of_hot_path() const { return kind == Kind::latency && statistic != Statistic::age; }
+  [[nodiscard]] const results::LatencySummary& latency(const results::ChainSummary& of) const {
+    return age ? of.end_to_end : of.hot_path;
+  }
   /// Whether it is about worst cases of latencies or response times, which theory can guarantee.
   [[nodiscard]] bool of_worst_cases() const {
-    return kind == Kind::latency ? statistic >= Statistic::worst : kind != Kind::losses;
+    return kind == Kind::latency ? statistic == Statistic::worst : kind != Kind::losses;
   }
 };
 constexpr auto enum_texts(Objective::Statistic) {
   using enum Objective::Statistic;
-  return std::to_array<EnumText<Objective::Statistic>>(
-      {{median, "median"}, {p99, "p99"}, {worst, "worst"}, {age, "age"}});
+  return std::to_array<EnumText<Objective::Statistic>>({{median, "median"}, {p99, "p99"}, {worst, "worst"}});
 }
 
-/// Parses `hot_path:p99` (also median, worst, age) for the first chain, `CHAIN:p99` for another chain, a
-/// list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. Throws UsageError, also if the
-/// graph lacks the chain.
-[[nodiscard]] Objective parse_objective(const std::string& text, const Graph& graph);
+/// Parses `CHAIN:age:p99` (also median, worst; `CHAIN:age`: `usual`) of the age, `CHAIN:p99` of the hot-path
+/// latency, a list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. The chain `hot_path` is the
+/// first one if no other has that name. Throws UsageError, also if the graph lacks the chain.
+[[nodiscard]] Objective parse_objective(const std::string& text, const Graph& graph,
+                                        Objective::Statistic usual = Objective::Statistic::p99);
+/// `age of the data` or `hot-path latency`.
+[[nodiscard]] const char* metric_text(bool age);
 
 /// How well an objective is met; smaller is better. `tie` decides between equal values.
 struct Score {

@@ -76,7 +76,7 @@ void to_json(json& j, const Compared& c) {
 
 class PhaseAdviser : Question {
  public:
-  explicit PhaseAdviser(const Options& given) : Question(given, "hot_path:worst") {}
+  explicit PhaseAdviser(const Options& given) : Question(given, Objective::Statistic::worst) {}
 
   void run() {
     for (const Candidate& c : candidates_) {
@@ -120,7 +120,7 @@ class PhaseAdviser : Question {
  private:
   Duration margin() const {
     if (!objective.of_worst_cases())
-      throw program::UsageError("--for: --phases takes CHAIN:worst or CHAIN:age, CHAIN<MS or worst_lateness");
+      throw program::UsageError("--for: --phases takes CHAIN:age or CHAIN:worst, CHAIN<MS or worst_lateness");
     const auto period = [](const Task& t) { return t.kind == TaskKind::timer ? t.period : Duration::max(); };
     const Duration shortest = period(*std::ranges::min_element(tasks.set.tasks, {}, period));
     const Duration margin = from_ms(options.margin_ms.value_or(kMargin * to_ms(shortest)));

@@ -87,8 +87,8 @@ PhaseValues exact_values(const Candidate& candidate, const Objective& objective,
   auto& [value, late_timers, tie] = values.score;
   std::tie(values.hot_path_ms, values.age_ms) = worst_latencies(objective, bounds, objective.chain);
   if (objective.kind == Objective::Kind::latency) {
-    value = objective.of_hot_path() ? values.hot_path_ms : values.age_ms;
-    tie = objective.of_hot_path() ? values.age_ms : values.hot_path_ms;
+    value = objective.age ? values.age_ms : values.hot_path_ms;
+    tie = objective.age ? values.hot_path_ms : values.age_ms;
   } else if (objective.kind == Objective::Kind::requirements) {
     value = 0;
     for (const Objective::Requirement& r : objective.requirements)

@@ -61,14 +61,15 @@ void summarise(Prediction& p, const Totals& totals, const setup::CommonOptions& 
   }
 }
 
-/// The latencies of the objective's chain in ms by draw: hot-path, or else end-to-end.
+/// The latencies of the objective's chain in ms by draw.
 RepeatedSamples latencies_of(const Prediction& prediction, const Objective& objective) {
   std::vector<std::vector<double>> by_draw;
   for (const results::Repetition& draw : prediction.draws) {
     std::vector<double>& samples = by_draw.emplace_back();
     for (const ChainRecord& r : draw.trace.chains) {
-      if (r.chain != objective.chain) continue;
-      samples.push_back(to_ms(objective.of_hot_path() ? r.hot_path_latency : r.end_to_end_latency));
+      const bool known = !objective.age || r.end_to_end_latency >= Duration{};
+      if (r.chain != objective.chain || !known) continue;
+      samples.push_back(to_ms(objective.age ? r.end_to_end_latency : r.hot_path_latency));
     }
   }
   return RepeatedSamples(std::move(by_draw));
@@ -125,7 +126,7 @@ void add_bound(Prediction& prediction, const Objective& objective) {
   const bounds::ChainGuarantee* const chain =
       all ? all->chain(candidate.graph.chains[objective.chain].name) : nullptr;
   if (chain == nullptr) return;
-  const auto& bound = objective.of_hot_path() ? chain->hot_path : chain->age;
+  const auto& bound = objective.age ? chain->age : chain->hot_path;
   if (!bound) return;
   prediction.bound_ms = to_ms(Duration(bound->ns));
   prediction.bound_method = bound->method;
@@ -148,8 +149,9 @@ std::optional<bool> differs(const Objective& objective, const Prediction& a, con
   const double probability = objective.statistic == Objective::Statistic::median ? 0.5
                              : objective.statistic == Objective::Statistic::p99  ? 0.99
                                                                                  : 1.0;
-  const auto interval =
-      difference_of_quantiles(latencies_of(a, objective), latencies_of(b, objective), probability).interval;
+  const auto interval = difference_of_quantiles(latencies_of(a, objective), latencies_of(b, objective),
+                                                probability, {.pairs = true})
+                            .interval;
   if (!interval) return std::nullopt;
   return interval->low > 0 || interval->high < 0;
 }

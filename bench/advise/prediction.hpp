@@ -22,8 +22,7 @@ struct Prediction {
   results::ExecutorSummary summary;
   double cores_used = 0;                ///< Mean work of the jobs that ran.
   std::optional<std::string> overload;  ///< Why there is no summary; none: there is one.
-  /// Bound of the objective's chain for any phases: of the hot-path latency if the objective is that
-  /// latency, else of the end-to-end latency.
+  /// Bound of the objective's chain for any phases: of Objective::latency().
   std::optional<double> bound_ms;
   std::string bound_method;
 

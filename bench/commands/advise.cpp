@@ -36,7 +36,7 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
 void add_advise_command(CLI::App& app) {
   auto [command, o] = add_command<advise::Options>(
       app, "advise", "Predict the best executor and deployment for a graph by simulation",
-      "hotpath advise autoware --cores 2 --for hot_path:p99 --repetitions 20",
+      "hotpath advise autoware --cores 2 --for hot_path:age:p99 --repetitions 20",
       [](const advise::Options& options) {
         if (options.choose_phases) return advise::advise_phases(options);
         if (options.margin_ms)
@@ -55,9 +55,12 @@ void add_advise_command(CLI::App& app) {
   choose_phases_option(advise, o);
   advise.option_defaults()->group("Objective and candidates");
   add_text(advise, "--for", o.objective, "OBJECTIVE",
-           "CHAIN:median, CHAIN:p99, CHAIN:worst or CHAIN:age;\n"
-           "CHAIN<MS, several separated by commas; worst_lateness;\n"
-           "losses; by default hot_path:p99, with --phases without a\nvalue hot_path:worst");
+           "CHAIN:age:STATISTIC (median, p99 or worst): age of the data,\n"
+           "from the oldest source's timestamp to the output's finish;\n"
+           "CHAIN:STATISTIC: hot-path latency, from the latest source's\n"
+           "start to the sink's (the paper's metric); CHAIN<MS, several\n"
+           "separated by commas: limits of the worst age; worst_lateness;\n"
+           "losses; by default hot_path:age:p99, with --phases without a\nvalue hot_path:age:worst");
   add_text(advise, "--now", o.now, "NAME", "Current executor or deployment, the baseline");
   add_cores_option(advise, o.cores);
   const auto is_reference = [](const std::string& text) {

@@ -27,7 +27,8 @@ void add_capacity_command(CLI::App& app) {
   const auto require = [&o = o](const auto& words) { o.require = sweep::Requirement::parse(words); };
   add_list(capacity, "--require", require, "CONDITIONS",
            "Conditions for every repetition, separated by commas:\n"
-           "no-loss, deadlines, latency:MS (limit of the hot path)")
+           "no-loss, deadlines, age:MS (limit of the age of each output's\n"
+           "data), latency:MS (of the hot path, the paper's metric)")
       ->default_str(program::joined(o.require.words, ","));
   add_number(capacity, "--from", o.from, {0, 1e6}, "LEVEL", "Lowest level");
   add_number(capacity, "--to", o.to, {0, 1e6}, "LEVEL", "Highest level");

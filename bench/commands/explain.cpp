@@ -19,6 +19,11 @@ void add_explain_command(CLI::App& app) {
   add_text(command, "--chain", o.chain, "NAME", "Chain; by default the graph's first");
   add_text(command, "--task", o.task, "NAME", "Explain response times of this task instead")
       ->excludes("--chain");
+  command
+      .add_flag("--hot-path", o.hot_path,
+                "Explain the hot-path latency, from the latest source's start to\n"
+                "the sink's (the paper's metric), not the age of the data")
+      ->excludes("--task");
   command.add_flag("--worst", o.worst, "Explain only the output with the largest latency");
   add_number(command, "--quantile", o.quantile, {0, 1}, "Q", "Explain only the output at this quantile")
       ->excludes("--worst");

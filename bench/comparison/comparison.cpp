@@ -58,7 +58,7 @@ void set_common_load(Side& before, Side& after) {
   }
   const std::string both = program::joined(all, " to ");
   for (Side* const side : {&before, &after}) {
-    Side renamed = {{}, {}, side->draws, side->length, side->mode};
+    Side renamed = {{}, {}, side->draws, side->length, side->mode, side->graph};
     for (auto& [key, samples] : side->samples) renamed.samples[with_setting(key, both)] = std::move(samples);
     for (auto& [of, series] : side->counts)
       renamed.counts[{of.first, with_setting(of.second, both)}] = std::move(series);
@@ -79,6 +79,11 @@ void scale_counts(Side& side, const Side& other) {
   }
 }
 
+std::vector<std::string> other_graphs(const Side& before, const Side& after) {
+  if (before.graph == after.graph) return {};
+  return {"The graphs differ (" + before.graph + ", " + after.graph + "): tasks and chains pair up by name"};
+}
+
 /// Throws the error for sides that have nothing in common, with a hint if only the loads differ.
 [[noreturn]] void refuse(const Options& o, const Side& before, const Side& after) {
   const std::set<std::string> loads = settings_of(before), other_loads = settings_of(after);
@@ -90,7 +95,8 @@ void scale_counts(Side& side, const Side& other) {
                               " " + program::joined(other_loads) + "; compare them with --across-loads");
   }
   throw program::UsageError(o.old.string() + " and " + o.now.string() +
-                            " have no executor and setting in common, there is nothing to compare");
+                            " have no executor and setting in common, there is nothing to compare" +
+                            (before.graph == after.graph ? "" : ". " + other_graphs(before, after).front()));
 }
 
 /// Sentences about other differences of two reproductions: dropped jobs, verdicts and modes.
@@ -129,13 +135,17 @@ std::vector<std::string> other_differences(const Options& o) {
   return sentences;
 }
 
-/// Prints studies that one side alone has.
-void tell_only_in(const fs::path& folder, const Side& side, const Side& other) {
-  std::set<std::string> only;
+/// Names the executors and studies that one side alone has; empty: there are none.
+std::vector<std::string> only_in(const fs::path& folder, const Side& side, const Side& other) {
+  std::set<std::string> only, executors;
+  for (const auto& [key, _] : other.samples) executors.insert(key.executor);
   for (const auto& [key, _] : side.samples) {
-    if (!other.samples.contains(key)) only.insert(text_of({key.quantity, key.study, key.source, "", "", ""}));
+    if (other.samples.contains(key)) continue;
+    only.insert(executors.contains(key.executor) ? text_of({key.quantity, key.study, key.source, "", "", ""})
+                                                 : key.executor);
   }
-  if (!only.empty()) std::cout << "only in " << folder.string() << ": " << program::joined(only) << "\n";
+  if (only.empty()) return {};
+  return {"Not comparable, only in " + folder.string() + ": " + program::joined(only)};
 }
 
 void compare_percentiles(const Options& o) {
@@ -144,14 +154,15 @@ void compare_percentiles(const Options& o) {
   auto [stored, shown, verdicts] = percentiles_of(before, after);
   if (stored.rows.empty()) refuse(o, before, after);
   if (!o.csv.empty()) program::write_output_file(o.csv, "--csv", csv_of(stored));
-  std::vector<std::string> counts;
-  for (const auto& [verdict, n] : verdicts) counts.push_back(program::concat(n, " ", to_string(verdict)));
-  std::cout << shown << "\n" << program::joined(counts) << ", of " << stored.rows.size() << " percentiles\n";
-  const std::vector<std::string> sentences = other_differences(o);
-  for (const std::string& sentence : sentences) std::cout << sentence << "\n";
+  std::vector<std::string> sentences;
+  for (const auto& [quantity, counts] : verdicts)
+    sentences.push_back(
+        program::concat("By ", to_string(quantity), ": ", verdict_of(counts, "percentiles"), ")"));
+  for (const auto& more : {other_graphs(before, after), only_in(o.old, before, after),
+                           only_in(o.now, after, before), other_differences(o)})
+    sentences.insert(sentences.end(), more.begin(), more.end());
+  std::cout << program::joined(sentences, "\n") << "\n\n" << shown;
   program::show_json(json_of(stored));
-  tell_only_in(o.old, before, after);
-  tell_only_in(o.now, after, before);
   if (o.page.empty()) return;
   shown.header = {"", "percentile", "old ms", "new ms", "difference ms", "95 % interval", ""};
   write_page(o, before, after, sentences, "Differences", shown);
@@ -171,7 +182,7 @@ std::pair<Side, Side> comparable(const Options& o) {
   for (Side* const side : {&before, &after}) {  // latencies of chains or, without chains, response times
     const auto is_output = [](const auto& of) { return of.first.first == Measure::outputs; };
     if (std::ranges::any_of(side->counts, is_output))
-      std::erase_if(side->samples, [](const auto& of) { return of.first.quantity != Quantity::hot_path; });
+      std::erase_if(side->samples, [](const auto& of) { return of.first.quantity > Quantity::hot_path; });
   }
   if (o.across_loads) set_common_load(before, after);
   const auto is_common = [&](const auto& of) {
@@ -192,8 +203,9 @@ bool run_gate(const Options& o) {
     throw program::UsageError(o.old.string() +
                               ": no output and no job after the warm-up, there is nothing to judge");
   }
-  const std::vector<std::string> sentences = {verdict_of(judgements), power_of(judgements)};
-  std::cout << rows_of(judgements, false) << "\n" << sentences[0] << "\n" << sentences[1] << "\n";
+  std::vector<std::string> sentences = {verdict_of(judgements), power_of(judgements)};
+  std::ranges::move(other_graphs(before, after), std::back_inserter(sentences));
+  std::cout << program::joined(sentences, "\n") << "\n\n" << rows_of(judgements, false);
   program::show_json(json_of(judgements));
   if (!o.junit.empty()) program::write_output_file(o.junit, "--junit", junit_of(judgements));
   if (!o.markdown.empty()) program::write_output_file(o.markdown, "--markdown", markdown_of(judgements, o));

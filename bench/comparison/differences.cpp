@@ -62,11 +62,20 @@ std::string three_digits(double value) {
 
 }  // namespace
 
-Noise noise_of(const Samples& old, const Samples& now, const Estimate& change) {
-  if (old.exact() && now.exact())
-    return std::abs(change.value) < kNothing_ms ? Noise::same : Noise::exact_difference;
-  if (!change.interval) return Noise::no_interval;
-  return change.interval->low <= 0 && 0 <= change.interval->high ? Noise::within : Noise::beyond;
+/// Whether the i-th repetitions of both sides are pairs.
+static bool are_pairs(const Key& key, const Side& before, const Side& after) {
+  return key.source == Source::simulated &&
+         std::ranges::equal(before.samples.at(key).repetitions, after.samples.at(key).repetitions, {},
+                            &Samples::Repetition::number, &Samples::Repetition::number) &&
+         draws_agree(before, after, key.executor);
+}
+
+Verdict verdict_of(const Samples& old, const Samples& now, const Estimate& change) {
+  const bool exact = old.exact() && now.exact();
+  if (!exact && !change.interval) return Verdict::not_comparable;
+  const auto [low, high] = exact ? Interval{change.value, change.value} : *change.interval;
+  if (low < kNothing_ms && high > -kNothing_ms) return Verdict::same;
+  return low > 0 ? Verdict::worse : Verdict::better;
 }
 
 Percentiles percentiles_of(const Side& before, const Side& after) {
@@ -80,17 +89,19 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
     const auto other = after.samples.find(key);
     if (other == after.samples.end()) continue;
     const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
+    const BootstrapOptions resampling = {.pairs = are_pairs(key, before, after)};
     for (const auto& [p, name] : kPercentiles) {
-      const Estimate change = difference_of_quantiles(now, old, p);
-      const Noise noise = noise_of(samples, other->second, change);
-      ++all.verdicts[noise];
+      const Estimate change = difference_of_quantiles(now, old, p, resampling);
+      const Verdict verdict = verdict_of(samples, other->second, change);
+      ++all.verdicts[key.quantity][verdict];
+      const std::string why = verdict == Verdict::not_comparable ? " (too few samples)" : "";
       Row stored = {key.quantity,      json(key.study),    key.source,
                     json(key.setting), json(key.executor), json(key.tasks)};
       Row shown = {text_of(key)};
       for (Row* const row : {&stored, &shown})
-        row->insert(row->end(),
-                    {name, text("%.3f", quantile(old.pooled(), p)), text("%.3f", quantile(now.pooled(), p)),
-                     text("%+.3f", change.value), interval_text("[%+.3f, %+.3f]", change.interval), noise});
+        row->insert(row->end(), {name, text("%.3f", quantile(old.pooled(), p)),
+                                 text("%.3f", quantile(now.pooled(), p)), text("%+.3f", change.value),
+                                 interval_text("[%+.3f, %+.3f]", change.interval), to_string(verdict) + why});
       all.stored.add_row(stored);
       all.shown.add_row(shown);
     }
@@ -108,11 +119,13 @@ void compare_counters(const Options& options) {
     if (other == after.end()) continue;
     const RepeatedSamples old = samples.resampled(), now = other->second.resampled();
     const Estimate change = difference_of_quantiles(now, old, 0.5);
-    const Noise noise = noise_of(samples, other->second, change);
-    beyond += noise == Noise::beyond;
+    const Verdict verdict = verdict_of(samples, other->second, change);
+    const bool differs =
+        verdict == Verdict::worse || verdict == Verdict::better;  // the counter has no direction
+    beyond += differs;
     table.add_row({name, three_digits(quantile(old.pooled(), 0.5)), three_digits(quantile(now.pooled(), 0.5)),
                    text("%+.3g", change.value), interval_text("[%+.3g, %+.3g]", change.interval),
-                   to_string(noise)});
+                   differs ? "differs beyond noise" : to_string(verdict)});
   }
   if (table.rows.empty()) {
     throw program::UsageError(options.old.string() + " and " + options.now.string() +

@@ -74,25 +74,35 @@ program::Table rows_of(const std::vector<Judgement>& judgements, bool worst_firs
   for (const Judgement& j : sorted) {
     const char* const format = j.counted() ? "%.4g" : "%.3f";
     table.add_row({j.what, to_string(j.measure), text(format, j.test.before), text(format, j.test.after),
-                   effect_text(j), interval_text(j), j.dried_up ? "0" : text("%.2g", j.adjusted),
-                   detectable_text(j), to_string(j.verdict())});
+                   effect_text(j), interval_text(j),
+                   j.dried_up || j.sprang_up ? "0" : text("%.2g", j.adjusted), detectable_text(j),
+                   to_string(j.verdict())});
   }
   return table;
 }
 
-std::string verdict_of(const std::vector<Judgement>& judgements) {
-  const auto worse = std::ranges::count_if(judgements, is_worse);
-  if (std::ranges::all_of(judgements, [](const Judgement& j) { return j.verdict() == Verdict::same; })) {
-    return program::concat("No change: in each pair of equal draws all ", judgements.size(),
-                           " measures are the same");
+std::string verdict_of(const std::map<Verdict, std::size_t>& verdicts, const std::string& things) {
+  std::vector<std::string> counts;
+  std::size_t all = 0;
+  for (const auto& [verdict, n] : verdicts) {
+    all += n;
+    counts.push_back(program::concat(n, " ", to_string(verdict)));
   }
+  const bool both = verdicts.contains(Verdict::worse) && verdicts.contains(Verdict::better);
+  return program::concat(both ? "partly " : "", to_string(verdicts.begin()->first), " (",
+                         verdicts.size() == 1 ? "all" : program::joined(counts) + "; of", " ", all, " ",
+                         things);
+}
+
+std::string verdict_of(const std::vector<Judgement>& judgements) {
   std::vector<std::string> how;
   for (const auto& [pairing, method] : kMethods) {
     if (std::ranges::count(judgements, pairing, &Judgement::pairing) > 0) how.emplace_back(method);
   }
-  return program::concat(worse == 0 ? "None" : std::to_string(worse), " of ", judgements.size(),
-                         " measures became worse (", program::joined(how, " and "), "; at most ",
-                         100 * kAlarmRate, " % false alarms)");
+  std::map<Verdict, std::size_t> verdicts;
+  for (const Judgement& j : judgements) ++verdicts[j.verdict()];
+  return program::concat("Overall: ", verdict_of(verdicts, "measures"), "; ", program::joined(how, " and "),
+                         "; at most ", 100 * kAlarmRate, " % false alarms)");
 }
 
 std::string power_of(const std::vector<Judgement>& judgements) {
@@ -126,6 +136,7 @@ nlohmann::json json_of(const std::vector<Judgement>& judgements) {
                     {"interval_low", rounded(j.test.interval.low)},
                     {"interval_high", rounded(j.test.interval.high)},
                     {"p_adjusted", rounded(j.adjusted)},
+                    {"verdict", to_string(j.verdict())},
                     {"worse", is_worse(j)}});
   }
   return rows;

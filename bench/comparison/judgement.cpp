@@ -161,27 +161,11 @@ class Judge {
   }
 
  private:
-  /// Whether repetitions of an executor with one number on both sides have the same model of execution
-  /// times, the same length, and the same phases of timers that both have.
-  [[nodiscard]] bool draws_agree(const std::string& executor) const {
-    return std::ranges::all_of(before_.draws, [&](const auto& of) {
-      const auto other = after_.draws.find(of.first);
-      if (of.first.first != executor || other == after_.draws.end()) return true;
-      const Draw &a = of.second, &b = other->second;
-      return std::tie(a.execution_times, a.warm_up_s, a.duration_s) ==
-                 std::tie(b.execution_times, b.warm_up_s, b.duration_s) &&
-             std::ranges::all_of(a.first_timestamps, [&](const auto& timer) {
-               const auto first = b.first_timestamps.find(timer.first);
-               return first == b.first_timestamps.end() || first->second == timer.second;
-             });
-    });
-  }
-
   [[nodiscard]] Pairing pairing_of(const Compared& c) const {
     const bool simulated = c.key.source == Source::simulated;
     const std::size_t fewest = std::min(c.before.size(), c.after.size());
     if (common(c.before, c.after) == fewest) {
-      if (simulated && (interleaved_ || draws_agree(c.key.executor))) return Pairing::exact;
+      if (simulated && (interleaved_ || draws_agree(before_, after_, c.key.executor))) return Pairing::exact;
       if (interleaved_ && fewest >= kLeastRepetitions) return Pairing::paired;
     }
     if (fewest >= kLeastRepetitions) return Pairing::independent;
@@ -205,7 +189,7 @@ double Judgement::detectable_percent() const {
 }
 
 bool Judgement::worse() const {
-  if (dried_up || adjusted >= kAlarmRate) return dried_up;
+  if (dried_up || shrank || adjusted >= kAlarmRate) return dried_up;
   if (measure == Measure::outputs)  // one can end after the run
     return test.growth < -std::max(1.0, kLeastEffect * test.before);
   return exact() || percent() > 100 * kLeastEffect || measure == Measure::losses;
@@ -213,11 +197,12 @@ bool Judgement::worse() const {
 
 Verdict Judgement::verdict() const {
   if (worse()) return Verdict::worse;
-  const bool same = exact() && std::abs(test.growth - (counted() ? 0 : 1)) < kNothing_ms;
-  return same ? Verdict::same : Verdict::not_worse;
+  if (measure == Measure::repetitions) return Verdict::not_comparable;  // the old side has none
+  return shrank ? Verdict::better : Verdict::same;
 }
 
-std::vector<Judgement> judge(const Side& before, const Side& after, bool interleaved) {
+/// Without what is better.
+static std::vector<Judgement> judge_growth(const Side& before, const Side& after, bool interleaved) {
   const Judge both(before, after, interleaved);
   const std::vector<Compared> series = both.series();
   const auto jobs = std::ranges::count(series, Measure::jobs, &Compared::measure);
@@ -232,6 +217,17 @@ std::vector<Judgement> judge(const Side& before, const Side& after, bool interle
   std::ranges::copy_if(of_jobs, std::back_inserter(made),
                        [](const Judgement& j) { return j.dried_up || j.sprang_up; });
   both.add_repetitions(made);
+  return made;
+}
+
+std::vector<Judgement> judge(const Side& before, const Side& after, bool interleaved) {
+  std::vector<Judgement> made = judge_growth(before, after, interleaved);
+  const std::vector<Judgement> swapped = judge_growth(after, before, interleaved);
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    if (made[i].worse() || !swapped[i].worse()) continue;
+    made[i].shrank = true;
+    made[i].adjusted = swapped[i].adjusted;
+  }
   return made;
 }
 

@@ -8,10 +8,12 @@
 
 namespace hotpath::comparison {
 
-enum class Verdict : std::uint8_t { worse, same, not_worse };
+enum class Verdict : std::uint8_t { worse, better, same, not_comparable };
 constexpr auto enum_texts(Verdict) {
-  return std::to_array<EnumText<Verdict>>(
-      {{Verdict::worse, "WORSE"}, {Verdict::same, "the same"}, {Verdict::not_worse, "not worse"}});
+  return std::to_array<EnumText<Verdict>>({{Verdict::worse, "worse"},
+                                           {Verdict::better, "better"},
+                                           {Verdict::same, "no difference beyond noise"},
+                                           {Verdict::not_comparable, "not comparable"}});
 }
 
 /// The probability of any false alarm, and of finding a detectable growth.
@@ -25,9 +27,10 @@ struct Judgement {
   double detectable = 0;  ///< The smallest growth that these repetitions can show.
   Pairing pairing{};
   bool simulated = false;
-  double adjusted = 1;     ///< The p-value, corrected for multiple comparisons.
-  bool dried_up = false;   ///< A repetition has hardly any of its outputs or jobs, or is missing.
+  double adjusted = 1;    ///< The p-value of growth or, if it shrank, of that; corrected for all comparisons.
+  bool dried_up = false;  ///< A repetition has hardly any of its outputs or jobs, or is missing.
   bool sprang_up = false;  ///< The opposite.
+  bool shrank = false;     ///< It is not worse, and the sides, swapped, would be.
 
   [[nodiscard]] bool counted() const { return measure >= Measure::losses; }
   /// Whether simulated pairs agree, which rules out noise.
@@ -35,10 +38,8 @@ struct Judgement {
   /// Growth of a latency in percent, and the smallest one that raises an alarm; 0: any.
   [[nodiscard]] double percent() const { return 100 * (test.growth - 1); }
   [[nodiscard]] double detectable_percent() const;
-  [[nodiscard]] Verdict verdict() const;
-
- private:
   [[nodiscard]] bool worse() const;
+  [[nodiscard]] Verdict verdict() const;
 };
 
 /// Compares two sides. The unit is the repetition: its mean, median and p99 latency and its losses are
@@ -46,8 +47,8 @@ struct Judgement {
 /// are pairs without noise. Live repetitions are pairs if both sides were measured by turns
 /// (`interleaved`); all others are independent. Holm's correction keeps the probability of any false alarm
 /// below kAlarmRate. A chain or task whose outputs or jobs more than halve in a repetition is worse without
-/// a test; jobs are reported only if they more than halve or double. Throws UsageError for too few
-/// repetitions.
+/// a test; jobs are reported only if they more than halve or double. A measure is better if the sides,
+/// swapped, were judged worse. Throws UsageError for too few repetitions.
 [[nodiscard]] std::vector<Judgement> judge(const Side& before, const Side& after, bool interleaved);
 
 }  // namespace hotpath::comparison

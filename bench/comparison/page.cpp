@@ -65,7 +65,7 @@ json targets_of(const Side& before, const Side& after) {
   }
   json targets = json::array();
   for (const Key& key : order)
-    targets.push_back({{"kind", key.quantity == Quantity::hot_path ? "chain" : "task"},
+    targets.push_back({{"kind", key.quantity <= Quantity::hot_path ? "chain" : "task"},
                        {"name", text_of(key)},
                        {"curves", curves[key]}});
   return targets;

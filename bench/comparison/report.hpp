@@ -11,21 +11,13 @@
 
 namespace hotpath::comparison {
 
-/// Whether two sides differ.
-enum class Noise : std::uint8_t { beyond, exact_difference, no_interval, same, within };
-constexpr auto enum_texts(Noise) {
-  return std::to_array<EnumText<Noise>>({{Noise::beyond, "beyond noise"},
-                                         {Noise::exact_difference, "differs (exact)"},
-                                         {Noise::no_interval, "no interval"},
-                                         {Noise::same, "the same"},
-                                         {Noise::within, "within noise"}});
-}
-[[nodiscard]] Noise noise_of(const Samples& old, const Samples& now, const Estimate& change);
+/// The verdict on one quantile, of which less is better.
+[[nodiscard]] Verdict verdict_of(const Samples& old, const Samples& now, const Estimate& change);
 
-/// Median, p99 and maximum of everything that both sides have.
+/// Median, p99 and maximum of all that both sides have. Simulated repetitions of equal draws are pairs.
 struct Percentiles {
   program::Table stored, shown;  ///< With a column for each part of the key, or with the key in words.
-  std::map<Noise, std::size_t> verdicts;
+  std::map<Quantity, std::map<Verdict, std::size_t>> verdicts;
 };
 [[nodiscard]] Percentiles percentiles_of(const Side& before, const Side& after);
 
@@ -34,7 +26,9 @@ void compare_counters(const Options& options);
 
 /// The judgements as rows; `worst_first`: those that became worse before the others.
 [[nodiscard]] program::Table rows_of(const std::vector<Judgement>& judgements, bool worst_first);
-/// The result in one sentence, and the smallest growth of a latency that raises an alarm.
+/// The result in one sentence (without the bracket at its end), and the smallest growth that raises an alarm.
+[[nodiscard]] std::string verdict_of(const std::map<Verdict, std::size_t>& verdicts,
+                                     const std::string& things);
 [[nodiscard]] std::string verdict_of(const std::vector<Judgement>& judgements);
 [[nodiscard]] std::string power_of(const std::vector<Judgement>& judgements);
 /// The judgements as data: latencies in ms and their growth as a ratio, counts and their difference.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/trace_csv.hpp"
@@ -30,6 +31,7 @@ class RunReader {
     const bool drawn = !simulated || record_.simulation->drawn ||
                        record_.simulation->execution_times != "worst" || record_.phases == "random";
     if (drawn && record_.kind != results::RunKind::recorded) first_ = static_cast<std::int64_t>(record_.seed);
+    side.graph = record_.graph.name;
     side.length.emplace(record_.warm_up_s, record_.duration_s);
     for (const results::RepetitionRecord& r : record_.runs) {
       if (!simulated) break;
@@ -39,11 +41,15 @@ class RunReader {
   }
 
   void read(bool losses) {
-    for (const std::string& chain : record_.chains) plan(Measure::outputs, Quantity::hot_path, chain);
+    for (const std::string& chain : record_.chains) plan(Measure::outputs, Quantity::age, chain);
     run_.for_each_chain([&](const ChainRow& row) {
-      const Key key = key_of(Quantity::hot_path, run_.chains()[row.record.chain], row.executor);
-      side_.samples[key].of(first_ + row.repetition).push_back(to_ms(row.record.hot_path_latency));
-      ++side_.counts[{Measure::outputs, key}][first_ + row.repetition];
+      const std::int64_t number = first_ + row.repetition;
+      Key key = key_of(Quantity::age, run_.chains()[row.record.chain], row.executor);
+      ++side_.counts[{Measure::outputs, key}][number];
+      if (const Duration age = row.record.end_to_end_latency; age >= Duration{})
+        side_.samples[key].of(number).push_back(to_ms(age));
+      key.quantity = Quantity::hot_path;
+      side_.samples[key].of(number).push_back(to_ms(row.record.hot_path_latency));
     });
     const bool has_jobs = fs::exists(run_.folder() / "jobs.csv");
     if (has_jobs) read_responses();
@@ -132,9 +138,24 @@ void add(Side part, Side& side) {
   part.draws.merge(side.draws);
   side.draws = std::move(part.draws);
   if (!side.length) side.length = part.length;
+  side.graph = part.graph;
 }
 
 }  // namespace
+
+bool draws_agree(const Side& before, const Side& after, const std::string& executor) {
+  return std::ranges::all_of(before.draws, [&](const auto& of) {
+    const auto other = after.draws.find(of.first);
+    if (of.first.first != executor || other == after.draws.end()) return true;
+    const Draw &a = of.second, &b = other->second;
+    return std::tie(a.execution_times, a.warm_up_s, a.duration_s) ==
+               std::tie(b.execution_times, b.warm_up_s, b.duration_s) &&
+           std::ranges::all_of(a.first_timestamps, [&](const auto& timer) {
+             const auto first = b.first_timestamps.find(timer.first);
+             return first == b.first_timestamps.end() || first->second == timer.second;
+           });
+  });
+}
 
 std::string text_of(const Key& key) {
   std::string text = to_string(key.quantity);

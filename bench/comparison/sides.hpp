@@ -22,10 +22,12 @@ namespace hotpath::comparison {
 /// Smaller differences count as none: simulated values are whole nanoseconds.
 inline constexpr double kNothing_ms = 1e-6;
 
-enum class Quantity : std::uint8_t { hot_path, lost, response };
+enum class Quantity : std::uint8_t { age, hot_path, lost, response };
 constexpr auto enum_texts(Quantity) {
-  return std::to_array<EnumText<Quantity>>(
-      {{Quantity::hot_path, "hot path"}, {Quantity::lost, "lost"}, {Quantity::response, "response"}});
+  return std::to_array<EnumText<Quantity>>({{Quantity::age, "age"},
+                                            {Quantity::hot_path, "hot path"},
+                                            {Quantity::lost, "lost"},
+                                            {Quantity::response, "response"}});
 }
 
 /// What was recorded from another system is live.
@@ -94,8 +96,13 @@ struct Side {
   std::map<std::pair<std::string, std::int64_t>, Draw> draws;  ///< By executor and repetition.
   /// Warm-up and duration of a repetition in seconds; none for reproductions.
   std::optional<std::pair<double, double>> length;
-  std::string mode;  ///< Of a reproduction.
+  std::string mode;   ///< Of a reproduction.
+  std::string graph;  ///< Of a run.
 };
+
+/// Whether repetitions of a simulated executor with equal numbers have equal models of execution times,
+/// lengths, and phases of the timers that both have.
+[[nodiscard]] bool draws_agree(const Side& before, const Side& after, const std::string& executor);
 
 /// Reads a reproduction, a run, or a folder of runs: one build's repetitions, measured by turns. Without
 /// `losses`, a run needs no summary.json. Throws UsageError and InputError.

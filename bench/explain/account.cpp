@@ -297,13 +297,15 @@ std::vector<Part> parts_of_response(const Surroundings& around, const Seen& job)
   return account.take();
 }
 
-/// A cyclic node may read data that arrived after its job's start, where the latency ends.
-std::vector<Part> parts_of_path(const Surroundings& around, const std::vector<const Seen*>& path,
-                                Duration latency) {
+/// A cyclic node may read data that arrived after its job's start, where the hot path ends.
+std::vector<Part> parts_of_path(const Surroundings& around, const std::vector<const Seen*>& path, Time begin,
+                                bool hot_path) {
   Account account(around);
-  const Time end = path.back()->record.start;
-  Time done = std::clamp(path.front()->record.start, end - latency, end);
-  account.add(Cause::unexplained, 0, done - (end - latency));
+  const JobRecord &source = path.front()->record, &sink = path.back()->record;
+  const Time end = std::max(begin, sink.start);
+  Time done = std::clamp(source.start, begin, end);
+  source.job.timestamp == begin ? account.wait(*path.front(), 0, begin, done, nullptr)
+                                : account.add(Cause::unexplained, 0, done - begin);
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const JobRecord &job = path[i]->record, &next = path[i + 1]->record;
     const Time until = std::clamp(next.start, done, end);
@@ -317,6 +319,7 @@ std::vector<Part> parts_of_path(const Surroundings& around, const std::vector<co
     account.wait(*path[i + 1], i + 1, ready, until, &job);
     done = until;
   }
+  if (!hot_path) account.run(sink, path.size() - 1, end, sink.finish);
   return account.take();
 }
 

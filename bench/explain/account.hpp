@@ -19,9 +19,10 @@ struct Surroundings {
 /// Divides the response time of a job among causes.
 [[nodiscard]] std::vector<Part> parts_of_response(const Surroundings& around, const Seen& job);
 
-/// Divides a latency, which ends at the start of the last job of the path, among causes. Part::step is an
-/// index into `path`.
+/// Divides a latency from `begin` on among causes: of the hot path, to the start of the last job of the path;
+/// else to its finish, with the first job's wait. Part::step is an index into `path`.
 [[nodiscard]] std::vector<Part> parts_of_path(const Surroundings& around,
-                                              const std::vector<const Seen*>& path, Duration latency);
+                                              const std::vector<const Seen*>& path, Time begin,
+                                              bool hot_path);
 
 }  // namespace hotpath::explain

@@ -108,8 +108,9 @@ void DataPath::clear() {
   for (Set& set : sets_) set.inputs.clear();
 }
 
-std::vector<const Seen*> DataPath::from_source(const Seen& sink, Time source_start) {
-  source_start_ = source_start;
+std::vector<const Seen*> DataPath::from_source(const Seen& sink, Time source, bool by_start) {
+  source_ = source;
+  by_start_ = by_start;
   for (const std::size_t publication : messages_of(sink)) {
     visited_.clear();
     path_.clear();
@@ -134,10 +135,10 @@ std::vector<std::size_t> DataPath::messages_of(const Seen& sink) const {
 
 /// `publication` of the job: the samples in its message count.
 bool DataPath::reach(const Seen& job, std::size_t publication) {
-  const Time start = job.record.start;
-  if (start < source_start_ || visited_.size() >= kMostJobs) return false;
+  const Time instant = by_start_ ? job.record.start : job.record.job.timestamp;
+  if (std::max(instant, job.record.start) < source_ || visited_.size() >= kMostJobs) return false;
   if (!visited_.emplace(job.order, publication).second) return false;
-  bool reached = start == source_start_ && std::ranges::count(chain_->sources, job.record.job.task) > 0;
+  bool reached = instant == source_ && std::ranges::count(chain_->sources, job.record.job.task) > 0;
   // A job's own sample came later than all samples that its node had stored.
   const Seen* const publisher = reached ? nullptr : window_.find(job.record.job.parent);
   if (publisher != nullptr && publisher->order < job.order) {

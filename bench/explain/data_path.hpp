@@ -53,9 +53,9 @@ class DataPath {
   /// Forgets all jobs.
   void clear();
 
-  /// The jobs that carried the data of a source's job that started at `source_start` to `sink`, in
+  /// The jobs that carried the data of a source's job with the start or timestamp `source` to `sink`, in
   /// order. Where several ways lead there, the one whose data came last. Empty: there is no way.
-  [[nodiscard]] std::vector<const Seen*> from_source(const Seen& sink, Time source_start);
+  [[nodiscard]] std::vector<const Seen*> from_source(const Seen& sink, Time source, bool by_start);
 
  private:
   static constexpr std::size_t kOwn = ~std::size_t{0};  ///< The sample that a job took, not a publication.
@@ -80,7 +80,8 @@ class DataPath {
   std::vector<Set> sets_;
   std::set<Message> completed_;
   // Of the current search:
-  Time source_start_{};
+  Time source_{};
+  bool by_start_ = true;
   std::set<Message> visited_;
   std::vector<const Seen*> path_;  // from the source on
 };

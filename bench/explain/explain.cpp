@@ -52,17 +52,19 @@ void explain_difference(const Options& options, StoredOutputs& a, StoredOutputs&
   show(report(subject_a, of_a, subject_b, of_b), options.json);
 }
 
-Totals totals_of(const SimulatedRun& run, std::uint32_t chain) {
+Totals totals_of(const SimulatedRun& run, std::uint32_t chain, bool hot_path) {
   const System system(run.executor, run.graph, run.tasks, results::RunKind::simulated,
                       run.graph.platform.cores);
   std::vector<Output> outputs;
   for (const ChainRecord& record : run.trace.chains) {
-    if (record.chain == chain && record.hot_path_latency >= Duration{})
-      outputs.push_back({0, record.sequence, record.hot_path_latency, record.sink});
+    const Duration latency = hot_path ? record.hot_path_latency : record.end_to_end_latency;
+    if (record.chain == chain && latency >= Duration{})
+      outputs.push_back({0, record.sequence, latency, record.sink});
   }
   Totals totals;
-  Explainer explainer(system, chain, std::move(outputs),
-                      [&](const Explanation& explanation) { totals.add(explanation); });
+  Explainer explainer(
+      system, chain, std::move(outputs), [&](const Explanation& explanation) { totals.add(explanation); },
+      hot_path);
   explainer.begin(0, &run.times);
   for (const JobRecord& record : run.trace.jobs) explainer.add(record);
   explainer.end();
@@ -92,11 +94,13 @@ void explain(const Options& options) {
   explain_difference(options, stored, others);
 }
 
-std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b, std::uint32_t chain) {
-  const Totals of_a = totals_of(a, chain), of_b = totals_of(b, chain);
+std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b, std::uint32_t chain,
+                                    bool hot_path) {
+  const Totals of_a = totals_of(a, chain, hot_path), of_b = totals_of(b, chain, hot_path);
   if (of_a.outputs == 0 || of_b.outputs == 0) return {};
   const std::string& name = a.graph.chains[chain].name;
-  return report({a.tasks.set, a.name, name, "", 0}, of_a, {b.tasks.set, b.name, name, "", 0}, of_b).sentences;
+  const Subject of{a.tasks.set, a.name, name, "", hot_path}, other{b.tasks.set, b.name, name, "", hot_path};
+  return report(of, of_a, other, of_b).sentences;
 }
 
 }  // namespace hotpath::explain

@@ -19,6 +19,7 @@ struct Options {
   std::optional<std::uint32_t> repetition;  ///< std::nullopt: all.
   std::string chain;                        ///< Empty: the first of the graph.
   std::string task;                         ///< Response times of this task in place of a chain.
+  bool hot_path = false;  ///< A chain's hot-path latencies in place of the ages of its data.
   bool worst = false;
   std::optional<double> quantile;  ///< In [0, 1].
   std::optional<std::uint64_t> sequence;
@@ -39,9 +40,9 @@ struct SimulatedRun {
   const ExecutionTimes& times;
   const Trace& trace;
 };
-/// Why one is faster than the other along a chain of the graph: up to three sentences. Both have the
-/// same tasks, phases and execution times.
+/// Why one is faster than the other along a chain of the graph, by the age of the data or the hot-path
+/// latency: up to three sentences. Both have the same tasks, phases and execution times.
 [[nodiscard]] std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b,
-                                                  std::uint32_t chain);
+                                                  std::uint32_t chain, bool hot_path);
 
 }  // namespace hotpath::explain

@@ -198,6 +198,7 @@ json subject_json(const Subject& subject) {
   json j = {
       {"executor", subject.executor}, {"not_explained", subject.missing}, {"warnings", subject.warnings}};
   subject.chain.empty() ? j["task"] = subject.task : j["chain"] = subject.chain;
+  j["latency"] = subject.chain.empty() ? "response" : subject.hot_path ? "hot path" : "age";
   return j;
 }
 
@@ -235,7 +236,10 @@ std::string excess_of_tail(const TaskSet& set, const Overview& o) {
 std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, const Subject& b,
                                         const Totals& of_b) {
   const double mean_a = of_a.mean_ms(), mean_b = of_b.mean_ms(), gain = std::abs(mean_a - mean_b);
-  const std::string outputs = concat(of_a.outputs, " and ", of_b.outputs, " outputs");
+  const std::string outputs = concat(a.chain.empty() ? ""
+                                     : a.hot_path    ? "hot path, "
+                                                     : "age of the data, ",
+                                     of_a.outputs, " and ", of_b.outputs, " outputs");
   if (gain == 0) return {concat(a.executor, " and ", b.executor, " are equally fast (", outputs, ").")};
   const Subject &fast = mean_b < mean_a ? b : a, &slow = mean_b < mean_a ? a : b;
   const Totals &less = mean_b < mean_a ? of_b : of_a, &more = mean_b < mean_a ? of_a : of_b;
@@ -268,10 +272,13 @@ Report report(const Subject& subject, const Explanation& e) {
   const std::string under = concat(" under ", subject.executor, " (repetition ", e.repetition, ")");
   const std::string latency = ms(to_ms(e.latency));
   Report r;
-  r.sentences.push_back(subject.chain.empty()
-                            ? concat("Job ", last, under, " finished ", latency, " after its timestamp.")
-                            : concat("Output ", sequence, " of ", subject.chain, under, " took ", latency,
-                                     ", from the start of ", first, " to the start of ", last, "."));
+  const std::string output = concat("output ", sequence, " of ", subject.chain, under);
+  r.sentences.push_back(
+      subject.chain.empty() ? concat("Job ", last, under, " finished ", latency, " after its timestamp.")
+      : subject.hot_path    ? concat("The hot path to ", output, " took ", latency, ", from the start of ",
+                                     first, " to the start of ", last, ".")
+                            : concat("The oldest data in ", output, " was ", latency,
+                                     " old, from the timestamp of ", first, " to the finish of ", last, "."));
   const Items items = causes([&](Cause cause) { return totals.mean_ms(cause); });
   if (!items.empty()) r.sentences.push_back(concat("Its causes: ", shares(items, to_ms(e.latency)), "."));
   add_waits(r.sentences, "The longest waits were ", set, totals);
@@ -310,10 +317,17 @@ Report report(const Subject& subject, const Overview& o) {
   const std::string list =
       shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean);
   Report r;
-  r.sentences.push_back(
-      concat("The ", o.all.outputs, subject.chain.empty() ? " responses of " : " outputs of ",
-             subject.chain.empty() ? subject.task : subject.chain, " under ", subject.executor, " take ",
-             ms(mean), " on average", list.empty() ? "" : ": ", list, "."));
+  const bool response = subject.chain.empty(), hot_path = subject.hot_path, age = !response && !hot_path;
+  r.sentences.push_back(concat(age        ? "The oldest data in the "
+                               : hot_path ? "The hot path to the "
+                                          : "The ",
+                               o.all.outputs, response ? " responses of " : " outputs of ",
+                               response ? subject.task : subject.chain, " under ", subject.executor,
+                               age        ? " is "
+                               : hot_path ? " takes "
+                                          : " take ",
+                               ms(mean), age ? " old" : "", " on average", list.empty() ? "" : ": ", list,
+                               "."));
   add_waits(r.sentences, "The longest waits are, on average, ", subject.set, o.all);
   r.sentences.push_back(excess_of_tail(subject.set, o));
   r.text = tables(subject.set, {{"all", o.all}, {"median", o.middle}, {worst_share(), o.tail}}) +

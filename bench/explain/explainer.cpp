@@ -14,9 +14,10 @@ auto key_of(const Output& output) { return std::pair(output.repetition, output.s
 }  // namespace
 
 Explainer::Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs,
-                     Use use)
+                     Use use, bool hot_path)
     : system_(system),
       chain_(chain ? &system.chains[*chain] : nullptr),
+      hot_path_(hot_path),
       outputs_(std::move(outputs)),
       use_(std::move(use)),
       done_(outputs_.size(), false),
@@ -86,12 +87,12 @@ bool Explainer::explain_output(const Seen& job, const Output& output) {
   if (chain_ == nullptr) {
     explanation.parts = parts_of_response(around, job);
   } else {
-    const Time begin = job.record.start - output.latency;
-    path = paths_.from_source(job, begin);
+    const Time begin = (hot_path_ ? job.record.start : job.record.finish) - output.latency;
+    path = paths_.from_source(job, begin, hot_path_);
     explanation.complete = !path.empty();
     if (path.empty() && output.sink == kNoTask && chain_->sink_tasks.size() > 1) return false;
     if (path.empty()) path = of_triggers(job, begin);
-    explanation.parts = parts_of_path(around, path, output.latency);
+    explanation.parts = parts_of_path(around, path, begin, hot_path_);
   }
   for (const Seen* seen : path) explanation.path.push_back(seen->record);
   ++explained_;

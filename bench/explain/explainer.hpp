@@ -25,10 +25,12 @@ class Explainer {
  public:
   using Use = std::function<void(const Explanation&)>;
 
-  /// `chain`: index into System::chains, for hot-path latencies; none: response times of the outputs' tasks.
+  /// `chain`: index into System::chains; none: response times of the outputs' tasks. `hot_path`: the outputs
+  /// of a chain have their hot-path latencies, not the ages of their data.
   /// `outputs` of unknown sink tasks that have the same sequence are in the order of their jobs' ends.
   /// `system` must outlive the object.
-  Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs, Use use);
+  Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs, Use use,
+            bool hot_path = false);
 
   void begin(std::uint32_t repetition, const ExecutionTimes* times);
   /// Adds a job of this repetition; started jobs in order of start.
@@ -47,7 +49,8 @@ class Explainer {
 
   const System& system_;
   const ChainIndex* const chain_;  // nullptr: response times
-  std::vector<Output> outputs_;    // by repetition and sequence
+  const bool hot_path_;
+  std::vector<Output> outputs_;  // by repetition and sequence
   const Use use_;
   std::vector<bool> done_;  // by output
   JobWindow window_;

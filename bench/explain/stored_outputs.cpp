@@ -48,7 +48,7 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
       stored_(run.check([&] { return setup::stored_system(run); })),
       executor_(executor_of(run, executor)),
       repetition_(repetition),
-      subject_{stored_.tasks.set, executor_, "", "", 0} {
+      subject_{stored_.tasks.set, executor_, "", ""} {
   if (!std::ranges::equal(run.tasks().tasks, stored_.tasks.set.tasks, {}, &Task::name, &Task::name))
     run.fail("its tasks are not those of its graph, which has changed since; run it again");
   if (repetition_) static_cast<void>(run.run(executor_, *repetition_));  // throws if it did not run
@@ -61,6 +61,7 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
 StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& executor,
                              const Options& options)
     : StoredOutputs(run, executor, options.repetition) {
+  subject_.hot_path = options.hot_path;
   if (!options.task.empty()) {
     subject_.task = options.task;
     const TaskId task = place_of(options.task, stored_.tasks.set.tasks, "task");
@@ -94,11 +95,12 @@ void StoredOutputs::read_chain(const std::string& name) {
   chain_ = place_of(subject_.chain, chains, "chain");
   run_.for_each_chain([&](const ChainRow& row) {
     if (run_.chains()[row.record.chain] != subject_.chain || !selected(row.executor, row.repetition)) return;
-    if (row.record.hot_path_latency < Duration{}) {
-      ++younger_;
+    const Duration latency = subject_.hot_path ? row.record.hot_path_latency : row.record.end_to_end_latency;
+    if (latency < Duration{}) {
+      ++left_out_;
       return;
     }
-    outputs_.push_back({row.repetition, row.record.sequence, row.record.hot_path_latency, row.record.sink});
+    outputs_.push_back({row.repetition, row.record.sequence, latency, row.record.sink});
   });
 }
 
@@ -111,9 +113,9 @@ void StoredOutputs::for_each_response(const std::function<void(const Output&)>& 
 }
 
 void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {
-  Explainer explainer(*system_, chain_, outputs, use);
+  Explainer explainer(*system_, chain_, outputs, use, subject_.hot_path);
   pass_jobs(explainer);
-  subject_.missing = explainer.missing() + younger_;
+  subject_.missing = explainer.missing() + left_out_;
   if (explainer.missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");
 }
 

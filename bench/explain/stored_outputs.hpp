@@ -51,7 +51,7 @@ class StoredOutputs {
   std::optional<std::uint32_t> chain_;  // to explain; none: a task
   Subject subject_;
   std::vector<Output> outputs_;
-  std::size_t younger_ = 0;  // outputs whose data is younger than the sink's job (cyclic nodes)
+  std::size_t left_out_ = 0;  // outputs of unknown age, or (cyclic nodes) with data younger than the job
 };
 
 }  // namespace hotpath::explain

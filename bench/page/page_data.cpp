@@ -161,6 +161,7 @@ class RunData {
     try {
       explain::Options options;
       options.chain = chain;
+      options.hot_path = true;  // as its distributions
       explain::StoredOutputs stored(run_, executor, options);
       ListedOutputs explained;
       stored.explain(listed(stored.outputs(), most),

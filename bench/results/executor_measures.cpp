@@ -187,6 +187,8 @@ ExecutorSummary ExecutorMeasures::finish(std::vector<ChainSamples>& all) && {
       if (of == of_chain.end()) continue;
       chain.outputs = of->second.hot_path.size();
       chain.worst_hot_path_ms = std::ranges::max(of->second.hot_path);
+      const std::vector<double>& ages = of->second.end_to_end;
+      if (!ages.empty()) chain.worst_age_ms = std::ranges::max(ages);
     }
     summary_.each.push_back(std::move(ended.measures));
     std::ranges::move(ended.unbalanced, std::back_inserter(summary_.unbalanced));

@@ -142,7 +142,7 @@ struct RepetitionMeasures {
   std::uint64_t never_ran = 0;          ///< Tasks of which no job started, although they had some.
   struct OfChain {
     std::size_t outputs = 0;
-    double worst_hot_path_ms = kNoValue;
+    double worst_hot_path_ms = kNoValue, worst_age_ms = kNoValue;
   };
   std::vector<OfChain> chains = {};  ///< In the summary's order.
   [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }

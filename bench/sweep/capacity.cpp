@@ -55,18 +55,18 @@ Capacity find_capacity(const Levels& levels, std::size_t coarse,
 Requirement Requirement::parse(const std::vector<std::string>& words) {
   Requirement r{.words = words};
   for (const std::string& word : words) {
-    const std::string latency = "latency:";
+    const std::string name = word.substr(0, word.find(':') + 1);
     if (word == "no-loss") {
       r.no_loss = true;
     } else if (word == "deadlines") {
       r.deadlines = true;
-    } else if (word.starts_with(latency)) {
-      r.latency_ms = hotpath::parse<double>(std::string_view(word).substr(latency.size()));
-      if (!(r.latency_ms > 0.0)) {
-        throw program::UsageError("--require: `" + word + "` is not a latency; write latency:60 for 60 ms");
-      }
+    } else if (name == "age:" || name == "latency:") {
+      std::optional<double>& limit_ms = name == "age:" ? r.age_ms : r.latency_ms;
+      limit_ms = hotpath::parse<double>(std::string_view(word).substr(name.size()));
+      if (!(limit_ms > 0.0))
+        throw program::UsageError("--require: `" + word + "` has no limit; write " + name + "60 for 60 ms");
     } else {
-      throw program::UsageError("--require: `" + word + "` is not no-loss, deadlines or latency:MS");
+      throw program::UsageError("--require: `" + word + "` is not no-loss, deadlines, age:MS or latency:MS");
     }
   }
   return r;
@@ -101,13 +101,17 @@ std::optional<std::string> Requirement::failure(const results::ExecutorSummary& 
               return n == 1 ? "a task never ran" : program::concat(n, " tasks never ran");
             }))
     return why;
-  for (std::size_t c = 0; latency_ms && c < executor.chains.size(); ++c) {
-    const auto worst = [c](const Each& r) { return r.chains[c].worst_hot_path_ms; };
+  for (std::size_t c = 0; (age_ms || latency_ms) && c < executor.chains.size(); ++c) {
+    const auto exceeds = [&](const char* name, double Each::OfChain::*of, std::optional<double> limit_ms) {
+      const auto worst = [&](const Each& r) { return r.chains[c].*of; };
+      return fails([&](const Each& r) { return limit_ms && !(worst(r) <= *limit_ms); },
+                   [&] { return program::text("%s %.1f ms", name, most(worst)); });
+    };
     if (fails([c](const Each& r) { return r.chains[c].outputs == 0; },
               [&] { return "no output of chain " + executor.chains[c].chain; }))
       return why;
-    if (fails([&](const Each& r) { return worst(r) > *latency_ms; },
-              [&] { return program::text("latency %.1f ms", most(worst)); }))
+    if (exceeds("age", &Each::OfChain::worst_age_ms, age_ms) ||
+        exceeds("latency", &Each::OfChain::worst_hot_path_ms, latency_ms))
       return why;
   }
   return std::nullopt;

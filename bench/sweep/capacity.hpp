@@ -38,10 +38,11 @@ struct Capacity {
 /// The requirement on a run.
 struct Requirement {
   bool no_loss = false, deadlines = false;
-  std::optional<double> latency_ms{};  ///< Limit of every chain's hot-path latency.
-  std::vector<std::string> words;      ///< As given.
+  /// Limits of the age of every chain's data, and of its hot-path latency.
+  std::optional<double> age_ms{}, latency_ms{};
+  std::vector<std::string> words;  ///< As given.
 
-  /// Parses `no-loss`, `deadlines` and `latency:MS`. Throws UsageError.
+  /// Parses `no-loss`, `deadlines`, `age:MS` and `latency:MS`. Throws UsageError.
   [[nodiscard]] static Requirement parse(const std::vector<std::string>& words);
   /// Why an executor does not meet the requirement in every repetition; none: it does.
   [[nodiscard]] std::optional<std::string> failure(const results::ExecutorSummary& executor) const;

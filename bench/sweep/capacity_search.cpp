@@ -29,61 +29,71 @@ struct LevelRow {
   std::string executor, source;
   double level = 0;
   bool is_capacity = false;
-  std::optional<std::string> why;  ///< Why the requirement does not hold.
-  /// Hot-path latency of the chain with the largest one, and its confidence interval.
-  std::optional<double> p99_ms, p99_low_ms, p99_high_ms, worst_ms, worst_low_ms, worst_high_ms;
+  std::optional<std::string> why;         ///< Why the requirement does not hold.
+  results::LatencySummary age, hot_path;  ///< Each of the chain with the largest one.
   std::optional<std::uint64_t> lost, deadline_overruns;
   std::optional<double> response_share_max;
 };
 
 std::vector<program::Column<LevelRow>> level_columns(const std::string& over) {
   constexpr const char* kMeasured = "%.6f";
-  return {{"executor", &LevelRow::executor},
-          {"source", &LevelRow::source},
-          {over, &LevelRow::level, kLevelFormat},
-          {"holds", [](const LevelRow& row) { return !row.why; }},
-          {"capacity", &LevelRow::is_capacity},
-          {"why", &LevelRow::why},
-          {"p99_ms", &LevelRow::p99_ms, kMeasured},
-          {"p99_low_ms", &LevelRow::p99_low_ms, kMeasured},
-          {"p99_high_ms", &LevelRow::p99_high_ms, kMeasured},
-          {"worst_ms", &LevelRow::worst_ms, kMeasured},
-          {"worst_low_ms", &LevelRow::worst_low_ms, kMeasured},
-          {"worst_high_ms", &LevelRow::worst_high_ms, kMeasured},
-          {"lost", &LevelRow::lost},
-          {"deadline_overruns", &LevelRow::deadline_overruns},
-          {"response_share_max", &LevelRow::response_share_max, kMeasured}};
+  std::vector<program::Column<LevelRow>> columns = {
+      {"executor", &LevelRow::executor},
+      {"source", &LevelRow::source},
+      {over, &LevelRow::level, kLevelFormat},
+      {"holds", [](const LevelRow& row) { return !row.why; }},
+      {"capacity", &LevelRow::is_capacity},
+      {"why", &LevelRow::why},
+      {"lost", &LevelRow::lost},
+      {"deadline_overruns", &LevelRow::deadline_overruns},
+      {"response_share_max", &LevelRow::response_share_max, kMeasured}};
+  using Latency = results::LatencySummary;
+  for (const auto& [latency, of] : {std::pair("age_", &LevelRow::age), {"", &LevelRow::hot_path}}) {
+    for (const auto& [name, quantile] : {std::pair("p99_", &Quantiles::p99), {"worst_", &Quantiles::max}}) {
+      for (const auto& [end, part] :
+           {std::pair("ms", &Latency::quantiles), {"low_ms", &Latency::low}, {"high_ms", &Latency::high}}) {
+        const auto value = [of = of, quantile = quantile, part = part](const LevelRow& row) {
+          return finite(row.*of.*part.*quantile);
+        };
+        columns.emplace_back(program::concat(latency, name, end), value, kMeasured);
+      }
+    }
+  }
+  return columns;
 }
 
 void add_measures(const results::ExecutorSummary& executor, LevelRow& row) {
-  results::LatencySummary most;  // empty quantiles without chains
+  const auto keep_larger = [](const results::LatencySummary& of, results::LatencySummary& most) {
+    if (of.quantiles.n > 0 && !(of.quantiles.max <= most.quantiles.max)) most = of;
+  };
   for (const results::ChainSummary& chain : executor.chains) {
-    const Quantiles& q = chain.hot_path.quantiles;
-    if (q.n > 0 && !(q.max <= most.quantiles.max)) most = chain.hot_path;
+    keep_larger(chain.end_to_end, row.age);
+    keep_larger(chain.hot_path, row.hot_path);
   }
-  row.p99_ms = finite(most.quantiles.p99);
-  row.p99_low_ms = finite(most.low.p99), row.p99_high_ms = finite(most.high.p99);
-  row.worst_ms = finite(most.quantiles.max);
-  row.worst_low_ms = finite(most.low.max), row.worst_high_ms = finite(most.high.max);
   row.lost = executor.lost();
   row.deadline_overruns = executor.after_warm_up.deadline_overruns;
   row.response_share_max = MeasuredRow{&executor, nullptr}.response_share_max();
 }
 
-/// Why the bounds do not meet the deadlines and the required hot-path latency; none: they do. Sample
+/// Why the bounds do not meet the deadlines and the required age and latency; none: they do. Sample
 /// losses are not considered: no method bounds them.
 std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set,
-                                      const Graph& graph, std::optional<double> latency_ms) {
+                                      const Graph& graph, const Requirement& require) {
   for (TaskId id = 0; id < set.size(); ++id) {
     const auto& bound = guaranteed.tasks[id];
     if (set[id].kind != TaskKind::timer || (bound && Duration(bound->ns) <= set[id].deadline)) continue;
     return "no bound of " + set[id].name + " within its deadline";
   }
-  for (std::size_t c = 0; latency_ms && c < graph.chains.size(); ++c) {
-    const bounds::ChainGuarantee* chain = guaranteed.chain(graph.chains[c].name);
-    const bool bounded = chain != nullptr && chain->hot_path;
-    if (!bounded || to_ms(Duration(chain->hot_path->ns)) > *latency_ms)
-      return "no bound of " + graph.chains[c].name + " within the latency";
+  for (const Chain& named : graph.chains) {
+    const bounds::ChainGuarantee* chain = guaranteed.chain(named.name);
+    const auto within = [&](std::optional<bounds::Guarantee> bounds::ChainGuarantee::*of,
+                            std::optional<double> limit_ms) {
+      return !limit_ms || (chain != nullptr && chain->*of && to_ms(Duration((chain->*of)->ns)) <= *limit_ms);
+    };
+    if (!within(&bounds::ChainGuarantee::age, require.age_ms))
+      return "no bound of " + named.name + " within the age";
+    if (!within(&bounds::ChainGuarantee::hot_path, require.latency_ms))
+      return "no bound of " + named.name + " within the latency";
   }
   return std::nullopt;
 }
@@ -201,8 +211,8 @@ class CapacitySearch {
       const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
       const auto guaranteed = setup::guarantees(graph, tasks, spec);
       any = any || guaranteed;
-      row.why = guaranteed ? failure_of(*guaranteed, tasks.set, graph, options_.require.latency_ms)
-                           : "no method covers it";
+      row.why =
+          guaranteed ? failure_of(*guaranteed, tasks.set, graph, options_.require) : "no method covers it";
     });
     if (any) return capacity;
     rows_.resize(before);

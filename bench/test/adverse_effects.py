@@ -101,7 +101,7 @@ EFFECTS = {
 --load 50 ! --over
 --max-backlog 1
 --over rate
---require latency:30
+--require age:30
 --from 30
 --to 90
 --resolution 15
@@ -114,7 +114,7 @@ EFFECTS = {
 --executors default,edf-ro
 --threads 3 = results do not depend on the number of threads
 --repetitions 3
---for hot_path:median
+--for hot_path:age:median
 --now rm-ro
 --cores 2
 --costs graph
@@ -146,6 +146,7 @@ EFFECTS = {
 --repetition 1
 --chain lane_detection + explain {stock}/run
 --task RearLidarDriver
+--hot-path
 --worst
 --quantile 0.9
 --sequence 5

@@ -31,7 +31,10 @@ class Advise(CommandTest):
         self.assertEqual(p99, sorted(p99))
         self.assertLess(rows["rm-ro"]["p99_ms"]["value"], rows["default"]["p99_ms"]["value"])
         self.assertGreater(rows["rm-ro"]["bound_ms"], rows["rm-ro"]["worst_ms"]["value"])
-        self.assertEqual(len(advice["sentences"]), 6)
+        self.assertIn("hot_path: age of the data in ms, best first by p99", out)
+        self.assertRegex(advice["sentences"][1], r"^Its hot-path latency, .*\(the paper's metric\): p99 \d")
+        beside = [s for s in advice["sentences"] if "beside the executor thread" in s]
+        self.assertEqual(len(beside), advice["recommended"].endswith("-re"))
         self.assertRegex(advice["causes"][0], r"is faster than default by \d")
         for sentence in advice["sentences"] + advice["causes"]:
             self.assertIn(sentence, out)
@@ -41,10 +44,10 @@ class Advise(CommandTest):
         graph = folder / "graph.yaml" if (folder / "graph.yaml").exists() else "autoware"
         run = self.measure(
             *("simulate", "--graph", graph, "--cores", 2, "--duration", 3, "--phases", "random"),
-            *("--deployments", folder / "deployment.yaml"),
+            *("--deployments", folder / "deployment.yaml", "--repetitions", 3),
         )
         (executor,) = run.summary()["executors"]
-        median = executor["chains"][0]["hot_path_latency_ms"]["p50"]
+        median = executor["chains"][0]["end_to_end_latency_ms"]["p50"]
         self.assertLess(median, rows["default"]["median_ms"]["value"])
 
     def test_writes_the_options_of_the_executor_on_the_robot(self) -> None:
@@ -87,7 +90,7 @@ class Advise(CommandTest):
         nodes = (SENSOR.format("S", 100, 1), COMMAND.format("A", "S", 2), COMMAND.format("B", "S", 3))
         chains = "chains: [{name: c, nodes: [S, A], sources: [S], sink: A}]"
         graph.write_text(graph_text(*nodes, more="topics: {S: {delivery: unknown}}\n" + chains))
-        options = "--executors rm-ro,events-ro --now events-ro --costs graph"
+        options = "--executors rm-ro,events-ro --now events-ro --costs graph --for c:p99"
         out, advice = self.advise(graph, f"{options} --repetitions 10 --duration 1")
         self.assertEqual(advice["draws"], 10)
         self.assertEqual({row["worst_ms"]["value"] for row in advice["ranking"]}, {4.0})
@@ -99,13 +102,21 @@ class Advise(CommandTest):
     def test_keeps_the_current_executor_if_nothing_differs(self) -> None:
         graph = Path(__file__).parent / "field" / "nothing_to_gain.yaml"
         common = "--costs graph --now rm-ro --executors default,rm-ro --duration 1"
-        for objective in ("losses", "worst_lateness", "hot_path:median", "hot_path:worst", "hot_path<50"):
+        for objective in ("losses", "worst_lateness", "hot_path:median", "hot_path:age", "hot_path<50"):
             for draws in (1, 3):
                 _, advice = self.advise(graph, f"{common} --for {objective} --repetitions {draws}")
                 self.assertEqual(advice["recommended"], "rm-ro", (objective, draws))
                 self.assertEqual(advice["change"], "")
                 self.assertFalse((self.folder / "advice" / "deployment.yaml").exists())
                 shutil.rmtree(self.folder / "advice")
+
+    def test_says_what_release_and_execute_costs(self) -> None:
+        graph = self.folder / "mine.yaml"
+        other = SENSOR.format("T", 50, 1), COMMAND.format("X", "T", 30)
+        graph.write_text(graph_text(SENSOR.format("S", 100, 10), COMMAND.format("C", "S", 1), *other))
+        _, advice = self.advise(graph, f"--cores 2 --for chain_2:age --executors default,rm-ro,rm-re {SHORT}")
+        self.assertEqual(advice["recommended"], "rm-re")
+        self.assertIn("Timers run on a thread beside the executor thread", " ".join(advice["sentences"]))
 
     def test_timers_alone_are_ranked_by_lateness(self) -> None:
         _, advice = self.advise("timers_only_60", "--repetitions 2 --duration 5")

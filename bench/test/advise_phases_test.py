@@ -124,7 +124,7 @@ class AdvisePhases(CommandTest):
 
     def test_wrong_use_is_refused(self) -> None:
         for words, message in (
-            ("--phases --for pq:p99", "CHAIN:worst or CHAIN:age"),
+            ("--phases --for pq:p99", "CHAIN:age or CHAIN:worst"),
             ("--phases --for losses", "worst_lateness"),
             ("--phases nonsense", "is none of creation, synchronous, given, random, creation:MS"),
             ("--phases --phases x", "--phases"),

@@ -26,7 +26,13 @@ Graph graph_named(const std::string& name, unsigned cores = 1) {
 
 TEST(Objectives, AreReadAndRefusedWithWhatWouldBeRight) {
   const Graph graph = graph_named("sequences");
-  EXPECT_EQ(advise::parse_objective("hot_path:median", graph).text, "median of localization");
+  for (const auto& [words, text] : std::map<std::string, std::string>{
+           {"hot_path:median", "hot-path latency of localization (median)"},
+           {"hot_path:age", "age of the data of localization (p99)"},
+           {"lane_detection:age:worst", "age of the data of lane_detection (worst)"}})
+    EXPECT_EQ(advise::parse_objective(words, graph).text, text);
+  EXPECT_TRUE(
+      advise::parse_objective("hot_path:age", graph, advise::Objective::Statistic::worst).of_worst_cases());
   EXPECT_EQ(advise::parse_objective("lane_detection:worst", graph).chain, 1U);
   const advise::Objective both = advise::parse_objective("localization<90,lane_detection<50.5", graph);
   ASSERT_EQ(both.requirements.size(), 2U);
@@ -37,12 +43,23 @@ TEST(Objectives, AreReadAndRefusedWithWhatWouldBeRight) {
   };
   for (const auto& [name, objective, remedy] :
        {Case{"sequences", "nonsense:p99", "it has localization, lane_detection"},
-        Case{"sequences", "hot_path:p98", "hot_path:median"}, Case{"sequences", "localization<x", "CHAIN<MS"},
-        Case{"sequences", "localization<0", "CHAIN<MS"}, Case{"sequences", "", "CHAIN<MS"},
-        Case{"timers_only_60", "hot_path:p99", "worst_lateness"}}) {
+        Case{"sequences", "hot_path:p98", "CHAIN:age:median"},
+        Case{"sequences", "hot_path:age:", "CHAIN:age:median"},
+        Case{"sequences", "localization<x", "CHAIN<MS"}, Case{"sequences", "localization<0", "CHAIN<MS"},
+        Case{"sequences", "", "CHAIN<MS"}, Case{"timers_only_60", "hot_path:p99", "worst_lateness"}}) {
     EXPECT_THAT([&] { (void)advise::parse_objective(objective, graph_named(name)); },
                 testing::ThrowsMessage<program::UsageError>(HasSubstr(remedy)));
   }
+}
+
+TEST(Scores, AreOfTheAgeUnlessTheHotPathIsNamed) {
+  const Graph graph = graph_named("sequences");
+  results::ExecutorSummary summary;
+  summary.chains.resize(2);
+  summary.chains[0].end_to_end.quantiles.p99 = 7;
+  summary.chains[0].hot_path.quantiles.p99 = 5;
+  EXPECT_EQ(advise::score(advise::parse_objective("hot_path:age", graph), summary).value, 7);
+  EXPECT_EQ(advise::score(advise::parse_objective("hot_path:p99", graph), summary).value, 5);
 }
 
 TEST(Scores, PreferWhatKeepsARequirementAndThenWhatHasMoreToSpare) {

@@ -65,7 +65,30 @@ class Diff(CommandTest):
         for more in ("--threads 1", "--no-trace"):
             code, out, err = self.gate(self.simulate(), self.simulate(more))
             self.assertEqual((code, err), (0, ""))
-            self.assertIn("No change: ", out)
+            self.assertRegex(out, r"^Overall: no difference beyond noise \(all \d+ measures; simulated ")
+
+    def test_each_measure_has_one_verdict_and_the_whole_as_well(self) -> None:
+        words = {"worse", "better", "no difference beyond noise", "not comparable (too few samples)"}
+        less, more = self.simulate(), self.simulate("--load 84")
+        for old, new, whole, code in ((less, more, "worse", 1), (more, less, "better", 0)):
+            first = self.accepted("diff", old, new, "--across-loads").splitlines()[0]
+            self.assertRegex(first, rf"^By age: {whole} \(([0-6] {whole}, .*; of|all) 6 percentiles\)$")
+            judged, out, _ = self.gate(old, new, "--across-loads")
+            self.assertEqual((judged, out.split(" (")[0]), (code, f"Overall: {whole}"))
+            rows = json.loads(self.accepted("diff", old, new, "--across-loads", "--json"))
+            self.assertLessEqual({row["verdict"] for row in rows}, words)
+        same = self.accepted("diff", less, less)
+        self.assertTrue(same.startswith("By age: no difference beyond noise (all 6 percentiles)\n"), same)
+        few = "autoware --duration 1 --executors rm-ro --repetitions"
+        one, two = self.simulate("1", few), self.simulate("2", few)
+        out = self.accepted("diff", one, two)
+        self.assertTrue(out.startswith("By age: not comparable (all 3 percentiles)\n"), out)
+        self.assertIn("not comparable (too few samples)", out)
+        out = self.accepted("diff", one, self.simulate("", f"{few.replace('rm-ro', 'edf-ro,rm-ro')} 1"))
+        self.assertRegex(out, r"\nNot comparable, only in .*: edf-ro\n")
+        self.rejected(
+            "diff", one, self.simulate("1", few.replace("autoware", "sequences")), says="The graphs differ"
+        )
 
     def test_compares_other_loads_only_on_request(self) -> None:
         for more in ("--gate", ""):
@@ -101,7 +124,7 @@ class Diff(CommandTest):
         old, new = self.simulate("", of), self.simulate("--platform dispatch_cost_us=4000", of)
         code, out, _ = self.gate(old, new)
         self.assertEqual(code, 1)
-        self.assertRegex(out, r"hot path x .* outputs +49.2 +0 .*WORSE")
+        self.assertRegex(out, r"age x .* outputs +49.2 +0 .* worse")
         self.assertEqual(self.gate(new, old)[0], 0)
 
     def test_parts_of_a_build_are_one_side(self) -> None:
@@ -112,7 +135,7 @@ class Diff(CommandTest):
         code, out, _ = self.gate("old", "new", "--across-loads", "--page", "page")
         self.assertEqual(code, 1)
         self.assertIn("equal draws pair by pair", out)
-        self.assertIn("WORSE", (self.folder / "page" / "report.md").read_text())
+        self.assertIn("| worse |", (self.folder / "page" / "report.md").read_text())
         curves = json.loads((self.folder / "page" / "comparison.json").read_text())["targets"][0]["curves"]
         self.assertEqual(
             [(c["side"], c["executor"], c["repetitions"]) for c in curves], [(0, "rm-ro", 3), (1, "rm-ro", 3)]
@@ -123,9 +146,9 @@ class Diff(CommandTest):
         text = self.accepted(*words, "--csv", "rows.csv")
         rows = json.loads(self.accepted(*words, "--json"))
         self.assertEqual(csv_rows(self.folder / "rows.csv"), rows)
-        verdicts = Counter(row["verdict"] for row in rows)
-        said = ", ".join(f"{n} {word}" for word, n in sorted(verdicts.items()))
-        self.assertIn(f"\n\n{said}, of {len(rows)} percentiles\n", text)
+        of_age = [row["verdict"] for row in rows if row["quantity"] == "age"]
+        self.assertEqual(len(of_age), 2 * 3)
+        self.assertRegex(text, rf"^By age: [a-z ]+ \(.*{len(of_age)} percentiles\)\n")
         for row in rows:
             shown = (row["percentile"], row["old_ms"], row["new_ms"], row["difference_ms"])
             self.assertIn(" ".join(shown), " ".join(text.split()))

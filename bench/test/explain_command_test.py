@@ -26,24 +26,33 @@ class Explain(CommandTest):
         return self.simulated(f"--graph {FIELD / graph}.yaml {options}", seconds=0.4)
 
     def check_outputs(self, folder: str | Path) -> None:
-        """All outputs of the first executor, together and one by one."""
+        self.check_latencies(folder)
+        self.check_latencies(folder, "--hot-path")
+
+    def check_latencies(self, folder: str | Path, *metric: str) -> None:
+        """All outputs of the first executor, together and one by one: ages, or hot-path latencies."""
         run = RunFolder(self.folder / folder)
         executor = run.run["executors"][0]
         chain = run.run["chains"][0]
-        rows = [row for row in run.chains().get((executor, 0), []) if row[0] == chain]
+        all_rows = [row for row in run.chains().get((executor, 0), []) if row[0] == chain]
+        rows = [(row[1], row[2 if metric else 3]) for row in all_rows if metric or row[3] is not None]
         self.assertGreater(len(rows), 0)
-        together = self.explained(folder, "--executor", executor, "--repetition", 0)
-        self.assertEqual((together["not_explained"], together["all"]["outputs"]), (0, len(rows)))
-        self.assertEqual(together["all"]["latency_ns"], sum(latency for _, _, latency, _ in rows))
+        together = self.explained(folder, "--executor", executor, "--repetition", 0, *metric)
+        self.assertEqual(together["latency"], "hot path" if metric else "age")
+        outputs = (together["not_explained"], together["all"]["outputs"])
+        self.assertEqual(outputs, (len(all_rows) - len(rows), len(rows)))
+        self.assertEqual(together["all"]["latency_ns"], sum(latency for _, latency in rows))
         self.assertEqual(sum(together["all"]["causes_ns"].values()), together["all"]["latency_ns"])
-        for _, sequence, latency, _ in rows[:10]:
-            one = self.explained(folder, "--executor", executor, "--sequence", sequence, "--repetition", 0)
+        for sequence, latency in rows[:10]:
+            of = ("--executor", executor, "--sequence", sequence, "--repetition", 0)
+            one = self.explained(folder, *of, *metric)
             self.assertEqual((one["latency_ns"], one["complete"]), (latency, True))
             self.assertEqual(sum(part["ns"] for part in one["parts"]), latency)
             self.assertEqual(sum(one["causes_ns"].values()), latency)
             jobs = {(j.task, j.sequence): j for j in run.jobs()[executor, 0] if j.start is not None}
             path = [jobs[step["task"], step["sequence"]] for step in one["path"]]
-            self.assertEqual(path[-1].start - path[0].start, latency)
+            end, begin = (path[-1].start, path[0].start) if metric else (path[-1].finish, path[0].timestamp)
+            self.assertEqual(end - begin, latency)
 
     def test_a_simulated_run_and_its_import(self) -> None:
         self.simulated("--executors default,rm-ro")
@@ -65,7 +74,7 @@ class Explain(CommandTest):
     def test_an_output_of_a_fusion_is_the_job_that_completes_the_set(self) -> None:
         run = self.field("fusion_sink", "--executors rm-ro --phases given")
         self.assertEqual({row["sink_task"] for row in run.rows("chains.csv")[1]}, {"F/t"})
-        one = self.explained("run", "--sequence", 1)
+        one = self.explained("run", "--sequence", 1, "--hot-path")
         path = [(job["task"], job["sequence"]) for job in one["path"]]
         self.assertEqual(path, [("S", 2), ("T/s", 2), ("T/b", 1), ("F/t", 1)])
         self.assertEqual(one["path"][-1]["start_ns"], 61_000_000)
@@ -74,7 +83,7 @@ class Explain(CommandTest):
     def test_the_instant_of_a_displacement(self) -> None:
         deployment = FIELD / "displaced_deployment.yaml"
         self.field("displaced", f"--deployments {deployment} --phases given")
-        parts = self.explained("run", "--sequence", 2)["parts"]
+        parts = self.explained("run", "--sequence", 2, "--hot-path")["parts"]
         causes = [(p["cause"], p["ns"]) for p in parts[:2]]
         self.assertEqual(causes, [("running", 2_000_000), ("displaced", 1_000_000)])
         self.assertEqual(parts[1]["behind"]["task"], "Hi")
@@ -83,13 +92,14 @@ class Explain(CommandTest):
         rules = (("cbg:1", "earlier event (FIFO)"), ("cbg:2", "same callback group in use"))
         self.field("exclusive", "--executors cbg:1,cbg:2 --cores 2")
         for executor, rule in rules:
-            (behind,) = self.explained("run", "--chain", "t2", "--executor", executor)["all"]["behind"]
+            of = ("--chain", "t2", "--executor", executor, "--hot-path")
+            (behind,) = self.explained("run", *of)["all"]["behind"]
             self.assertEqual(behind["rule"], rule)
 
     def test_a_latency_of_zero(self) -> None:
         self.field("exclusive", "--executors multi:2 --cores 2")
-        out = self.accepted("explain", "run", "--chain", "t1")
-        self.assertIn("take 0.000 ms on average.\n", out)
+        out = self.accepted("explain", "run", "--chain", "t1", "--hot-path")
+        self.assertIn("takes 0.000 ms on average.\n", out)
         self.assertRegex(out, r"(?m)^latency +0\.000 ")
 
     def test_a_task(self) -> None:

@@ -19,13 +19,13 @@ using namespace std::chrono_literals;
 using testing::Contains;
 using testing::ElementsAre;
 
-std::vector<Explanation> of_chain(const Simulated& run, std::uint32_t chain) {
+std::vector<Explanation> of_chain(const Simulated& run, std::uint32_t chain, bool hot_path = true) {
   std::vector<Output> outputs;
   for (const ChainRecord& r : run.trace().chains) {
-    if (r.chain == chain && r.hot_path_latency >= Duration{})
-      outputs.push_back({0, r.sequence, r.hot_path_latency, r.sink});
+    const Duration latency = hot_path ? r.hot_path_latency : r.end_to_end_latency;
+    if (r.chain == chain && latency >= Duration{}) outputs.push_back({0, r.sequence, latency, r.sink});
   }
-  return run.explained(chain, outputs);
+  return run.explained(chain, outputs, hot_path);
 }
 std::vector<Explanation> of_task(const Simulated& run, TaskId task) {
   std::vector<Output> outputs;
@@ -70,8 +70,10 @@ void check_all(const Simulated& run, bool exact) {
   const auto check_each = [&](const std::vector<Explanation>& all, const std::string& name) {
     for (const Explanation& e : all) ASSERT_NO_FATAL_FAILURE(check(run, e, exact)) << name;
   };
-  for (std::uint32_t c = 0; c < run.graph().chains.size(); ++c)
-    ASSERT_NO_FATAL_FAILURE(check_each(of_chain(run, c), run.graph().chains[c].name));
+  for (std::uint32_t c = 0; c < run.graph().chains.size(); ++c) {
+    for (const bool hot_path : {true, false})
+      ASSERT_NO_FATAL_FAILURE(check_each(of_chain(run, c, hot_path), run.graph().chains[c].name));
+  }
   for (TaskId id = 0; id < run.tasks().set.size(); ++id)
     ASSERT_NO_FATAL_FAILURE(check_each(of_task(run, id), run.tasks().set[id].name));
 }
@@ -320,7 +322,8 @@ std::vector<Part> parts_of(const Graph& graph, const char* executor, results::Ru
   const GraphTasks tasks = make_tasks(graph);
   const System system(setup::parse_executor(executor, {}), graph, tasks, kind, 1);
   std::vector<Part> parts;
-  Explainer explainer(system, chain, {output}, [&](const Explanation& e) { parts = e.parts; });
+  Explainer explainer(
+      system, chain, {output}, [&](const Explanation& e) { parts = e.parts; }, true);
   explainer.begin(0, nullptr);
   for (const JobRecord& job : jobs) explainer.add(job);
   explainer.end();

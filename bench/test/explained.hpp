@@ -33,10 +33,11 @@ class Simulated {
   const Trace& trace() const { return trace_; }
   const System& system() const { return *system_; }
 
-  std::vector<Explanation> explained(std::optional<std::uint32_t> chain,
-                                     const std::vector<Output>& outputs) const {
+  std::vector<Explanation> explained(std::optional<std::uint32_t> chain, const std::vector<Output>& outputs,
+                                     bool hot_path = false) const {
     std::vector<Explanation> all;
-    Explainer explainer(system(), chain, outputs, [&](const Explanation& e) { all.push_back(e); });
+    Explainer explainer(
+        system(), chain, outputs, [&](const Explanation& e) { all.push_back(e); }, hot_path);
     explainer.begin(0, times_.get());
     for (const JobRecord& r : trace_.jobs) explainer.add(r);
     explainer.end();

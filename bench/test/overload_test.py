@@ -89,5 +89,5 @@ class Overload(CommandTest):
         _, advice = self.advise(*words.split())
         self.assertEqual(advice["recommended"], "rm-ro")
         slow = [r["chains_ms"]["Slow"]["p99"] for r in advice["ranking"]]
-        says = f"p99: Slow {slow[0]:.1f} ms instead of {slow[1]:.1f} ms."
+        says = f"hot-path latency (p99): Slow {slow[0]:.1f} ms instead of {slow[1]:.1f} ms."
         self.assertIn(f"Chains beside the objective, {says}", advice["sentences"])

@@ -123,7 +123,7 @@ class SearchOfGraph : public testing::Test {
   }
 
   const Graph graph_ = three_sensors();
-  const advise::Objective objective_ = advise::parse_objective("c:age", graph_);
+  const advise::Objective objective_ = advise::parse_objective("c:age:worst", graph_);
   const advise::Candidate candidate_ =
       advise::make_candidates(graph_, objective_, {{"rm-ro"}, {}, "rm-ro", {}, false}).front();
   const advise::FirstTimestamps start_ = {0ms, 15ms, 58ms, 0ms, 0ms};  // R comes right before P
@@ -147,9 +147,9 @@ TEST_F(SearchOfGraph, GuaranteesNoMoreThanTheBestPhasesOfAGridAndDependsNotOnThr
 
 TEST(GuaranteedObjectives, AreWorstCases) {
   const Graph graph = load_graph(find_graph("autoware"));
-  for (const char* text : {"hot_path:worst", "hot_path:age", "hot_path<80", "worst_lateness"})
+  for (const char* text : {"hot_path:worst", "hot_path:age:worst", "hot_path<80", "worst_lateness"})
     EXPECT_TRUE(advise::parse_objective(text, graph).of_worst_cases()) << text;
-  for (const char* text : {"hot_path:p99", "hot_path:median", "losses"})
+  for (const char* text : {"hot_path:age", "hot_path:p99", "hot_path:median", "losses"})
     EXPECT_FALSE(advise::parse_objective(text, graph).of_worst_cases()) << text;
 }
 

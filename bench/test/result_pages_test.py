@@ -95,8 +95,8 @@ class Curves(CommandTest):
         rows = [row for row in csv_rows(self.folder / "levels/levels.csv") if row["source"] == "simulated"]
         self.assertGreater(len(rows), 4)
         browser = opened(self, self.folder / "levels" / "report.html", dark=True)
-        columns = {"p99 of the hot-path latency (ms)": "p99_ms", "worst hot-path latency (ms)": "worst_ms",
-                   "deadline overruns": "deadline_overruns"}  # fmt: skip
+        columns = {"p99 of the age of the data (ms)": "age_p99_ms", "worst age of the data (ms)": "age_worst_ms",
+                   "worst hot-path latency (ms)": "worst_ms", "deadline overruns": "deadline_overruns"}  # fmt: skip
         for title, column in columns.items():
             of = {(row["executor"], float(row["load"])): float(row[column]) for row in rows if row[column]}
             self.check_plot(browser, title, of)
@@ -105,9 +105,10 @@ class Curves(CommandTest):
         run = ("--executors", "rm-ro", "--load", level["load"], "--duration", 1, "--repetitions", 3)
         self.accepted("simulate", *run, "--phases", "random", "--output", "run")
         (executor,) = RunFolder(self.folder / "run").summary()["executors"]
-        latency = executor["chains"][0]["hot_path_latency_ms"]
-        self.assertAlmostEqual(float(level["worst_ms"]), latency["max"], delta=1e-5)
-        self.assertAlmostEqual(float(level["p99_ms"]), latency["p99"], delta=1e-5)
+        for before, key in (("age_", "end_to_end_latency_ms"), ("", "hot_path_latency_ms")):
+            latency = executor["chains"][0][key]
+            self.assertAlmostEqual(float(level[before + "worst_ms"]), latency["max"], delta=1e-5)
+            self.assertAlmostEqual(float(level[before + "p99_ms"]), latency["p99"], delta=1e-5)
         self.assertEqual(browser.violations(), [])
 
 
@@ -163,7 +164,7 @@ class Distributions(CommandTest):
         self.assertEqual(notes, [" ".join(advice["causes"])])
         for sentence in advice["causes"]:
             self.assertIn(sentence, out)
-        self.check_advice(advice, browser, "hot_path")
+        self.check_advice(advice, browser, "hot_path, age")
         self.check_stored_draws(folder, advice)
         self.assertEqual(browser.violations(), [])
 
@@ -187,7 +188,7 @@ class Distributions(CommandTest):
         package.write_advice(self.folder, self.environment, self.folder / "advice")
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         browser = opened(self, self.folder / "advice" / "report.html")
-        self.check_advice(advice, browser, "hot_path, end to end")
+        self.check_advice(advice, browser, "hot_path, age")
 
     def test_stored_draws_of_deployments(self) -> None:
         words = ("--executors", "default", "--deployments", "picas", "--now", "default")
@@ -226,8 +227,8 @@ class Distributions(CommandTest):
         self.assertGreater(len(shown), 5)
         for row in shown[1:]:
             self.assertIn(" ".join(row[:3]), " ".join(judged.split()))
-        self.assertEqual(shown[1][-1], "WORSE")
+        self.assertEqual(shown[1][-1], "worse")
         self.assertEqual(browser.violations(), [])
         # Without --gate: the table of percentiles.
         self.accepted(*compare)
-        self.assertIn("beyond noise", (self.folder / "page" / "report.md").read_text())
+        self.assertIn("By age: worse (", (self.folder / "page" / "report.md").read_text())

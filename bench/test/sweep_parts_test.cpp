@@ -270,7 +270,7 @@ TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
   results::ExecutorSummary good;
   good.chains.resize(2);
   good.chains[1].chain = "c";
-  good.each = {{0, 0, 0, 0, 0, {{5, 20}, {5, 30}}}, {1, 0, 0, 0, 0, {{5, 20}, {5, 30}}}};
+  good.each = {{0, 0, 0, 0, 0, {{5, 20, 40}, {5, 30, 50}}}, {1, 0, 0, 0, 0, {{5, 20, 40}, {5, 30, 50}}}};
   const std::vector<std::pair<void (*)(Each&), std::optional<std::string>>> cases = {
       {[](Each&) {}, std::nullopt},
       {[](Each& r) { r.skipped = 1; }, "0 timestamps skipped, 0 samples overwritten (1 of 2 repetitions)"},
@@ -279,14 +279,16 @@ TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
       {[](Each& r) { r.deadline_overruns = 1; }, "0 deadlines missed (1 of 2 repetitions)"},
       {[](Each& r) { r.never_ran = 1; }, "a task never ran (1 of 2 repetitions)"},
       {[](Each& r) { r.chains[1] = {}; }, "no output of chain c (1 of 2 repetitions)"},
+      {[](Each& r) { r.chains[1].worst_age_ms = 90; }, "age 90.0 ms (1 of 2 repetitions)"},
       {[](Each& r) { r.chains[1].worst_hot_path_ms = 70; }, "latency 70.0 ms (1 of 2 repetitions)"}};
   for (const auto& [change, why] : cases) {
     results::ExecutorSummary executor = good;
     change(executor.each[1]);
-    EXPECT_EQ(sweep::Requirement::parse({"no-loss", "deadlines", "latency:60"}).failure(executor), why);
+    EXPECT_EQ(sweep::Requirement::parse({"no-loss", "deadlines", "age:80", "latency:60"}).failure(executor),
+              why);
   }
   EXPECT_EQ(sweep::Requirement::parse({"no-loss"}).failure({}), "nothing was measured");
-  for (const char* wrong : {"fast", "latency:", "latency:-1", "latency:1s"}) {
+  for (const char* wrong : {"fast", "age", "age:", "latency:", "latency:-1", "latency:1s"}) {
     EXPECT_THROW((void)sweep::Requirement::parse({wrong}), program::UsageError) << wrong;
   }
 }

@@ -217,7 +217,7 @@ class TwoBuilds(CommandTest):
             "compare", *words, "--repetitions", 3, "--against", HOTPATH, "--output", "ab", *reports
         )
         self.assertIn(code, (0, 1), err)  # noise decides on so short a run
-        self.assertIn("measures became worse (interleaved repetitions pair by pair", out, err)
+        self.assertIn("; interleaved repetitions pair by pair; at most 1 % false alarms)", out, err)
         self.assertEqual(err.count("old build"), 3)
         self.assertEqual(len(list((self.folder / "ab" / "old").iterdir())), 3)
         self.assertIn("<testsuite ", (self.folder / "gate.xml").read_text())

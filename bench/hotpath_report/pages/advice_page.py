@@ -21,7 +21,7 @@ from hotpath_report.tables import NS_PER_MS, read_json, read_table
 # Key, label and mark of each value.
 MARKS = (("median_ms", "median", "o"), ("p99_ms", "p99", "D"), ("worst_ms", "worst of all draws", "|"))
 HOT_PATH, AGE = "hot_path_latency_ns", "end_to_end_latency_ns"  # columns
-TEXT = "Latencies are of all draws of phases and execution times."
+TEXT = "Values are of all draws of phases and execution times."
 STORED_TEXT = (
     " Outputs, causes and timelines are of the hot-path latency in the first draw, under the current and the "
     "recommended choice."
@@ -45,7 +45,7 @@ def predictions(advice: Advice, rows: list[dict[str, Any]]) -> Drawing:
             ends = dict(zip(("low_ms", "high_ms"), interval))
             values.append({"candidate": row["name"], "measure": label, "value_ms": value} | ends)
     names = [row["name"] + (" (now)" if row["name"] == advice["now"] else "") for row in rows]
-    style.rows_of_labels(axes, names, xlabel="latency (ms)")
+    style.rows_of_labels(axes, names, xlabel=f"{advice['metric']} (ms)")
     axes.set_xlim(0, 1.05 * max(row["worst_ms"]["value"] for row in rows))
     marks = [style.dot(label, marker=mark, color=INK) for _, label, mark in MARKS]
     style.add_key(figure, [*marks, style.patch("95 % interval", facecolor=INK, alpha=0.45)], 4)
@@ -56,9 +56,9 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
     """The distributions of the chain: first of the latency that has outputs, or that the objective is about."""
     chain = found["chain"]
     bounds = {r["name"]: r.get("bound_ms") for r in found["ranking"]}
-    of_age = any(r.get("bound_of") == "end to end" for r in found["ranking"])
+    of_age = found["metric"] == "age of the data"
     made = []
-    for column, name, title in ((HOT_PATH, chain, "hot path"), (AGE, f"{chain}, end to end", "end to end")):
+    for column, name, title in ((HOT_PATH, chain, "hot path"), (AGE, f"{chain}, age", "age of the data")):
         of = rows[rows[column].notna()].assign(source="simulated", ms=rows[column] / NS_PER_MS)
         samples = {executor: s for (_, executor), s in samples_by(of, ["source", "executor"], "ms").items()}
         marks: list[dict[str, Any]] = [
@@ -69,7 +69,7 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
         if column == AGE and (limit := found["requirements_ms"].get(chain)):
             marks.append({"label": "requirement", "ms": limit, "series": None})
         marks.sort(key=lambda mark: float(mark["ms"]))
-        measured = Measured("chain", name, f"Chain {name}", f"latency, {title} (ms)", "predictions")
+        measured = Measured("chain", name, f"Chain {name}", f"{title} (ms)", "predictions")
         made.append(measured.target([samples.get(label) for label in labels], marks))
     # Outputs are explained for the hot path alone, so it comes first if there are any.
     return [t for t in (made[::-1] if of_age and not found["stored"] else made) if t["curves"]]
@@ -102,7 +102,7 @@ def tables(found: Advice) -> list[Table]:
         lost = f"{row['lost_percent']:.1f}" if "lost_percent" in row else ""
         cells.append([row["name"], *values, lost, bound, row["overload"] or row["description"]])
     header = ["candidate", *(f"{label} ms" for _, label, _ in MARKS), "lost %", "bound ms", ""]
-    made = [Table(f"Candidates, best first by {found['objective']}", header, cells)]
+    made = [Table(f"Candidates, {found['metric']}, best first by {found['order']}", header, cells)]
     doubts = [
         [d["assumption"], ", ".join(d["order"]), "same" if d["same_first"] else "another"]
         for d in found["doubts"]
@@ -120,14 +120,13 @@ def write(folder: str) -> None:
         raise InputError(f"{folder}: no prediction has a chain")
     cores = "one core" if found["cores"] == 1 else f"{found['cores']} cores"
     subtitle = (
-        f"{found['chain']} of {found['graph']}, best first by {found['objective']}; "
+        f"{found['chain']} of {found['graph']}, best first by {found['order']}; "
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
-    style.save(
-        predictions(found, shown).figure, folder, "advice", "Predicted latency of each executor", subtitle
-    )
+    title = f"Predicted {found['metric']} under each executor"
+    style.save(predictions(found, shown).figure, folder, "advice", title, subtitle)
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
-    made = make_figure("predictions", "Predicted latency of each candidate", predictions(found, shown))
+    made = make_figure("predictions", title, predictions(found, shown))
     text = TEXT + (STORED_TEXT if found["stored"] else "")
     section = Section("candidates", "Candidates", subtitle, text, [made], tables(found))
     section.notes = [" ".join(found["causes"])] if found["causes"] else []

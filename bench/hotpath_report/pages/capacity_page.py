@@ -20,7 +20,8 @@ from hotpath_report.tables import read_table
 
 ANALYSIS = "analysis"
 # Column of levels.csv and title of each plot; latencies have the columns of an interval.
-LATENCIES = {"p99": "p99 of the hot-path latency (ms)", "worst": "worst hot-path latency (ms)"}
+LATENCIES = {"age_p99": "p99 of the age of the data (ms)", "age_worst": "worst age of the data (ms)"}
+LATENCIES |= {"p99": "p99 of the hot-path latency (ms)", "worst": "worst hot-path latency (ms)"}
 COUNTS = {
     "lost": "lost: skipped and overwritten",
     "deadline_overruns": "deadline overruns",

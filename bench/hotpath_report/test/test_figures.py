@@ -172,6 +172,8 @@ class Advice(FigureTest):
         rows.append({"name": "static", "overload": "it is too slow"})
         facts = {"graph": "tiny", "chain": "c", "objective": "p99 of c", "now": "default", "draws": 3}
         facts |= {
+            "metric": "age of the data",
+            "order": "p99",
             "recommended": "rm-ro",
             "sentences": ["Take rm-ro."],
             "change": "",

@@ -200,7 +200,7 @@ class Simulated(ReproductionTest):
         same = hotpath("diff", self.output, self.output)
         self.assertEqual(same.returncode, 0, same.stderr)
         self.assertNotIn("differs", same.stdout)
-        self.assertRegex(same.stdout, r"\d+ the same, of \d+ percentiles")
+        self.assertRegex(same.stdout, r"By hot path: no difference beyond noise \(all \d+ percentiles\)")
         for other in (self.output / "cells", self.output / "nowhere"):
             refused = hotpath("diff", self.output, other)
             self.assertEqual(refused.returncode, 2, refused.stderr)

@@ -60,6 +60,7 @@ struct BootstrapOptions {
   std::uint32_t resamples = 2000;
   double confidence = 0.95;  ///< In (0, 1).
   std::uint64_t seed = 1;    ///< The same seed gives the same intervals, with every standard library.
+  bool pairs = false;        ///< Of two sides with as many repetitions: their i-th ones are drawn together.
 };
 
 /// The samples of several repetitions, arranged so that a quantile of any resampled pool costs one
@@ -97,7 +98,8 @@ std::vector<Estimate> estimate_quantiles(const RepeatedSamples& samples,
                                          const BootstrapOptions& options = {});
 
 /// Quantile of `a` divided by, or minus, the same quantile of `b`; both are resampled
-/// independently. An interval that excludes 1, or 0, indicates a difference beyond noise.
+/// independently, unless they are pairs. An interval that excludes 1, or 0, indicates a difference beyond
+/// noise.
 Estimate ratio_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
                             const BootstrapOptions& options = {});
 Estimate difference_of_quantiles(const RepeatedSamples& a, const RepeatedSamples& b, double probability,
