@@ -29,10 +29,9 @@ std::vector<Output> listed(const std::vector<Output>& outputs, std::size_t most)
   return some;
 }
 
-void ListedOutputs::add(const Explanation& e, Kind kind) {
+void ListedOutputs::add(const Explanation& e) {
   const JobRecord& sink = e.path.back();
-  const Time end = kind == Kind::response ? sink.finish : sink.start;
-  outputs_.add({e.repetition, static_cast<std::int64_t>(sink.job.sequence), end.time_since_epoch().count(),
+  outputs_.add({e.repetition, static_cast<std::int64_t>(sink.job.sequence), sink.finish.time_since_epoch().count(),
                 e.latency.count(), e.complete});
   explain::Totals totals;
   totals.add(e);

@@ -26,9 +26,8 @@ class ListedOutputs {
   [[nodiscard]] nlohmann::json columns() const;
   /// The time from the origin to the end of the `most` worst outputs, with a margin, by repetition.
   [[nodiscard]] std::map<std::uint32_t, std::vector<Interval>> worst(std::size_t most) const;
-  /// The latency of an output ends where its job starts, a response time where it finishes.
-  enum class Kind : std::uint8_t { output, response };
-  void add(const explain::Explanation& explanation, Kind kind);
+  /// The latency ends where the job of the output finishes.
+  void add(const explain::Explanation& explanation);
 
  private:
   [[nodiscard]] std::vector<std::size_t> by_latency() const;

@@ -142,7 +142,7 @@ class RunData {
       for (const std::string& executor : run_.executors()) {
         std::vector<ListedOutputs> listed(tasks);
         explain::StoredOutputs::explain_tasks(run_, executor, most, [&](const explain::Explanation& of) {
-          listed[of.path.back().job.task].add(of, ListedOutputs::Kind::response);
+          listed[of.path.back().job.task].add(of);
         });
         for (TaskId task = 0; task < tasks; ++task) {
           listed[task].keep_parts(share_.parts / (tasks * executors));
@@ -161,11 +161,10 @@ class RunData {
     try {
       explain::Options options;
       options.chain = chain;
-      options.hot_path = true;  // as its distributions
       explain::StoredOutputs stored(run_, executor, options);
       ListedOutputs explained;
       stored.explain(listed(stored.outputs(), most),
-                     [&](const explain::Explanation& e) { explained.add(e, ListedOutputs::Kind::output); });
+                     [&](const explain::Explanation& e) { explained.add(e); });
       const std::size_t pairs = run_.chains().size() * run_.executors().size();
       if (explained.keep_parts(share_.parts / pairs)) {
         notes_.push_back(program::concat("Only the worst outputs of ", chain, " under ", executor,

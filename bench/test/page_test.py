@@ -97,7 +97,7 @@ class Page(CommandTest):
         rows = [
             (latency, executor, repetition, sequence)
             for (executor, repetition), of in run.chains().items()
-            for name, sequence, latency, _ in of
+            for name, sequence, _, latency in of
             if name == chain
         ]
         rows.sort(reverse=True)
@@ -164,7 +164,7 @@ class Page(CommandTest):
         run = RunFolder(self.folder / folder)
         executors = run.summary()["executors"]
         for k, chain in enumerate(run.run["chains"]):
-            of = {e["executor"]: e["chains"][k]["hot_path_latency_ms"] for e in executors}
+            of = {e["executor"]: e["chains"][k]["end_to_end_latency_ms"] for e in executors}
             self.check_curves(browser, run, chain, of)
             rows = self.check_list(browser, run, chain)
             for place in {0, len(rows) - 1}:
@@ -218,13 +218,13 @@ class Page(CommandTest):
             self.assertEqual(text, " ".join(json.loads(answer)["sentences"]))
 
     def check_bounds(self, browser: Browser, run: str) -> None:
-        """The lines of the hot path are the tightest bounds of `hotpath analyze`, and the computation."""
+        """The lines of a chain are the tightest bounds of `hotpath analyze`, and the computation."""
         browser.choose("target", "hot_path")
         marks = browser.run("return hotpathPage.target.marks.map((m) => [m.label, m.ms])")
         self.accepted("analyze", "autoware", "--trace", run, "--csv", "bounds.csv")
         expected: dict[str, float] = {}
         for row in csv_rows(self.folder / "bounds.csv"):
-            if row["kind"] == "hot_path":
+            if row["kind"] == "chain":
                 label, bound = f"bound of {row['executor']}", int(row["bound_ns"]) / 1e6
                 expected[label] = min(bound, expected.get(label, bound))
         self.assertIn("bound of rm-ro", expected)
@@ -303,7 +303,7 @@ class Page(CommandTest):
     def test_the_mouse(self) -> None:
         run = self.two_executors()
         browser = self.page(run)
-        latencies = [row[2] / 1e6 for rows in RunFolder(self.folder / run).chains().values() for row in rows]
+        latencies = [row[3] / 1e6 for rows in RunFolder(self.folder / run).chains().values() for row in rows]
         over = ".ecdf .u-over"
         scale = browser.run("const s = hotpathPage.ecdf.plot.scales.y; return [s.min, s.max]")
         self.assertEqual(scale[0], 0)
@@ -320,7 +320,7 @@ class Page(CommandTest):
             [int(row["latencyNs"]) / 1e6 for row in listed["rows"]], sorted(chosen, reverse=True)
         )
         # Click: the outputs of the curve below the cursor, around this quantile.
-        browser.drag(over, (21 / scale[1], 0.3), (21 / scale[1], 0.3))
+        browser.drag(over, (38.2 / scale[1], 0.3), (38.2 / scale[1], 0.3))
         rows = browser.listed()["rows"]
         self.assertEqual({row["text"].split("\t")[1].strip() for row in rows}, {"rm-ro"})
         # Timeline: drag pans, and a double click zooms.
