@@ -91,6 +91,9 @@ class Judgements(FieldTest):
             self.assertIn("no thread idles", rows["chain1"]["assumed"])
             _, out, _ = self.command(*words, 1)
             self.assertIn("need 2 cores, one each", out)
+        exact = self.bounds(graph.stem, "multi:2", "--cores", "2", "--witness", "worst")
+        found = [int(exact["chain", f"chain{k}", True]["bound_ns"]) / 1e6 for k in (1, 2, 3)]
+        self.assertEqual(found, [42.0, 53.0, 55.7])
         _, out, _ = self.command("analyze", graph, "--executors", "cbg:2", "--cores", 3)
         self.assertIn("no reentrant groups under `cbg`", out)
 
