@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# nightly.sh: the checks that take hours: all tests under sanitizers, two types with one name,
+# nightly.sh: the checks that take hours: all tests under sanitizers, types of the same name,
 # three hours of fuzzing (ten million inputs), clang-tidy of all sources, interleavings, large graphs,
 # and a soak of two hours. Runs all of them, and ends with exit code 1 if one failed.
 set -uo pipefail

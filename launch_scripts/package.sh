@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # package.sh [--test]: builds the Debian packages `hotpath` and `hotpath-ros1-bridge` into
-# build-package/packages/. --test also installs them in an empty Debian 12 root, with what they
-# depend on, and runs them there; it needs root and 2 GB of disk space.
+# build-package/packages/. --test also installs them with their dependencies in an empty
+# Debian 12 root, and runs them there; it needs root and 2 GB of disk space.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 cd "$(dirname "$0")/.."

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # ros_node.sh PROGRAM IGNORED ARGUMENTS...: lets roslaunch run a program of this tree, wherever it
-# was built, or else the installed one in PATH. roslaunch finds programs only in installed ROS packages or in ROS_PACKAGE_PATH. The
+# was built, or else the installed one in PATH. roslaunch finds only programs of ROS packages. The
 # launch files therefore name a program that every ROS 1 has (IGNORED) and set this script as its
 # launch-prefix; the script runs PROGRAM instead.
 set -euo pipefail

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# setup.sh [first | ros | test]: installs missing packages on Debian 12 for building and running, with
-# `first` only those of a first measurement, with `ros` also those of the ROS 1 bridge and RViz, with
-# `test` those of all tests.
+# setup.sh [first | ros | test]: installs the packages that building and running needs on Debian 12.
+# `first`: only for launch_scripts/hot_path.sh; `ros`: also for the ROS 1 bridge and RViz; `test`: for
+# all tests.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 case "$#:${1:-}" in

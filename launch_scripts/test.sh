@@ -11,7 +11,7 @@ step install launch_scripts/setup.sh test
 step format launch_scripts/format.sh --check
 step ceilings tools/ceilings.py
 # Like the preset `release`, but with assertions. A unity build takes a third of the time; tidy.sh
-# and the sanitizers compile each file alone, and find missing includes.
+# compiles each file alone, and finds missing includes.
 step build launch_scripts/colcon_build.sh \
   -DBUILD_TESTING=ON -DHOTPATH_WARNINGS_AS_ERRORS=ON -DCMAKE_CXX_FLAGS_RELWITHDEBINFO=-O2 -DCMAKE_UNITY_BUILD=ON
 # Tests that measure in real time run alone (RUN_SERIAL); others of live runs mostly wait.

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-MOST_LINES_OF_README = 180
+MOST_LINES_OF_README = 150
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#([^)\s]*))?\)")
 HOP = re.compile(r"`([\w:.]+)` \(`([\w/.]+)`\)")
 

@@ -15,6 +15,7 @@
 #include "hotpath/analysis/spuri_1996.hpp"
 #include "service_paths.hpp"
 #include "stream_paths.hpp"
+#include "threaded_chains.hpp"
 #include "timer_responses.hpp"
 
 namespace hotpath {
@@ -183,6 +184,23 @@ void bound_late_samples(const BoundedSystem& system, const GraphTopology& topolo
   bound_graph(topology, *stream_paths(std::move(streamed), &in_any_order), out);
 }
 
+/// Several threads of one executor, each with a core.
+void bound_threads(const BoundedSystem& system, GraphBounds& out) {
+  const TaskSet& set = system.graph.set;
+  const bool releaser = has_releaser(system.executor), raised = system.platform.raised_releaser;
+  const unsigned threads = worker_count(system.executor, system.scheduling) - (releaser ? 1 : 0);
+  if (threads < 2) throw AnalysisError("it is for several threads");
+  const unsigned needed = threads + (releaser && !raised ? 1 : 0);
+  if (system.platform.cores < needed)
+    throw AnalysisError("its threads need " + std::to_string(needed) + " cores, one each (--cores)");
+  const auto reentrant = [&](const Task& task) { return set.groups[task.group] == CallbackGroup::reentrant; };
+  if (system.executor.traits.family == Family::callback_groups && std::ranges::any_of(set.tasks, reentrant))
+    throw AnalysisError(
+        "it covers no reentrant groups under `cbg`, which may leave a thread idle beside them");
+  const GraphTopology topology(system.graph);
+  bound_graph(topology, ThreadedChains(topology, threads), out);
+}
+
 struct Method {
   const char* name;  ///< Author and year, or the name in docs/analysis.md.
   std::uint32_t covers;
@@ -269,6 +287,11 @@ const std::array kMethods = {
              const GraphBusyWindow ahead_of_timers(topology, subscriptions_first(s, overheads), overheads);
              bound_graph(s, topology, TighterPaths(ahead_of_timers, paths), out);
            }},
+    Method{"chains on several threads",
+           bits({A::subscriptions, A::fixed_priorities, A::deadlines, A::activation_order, A::polling,
+                 A::other_order, A::several_threads, A::ties_by_activation, A::unknown_phases,
+                 A::shifted_phases, A::mixed_deadlines, A::any_delivery}),
+           bound_threads},
 };
 
 }  // namespace

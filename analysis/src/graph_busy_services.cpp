@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services that run ahead of their ranks (docs/analysis.md, "Service wait").
+// Services that run ahead of their ranks (docs/response_bounds.md, "Service wait").
 #include "busy_query.hpp"
 #include "hotpath/analysis/exact.hpp"
 

@@ -49,7 +49,7 @@ std::vector<TaskId> GraphBusyWindow::only_path(TaskId root, TaskId to) const {
 }
 
 /// The tasks that a job of the only path from `root` to `to` activates, and that run behind the path:
-/// among equals the last one activated goes first (docs/analysis.md, "Hot path"), if the order of
+/// among equals the last one activated goes first (docs/chain_bounds.md, "Hot path"), if the order of
 /// delivery is known. Empty if there are several paths, or if a rank on the path is larger than one
 /// before.
 std::vector<TaskId> GraphBusyWindow::left_behind(TaskId root, TaskId to) const {
@@ -97,8 +97,8 @@ void GraphBusyWindow::limit_to_deadline(Query& q, TaskId root) const {
 }
 
 /// From the end of a job of `publisher` to the end of the job of `subscription` that it activates, if this
-/// job precedes all that was pending at the start of the publisher's (docs/analysis.md, "Response time of a
-/// subscription"). std::nullopt: not known.
+/// job precedes all that was pending at the start of the publisher's (docs/response_bounds.md, "Response
+/// time of a subscription"). std::nullopt: not known.
 std::optional<std::int64_t> GraphBusyWindow::response_behind(TaskId publisher, TaskId subscription) const {
   const std::int64_t rank = order_.rank[subscription];
   const std::vector<TaskId>& roots = topology_.roots(publisher);

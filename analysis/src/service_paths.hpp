@@ -14,7 +14,7 @@ namespace hotpath {
 
 /// Bounds on services (Task::service) that hold however much work is more urgent, beside those of other
 /// paths. They wait in one queue, in the order of their publications, and the oldest runs at the latest a
-/// service wait and the longest running job after the one before it (docs/analysis.md, "Service wait").
+/// service wait and the longest job after the one before it (docs/response_bounds.md, "Service wait").
 class ServicePaths final : public PathBounds {
  public:
   /// `topology` and `others` must outlive this object. `wait` > 0. Does not cover delivery delays.

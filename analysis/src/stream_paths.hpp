@@ -33,8 +33,8 @@ struct StreamedSystem {
   std::int64_t delivery = 0;  ///< Longest time from a publication to its arrival; each sample has its own.
 };
 
-/// Bounds along paths whose samples may come late (docs/analysis.md, "Delivery"). Each hop is a busy window
-/// of its own. The latest ends of the jobs that publish such samples are the least fixed point of all
+/// Bounds along paths whose samples may come late (docs/response_bounds.md, "Delivery"). Each hop is a busy
+/// window of its own. The latest ends of the jobs that publish such samples are the least fixed point of all
 /// windows. `others`, other bounds for the same system, must outlive the result; nullptr: there are none.
 /// Throws AnalysisError if there is no fixed point and there are no others.
 [[nodiscard]] std::unique_ptr<PathBounds> stream_paths(StreamedSystem system,

@@ -28,7 +28,7 @@ void add_watch_command(CLI::App& app) {
              "Stop the program after this time; by default watch until it exits");
   command.add_flag("--once", o.once, "Report once, at the end, instead of every second");
   auto* const contract = add_text(command, "--contract", o.contract, "FILE",
-                                  "Compare the jobs with this contract (docs/watch.md)");
+                                  "Compare the jobs with this contract (docs/contract.md)");
   add_choice(command, "--fail-on", o.fail_on, "Exit with code 3 if a term of the contract is broken")
       ->needs(contract);
   auto* const record = add_text(command, "--record", o.record, "FOLDER",

@@ -123,10 +123,12 @@ class Run:
         return made
 
     def latencies(self) -> pd.DataFrame:
-        """Chain outputs after the warm-up: executor, repetition, chain, hot_path_ms."""
-        columns = ["executor", "chain", "hot_path_latency_ns", "repetition"]
-        frame = read_table(self.folder / "chains.csv", columns)[columns]
+        """Chain outputs after the warm-up: executor, repetition, chain, hot_path_ms, and age_ms, which is NaN
+        where a job at either end of the chain is unknown."""
+        columns, age = ["executor", "chain", "hot_path_latency_ns", "repetition"], "end_to_end_latency_ns"
+        frame = read_table(self.folder / "chains.csv", columns, [age])[[*columns, age]]
         frame["hot_path_ms"] = frame.pop("hot_path_latency_ns") / NS_PER_MS
+        frame["age_ms"] = frame.pop(age) / NS_PER_MS
         return frame
 
     def jobs_file(self) -> Path:
@@ -171,6 +173,13 @@ class Run:
     def has_summary(self) -> bool:
         """Whether summary.json exists."""
         return (self.folder / "summary.json").exists()
+
+    def verdict(self) -> list[str]:
+        """The sentences of summary.json that come first; none in older runs."""
+        found: list[str] = (
+            read_json(self.folder / "summary.json").get("verdict", []) if self.has_summary() else []
+        )
+        return found
 
     @functools.cache
     def summary(self) -> list[dict[str, Any]]:

@@ -2,6 +2,7 @@
 """Common style of all figures: colours, fonts, panels, legends."""
 
 import io
+import textwrap
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -135,10 +136,13 @@ def save(
     complete, and prints their names."""
     if partial:
         title += " (partial: the run did not finish)"
-    reserve(figure, above=0.55 + 0.2 * (subtitle.count("\n") + 1))
+    title = textwrap.fill(title, 72)
+    more = 0.25 * title.count("\n")
+    reserve(figure, above=0.55 + more + 0.2 * (subtitle.count("\n") + 1))
     height, left = figure.get_figheight(), 0.1 / figure.get_figwidth()
     figure.text(left, 1 - 0.1 / height, title, fontsize=15, fontweight="bold", va="top")
-    figure.text(left, 1 - 0.44 / height, subtitle, fontsize=10, color=FAINT, va="top", linespacing=1.35)
+    place = 1 - (0.44 + more) / height
+    figure.text(left, place, subtitle, fontsize=10, color=FAINT, va="top", linespacing=1.35)
     make_folder(Path(folder))
     settle(figure)
     for suffix, metadata in (("svg", {"Date": None, "Creator": "hotpath"}), ("png", {"Software": None})):

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace hotpath::program {
 
@@ -58,6 +59,18 @@ std::string joined(const auto& items, const char* separator = ", ") {
     before = separator;
   }
   return all.str();
+}
+
+/// A sentence in lines of at most 100 columns, each with its end.
+inline std::string wrapped(const std::string& sentence) {
+  constexpr std::size_t kColumns = 100;
+  std::istringstream words(sentence);
+  std::string lines, line;
+  for (std::string word; words >> word;) {
+    if (!line.empty() && line.size() + 1 + word.size() > kColumns) lines += std::exchange(line, "") + "\n";
+    line += (line.empty() ? "" : " ") + word;
+  }
+  return lines + line + "\n";
 }
 
 }  // namespace hotpath::program

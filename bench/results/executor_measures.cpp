@@ -12,7 +12,7 @@ namespace hotpath::results {
 namespace {
 
 LatencySummary latency_summary(const RepeatedSamples& samples, const BootstrapOptions& options) {
-  LatencySummary summary{quantiles(samples.pooled()), {}, {}};
+  LatencySummary summary{.quantiles = quantiles(samples.pooled()), .low = {}, .high = {}};
   for (const auto& [key, probability, of, has_interval] : kQuantiles) {
     if (!has_interval) continue;
     const Estimate estimate = estimate_quantiles(samples, {&probability, 1}, options).front();
@@ -34,6 +34,21 @@ std::string baseline_of(const std::string& executor) {
 Quantiles quantiles_of(std::deque<double>& samples) {
   const std::deque<double> taken = std::exchange(samples, {});
   return quantiles({taken.begin(), taken.end()});
+}
+
+/// Compares a latency with that of the baseline, which may be the same.
+void compare(LatencySummary& latency, const RepeatedSamples& own, const RepeatedSamples& baseline,
+             const BootstrapOptions& options) {
+  if (own.pooled().empty() || baseline.pooled().empty()) return;
+  const bool same = &own == &baseline;
+  const auto ratio = [&](double probability) {
+    return same ? Estimate{1.0, std::nullopt} : ratio_of_quantiles(own, baseline, probability, options);
+  };
+  latency.median_to_default = ratio(0.5);
+  latency.p99_to_default = ratio(0.99);
+  latency.max_to_default = ratio(1.0);
+  latency.median_minus_default =
+      same ? Estimate{0.0, std::nullopt} : difference_of_quantiles(own, baseline, 0.5, options);
 }
 
 }  // namespace
@@ -111,24 +126,35 @@ void ExecutorMeasures::add(std::uint32_t place, const ChainRecord& r) {
   Latencies& latencies = latencies_[r.chain][place];
   latencies.hot_path.push_back(to_ms(r.hot_path_latency));
   if (r.end_to_end_latency.count() >= 0) latencies.end_to_end.push_back(to_ms(r.end_to_end_latency));
+  if (r.disparity.count() >= 0) latencies.disparity.push_back(to_ms(r.disparity));
+  if (r.finish != kNever) latencies.finishes.push_back(r.finish);
   summary_.chains[r.chain].drops += r.dropped;
 }
 
-ChainSummary ExecutorMeasures::finish_chain(std::size_t chain, std::vector<RepeatedSamples>& hot_paths) {
+ChainSummary ExecutorMeasures::finish_chain(std::size_t chain, std::vector<ChainSamples>& all) {
   std::vector<std::vector<double>> hot, end_to_end;  // by repetition
+  std::vector<double> intervals, disparities;
   for (auto& [place, latencies] : latencies_[chain]) {
     hot.push_back(std::move(latencies.hot_path));
     end_to_end.push_back(std::move(latencies.end_to_end));
+    std::ranges::copy(latencies.disparity, std::back_inserter(disparities));
+    std::vector<Time>& finishes = latencies.finishes;
+    std::ranges::sort(finishes);
+    for (std::size_t k = 1; k < finishes.size(); ++k)
+      intervals.push_back(to_ms(finishes[k] - finishes[k - 1]));
   }
   ChainSummary summary = std::move(summary_.chains[chain]);
   summary.chain = options_.chains[chain];
-  hot_paths.emplace_back(std::move(hot));
-  summary.hot_path = latency_summary(hot_paths.back(), options_.bootstrap);
-  summary.end_to_end = latency_summary(RepeatedSamples(std::move(end_to_end)), options_.bootstrap);
+  const ChainSamples& samples =
+      all.emplace_back(RepeatedSamples(std::move(hot)), RepeatedSamples(std::move(end_to_end)));
+  summary.hot_path = latency_summary(samples.hot_path, options_.bootstrap);
+  summary.end_to_end = latency_summary(samples.end_to_end, options_.bootstrap);
+  summary.interval_ms = quantiles(std::move(intervals));
+  summary.disparity_ms = quantiles(std::move(disparities));
   return summary;
 }
 
-ExecutorSummary ExecutorMeasures::finish(std::vector<RepeatedSamples>& hot_paths) && {
+ExecutorSummary ExecutorMeasures::finish(std::vector<ChainSamples>& all) && {
   summary_.repetitions = ended_.size();
   for (TaskId id = 0; id < set_.size(); ++id) {
     TaskSummary& task = summary_.tasks[id];
@@ -169,29 +195,21 @@ ExecutorSummary ExecutorMeasures::finish(std::vector<RepeatedSamples>& hot_paths
     summary_.cpu_per_callback_us =
         static_cast<double>(summary_.usage.cpu_time.count()) / 1e3 / static_cast<double>(summary_.executed);
   }
-  for (std::size_t c = 0; c < options_.chains.size(); ++c) summary_.chains[c] = finish_chain(c, hot_paths);
+  for (std::size_t c = 0; c < options_.chains.size(); ++c) summary_.chains[c] = finish_chain(c, all);
   return std::move(summary_);
 }
 
-void compare_with_baseline(Summary& summary, const std::vector<std::vector<RepeatedSamples>>& hot_paths) {
+void compare_with_baseline(Summary& summary, const std::vector<std::vector<ChainSamples>>& samples) {
   for (std::size_t e = 0; e < summary.executors.size(); ++e) {
     const std::string name = baseline_of(summary.executors[e].executor);
     const auto base = std::ranges::find(summary.executors, name, &ExecutorSummary::executor);
     if (base == summary.executors.end()) continue;
     const auto baseline = static_cast<std::size_t>(base - summary.executors.begin());
-    for (std::size_t c = 0; c < hot_paths[e].size(); ++c) {
-      const RepeatedSamples& own = hot_paths[e][c];
-      const RepeatedSamples& of_baseline = hot_paths[baseline][c];
+    for (std::size_t c = 0; c < samples[e].size(); ++c) {
+      const ChainSamples &own = samples[e][c], &of_baseline = samples[baseline][c];
       ChainSummary& chain = summary.executors[e].chains[c];
-      if (own.pooled().empty() || of_baseline.pooled().empty()) continue;
-      if (e == baseline) {
-        chain.median_to_default = chain.max_to_default = Estimate{1.0, std::nullopt};
-        chain.median_minus_default = Estimate{0.0, std::nullopt};
-        continue;
-      }
-      chain.median_to_default = ratio_of_quantiles(own, of_baseline, 0.5, summary.bootstrap);
-      chain.max_to_default = ratio_of_quantiles(own, of_baseline, 1.0, summary.bootstrap);
-      chain.median_minus_default = difference_of_quantiles(own, of_baseline, 0.5, summary.bootstrap);
+      compare(chain.hot_path, own.hot_path, of_baseline.hot_path, summary.bootstrap);
+      compare(chain.end_to_end, own.end_to_end, of_baseline.end_to_end, summary.bootstrap);
     }
   }
 }

@@ -13,6 +13,11 @@
 
 namespace hotpath::results {
 
+/// The latencies of one chain under one executor, in milliseconds.
+struct ChainSamples {
+  RepeatedSamples hot_path, end_to_end;
+};
+
 /// Collects the summary of one executor job by job, in 8 bytes per counted job, 8 more per counted job of a
 /// timer, and 24 per counted job of a timer in the current repetition, for sets without subscriptions 40. A
 /// measure over single jobs belongs into add(const JobRecord&).
@@ -32,8 +37,8 @@ class ExecutorMeasures {
   /// Adds an output of a chain.
   void add(std::uint32_t place, const ChainRecord& output);
 
-  /// The summary without comparisons. Appends the latencies of each chain to `hot_paths`.
-  ExecutorSummary finish(std::vector<RepeatedSamples>& hot_paths) &&;
+  /// The summary without comparisons. Appends the latencies of each chain to `all`.
+  ExecutorSummary finish(std::vector<ChainSamples>& all) &&;
 
  private:
   struct CountedJob {
@@ -53,12 +58,13 @@ class ExecutorMeasures {
   };
   /// Latencies of one repetition, in milliseconds.
   struct Latencies {
-    std::vector<double> hot_path, end_to_end;
+    std::vector<double> hot_path, end_to_end, disparity;
+    std::vector<Time> finishes;
   };
 
   /// Adds the measures of a timer's counted jobs in the repetition that ends.
   void end_timer(TaskId timer, std::vector<CountedJob> jobs);
-  ChainSummary finish_chain(std::size_t chain, std::vector<RepeatedSamples>& hot_paths);
+  ChainSummary finish_chain(std::size_t chain, std::vector<ChainSamples>& all);
 
   const TaskSet& set_;
   const SummaryOptions& options_;
@@ -73,7 +79,7 @@ class ExecutorMeasures {
   std::vector<std::map<std::uint32_t, Latencies>> latencies_;  // by chain, then by place
 };
 
-/// Adds the comparisons with the baseline. `hot_paths`: by executor and chain, from finish().
-void compare_with_baseline(Summary& summary, const std::vector<std::vector<RepeatedSamples>>& hot_paths);
+/// Adds the comparisons with the baseline. `samples`: by executor and chain, from finish().
+void compare_with_baseline(Summary& summary, const std::vector<std::vector<ChainSamples>>& samples);
 
 }  // namespace hotpath::results

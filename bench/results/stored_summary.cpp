@@ -61,11 +61,11 @@ class StoredSummary {
 
   Summary finish() && {
     Summary summary{options_.warm_up, options_.bootstrap, {}};
-    std::vector<std::vector<RepeatedSamples>> hot_paths;  // by executor and chain
+    std::vector<std::vector<ChainSamples>> samples;  // by executor and chain
     for (ExecutorMeasures& m : measures_) {
-      summary.executors.push_back(std::move(m).finish(hot_paths.emplace_back()));
+      summary.executors.push_back(std::move(m).finish(samples.emplace_back()));
     }
-    compare_with_baseline(summary, hot_paths);
+    compare_with_baseline(summary, samples);
     for (const RepetitionRecord& r : run_.record().runs) {
       const auto executor = std::ranges::find(summary.executors, r.executor, &ExecutorSummary::executor);
       if (run_.record().simulation && executor != summary.executors.end()) executor->overload = r.failure;

@@ -27,11 +27,11 @@ ExecutorMeasures measures_of(const TaskSet& set, const ExecutorRuns& runs, const
 
 Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, const SummaryOptions& options) {
   Summary summary{options.warm_up, options.bootstrap, {}};
-  std::vector<std::vector<RepeatedSamples>> hot_paths;  // by executor and chain
+  std::vector<std::vector<ChainSamples>> samples;  // by executor and chain
   for (const ExecutorRuns& of_executor : runs) {
-    summary.executors.push_back(measures_of(set, of_executor, options).finish(hot_paths.emplace_back()));
+    summary.executors.push_back(measures_of(set, of_executor, options).finish(samples.emplace_back()));
   }
-  compare_with_baseline(summary, hot_paths);
+  compare_with_baseline(summary, samples);
   return summary;
 }
 

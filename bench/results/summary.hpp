@@ -39,6 +39,9 @@ struct SummaryOptions {
 struct LatencySummary {
   Quantiles quantiles;
   Quantiles low, high;  ///< The limits of the confidence intervals; without an interval NaN.
+  /// Ratios to `default` on the same stack; nullopt if `default` was not measured.
+  std::optional<Estimate> median_to_default = {}, p99_to_default = {}, max_to_default = {};
+  std::optional<Estimate> median_minus_default = {};  ///< Difference of the medians in milliseconds.
 
   [[nodiscard]] Estimate estimate(double Quantiles::*of) const {
     if (std::isnan(low.*of)) return {quantiles.*of, std::nullopt};
@@ -48,12 +51,11 @@ struct LatencySummary {
 
 struct ChainSummary {
   std::string chain;
-  LatencySummary hot_path;
-  LatencySummary end_to_end;
-  std::uint64_t drops = 0;  ///< Samples lost before the counted outputs (upstream's `hot path drops`).
-  /// Ratio of this executor's hot-path latency to `default`; nullopt if `default` was not measured.
-  std::optional<Estimate> median_to_default, max_to_default;
-  std::optional<Estimate> median_minus_default;  ///< Difference of the medians in milliseconds.
+  LatencySummary end_to_end;  ///< The age of the data when the output is there.
+  LatencySummary hot_path;    ///< The paper's metric: from the start of the latest source's job.
+  Quantiles interval_ms;      ///< Between the finishes of consecutive outputs of a repetition.
+  Quantiles disparity_ms;     ///< Spread of the sources' timestamps in one output.
+  std::uint64_t drops = 0;    ///< Samples lost before the counted outputs (upstream's `hot path drops`).
 };
 
 /// Whether a task had timestamps or samples, but none of its jobs started.

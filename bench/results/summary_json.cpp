@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/json_record.hpp"
 #include "results/summary.hpp"
+#include "results/verdict.hpp"
 
 // nlohmann's library finds these functions by argument-dependent lookup, also for elements of
 // vectors and optionals: each stands in the namespace of its type.
@@ -35,12 +36,17 @@ static void to_json(json& j, const LatencySummary& latency) {
 }
 
 static void to_json(json& j, const ChainSummary& chain) {
+  const LatencySummary &hot_path = chain.hot_path, &age = chain.end_to_end;
   j = {{"chain", chain.chain},
        {"hot_path_latency_ms", chain.hot_path},
        {"end_to_end_latency_ms", chain.end_to_end},
        {"hot_path_drops", chain.drops},
-       {"ratio_to_default", {{"median", chain.median_to_default}, {"max", chain.max_to_default}}},
-       {"difference_to_default_ms", {{"median", chain.median_minus_default}}}};
+       {"ratio_to_default", {{"median", hot_path.median_to_default}, {"max", hot_path.max_to_default}}},
+       {"difference_to_default_ms", {{"median", hot_path.median_minus_default}}},
+       {"end_to_end_ratio_to_default",
+        {{"median", age.median_to_default}, {"p99", age.p99_to_default}, {"max", age.max_to_default}}},
+       {"output_interval_ms", chain.interval_ms},
+       {"disparity_ms", chain.disparity_ms}};
 }
 
 static void to_json(json& j, const TimerCounts& counts) {
@@ -74,6 +80,7 @@ static void to_json(json& j, const ExecutorSummary& executor) {
 void to_json(json& j, const Summary& summary) {
   j = {{"warm_up_s", to_ms(summary.warm_up) / 1e3},
        {"bootstrap", summary.bootstrap},
+       {"verdict", verdict(summary)},
        {"executors", summary.executors}};
 }
 

@@ -11,39 +11,35 @@
 
 #include "program/table.hpp"
 #include "program/text.hpp"
+#include "results/verdict.hpp"
 
 namespace hotpath::results {
 namespace {
 
-/// Three significant digits for values below 1000, at most three decimals.
-std::string number(double x) {
-  if (!std::isfinite(x)) return "-";
-  const double size = std::abs(x);
-  const int decimals = size < 0.9995 ? 3 : size < 9.995 ? 2 : size < 999.5 ? 1 : 0;
-  return program::fixed(x, decimals);
-}
+std::string number(double x) { return shown_number(x); }
 
-program::Value number(double x, const std::optional<Interval>& interval) {
-  return {number(x), interval ? "[" + number(interval->low) + "," + number(interval->high) + "]" : ""};
-}
-
-bool beyond_noise(const std::optional<Estimate>& ratio) {
-  return ratio && ratio->interval && (ratio->interval->high < 1 || ratio->interval->low > 1);
-}
-
-/// A star replaces the interval of a ratio, for which a terminal has no room.
-std::string starred(const std::optional<Estimate>& ratio) {
-  return ratio ? number(ratio->value) + (beyond_noise(ratio) ? "*" : " ") : "-";
+/// A quantile with its difference to `default`, if that was measured, and its interval below. A star: beyond
+/// noise.
+program::Value cell(const LatencySummary& latency, double Quantiles::*of,
+                    const std::optional<Estimate>& ratio) {
+  const auto& [value, interval] = latency.estimate(of);
+  std::string shown = number(value);
+  if (ratio && ratio->value != 1) shown += " (" + shown_difference(ratio->value) + ")";
+  if (beyond_noise(ratio)) shown += "*";
+  return {shown, interval ? "[" + number(interval->low) + "," + number(interval->high) + "]" : ""};
 }
 
 std::string chain_title(const Summary& summary, std::size_t chain) {
-  const ChainSummary& first = summary.executors.front().chains[chain];
-  std::string title = first.chain + ": hot-path latency in ms";
-  const auto has_intervals = [&](const auto& e) { return !std::isnan(e.chains[chain].hot_path.low.p50); };
-  if (std::ranges::any_of(summary.executors, has_intervals)) {
+  const auto has = [&](auto&& property) {
+    return std::ranges::any_of(
+        summary.executors, [&](const ExecutorSummary& e) { return property(e.chains[chain].end_to_end); });
+  };
+  std::string title =
+      summary.executors.front().chains[chain].chain + ": age of the data in each output, in ms";
+  if (has([](const LatencySummary& l) { return !std::isnan(l.low.p50); }))
     title += program::text(" [%g %% interval over repetitions]", 100 * summary.bootstrap.confidence);
-  }
-  return title + (first.median_to_default ? ", ratios to default" : "");
+  const bool compared = has([](const LatencySummary& l) { return l.median_to_default.has_value(); });
+  return title + (compared && summary.executors.size() > 1 ? " (difference to default)" : "");
 }
 
 /// The row of an executor without results.
@@ -55,21 +51,33 @@ std::vector<program::Value> overloaded(const program::Table& table, const Execut
 
 program::Table chain_table(const Summary& summary, std::size_t chain) {
   program::Table table(chain_title(summary, chain),
-                       {"executor", "n", "median", "p99", "p99.9", "max", "skipped", "over-\nwritten",
-                        "CPU us/\ncallback", "median\nratio", "max\nratio"});
+                       {"executor", "median", "p99", "worst", "hot path,\nworst", "lost"});
   for (const ExecutorSummary& e : summary.executors) {
-    const ChainSummary& c = e.chains[chain];
-    const auto cell = [&](double Quantiles::*of) {
-      const Estimate estimate = c.hot_path.estimate(of);
-      return number(estimate.value, estimate.interval);
-    };
     if (!e.overload.empty()) {
       table.add_row(overloaded(table, e));
       continue;
     }
-    table.add_row({e.executor, c.hot_path.quantiles.n, cell(&Quantiles::p50), cell(&Quantiles::p99),
-                   cell(&Quantiles::p999), cell(&Quantiles::max), e.skipped, e.overwritten,
-                   number(e.cpu_per_callback_us), starred(c.median_to_default), starred(c.max_to_default)});
+    const LatencySummary &age = e.chains[chain].end_to_end, &hot_path = e.chains[chain].hot_path;
+    table.add_row({e.executor, cell(age, &Quantiles::p50, age.median_to_default),
+                   cell(age, &Quantiles::p99, age.p99_to_default),
+                   cell(age, &Quantiles::max, age.max_to_default),
+                   cell(hot_path, &Quantiles::max, hot_path.max_to_default), e.lost()});
+  }
+  return table;
+}
+
+/// What else users ask of the outputs of a chain.
+program::Table outputs_table(const Summary& summary, std::size_t chain) {
+  program::Table table("outputs of " + summary.executors.front().chains[chain].chain + ", in ms",
+                       {"executor", "outputs", "median\ninterval", "longest\ngap", "disparity,\nworst",
+                        "hot path,\nmedian", "hot path,\np99"});
+  for (const ExecutorSummary& e : summary.executors) {
+    const ChainSummary& c = e.chains[chain];
+    if (e.overload.empty())
+      table.add_row({e.executor, c.hot_path.quantiles.n, number(c.interval_ms.p50), number(c.interval_ms.max),
+                     number(c.disparity_ms.max),
+                     cell(c.hot_path, &Quantiles::p50, c.hot_path.median_to_default),
+                     cell(c.hot_path, &Quantiles::p99, std::nullopt)});
   }
   return table;
 }
@@ -116,19 +124,6 @@ void write_periods(std::ostream& out, const Summary& summary) {
 /// One sentence for each fact without which the numbers above could mislead.
 void write_notes(std::ostream& out, const Summary& summary) {
   constexpr std::size_t kMostExamples = 3;
-  const bool balanced =
-      std::ranges::all_of(summary.executors, [](const ExecutorSummary& e) { return e.unbalanced.empty(); });
-  if (balanced && !summary.executors.empty()) out << "Loss equations hold for every task of every run.\n";
-  for (std::size_t c = 0; !summary.executors.empty() && c < summary.executors.front().chains.size(); ++c) {
-    std::vector<std::string> most;
-    for (const ExecutorSummary& e : summary.executors) {
-      const Quantiles& whole = e.chains[c].end_to_end.quantiles;
-      if (whole.n > 0) most.push_back(e.executor + " " + number(whole.max));
-    }
-    if (most.empty()) continue;
-    out << "End to end along " << summary.executors.front().chains[c].chain
-        << " at most: " << program::joined(most, ", ") << " ms.\n";
-  }
   for (const ExecutorSummary& e : summary.executors) {
     for (const Imbalance& i : std::span(e.unbalanced).first(std::min(kMostExamples, e.unbalanced.size()))) {
       out << "Loss equation broken: " << e.executor << ", repetition " << i.repetition << ", " << i.task
@@ -187,7 +182,8 @@ void write_starved(std::ostream& out, const ExecutorSummary& e) {
 bool any_beyond_noise(const Summary& summary) {
   return std::ranges::any_of(summary.executors, [](const ExecutorSummary& e) {
     return std::ranges::any_of(e.chains, [](const ChainSummary& c) {
-      return beyond_noise(c.median_to_default) || beyond_noise(c.max_to_default);
+      return beyond_noise(c.end_to_end.median_to_default) || beyond_noise(c.end_to_end.p99_to_default) ||
+             beyond_noise(c.end_to_end.max_to_default) || beyond_noise(c.hot_path.max_to_default);
     });
   });
 }
@@ -204,13 +200,23 @@ std::vector<std::string> starved(const ExecutorSummary& executor) {
   return all;
 }
 
-void write_table(std::ostream& out, const Summary& summary) {
+void write_table(std::ostream& out, const Summary& summary, Detail detail) {
+  for (const std::string& sentence : verdict(summary)) out << program::wrapped(sentence) << "\n";
   const std::size_t chains = summary.executors.empty() ? 0 : summary.executors.front().chains.size();
-  for (std::size_t chain = 0; chain < chains; ++chain) out << chain_table(summary, chain) << '\n';
-  if (chains == 0 && !summary.executors.empty()) out << jobs_table(summary) << '\n';
-  write_periods(out, summary);
+  for (std::size_t chain = 0; chain < chains; ++chain) {
+    out << chain_table(summary, chain) << '\n';
+    if (detail == Detail::all) out << outputs_table(summary, chain) << '\n';
+  }
+  if (!summary.executors.empty() && (chains == 0 || detail == Detail::all))
+    out << jobs_table(summary) << '\n';
+  if (chains == 0 || detail == Detail::all) write_periods(out, summary);
+  if (chains > 0) {
+    out << "Age: from the timestamp of the oldest source to the finish of the output. Hot path: from the "
+           "start of\n"
+           "the latest source's callback to the start of the last one (the paper's metric).\n";
+  }
   if (any_beyond_noise(summary)) {
-    out << "* beyond noise: the confidence interval of this ratio to default (summary.json) excludes 1.\n";
+    out << "* beyond noise: the confidence interval of the ratio to default (summary.json) excludes 1.\n";
   }
   for (const ExecutorSummary& e : summary.executors) {
     if (!e.overload.empty()) out << e.executor << ": " << e.overload << "\n";

@@ -7,11 +7,14 @@
 
 namespace hotpath::results {
 
-/// Writes one table per chain with a row per executor and each interval below its value, or one
-/// table of jobs for a graph without chains. At most ten starved tasks per executor follow: tasks
-/// that never ran, and timers with a job that waited longer than the period. Notes follow, such as
-/// whether the loss equations hold. Plain ASCII, at most 120 columns if executor names have at most
-/// 9 characters and latencies are below 1 s. `-`: not measured.
-void write_table(std::ostream& out, const Summary& summary);
+enum class Detail { short_answer, all };
+
+/// Writes the verdict(), then for each chain a table of the ages with a row per executor, each interval below
+/// its value; with `all` also its outputs, all jobs and the least regular timers. A graph without chains has
+/// a table of jobs. At most ten starved tasks per executor follow: tasks that never ran, and timers with a
+/// job that waited longer than the period; then what could mislead, such as a broken loss equation. Plain
+/// ASCII, at most 120 columns if executor names have at most 9 characters and latencies are below 1 s. `-`:
+/// not measured.
+void write_table(std::ostream& out, const Summary& summary, Detail detail = Detail::all);
 
 }  // namespace hotpath::results

@@ -65,6 +65,7 @@ std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& call
   const bool has_a_processor =
       system.threads.size() == 1 && thread.priority > 0 && thread.processors.size() == 1;
   if (!has_a_processor || thread.executor->traits.timers != TimerHandling::polled) return all;
+  if (worker_count(*thread.executor, thread.scheduling) > 1) return all;
   // One thread that finds its timers itself, and nothing beside it: as without the deployment.
   std::ranges::move(graph_bounds({callbacks, *thread.executor, thread.scheduling, system.platform}),
                     std::back_inserter(all));
@@ -76,7 +77,10 @@ std::vector<bounds::Premise> premises(const Graph& graph, const TaskSet& set, co
   const std::string executor =
       spec.entry ? program::concat("executor ", spec.entry->class_name, " (", spec.entry->description, ")")
                  : "deployment " + spec.label;
-  return bounds::premises(graph, set, executor, phases_known);
+  std::vector<bounds::Premise> all = bounds::premises(graph, set, executor, phases_known);
+  if (spec.entry && spec.entry->traits.many_workers && worker_count(*spec.entry, spec.scheduler) > 1)
+    all.push_back({"no thread idles while a callback is ready (see rclcpp issue 3240)", false});
+  return all;
 }
 
 std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,

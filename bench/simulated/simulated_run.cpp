@@ -107,7 +107,11 @@ class SimulatedRun {
     results::RunFolder folder(setup::output_folder(options_, graph_));
     store(all, folder);
     folder.show([&] {
-      results::write_table(std::cout, all);
+      results::write_table(std::cout, all, results::Detail::short_answer);
+      std::cout << "\nNext: hotpath explain " << folder.path().string()
+                << "  # where the time goes, and why\n"
+                << "      hotpath report " << folder.path().string()
+                << "   # a page with every output and timer\n";
       if (!graph_.chains.empty()) program::draw_figure("hot-path", folder.path());
     });
     program::show_json(all);

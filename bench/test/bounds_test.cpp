@@ -53,12 +53,12 @@ std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
 
 class BoundCase {
  public:
-  BoundCase(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers)
+  BoundCase(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers, bool of_lines)
       : seed_(seed),
         random_(seed),
         any_delivery_(seed % 5 == 3 ||
                       (also_covers & static_cast<std::uint32_t>(Assumption::any_delivery)) != 0),
-        graph_(draw_graph(random_, seed, any_delivery_)),
+        graph_(of_lines ? draw_lines(random_) : draw_graph(random_, seed, any_delivery_)),
         tasks_(make_tasks(graph_)),
         executor_(executor.empty() ? random_deployment(random_, graph_, tasks_)
                                    : setup::parse_executor(executor, scheduling(graph_))),
@@ -258,9 +258,11 @@ class BoundCase {
 
 /// Simulates a random graph under an executor (`NAME` or `NAME:VARIANT`) with random phases and
 /// execution times, and compares the observations with all of its bounds. No executor: a random
-/// deployment. `also_covers`: assumptions that no method checks.
-CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers = 0) {
-  return BoundCase(seed, executor, also_covers).check();
+/// deployment. `also_covers`: assumptions that no method checks. `of_lines`: the graph is one of
+/// draw_lines().
+CaseResult check_bounds(std::uint64_t seed, const std::string& executor, std::uint32_t also_covers = 0,
+                        bool of_lines = false) {
+  return BoundCase(seed, executor, also_covers, of_lines).check();
 }
 
 /// Graphs in which a state stands for schedules with earlier releases than those of the simulated one.
@@ -317,6 +319,10 @@ std::vector<Property> properties() {
   for (const std::string& name : names)
     all.push_back(
         {"bounds/" + name, 150, 0, [name](std::uint64_t seed) { return check_bounds(seed, name); }});
+  for (const std::string name :
+       {"multi:2", "multi:3", "multi-jazzy:2", "multi-fair:3", "cbg:2", "cbg:3", "cbg-3178:2"})
+    all.push_back({"bounds/lines/" + name, 150, 0,
+                   [name](std::uint64_t seed) { return check_bounds(seed, name, 0, true); }});
   all.push_back({"bounds/deployments", 600, 0, [](std::uint64_t seed) { return check_bounds(seed, ""); }});
   return all;
 }

@@ -80,6 +80,20 @@ class Judgements(FieldTest):
             bounds = self.bounds("two_timers_of_a_reentrant_group", executor)
             self.assertEqual(int(bounds["hot_path", "c", True]["bound_ns"]), ms * 1_000_000)
 
+    def test_chains_on_several_threads(self) -> None:
+        graph = FIELD / "two_threads_three_chains.yaml"
+        for executor in ("multi:2", "multi-jazzy:2"):
+            words = ("analyze", graph, "--executors", executor, "--csv", "bounds.csv", "--cores")
+            self.accepted(*words, 2)
+            rows = {row["name"]: row for row in self.rows("bounds.csv") if row["kind"] == "chain"}
+            found = {name: float(row["bound_ns"]) / 1e6 for name, row in rows.items()}
+            self.assertEqual(found, {"chain1": 58.2, "chain2": 72.3, "chain3": 58.2})
+            self.assertIn("no thread idles", rows["chain1"]["assumed"])
+            _, out, _ = self.command(*words, 1)
+            self.assertIn("need 2 cores, one each", out)
+        _, out, _ = self.command("analyze", graph, "--executors", "cbg:2", "--cores", 3)
+        self.assertIn("no reentrant groups under `cbg`", out)
+
     def test_copies_have_names_of_their_own(self) -> None:
         graph = FIELD / "names_with_numbers.yaml"
         words = "--executors rm-ro --copies 2 --duration 10 --warm-up 0"

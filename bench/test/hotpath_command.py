@@ -36,7 +36,8 @@ JOB_COLUMNS = (
     "deadline_ns,worker,cpu,process,parent_task,parent_sequence"
 ).split(",")
 CHAIN_COLUMNS = (
-    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task".split(",")
+    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task,"
+    "finish_ns,disparity_ns".split(",")
 )
 
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hotpath/reference_system/phases.hpp"
+#include "hotpath/reference_system/reference_node.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::test {
@@ -52,6 +53,39 @@ void draw_phases(Random& random, const Graph& graph, GraphTasks& tasks) {
   const std::vector<Duration> first =
       make_phases(graph, tasks, kinds[static_cast<std::size_t>(draw(random, 0, 3))], options);
   for (TaskId id = 0; id < first.size(); ++id) tasks.set.tasks[id].phase = first[id];
+}
+
+Graph draw_lines(Random& random) {
+  Graph graph;
+  graph.name = "lines";
+  graph.platform.cores = 4;
+  const CallbackGroup group =
+      chance(random, 50) ? CallbackGroup::reentrant : CallbackGroup::mutually_exclusive;
+  const std::int64_t lines = draw(random, 2, 6);
+  for (std::int64_t line = 0; line < lines; ++line) {
+    Chain chain{program::concat("chain", line), {}, {}, ""};
+    const std::int64_t period = 1'000'000 * draw(random, 2, 20) * (chance(random, 50) ? 10 : 1);
+    const std::int64_t length = draw(random, 1, 4), share = draw(random, 1, 80);
+    for (std::int64_t k = 0; k < length; ++k) {
+      ReferenceNode node;
+      node.name = program::concat("N", line, "_", k);
+      node.type = k == 0 ? NodeType::sensor : NodeType::transform;
+      if (k == 0) node.period = node.deadline = Duration(period);
+      if (k > 0) node.inputs = {{chain.nodes.back(), 1, std::nullopt}};
+      node.outputs = {node.name};
+      node.group = group;
+      node.execution_time =
+          Duration(draw(random, 1, std::max<std::int64_t>(1, period * share / 100 / length)));
+      node.best_case_execution_time = node.execution_time / draw(random, 1, 4);
+      chain.nodes.push_back(node.name);
+      graph.nodes.emplace_back(node);
+    }
+    chain.sources = {chain.nodes.front()};
+    chain.sink = chain.nodes.back();
+    graph.chains.push_back(chain);
+  }
+  std::shuffle(graph.nodes.begin(), graph.nodes.end(), random);
+  return graph;
 }
 
 void draw_deliveries(Random& random, Graph& graph) {

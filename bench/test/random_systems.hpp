@@ -19,6 +19,9 @@ void draw_deliveries(Random& random, Graph& graph);
 /// in a given one, or, if `any_delivery`, in an unknown one.
 Graph draw_graph(Random& random, std::uint64_t seed, bool any_delivery);
 
+/// Two to six timers, each followed by up to three subscriptions, for two or three threads with a core each.
+Graph draw_lines(Random& random);
+
 /// A few executors, to which nodes or tasks belong at random, each with a priority and a processor, or of the
 /// ordinary scheduling class. Priorities may be equal; the machine has those costs that the method covers.
 setup::ExecutorSpec random_deployment(Random& random, Graph& graph, GraphTasks& tasks);

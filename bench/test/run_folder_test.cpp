@@ -81,7 +81,7 @@ TEST_F(RunFolderTest, RowsOfEveryRepetitionStandUnderOneHeader) {
                                                             "\nrm-ro,0,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n"
                                                             "rm-ro,1,Lidar,timer,0,ran,5,5,5,7,,,0,,0,,\n");
   EXPECT_EQ(read_text_file(base_ / "run" / "chains.csv"),
-            std::string(kChainsCsvHeader) + "\nrm-ro,1,hot_path,3,40,50,\n");
+            std::string(kChainsCsvHeader) + "\nrm-ro,1,hot_path,3,40,50,,,\n");
 }
 
 TEST_F(RunFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {

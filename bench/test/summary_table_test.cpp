@@ -29,8 +29,13 @@ results::ExecutorSummary executor(std::string name, double scale) {
   e.cpu_per_callback_us = 38.125;
   results::ChainSummary chain;
   chain.chain = "hot_path";
-  chain.hot_path = chain.end_to_end = latency(scale);
-  chain.median_to_default = chain.max_to_default = Estimate{scale / 2, Interval{scale / 2, scale / 2}};
+  chain.hot_path = latency(scale / 2);
+  chain.end_to_end = latency(scale);
+  for (results::LatencySummary* l : {&chain.hot_path, &chain.end_to_end})
+    l->median_to_default = l->p99_to_default = l->max_to_default =
+        Estimate{scale / 2, Interval{scale / 2, scale / 2}};
+  chain.interval_ms = quantiles({99, 101, 150});
+  chain.disparity_ms = quantiles({0, 50});
   e.chains = {chain};
   return e;
 }
@@ -38,8 +43,9 @@ results::ExecutorSummary executor(std::string name, double scale) {
 results::Summary two_executors() {
   results::Summary s;
   s.executors = {executor("default", 2), executor("rm-ro", 1)};
-  s.executors[0].chains[0].median_to_default = s.executors[0].chains[0].max_to_default =
-      Estimate{1.0, std::nullopt};
+  results::ChainSummary& base = s.executors[0].chains[0];
+  for (results::LatencySummary* l : {&base.hot_path, &base.end_to_end})
+    l->median_to_default = l->p99_to_default = l->max_to_default = Estimate{1.0, std::nullopt};
   return s;
 }
 
@@ -50,21 +56,33 @@ std::string plain(const results::Summary& s) {
 }
 
 TEST(Table, LayoutOfAComparison) {
-  EXPECT_EQ(plain(two_executors()),
-            R"(hot_path: hot-path latency in ms [95 % interval over repetitions], ratios to default
+  std::ostringstream out;
+  results::write_table(out, two_executors(), results::Detail::short_answer);
+  EXPECT_EQ(
+      out.str(),
+      R"(hot_path: the data is youngest under rm-ro: at most 24.0 ms old in 99 of 100 outputs, 50 % less than
+under default (48.0). Simulated: exact for these execution times and phases.
 
-                                                                               over-   CPU us/  median     max
-executor     n       median          p99        p99.9          max  skipped  written  callback   ratio   ratio
---------------------------------------------------------------------------------------------------------------
-default   1500         42.5         48.0         51.0         52.2        0       12      38.1   1.00    1.00
-                [42.0,43.0]  [47.0,49.0]  [50.0,52.0]  [50.5,52.2]
-rm-ro     1500         21.2         24.0         25.5         26.1        0       12      38.1  0.500*  0.500*
-                [21.0,21.5]  [23.5,24.5]  [25.0,26.0]  [25.2,26.1]
+hot_path: age of the data in each output, in ms [95 % interval over repetitions] (difference to default)
 
-* beyond noise: the confidence interval of this ratio to default (summary.json) excludes 1.
-Loss equations hold for every task of every run.
-End to end along hot_path at most: default 52.2, rm-ro 26.1 ms.
+                                                           hot path,
+executor         median            p99          worst          worst  lost
+--------------------------------------------------------------------------
+default            42.5           48.0           52.2           26.1    12
+            [42.0,43.0]    [47.0,49.0]    [50.5,52.2]    [25.2,26.1]
+rm-ro     21.2 (-50 %)*  24.0 (-50 %)*  26.1 (-50 %)*  13.1 (-50 %)*    12
+            [21.0,21.5]    [23.5,24.5]    [25.2,26.1]    [12.6,13.1]
+
+Age: from the timestamp of the oldest source to the finish of the output. Hot path: from the start of
+the latest source's callback to the start of the last one (the paper's metric).
+* beyond noise: the confidence interval of the ratio to default (summary.json) excludes 1.
 )");
+}
+
+TEST(Table, OfAllDetailsHasOutputsAndJobs) {
+  EXPECT_THAT(plain(two_executors()),
+              testing::ContainsRegex("default +1500 +101.0 +150.0 +50.0 +21.2 +24.0"));
+  EXPECT_THAT(plain(two_executors()), testing::ContainsRegex("default +66000 +0 +12 +38.1 +0"));
 }
 
 TEST(Table, StaysWithin120ColumnsForAWholeStudy) {
@@ -82,16 +100,15 @@ TEST(Table, StaysWithin120ColumnsForAWholeStudy) {
 
 TEST(Table, MarksARatioWhoseIntervalLeavesOutOne) {
   results::Summary s = two_executors();
-  s.executors[1].chains[0].median_to_default = Estimate{0.97, Interval{0.9, 1.02}};
-  s.executors[1].chains[0].max_to_default = Estimate{1.25, Interval{1.1, 1.4}};
-  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro .* 0.970 +1.25\\*\n"));
+  s.executors[1].chains[0].end_to_end.median_to_default = Estimate{0.97, Interval{0.9, 1.02}};
+  s.executors[1].chains[0].end_to_end.max_to_default = Estimate{1.25, Interval{1.1, 1.4}};
+  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +21.2 \\(-3 %\\) .* 26.1 \\(\\+25 %\\)\\* "));
 }
 
 TEST(Table, WithoutIntervalsHasOneLinePerExecutor) {
   results::Summary s = two_executors();
   for (results::ExecutorSummary& e : s.executors) {
-    e.chains[0].hot_path.low = e.chains[0].hot_path.high = {};
-    e.chains[0].median_to_default->interval = e.chains[0].max_to_default->interval = std::nullopt;
+    for (results::LatencySummary* l : {&e.chains[0].hot_path, &e.chains[0].end_to_end}) l->low = l->high = {};
   }
   EXPECT_THAT(plain(s), Not(HasSubstr("[")));
 }
@@ -102,7 +119,7 @@ TEST(Table, ShowsADashForWhatWasNotMeasured) {
   e.executor = "rm-ro";
   e.chains = {results::ChainSummary{}};
   s.executors = {e};
-  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +0 +- +- +- +- +0 +0 +- +- +-\n"));
+  EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +- +- +- +- +0\n"));
 }
 
 TEST(Table, OfAGraphWithoutChainsShowsItsJobs) {
@@ -121,11 +138,10 @@ TEST(Table, OfAGraphWithoutChainsShowsItsJobs) {
 
 TEST(Table, NamesEveryBrokenLossEquationOrHowManyMoreThereAre) {
   results::Summary s = two_executors();
-  EXPECT_THAT(plain(s), HasSubstr("Loss equations hold for every task of every run.\n"));
+  EXPECT_THAT(plain(s), Not(HasSubstr("Loss equation")));
   for (std::uint32_t k = 0; k < 5; ++k) s.executors[1].unbalanced.push_back({k, "IMU", 99, 100});
   EXPECT_THAT(plain(s), HasSubstr("rm-ro, repetition 0, IMU: 99 accounted for, 100 expected.\n"));
   EXPECT_THAT(plain(s), HasSubstr("rm-ro, 2 more"));
-  EXPECT_THAT(plain(s), Not(HasSubstr("hold for every")));
 }
 
 TEST(Table, TellsOfLostRecordsAndDropsOnTheHotPath) {
@@ -152,7 +168,7 @@ TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {
   EXPECT_THAT(plain(s), HasSubstr("\ndefault: Lidar never ran\n"
                                   "default: Map waited up to 250.0 ms (period 100 ms)\n"
                                   "default: Camera waited up to 150.0 ms (period 100 ms)\nrm-ro"));
-  EXPECT_THAT(plain(s), HasSubstr("rm-ro: and 2 more, see summary.json\nLoss"));
+  EXPECT_THAT(plain(s), HasSubstr("rm-ro: and 2 more, see summary.json\n"));
   EXPECT_THAT(plain(s), Not(HasSubstr("IMU")));
 }
 
@@ -162,7 +178,8 @@ TEST(Table, NumbersHaveThreeDigitsAfterRounding) {
         std::pair(999.4, "999.4"), std::pair(999.96, "1000"), std::pair(12345.6, "12346")}) {
     results::Summary s = two_executors();
     s.executors[1].cpu_per_callback_us = value;
-    EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro .* 12 +" + std::string(text) + " +0.500")) << value;
+    EXPECT_THAT(plain(s), testing::ContainsRegex("rm-ro +66000 +0 +12 +" + std::string(text) + " +0 "))
+        << value;
   }
 }
 

@@ -156,6 +156,24 @@ TEST(Latencies, BothOfDesignAreTakenPerChain) {
   EXPECT_FALSE(s.chains[0].hot_path.estimate(&Quantiles::p50).interval) << "one repetition has no interval";
 }
 
+TEST(Outputs, HaveIntervalsWithinARepetitionAndASpreadOfTheirSources) {
+  const auto outputs = [](std::vector<double> finishes_ms) {
+    std::vector<ChainRecord> all;
+    for (const double ms : finishes_ms) {
+      ChainRecord& r = all.emplace_back(output(all.size(), 1));
+      r.finish = at(ms);
+      r.disparity = from_ms(ms / 10);
+    }
+    return all;
+  };
+  const results::ExecutorSummary s =
+      summary_of({repetition(0, {}, outputs({130, 100, 250})), repetition(1, {}, outputs({1000, 1010}))});
+  EXPECT_EQ(s.chains[0].interval_ms.n, 3U);
+  EXPECT_DOUBLE_EQ(s.chains[0].interval_ms.max, 120);
+  EXPECT_DOUBLE_EQ(s.chains[0].interval_ms.min, 10);
+  EXPECT_DOUBLE_EQ(s.chains[0].disparity_ms.max, 101);
+}
+
 TEST(Latencies, HaveIntervalsOverRepetitions) {
   const results::ExecutorSummary s =
       summary_of({repetition(0, {}, {output(0, 20)}), repetition(1, {}, {output(0, 30)})});
@@ -180,11 +198,12 @@ TEST(Ratio, IsThatOfThisExecutorToDefault) {
       {"rm-ro", {repetition(0, {}, {output(0, 10), output(1, 12), output(2, 20)})}},
       {"default", {repetition(0, {}, {output(0, 20), output(1, 24), output(2, 50)})}}};
   const results::Summary s = results::summarize(small_set(), runs, options());
-  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].median_to_default->value, 0.5);
-  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].max_to_default->value, 0.4);
-  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].median_minus_default->value, -12);
-  EXPECT_EQ(s.executors[1].chains[0].median_to_default->value, 1.0);
-  EXPECT_EQ(s.executors[1].chains[0].median_minus_default->value, 0.0);
+  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].hot_path.median_to_default->value, 0.5);
+  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].hot_path.max_to_default->value, 0.4);
+  EXPECT_DOUBLE_EQ(s.executors[0].chains[0].hot_path.median_minus_default->value, -12);
+  EXPECT_EQ(s.executors[1].chains[0].hot_path.median_to_default->value, 1.0);
+  EXPECT_EQ(s.executors[1].chains[0].hot_path.median_minus_default->value, 0.0);
+  EXPECT_FALSE(s.executors[0].chains[0].end_to_end.median_to_default) << "no age is known";
 }
 
 TEST(Ratio, OnAnotherStackIsThatToItsDefault) {
@@ -195,14 +214,14 @@ TEST(Ratio, OnAnotherStackIsThatToItsDefault) {
       small_set(),
       {{"default", measured(20)}, {"rm-ro@rclcpp", measured(10)}, {"default@rclcpp", measured(40)}},
       options());
-  EXPECT_DOUBLE_EQ(s.executors[1].chains[0].median_to_default->value, 0.25);
-  EXPECT_EQ(s.executors[2].chains[0].median_to_default->value, 1.0);
+  EXPECT_DOUBLE_EQ(s.executors[1].chains[0].hot_path.median_to_default->value, 0.25);
+  EXPECT_EQ(s.executors[2].chains[0].hot_path.median_to_default->value, 1.0);
 }
 
 TEST(Ratio, IsAbsentWithoutDefault) {
   const results::Summary s =
       results::summarize(small_set(), {{"rm-ro", {repetition(0, {}, {output(0, 10)})}}}, options());
-  EXPECT_FALSE(s.executors[0].chains[0].median_to_default);
+  EXPECT_FALSE(s.executors[0].chains[0].hot_path.median_to_default);
   EXPECT_TRUE(nlohmann::json(s)["executors"][0]["chains"][0]["ratio_to_default"]["max"].is_null());
 }
 

@@ -18,7 +18,7 @@ namespace hotpath::watch {
 namespace {
 
 constexpr const char* kRemedy =
-    "a contract has the keys `callbacks`, `chains` and `threads`, each a list; see docs/watch.md";
+    "a contract has the keys `callbacks`, `chains` and `threads`, each a list; see docs/contract.md";
 constexpr std::int64_t kMostTimers = 1000, kMostCount = 1'000'000;
 constexpr std::size_t kMostDistances = 100;
 

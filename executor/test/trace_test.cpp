@@ -138,14 +138,15 @@ TEST(ChainsCsv, LeavesWhatIsUnknownEmptyAndIsReadBack) {
   Trace trace;
   trace.executor = "rm-ro";
   trace.repetition = 2;
-  trace.chains.push_back({1, 8, 0, 21ns, -1ns, 0});
+  trace.epoch = Time(100ns);
+  trace.chains.push_back({1, 8, 0, 21ns, -1ns, 0, Time(130ns), 0ns});
   trace.chains.push_back({0, 7, 0, 20ns, 31ns, kNoTask});
   TaskSet set;
   set.tasks.emplace_back().name = "sink/topic";
   std::stringstream file;
   file << kChainsCsvHeader << '\n';
   write_chains_csv(file, set, {"hot path", "other"}, trace);
-  EXPECT_THAT(file.str(), HasSubstr("\nrm-ro,2,other,8,21,,sink/topic\nrm-ro,2,hot path,7,20,31,\n"));
+  EXPECT_THAT(file.str(), HasSubstr("\nrm-ro,2,other,8,21,,sink/topic,30,0\nrm-ro,2,hot path,7,20,31,,,\n"));
   const std::vector<ChainRow> rows = chains_of(set, {"hot path", "other"}, file);
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].executor, "rm-ro");
@@ -157,6 +158,10 @@ TEST(ChainsCsv, LeavesWhatIsUnknownEmptyAndIsReadBack) {
   EXPECT_EQ(rows[1].record.end_to_end_latency, 31ns);
   EXPECT_EQ(rows[0].record.sink, 0U);
   EXPECT_EQ(rows[1].record.sink, kNoTask);
+  EXPECT_EQ(rows[0].record.finish, Time(30ns));
+  EXPECT_EQ(rows[0].record.disparity, 0ns);
+  EXPECT_EQ(rows[1].record.finish, kNever);
+  EXPECT_EQ(rows[1].record.disparity, -1ns);
   std::istringstream again(file.str());
   EXPECT_THROW(chains_of(set, {"hot path"}, again), InputError) << "a chain of another run";
 }

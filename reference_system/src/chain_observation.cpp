@@ -66,15 +66,18 @@ ChainRecord ChainJoin::join(const ChainObservation& o) const {
 
   const auto sink = sink_jobs_.find({o.sink.task, o.sink.sequence});
   if (sink == sink_jobs_.end()) return record;
-  Time oldest = kNever;
+  record.finish = sink->second.finish;
+  Time oldest = kNever, newest{};
   const std::vector<TaskId>& sources = chains_[o.chain].sources;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     if ((o.sources_seen >> i & 1U) == 0) continue;
     const std::optional<Time> timestamp = source_timestamp(sources[i], o.names_jobs, o.source_sequence[i]);
     if (!timestamp) return record;
     oldest = std::min(oldest, *timestamp);
+    newest = std::max(newest, *timestamp);
   }
-  record.end_to_end_latency = sink->second.finish - oldest;
+  record.end_to_end_latency = record.finish - oldest;
+  record.disparity = newest - oldest;
   return record;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include "hotpath/reference_system/chain_observation.hpp"
@@ -144,10 +145,8 @@ ChainLimits chain_limits(const Graph& graph, const Chain& chain) {
   };
 
   ChainLimits limits;
-  limits.one_core_per_branch = finish(sink) - work[sink];
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    if (i != sink) limits.one_thread += work[i];
-  }
+  limits.one_core_per_branch = finish(sink);
+  limits.one_thread = std::accumulate(work.begin(), work.end(), Duration{});
   return limits;
 }
 

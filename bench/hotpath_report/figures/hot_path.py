@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Hot-path latency of each executor, as in the paper's last figure (Section VII-C)."""
+"""Age of the data under each executor, and hot-path latency, as in the paper's last figure (Section VII-C)."""
 
 import itertools
 import textwrap
@@ -18,6 +18,7 @@ from hotpath_report.statistics import Samples
 from hotpath_report.style import INK
 
 BASELINE = "default"
+AGE = "age of the data in an output (ms)"
 NOTE = "end of a violin: worst case, compared with `default`"
 
 
@@ -71,24 +72,30 @@ def draw_run(folder: str) -> None:
     if frame.empty:
         why = "the run was shorter than its warm-up, or its graph declares no chain"
         raise InputError(f"{run.folder / 'chains.csv'}: no rows; {why}")
-    latencies = run.samples(frame, "chain", "hot_path_ms")
+    aged = not frame["age_ms"].isna().any()
+    latencies = run.samples(frame, "chain", "age_ms" if aged else "hot_path_ms")
     rows = {chain: with_ratios(rows_of_runs([of], [run])) for chain, of in latencies.items()}
     first = next(iter(rows.values()))
     figure, panels = style.new_figure(0.6 + 0.55 * len(first), len(rows))
-    # Without work in the nodes there is no limit.
-    limits = sorted((x for x in run.facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"]))
+    # Without work in the nodes there is no limit; it includes the work at both ends of the chain.
+    limits = aged * sorted(
+        (x for x in run.facts.get("limits", []) if x["ms"] > 0), key=lambda x: float(x["ms"])
+    )
     for axes, (chain, of_chain) in zip(panels, rows.items()):
         limit = violins.axis_limit(of_chain, [x["ms"] for x in limits])
         if any(any(row.notes) for row in of_chain):
             limit *= 1.12  # room for the note behind the longest violin
         violins.draw_rows(axes, of_chain, limit, violins.sources_of(first), " ms")
-        axes.set_xlabel("hot-path latency (ms)")
+        axes.set_xlabel(AGE if aged else "hot-path latency (ms)")
         if len(rows) > 1:
             axes.set_title(chain)
         draw_limits(axes, limits if axes is panels[0] else ())
     key = [style.patch(NOTE, alpha=0)] if any(any(row.notes) for row in first) else []
     violins.add_key(figure, violins.sources_of(first), key)
-    style.save(figure, folder, "hot_path", "Hot-path latency per executor", run.what_ran(), run.partial)
+    answer = next(iter(run.verdict()), "").split(". ")[0] if aged else "Hot-path latency per executor"
+    style.save(
+        figure, folder, "hot_path", answer or "Age of the data per executor", run.what_ran(), run.partial
+    )
 
 
 def draw_rows(

@@ -93,7 +93,7 @@ def bounds_of(run: Run) -> Bounds:
         path = Path(folder) / "bounds.csv"
         hotpath_command.output_of("analyze", graph, "--trace", run.folder, "--csv", path)
         rows = read_table(path, ["executor", "kind", "name", "bound_ns"])
-        rows = rows[rows["kind"].isin(["hot_path", "task"])].replace({"kind": {"hot_path": "chain"}})
+        rows = rows[rows["kind"].isin(["chain", "task"])]
         for key, bound in rows.groupby(["executor", "kind", "name"])["bound_ns"].min().items():
             bounds[key] = float(bound) / NS_PER_MS
     return bounds

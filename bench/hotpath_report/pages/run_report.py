@@ -22,8 +22,8 @@ COMPARED = (
     "Ratio, Cliff's delta and rank test: against the run's first executor; above 1 and above 0 are better"
 )
 CHAIN = (
-    "hot-path latency (ms)",
-    "Start of the sink's callback minus start of the latest source callback in its data.",
+    hot_path.AGE,
+    "Finish of the sink's callback minus the timestamp of the oldest source in its data.",
 )
 TIMER = (
     "response time (ms)",
@@ -40,7 +40,7 @@ class ReportedRun(Run):
     def __init__(self, folder: str | Path) -> None:
         super().__init__(folder)
         self.name = Path(folder).resolve().name
-        found = self.samples(self.latencies(), "chain", "hot_path_ms")
+        found = self.samples(self.latencies().dropna(subset="age_ms"), "chain", "age_ms")
         self.measured: dict[Key, dict[str, Samples]] = {("Chain", name): of for name, of in found.items()}
         self.tasks: dict[str, dict[str, Samples]] = {}
         if (self.folder / "jobs.csv").exists():
@@ -87,15 +87,39 @@ LOSSES_OF_TASK = {
     "overwritten": "overwritten samples",
     "queued": "queued at the end",
 }
+# Column, measure and statistic of a chain of an executor.
+OUTPUTS = {
+    "outputs": ("end_to_end_latency_ms", "n"),
+    "median interval": ("output_interval_ms", "p50"),
+    "longest gap": ("output_interval_ms", "max"),
+    "worst disparity": ("disparity_ms", "max"),
+    "hot path: median": ("hot_path_latency_ms", "p50"),
+    "p99": ("hot_path_latency_ms", "p99"),
+    "worst": ("hot_path_latency_ms", "max"),
+}
 PERIODS = ["least ms", "greatest ms", "p99 off its period by ms"]
 
 
+def shown(value: float | None) -> str:
+    """A count or a number of ms."""
+    return "" if value is None else f"{value:d}" if isinstance(value, int) else f"{value:.2f}"
+
+
 def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
-    """Losses (of timers after the warm-up), then losses and periods of tasks over the whole run, and
+    """Outputs, losses (of timers after the warm-up), then losses and periods of tasks over the whole run, and
     the repetitions that the kernel's counters call disturbed; without empty tables."""
     executors = [([run.name, e["executor"]], e) for run in runs if run.has_summary() for e in run.summary()]
     tasks = [([*names, task["task"]], task) for names, e in executors for task in e["tasks"]]
     losses = [[*names, *(e[key] for key in LOSSES)] for names, e in executors]
+    outputs = [
+        [
+            *names,
+            chain["chain"],
+            *(shown((chain.get(measure) or {}).get(of)) for measure, of in OUTPUTS.values()),
+        ]
+        for names, e in executors
+        for chain in e["chains"]
+    ]
     lost = [
         [*names, *(task.get(key, "") for key in LOSSES_OF_TASK)]
         for names, task in tasks
@@ -110,6 +134,12 @@ def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
     marks = [[run.name, e, n, "; ".join(marks)] for run in runs for e, n, marks in run.disturbances()]
     names, title = ["run", "executor"], "Periods of timers, from start to start"
     made = [
+        Table(
+            "Outputs, in ms; hot path: the paper's metric, from the start of the latest source's callback to the "
+            "start of the sink's",
+            [*names, "chain", *OUTPUTS],
+            outputs,
+        ),
         Table("Losses", names + [*LOSSES.values()], losses),
         Table("Losses by task", [*names, "task", *LOSSES_OF_TASK.values()], lost, folded=len(lost) > 12),
         Table(title, [*names, "timer", *PERIODS], periods, folded=True),
@@ -181,6 +211,7 @@ def write_runs(folders: Sequence[str], folder: Path) -> None:
         sections,
         document(runs, [run.name for run in runs]),
         title=f"Executors on {graphs}",
+        lead=[f"{run.name}: {text}" if len(runs) > 1 else text for run in runs for text in run.verdict()],
         facts=[run.description() for run in runs],
         losses=list(tables(runs)),
         commands=list(dict.fromkeys(command for run in runs if (command := run.command()))),

@@ -205,9 +205,10 @@ std::string jobs_csv_header() {
 }  // namespace
 
 const std::string kJobsCsvHeader = jobs_csv_header();
-constexpr std::string_view kSinkTask = "sink_task";
+constexpr std::string_view kSinkTask = "sink_task", kFinish = "finish_ns";
 const std::string kChainsCsvHeader =
-    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task";
+    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task,finish_ns,"
+    "disparity_ns";
 
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace) {
   Line line;
@@ -228,6 +229,8 @@ void write_chains_csv(std::ostream& out, const TaskSet& set, const std::vector<s
     line.number(r.hot_path_latency.count());
     r.end_to_end_latency.count() >= 0 ? line.number(r.end_to_end_latency.count()) : line.nothing();
     r.sink != kNoTask ? line.text(set[r.sink].name) : line.nothing();
+    r.finish != kNever ? line.number((r.finish - trace.epoch).count()) : line.nothing();
+    r.disparity.count() >= 0 ? line.number(r.disparity.count()) : line.nothing();
     line.write(out);
   }
 }
@@ -329,9 +332,11 @@ std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std
 void for_each_chain(std::istream& stream, const TaskSet& set, const std::vector<std::string>& chains,
                     const std::string& file_name, const std::function<void(const ChainRow&)>& use) {
   CsvReader in(stream, file_name);
-  const std::optional<std::size_t> sink_task = in.find_column(kSinkTask);
-  in.require_header(sink_task ? kChainsCsvHeader
-                              : kChainsCsvHeader.substr(0, kChainsCsvHeader.size() - kSinkTask.size() - 1));
+  const auto sink_task = in.find_column(kSinkTask), finish = in.find_column(kFinish);
+  // Older files end before one of these columns.
+  const std::size_t end =
+      finish ? std::string::npos : kChainsCsvHeader.find(sink_task ? kFinish : kSinkTask) - 1;
+  in.require_header(kChainsCsvHeader.substr(0, end));
   const TaskNames tasks(set);
   while (in.next()) {
     ChainRow row{std::string(in.text(0)), in.number<std::uint32_t>(1), in.line(), {}};
@@ -344,6 +349,8 @@ void for_each_chain(std::istream& stream, const TaskSet& set, const std::vector<
     row.record.hot_path_latency = in.nanoseconds(4);
     if (!in.text(5).empty()) row.record.end_to_end_latency = in.nanoseconds(5);
     if (sink_task && !in.text(*sink_task).empty()) row.record.sink = tasks.find(in, *sink_task);
+    if (finish && !in.text(*finish).empty()) row.record.finish = Time{} + in.nanoseconds(*finish);
+    if (finish && !in.text(*finish + 1).empty()) row.record.disparity = in.nanoseconds(*finish + 1);
     use(row);
   }
 }

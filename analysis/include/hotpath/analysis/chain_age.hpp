@@ -26,7 +26,7 @@ struct ChainAge {
   std::optional<std::int64_t> hot_path = {};
 };
 
-/// Bound on the age of a chain's data (docs/analysis.md, "Age of data"). std::nullopt if no data of
+/// Bound on the age of a chain's data (docs/chain_bounds.md, "Age of data"). std::nullopt if no data of
 /// a source reaches a sink or a path has no bound; `why` then states the reason.
 std::optional<ChainAge> chain_age(const GraphTopology& topology, const PathBounds& paths,
                                   const CallbackGraph::DataChain& chain, std::string& why);

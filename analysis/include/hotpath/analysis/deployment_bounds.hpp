@@ -30,7 +30,7 @@ struct DeployedSystem {
 };
 
 /// The bounds for executor threads under SCHED_FIFO that are each bound to one processor
-/// (docs/analysis.md, "Several threads"): preemptive fixed priorities between the threads of a processor,
+/// (docs/chain_bounds.md, "Several threads"): preemptive fixed priorities between the threads of a processor,
 /// each executor's order within its thread, and samples from other processors as timers with jitter, to a
 /// fixed point. Tasks of the ordinary scheduling class have no bound. All other systems are refused.
 [[nodiscard]] GraphBounds deployment_bounds(const DeployedSystem& system);

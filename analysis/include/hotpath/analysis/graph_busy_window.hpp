@@ -61,7 +61,7 @@ struct GraphOrder {
 GraphOrder any_order(const TaskSet& set);
 
 /// Busy windows of one processor whose threads run jobs to completion in a fixed order of ranks
-/// (docs/analysis.md, "Busy windows of a graph"). The jobs of a timer and of the subscriptions
+/// (docs/response_bounds.md, "Busy windows of a graph"). The jobs of a timer and of the subscriptions
 /// downstream count together, jobs of joins once.
 class GraphBusyWindow : public PathBounds {
  public:

@@ -19,7 +19,7 @@ struct ObservedSystem {
   std::vector<bool> always = {};  ///< By subscription: a job of its publisher always publishes for it.
 };
 
-// What follows from the bounds (docs/watch.md, "Contract"), for any phases and in ns.
+// What follows from the bounds (docs/contract.md, "The file"), for any phases and in ns.
 
 /// Most time from start to end of a job, without the jobs of other threads that displace it. Where events
 /// do not tell all that displaces it, it is that of the response. std::nullopt: unbounded, or no work.

@@ -12,7 +12,7 @@ namespace hotpath {
 /// Processing windows of rclcpp's default executor (wait set, one thread): all callbacks that a
 /// poll finds ready run before the next poll, each at most once, timers before subscriptions.
 /// Follows Teper 2024 (lemmas VI.1 to VI.5) and adds the response time of the head timer, joins
-/// that work at most once per window, and the platform's costs (docs/analysis.md, "Processing
+/// that work at most once per window, and the platform's costs (docs/response_bounds.md, "Processing
 /// windows").
 class ProcessingWindows : public PathBounds {
  public:

@@ -37,6 +37,9 @@ struct ChainRecord {
   /// Finish of the sink's job minus the oldest source timestamp; -1: unknown.
   Duration end_to_end_latency{-1};
   TaskId sink = kNoTask;  ///< Task of the sink's job; kNoTask: unknown.
+  Time finish = kNever;   ///< Of the sink's job; kNever: unknown.
+  /// Latest minus oldest timestamp of the sources in the data; -1: unknown.
+  Duration disparity{-1};
 };
 
 /// Everything recorded in one run of one executor, live or simulated.

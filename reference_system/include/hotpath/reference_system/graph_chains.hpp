@@ -8,11 +8,11 @@
 
 namespace hotpath {
 
-/// The physical lower limit of a chain's hot-path latency, from the start of a source to the start
-/// of the sink, if nothing else runs. For Autoware's hot path: 4 and 5 crunches.
+/// The physical lower limit of the age of a chain's data: its computation, from the start of a source to the
+/// finish of the sink, if nothing else runs. For Autoware's hot path: 5 and 6 crunches.
 struct ChainLimits {
-  Duration one_core_per_branch{};  ///< Work of the nodes before the sink on the longest branch.
-  Duration one_thread{};           ///< Work of all nodes before the sink.
+  Duration one_core_per_branch{};  ///< Work of the nodes on the longest branch.
+  Duration one_thread{};           ///< Work of all nodes.
 };
 /// The limits of a chain of a valid graph.
 ChainLimits chain_limits(const Graph& graph, const Chain& chain);

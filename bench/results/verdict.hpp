@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "results/summary.hpp"
+
+namespace hotpath::results {
+
+/// For each chain with known ages the sentences that a person would say first: under which executor the data
+/// is youngest by the 99th percentile of its age, compared with `default` or else with the next best, at what
+/// price, and how sure that is. Executors that starve a task, or that give fewer than 19 of 20 outputs of
+/// another one, cannot win.
+[[nodiscard]] std::vector<std::string> verdict(const Summary& summary);
+
+/// A latency in milliseconds, a ratio or another measure for people: three digits, at most three decimals;
+/// `-`: unknown.
+[[nodiscard]] std::string shown_number(double value);
+/// A ratio as difference in percent: `-25 %`.
+[[nodiscard]] std::string shown_difference(double ratio);
+/// Whether the confidence interval of a ratio excludes 1.
+[[nodiscard]] bool beyond_noise(const std::optional<Estimate>& ratio);
+
+}  // namespace hotpath::results
