@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Completions for bash. Commands, options and the words that an option accepts come from --help.
+# Completions for bash. Commands, options and the words that an option accepts come from --help-all.
 _hotpath() {
   local current="${COMP_WORDS[COMP_CWORD]}" before="${COMP_WORDS[COMP_CWORD - 1]}" help words word
   local -a command=()
@@ -7,7 +7,7 @@ _hotpath() {
     [[ "$word" == -* ]] && break
     "$1" "${command[@]}" "$word" --help > /dev/null 2>&1 && command+=("$word")
   done
-  help=$("$1" "${command[@]}" --help 2> /dev/null) || return
+  help=$("$1" "${command[@]}" --help-all 2> /dev/null) || return
   COMPREPLY=()
   if [[ "$current" == -* ]]; then
     words=$(grep -oE -- '--[a-z][a-z0-9-]*' <<< "$help")
@@ -16,7 +16,7 @@ _hotpath() {
       | sed -E 's/.* //; s/=.*//; s/\[:[A-Z]+\]//; s/[][]//g' | grep '|' | tr '|' '\n')
     if [[ "$before" == --executor* ]]; then words=$("$1" list executors | cut -d' ' -f1); fi
   else
-    words=$(sed -n '/^[A-Z]/,$ s/^  \([a-z][a-z0-9-]*\) .*/\1/p' <<< "$help")
+    words=$(sed -nE 's/^([A-Z][a-z ]{9}  | {12}|  )([a-z][a-z0-9-]*),? .*/\2/p' <<< "$help")
   fi
   while IFS= read -r word; do COMPREPLY+=("$word"); done < <(compgen -W "$words" -- "$current")
   if [[ ${#COMPREPLY[@]} -eq 0 ]]; then

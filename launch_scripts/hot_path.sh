@@ -28,7 +28,7 @@ system=() # what is simulated and measured
 if ! has --executors && ! has --deployments; then system=(--executors "$executors"); fi
 
 # The simulated answer: the options that `hotpath simulate` has, too.
-known=$("$hotpath" simulate --help)
+known=$("$hotpath" simulate --help-all)
 simulated=("${system[@]}")
 for word in "$@"; do
   if [[ $word == --* ]]; then

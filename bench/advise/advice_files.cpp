@@ -66,6 +66,7 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
               {"The graph of one candidate, with the candidate's costs.", {}}, program::write_with_folder);
   o.load_given = o.rate_percent = std::nullopt;
   o.copies = o.repetitions = o.threads = 1;
+  o.set.clear();
   o.executors.clear();
   o.deployments.clear();
   std::string label = candidate.executor();

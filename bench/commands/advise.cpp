@@ -85,6 +85,7 @@ void add_advise_command(CLI::App& app) {
   add_threads_option(advise, o.threads);
   add_output_option(advise, o);
   add_json_option(advise);
+  show_first(command, {"--for", "--now", "--executors", "--deployments", "--cores", "--output"});
 }
 
 const Command kAdvise("Your robot", 110, add_advise_command);

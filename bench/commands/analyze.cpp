@@ -61,7 +61,7 @@ void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& o) {
   add_platform_options(command, o);
   exclude(command, "--phase-uncertainty-us", {"--witness"});
   // The run determines these options.
-  exclude(command, "--trace", {"--load", "--rate", "--copies", "--entity-order"});
+  exclude(command, "--trace", {"--set", "--load", "--rate", "--copies", "--entity-order"});
 }
 
 void add_analyze_command(CLI::App& app) {
@@ -71,6 +71,7 @@ void add_analyze_command(CLI::App& app) {
   add_analyze_options(command, o);
   add_output_file(command, "--contract", o.contract,
                   "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
+  show_first(command, {"--executors", "--set", "--cores", "--phases", "--trace", "--contract"});
   exclude(command, "--contract", {"--phases", "--trace", "--exact", "--phase-uncertainty-us"});
 }
 

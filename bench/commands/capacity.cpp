@@ -37,6 +37,7 @@ void add_capacity_command(CLI::App& app) {
   capacity.remove_option(capacity.get_option("--work"));  // for live runs only
   add_output_option(capacity, o, "runs/DATE-capacity");
   add_json_option(capacity);
+  show_first(capacity, {"--over", "--require", "--executors", "--set", "--cores", "--output"});
 }
 
 const Command kCapacity("Predict", 70, add_capacity_command);

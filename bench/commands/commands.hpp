@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <memory>
 #include <string>
 
 #include "guarantees/analyze.hpp"
@@ -19,6 +20,9 @@ struct Command {
 
   Command(const char* of, int at, void (*adds)(CLI::App& app));
 };
+
+/// Writes the pages of --help and --help-all.
+[[nodiscard]] std::shared_ptr<CLI::FormatterBase> help_formatter();
 
 /// Adds all commands in the order of their places.
 void add_commands(CLI::App& app);

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iostream>
 #include <iterator>
 #include <map>
 #include <set>
 
 #include "commands/commands.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
@@ -114,6 +116,11 @@ void check_outputs(const CLI::App& command) {
   }
 }
 
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
+  const std::optional<std::string> best = nearest(word, candidates);
+  return best ? program::concat("; did you mean `", *best, "`?") : "";
+}
+
 CLI::Validator not_empty() {
   const auto check = [](const std::string& text) {
     return std::string(text.empty() ? "the value is empty; give a value, or leave the option out" : "");
@@ -197,9 +204,10 @@ void set_phases(setup::CommonOptions& o, const std::string& text) {
     o.phases = Phases::given;
     (std::filesystem::is_directory(text) ? o.phases_of : o.phases_file) = text;
   } else {
-    throw CLI::ValidationError("--phases",
-                               program::concat("`", text, "` is none of ", program::joined(words<Phases>()),
-                                               ", creation:MS, and no file or folder"));
+    throw CLI::ValidationError(
+        "--phases",
+        program::concat("`", text, "` is none of ", program::joined(words<Phases>()),
+                        ", creation:MS, and no file or folder", did_you_mean(text, words<Phases>())));
   }
 }
 
@@ -232,7 +240,21 @@ CLI::Option* add_json_option(CLI::App& command) {
       ->group("Results");
 }
 
+CLI::Option* add_set_option(CLI::App& command, std::vector<std::string>& set) {
+  return add_list(command, "--set", set, "NODE.KEY=VALUE",
+                  "Another value for a key of a node of the graph, in the units\n"
+                  "of its file, such as Lidar.period_ms=50; of a node of type\n"
+                  "callbacks for a task: Localizer/points.execution_time_ms=3");
+}
+
+void show_settings(const CLI::App& command) {
+  const CLI::Option* const set = command.get_option_no_throw("--set");
+  if (set != nullptr && set->count() > 0)
+    std::cerr << "note: with " << program::joined(set->results(), ", ") << " in the graph\n";
+}
+
 void add_scaling_options(CLI::App& command, setup::CommonOptions& o) {
+  add_set_option(command, o.set);
   add_number(command, "--load", o.load_given, setup::kLoads, "PERCENT",
              "Load of all nodes in percent of one core; by default as in\nthe graph");
   add_number(command, "--rate", o.rate_percent, setup::kRates, "PERCENT",

@@ -63,6 +63,7 @@ void add_diff_command(CLI::App& app) {
   add_text(command, "--output", o.output, "FOLDER",
            "New folder for the results of --simulated; by default\nruns/DATE-validate")
       ->needs(simulated);
+  show_first(command, {"--across-loads", "--gate", "--page", "--simulated", "--csv"});
 }
 
 const Command kDiff("Understand", 150, add_diff_command);

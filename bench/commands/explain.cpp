@@ -32,6 +32,7 @@ void add_explain_command(CLI::App& app) {
       ->excludes("--worst")
       ->excludes("--quantile");
   command.add_flag("--json", o.json, "Print JSON");
+  show_first(command, {"--executors", "--chain", "--task", "--worst", "--quantile"});
 }
 
 const Command kExplain("Understand", 130, add_explain_command);

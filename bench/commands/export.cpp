@@ -51,7 +51,7 @@ void add_export_perfetto_command(CLI::App& parent) {
 
 void add_export_command(CLI::App& app) {
   CLI::App& parent = *app.add_subcommand("export", "Export a run to the format of another tool");
-  parent.footer("");
+  parent.footer("Example:  hotpath export perfetto runs/first --output first.json");
   parent.require_subcommand(1);
   add_export_ctf_command(parent);
   add_export_perfetto_command(parent);

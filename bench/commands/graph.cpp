@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
 #include <iostream>
 
 #include "commands/commands.hpp"
@@ -6,9 +7,12 @@
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_picture.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
+#include "program/output_target.hpp"
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
+#include "program/whole_file.hpp"
 #include "setup/utilisation.hpp"
 
 namespace hotpath::commands {
@@ -22,8 +26,30 @@ constexpr auto enum_texts(Form) {
   return std::to_array<EnumText<Form>>({{Form::dot, "dot"}, {Form::cie, "cie"}});
 }
 
+/// What --new writes.
+constexpr const char* kExample =
+    R"(# A graph of nodes, with the topics between them and the chain that is measured. docs/graphs.md has all keys.
+# Check this file:      hotpath graph FILE          Compare executors:  hotpath simulate FILE
+# Try another value:    hotpath simulate FILE --set Lidar.period_ms=50
+name: robot
+description: a lidar and a camera steer a robot
+nodes:
+  # Drivers publish by a timer. A topic has the name of its node, unless `output` gives another one.
+  - {name: Lidar, type: sensor, period_ms: 100, execution_time_ms: 8}
+  - {name: Camera, type: sensor, period_ms: 40, execution_time_ms: 5}
+  # A fusion publishes when each of its inputs has a new sample.
+  - {name: Fusion, type: fusion, inputs: [Lidar, Camera], execution_time_ms: 20}
+  - {name: Actuator, type: command, input: Fusion, execution_time_ms: 2}
+  # A node beside the chain, whose jobs may delay it.
+  - {name: Diagnostics, type: sensor, period_ms: 300, execution_time_ms: 60}
+chains:  # Their latencies are measured, from the first nodes to the last one.
+  - {name: steering, nodes: [Lidar, Camera, Fusion, Actuator]}
+platform: {cores: 1}  # The simulated machine.
+)";
+
 struct GraphOptions {
-  std::string graph, deployment;
+  std::string graph, deployment, new_file;
+  std::vector<std::string> set;
   std::optional<Form> as;
 };
 
@@ -48,8 +74,19 @@ void print_cie(const GraphOptions& options, const Graph& graph, const GraphTasks
   }
 }
 
+void write_example(const std::string& file) {
+  program::check_output_file(file, "--new");
+  if (!is_yaml_path(file)) throw program::UsageError("--new " + file + ": give the file the extension .yaml");
+  if (std::filesystem::exists(file))
+    throw program::UsageError("--new " + file + ": the file exists; name a new one");
+  program::write_output_file(file, "--new", std::string(kExample));
+  std::cout << "Wrote " << file << "; next: hotpath simulate " << file << "\n";
+}
+
 void print_graph(const GraphOptions& options) {
-  const Graph graph = load_graph(find_graph(options.graph));
+  if (!options.new_file.empty()) return write_example(options.new_file);
+  if (options.graph.empty()) throw CLI::RequiredError("--graph");
+  const Graph graph = load_graph(find_graph(options.graph), options.set);
   const GraphTasks tasks = make_tasks(graph);
   if (options.as == Form::cie) return print_cie(options, graph, tasks);
   if (options.as) {
@@ -77,14 +114,18 @@ void print_graph(const GraphOptions& options) {
 
 void add_graph_command(CLI::App& app) {
   auto [graph, o] = add_command<GraphOptions>(app, "graph", "Check a graph file and print or draw the graph",
-                                              "", print_graph);
-  add_graph_option(graph, o.graph)->required();
+                                              "hotpath graph --new robot.yaml", print_graph);
+  add_graph_option(graph, o.graph);
+  add_text(graph, "--new", o.new_file, "FILE", "Write a commented example of a graph into this new file");
+  add_set_option(graph, o.set);
   add_choice(graph, "--as", o.as,
              "Write the graph for Graphviz with its hot path marked, or as YAML\n"
              "for Autoware's CallbackIsolatedExecutor, to standard output");
   add_text(graph, "--deployments", o.deployment, "NAME",
            "Deployment (`hotpath list deployments`, or a YAML file) that\n"
            "colours the nodes of --as dot, or gives --as cie its threads");
+  show_first(graph, {"--new", "--set", "--as", "--deployments"});
+  exclude(graph, "--new", {"--graph", "--set", "--as", "--deployments"});
 }
 
 const Command kGraph("Predict", 80, add_graph_command);

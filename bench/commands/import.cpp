@@ -30,7 +30,7 @@ void add_import_ctf_command(CLI::App& import) {
 
 void add_import_command(CLI::App& app) {
   CLI::App& import = *app.add_subcommand("import", "Create a graph from a recording of a real system");
-  import.footer("");
+  import.footer("Example:  hotpath import ctf ~/traces/robot --output robot");
   import.require_subcommand(1);
   add_import_ctf_command(import);
 }

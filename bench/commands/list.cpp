@@ -65,19 +65,20 @@ void print_deployments() {
 void add_list_command(CLI::App& app) {
   CLI::App* list =
       app.add_subcommand("list", "List the available executors, graphs, deployments or figures of the paper");
-  list->footer("");
+  list->footer("Example:  hotpath list executors");
   list->require_subcommand(1);
   const auto add = [list](const std::string& name, const std::string& description, void (*print)()) {
     CLI::App& command = *list->add_subcommand(name, description);
     command.callback(print);
+    command.footer("Example:  hotpath list " + name);
     add_json_option(command);
   };
   add("executors", "Executors: name, rclcpp class, scheduling policy", print_executors);
   add("graphs", "Graphs available by name", print_graphs);
   add("deployments", "Deployments available by name: presets and files", print_deployments);
-  list->add_subcommand("figures", "Items of `hotpath paper figures` with their durations")->callback([] {
-    program::become_python_tool("reproduction-items", {});
-  });
+  list->add_subcommand("figures", "Items of `hotpath paper figures` with their durations")
+      ->footer("Example:  hotpath list figures")
+      ->callback([] { program::become_python_tool("reproduction-items", {}); });
 }
 
 const Command kList("Predict", 90, add_list_command);

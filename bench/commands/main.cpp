@@ -112,8 +112,10 @@ int main(int argc, char** argv) {
       "Measure, simulate and bound the hot-path latency of a robot's node graph under ROS executors.",
       "hotpath");
   app.footer(
-      "First comparison, half a minute:  hotpath run --quick\n"
-      "Options of a command:             hotpath run --help");
+      "First comparison:      hotpath graph --new robot.yaml && hotpath simulate robot.yaml\n"
+      "Options of a command:  hotpath simulate --help");
+  app.formatter(commands::help_formatter());
+  app.set_help_all_flag("--help-all", "Print help with all options and exit");
   app.set_version_flag("--version", HOTPATH_VERSION);
   app.failure_message(wrong_use);
   app.require_subcommand(1);

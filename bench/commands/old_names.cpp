@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "hotpath/core/suggestion.hpp"
+#include "commands/option_helpers.hpp"
 #include "program/text.hpp"
 
 namespace hotpath::commands {
@@ -70,9 +69,8 @@ constexpr std::array kOldNames = {
 std::string text_of(const char* kind, const std::string& word, const std::vector<std::string>& names) {
   const auto begun = std::ranges::find_if(
       names, [&](const std::string& name) { return word.size() > 2 && name.starts_with(word); });
-  const std::optional<std::string> meant = begun == names.end() ? nearest(word, names) : *begun;
-  const std::string unknown = program::concat("unknown ", kind, " `", word, "`");
-  return meant ? program::concat(unknown, "; did you mean `", *meant, "`?") : unknown;
+  return program::concat("unknown ", kind, " `", word, "`",
+                         did_you_mean(begun == names.end() ? word : *begun, names));
 }
 
 }  // namespace

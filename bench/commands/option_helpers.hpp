@@ -22,6 +22,12 @@ namespace hotpath::commands {
 /// that it reads, or another output. Links and relative paths are resolved.
 void check_outputs(const CLI::App& command);
 
+/// Prints what --set of a parsed command changes.
+void show_settings(const CLI::App& command);
+
+/// The options that --help of a command shows; --help-all shows the others, too.
+void show_first(const CLI::App& command, const std::vector<std::string>& options);
+
 /// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the
 /// command, or with the command and its options.
 template <class Options, class Run>
@@ -33,6 +39,7 @@ std::pair<CLI::App&, Options&> add_command(CLI::App& app, const std::string& nam
   command.footer(example.empty() ? "" : "Example:  " + example);
   command.callback([&command, options, run] {
     check_outputs(command);
+    show_settings(command);
     if constexpr (std::is_invocable_v<Run, const CLI::App&, Options&>) {
       run(std::as_const(command), *options);
     } else {
@@ -56,11 +63,15 @@ CLI::Option* add_parsed(CLI::App& command, const std::string& option, Value& val
   return command.add_option_function<std::string>(option, set, help)->type_name(kind);
 }
 
+/// `; did you mean ...?` with the candidate most similar to the word; empty if none is similar.
+[[nodiscard]] std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates);
+
 /// The value of a word. Throws CLI::ValidationError for the option.
 template <class Enum>
 Enum value_of(const std::string& option, const std::string& word) {
   if (const auto value = parse<Enum>(word)) return *value;
-  throw CLI::ValidationError(option, word + " not in {" + program::joined(words<Enum>(), ",") + "}");
+  throw CLI::ValidationError(option, word + " not in {" + program::joined(words<Enum>(), ",") + "}" +
+                                         did_you_mean(word, words<Enum>()));
 }
 
 /// An option that takes a word of an enumeration; the help lists the words.
@@ -157,7 +168,9 @@ inline constexpr const char* kMarkdownHelp = "Also write the gate's summary for 
 /// Adds --json to a command that prints tables: it calls program::show_json() once.
 CLI::Option* add_json_option(CLI::App& command);
 
-/// Adds --load, --rate and --copies.
+/// Adds --set.
+CLI::Option* add_set_option(CLI::App& command, std::vector<std::string>& set);
+/// Adds --set, --load, --rate and --copies.
 void add_scaling_options(CLI::App& command, setup::CommonOptions& options);
 
 /// The options given to a command, as words `--NAME=VALUE`, except the options in `without`.

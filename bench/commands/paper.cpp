@@ -181,7 +181,7 @@ void run_waters_experiment(WatersArguments& arguments) {
 void add_waters(CLI::App& paper) {
   auto [waters, o] = add_command<WatersArguments>(paper, "waters",
                                                   "Section VII-B: end-to-end bounds on WATERS 2015 task sets",
-                                                  "", run_waters_experiment);
+                                                  "hotpath paper waters --sets 10", run_waters_experiment);
   add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets per utilisation");
   add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "Seed of the task sets");
   add_threads_option(waters, o.options.threads);
@@ -195,7 +195,8 @@ struct GoldenArguments {
 
 void add_golden(CLI::App& paper) {
   auto [golden, o] = add_command<GoldenArguments>(
-      paper, "golden", "The simulator against schedules and latencies of the real ROS 2 stack", "",
+      paper, "golden", "The simulator against schedules and latencies of the real ROS 2 stack",
+      "hotpath paper golden",
       [](const GoldenArguments& a) { validation::validate_simulator(a.reference, a.output); });
   add_text(golden, "FOLDER", o.reference, "", "Reference measurements; by default as installed with hotpath");
   add_text(golden, "--output", o.output, "FOLDER",
@@ -237,11 +238,11 @@ void add_figures(CLI::App& paper) {
 
 void add_paper_command(CLI::App& app) {
   CLI::App& paper = *app.add_subcommand("paper", "Reproduce the tables and figures of the paper");
-  paper.footer("");
+  paper.footer("Example:  hotpath paper table1");
   paper.require_subcommand(1);
   add_figures(paper);
   auto [table, output] = add_command<std::string>(
-      paper, "table1", "Table I: analytical worst-case response times", "", print_table1);
+      paper, "table1", "Table I: analytical worst-case response times", "hotpath paper table1", print_table1);
   add_text(table, "--output", output, "FOLDER", "Folder for the table and this machine's release cost (CSV)");
   add_json_option(table);
   add_waters(paper);

@@ -134,6 +134,7 @@ void add_run_command(CLI::App& app) {
       });
   run.alias("compare");
   add_run_options(run, o);
+  show_first(run, {"--executors", "--set", "--quick", "--duration", "--stack", "--output"});
 }
 
 const Command kRun("Measure", 10, add_run_command);

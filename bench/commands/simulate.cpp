@@ -52,12 +52,13 @@ void add_simulation_options(CLI::App& simulate, simulated::Options& o) {
 void add_simulate_command(CLI::App& app) {
   auto [simulate, o] = add_command<simulated::Options>(
       app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
-      "hotpath simulate --executors all --duration 600 --output runs/simulated",
+      "hotpath simulate autoware --cores 2 --set FrontLidarDriver.period_ms=50",
       [](simulated::Options options) {
         options.executors = executors_of(options);
         simulated::run_simulated(options);
       });
   add_simulate_options(simulate, o);
+  show_first(simulate, {"--executors", "--set", "--cores", "--duration", "--output", "--json"});
 }
 
 const Command kSimulate("Predict", 40, add_simulate_command);

@@ -49,7 +49,8 @@ struct CellFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The option of a key in a sweep's file: `platform.KEY` is one key of --platform.
+/// The option of a key in a sweep's file: `platform.KEY` is one key of --platform, and `set.NODE.KEY` one of
+/// --set.
 std::string option_of(const std::string& key) { return plural("--" + key.substr(0, key.find('.'))); }
 
 std::string value_of(const sweep::Option& option) {
@@ -86,7 +87,8 @@ class SweepCells {
   SweepCells(sweep::Design design, fs::path output) : design_(std::move(design)), output_(std::move(output)) {
     const Call known(design_.command);
     const auto check_name = [&](const std::string& name, int line) {
-      const bool one_key = name.find('.') == std::string::npos || name.starts_with("platform.");
+      const bool one_key =
+          name.find('.') == std::string::npos || name.starts_with("platform.") || name.starts_with("set.");
       if (one_key && known.table.get_option_no_throw(option_of(name)) != nullptr) return;
       std::vector<std::string> names;
       for (const CLI::Option* option : known.table.get_options()) {

@@ -39,6 +39,7 @@ void add_watch_command(CLI::App& app) {
       ->needs(record);
   command.add_flag("--json", o.json,
                    "Print a line of JSON for each report and, without --once,\neach incident");
+  show_first(command, {"--print-environment", "--for", "--once", "--contract", "--record"});
   exclude(command, "--print-environment",
           {"COMMAND", "--for", "--once", "--contract", "--fail-on", "--record", "--keep", "--json"});
 }

@@ -63,8 +63,8 @@ void check_rclcpp_options(const Options& options, const Plan& plan) {
   const std::pair<bool, const char*> unsupported[] = {
       {plan.processes > 1 || !options.deployments.empty(),
        "runs one executor in one process; leave --processes and --deployments out"},
-      {options.rate_percent || options.copies > 1,
-       "takes the graph's nodes and periods as they are; leave --copies and --rate out"},
+      {options.rate_percent || options.copies > 1 || !options.set.empty(),
+       "takes the graph's nodes and periods as they are; leave --copies, --rate and --set out"},
       {plan.transport == TransportKind::intra_process,
        "carries messages over the middleware of ROS 2; leave --transport out"},
       {options.entity_order != setup::EntityOrder{},

@@ -197,6 +197,7 @@ void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& live) {
 /// The options of a run that run.json stores as they are.
 struct RunOptions {
   std::vector<std::string> command;  ///< As given, without what changes no result; empty: imported.
+  std::vector<std::string> set;      ///< `NODE.KEY=VALUE`, which load_graph() sets in the graph's file.
   std::optional<double> load_given, rate_percent;
   unsigned copies = 1;
   SubscriptionRule rule = SubscriptionRule::inherit;
@@ -251,6 +252,7 @@ void visit_fields(auto& visit, program::MaybeConst<RunRecord> auto& run) {
   visit("partial", run.partial);
   visit.unless({}, "command", run.command);
   visit("graph", run.graph);
+  visit.unless({}, "set", run.set);
   visit("chains", run.chains);
   visit("load_percent", run.load_percent);
   visit("load_given", run.load_given);

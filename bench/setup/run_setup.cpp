@@ -62,7 +62,7 @@ std::string output_folder(const CommonOptions& options, const Graph& graph) {
 }
 
 Graph graph_to_run(const CommonOptions& options) {
-  Graph graph = load_graph(find_graph(options.graph));
+  Graph graph = load_graph(find_graph(options.graph), options.set);
   if (options.work) graph.work = *options.work;
   if (options.load_given) {
     try {

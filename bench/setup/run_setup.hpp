@@ -85,7 +85,7 @@ std::string output_folder(const std::string& output, const std::string& name);
 /// The same with the name of the graph.
 std::string output_folder(const CommonOptions& options, const Graph& graph);
 
-/// The graph of a run after applying --work, --load, --rate and --copies, in this order. Throws
+/// The graph of a run after applying --set, --work, --load, --rate and --copies, in this order. Throws
 /// InputError, UsageError.
 Graph graph_to_run(const CommonOptions& options);
 

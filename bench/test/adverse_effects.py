@@ -25,6 +25,7 @@ USES = {
     "paper table1": ">LiDAR",
     "paper golden --output golden": "golden/validation.json",
     "graph autoware": ">chain hot_path:",
+    "graph --new robot.yaml": "robot.yaml",
     "list executors": ">rm-ro",
     "list graphs": ">autoware",
     "list deployments": ">isolated",
@@ -63,6 +64,7 @@ NO_TABLES = (
 # For --output and --json, see adverse_use_test.py.
 COMMON = """
 --graph sequences
+--set FrontLidarDriver.period_ms=90
 --load=50
 --rate 110
 --copies 2
@@ -123,6 +125,7 @@ EFFECTS = {
 """,
     "analyze --graph timers_only_60 --executors default,rm-ro": """
 --graph sequences
+--set FrontCamera.execution_time_ms=1
 --contract @ watch_test.py
 --executors edf-ro
 --load 50
@@ -159,8 +162,10 @@ EFFECTS = {
 """,
     "graph --graph autoware": """
 --graph sequences
+--set FrontLidarDriver.period_ms=90 + --as dot
 --as dot
 --deployments isolated + --as dot
+--new robot.yaml -graph
 """,
     "paper waters --sets 3 --output out": """
 --sets 4

@@ -35,6 +35,17 @@ validate | `validate` is | `diff RUN --simulated`
 run --fast | --fast | hotpath run --help
 run --executers rm-ro | --executors
 run --domain 233 | --domain | 0 to 232
+run --transport fastdd | fastdds,intra_process | did you mean `fastdds`?
+run --graph autowear | did you mean `autoware`?
+run --executors rm-rp | `rm-rp` | did you mean `rm-r
+simulate --phases synchronus | did you mean `synchronous`?
+simulate --set FrontLidarDriver=3 | --set FrontLidarDriver=3 | NODE.KEY=VALUE
+simulate --set FrontLidar.period_ms=3 | no node FrontLidar | FrontLidarDriver
+simulate --set FrontLidarDriver.perod_ms=3 | --set FrontLidarDriver.perod_ms=3 | did you mean `period_ms`?
+simulate --set FrontLidarDriver.period_ms=0 | --set FrontLidarDriver.period_ms=0 | `period_ms` | is 0
+graph | GRAPH is missing | hotpath graph --help
+graph --new {stock}/tiny.yaml | --new | exists
+graph --new robot | --new | .yaml
 run --cpus 4000 | --cpus | may not use processor 4000
 run --cpus 1- | --cpus | `1-`
 run --timer-policy fifo | `fifo` | fifo:N
@@ -49,6 +60,7 @@ AMENT_PREFIX_PATH=/no/where run --stack rclcpp {brief} | hotpath_rclcpp_system
 AMENT_PREFIX_PATH=/ HOTPATH_ROS2_RUNNER=/no/where run --stack rclcpp {brief} | no executable program /no/where
 {ros2} --copies 2 | --stack rclcpp | leave | --copies
 {ros2} --rate 50 | --stack rclcpp | leave | --rate
+{ros2} --set FrontLidarDriver.period_ms=50 | --stack rclcpp | leave | --set
 {ros2} --processes 2 | --stack rclcpp | leave | --processes
 {ros2} --transport intra_process | --stack rclcpp | leave | --transport
 {ros2} --entity-order reverse | --stack rclcpp | leave | --entity-order
@@ -96,7 +108,8 @@ EXCLUDED = """
 run --quick | --duration 5 | --repetitions 5
 run --transport intra_process | --network shared_memory | --domain 3 | --all-interfaces
 run --against x | --json
-analyze autoware --trace x | --rate 50 | --copies 2 | --entity-order reverse
+graph --new new.yaml | --graph autoware | --set A.b=1 | --as dot | --deployments isolated
+analyze autoware --trace x | --set A.b=1 | --rate 50 | --copies 2 | --entity-order reverse
 bench --quick | --repetitions 3
 explain run --worst | --sequence 3
 explain run --chain a | --task b
@@ -141,7 +154,7 @@ watch --once true --record
 """
 # Options that take a file or folder to read, and those whose targets are tested elsewhere.
 INPUTS = {"--against", "--deployments", "--phases"}
-ELSEWHERE = {("watch", "--contract"), ("paper", "figures", "--output")}
+ELSEWHERE = {("graph", "--new"), ("watch", "--contract"), ("paper", "figures", "--output")}
 
 # Shell code for a folder, and the targets in it that are refused: given | targets.
 CROWDED = (

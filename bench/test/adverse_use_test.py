@@ -239,7 +239,7 @@ def test_no_command_and_no_option_is_forgotten(commands: Any) -> None:
 
 
 def options_of(help_text: str) -> set[str]:
-    return set(re.findall(r"^  (--[a-z0-9-]+)", help_text, re.MULTILINE))
+    return set(re.findall(r"^  (--(?!help)[a-z0-9-]+)", help_text, re.MULTILINE))
 
 
 def test_an_option_that_no_executor_uses_is_noted(shell: CommandTest) -> None:

@@ -25,6 +25,8 @@ BENCH = Path(__file__).resolve().parents[1]
 TIME_LIMIT_S = 60
 AS_ROOT = "setpriv --reuid 65534 --regid 65534 --clear-groups" if os.geteuid() == 0 else ""
 NOBODY = f'nobody() {{ {AS_ROOT} "$@"; }};'
+# A command in --help, behind its group or not.
+COMMAND = re.compile(r"^(?:[A-Z][a-z ]{9}  | {12}|  )([a-z][a-z0-9-]+)(?:, [a-z]+)? ", re.MULTILINE)
 CRASH = re.compile(
     "terminate called|what\\(\\):|Aborted|core dumped|Traceback|std::|filesystem error|internal error"
 )
@@ -124,11 +126,9 @@ def processes_of(session: int) -> Any:
 
 
 def commands_below(*above: str) -> dict[tuple[str, ...], str]:
-    """The help texts of all commands below one, by the words of the command."""
-    text = subprocess.run([HOTPATH, *above, "--help"], check=True, capture_output=True, text=True).stdout
-    names = (
-        re.findall(r"^  ([a-z][a-z0-9-]+)(?:, [a-z]+)? ", text, re.MULTILINE) if "SUBCOMMAND" in text else []
-    )
+    """The pages of --help-all of all commands below one, by the words of the command."""
+    text = subprocess.run([HOTPATH, *above, "--help-all"], check=True, capture_output=True, text=True).stdout
+    names = COMMAND.findall(text) if "SUBCOMMAND" in text else []
     below = [entry for name in names for entry in commands_below(*above, name).items()]
     return dict(below) if below else {above: text}
 

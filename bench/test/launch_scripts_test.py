@@ -54,7 +54,7 @@ def test_the_hot_path_is_simulated_then_measured(tmp_path: Path) -> None:
         (scripts / f"{name}.sh").write_text("#!/bin/sh\n")
         (scripts / f"{name}.sh").chmod(0o755)
     program.write_text(
-        '#!/bin/sh\nif [ "$2" = --help ]; then echo "--executors --load --graph"; else echo "ran $*"; fi\n'
+        '#!/bin/sh\nif [ "$2" = --help-all ]; then echo "--executors --load --graph"; else echo "ran $*"; fi\n'
     )
     program.chmod(0o755)
 

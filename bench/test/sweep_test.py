@@ -55,6 +55,17 @@ class Sweeps(SweepTest):
         self.assertEqual([int(row["cell"]) for row in rows], list(range(24)))
         self.assertEqual({row["executor"] for row in rows}, {"default", "rm-ro"})
 
+    def test_a_key_of_a_node_is_an_axis(self) -> None:
+        axes = "axes: {set.FrontLidarDriver.period_ms: [50, 100]}\n"
+        self.sweep(
+            "out", text=f"command: simulate\nfixed: {{executors: rm-ro, duration: 2, warm-up: 0}}\n{axes}"
+        )
+        fast, slow = self.rows("out")
+        self.assertEqual([row["set.FrontLidarDriver.period_ms"] for row in (fast, slow)], ["50", "100"])
+        self.assertGreaterEqual(
+            int(fast["callbacks"]), int(slow["callbacks"]) + 60
+        )  # 20 more of it and of two readers
+
     def test_a_cell_is_what_simulate_says_of_it_and_overload_is_a_row(self) -> None:
         self.sweep("out")
         rows = self.rows("out")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <map>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -17,7 +18,7 @@ using TaskLists = std::vector<std::vector<TaskId>>;
 
 class Check {
  public:
-  explicit Check(const GraphSource& source) : source_(source), graph_(source.graph) {}
+  explicit Check(GraphSource& source) : source_(source), graph_(source.graph) {}
 
   void run() {
     node_names();
@@ -30,7 +31,10 @@ class Check {
     for (TaskId id = 0; id < tasks_.set.size(); ++id) {
       if (node_of(id).type == NodeType::callbacks) names_.push_back(tasks_.set[id].name);
     }
-    for (std::size_t c = 0; c < graph_.chains.size(); ++c) chain(c);
+    for (std::size_t c = 0; c < graph_.chains.size(); ++c) {
+      complete(graph_.chains[c], source_.chains[c]);
+      chain(c);
+    }
   }
 
  private:
@@ -197,6 +201,37 @@ class Check {
     }
   }
 
+  /// Without `sink`, a chain ends in the node that feeds no other one of it; without `sources`, it begins
+  /// in those that no other one feeds.
+  void complete(Chain& chain, ChainLines& lines) const {
+    if (!chain.sources.empty() && !chain.sink.empty()) return;
+    const std::string subject = "chain " + chain.name;
+    std::map<TaskId, std::string> members;
+    for (std::size_t i = 0; i < chain.nodes.size(); ++i)
+      for (const TaskId id : tasks_of(chain.nodes[i], subject, lines.nodes[i]))
+        members.emplace(id, chain.nodes[i]);
+    std::vector<std::string> first = chain.nodes, last = chain.nodes;
+    for (const auto& [id, name] : members) {
+      for (const TaskId next : tasks_.downstream(id)) {
+        const auto to = members.find(next);
+        if (to == members.end() || to->second == name) continue;
+        std::erase(last, name);
+        std::erase(first, to->second);
+      }
+    }
+    if (chain.sink.empty() && last.size() != 1)
+      fail(lines.chain,
+           subject + " has no `sink`, and ends in " + (last.empty() ? "a cycle" : joined(last, " and ")),
+           "add `sink: " + (last.empty() ? chain.nodes : last).front() + "`, or another node");
+    if (chain.sources.empty() && first.empty())
+      fail(lines.chain, subject + " has no `sources`, and begins in a cycle",
+           "add `sources: [" + chain.nodes.front() + "]`, or other nodes");
+    if (chain.sink.empty()) chain.sink = last.front();
+    if (!chain.sources.empty()) return;
+    chain.sources = first;
+    lines.sources.assign(first.size(), lines.chain);
+  }
+
   void chain(std::size_t c) {
     const Chain& chain = graph_.chains[c];
     const ChainLines& lines = source_.chains[c];
@@ -284,14 +319,14 @@ class Check {
 
   const Node& node_of(TaskId id) const { return graph_.nodes[tasks_.origin[id].node]; }
 
-  const GraphSource& source_;
-  const Graph& graph_;
+  GraphSource& source_;
+  Graph& graph_;
   GraphTasks tasks_;
   std::vector<std::string> names_, topics_;
 };
 
 }  // namespace
 
-void check_graph(const GraphSource& source) { Check(source).run(); }
+void check_graph(GraphSource& source) { Check(source).run(); }
 
 }  // namespace hotpath

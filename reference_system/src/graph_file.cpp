@@ -2,9 +2,12 @@
 #include "hotpath/reference_system/graph_file.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <map>
 
 #include "graph_map.hpp"
 #include "graph_source.hpp"
+#include "hotpath/core/suggestion.hpp"
 
 namespace hotpath {
 
@@ -30,9 +33,9 @@ void read_chain(const YamlValue& value, GraphSource& source) {
   map.read("name", chain.name);
   map.set_what("chain " + chain.name);
   read_words(map, "nodes", "a node of chain " + chain.name, chain.nodes, lines.nodes);
-  read_words(map, "sources", "a source of chain " + chain.name, chain.sources, lines.sources);
-  map.read("sink", chain.sink);
-  lines.sink = map.needed("sink").line();
+  if (map.find("sources"))
+    read_words(map, "sources", "a source of chain " + chain.name, chain.sources, lines.sources);
+  lines.sink = map.read("sink", chain.sink) ? map.find("sink")->line() : lines.chain;
 }
 
 void read_topics(const YamlValue& value, GraphSource& source) {
@@ -72,11 +75,49 @@ void read_platform(const YamlValue& value, GraphPlatform& platform) {
   }
 }
 
+/// The maps of keys that `--set` changes, by name: nodes, or the tasks of a node of type `callbacks`. Lists
+/// of another form are rejected later.
+std::map<std::string, YAML::Node> maps_by_name(const YAML::Node& list, const std::string& node = "") {
+  std::map<std::string, YAML::Node> maps;
+  if (!list || !list.IsSequence()) return maps;
+  for (const YAML::Node& map : list) {
+    if (!map.IsMap()) continue;
+    std::string name = node;
+    for (const char* key : {"name", "timer", "subscription"})
+      if (map[key] && map[key].IsScalar()) name += map[key].Scalar();
+    if (node.empty() && map["callbacks"])
+      maps.merge(maps_by_name(map["callbacks"], name + "/"));
+    else
+      maps.emplace(name, map);
+  }
+  return maps;
+}
+
+/// Sets `NODE.KEY=VALUE`.
+void set_key(const YAML::Node& document, const std::string& setting) {
+  const std::size_t equals = setting.find('='), dot = setting.rfind('.', equals);
+  if (equals == std::string::npos || dot == std::string::npos)
+    throw InputError("--set " + setting, 0, "it is not NODE.KEY=VALUE",
+                     "write, for example, Lidar.period_ms=50");
+  const std::string name = setting.substr(0, dot), key = setting.substr(dot + 1, equals - dot - 1);
+  std::map<std::string, YAML::Node> maps = maps_by_name(document["nodes"]);
+  std::vector<std::string> names;
+  for (const auto& [known, map] : maps) names.push_back(known);
+  if (!maps.contains(name))
+    throw InputError("--set " + setting, 0, "the graph has no node " + name, suggest(name, names));
+  maps[name].remove(key);  // an alias of its value, elsewhere in the file, keeps the old one
+  maps[name][key] = setting.substr(equals + 1);
+}
+
 /// Checks each part separately.
-GraphSource read_graph(const std::string& file, const std::string& text) {
+GraphSource read_graph(const std::string& path, const std::vector<std::string>& set) {
+  const YAML::Node document = read_yaml(path, read_text_file(path), kRemedy);
   GraphSource source;
-  source.file = file;
-  const GraphMap map(source.file, text, kRemedy);
+  source.file = path;
+  source.folder = std::filesystem::path(path).parent_path();
+  for (const std::string& setting : set) set_key(document, setting);
+  if (!set.empty()) source.file = "--set " + joined(set, ",") + ": " + path;
+  const GraphMap map(source.file, document);
   Graph& graph = source.graph;
   map.read("name", graph.name);
   map.read("description", graph.description);
@@ -104,8 +145,8 @@ GraphSource read_graph(const std::string& file, const std::string& text) {
 
 }  // namespace
 
-Graph load_graph(const std::string& path) {
-  GraphSource source = read_graph(path, read_text_file(path));
+Graph load_graph(const std::string& path, const std::vector<std::string>& set) {
+  GraphSource source = read_graph(path, set);
   check_graph(source);
   Graph& graph = source.graph;
   for (Chain& chain : graph.chains)

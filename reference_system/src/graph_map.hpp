@@ -40,8 +40,8 @@ class GraphMap : public YamlMap {
  public:
   GraphMap(const YamlValue& value, std::string what, KeysOf of) : YamlMap(value, std::move(what)), of_(of) {}
   /// The map of a whole graph file.
-  GraphMap(const std::string& file, const std::string& text, const std::string& remedy)
-      : YamlMap(file, text, "the graph", remedy), of_(KeysOf::graph) {
+  GraphMap(const std::string& file, const YAML::Node& document)
+      : GraphMap(YamlValue(file, document, "the graph", 1), "the graph", KeysOf::graph) {
     check();
   }
 

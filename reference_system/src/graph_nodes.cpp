@@ -343,7 +343,7 @@ void read_node(const YamlValue& value, GraphSource& source) {
   map.set_what(to_string(node.type) + (" " + node.name));
   map.check_as(static_cast<KeysOf>(node.type), graph_keys::kNodes);
   if (node.type == NodeType::callbacks) {
-    LongForm(map, std::filesystem::path(source.file).parent_path(), node, lines).read();
+    LongForm(map, source.folder, node, lines).read();
   } else {
     node = read_short_form(map, subject, node.type, lines);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -32,7 +33,8 @@ struct TopicRule {
 
 /// A graph with the line numbers of its parts in the file.
 struct GraphSource {
-  std::string file;
+  std::string file;  ///< Its name in messages.
+  std::filesystem::path folder;
   Graph graph;
   std::vector<NodeLines> nodes;            ///< Parallel to graph.nodes.
   std::vector<ChainLines> chains;          ///< Parallel to graph.chains.
@@ -42,7 +44,8 @@ struct GraphSource {
 /// Adds a node of any type. Throws InputError.
 void read_node(const YamlValue& value, GraphSource& source);
 
-/// Checks the consistency of the parts. Throws InputError.
-void check_graph(const GraphSource& source);
+/// Checks the consistency of the parts, and gives chains without sources or sink those of their ends. Throws
+/// InputError.
+void check_graph(GraphSource& source);
 
 }  // namespace hotpath

@@ -143,7 +143,7 @@ TEST(GraphFile, MistakesInNodesAreRefused) {
       {"- {name: T}", 4, {"`type` is missing"}},
       {"- {name: N, type: sensor}", 4, {"`period_ms` is missing in sensor N"}},
       {"- {name: X, type: intersection}", 4, {"`connections` is missing"}},
-      {"chains:\n- {name: c, nodes: [S], sources: [S]}", 5, {"`sink` is missing in chain c"}},
+      {"chains:\n- {name: c, sources: [S], sink: S}", 5, {"`nodes` is missing in chain c"}},
       {"chains:\n- {name: c, source: [S], nodes: [S], sink: S}", 5, {"did you mean `sources`?"}},
       // Kinds of values.
       {"- N", 4, {"a node is `N`"}},
@@ -325,6 +325,60 @@ TEST(ChainOf, KnownNodesFromTimersToAReachableSink) {
   expect_error(error("[S, C]", "[S]", "C"), kAnyLine, {"cannot be reached"});  // the path leads through T
   expect_error(error("[S, T]", "[S]", "C"), 11, {"missing in `nodes`"});
   expect_error(error("[S, T, T, C]", "[S]", "C"), 9, {"twice"});
+}
+
+TEST(ChainOf, ItsEndsWithoutSourcesOrSink) {
+  const std::string nodes =
+      kSensor + "- {name: O, type: sensor, period_ms: 5}\n" +
+      "- {name: F, type: fusion, inputs: [S, O]}\n- {name: C, type: command, input: F}\n" +
+      "- {name: Y, type: cyclic, period_ms: 20, inputs: [F, Z]}\n" +
+      "- {name: Z, type: transform, input: Y}\nchains:\n- {name: c, nodes: ";
+  const Chain whole = load_nodes(nodes + "[S, O, F, C]}").chains.front();
+  EXPECT_THAT(whole.sources, ElementsAre("S", "O"));
+  EXPECT_EQ(whole.sink, "C");
+  const Chain part = load_nodes(nodes + "[O, F], sink: F}").chains.front();
+  EXPECT_THAT(part.sources, ElementsAre("O"));
+  EXPECT_EQ(load_nodes(nodes + "[S, F], sources: [S]}").chains.front().sink, "F");
+  expect_error(error_of_nodes(nodes + "[S, F, C, Y]}"), 10,
+               {"chain c has no `sink`", "C and Y", "`sink: C`"});
+  expect_error(error_of_nodes(nodes + "[Y, Z]}"), 10, {"ends in a cycle", "`sink: Y`"});
+  expect_error(error_of_nodes(nodes + "[Y, Z], sink: Z}"), 10, {"has no `sources`", "`sources: [Y]`"});
+  expect_error(error_of_nodes(nodes + "[F, C]}"), 10, {"source F of chain c has no timer"});
+  expect_error(error_of_nodes(nodes + "[S, FF]}"), 10, {"unknown node FF"});
+}
+
+TEST(ValuesToSet, ReplaceThoseOfTheFile) {
+  const File file("set.yaml",
+                  "name: g\nnodes:\n- {name: Lidar, type: sensor, period_ms: &p 10}\n" +
+                      std::string("- {name: T, type: sensor, period_ms: *p}\n- name: K\n") +
+                      "  type: callbacks\n  callbacks: [{timer: t, period_ms: 7}, {subscription: Lidar}]\n");
+  const Graph graph =
+      load_graph(file.path(), {"Lidar.period_ms=0.5", "Lidar.priority=3", "K/t.execution_time_ms=2",
+                               "K/Lidar.depth=4", "Lidar.period_ms=2.5"});
+  EXPECT_EQ(graph.nodes[0].callbacks[0].period, std::chrono::microseconds(2500));
+  EXPECT_EQ(graph.nodes[0].callbacks[0].priority, 3);
+  EXPECT_EQ(graph.nodes[1].callbacks[0].period, std::chrono::milliseconds(10)) << "its alias";
+  EXPECT_EQ(graph.nodes[2].callbacks[0].worst, std::chrono::milliseconds(2));
+  EXPECT_EQ(graph.nodes[2].inputs[0].depth, 4U);
+  const auto error = [&](const std::string& setting) {
+    try {
+      static_cast<void>(load_graph(file.path(), {setting}));
+    } catch (const InputError& wrong) {
+      return std::string(wrong.what());
+    }
+    return std::string();
+  };
+  for (const char* form : {"Lidar", "Lidar=3", "Lidar.period_ms", "=Lidar.period_ms"})
+    EXPECT_THAT(error(form), AllOf(StartsWith("--set "), HasSubstr("is not NODE.KEY=VALUE"))) << form;
+  EXPECT_THAT(error("Lidr.period_ms=3"), HasSubstr("no node Lidr; did you mean `Lidar`?"));
+  EXPECT_THAT(error("Lokal.period_ms=3"), HasSubstr("no node Lokal; choose one of: K/Lidar, K/t, Lidar, T"));
+  EXPECT_THAT(error("Lidar.perod_ms=3"),
+              HasSubstr(file.path() + ":3: unknown key `perod_ms` in sensor Lidar; did you"));
+  EXPECT_THAT(error("K/t.period_ms=0"), HasSubstr("`period_ms` of timer K/t is 0"));
+  for (const char* text : {"nodes: {a: b}", "nodes: 3", "x: 1", "nodes: [1, {name: [x], callbacks: 3}]"}) {
+    const File other("other.yaml", text);
+    EXPECT_THROW(static_cast<void>(load_graph(other.path(), {"A.b=1"})), InputError) << text;
+  }
 }
 
 }  // namespace

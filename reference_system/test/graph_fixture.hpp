@@ -83,7 +83,9 @@ inline std::string error_of(const std::string& text, const auto& read) {
   }
   return "";
 }
-inline std::string error_of(const std::string& text) { return error_of(text, load_graph); }
+inline std::string error_of(const std::string& text) {
+  return error_of(text, [](const std::string& path) { return load_graph(path); });
+}
 
 /// The task with this name.
 inline TaskId task_named(const GraphTasks& tasks, const std::string& name) {

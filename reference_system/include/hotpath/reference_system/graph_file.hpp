@@ -21,8 +21,10 @@ inline constexpr std::size_t kMaxHistory = 63;
 
 /// Reads and checks a graph file: YAML with the keys in graph_keys.hpp, explained in docs/graphs.md. The
 /// order of nodes is the order of creation. Milliseconds and microseconds are decimal and exact down to one
-/// nanosecond. Throws InputError for a file that cannot be read or is not a valid graph.
-[[nodiscard]] Graph load_graph(const std::string& path);
+/// nanosecond. `set`: values for keys of nodes, as `NODE.KEY=VALUE` in the file's units, that replace those
+/// of the file; NODE is a node, or a task of a node of type `callbacks`. Throws InputError for a file that
+/// cannot be read, or that with these values is not a valid graph.
+[[nodiscard]] Graph load_graph(const std::string& path, const std::vector<std::string>& set = {});
 
 /// The path of a graph file. A name with a slash or ending in .yaml or .yml is a path already. A
 /// bare name is searched as NAME.yaml in the folders of the environment variable HOTPATH_GRAPHS
