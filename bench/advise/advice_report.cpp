@@ -302,9 +302,11 @@ json row_json(const Advice& advice, const Prediction& p) {
 }  // namespace
 
 void write_text(std::ostream& out, const Advice& advice) {
-  out << ranking_table(advice) << "\n";
+  const std::vector<std::string> all = sentences(advice);
+  out << program::wrapped(all.front()) << "\n" << ranking_table(advice) << "\n";
   write_excluded(out, advice);
-  out << "\n" << joined(sentences(advice), "\n") << "\n";
+  for (const std::string& sentence : std::span(all).subspan(1)) out << "\n" << sentence;
+  out << "\n";
   for (const Doubt& doubt : advice.doubts)
     out << "With " << doubt.assumption << ": " << joined(doubt.values) << ".\n";
   if (!advice.causes.empty()) out << "\n" << joined(advice.causes, "\n") << "\n";
