@@ -67,6 +67,7 @@ json targets_of(const Side& before, const Side& after) {
   for (const Key& key : order)
     targets.push_back({{"kind", key.quantity <= Quantity::hot_path ? "chain" : "task"},
                        {"name", text_of(key)},
+                       {"hot_path", key.quantity == Quantity::hot_path},
                        {"curves", curves[key]}});
   return targets;
 }

@@ -155,9 +155,7 @@ class Page(CommandTest):
         for item, part in zip(bar, one["parts"]):
             self.assertAlmostEqual((item["right"] - item["left"]) * per_pixel, part["ns"], delta=1)
         last = jobs[f"{one['path'][-1]['task']} {one['path'][-1]['sequence']}"]
-        self.assertAlmostEqual(
-            instant(bar[-1]["right"]), last.start if "chain" in one else last.finish, delta=1
-        )
+        self.assertAlmostEqual(instant(bar[-1]["right"]), last.finish, delta=1)
 
     def check_outputs(self, browser: Browser, folder: str) -> None:
         """The distribution, and the worst and the last listed output, of each chain and of one task."""

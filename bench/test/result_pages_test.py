@@ -218,7 +218,7 @@ class Distributions(CommandTest):
         found = self.curves(browser)
         for name in ("old", "new"):
             for executor in RunFolder(self.folder / name).summary()["executors"]:
-                of = executor["chains"][0]["hot_path_latency_ms"]
+                of = executor["chains"][0]["end_to_end_latency_ms"]
                 for q, key in ((0.5, "p50"), (1, "max")):
                     label = f"{executor['executor']} in {name}"
                     self.assertAlmostEqual(found[label, q], of[key], delta=0.00051)

@@ -25,6 +25,7 @@ CHAIN = (
     hot_path.AGE,
     "Finish of the sink's callback minus the timestamp of the oldest source in its data.",
 )
+HOT_PATH = ("hot-path latency (ms)",)
 TIMER = (
     "response time (ms)",
     "Finish of a job minus its own timestamp; skipped timestamps have no response time.",
@@ -225,7 +226,7 @@ def distributions(targets: list[dict[str, Any]]) -> dict[str, Any]:
     found = {name: list(dict.fromkeys(e for of, e in sides if of == k)) for k, name in enumerate(SIDES)}
     places = [(k, executor) for k, name in enumerate(SIDES) for executor in found[name]]
     for target in targets:
-        measure = (CHAIN if target["kind"] == "chain" else TIMER)[0]
+        measure = (HOT_PATH if target.pop("hot_path") else CHAIN if target["kind"] == "chain" else TIMER)[0]
         target |= {"title": target["name"], "measure": measure, "figure": "", "marks": []}
         for curve in target["curves"]:
             curve["series"] = places.index((curve.pop("side"), curve.pop("executor")))
