@@ -107,14 +107,14 @@ class AdvisePhases(CommandTest):
         self.assertIn("guaranteed worst lateness of timers", out)
 
     def test_several_threads_and_deployments_are_refused_by_name(self) -> None:
-        executors = "--cores 2 --executors rm-ro,multi:2 --deployments isolated"
+        executors = "--cores 2 --executors rm-ro,multi:3 --deployments isolated"
         out, advice = self.advise(f"{executors} --repetitions 2 --for pq<60")
         refusals = {c["name"]: c["refusal"] for c in advice["candidates"]}
-        self.assertIn("several threads", refusals["multi:2"])
+        self.assertIn("needs 3 cores", refusals["multi:3"])
         self.assertIn("deployment", refusals["isolated"])
-        self.assertIn("multi:2 has no exact values", out)
-        none = "--phases --cores 2 --executors multi:2 --now multi:2 --output none"
-        says = "nothing is guaranteed; multi:2:"
+        self.assertIn("multi:3 has no exact values", out)
+        none = "--phases --cores 2 --executors multi:3 --now multi:3 --output none"
+        says = "nothing is guaranteed; multi:3:"
         self.rejected("advise", self.graph, *none.split(), says=says, code=1, out=None)
 
     def test_constant_execution_times_are_said(self) -> None:

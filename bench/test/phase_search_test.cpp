@@ -157,11 +157,11 @@ TEST(ExactValues, RefusesByNameWhatTheExactWorstCasesDoNotCover) {
   Graph graph = load_graph(find_graph("autoware"));
   graph.platform.cores = 2;
   const advise::Objective objective = advise::parse_objective("hot_path:worst", graph);
-  advise::CandidateOptions options{{"multi:2"}, {"isolated"}, "multi:2", {}, false};
+  advise::CandidateOptions options{{"multi:3"}, {"isolated"}, "multi:3", {}, false};
   const std::vector<advise::Candidate> candidates = advise::make_candidates(graph, objective, options);
   ASSERT_EQ(candidates.size(), 2U);
   const advise::FirstTimestamps first(candidates[0].tasks.set.size());
-  EXPECT_THAT(exact_values(candidates[0], objective, first).refusal.value(), HasSubstr("several threads"));
+  EXPECT_THAT(exact_values(candidates[0], objective, first).refusal.value(), HasSubstr("needs 3 cores"));
   EXPECT_THAT(exact_values(candidates[1], objective, first).refusal.value(), HasSubstr("deployment"));
 }
 

@@ -220,7 +220,7 @@ class Simulated(ReproductionTest):
         (other / "claims.json").write_text(json.dumps([{**c, "verdict": NOT} for c in claims]))
         result = hotpath("diff", self.output, other)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*differs")
+        self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*(differs|worse)")
         self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result.stdout)
         self.assertIn("verdict of no-drops: reproduced before, not now", result.stdout)
 
