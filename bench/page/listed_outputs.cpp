@@ -31,8 +31,8 @@ std::vector<Output> listed(const std::vector<Output>& outputs, std::size_t most)
 
 void ListedOutputs::add(const Explanation& e) {
   const JobRecord& sink = e.path.back();
-  outputs_.add({e.repetition, static_cast<std::int64_t>(sink.job.sequence), sink.finish.time_since_epoch().count(),
-                e.latency.count(), e.complete});
+  outputs_.add({e.repetition, static_cast<std::int64_t>(sink.job.sequence),
+                sink.finish.time_since_epoch().count(), e.latency.count(), e.complete});
   explain::Totals totals;
   totals.add(e);
   for (std::size_t c = 0; c < causes_.size(); ++c) causes_[c].push_back(totals.causes[c].count());
