@@ -55,7 +55,7 @@ constexpr std::array kTexts = {
     AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
 };
 
-bool has_releaser(const ExecutorEntry& executor) { return executor.traits.timers != TimerHandling::polled; }
+bool has_releaser(const ExecutorEntry& e) { return e.traits.timers != TimerHandling::polled; }
 
 bool has_fixed_priorities(const ExecutorEntry& executor) {
   const auto policy = executor.traits.policy;
@@ -184,23 +184,6 @@ void bound_late_samples(const BoundedSystem& system, const GraphTopology& topolo
   bound_graph(topology, *stream_paths(std::move(streamed), &in_any_order), out);
 }
 
-/// Several threads of one executor, each with a core.
-void bound_threads(const BoundedSystem& system, GraphBounds& out) {
-  const TaskSet& set = system.graph.set;
-  const bool releaser = has_releaser(system.executor), raised = system.platform.raised_releaser;
-  const unsigned threads = worker_count(system.executor, system.scheduling) - (releaser ? 1 : 0);
-  if (threads < 2) throw AnalysisError("it is for several threads");
-  const unsigned needed = threads + (releaser && !raised ? 1 : 0);
-  if (system.platform.cores < needed)
-    throw AnalysisError("its threads need " + std::to_string(needed) + " cores, one each (--cores)");
-  const auto reentrant = [&](const Task& task) { return set.groups[task.group] == CallbackGroup::reentrant; };
-  if (system.executor.traits.family == Family::callback_groups && std::ranges::any_of(set.tasks, reentrant))
-    throw AnalysisError(
-        "it covers no reentrant groups under `cbg`, which may leave a thread idle beside them");
-  const GraphTopology topology(system.graph);
-  bound_graph(topology, ThreadedChains(topology, threads), out);
-}
-
 struct Method {
   const char* name;  ///< Author and year, or the name in docs/analysis.md.
   std::uint32_t covers;
@@ -315,27 +298,6 @@ std::string not_covered(std::uint32_t missing) {
     text += std::string(text.back() == ' ' ? "" : ", ") + a.text;
   }
   return text;
-}
-
-GraphOrder priority_ranks(const BoundedSystem& system) {
-  const TaskSet& set = system.graph.set;
-  const SchedulerOptions& options = system.scheduling;
-  const PriorityOrder order(set, system.executor.traits.policy.value_or(Policy::fifo), options.rule,
-                            options.ties);
-  using Key = std::tuple<std::int64_t, bool, TaskId>;
-  std::vector<Key> keys;
-  for (TaskId id = 0; id < set.size(); ++id) {
-    const bool timer = set[id].kind == TaskKind::timer && options.ties == Ties::lifo;
-    keys.emplace_back(order.level(id), timer, timer ? id : 0);
-  }
-  std::vector<Key> sorted = keys;
-  std::sort(sorted.begin(), sorted.end());
-  GraphOrder ranks;
-  for (const Key& key : keys) {
-    ranks.rank.push_back(std::lower_bound(sorted.begin(), sorted.end(), key) - sorted.begin());
-  }
-  ranks.newest_first = options.ties == Ties::lifo;
-  return ranks;
 }
 
 bool has_service_wait(const ExecutorEntry& executor, const SchedulerOptions& scheduling, const TaskSet& set) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Busy windows that begin with the start of a timer's job: the part of the hot path behind its source.
 #include <algorithm>
+#include <tuple>
+#include <vector>
 
 #include "busy_query.hpp"
 #include "hotpath/analysis/exact.hpp"
+#include "timer_responses.hpp"
 
 namespace hotpath {
 
@@ -186,6 +189,27 @@ std::optional<std::int64_t> GraphBusyWindow::start_to_finish(TaskId root, TaskId
     if (const auto start = end_of_work(*q, 0)) return end_after(*q, *start, job_work(to));
   }
   return until_finish(root, to);
+}
+
+GraphOrder priority_ranks(const BoundedSystem& system) {
+  const TaskSet& set = system.graph.set;
+  const SchedulerOptions& options = system.scheduling;
+  const PriorityOrder order(set, system.executor.traits.policy.value_or(Policy::fifo), options.rule,
+                            options.ties);
+  using Key = std::tuple<std::int64_t, bool, TaskId>;
+  std::vector<Key> keys;
+  for (TaskId id = 0; id < set.size(); ++id) {
+    const bool timer = set[id].kind == TaskKind::timer && options.ties == Ties::lifo;
+    keys.emplace_back(order.level(id), timer, timer ? id : 0);
+  }
+  std::vector<Key> sorted = keys;
+  std::sort(sorted.begin(), sorted.end());
+  GraphOrder ranks;
+  for (const Key& key : keys) {
+    ranks.rank.push_back(std::lower_bound(sorted.begin(), sorted.end(), key) - sorted.begin());
+  }
+  ranks.newest_first = options.ties == Ties::lifo;
+  return ranks;
 }
 
 }  // namespace hotpath

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <map>
+#include <string>
 
 #include "hotpath/analysis/analysis_error.hpp"
 #include "hotpath/analysis/exact.hpp"
+#include "hotpath/analysis/graph_bounds.hpp"
+#include "timer_responses.hpp"
 
 namespace hotpath {
 
@@ -124,6 +127,23 @@ std::optional<std::int64_t> ThreadedChains::response(TaskId subscription) const 
   const TaskId root = lines_[line_of_[subscription]].tasks.front();
   const std::optional<std::int64_t> finish = until_finish(root, subscription);
   return finish ? std::optional(*finish - topology_.least_until_start(root, subscription)) : std::nullopt;
+}
+
+void bound_threads(const BoundedSystem& system, GraphBounds& out) {
+  const TaskSet& set = system.graph.set;
+  const bool releaser = system.executor.traits.timers != TimerHandling::polled,
+             raised = system.platform.raised_releaser;
+  const unsigned threads = worker_count(system.executor, system.scheduling) - (releaser ? 1 : 0);
+  if (threads < 2) throw AnalysisError("it is for several threads");
+  const unsigned needed = threads + (releaser && !raised ? 1 : 0);
+  if (system.platform.cores < needed)
+    throw AnalysisError("its threads need " + std::to_string(needed) + " cores, one each (--cores)");
+  const auto reentrant = [&](const Task& task) { return set.groups[task.group] == CallbackGroup::reentrant; };
+  if (system.executor.traits.family == Family::callback_groups && std::ranges::any_of(set.tasks, reentrant))
+    throw AnalysisError(
+        "it covers no reentrant groups under `cbg`, which may leave a thread idle beside them");
+  const GraphTopology topology(system.graph);
+  bound_graph(topology, ThreadedChains(topology, threads), out);
 }
 
 }  // namespace hotpath

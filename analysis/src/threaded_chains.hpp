@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hotpath/analysis/callback_graph.hpp"
+#include "hotpath/analysis/graph_bounds.hpp"
 #include "hotpath/analysis/path_bounds.hpp"
 
 namespace hotpath {
@@ -55,5 +56,8 @@ class ThreadedChains final : public PathBounds {
   std::vector<std::int64_t> work_before_;  // by task: of its line's earlier tasks
   bool bounded_ = false;
 };
+
+/// The bounds of several threads of one executor, each with a core. Throws AnalysisError for other systems.
+void bound_threads(const BoundedSystem& system, GraphBounds& out);
 
 }  // namespace hotpath
