@@ -68,7 +68,7 @@ class Periods(CommandTest):
             / values["period"]
             for timer, values in best.items()
         }
-        sentence = advice["sentences"][3]
+        sentence = next(s for s in advice["sentences"] if "imer" in s and "pay" in s)
         payers = sorted((t for t in growth if growth[t] > 0.05), key=lambda t: -growth[t])
         if not payers:
             self.assertIn("No timer pays", sentence)

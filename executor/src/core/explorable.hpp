@@ -47,7 +47,9 @@ inline const ExploredScheduler& explorable(const TaskSet& set, const Exploration
     if (task.always_due) throw ExplorationRefused("timer " + task.name + " has a period of 0");
     if (task.kind == TaskKind::timer) load += to_ms(task.wcet) / to_ms(task.period);
   }
-  if (load > static_cast<double>(threads)) throw ExplorationRefused("the timers alone overload its threads");
+  if (load > static_cast<double>(threads))
+    throw ExplorationRefused(threads > 1 ? "the timers alone overload its threads"
+                                         : "the timers alone overload the thread");
   return *explored;
 }
 
