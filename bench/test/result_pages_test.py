@@ -164,7 +164,7 @@ class Distributions(CommandTest):
         self.assertEqual(notes, [" ".join(advice["causes"])])
         for sentence in advice["causes"]:
             self.assertIn(sentence, out)
-        self.check_advice(advice, browser, "hot_path, age")
+        self.check_advice(advice, browser, "hot_path")
         self.check_stored_draws(folder, advice)
         self.assertEqual(browser.violations(), [])
 
@@ -188,7 +188,7 @@ class Distributions(CommandTest):
         package.write_advice(self.folder, self.environment, self.folder / "advice")
         advice = json.loads((self.folder / "advice" / "advice.json").read_text())
         browser = opened(self, self.folder / "advice" / "report.html")
-        self.check_advice(advice, browser, "hot_path, age")
+        self.check_advice(advice, browser, "hot_path")
 
     def test_stored_draws_of_deployments(self) -> None:
         words = ("--executors", "default", "--deployments", "picas", "--now", "default")

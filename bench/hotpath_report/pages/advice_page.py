@@ -58,7 +58,10 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
     bounds = {r["name"]: r.get("bound_ms") for r in found["ranking"]}
     of_age = found["metric"] == "age of the data"
     made = []
-    for column, name, title in ((HOT_PATH, chain, "hot path"), (AGE, f"{chain}, age", "age of the data")):
+    for column, name, title in (
+        (AGE, chain, "age of the data"),
+        (HOT_PATH, f"{chain}, hot path", "hot path"),
+    ):
         of = rows[rows[column].notna()].assign(source="simulated", ms=rows[column] / NS_PER_MS)
         samples = {executor: s for (_, executor), s in samples_by(of, ["source", "executor"], "ms").items()}
         marks: list[dict[str, Any]] = [
@@ -71,8 +74,8 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
         marks.sort(key=lambda mark: float(mark["ms"]))
         measured = Measured("chain", name, f"Chain {name}", f"{title} (ms)", "predictions")
         made.append(measured.target([samples.get(label) for label in labels], marks))
-    # Outputs are explained for the hot path alone, so it comes first if there are any.
-    return [t for t in (made[::-1] if of_age and not found["stored"] else made) if t["curves"]]
+    # Outputs are explained by their age, so it comes first if there are any.
+    return [t for t in (made if of_age or found["stored"] else made[::-1]) if t["curves"]]
 
 
 def document(folder: Path, found: Advice, rows: pd.DataFrame) -> dict[str, Any]:
