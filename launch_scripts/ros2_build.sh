@@ -37,15 +37,13 @@ case $sanitizer in
   address) flags=address,undefined ;;
   *) wrong_use "--sanitize takes thread or address, not $sanitizer" ;;
 esac
-if [ ${#distros[@]} -eq 0 ]; then
-  sourced=${ROS_DISTRO:-$(sed -n 's|.*/opt/ros/\([^/:]*\).*|\1|p' <<<"${AMENT_PREFIX_PATH:-}")}
-  if [ -n "$sourced" ]; then
-    distros=("$sourced")
-  else
-    for setup in /opt/ros/*/setup.bash; do
-      [ -f "$setup" ] && distros+=("$(basename "$(dirname "$setup")")")
-    done
-  fi
+sourced=${ROS_DISTRO:-$(sed -n 's|.*/opt/ros/\([^/:]*\).*|\1|p' <<<"${AMENT_PREFIX_PATH:-}")}
+if [ ${#distros[@]} -eq 0 ] && [ -n "$sourced" ]; then
+  distros=("$sourced")
+elif [ ${#distros[@]} -eq 0 ]; then
+  for setup in /opt/ros/*/setup.bash; do
+    [ -f "$setup" ] && distros+=("$(basename "$(dirname "$setup")")")
+  done
 fi
 if [ ${#distros[@]} -eq 0 ]; then
   echo "left out: hotpath_rclcpp and its tests, because no ROS 2 is sourced and none is in /opt/ros" >&2
@@ -105,10 +103,7 @@ for distro in "${distros[@]}"; do
   echo "== ROS 2 $distro"
   (
     set +u  # ROS 2's scripts read unset variables
-    case ":${AMENT_PREFIX_PATH:-}:" in
-      *:/opt/ros/"$distro":*) ;;
-      *) . "/opt/ros/$distro/setup.bash" ;;
-    esac
+    [ "$distro" = "$sourced" ] || . "/opt/ros/$distro/setup.bash"
     cd "$root"
     build "$distro" "$@"
   )
