@@ -145,8 +145,8 @@ ChainSummary ExecutorMeasures::finish_chain(std::size_t chain, std::vector<Chain
   }
   ChainSummary summary = std::move(summary_.chains[chain]);
   summary.chain = options_.chains[chain];
-  const ChainSamples& samples =
-      all.emplace_back(RepeatedSamples(std::move(hot)), RepeatedSamples(std::move(end_to_end)));
+  all.push_back({RepeatedSamples(std::move(hot)), RepeatedSamples(std::move(end_to_end))});
+  const ChainSamples& samples = all.back();
   summary.hot_path = latency_summary(samples.hot_path, options_.bootstrap);
   summary.end_to_end = latency_summary(samples.end_to_end, options_.bootstrap);
   summary.interval_ms = quantiles(std::move(intervals));
