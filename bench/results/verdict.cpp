@@ -67,13 +67,14 @@ std::string price(const Candidate& winner, const Candidate& baseline) {
 }
 
 std::string certainty(const Candidate& winner) {
-  if (winner.executor->usage.wall == Duration{})
-    return " Simulated: exact for these execution times and phases.";
+  const bool simulated = winner.executor->usage.wall == Duration{};
   const std::optional<Estimate>& ratio = winner.age->p99_to_default;
-  if (!ratio || !ratio->interval) return " Measured once: repeat it to know the noise.";
-  return concat(" Measured: between ", shown_difference(ratio->interval->low), " and ",
-                shown_difference(ratio->interval->high),
-                beyond_noise(ratio) ? "." : ", so not beyond noise.");
+  if (ratio && ratio->interval)
+    return concat(simulated ? " Simulated" : " Measured", ": between ",
+                  shown_difference(ratio->interval->low), " and ", shown_difference(ratio->interval->high),
+                  beyond_noise(ratio) ? "." : ", so not beyond noise.");
+  return simulated ? " Simulated, for these phases and execution times."
+                   : " Measured once: repeat it to know the noise.";
 }
 
 std::string sentence(const std::string& chain, const std::vector<Candidate>& all) {

@@ -61,7 +61,7 @@ TEST(Table, LayoutOfAComparison) {
   EXPECT_EQ(
       out.str(),
       R"(hot_path: the data is youngest under rm-ro: at most 24.0 ms old in 99 of 100 outputs, 50 % less than
-under default (48.0). Simulated: exact for these execution times and phases.
+under default (48.0). Simulated: between -50 % and -50 %.
 
 hot_path: age of the data in each output, in ms [95 % interval over repetitions] (difference to default)
 
