@@ -2,6 +2,7 @@
 #include "bounds/exact_worst_cases.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/interrupt.hpp"
@@ -54,7 +55,6 @@ class WorstCases final : public ExplorationObserver {
   }
 
   bool of_subscriptions = false;  ///< Keeps only the response times of subscriptions.
-  bool several_threads = false;   ///< Keeps no hot path of chains with several sources.
   bool keeps_timestamps = false;  ///< Refuses a schedule that skips timestamps of timers.
 
   /// Slots of witnesses: response times by task, then of each chain its age and its hot path.
@@ -96,19 +96,17 @@ class WorstCases final : public ExplorationObserver {
     if (row_[chain] == kNoRow) return;
     const std::vector<TaskId>& sources = chains_[chain].sources;
     Time oldest = kNever;
-    Span from_latest;
+    std::vector<Span> from_sources;
+    // The latest source is another one in other schedules. Some schedule attains this in all its spans: they
+    // end alike, so that bounds below two of them never contradict each other.
     Duration hot_path = Duration::max();
     for (std::size_t i = 0; i < sources.size(); ++i) {
       if ((observation.sources_seen >> i & 1U) == 0) continue;
       const Task& timer = tasks_.set[sources[i]];
       const auto sequence = static_cast<std::int64_t>(observation.source_sequence[i]);
       oldest = std::min(oldest, Time{} + timer.phase + timer.period * sequence);
-      // One thread ran one source's job after the other: the latest is the same in all schedules.
-      const Span from_source{{sources[i], observation.source_sequence[i]}, observation.sink};
-      const Duration since = instant.longest(from_source);
-      if (since >= hot_path) continue;
-      hot_path = since;
-      from_latest = from_source;
+      from_sources.push_back({{sources[i], observation.source_sequence[i]}, observation.sink});
+      hot_path = std::min(hot_path, instant.longest(from_sources.back()));
     }
     if (oldest == kNever) return;
     std::optional<ChainAge>& worst = bounds_.chains[row_[chain]];
@@ -117,8 +115,8 @@ class WorstCases final : public ExplorationObserver {
     if (raise(age, (instant.latest() - oldest).count())) instant.keep_longest(slot_of_age(chain), {});
     worst->latency = worst->response = *age;
     worst->sink = observation.sink.task;
-    if (several_threads && sources.size() > 1) return;  // which source is the latest depends on the schedule
-    if (raise(worst->hot_path, hot_path.count())) instant.keep_longest(slot_of_hot_path(chain), from_latest);
+    if (raise(worst->hot_path, hot_path.count()))
+      instant.keep(slot_of_hot_path(chain), from_sources, hot_path);
   }
 
   static constexpr std::size_t kNoRow = ~std::size_t{0};
@@ -200,10 +198,20 @@ void explore_graph(Graph graph, const GraphTasks& tasks, const Scheduler& schedu
   if (!observer.of_subscriptions) options.tracked = observer.tracked();
   if (reached != nullptr) options.witnesses = observer.witnesses();
   ExplorationResult result = explore(tasks.set, scheduler, workload, options, observer);
-  if (reached == nullptr) return;
-  for (ReachedWorstCase& worst : observer.reached(std::move(result.witnesses))) {
-    reached->push_back(std::move(worst));
+  if (reached != nullptr)
+    std::ranges::move(observer.reached(std::move(result.witnesses)), std::back_inserter(*reached));
+  if (result.ended_early) throw ExplorationRefused(*result.ended_early);
+}
+
+/// The ages in the schedules that an exploration met before it ended early.
+std::string at_least(const Graph& graph, const GraphBounds& met) {
+  std::string text;
+  for (std::size_t c = 0; c < met.chains.size(); ++c) {
+    if (!met.chains[c]) continue;
+    text += text.empty() ? "; the schedules that it met reach an age of " : ", ";
+    text += program::text("%.3f ms", to_ms(Duration(met.chains[c]->latency))) + " in " + graph.chains[c].name;
   }
+  return text;
 }
 
 /// Response times of subscriptions, by an exploration of their own.
@@ -251,14 +259,15 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
     {
       WorstCases worst(graph, tasks, bounds);
       worst.keeps_timestamps = exact.phase_uncertainty > Duration{};
-      worst.several_threads = std::ranges::count(scheduler->workers(), WorkerRole::executor) > 1;
       explore_graph(graph, tasks, *scheduler, options, worst, reached);
     }
     add_subscriptions(graph, tasks, *scheduler, options, bounds, reached);
   } catch (const ExplorationRefused& error) {
+    const std::string lower_bounds = at_least(graph, bounds);
     bounds = none;
     bounds.refusal = error.what();
     if (error.why == ExplorationRefused::Why::states) *bounds.refusal += exact.more_states;
+    *bounds.refusal += lower_bounds;
   }
   return bounds;
 }

@@ -30,8 +30,9 @@ struct ReachedWorstCase {
   Witness witness;
 };
 
-/// The most states of an exploration: without a limit of its own, and with `hotpath analyze --exact`.
-inline constexpr std::size_t kUsualStates = 50'000, kMostStates = 1'000'000;
+/// The most states of an exploration: without a limit of its own, and with `hotpath analyze --exact`; those
+/// of several threads take several times the time and memory, about 20 s and 1 GB.
+inline constexpr std::size_t kUsualStates = 50'000, kMostStates = 1'000'000, kMostStatesOfThreads = 150'000;
 
 /// The limit of states without `--exact`. A state takes time in proportion to the tasks: the limit keeps an
 /// executor below a second.

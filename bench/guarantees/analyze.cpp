@@ -253,7 +253,9 @@ class Analysis {
     if (!callbacks.phases_known) none.refusal = "worst cases are exact for known phases only; give --phases";
     if (none.refusal) return none;
     const bool many = options_.exact && reached != nullptr;
-    const std::size_t limit = many ? bounds::kMostStates : bounds::usual_state_limit(tasks.set);
+    const std::size_t most =
+        executor.scheduler.workers > 1 ? bounds::kMostStatesOfThreads : bounds::kMostStates;
+    const std::size_t limit = many ? most : bounds::usual_state_limit(tasks.set);
     const char* const more = options_.exact ? "" : "; --exact allows more";
     return bounds::exact_worst_cases(graph, tasks, *executor.entry, executor.scheduler,
                                      {limit, uncertainty(), more},

@@ -37,6 +37,7 @@ std::string list_of(const WitnessTimes& times, const TaskSet& set, const Trace& 
   struct Row {
     std::optional<Duration> time;
     Duration delay{};
+    std::uint32_t end_round = 0;
   };
   std::map<std::pair<TaskId, std::uint64_t>, Row> rows;
   for (const JobRecord& r : trace.jobs) {
@@ -44,13 +45,16 @@ std::string list_of(const WitnessTimes& times, const TaskSet& set, const Trace& 
   }
   for (const auto& [job, time] : times.given()) rows[{job.task, job.sequence}].time = time;
   for (const auto& [job, delay] : times.given_delays()) rows[{job.task, job.sequence}].delay = delay;
-  const bool delays = !times.given_delays().empty();
+  for (const auto& [job, round] : times.given_rounds()) rows[{job.task, job.sequence}].end_round = round;
+  const bool delays = !times.given_delays().empty(), rounds = !times.given_rounds().empty();
   std::string list(simulated::kListedColumns);
   if (delays) list += program::concat(",", simulated::kListedDelay);
+  if (rounds) list += program::concat(",", simulated::kListedRound);
   for (const auto& [job, row] : rows) {
     const Task& task = set[job.first];
     list += program::concat("\n", task.name, ",", job.second, ",", row.time.value_or(task.wcet).count());
     if (delays) list += program::concat(",", row.delay.count());
+    if (rounds) list += program::concat(",", row.end_round);
   }
   return list + "\n";
 }

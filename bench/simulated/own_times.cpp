@@ -132,6 +132,11 @@ class ListedTimes final : public ExecutionTimes, public ReleaseDelays {
   /// Whether the job was not listed before.
   bool add(JobRef job, Duration time) { return times_[job.task].emplace(job.sequence, time).second; }
   void add_delay(JobRef job, Duration delay) { delays_[{job.task, job.sequence}] = delay; }
+  void add_round(JobRef job, std::uint32_t round) { rounds_[{job.task, job.sequence}] = round; }
+  [[nodiscard]] std::uint32_t end_round(const Job& job) const override {
+    const auto listed = rounds_.find({job.task, job.sequence});
+    return listed == rounds_.end() ? 0 : listed->second;
+  }
   [[nodiscard]] const ReleaseDelays* release_delays() const override { return this; }
   [[nodiscard]] Time due(JobRef job, Time timestamp) const override {
     const auto listed = delays_.find({job.task, job.sequence});
@@ -150,6 +155,7 @@ class ListedTimes final : public ExecutionTimes, public ReleaseDelays {
   std::vector<std::string> names_;
   std::vector<std::map<std::uint64_t, Duration>> times_;  // by task, then by sequence
   std::map<std::pair<TaskId, std::uint64_t>, Duration> delays_;
+  std::map<std::pair<TaskId, std::uint64_t>, std::uint32_t> rounds_;
 };
 
 }  // namespace
@@ -157,8 +163,11 @@ class ListedTimes final : public ExecutionTimes, public ReleaseDelays {
 std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set) {
   CsvReader rows(std::filesystem::path(file), CsvLayout::by_hand);
   const std::optional<std::size_t> delays = rows.find_column(kListedDelay);
-  rows.require_header(delays ? program::concat(kListedColumns, ",", kListedDelay)
-                             : std::string(kListedColumns));
+  const std::optional<std::size_t> rounds = rows.find_column(kListedRound);
+  std::string header(kListedColumns);
+  if (delays) header += program::concat(",", kListedDelay);
+  if (rounds) header += program::concat(",", kListedRound);
+  rows.require_header(header);
   auto times = std::make_unique<ListedTimes>(file, set);
   std::map<std::string, TaskId, std::less<>> ids;
   for (TaskId id = 0; id < set.size(); ++id) ids[set[id].name] = id;
@@ -176,6 +185,7 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
     if (!times->add(job, time))
       rows.fail(program::concat("job ", job.sequence, " of ", task.name, " is listed twice"), "keep one row");
     if (delays) times->add_delay(job, release_delay(rows, *delays, task));
+    if (rounds) times->add_round(job, rows.number<std::uint32_t>(*rounds));
   }
   return times;
 }

@@ -64,11 +64,12 @@ void expect_reached(const Worst& worst, const std::vector<std::optional<Witness>
   }
 }
 
-Worst explored(const TaskSet& given, const std::string& executor, const Platform& platform = {}) {
+Worst explored(const TaskSet& given, const std::string& executor, const Platform& platform = {},
+               unsigned threads = 1) {
   const HeldReleases by_exploration;
   const TaskSet set = with(given, by_exploration);
   SchedulerOptions scheduling;
-  scheduling.workers = 1;
+  scheduling.workers = threads;
   const WorstCaseTimes times(set);
   WorstResponses worst;
   ExplorationOptions options;
@@ -105,10 +106,14 @@ class Combinations {
 };
 
 struct ChosenTimes final : ExecutionTimes {
-  ChosenTimes(const TaskSet& of_set, Combinations all) : set(of_set), beyond_best(std::move(all)) {}
+  ChosenTimes(const TaskSet& of_set, Combinations all, Combinations later)
+      : set(of_set), beyond_best(std::move(all)), ends_later(std::move(later)) {}
   Duration of(const Job& job) const override { return set[job.task].bcet + beyond_best.of(job.ref()); }
+  std::uint32_t end_round(const Job& job) const override {
+    return 2 * static_cast<std::uint32_t>(ends_later.of(job.ref()).count());
+  }
   const TaskSet& set;
-  Combinations beyond_best;
+  Combinations beyond_best, ends_later;
 };
 
 struct ChosenDelays final : ReleaseDelays {
@@ -118,10 +123,10 @@ struct ChosenDelays final : ReleaseDelays {
 };
 
 Worst enumerated(const TaskSet& given, const std::string& executor, Duration duration, std::uint64_t jobs,
-                 const Platform& platform) {
+                 const Platform& platform, unsigned threads = 1) {
   Worst worst;
   SchedulerOptions scheduling;
-  scheduling.workers = 1;
+  scheduling.workers = threads;
   std::vector<Duration> jitter, beyond_best;
   for (const Task& task : given.tasks) {
     jitter.push_back(task.release_jitter);
@@ -129,7 +134,9 @@ Worst enumerated(const TaskSet& given, const std::string& executor, Duration dur
   }
   ChosenDelays delays(Combinations(jitter, jobs));
   const TaskSet set = with(given, delays);
-  ChosenTimes times(set, Combinations(beyond_best, jobs));
+  ChosenTimes times(set, Combinations(beyond_best, jobs),
+                    Combinations(std::vector(set.size(), Duration(threads > 1 ? 1 : 0)), jobs));
+  const auto next_times = [&] { return times.beyond_best.next() || times.ends_later.next(); };
   do {
     do {
       PublishingWorkload workload(times);
@@ -137,7 +144,7 @@ Worst enumerated(const TaskSet& given, const std::string& executor, Duration dur
       options.platform = platform;
       options.duration = duration;
       take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), worst);
-    } while (times.beyond_best.next());
+    } while (next_times());
   } while (delays.delays.next());
   return worst;
 }
@@ -261,6 +268,27 @@ TEST_P(EveryJitter, ExplorationFindsWhatEnumerationFinds) {
       }
     }
     EXPECT_GE(equal * 10, compared * 9) << executor << ": only " << equal << " of " << compared;
+  }
+}
+
+TEST(Exploration, OfTwoThreadsFindsWhatEnumerationFinds) {
+  std::mt19937_64 random(1);
+  for (const char* executor : {"multi", "multi-jazzy", "cbg"}) {
+    std::size_t equal = 0;
+    constexpr std::size_t kSets = 10;
+    for (int number = 0; number < int{kSets}; ++number) {
+      TaskSet set = small_set(random, number, 7ns, false);
+      add_timer(set, 7ns, Duration(1 + number % 3), Duration(number % 4));
+      if (number % 3 == 0) set.tasks[2].group = set[0].group;
+      Platform platform;
+      platform.cores = 3;
+      const Worst exact = explored(set, executor, platform, 2);
+      const Worst seen = enumerated(set, executor, 42ns, 2, platform, 2);
+      for (const auto& [task, response] : seen)
+        ASSERT_GE(exact.at(task), response) << executor << ", set " << number << ", task " << task;
+      equal += exact == seen;
+    }
+    EXPECT_GE(equal * 10, kSets * 9) << executor << ": only " << equal << " sets";
   }
 }
 

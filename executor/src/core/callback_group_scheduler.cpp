@@ -54,7 +54,7 @@ void CallbackGroupScheduler::remove_task(TaskId task, Time now, const Visitor& d
     std::make_heap(waiting_.begin(), waiting_.end(), later);
   }
   drop_unread(task, dropped);
-  leave(set_, task);
+  leave(changed_set(), task);
   const std::uint32_t index = set_[task].group;
   Group& group = groups_[index];
   group.events.erase(task, [](const Job&) {});

@@ -103,7 +103,7 @@ Joined EventsScheduler::add_task(const JoiningTask& joining, Time now) {
 
 void EventsScheduler::remove_task(TaskId task, Time now, const Visitor& dropped) {
   const bool timer = set_[task].kind == TaskKind::timer && set_[task].local;
-  leave(set_, task);
+  leave(changed_set(), task);
   for_each_queue([&](EventsQueue& queue) {
     queue.erase(task, [&](const Job& job) {
       if (timer) dropped(job, Outcome::queued);  // a subscription's events are not its samples
@@ -117,8 +117,9 @@ void EventsScheduler::remove_task(TaskId task, Time now, const Visitor& dropped)
 
 void EventsScheduler::change_task(TaskId task, const std::optional<std::int64_t>& priority,
                                   const std::vector<TaskId>& feeds) {
-  set_.tasks[task].priority = priority;
-  set_.tasks[task].feeds = feeds;
+  Task& changed = changed_set().tasks[task];
+  changed.priority = priority;
+  changed.feeds = feeds;
   for_each_queue([this](EventsQueue& queue) { queue.tasks_changed(set_); });
 }
 

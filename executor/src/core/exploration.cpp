@@ -42,12 +42,18 @@ class Exploration final : public JobSink, public ExploredInstant {
       first.begin_to_release(true);
       enter(std::move(first));
     }
-    while (std::optional<MetStates::Next> next = met_.next()) {
-      count_state();
-      keep_ends(*next->state, std::move(next->place));
-      expand(std::move(*next->state));
+    ExplorationResult result;
+    try {
+      while (std::optional<MetStates::Next> next = met_.next()) {
+        count_state();
+        keep_ends(*next->state, std::move(next->place));
+        expand(std::move(*next->state));
+      }
+    } catch (const ExplorationRefused& early) {
+      if (early.why == ExplorationRefused::Why::not_covered) throw;
+      result.ended_early = early;
     }
-    ExplorationResult result{expanded_, {}};
+    result.states = expanded_;
     for (const auto& edge : kept_) {
       result.witnesses.push_back(edge ? std::optional(paths_.witness(*edge)) : std::nullopt);
     }
@@ -61,7 +67,8 @@ class Exploration final : public JobSink, public ExploredInstant {
                                ExplorationRefused::Why::states);
     constexpr std::size_t kStatesBetweenStops = 64;
     if (options_.stop && expanded_ % kStatesBetweenStops == 0) {
-      if (const std::string why = options_.stop(); !why.empty()) throw ExplorationRefused(why);
+      if (const std::string why = options_.stop(); !why.empty())
+        throw ExplorationRefused(why, ExplorationRefused::Why::stopped);
     }
   }
 
@@ -140,13 +147,16 @@ class Exploration final : public JobSink, public ExploredInstant {
     return start;
   }
 
-  void keep_longest(std::size_t slot, const Span& span) override {
+  void keep(std::size_t slot, std::span<const Span> spans, Duration at_least) override {
     if (slot >= kept_.size()) return;
     Zone zone = current_->zone;
-    [[maybe_unused]] const bool any =
-        zone.limit(coordinate_of(span.from, kConstant), coordinate_of(span.to, kNow), -longest(span).count());
-    assert(any && "a bound that no schedule reaches");
-    kept_[slot] = ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, current_->released};
+    for (const Span& span : spans) {
+      [[maybe_unused]] const bool any =
+          zone.limit(coordinate_of(span.from, kConstant), coordinate_of(span.to, kNow), -at_least.count());
+      assert(any && "a bound that no schedule reaches");
+    }
+    kept_[slot] =
+        ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, current_->ended, current_->released};
   }
 
   /// The ends of the step and of the slice are replaced on the way to the next states, which witnesses need.
@@ -163,7 +173,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void keep_way(const ExploredState& state, ExploredPaths::End place) {
-    paths_.add({state.zone, from_, std::move(place), kNow, state.begun, state.released});
+    paths_.add({state.zone, from_, std::move(place), kNow, state.begun, state.ended, state.released});
   }
 
   /// Several threads run jobs: gives each that began a coordinate for its end.
@@ -177,7 +187,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       begin_to_track(end_of(job));
       const std::size_t end = state.start_of(end_of(job));
       state.zone.assign(end, kNow, longest - (task.wcet - task.bcet).count(), longest);
-      state.begun.emplace_back(job.task, end);
+      state.begun.push_back({job.task, end, worker});
     }
   }
 
@@ -191,7 +201,8 @@ class Exploration final : public JobSink, public ExploredInstant {
     const std::int64_t now = (state.simulation->now() - Time{}).count();
     const std::int64_t end = (executor.until - Time{}).count();
     state.from = Time{} + Duration(zone.lowest(kNow));
-    if (step_ends_ && executor.step == ExploredState::Step::run) state.begun = {{executor.job.task, kEnd}};
+    if (step_ends_ && executor.step == ExploredState::Step::run)
+      state.begun = {{executor.job.task, kEnd, ExploredState::kExecutor}};
     if (state.busy()) {
       if (step_ends_) {
         const Task& task = set_[executor.job.task];
@@ -277,6 +288,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       }
       if (first.empty()) {
         state.zone.assign(kNow, kConstant, (others - Time{}).count(), (others - Time{}).count());
+        state.ended.clear();
         return happen(std::move(state), Branch{}, others);
       }
       const Time change = state.simulation->scheduler().next_change(state.from);
@@ -305,7 +317,8 @@ class Exploration final : public JobSink, public ExploredInstant {
   void follow(const Branch& branch, ExploredState next) {
     const std::vector<std::int64_t> point = branch.zone.point(kNow);
     next.zone = branch.zone;
-    next.move_to(point);
+    next.ended.clear();
+    next.move_to(branch, point);
     happen(std::move(next), branch, Time{} + Duration(point[kNow]));
   }
 
@@ -369,13 +382,6 @@ class Exploration final : public JobSink, public ExploredInstant {
 };
 
 }  // namespace
-
-void describe_publication(JobRef job, StateWords& words) {
-  const JobRef publication = publication_by(job);
-  words.add_data(publication, kNever);
-  const std::vector<JobRef>& all = words.data();
-  words.add(std::find(all.begin(), all.end(), publication) - all.begin());
-}
 
 ExplorationResult explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
                           const ExplorationOptions& options, ExplorationObserver& observer) {

@@ -8,27 +8,41 @@
 namespace hotpath {
 
 Witness ExploredPaths::witness(const Edge& last) const {
-  Witness witness;
-  std::vector<std::int64_t> point = last.zone.point(last.instant);
-  std::int64_t instant = point[last.instant] - last.from.origin;
-  const auto note_releases = [&](const Edge& edge) {
-    for (const auto& [timer, timestamp] : edge.released) {
-      witness.delays.emplace_back(timer, Time{} + Duration(point[edge.instant]) - timestamp);
-    }
-  };
-  note_releases(last);
-  for (const Edge* edge = &last; edge->from.state != kNowhere;) {
-    const auto [before, at] = edge_to(edge->from, point);
-    edge = before;
-    point = at;
-    instant += edge->to.origin - edge->from.origin;
-    note_releases(*edge);
-    for (auto job = edge->starts.rbegin(); job != edge->starts.rend(); ++job)
-      witness.jobs.emplace_back(job->first, Duration(point[job->second] - point[edge->instant]));
+  std::vector<Step> steps = {{&last, last.zone.point(last.instant)}};
+  while (steps.back().edge->from.state != kNowhere) {
+    const Step after = steps.back();
+    steps.push_back(edge_to(after.edge->from, after.point));
+    steps.back().origin = after.origin + after.edge->from.origin - steps.back().edge->to.origin;
   }
-  std::reverse(witness.jobs.begin(), witness.jobs.end());
-  std::reverse(witness.delays.begin(), witness.delays.end());
-  witness.instant = Time{} + Duration(instant);
+  std::reverse(steps.begin(), steps.end());
+  Witness witness;
+  struct Begun {
+    std::size_t job = 0;
+    Time instant = kNever;
+    std::uint32_t round = 0;
+  };
+  std::vector<Begun> running(kMaxWorkers);
+  std::uint32_t round = 0;  // of those at one instant
+  for (const auto& [edge, point, origin] : steps) {
+    const Time instant = Time{} + Duration(point[edge->instant] + origin);
+    round = instant == witness.instant ? round + 1 : 0;
+    witness.instant = instant;
+    for (const auto& [timer, timestamp] : edge->released) {
+      witness.delays.emplace_back(timer, Time{} + Duration(point[edge->instant]) - timestamp);
+    }
+    for (const Worker w : edge->ended) {
+      const auto& [job, started, its_round] = running[w];
+      if (started == instant) {
+        witness.jobs[job].end_round = round - its_round;
+      } else if (round > 0) {
+        witness.jobs[job].end_round = round + 1;
+      }
+    }
+    for (const BegunJob& job : edge->starts) {
+      running[job.worker] = {witness.jobs.size(), instant, round};
+      witness.jobs.push_back({job.task, Duration(point[job.end] - point[edge->instant])});
+    }
+  }
   return witness;
 }
 
@@ -40,7 +54,7 @@ ExploredPaths::Step ExploredPaths::edge_to(const End& end, const std::vector<std
       const std::int64_t there = point[end.coordinates[i]] - end.origin + edge.to.origin;
       leads_here = edge.to.coordinates[i] == 0 || zone.equate(edge.to.coordinates[i], 0, there);
     }
-    if (leads_here) return {&edge, zone.point(edge.instant)};
+    if (leads_here) return {&edge, zone.point(edge.instant), 0};
   }
   assert(false && "no edge leads to a point of a state");
   throw ExplorationRefused("no schedule leads to a state");
@@ -65,10 +79,16 @@ Duration WitnessTimes::of(const Job& job) const {
   if (!given_.empty() && given_.back().first == job.ref()) return given_.back().second;
   const Task& task = set_[job.task];
   if (task.wcet == Duration{} || given_.size() == witness_.jobs.size()) return task.wcet;
-  const auto [started, time] = witness_.jobs[given_.size()];
-  if (started != job.task) throw std::logic_error("a witness of another system");
-  given_.emplace_back(job.ref(), time);
-  return time;
+  const Witness::Started& started = witness_.jobs[given_.size()];
+  if (started.task != job.task) throw std::logic_error("a witness of another system");
+  given_.emplace_back(job.ref(), started.time);
+  if (started.end_round > 0) given_rounds_.emplace_back(job.ref(), started.end_round);
+  return started.time;
+}
+
+std::uint32_t WitnessTimes::end_round(const Job& job) const {
+  const bool given = !given_rounds_.empty() && given_rounds_.back().first == job.ref();
+  return given ? given_rounds_.back().second : 0;
 }
 
 }  // namespace hotpath

@@ -13,6 +13,13 @@
 
 namespace hotpath {
 
+/// A job that began, with the coordinate of its end.
+struct BegunJob {
+  TaskId task;
+  std::size_t end;
+  Worker worker;
+};
+
 /// How an exploration came to its states, to find a schedule that leads to one of them.
 class ExploredPaths {
  public:
@@ -30,8 +37,9 @@ class ExploredPaths {
     Zone zone;  ///< Of all schedules that go this way, with the coordinates of both states.
     End from, to;
     std::size_t instant = 0;  ///< Coordinate: when the next state begins.
-    /// The jobs that start there and take time, in this order, with the coordinates of their ends.
-    std::vector<std::pair<TaskId, std::size_t>> starts;
+    /// The jobs that start there and take time, in this order.
+    std::vector<BegunJob> starts;
+    std::vector<Worker> ended;                      ///< Of several threads: those whose jobs end there.
     std::vector<std::pair<TaskId, Time>> released;  ///< Timers released there, with their timestamps.
   };
 
@@ -40,13 +48,14 @@ class ExploredPaths {
     edges_[edge.to.state].push_back(std::move(edge));
   }
 
-  /// A schedule of the last edge's zone, from its beginning.
+  /// A schedule of the last edge's zone.
   [[nodiscard]] Witness witness(const Edge& last) const;
 
  private:
   struct Step {
     const Edge* edge;
     std::vector<std::int64_t> point;  ///< Of its zone.
+    std::int64_t origin = 0;          ///< Of the point.
   };
 
   /// The first edge that leads to the state at this point of the next edge's zone. It was there before the

@@ -68,17 +68,23 @@ void add(const ExploredState& state, Branch branch, std::vector<Branch>& branche
   if (branch.zone.limit(kNow, kSlice, -1)) branches.push_back(std::move(branch));
 }
 
+/// How far behind this instant an end lies that is not one of it. Several threads act one after the other,
+/// so that some may do so at an instant while the others still run.
+std::int64_t after(const ExploredState& state) { return state.simulation->several() ? 0 : 1; }
+
 /// Adds the schedules of `branch` in which each of `ends` from number `next` on is now or later.
 void choose(const ExploredState& state, const Instants& ends, std::size_t next, Branch branch,
             std::vector<Branch>& branches) {
   if (next == ends.size()) return add(state, std::move(branch), branches);
   const UncertainInstant& end = ends[next];
   Branch later = branch;
-  if (later.zone.limit(kNow, end.coordinate, end.later - 1)) {
+  if (later.zone.limit(kNow, end.coordinate, end.later - after(state))) {
     choose(state, ends, next + 1, std::move(later), branches);
   }
   if (!branch.zone.equate(kNow, end.coordinate, end.later)) return;
-  if (end.release != kNoTask) {
+  if (state.simulation->several()) {
+    branch.ends.push_back(end.coordinate);
+  } else if (end.release != kNoTask) {
     branch.releases.push_back(end.release);
   } else if (end.coordinate == kEnd) {
     branch.step_ends = state.runs();
@@ -136,12 +142,17 @@ Time ExploredState::begin_to_release(bool begun_without) {
   return next;
 }
 
-void ExploredState::move_to(const std::vector<std::int64_t>& point) {
+void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t>& point) {
   SimulatedWorkers& workers = simulation->workers();
   SimulatedWorkers::State& executor = this->executor();
   const auto instant = [&](std::size_t coordinate) { return Time{} + Duration(point[coordinate]); };
   if (simulation->several()) {
-    for (const Worker w : running()) workers[w].until = workers[w].step_end = instant(end_of_job(w));
+    for (const Worker w : running()) {
+      workers[w].until = workers[w].step_end = instant(end_of_job(w));
+      const bool ends = std::ranges::find(branch.ends, end_of_job(w)) != branch.ends.end();
+      workers[w].rounds = ends ? 0 : 2;  // not in this one
+      if (ends) ended.push_back(w);
+    }
     return;
   }
   if (runs()) {
@@ -190,7 +201,7 @@ std::vector<Branch> ExploredState::branches(Time others, Time change) const {
       auto branch = at(*this, ending[first], arriving, arrived);
       bool is_first = before_limit(branch);
       for (std::size_t i = 0; i < first && is_first; ++i) {
-        is_first = branch->zone.limit(kNow, ending[i].coordinate, ending[i].later - 1);
+        is_first = branch->zone.limit(kNow, ending[i].coordinate, ending[i].later - after(*this));
       }
       if (is_first) choose(*this, ending, first, std::move(*branch), all);
     }

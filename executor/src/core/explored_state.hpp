@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "explored_paths.hpp"
 #include "explored_simulation.hpp"
 #include "zone.hpp"
 
@@ -46,6 +47,7 @@ struct Branch {
   Zone zone = Zone();
   bool step_ends = false;
   std::vector<TaskId> releases{};
+  std::vector<std::size_t> ends{};  ///< Of several threads: coordinates of the jobs that end now.
 };
 
 /// A state of an exploration. A copy has a simulation of its own.
@@ -62,10 +64,11 @@ struct ExploredState {
   // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
   // uncertain.
   bool wakes = false, releases = false;
-  // What happened at the last instant: releases, by timer and timestamp; jobs that began, with the
-  // coordinates of their ends.
+  // What happened at the last instant: releases, by timer and timestamp; jobs that began; threads whose jobs
+  // ended, of several.
   std::vector<std::pair<TaskId, Time>> released{};
-  std::vector<std::pair<TaskId, std::size_t>> begun{};
+  std::vector<BegunJob> begun{};
+  std::vector<Worker> ended{};
 
   [[nodiscard]] SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
   /// The timer thread, if there is one.
@@ -105,8 +108,8 @@ struct ExploredState {
   /// Makes the releases whose timestamps have come coordinates, all of them later than their timestamps if
   /// the executor has begun without them; returns the next such timestamp.
   Time begin_to_release(bool begun_without = false);
-  /// Gives the simulation the instants of its zone at this point.
-  void move_to(const std::vector<std::int64_t>& point);
+  /// Gives the simulation the instants of the branch at this point of its zone.
+  void move_to(const Branch& branch, const std::vector<std::int64_t>& point);
   /// Everything that can happen next, at `others` or before it, and before `change`.
   [[nodiscard]] std::vector<Branch> branches(Time others, Time change) const;
 };

@@ -33,6 +33,13 @@ void add_start(const ExploredState& state, JobRef job, std::vector<std::size_t>&
 
 }  // namespace
 
+void describe_publication(JobRef job, StateWords& words) {
+  const JobRef publication = publication_by(job);
+  words.add_data(publication, kNever);
+  const std::vector<JobRef>& all = words.data();
+  words.add(std::find(all.begin(), all.end(), publication) - all.begin());
+}
+
 MetStates::MetStates(const TaskSet& set, bool publications)
     : hyperperiod_(hyperperiod(set)), publications_(publications) {}
 

@@ -44,10 +44,16 @@ class SimulatedWorkers {
     unsigned core = 0;           ///< Last core used, if workers differ in their allowed cores.
     // The worker's last decision.
     bool has_job = false;
+    std::uint32_t rounds = 0;  ///< What is left of Workload::end_round() of the job.
     Job job;
     Time start{};
     Time wake_at{};     ///< Without a job.
     WorkerSet to_wake;  ///< Other workers of its executor, to wake after the lock is released.
+
+    bool ends_in_next_round() {
+      if (rounds > 0) --rounds;
+      return rounds == 0;
+    }
   };
 
   explicit SimulatedWorkers(const Platform& platform);

@@ -113,7 +113,8 @@ class Simulation {
     done_.clear();
     for (std::size_t i = 0; i < workers_.on_core(); ++i) {
       const Worker w = workers_.running(i);
-      if (workers_[w].step == Step::run && workers_[w].until <= now_) done_.push_back(w);
+      SimulatedWorkers::State& worker = workers_[w];
+      if (worker.step == Step::run && worker.until <= now_ && worker.ends_in_next_round()) done_.push_back(w);
     }
     std::sort(done_.begin(), done_.end());
     for (const Worker w : done_) finish_job(w);
@@ -141,7 +142,7 @@ class Simulation {
       stepped = false;
       for (std::size_t i = 0; i < workers_.on_core(); ++i) {
         const Worker w = workers_.running(i);
-        if (workers_[w].until > now_) continue;
+        if (workers_[w].until > now_ || workers_[w].rounds > 0) continue;
         step(w);
         stepped = true;
       }
@@ -246,6 +247,7 @@ class Simulation {
       return;
     }
     run(w, workload_->start(job, now_));
+    worker.rounds = workload_->end_round(job);
     if (sink_) sink_->started(record(w, Outcome::ran));
   }
 

@@ -54,7 +54,7 @@ void WaitSet::remove_task(TaskId task, Time now, const Visitor& dropped) {
   }
   drop_unread(task, dropped);
   snapshot_.erase(task);
-  leave(set_, task);
+  leave(changed_set(), task);
   left(task);
 }
 

@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -15,9 +16,9 @@
 
 namespace hotpath {
 
-/// A system that is not explored, or whose states exceed the limit; the message says why.
+/// A system that is not explored, or whose exploration ended early; the message says why.
 struct ExplorationRefused : std::runtime_error {
-  enum class Why : std::uint8_t { not_covered, states };
+  enum class Why : std::uint8_t { not_covered, states, stopped };
   explicit ExplorationRefused(const std::string& text, Why reason = Why::not_covered)
       : std::runtime_error(text), why(reason) {}
   Why why;
@@ -45,9 +46,10 @@ class ExploredInstant {
   };
   /// The span in the schedule in which it takes longest.
   [[nodiscard]] virtual Duration longest(const Span& span) const = 0;
-  /// Makes that schedule the witness of `slot`, below ExplorationOptions::witnesses; otherwise without
-  /// effect.
-  virtual void keep_longest(std::size_t slot, const Span& span) = 0;
+  /// Makes a schedule in which each of the spans takes `at_least` so long, as one of which is the longest,
+  /// the witness of `slot`, below ExplorationOptions::witnesses; otherwise without effect. All end alike.
+  virtual void keep(std::size_t slot, std::span<const Span> spans, Duration at_least) = 0;
+  void keep_longest(std::size_t slot, const Span& span) { keep(slot, {&span, 1}, longest(span)); }
   /// The instant, in the schedule in which it comes last.
   [[nodiscard]] Time latest() const { return Time{} + longest({}); }
 };
@@ -74,8 +76,12 @@ struct ExplorationOptions {
 /// One of the explored schedules, up to an instant. Only its execution times and the delays of releases are
 /// free; all else follows.
 struct Witness {
-  /// Of the jobs that take time, in the order of their starts.
-  std::vector<std::pair<TaskId, Duration>> jobs;
+  struct Started {
+    TaskId task;
+    Duration time;
+    std::uint32_t end_round = 0;  ///< See Workload.
+  };
+  std::vector<Started> jobs;  ///< Those that take time, in the order of their starts.
   /// Of the jobs of timers with release_jitter, by timer in the order of their timestamps.
   std::vector<std::pair<TaskId, Duration>> delays;
   Time instant{};
@@ -86,26 +92,33 @@ struct Witness {
 class WitnessTimes final : public ExecutionTimes, public ReleaseDelays {
  public:
   using Given = std::pair<JobRef, Duration>;
+  using GivenRound = std::pair<JobRef, std::uint32_t>;
   /// The arguments must outlive it.
   WitnessTimes(const TaskSet& set, const Witness& witness);
   /// A job is asked for when it starts. Throws std::logic_error if the simulated system is another one.
   [[nodiscard]] Duration of(const Job& job) const override;
+  [[nodiscard]] std::uint32_t end_round(const Job& job) const override;
   [[nodiscard]] Time due(JobRef job, Time timestamp) const override;
   [[nodiscard]] const ReleaseDelays* release_delays() const override { return this; }
   /// The times of the witness, and the delays of the jobs that were asked for, by job.
   [[nodiscard]] const std::vector<Given>& given() const { return given_; }
   [[nodiscard]] const std::vector<Given>& given_delays() const { return given_delays_; }
+  /// The jobs that end in later rounds.
+  [[nodiscard]] const std::vector<GivenRound>& given_rounds() const { return given_rounds_; }
 
  private:
   const TaskSet& set_;
   const Witness& witness_;
   mutable std::vector<std::deque<Duration>> delays_left_;  // by task
   mutable std::vector<Given> given_, given_delays_;
+  mutable std::vector<GivenRound> given_rounds_;
 };
 
 struct ExplorationResult {
   std::size_t states = 0;
   std::vector<std::optional<Witness>> witnesses;  ///< By slot.
+  /// Why it ended early: the observer met some of the schedules only.
+  std::optional<ExplorationRefused> ended_early;
 };
 
 /// Meets every schedule of `set` for the phases that it has, any execution times between `bcet` and `wcet`,
@@ -122,11 +135,12 @@ struct ExplorationResult {
 /// Exact and Sustainable Analysis of Non-Preemptive Scheduling".)
 ///
 /// Several executor threads, each with a core, have a coordinate each for the end of their jobs; nothing else
-/// may take time then. Jobs that end at one instant end in the order of their threads' numbers.
+/// may take time then. Jobs that end at one instant end in any number of rounds (Workload::end_round()), and
+/// before or after a timer wakes a thread there.
 ///
 /// `scheduler` and `workload` must have a clone(). Timers with release_jitter must have HeldReleases as their
 /// release_delays. `workload` takes the longest execution times. Throws
-/// ExplorationRefused.
+/// ExplorationRefused for what is not covered.
 ExplorationResult explore(const TaskSet& set, const Scheduler& scheduler, const Workload& workload,
                           const ExplorationOptions& options, ExplorationObserver& observer);
 

@@ -61,15 +61,23 @@ class ExploredScheduler : public Scheduler {
   /// `executors` executor workers, at least one, and the timer management worker if it `has_releaser`: at
   /// most kMaxWorkers.
   ExploredScheduler(const TaskSet& set, unsigned executors, bool has_releaser)
-      : set_(set), unread_(set), roles_(executors, WorkerRole::executor) {
+      : own_set_(std::make_shared<TaskSet>(set)),
+        set_(*own_set_),
+        unread_(set),
+        roles_(executors, WorkerRole::executor) {
     if (has_releaser) roles_.push_back(WorkerRole::timer_management);
     assert(executors >= 1 && roles_.size() <= kMaxWorkers);
   }
 
   TaskId join_set(const JoiningTask& joining) {
-    const TaskId id = join(set_, joining);
+    const TaskId id = join(changed_set(), joining);
     unread_.add_task(set_[id]);
     return id;
+  }
+  /// Not of a clone, nor after it was cloned.
+  TaskSet& changed_set() {
+    assert(own_set_.use_count() == 1 && "clones share their tasks");
+    return *own_set_;
   }
   void drop_unread(TaskId task, const Visitor& dropped) {
     visit_unread(task, dropped);
@@ -81,7 +89,8 @@ class ExploredScheduler : public Scheduler {
     visit(at_the_end.call(now), Outcome::queued);
   }
 
-  TaskSet set_;
+  const std::shared_ptr<TaskSet> own_set_;  // shared with clones
+  const TaskSet& set_;
   UnreadSamples unread_;
 
  private:

@@ -28,6 +28,14 @@ class Workload {
   /// events.
   virtual Duration start(const Job& job, Time now) = 0;
 
+  /// When `job` ends among those that end at one instant. In a round the jobs end, in the order of their
+  /// threads, and then threads take their next jobs. n > 0: in the n-th round of that instant which begins
+  /// after its start; 0: as soon as its time has passed.
+  [[nodiscard]] virtual std::uint32_t end_round(const Job& job) const {
+    static_cast<void>(job);
+    return 0;
+  }
+
   /// `job` of `task` publishes, and ends unless rest() says otherwise; returns the subset of
   /// `task.feeds` to which it publishes now. The span is valid until the next finish().
   virtual std::span<const TaskId> finish(const Job& job, const Task& task, Time now) = 0;
@@ -63,6 +71,11 @@ class ExecutionTimes {
   virtual ~ExecutionTimes() = default;
   /// Execution time of `job`, >= 0; the same at every call.
   [[nodiscard]] virtual Duration of(const Job& job) const = 0;
+  /// See Workload.
+  [[nodiscard]] virtual std::uint32_t end_round(const Job& job) const {
+    static_cast<void>(job);
+    return 0;
+  }
   /// When the jobs of timers with release_jitter become ready (Task::release_delays); none: at their
   /// timestamps.
   [[nodiscard]] virtual const ReleaseDelays* release_delays() const { return releases_.get(); }
@@ -163,6 +176,7 @@ class PublishingWorkload final : public Workload {
   /// `times` must outlive the workload.
   explicit PublishingWorkload(const ExecutionTimes& times) : times_(times) {}
   Duration start(const Job& job, Time) override { return times_.of(job); }
+  [[nodiscard]] std::uint32_t end_round(const Job& job) const override { return times_.end_round(job); }
   std::span<const TaskId> finish(const Job&, const Task& task, Time) override { return task.feeds; }
   [[nodiscard]] std::unique_ptr<Workload> clone() const override {
     return std::make_unique<PublishingWorkload>(*this);

@@ -42,6 +42,7 @@ class GraphWorkload final : public Workload {
                 std::vector<ChainObservation>* observations = nullptr);
 
   Duration start(const Job& job, Time now) override;
+  [[nodiscard]] std::uint32_t end_round(const Job& job) const override { return times_.end_round(job); }
   std::span<const TaskId> finish(const Job& job, const Task& task, Time now) override;
   [[nodiscard]] std::optional<Duration> rest() const override { return rest_; }
   void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) override;
