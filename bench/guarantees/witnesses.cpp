@@ -33,11 +33,13 @@ std::string file_name(std::string name) {
 }
 
 /// The execution times of all jobs that started, and release delays, as `simulate` reads them.
-std::string list_of(const WitnessTimes& times, const TaskSet& set, const Trace& trace) {
+std::string list_of(const WitnessTimes& times, const TaskSet& set, const Trace& trace,
+                    Duration longest_delivery) {
   struct Row {
     std::optional<Duration> time;
     Duration delay{};
     std::uint32_t end_round = 0;
+    std::optional<Duration> delivery{};
   };
   std::map<std::pair<TaskId, std::uint64_t>, Row> rows;
   for (const JobRecord& r : trace.jobs) {
@@ -46,15 +48,19 @@ std::string list_of(const WitnessTimes& times, const TaskSet& set, const Trace& 
   for (const auto& [job, time] : times.given()) rows[{job.task, job.sequence}].time = time;
   for (const auto& [job, delay] : times.given_delays()) rows[{job.task, job.sequence}].delay = delay;
   for (const auto& [job, round] : times.given_rounds()) rows[{job.task, job.sequence}].end_round = round;
+  for (const auto& [sample, delay] : times.given_deliveries()) rows[sample].delivery = delay;
+  const bool deliveries = !times.given_deliveries().empty();
   const bool delays = !times.given_delays().empty(), rounds = !times.given_rounds().empty();
   std::string list(simulated::kListedColumns);
   if (delays) list += program::concat(",", simulated::kListedDelay);
   if (rounds) list += program::concat(",", simulated::kListedRound);
+  if (deliveries) list += program::concat(",", simulated::kListedDelivery);
   for (const auto& [job, row] : rows) {
     const Task& task = set[job.first];
     list += program::concat("\n", task.name, ",", job.second, ",", row.time.value_or(task.wcet).count());
     if (delays) list += program::concat(",", row.delay.count());
     if (rounds) list += program::concat(",", row.end_round);
+    if (deliveries) list += program::concat(",", row.delivery.value_or(longest_delivery).count());
   }
   return list + "\n";
 }
@@ -138,7 +144,7 @@ std::string write_witnesses(const std::vector<bounds::ReachedWorstCase>& worst_c
                                               " ns under ", executor.label, " gives ", reached,
                                               " ns. Please report the graph ", own / "graph.yaml"));
     }
-    write(run.string() + ".csv", list_of(times, tasks.set, repetition.trace));
+    write(run.string() + ".csv", list_of(times, tasks.set, repetition.trace, graph.platform.delivery_delay));
     store(common, run, static_cast<double>(ms) / 1000);
     lines += program::concat("Witness: ", program::fixed(to_ms(Duration(worst.value_ns)), 6), " ms, ",
                              run.string(), "\n");

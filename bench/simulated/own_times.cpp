@@ -124,7 +124,7 @@ Duration release_delay(const CsvReader& rows, std::size_t column, const Task& ta
 }
 
 /// Times and release delays of single jobs.
-class ListedTimes final : public ExecutionTimes, public ReleaseDelays {
+class ListedTimes final : public ExecutionTimes, public ReleaseDelays, public Deliveries {
  public:
   ListedTimes(std::string file, const TaskSet& set) : file_(std::move(file)), times_(set.size()) {
     for (const Task& task : set.tasks) names_.push_back(task.name);
@@ -132,6 +132,12 @@ class ListedTimes final : public ExecutionTimes, public ReleaseDelays {
   /// Whether the job was not listed before.
   bool add(JobRef job, Duration time) { return times_[job.task].emplace(job.sequence, time).second; }
   void add_delay(JobRef job, Duration delay) { delays_[{job.task, job.sequence}] = delay; }
+  void add_delivery(JobRef job, Duration delay) { deliveries_[{job.task, job.sequence}] = delay; }
+  [[nodiscard]] Duration of(TaskId subscription, std::uint64_t number, Duration longest) const override {
+    const auto listed = deliveries_.find({subscription, number});
+    return listed == deliveries_.end() ? longest : std::min(longest, listed->second);
+  }
+  [[nodiscard]] const Deliveries* deliveries() const override { return deliveries_.empty() ? nullptr : this; }
   void add_round(JobRef job, std::uint32_t round) { rounds_[{job.task, job.sequence}] = round; }
   [[nodiscard]] std::uint32_t end_round(const Job& job) const override {
     const auto listed = rounds_.find({job.task, job.sequence});
@@ -154,7 +160,7 @@ class ListedTimes final : public ExecutionTimes, public ReleaseDelays {
   const std::string file_;
   std::vector<std::string> names_;
   std::vector<std::map<std::uint64_t, Duration>> times_;  // by task, then by sequence
-  std::map<std::pair<TaskId, std::uint64_t>, Duration> delays_;
+  std::map<std::pair<TaskId, std::uint64_t>, Duration> delays_, deliveries_;
   std::map<std::pair<TaskId, std::uint64_t>, std::uint32_t> rounds_;
 };
 
@@ -167,6 +173,8 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
   std::string header(kListedColumns);
   if (delays) header += program::concat(",", kListedDelay);
   if (rounds) header += program::concat(",", kListedRound);
+  const std::optional<std::size_t> deliveries = rows.find_column(kListedDelivery);
+  if (deliveries) header += program::concat(",", kListedDelivery);
   rows.require_header(header);
   auto times = std::make_unique<ListedTimes>(file, set);
   std::map<std::string, TaskId, std::less<>> ids;
@@ -185,6 +193,7 @@ std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const Task
     if (!times->add(job, time))
       rows.fail(program::concat("job ", job.sequence, " of ", task.name, " is listed twice"), "keep one row");
     if (delays) times->add_delay(job, release_delay(rows, *delays, task));
+    if (deliveries) times->add_delivery(job, rows.nanoseconds(*deliveries));
     if (rounds) times->add_round(job, rows.number<std::uint32_t>(*rounds));
   }
   return times;

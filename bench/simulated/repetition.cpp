@@ -22,6 +22,7 @@ results::Repetition simulate_repetition(const Plan& plan, RunTotals* totals) {
   options.duration = plan.warm_up + plan.duration;
   options.start = plan.start;
   options.overload_backlog = 100 * static_cast<std::uint64_t>(set.size());
+  options.deliveries = plan.times.deliveries();
   if (plan.max_backlog) options.overload_backlog = options.max_backlog = *plan.max_backlog;
 
   results::Repetition repetition;

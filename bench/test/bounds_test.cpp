@@ -44,6 +44,7 @@ std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
   Trace trace;
   TraceRecorder recorder(trace);
   try {
+    options.deliveries = times.deliveries();
     simulate(tasks.set, system.executors(), system.executor_of(), workload, options, &recorder);
     return trace;
   } catch (const SimulationError&) {

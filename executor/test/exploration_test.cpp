@@ -58,6 +58,7 @@ void expect_reached(const Worst& worst, const std::vector<std::optional<Witness>
     SimulationOptions options;
     options.platform = platform;
     options.duration = witnesses[timer]->instant - Time{} + 1ns;
+    options.deliveries = times.deliveries();
     Worst reached;
     take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), reached);
     EXPECT_EQ(reached[timer], response) << executor << ", task " << timer;
@@ -116,6 +117,14 @@ struct ChosenTimes final : ExecutionTimes {
   Combinations beyond_best, ends_later;
 };
 
+struct ChosenDeliveries final : Deliveries {
+  explicit ChosenDeliveries(Combinations all) : delays(std::move(all)) {}
+  Duration of(TaskId subscription, std::uint64_t number, Duration longest) const override {
+    return std::min(longest, delays.of({subscription, number}));
+  }
+  Combinations delays;
+};
+
 struct ChosenDelays final : ReleaseDelays {
   explicit ChosenDelays(Combinations all) : delays(std::move(all)) {}
   Time due(JobRef job, Time timestamp) const override { return timestamp + delays.of(job); }
@@ -136,13 +145,20 @@ Worst enumerated(const TaskSet& given, const std::string& executor, Duration dur
   const TaskSet set = with(given, delays);
   ChosenTimes times(set, Combinations(beyond_best, jobs),
                     Combinations(std::vector(set.size(), Duration(threads > 1 ? 1 : 0)), jobs));
-  const auto next_times = [&] { return times.beyond_best.next() || times.ends_later.next(); };
+  std::vector<Duration> delivery;
+  for (const Task& task : set.tasks)
+    delivery.push_back(task.kind == TaskKind::timer ? Duration{} : platform.delivery_delay);
+  ChosenDeliveries deliveries(Combinations(delivery, jobs));
+  const auto next_times = [&] {
+    return times.beyond_best.next() || times.ends_later.next() || deliveries.delays.next();
+  };
   do {
     do {
       PublishingWorkload workload(times);
       SimulationOptions options;
       options.platform = platform;
       options.duration = duration;
+      options.deliveries = &deliveries;
       take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), worst);
     } while (next_times());
   } while (delays.delays.next());
@@ -258,7 +274,7 @@ TEST_P(EveryJitter, ExplorationFindsWhatEnumerationFinds) {
       if (late) platform.wake_up_latency = Duration(1 + 2 * (number % 5));
       if (number % 3 > 1) platform.wait_cost_per_entity = 1ns;
       if (number % 4 == 0) platform.raised_releaser = false;
-      platform.delivery_delay = Duration(number % (jitter ? 3 : 5));
+      platform.delivery_delay = Duration(jitter ? number % 10 == 1 : number % 5);
       const Worst exact = explored(set, executor, platform);
       const Worst seen = enumerated(set, executor, (jitter ? 5 : 6) * period, jitter ? 3 : 2, platform);
       for (const TaskId timer : {0U, 1U}) {

@@ -29,7 +29,7 @@ void check_threads(const TaskSet& set, const Platform& p, std::span<const Worker
 }  // namespace
 
 const ExploredScheduler& explorable(const TaskSet& set, const ExplorationOptions& options,
-                                           const Scheduler& scheduler, const Workload& workload) {
+                                    const Scheduler& scheduler, const Workload& workload) {
   const auto* explored = dynamic_cast<const ExploredScheduler*>(&scheduler);
   if (!explored || !explored->clone() || !workload.clone()) {
     throw ExplorationRefused("an executor whose timer thread runs jobs is not explored");

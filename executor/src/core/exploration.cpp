@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "explorable.hpp"
+#include "explored_deliveries.hpp"
 #include "explored_paths.hpp"
 #include "explored_state.hpp"
 #include "met_states.hpp"
@@ -14,8 +15,9 @@ namespace hotpath {
 
 namespace {
 
-/// A state has a successor for each subset of the uncertain releases that may happen at one instant.
+/// A state has a successor for each subset of the uncertain instants that may be one.
 constexpr std::ptrdiff_t kMostAtOnce = 12;
+constexpr const char* kTooManyAtOnce = "more than 12 releases, arrivals or ends may come at one instant";
 
 class Exploration final : public JobSink, public ExploredInstant {
  public:
@@ -30,17 +32,18 @@ class Exploration final : public JobSink, public ExploredInstant {
     for (TaskId id = 0; id < set_.size(); ++id) {
       if (set_[id].release_jitter > Duration{} && set_[id].phase == Duration{}) at_once.push_back(id);
     }
-    if (std::ssize(at_once) > kMostAtOnce)
-      throw ExplorationRefused("more than 12 timers with release jitter have the phase 0");
+    if (std::ssize(at_once) > kMostAtOnce) throw ExplorationRefused(kTooManyAtOnce);
     for (std::size_t subset = 0; subset < std::size_t{1} << at_once.size(); ++subset) {
       std::vector<TaskId> released;
       for (std::size_t i = 0; i < at_once.size(); ++i) {
         if ((subset >> i & 1U) != 0) released.push_back(at_once[i]);
       }
-      ExploredState first{simulation_of(scheduler.clone(), workload.clone())};
-      begin(first, released);
-      first.begin_to_release(true);
-      enter(std::move(first));
+      deliveries_.for_each_choice([&] {
+        ExploredState first{simulation_of(scheduler.clone(), workload.clone())};
+        begin(first, released);
+        first.begin_to_release(true);
+        enter(std::move(first));
+      });
     }
     ExplorationResult result;
     try {
@@ -67,8 +70,8 @@ class Exploration final : public JobSink, public ExploredInstant {
                                ExplorationRefused::Why::states);
     constexpr std::size_t kStatesBetweenStops = 64;
     if (options_.stop && expanded_ % kStatesBetweenStops == 0) {
-      if (const std::string why = options_.stop(); !why.empty())
-        throw ExplorationRefused(why, ExplorationRefused::Why::stopped);
+      const std::string why = options_.stop();
+      if (!why.empty()) throw ExplorationRefused(why, ExplorationRefused::Why::stopped);
     }
   }
 
@@ -78,6 +81,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     options.platform = options_.platform;
     options.duration = kLongestInstant;
     options.max_backlog = 1000;
+    if (options.platform.delivery_delay > Duration{}) options.deliveries = &deliveries_;
     check_simulation(set_, options);
     SimulatedExecutor executor{scheduler.get(), {}, options.platform.other_entities, {}};
     for (const WorkerRole role : scheduler->workers()) {
@@ -104,6 +108,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     unsettled_ = false;
     state.released.clear();
     state.begun.clear();
+    state.sent.clear();
     started_.clear();
     before_ = state.executor();
     if (state.simulation->workers().size() > 1) timers_before_ = state.timers();
@@ -111,24 +116,17 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   void started(const JobRecord& record) override {
     settle();
-    const TaskId task = record.job.task;
-    started_.emplace_back(record.worker, record.job.ref());
-    if (options_.tracked.empty() || !options_.tracked[task]) return;
-    begin_to_track(record.job.ref());
-  }
-
-  void begin_to_track(JobRef job) {
-    current_->starts.push_back(job);
-    current_->zone.assign(current_->zone.grow(), kNow, 0, 0);
+    const JobRef job = record.job.ref();
+    started_.emplace_back(record.worker, job);
+    if (!options_.tracked.empty() && options_.tracked[job.task]) current_->track(job);
   }
 
   void ended(const JobRecord& record) override {
     settle();
     observer_.ended(record, *this);
     unsettled_ = record.outcome == Outcome::ran;
-    const bool matters = options_.publications || options_.platform.delivery_delay > Duration{};
-    if (matters && unsettled_ && !set_[record.job.task].feeds.empty()) {
-      begin_to_track(publication_by(record.job.ref()));
+    if (options_.publications && unsettled_ && !set_[record.job.task].feeds.empty()) {
+      current_->track(publication_by(record.job.ref()));
     }
   }
 
@@ -156,7 +154,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       assert(any && "a bound that no schedule reaches");
     }
     kept_[slot] =
-        ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, current_->ended, current_->released};
+        ExploredPaths::Edge{std::move(zone), from_, {}, kNow, {}, current_->ended, {}, current_->released};
   }
 
   /// The ends of the step and of the slice are replaced on the way to the next states, which witnesses need.
@@ -173,7 +171,8 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void keep_way(const ExploredState& state, ExploredPaths::End place) {
-    paths_.add({state.zone, from_, std::move(place), kNow, state.begun, state.ended, state.released});
+    paths_.add(
+        {state.zone, from_, std::move(place), kNow, state.begun, state.ended, state.sent, state.released});
   }
 
   /// Several threads run jobs: gives each that began a coordinate for its end.
@@ -184,8 +183,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       if (thread.step != ExploredState::Step::run || !(thread.job.ref() == job)) continue;  // it took no time
       const Task& task = set_[job.task];
       const std::int64_t longest = (thread.until - state.simulation->now()).count();
-      begin_to_track(end_of(job));
-      const std::size_t end = state.start_of(end_of(job));
+      const std::size_t end = state.track(end_of(job));
       state.zone.assign(end, kNow, longest - (task.wcet - task.bcet).count(), longest);
       state.begun.push_back({job.task, end, worker});
     }
@@ -193,6 +191,7 @@ class Exploration final : public JobSink, public ExploredInstant {
 
   void after(ExploredState& state) {
     settle();
+    deliveries_.note(state, options_.platform.delivery_delay);
     if (state.simulation->several()) return after_several(state);
     // If the thread was displaced at the end of a dispatch, the job starts as soon as it has the core again.
     if (state.executor().step != before_.step) step_ends_ = true;
@@ -279,8 +278,8 @@ class Exploration final : public JobSink, public ExploredInstant {
       const Time next_release = state.begin_to_release();
       Time others = state.next_of_others();
       const std::vector<UncertainInstant> first = state.uncertain();
-      if (std::ranges::count_if(first, [](const auto& i) { return i.release != kNoTask; }) > kMostAtOnce)
-        throw ExplorationRefused("more than 12 timers with release jitter may be released at one instant");
+      if (state.most_at_once() > kMostAtOnce)
+        throw ExplorationRefused(kTooManyAtOnce, ExplorationRefused::Why::stopped);
       if (first.empty() && next_release <= others) {
         if (next_release == kNever) return;
         state.from = next_release;
@@ -298,19 +297,15 @@ class Exploration final : public JobSink, public ExploredInstant {
       // What is left happens at or after the timestamp, from which on decisions are other ones.
       const std::int64_t from = (change - Time{}).count();
       const bool goes_on = others > change && std::ranges::all_of(first, [&](const auto& instant) {
-                             return state.zone.limit(kConstant, instant.coordinate, instant.later - from);
+                             return state.zone.limit(kConstant, instant.coordinate, -from);
                            });
-      if (!goes_on) return follow_all(branches, std::move(state));
-      for (const Branch& branch : branches) follow(branch, state);
+      for (const Branch& branch : branches) {
+        const bool last = !goes_on && &branch == &branches.back();
+        last ? follow(branch, std::move(state)) : follow(branch, state);
+      }
+      if (!goes_on) return;
       state.from = change;
     }
-  }
-
-  /// Without a copy of the state for the last one.
-  void follow_all(const std::vector<Branch>& branches, ExploredState state) {
-    if (branches.empty()) return;
-    for (std::size_t i = 0; i + 1 < branches.size(); ++i) follow(branches[i], state);
-    follow(branches.back(), std::move(state));
   }
 
   /// What happens at kNow in the schedules of the branch, of which the simulation follows one.
@@ -323,6 +318,11 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void happen(ExploredState state, const Branch& branch, Time instant) {
+    if (options_.platform.delivery_delay == Duration{}) return happen_so(std::move(state), branch, instant);
+    deliveries_.for_each_choice([&] { happen_so(state, branch, instant); });
+  }
+
+  void happen_so(ExploredState state, const Branch& branch, Time instant) {
     // The schedule that the simulation followed until now may be another one than the next.
     state.simulation->scheduler().released_by(instant);
     state.simulation->due_by(instant);
@@ -366,6 +366,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   const ExplorationOptions& options_;
   ExplorationObserver& observer_;
   MetStates met_;
+  ExploredDeliveries deliveries_;
   std::vector<std::uint32_t> executor_of_;
   std::size_t expanded_ = 0;
 

@@ -30,6 +30,10 @@ Witness ExploredPaths::witness(const Edge& last) const {
     for (const auto& [timer, timestamp] : edge->released) {
       witness.delays.emplace_back(timer, Time{} + Duration(point[edge->instant]) - timestamp);
     }
+    for (const auto& [subscription, arrival] : edge->sent) {
+      const std::int64_t delay = arrival == 0 ? 0 : point[arrival] - point[edge->instant];
+      witness.deliveries.emplace_back(subscription, Duration(delay));
+    }
     for (const Worker w : edge->ended) {
       const auto& [job, started, its_round] = running[w];
       if (started == instant) {
@@ -62,6 +66,11 @@ ExploredPaths::Step ExploredPaths::edge_to(const End& end, const std::vector<std
 
 WitnessTimes::WitnessTimes(const TaskSet& set, const Witness& witness)
     : set_(set), witness_(witness), delays_left_(set.size()) {
+  std::vector<std::uint64_t> sent(set.size());
+  for (const auto& [subscription, delay] : witness.deliveries) {
+    given_deliveries_[{subscription, sent[subscription]}] = delay;
+    ++sent[subscription];
+  }
   for (const auto& [timer, delay] : witness.delays) delays_left_[timer].push_back(delay);
 }
 
@@ -84,6 +93,11 @@ Duration WitnessTimes::of(const Job& job) const {
   given_.emplace_back(job.ref(), started.time);
   if (started.end_round > 0) given_rounds_.emplace_back(job.ref(), started.end_round);
   return started.time;
+}
+
+Duration WitnessTimes::of(TaskId subscription, std::uint64_t number, Duration longest) const {
+  const auto given = given_deliveries_.find({subscription, number});
+  return given == given_deliveries_.end() ? longest : given->second;
 }
 
 std::uint32_t WitnessTimes::end_round(const Job& job) const {

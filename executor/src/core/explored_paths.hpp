@@ -20,6 +20,12 @@ struct BegunJob {
   Worker worker;
 };
 
+/// A sample that was published, with the coordinate of its arrival; 0: at once.
+struct SentSample {
+  TaskId subscription;
+  std::size_t arrival;
+};
+
 /// How an exploration came to its states, to find a schedule that leads to one of them.
 class ExploredPaths {
  public:
@@ -40,6 +46,7 @@ class ExploredPaths {
     /// The jobs that start there and take time, in this order.
     std::vector<BegunJob> starts;
     std::vector<Worker> ended;                      ///< Of several threads: those whose jobs end there.
+    std::vector<SentSample> sent{};                 ///< The samples that are published there, in this order.
     std::vector<std::pair<TaskId, Time>> released;  ///< Timers released there, with their timestamps.
   };
 

@@ -72,19 +72,14 @@ class ExploredSimulation : public Simulation {
     }
   }
 
-  /// The jobs that published the samples on the way, each once, in the order in which they arrive.
-  [[nodiscard]] std::vector<JobRef> on_the_way() const {
-    std::vector<JobRef> jobs;
-    for (const Sample& sample : on_the_way_) {
-      if (jobs.empty() || jobs.back() != sample.info.parent) jobs.push_back(sample.info.parent);
-    }
-    return jobs;
-  }
-  /// Changes when the samples on the way arrive, by the jobs that published them; their order must not
-  /// change.
+  using Simulation::Sample;
+  /// In the order in which they were published.
+  [[nodiscard]] const std::deque<Sample>& on_the_way() const { return on_the_way_; }
+  /// Changes which samples on the way arrive at the next instant.
   template <class ArrivalOf>
   void reschedule_arrivals(const ArrivalOf& arrival_of) {
-    for (Sample& sample : on_the_way_) sample.arrival = arrival_of(sample.info.parent);
+    for (Sample& sample : on_the_way_) sample.arrival = arrival_of(sample);
+    std::ranges::stable_sort(on_the_way_, {}, &Sample::arrival);
   }
 
   /// Adds what decides its future besides its scheduler and its workload, and besides the end of the step

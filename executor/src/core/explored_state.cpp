@@ -12,53 +12,6 @@ namespace {
 
 using Instants = std::vector<UncertainInstant>;
 
-/// The uncertain instants but for arrivals.
-Instants ends(const ExploredState& state) {
-  Instants all;
-  if (state.simulation->several()) {
-    for (const Worker w : state.running()) all.push_back({state.end_of_job(w)});
-    return all;
-  }
-  if (state.runs() || state.wakes) all.push_back({kEnd});
-  if (state.runs() && state.slice_matters()) all.push_back({kSlice});
-  if (state.releases) all.push_back({kTimers});
-  for (const Timer& timer : state.simulation->scheduler().timers()) {
-    if (!timer.is_held()) continue;
-    const std::size_t coordinate = state.start_of(release_of(timer.next_job()));
-    if (coordinate != kConstant) all.push_back({coordinate, 0, timer.task()});
-  }
-  return all;
-}
-
-/// When the samples that the job published arrive.
-UncertainInstant arrival_from(const ExploredState& state, JobRef job) {
-  return {state.start_of(publication_by(job)), state.simulation->delivery_delay().count()};
-}
-
-/// When the samples on the way arrive, in that order.
-Instants arrivals(const ExploredState& state) {
-  Instants all;
-  for (const JobRef job : state.simulation->on_the_way()) all.push_back(arrival_from(state, job));
-  return all;
-}
-
-/// The schedules in which something happens at `now`, with the first `arrived` samples on the way and
-/// before the next one.
-std::optional<Branch> at(const ExploredState& state, const UncertainInstant& now, const Instants& arriving,
-                         std::size_t arrived) {
-  Branch branch{state.zone};
-  Zone& zone = branch.zone;
-  zone.assign(kNow, now.coordinate, now.later, now.later);
-  for (std::size_t i = 0; i < arrived; ++i) {
-    if (!zone.equate(kNow, arriving[i].coordinate, arriving[i].later)) return std::nullopt;
-  }
-  if (arrived < arriving.size()) {
-    const UncertainInstant& next = arriving[arrived];
-    if (!zone.limit(kNow, next.coordinate, next.later - 1)) return std::nullopt;
-  }
-  return branch;
-}
-
 void add(const ExploredState& state, Branch branch, std::vector<Branch>& branches) {
   if (!state.simulation->shares_core() || !state.runs() || state.slice_matters())
     return branches.push_back(std::move(branch));
@@ -68,8 +21,8 @@ void add(const ExploredState& state, Branch branch, std::vector<Branch>& branche
   if (branch.zone.limit(kNow, kSlice, -1)) branches.push_back(std::move(branch));
 }
 
-/// How far behind this instant an end lies that is not one of it. Several threads act one after the other,
-/// so that some may do so at an instant while the others still run.
+/// How far behind this instant one of those lies that do not happen now. Several threads act one after the
+/// other, so that some may do so at an instant while the others still run.
 std::int64_t after(const ExploredState& state) { return state.simulation->several() ? 0 : 1; }
 
 /// Adds the schedules of `branch` in which each of `ends` from number `next` on is now or later.
@@ -78,12 +31,12 @@ void choose(const ExploredState& state, const Instants& ends, std::size_t next, 
   if (next == ends.size()) return add(state, std::move(branch), branches);
   const UncertainInstant& end = ends[next];
   Branch later = branch;
-  if (later.zone.limit(kNow, end.coordinate, end.later - after(state))) {
+  if (later.zone.limit(kNow, end.coordinate, -after(state))) {
     choose(state, ends, next + 1, std::move(later), branches);
   }
-  if (!branch.zone.equate(kNow, end.coordinate, end.later)) return;
-  if (state.simulation->several()) {
-    branch.ends.push_back(end.coordinate);
+  if (!branch.zone.equate(kNow, end.coordinate)) return;
+  if (end.coordinate >= kStarts && end.release == kNoTask) {
+    branch.now.push_back(end.coordinate);
   } else if (end.release != kNoTask) {
     branch.releases.push_back(end.release);
   } else if (end.coordinate == kEnd) {
@@ -120,9 +73,25 @@ bool ExploredState::slice_matters() const {
 }
 
 std::vector<UncertainInstant> ExploredState::uncertain() const {
-  Instants all = ends(*this);
-  if (const Instants arriving = arrivals(*this); !arriving.empty()) all.push_back(arriving.front());
+  Instants all;
+  if (simulation->several()) {
+    for (const Worker w : running()) all.push_back({end_of_job(w)});
+    return all;
+  }
+  if (runs() || wakes) all.push_back({kEnd});
+  if (runs() && slice_matters()) all.push_back({kSlice});
+  if (releases) all.push_back({kTimers});
+  for (const Timer& timer : simulation->scheduler().timers()) {
+    if (!timer.is_held()) continue;
+    const std::size_t coordinate = start_of(release_of(timer.next_job()));
+    if (coordinate != kConstant) all.push_back({coordinate, timer.task()});
+  }
+  for (const auto& sample : simulation->on_the_way()) all.push_back({start_of(arrival_of(sample))});
   return all;
+}
+
+std::ptrdiff_t ExploredState::most_at_once() const {
+  return std::ranges::count_if(uncertain(), [](const auto& i) { return i.coordinate >= kStarts; });
 }
 
 Time ExploredState::begin_to_release(bool begun_without) {
@@ -146,10 +115,13 @@ void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t
   SimulatedWorkers& workers = simulation->workers();
   SimulatedWorkers::State& executor = this->executor();
   const auto instant = [&](std::size_t coordinate) { return Time{} + Duration(point[coordinate]); };
+  const auto happens_now = [&](std::size_t coordinate) {
+    return std::ranges::find(branch.now, coordinate) != branch.now.end();
+  };
   if (simulation->several()) {
     for (const Worker w : running()) {
       workers[w].until = workers[w].step_end = instant(end_of_job(w));
-      const bool ends = std::ranges::find(branch.ends, end_of_job(w)) != branch.ends.end();
+      const bool ends = happens_now(end_of_job(w));
       workers[w].rounds = ends ? 0 : 2;  // not in this one
       if (ends) ended.push_back(w);
     }
@@ -174,37 +146,29 @@ void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t
       end_there = point[kEnd];
     }
   }
-  simulation->reschedule_arrivals([&](JobRef job) {
-    const UncertainInstant arrival = arrival_from(*this, job);
-    return instant(arrival.coordinate) + Duration(arrival.later);
+  simulation->reschedule_arrivals([&](const ExploredSimulation::Sample& sample) {
+    return instant(kNow) + Duration(happens_now(start_of(arrival_of(sample))) ? 0 : 1);
   });
 }
 
 std::vector<Branch> ExploredState::branches(Time others, Time change) const {
   std::vector<Branch> all;
-  const Instants ending = ends(*this), arriving = arrivals(*this);
+  const Instants instants = uncertain();
   const Time limit = std::min(others, change);
-  const auto before_limit = [&](std::optional<Branch>& branch) {
-    return branch && (limit == kNever || branch->zone.limit(kNow, kConstant, (limit - Time{}).count() - 1));
+  const auto at = [&](std::size_t coordinate, std::int64_t later) {
+    Branch branch{zone};
+    branch.zone.assign(kNow, coordinate, later, later);
+    return branch;
   };
-  for (std::size_t arrived = 0; arrived <= arriving.size(); ++arrived) {
-    if (others <= change && others != kNever) {
-      auto branch = at(*this, {kConstant, (others - Time{}).count()}, arriving, arrived);
-      if (branch) choose(*this, ending, 0, std::move(*branch), all);
+  if (others <= change && others != kNever)
+    choose(*this, instants, 0, at(kConstant, (others - Time{}).count()), all);
+  for (std::size_t first = 0; first < instants.size(); ++first) {
+    Branch branch = at(instants[first].coordinate, 0);
+    bool is_first = limit == kNever || branch.zone.limit(kNow, kConstant, (limit - Time{}).count() - 1);
+    for (std::size_t i = 0; i < first && is_first; ++i) {
+      is_first = branch.zone.limit(kNow, instants[i].coordinate, -after(*this));
     }
-    if (arrived > 0) {
-      auto branch = at(*this, arriving.front(), arriving, arrived);
-      if (before_limit(branch)) choose(*this, ending, 0, std::move(*branch), all);
-      continue;
-    }
-    for (std::size_t first = 0; first < ending.size(); ++first) {
-      auto branch = at(*this, ending[first], arriving, arrived);
-      bool is_first = before_limit(branch);
-      for (std::size_t i = 0; i < first && is_first; ++i) {
-        is_first = branch->zone.limit(kNow, ending[i].coordinate, ending[i].later - after(*this));
-      }
-      if (is_first) choose(*this, ending, first, std::move(*branch), all);
-    }
+    if (is_first) choose(*this, instants, first, std::move(branch), all);
   }
   return all;
 }

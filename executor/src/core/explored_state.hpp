@@ -25,6 +25,12 @@ namespace hotpath {
   return {job.task | kEndOfJob, job.sequence};
 }
 
+/// The arrival of a sample that is on its way, as an instant of ExploredState::starts.
+[[nodiscard]] inline JobRef arrival_of(const ExploredSimulation::Sample& sample) {
+  constexpr TaskId kArrival = TaskId{1} << 28;
+  return {sample.subscription | kArrival, sample.number};
+}
+
 /// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
 enum Coordinate : std::size_t {
   kConstant,
@@ -35,10 +41,9 @@ enum Coordinate : std::size_t {
   kStarts   ///< From here on: the instants of ExploredState::starts.
 };
 
-/// An instant that depends on execution times: this long after that coordinate.
+/// An instant that depends on execution times, releases or deliveries.
 struct UncertainInstant {
   std::size_t coordinate;
-  std::int64_t later = 0;
   TaskId release = kNoTask;  ///< It is the release of this timer.
 };
 
@@ -47,7 +52,7 @@ struct Branch {
   Zone zone = Zone();
   bool step_ends = false;
   std::vector<TaskId> releases{};
-  std::vector<std::size_t> ends{};  ///< Of several threads: coordinates of the jobs that end now.
+  std::vector<std::size_t> now{};  ///< Coordinates of the samples that arrive, or of several threads' ends.
 };
 
 /// A state of an exploration. A copy has a simulation of its own.
@@ -57,7 +62,7 @@ struct ExploredState {
 
   Cloned<ExploredSimulation> simulation;
   Zone zone{kStarts};
-  /// Jobs, for their starts, or publication_by(), release_of() or end_of() jobs.
+  /// Jobs, for their starts, or publication_by(), release_of() or end_of() jobs, or arrival_of() samples.
   std::vector<JobRef> starts{};
   Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
   std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
@@ -65,10 +70,11 @@ struct ExploredState {
   // uncertain.
   bool wakes = false, releases = false;
   // What happened at the last instant: releases, by timer and timestamp; jobs that began; threads whose jobs
-  // ended, of several.
+  // ended, of several; samples that were published.
   std::vector<std::pair<TaskId, Time>> released{};
   std::vector<BegunJob> begun{};
   std::vector<Worker> ended{};
+  std::vector<SentSample> sent{};
 
   [[nodiscard]] SimulatedWorkers::State& executor() const { return simulation->workers()[kExecutor]; }
   /// The timer thread, if there is one.
@@ -97,12 +103,22 @@ struct ExploredState {
     return place == starts.end() ? kConstant : kStarts + static_cast<std::size_t>(place - starts.begin());
   }
 
+  /// A new instant, now; returns its coordinate.
+  std::size_t track(JobRef instant) {
+    starts.push_back(instant);
+    const std::size_t coordinate = zone.grow();
+    zone.assign(coordinate, kNow, 0, 0);
+    return coordinate;
+  }
+
+  /// How many releases and arrivals can be chosen from for one instant.
+  [[nodiscard]] std::ptrdiff_t most_at_once() const;
   /// The next instant that does not depend on execution times.
   [[nodiscard]] Time next_of_others() const;
   /// Whether the timer thread waits for the executor thread's core until the end of the time slice.
   [[nodiscard]] bool slice_matters() const;
   /// When the step, the sleep and the time slice of the executor thread end, and the timer thread's release;
-  /// when timers are released whose timestamps have passed; and the first arrival. Something happens at the
+  /// when timers are released whose timestamps have passed; and when samples arrive. Something happens at the
   /// first of them.
   [[nodiscard]] std::vector<UncertainInstant> uncertain() const;
   /// Makes the releases whose timestamps have come coordinates, all of them later than their timestamps if

@@ -58,7 +58,8 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   StateWords words(Time{} + Duration(origin));
   state.simulation->describe(words, state.wakes, state.releases);
   for (const UncertainInstant& instant : state.uncertain()) {
-    if (instant.release != kNoTask) words.add_data(state.starts[instant.coordinate - kStarts], kNever);
+    if (instant.coordinate >= kStarts && !state.simulation->several())
+      words.add_data(state.starts[instant.coordinate - kStarts], kNever);
   }
   state.simulation->scheduler().describe(words);
   state.simulation->workload().describe(words);
@@ -142,7 +143,7 @@ std::int64_t MetStates::earliest(const Met& met) {
   std::int64_t next =
       instants.empty() ? (state.next_of_others() - Time{}).count() : std::numeric_limits<std::int64_t>::max();
   for (const UncertainInstant& instant : instants) {
-    next = std::min(next, state.zone.lowest(instant.coordinate) + instant.later);
+    next = std::min(next, state.zone.lowest(instant.coordinate));
   }
   return next;
 }

@@ -31,6 +31,7 @@ class Simulation {
         overload_backlog_(std::min(options.overload_backlog, options.max_backlog)),
         max_backlog_(options.max_backlog),
         sink_(sink),
+        deliveries_(options.deliveries),
         workload_(&workload),
         platform_(options.platform),
         workers_(options.platform) {
@@ -103,7 +104,14 @@ class Simulation {
   struct Sample {
     Time arrival;
     TaskId subscription;
+    std::uint64_t number;  ///< Among those of the subscription, in the order of publication.
     SampleInfo info;
+
+    /// Whether they have one publisher, which published this one earlier.
+    [[nodiscard]] bool goes_before(const Sample& other) const {
+      return subscription == other.subscription && info.parent.task == other.info.parent.task &&
+             number < other.number;
+    }
   };
 
  private:
@@ -283,13 +291,20 @@ class Simulation {
   void publish(const Job& job, std::span<const TaskId> reached) {
     const SampleInfo info{now_, job.deadline, job.ref()};
     for (const TaskId subscription : reached) {
-      ++summary_.published[subscription];
-      if (platform_.delivery_delay > Duration{}) {
-        on_the_way_.push_back({now_ + platform_.delivery_delay, subscription, info});
-      } else {
-        arrive({now_, subscription, info});
+      send({now_ + platform_.delivery_delay, subscription, summary_.published[subscription]++, info});
+    }
+  }
+
+  void send(Sample sample) {
+    if (deliveries_) {
+      sample.arrival = now_ + deliveries_->of(sample.subscription, sample.number, platform_.delivery_delay);
+      for (const Sample& earlier : on_the_way_) {
+        if (earlier.goes_before(sample)) sample.arrival = std::max(sample.arrival, earlier.arrival);
       }
     }
+    if (sample.arrival <= now_) return arrive(sample);
+    const auto sooner = [](const Sample& a, const Sample& b) { return a.arrival < b.arrival; };
+    on_the_way_.insert(std::upper_bound(on_the_way_.begin(), on_the_way_.end(), sample, sooner), sample);
   }
 
   void arrive(const Sample& sample) {
@@ -345,32 +360,7 @@ class Simulation {
   }
 
   /// Records everything that was released, published or due before the end and did not run.
-  void close() {
-    now_ = end_ - Duration(1);
-    while (!on_the_way_.empty()) arrive_next();
-    if (!sink_) return;
-    const auto queued = [&](const Job& job, Outcome outcome) {
-      JobRecord r;
-      r.job = job;
-      r.outcome = outcome;
-      sink_->ended(r);
-    };
-    for (Worker w = 0; w < workers_.size(); ++w) {
-      const SimulatedWorkers::State& worker = workers_[w];
-      if (worker.step == Step::run) {
-        JobRecord r = record(w, Outcome::running);
-        r.finish = Time{};
-        sink_->ended(r);
-      } else if ((worker.step == Step::release || worker.step == Step::dispatch) && worker.has_job &&
-                 !worker.job.empty) {
-        queued(worker.job, Outcome::queued);  // decided, but not started
-      }
-    }
-    for (const Executor& executor : executors_) {
-      executor.scheduler->unfinished(
-          now_, [&](const Job& job, Outcome outcome) { queued(of_whole_set(executor, job), outcome); });
-    }
-  }
+  void close();
 
   const TaskSet& set_;
   const std::vector<std::uint32_t>& executor_of_;  // by task
@@ -379,6 +369,7 @@ class Simulation {
   const Time end_;
   const std::uint64_t overload_backlog_, max_backlog_;
   JobSink* const sink_;
+  const Deliveries* const deliveries_;
   std::vector<std::uint64_t> arrived_;  // per subscription
   std::vector<Worker> done_;
   SimulationSummary summary_;
@@ -388,7 +379,7 @@ class Simulation {
   const Platform platform_;
   SimulatedWorkers workers_;
   std::vector<Executor> executors_;
-  std::deque<Sample> on_the_way_;  // in order of arrival, since all have the same delay
+  std::deque<Sample> on_the_way_;  // in order of arrival
   Time now_{};
 };
 

@@ -65,6 +65,33 @@ void Simulation::check_load(std::uint64_t waiting) const {
   throw SimulationError(message.str());
 }
 
+void Simulation::close() {
+  now_ = end_ - Duration(1);
+  while (!on_the_way_.empty()) arrive_next();
+  if (!sink_) return;
+  const auto queued = [&](const Job& job, Outcome outcome) {
+    JobRecord r;
+    r.job = job;
+    r.outcome = outcome;
+    sink_->ended(r);
+  };
+  for (Worker w = 0; w < workers_.size(); ++w) {
+    const SimulatedWorkers::State& worker = workers_[w];
+    if (worker.step == Step::run) {
+      JobRecord r = record(w, Outcome::running);
+      r.finish = Time{};
+      sink_->ended(r);
+    } else if ((worker.step == Step::release || worker.step == Step::dispatch) && worker.has_job &&
+               !worker.job.empty) {
+      queued(worker.job, Outcome::queued);  // decided, but not started
+    }
+  }
+  for (const Executor& executor : executors_) {
+    executor.scheduler->unfinished(
+        now_, [&](const Job& job, Outcome outcome) { queued(of_whole_set(executor, job), outcome); });
+  }
+}
+
 void TraceRecorder::started(const JobRecord& record) {
   if (record.worker >= open_.size()) open_.resize(record.worker + 1U);
   open_[record.worker] = trace_.jobs.size();

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -73,8 +74,8 @@ struct ExplorationOptions {
   std::size_t witnesses = 0;  ///< Slots for schedules; with any, it needs several times the memory.
 };
 
-/// One of the explored schedules, up to an instant. Only its execution times and the delays of releases are
-/// free; all else follows.
+/// One of the explored schedules, up to an instant. Only its execution times and the delays of releases and
+/// samples are free, and the order of ends at one instant; all else follows.
 struct Witness {
   struct Started {
     TaskId task;
@@ -84,12 +85,14 @@ struct Witness {
   std::vector<Started> jobs;  ///< Those that take time, in the order of their starts.
   /// Of the jobs of timers with release_jitter, by timer in the order of their timestamps.
   std::vector<std::pair<TaskId, Duration>> delays;
+  /// How long samples were on their way, by subscription in the order of publication. Empty without delivery.
+  std::vector<std::pair<TaskId, Duration>> deliveries;
   Time instant{};
 };
 
 /// The execution times and releases of a witness, for one simulation of the explored system; later jobs take
 /// the worst case, and become ready as late as possible.
-class WitnessTimes final : public ExecutionTimes, public ReleaseDelays {
+class WitnessTimes final : public ExecutionTimes, public ReleaseDelays, public Deliveries {
  public:
   using Given = std::pair<JobRef, Duration>;
   using GivenRound = std::pair<JobRef, std::uint32_t>;
@@ -99,10 +102,16 @@ class WitnessTimes final : public ExecutionTimes, public ReleaseDelays {
   [[nodiscard]] Duration of(const Job& job) const override;
   [[nodiscard]] std::uint32_t end_round(const Job& job) const override;
   [[nodiscard]] Time due(JobRef job, Time timestamp) const override;
+  [[nodiscard]] Duration of(TaskId subscription, std::uint64_t number, Duration longest) const override;
   [[nodiscard]] const ReleaseDelays* release_delays() const override { return this; }
+  [[nodiscard]] const Deliveries* deliveries() const override {
+    return witness_.deliveries.empty() ? nullptr : this;
+  }
   /// The times of the witness, and the delays of the jobs that were asked for, by job.
   [[nodiscard]] const std::vector<Given>& given() const { return given_; }
   [[nodiscard]] const std::vector<Given>& given_delays() const { return given_delays_; }
+  /// By subscription and number.
+  [[nodiscard]] const auto& given_deliveries() const { return given_deliveries_; }
   /// The jobs that end in later rounds.
   [[nodiscard]] const std::vector<GivenRound>& given_rounds() const { return given_rounds_; }
 
@@ -112,6 +121,7 @@ class WitnessTimes final : public ExecutionTimes, public ReleaseDelays {
   mutable std::vector<std::deque<Duration>> delays_left_;  // by task
   mutable std::vector<Given> given_, given_delays_;
   mutable std::vector<GivenRound> given_rounds_;
+  std::map<std::pair<TaskId, std::uint64_t>, Duration> given_deliveries_;
 };
 
 struct ExplorationResult {
@@ -122,9 +132,9 @@ struct ExplorationResult {
 };
 
 /// Meets every schedule of `set` for the phases that it has, any execution times between `bcet` and `wcet`,
-/// and any releases up to `release_jitter` after their timestamps, from 0 on for ever, at least once, and no
-/// other: until no state appears that has not been met,
-/// shifted by hyperperiods. What a job does, and how long it takes, is that of the simulator (see
+/// any releases up to `release_jitter` after their timestamps, and any delivery that takes up to the
+/// platform's delay, from 0 on for ever, at least once, and no other: until no state appears that has not
+/// been met, shifted by hyperperiods. What a job does, and how long it takes, is that of the simulator (see
 /// simulation.hpp), which this drives: with the longest execution time, of which the shorter ones are parts.
 ///
 /// Between two timestamps of timers the decisions of one executor thread do not depend on the time. A state

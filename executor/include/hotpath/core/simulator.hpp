@@ -22,6 +22,7 @@ struct SimulationOptions {
   /// least 1 counts as overloaded; beyond the second, any does. The simulation then stops with a
   /// SimulationError.
   std::uint64_t overload_backlog = 1'000'000, max_backlog = 1'000'000;
+  const Deliveries* deliveries = nullptr;  ///< Without: each sample takes Platform::delivery_delay.
 };
 
 /// The result of a simulation without a sink.

@@ -65,6 +65,15 @@ class Workload {
   }
 };
 
+/// Source of delivery delays.
+class Deliveries {
+ public:
+  virtual ~Deliveries() = default;
+  /// How long sample `number` (0, 1, ... in the order of publication) of `subscription` is on its way at
+  /// least: 0 to `longest`. Samples of one publisher do not overtake each other.
+  [[nodiscard]] virtual Duration of(TaskId subscription, std::uint64_t number, Duration longest) const = 0;
+};
+
 /// Source of execution times.
 class ExecutionTimes {
  public:
@@ -79,6 +88,8 @@ class ExecutionTimes {
   /// When the jobs of timers with release_jitter become ready (Task::release_delays); none: at their
   /// timestamps.
   [[nodiscard]] virtual const ReleaseDelays* release_delays() const { return releases_.get(); }
+  /// How long samples are on their way; none: as long as the platform says.
+  [[nodiscard]] virtual const Deliveries* deliveries() const { return nullptr; }
   void set_releases(std::unique_ptr<const ReleaseDelays> releases) { releases_ = std::move(releases); }
 
  private:
