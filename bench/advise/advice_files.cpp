@@ -34,8 +34,9 @@ std::vector<std::string> write_executor_files(const Candidate& candidate, const 
   if (queue && scheduler.rule != SubscriptionRule::inherit) options += concat(":", to_string(scheduler.rule));
   if (queue && scheduler.ties != Ties::lifo) options += concat(":", to_string(scheduler.ties));
   options += concat("\nthreads: ", candidate.load.threads, "\ngraph: graph.yaml\n");
-  // PriorityExecutor's default is not that of graphs: 0 states that the prediction has no such rule.
-  if (queue) options += text("service_wait_ms: %.15g\n", to_ms(scheduler.service_wait));
+  // Without a rule in the prediction, services that are no part of the graph keep PriorityExecutor's default.
+  if (queue && scheduler.service_wait > Duration{})
+    options += text("service_wait_ms: %.15g\n", to_ms(scheduler.service_wait));
   if (!offsets.empty()) options += "offsets: " + offsets + "\n";
   program::write_whole_file(folder / "executor.yaml", options);
   return {folder / "graph.yaml", folder / "executor.yaml"};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -156,7 +157,7 @@ std::string confidence(const Advice& advice) {
   });
   if (next != advice.ranked.end()) {
     const auto distinct = differs(advice.objective, best, **next);
-    text += concat("; the best alternative is ", (*next)->candidate->name, " with ",
+    text += concat("; the best alternative is ", (*next)->candidate->name, ": ",
                    value_text(advice.objective, **next),
                    !distinct   ? ""
                    : *distinct ? ", a difference beyond noise"
@@ -299,6 +300,25 @@ json row_json(const Advice& advice, const Prediction& p) {
   return row;
 }
 
+/// How the recommended executors come to the robot.
+std::string to_paste(const std::filesystem::path& deployment) {
+  const std::filesystem::path file = std::filesystem::absolute(deployment).replace_filename("executor.yaml");
+  std::string text = "Change: " + deployment.string() + "\n";
+  if (!std::filesystem::exists(file))
+    return concat(text, "On the robot (docs/deployments.md): hotpath graph GRAPH --as cie --deployments ",
+                  deployment.string(), "\n");
+  const std::string quoted = "'" + file.string() + "'";
+  return concat(
+      text, "On the robot, with hotpath_rclcpp, one of:\n  C++:     hotpath::PriorityExecutor executor{",
+      "hotpath::PriorityExecutorOptions::from_file(\"", file.string(), "\")};\n",
+      "  launch:  ComposableNodeContainer(package='hotpath_rclcpp', "
+      "executable='component_container_hotpath', "
+      "parameters=[{'config': ",
+      quoted,
+      "}], ...)\n  program: LD_PRELOAD=$(ros2 pkg prefix hotpath_rclcpp)/lib/libhotpath_rclcpp_spin.so ",
+      "HOTPATH_EXECUTOR=", quoted, " ros2 run ...\n");
+}
+
 }  // namespace
 
 void write_text(std::ostream& out, const Advice& advice) {
@@ -310,7 +330,7 @@ void write_text(std::ostream& out, const Advice& advice) {
   for (const Doubt& doubt : advice.doubts)
     out << "With " << doubt.assumption << ": " << joined(doubt.values) << ".\n";
   if (!advice.causes.empty()) out << "\n" << joined(advice.causes, "\n") << "\n";
-  if (!advice.change.empty()) out << "\nChange: " << advice.change << "\n";
+  if (!advice.change.empty()) out << "\n" << to_paste(advice.change);
 }
 
 void to_json(json& j, const Advice& advice) {

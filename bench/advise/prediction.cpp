@@ -212,7 +212,7 @@ std::string value_text(const Objective& objective, const Prediction& p) {
   if (objective.kind == Objective::Kind::losses) return fixed(value, 2) + " %";
   if (objective.kind == Objective::Kind::requirements) {
     return value > 0 ? "missed by " + fixed(value, 1) + " % in all"
-                     : "met with " + fixed(100 * (1 - tie), 0) + " % to spare";
+                     : fixed(100 * (1 - tie), 0) + " % below its limit";
   }
   return std::isfinite(value) ? fixed(value, 1) + " ms" : "no value";
 }

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
+#include <sstream>
 
 #include "bounds/exact_worst_cases.hpp"
 #include "guarantees/witnesses.hpp"
@@ -26,7 +27,7 @@ namespace {
 
 class Analysis {
  public:
-  Analysis(const AnalyzeOptions& options, std::ostream& out) : options_(options), out_(out) {
+  Analysis(const AnalyzeOptions& options, std::ostream& out) : options_(options), written_(out) {
     if (!options.trace.empty()) {
       trace_.emplace(options.trace, "--trace");
       take_over_run();
@@ -47,11 +48,17 @@ class Analysis {
   }
 
   std::vector<BoundRow> run() {
-    out_ << program::text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
-                          costs_text().c_str());
     const std::vector<setup::ExecutorSpec> all =
         stored_.empty() ? setup::executors_to_run(options_, graph_, tasks_) : std::move(stored_);
-    for (const setup::ExecutorSpec& executor : all) bound(executor);
+    std::vector<std::string> labels;
+    for (const setup::ExecutorSpec& executor : all) {
+      bound(executor);
+      labels.push_back(executor.label);
+    }
+    for (const std::string& sentence : verdict(rows_, labels)) written_ << program::wrapped(sentence) << "\n";
+    written_ << program::text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
+                              costs_text().c_str())
+             << out_.str();
     const program::Table table = program::table_of(bound_columns(), rows_);
     program::show_json(json_of(table));
     if (!options_.csv.empty()) program::write_output_file(options_.csv, "--csv", csv_of(table));
@@ -274,15 +281,17 @@ class Analysis {
                               ". A bound is wrong; please report the graph " + find_graph(options_.graph) +
                               " and the command that reproduces it: " + trace_->record().command_line());
     }
-    out_ << "\n"
-         << share << ". Bounds assume a dedicated processor, no job longer than its execution time, and the "
-         << "platform's costs. A live run can violate these assumptions:\n";
-    for (const std::string& warning : trace_->record().warnings) out_ << "  " << warning << "\n";
+    written_ << "\n"
+             << share
+             << ". Bounds assume a dedicated processor, no job longer than its execution time, and the "
+             << "platform's costs. A live run can violate these assumptions:\n";
+    for (const std::string& warning : trace_->record().warnings) written_ << "  " << warning << "\n";
     if (options_.strict) throw program::RunError("--strict: " + share);
   }
 
   AnalyzeOptions options_;
-  std::ostream& out_;
+  std::ostream& written_;
+  std::ostringstream out_;  // what stands below the verdict
   std::optional<results::StoredRun> trace_;
   bool simulated_ = false;  // trace_ meets the bounds' assumptions: virtual time, no job above its worst case
   std::vector<setup::ExecutorSpec> stored_;  // the executors of trace_, unless others are asked for

@@ -2,6 +2,7 @@
 #include "guarantees/bound_rows.hpp"
 
 #include <algorithm>
+#include <map>
 #include <ostream>
 
 #include "program/text.hpp"
@@ -196,6 +197,39 @@ void print(std::ostream& out, const std::vector<BoundRow>& rows, bool compared) 
     if (row.kind == Quantity::chain && !row.dominated_by.empty())
       out << row.name << ": " << row.dominated_by << "\n";
   }
+}
+
+std::vector<std::string> verdict(const std::vector<BoundRow>& rows,
+                                 const std::vector<std::string>& executors) {
+  std::map<std::string, std::map<std::string, const BoundRow*>> smallest;  // by chain and executor
+  for (const BoundRow& row : rows) {
+    if (row.kind != Quantity::chain || !row.bound_ns) continue;
+    const BoundRow*& least = smallest[row.name][row.executor];
+    if (least == nullptr || row.bound_ns < least->bound_ns) least = &row;
+  }
+  std::vector<std::string> sentences;
+  for (const auto& [chain, by_executor] : smallest) {
+    std::vector<const BoundRow*> bounded;
+    std::vector<std::string> values, delivered, unbounded;
+    for (const std::string& executor : executors) {
+      const auto row = by_executor.find(executor);
+      if (row != by_executor.end()) bounded.push_back(row->second);
+      if (row == by_executor.end()) unbounded.push_back(executor);
+    }
+    std::ranges::stable_sort(bounded, {}, &BoundRow::bound_ns);
+    for (const BoundRow* row : bounded) {
+      values.push_back(in_ms(row->bound_ns) + " ms under " + row->executor);
+      if (depends_on_delivery(*row))
+        delivered.push_back(in_ms(row->delivered_ns) + " ms under " + row->executor);
+    }
+    sentences.push_back(
+        program::concat(chain, ": the data is never older than ", program::joined(values),
+                        unbounded.empty() ? "" : "; no bound under " + program::joined(unbounded), ".",
+                        delivered.empty() ? ""
+                                          : " If samples take any time to arrive, as between processes: " +
+                                                program::joined(delivered) + "."));
+  }
+  return sentences;
 }
 
 }  // namespace hotpath::guarantees

@@ -39,6 +39,11 @@ inline constexpr Duration kSomeDelivery = std::chrono::nanoseconds(1);
 /// Nanoseconds as milliseconds; `-` for none.
 [[nodiscard]] std::string in_ms(std::optional<std::int64_t> ns);
 
+/// For each chain that has some bound the sentence that a person would say first: how old its data may become
+/// under which of the executors, by the smallest bounds.
+[[nodiscard]] std::vector<std::string> verdict(const std::vector<BoundRow>& rows,
+                                               const std::vector<std::string>& executors);
+
 /// The columns of the stored table.
 [[nodiscard]] const std::vector<program::Column<BoundRow>>& bound_columns();
 

@@ -138,7 +138,8 @@ void write_notes(std::ostream& out, const Summary& summary) {
     }
     for (const ChainSummary& c : e.chains) {
       if (c.drops == 0) continue;
-      out << "Hot-path drops: " << e.executor << " lost " << c.drops << " samples along " << c.chain << ".\n";
+      out << e.executor << " replaced " << c.drops << " samples along " << c.chain
+          << " by newer ones before they were read (hot-path drops; normal where rates differ).\n";
     }
   }
 }

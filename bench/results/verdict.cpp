@@ -73,8 +73,19 @@ std::string certainty(const Candidate& winner) {
     return concat(simulated ? " Simulated" : " Measured", ": between ",
                   shown_difference(ratio->interval->low), " and ", shown_difference(ratio->interval->high),
                   beyond_noise(ratio) ? "." : ", so not beyond noise.");
-  return simulated ? " Simulated, for these phases and execution times."
+  const std::size_t repetitions = winner.executor->repetitions;
+  if (repetitions > 1)
+    return concat(simulated ? " Simulated, " : " Measured, ", repetitions, " repetitions.");
+  return simulated ? " Simulated, for one set of phases and execution times: others can reverse it."
                    : " Measured once: repeat it to know the noise.";
+}
+
+/// Whether people see one value.
+bool same(const Candidate& a, const Candidate& b) { return shown_number(a.p99()) == shown_number(b.p99()); }
+
+/// What the only executor with results loses.
+std::string losses(const ExecutorSummary& executor) {
+  return executor.lost() == 0 ? "" : concat(" It loses ", executor.lost(), " timestamps and samples.");
 }
 
 std::string sentence(const std::string& chain, const std::vector<Candidate>& all) {
@@ -84,12 +95,16 @@ std::string sentence(const std::string& chain, const std::vector<Candidate>& all
   if (all.size() == 1)
     return concat(chain, ": under ", best.name(), ", half of the outputs use data that is at most ",
                   shown_number(best.age->quantiles.p50), " ms old, 99 of 100 at most ",
-                  shown_number(best.p99()), ".", certainty(best));
+                  shown_number(best.p99()), ".", losses(*best.executor), certainty(best));
   const auto base = std::ranges::find_if(all, [&](const Candidate& c) {
     const ExecutorLabel label(c.name());
     return label.name == kBaselineExecutor && label.stack == ExecutorLabel(best.name()).stack;
   });
-  if (base == all.begin() || base == all.end())
+  const Candidate& rival = base == all.begin() || base == all.end() ? all[1] : *base;
+  if (same(best, rival))
+    return concat(chain, ": the data is as old under ", best.name(), " as under ", rival.name(), ": at most ",
+                  shown_number(best.p99()), " ms in 99 of 100 outputs.", certainty(best));
+  if (&rival == &all[1] && base != all.begin() + 1)
     return concat(youngest, "; next ", all[1].name(), " (", shown_number(all[1].p99()), ").",
                   certainty(best));
   return concat(youngest, program::text(", %.0f %% less than under ", 100 * (1 - best.p99() / base->p99())),
@@ -121,6 +136,14 @@ std::vector<std::string> verdict(const Summary& summary) {
     const std::vector<Candidate> all = candidates(summary, chain);
     if (!all.empty()) sentences.push_back(sentence(summary.executors.front().chains[chain].chain, all));
   }
+  std::vector<std::string> overloaded;
+  for (const ExecutorSummary& e : summary.executors)
+    if (!e.overload.empty()) overloaded.push_back(e.executor);
+  if (!overloaded.empty() && chains > 0)
+    sentences.insert(sentences.begin(), concat("The load is too high for ", program::joined(overloaded),
+                                               ": delays grow without end."));
+  if (chains == 0 && !summary.executors.empty())
+    sentences.emplace_back("The graph has no chain, so no age: add `chains: [{name: ..., nodes: [...]}]`.");
   return sentences;
 }
 

@@ -108,10 +108,11 @@ class SimulatedRun {
     store(all, folder);
     folder.show([&] {
       results::write_table(std::cout, all, results::Detail::short_answer);
-      std::cout << "\nNext: hotpath explain " << folder.path().string()
-                << "  # where the time goes, and why\n"
-                << "      hotpath report " << folder.path().string()
-                << "   # a page with every output and timer\n";
+      const std::string path = folder.path().string();
+      std::cout << "\nNext: hotpath explain " << path << " --worst  # why the oldest output is so old\n"
+                << "      hotpath report " << path << "           # a page with every output and timer\n";
+      if (options_.repetitions == 1)
+        std::cout << "      the same with --phases random --repetitions 20   # other phases\n";
       if (!graph_.chains.empty()) program::draw_figure("hot-path", folder.path());
     });
     program::show_json(all);

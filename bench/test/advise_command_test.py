@@ -57,7 +57,7 @@ class Advise(CommandTest):
         lines = (folder / "executor.yaml").read_text().splitlines()
         self.assertEqual(
             [line for line in lines if not line.startswith("#")],
-            ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml", "service_wait_ms: 0"],
+            ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml"],
         )
         words = ("--executors", "rm-ro:first", "--duration", 1)
         self.measure("simulate", "--graph", folder / "graph.yaml", *words)

@@ -35,8 +35,9 @@ def list_items() -> None:
     for item in ITEMS:
         mine = [c for c in cells if c.study in item.studies]
         live = [c.seconds for c in mine if c.source == "live"]
-        length, beyond = duration_text(sum(live)) if live else "", "" if item.paper else " (beyond the paper)"
-        print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {item.title}{beyond}")
+        length = duration_text(sum(live)) if live else ""
+        where = item.paper or "beyond the paper"
+        print(f"{item.name:<16} {len(mine) - len(live):>10} {length:>16}  {item.title}: {where}")
     live_s = sum(c.seconds for c in cells if c.source == "live")
     print(f"All live repetitions in mode standard: {duration_text(live_s)}; items share repetitions.")
 
