@@ -181,9 +181,10 @@ void write(const Question& q, Advice advice) {
   const nlohmann::json content = advice;
   program::write_whole_file(q.folder / "advice.json", content);
   write_text(std::cout, advice);
-  if (advice.draws < advice.asked_draws) {
-    std::cout << "Only " << advice.draws << " of " << advice.asked_draws
-              << " draws: the budget ended (--time-out SECONDS).\n";
+  if (advice.draws > 0 && advice.draws < advice.asked_draws) {
+    std::cout << "Only " << advice.draws << " of " << advice.asked_draws << " draws: "
+              << (program::interrupted() != 0 ? "interrupted" : "the budget ended (--time-out SECONDS)")
+              << ".\n";
   }
   const auto has_outputs = [&](const Prediction* p) {
     return chains && p->keeps_up() && p->summary.chains[q.objective.chain].hot_path.quantiles.n > 0;

@@ -262,7 +262,10 @@ class Analysis {
     const bool many = options_.exact && reached != nullptr;
     const std::size_t most =
         executor.scheduler.workers > 1 ? bounds::kMostStatesOfThreads : bounds::kMostStates;
-    const std::size_t limit = many ? most : bounds::usual_state_limit(tasks.set);
+    // A state with samples on their way has many successors.
+    const bool delivered = graph.platform.delivery_delay > Duration{};
+    const std::size_t usual = bounds::usual_state_limit(tasks.set) / (delivered && !options_.exact ? 10 : 1);
+    const std::size_t limit = many ? most : usual;
     const char* const more = options_.exact ? "" : "; --exact allows more";
     return bounds::exact_worst_cases(graph, tasks, *executor.entry, executor.scheduler,
                                      {limit, uncertainty(), more},
