@@ -32,10 +32,11 @@ std::string graph_name(const std::string& ros_name, bool is_node) {
   return name.empty() ? "unnamed" : name;
 }
 
-EntityKind entity_of(CallbackKind kind) {
-  if (kind == CallbackKind::service) return EntityKind::service;
-  if (kind == CallbackKind::client) return EntityKind::client;
-  return kind == CallbackKind::unannounced ? EntityKind::waitable : EntityKind::subscription;
+EntityKind entity_of(const tracing::Callback& callback) {
+  if (callback.kind == CallbackKind::service) return EntityKind::service;
+  if (callback.kind == CallbackKind::client) return EntityKind::client;
+  const bool is_waitable = callback.kind == CallbackKind::unannounced || callback.intra_process;
+  return is_waitable ? EntityKind::waitable : EntityKind::subscription;
 }
 
 bool is_beside_topics(CallbackKind kind) {
@@ -84,10 +85,10 @@ class Builder {
     name_topics();
     find_overlaps();
     for (const std::uint32_t n : order_.nodes) add_node(n);
+    cut_cycles();
     add_outside();
     if (result_.graph.nodes.empty())
       throw program::UsageError("the trace has no timer and no subscription for a graph; record for longer");
-    cut_cycles();
     index_tasks();
     return std::move(result_);
   }
@@ -143,16 +144,13 @@ class Builder {
            " jobs ran on threads without timers and subscriptions and are left out.");
     if (unknown > 0)
       note(unknown, " callbacks with ", jobs_of_unknown,
-           " jobs have no initialisation event in the trace and are left out; start the recording before the "
-           "nodes.");
+           " jobs have no initialisation event and are left out; start the recording before the nodes.");
     if (std::ranges::count(uses_, true, &Use::is_task) > 0) return;
     throw program::UsageError(
         jobs_of_unknown > 0
-            ? "the trace has callbacks but no initialisation events (ros2:rcl_node_init and others), so "
-              "that their nodes are unknown; start the recording before the nodes, and keep all events "
-              "`ros2:*`"
-            : "the trace has no callback of a node; record user-space events `ros2:*` while the nodes "
-              "start and run");
+            ? "the trace has callbacks but no initialisation events (such as ros2:rcl_node_init); start the "
+              "recording before the nodes, and keep all events `ros2:*`"
+            : "the trace has no callback of a node; record `ros2:*` while the nodes start and run");
   }
 
   /// Drops subscriptions without samples.
@@ -250,7 +248,7 @@ class Builder {
         name = unused_name(several ? concat("timer_", ++timers) : "timer", used);
         added.phase = Duration::zero();
       }
-      added.entity = entity_of(callback(c).kind);
+      added.entity = entity_of(callback(c));
       added.task = concat(node.name, "/", name);
       added.period = added.deadline = callback(c).period;
       add_publications(c, input_of, node, added);
@@ -352,7 +350,7 @@ class Builder {
   }
 
   /// A cycle of subscriptions without a timer cannot be simulated. Removes the publication to the
-  /// subscription with the fewest jobs.
+  /// subscription with the fewest jobs. If nothing else publishes the topic, a timer does.
   void cut_cycles() {
     for (;;) {
       const GraphTasks tasks = make_tasks(result_.graph);
@@ -366,6 +364,9 @@ class Builder {
                     [&](const Publication& p) { return p.topic == topic; });
       note("Data flows in a cycle without a timer; ", tasks.set[cycle.back()].name, " does not publish ",
            topic, " in the graph.");
+      const auto feeds = [&](const Task& task) { return std::ranges::count(task.feeds, cycle.front()) > 0; };
+      if (std::ranges::count_if(tasks.set.tasks, feeds) == 1)
+        outside_.insert(callback(result_.callback_of[cycle.front()]).topic);
     }
   }
 

@@ -178,7 +178,12 @@ TEST(RecordedGraph, ACycleIsCutBeforeTheCallbackWithTheFewestJobs) {
     if (i % 2 == 0)
       r.job(1, 0, i * 10ms + 2ms, i * 10ms + 3ms).published.push_back({0, Time{} + i * 10ms + 2ms});
   }
-  EXPECT_THAT(r.graph().notes, Contains(HasSubstr("n0/a does not publish b in the graph")));
+  const imports::RecordedGraph graph = r.graph();
+  EXPECT_THAT(graph.notes, Contains(HasSubstr("n0/a does not publish b in the graph")));
+  // b keeps its samples.
+  const Node& outside = graph.graph.nodes.back();
+  EXPECT_EQ(outside.name, "outside");
+  EXPECT_EQ(outside.callbacks.at(0).publishes.at(0).topic, "b");
 }
 
 /// Nodes with subscriptions to /x and /y; callback c is task c.
