@@ -31,7 +31,8 @@ struct RecordedSystem {
   std::vector<std::uint32_t> executor_of = {};  ///< By callback; kNone: no thread of an executor ran it.
   unsigned cores = 1;
   tracing::Time end{};
-  std::vector<std::string> notes = {};  ///< Sentences about what a trace does not show.
+  std::vector<std::string> notes = {};    ///< Sentences about what is taken for granted.
+  std::vector<std::string> missing = {};  ///< Sentences about what a trace does not show.
   tracing::System system = {};
 
   /// The same system with its first jobs only; fewer than it has.
@@ -45,6 +46,13 @@ struct RecordedSystem {
 
 /// Callbacks that ran on one thread share an executor.
 [[nodiscard]] std::vector<RecordedExecutor> recorded_executors(const tracing::System& system);
+
+/// By callback: whether it overlapped other callbacks of its node, which then share no mutually exclusive
+/// group, and itself.
+struct Overlaps {
+  std::vector<bool> others, itself;
+};
+[[nodiscard]] Overlaps overlaps_of(const RecordedSystem& recorded, const std::vector<bool>& is_task);
 
 /// The processors on which at least one in a hundred of a thread's jobs ended.
 [[nodiscard]] std::vector<std::int32_t> usual_processors(const tracing::Thread& thread);

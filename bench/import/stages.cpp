@@ -2,6 +2,7 @@
 #include "import/stages.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 
@@ -67,21 +68,40 @@ std::vector<std::string> notes_of(const RecordedSystem& recorded, const Recorded
   if (!chosen.priorities.empty() && std::ranges::none_of(recognitions, is_stated))
     notes.push_back(
         "The priorities of timers in the graph are fitted to the order of jobs; only their order counts.");
-  std::ranges::copy(recorded.notes, std::back_inserter(notes));
+  for (const auto* more : {&graph.missing, &recorded.notes, &recorded.missing})
+    std::ranges::copy(*more, std::back_inserter(notes));
   std::ranges::copy(delivery_notes(recorded.system, deliveries), std::back_inserter(notes));
   return notes;
+}
+
+/// What another reading changes for the chains that both have, as the end of a sentence.
+std::string effect_of(const Reproduction& best, const Reproduction& other) {
+  std::string largest = ", without effect on any chain";
+  double most = -1;
+  for (std::size_t i = 0; i < best.check.chains.size(); ++i) {
+    for (std::size_t k = 0; k < other.check.chains.size(); ++k) {
+      const Chain &chain = best.graph.chains[i], &same = other.graph.chains[k];
+      const double one = best.check.chains[i].simulated_ms.p50, two = other.check.chains[k].simulated_ms.p50;
+      const double percent = 100 * std::abs(two / one - 1);
+      if (chain.sources != same.sources || chain.sink != same.sink || !(percent > most)) continue;
+      most = percent;
+      largest = program::text(", which %s: the median of %s is %.1f or %.1f ms",
+                              percent > kMedianError_percent ? "matters" : "does not matter",
+                              chain.name.c_str(), one, two);
+    }
+  }
+  return largest;
 }
 
 }  // namespace
 
 Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
-                         const RecordedDeliveries& deliveries, const ServiceOrder& order,
-                         const Priorities& priorities) {
+                         const RecordedDeliveries& deliveries, const Shown& shown) {
   const std::string name = std::filesystem::path(options.trace).lexically_normal().filename();
-  RecordedGraph made = make_recorded_graph(recorded, name, order);
+  RecordedGraph made = make_recorded_graph(recorded, name, shown.order, shown.other);
   Graph& graph = made.graph;
   graph.delivery = delivery_of_graph(deliveries, made);
-  for (const auto& [callback, priority] : priorities)
+  for (const auto& [callback, priority] : shown.priorities)
     made.callback(made.task_of[callback]).priority = priority;
   for (const auto& [from, share] : early_publications(made, recorded.jobs))
     for (Publication& p : made.callback(from.first).publishes)
@@ -144,25 +164,43 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   const ChosenExecutors chosen = choose_executors(recognitions, first.graph, options.executor);
   const Family family = setup::parse_executor(chosen.labels.front(), {}).entry->traits.family;
   auto [deliveries, more] = with_started_deliveries(created, recorded.jobs, family, recorded.executor_of);
-  ServiceOrder order;
-  if (!chosen.order.empty()) order = service_order(recorded.system, first.graph, chosen.order);
+  Shown shown{{}, chosen.priorities};
+  if (!chosen.order.empty()) shown.order = service_order(recorded.system, first.graph, chosen.order);
   const bool rearranged = more || !chosen.order.empty() || !chosen.priorities.empty();
-  Interpretation found =
-      rearranged ? interpret(recorded, options, deliveries, order, chosen.priorities) : first;
+  Interpretation found = rearranged ? interpret(recorded, options, deliveries, shown) : first;
   const std::string deployment_file = std::filesystem::path(options.output) / "deployment.yaml";
   Reproduction best = reproduce(recorded, found, chosen.labels, deployment_file);
-  for (const Recognition& recognition : recognitions)
-    if (options.executor.empty() && recognition.verdict == Verdict::none_fits)
-      best.check.doubt(sentence(recognition));
-  std::vector<std::string> missing = unmodelled(recorded.system, found.graph);
+  std::vector<std::string> uncertain, missing = unmodelled(recorded.system, found.graph);
+  for (std::size_t e = 0; e < recognitions.size(); ++e) {
+    const auto& [verdict, name] = std::tie(recognitions[e].verdict, recorded.executors[e].name);
+    if (verdict == Verdict::recognised || !options.executor.empty()) continue;
+    uncertain.push_back(program::concat("the executor of ", name, " (", to_string(verdict), ", simulated as ",
+                                        chosen.labels[e], ")"));
+    if (verdict == Verdict::none_fits)
+      best.check.doubt(program::concat(name, " is left out of the recognition, and simulated as ",
+                                       chosen.labels[e], ". ", sentence(recognitions[e])));
+  }
+  if (const std::vector<std::string>& what = found.graph.undecided; !what.empty()) {
+    shown.other = true;
+    const Interpretation other = interpret(recorded, options, deliveries, shown);
+    uncertain.push_back(program::concat(
+        "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
+        effect_of(best, reproduce(recorded, other, chosen.labels, deployment_file))));
+  }
+  for (const std::string& chain : synchronised_chains(recorded, found.graph)) best.check.doubt(chain);
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
   if (best.slices.threads > 0) missing.push_back(sentence(best.slices, found.graph.epoch));
   std::vector<std::string> notes = notes_of(recorded, found.graph, chosen, recognitions, deliveries);
+  for (const std::string& what : uncertain) notes.push_back(program::concat("Uncertain: ", what, "."));
+  for (const std::string& what : found.graph.undecided)
+    notes.push_back(program::concat("The recording leaves open whether ", what, "."));
   // They explain a deviation; of a green reproduction they are remarks.
-  std::ranges::move(missing,
+  std::ranges::copy(missing,
                     std::back_inserter(best.check.light == Light::green ? notes : best.check.reasons));
-  return {std::move(recorded), std::move(recognitions), std::move(deliveries),
-          std::move(found),    std::move(best),         std::move(notes)};
+  for (const auto* unseen : {&recorded.missing, &found.graph.missing})
+    std::ranges::copy(*unseen, std::back_inserter(missing));
+  return {std::move(recorded), std::move(recognitions), std::move(deliveries), std::move(found),
+          std::move(best),     std::move(notes),        std::move(uncertain),  std::move(missing)};
 }
 
 }  // namespace hotpath::imports

@@ -28,11 +28,16 @@ struct Interpretation {
   std::optional<Deployment> deployment;  ///< Of the user.
 };
 using Priorities = std::map<std::uint32_t, std::int64_t>;  ///< Of timers, by callback.
-/// By default in the order of creation. Throws UsageError if the jobs do not suffice, and the errors of the
+/// What recognised executors show of a graph; by default it has the order of creation.
+struct Shown {
+  ServiceOrder order = {};
+  Priorities priorities = {};
+  bool other = false;  ///< The second reading of what is undecided.
+};
+/// Throws UsageError if the jobs do not suffice, and the errors of the
 /// options.
 [[nodiscard]] Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
-                                       const RecordedDeliveries& deliveries, const ServiceOrder& order = {},
-                                       const Priorities& priorities = {});
+                                       const RecordedDeliveries& deliveries, const Shown& shown = {});
 
 /// Compares the possible executors of each group of threads with its decisions. An executor that describes
 /// itself is believed.
@@ -76,6 +81,7 @@ struct Imported {
   Interpretation found;
   Reproduction best;
   std::vector<std::string> notes;  ///< Sentences about differences between the graph and the system.
+  std::vector<std::string> uncertain, missing;  ///< Of the summary.
 };
 /// Writes no file, and reads none but a deployment of the user. Throws as interpret().
 [[nodiscard]] Imported import_system(RecordedSystem recorded, const CtfOptions& options);
