@@ -128,14 +128,14 @@ json left_out_json(const Facts& facts) {
 }
 
 /// The first items, for one line.
-std::string first_of(std::vector<std::string> items) {
+std::string first_of(std::vector<std::string> items, const char* separator = "; ") {
   if (items.empty()) return "nothing";
   const std::size_t more = items.size() - std::min(items.size(), kShown);
   items.resize(items.size() - more);
   for (std::string& item : items)
     if (item.ends_with('.')) item.pop_back();
   if (more > 0) items.push_back(concat(more, " more in import.md"));
-  return program::joined(items, "; ");
+  return program::joined(items, separator);
 }
 
 /// What is wrong with the recording.
@@ -229,11 +229,11 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   std::vector<std::string> executors, light, uncertain = imported.uncertain;
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const Recognition& r = imported.recognitions[e];
-    if (r.verdict != Verdict::none_fits)
-      executors.push_back(concat(imported.recorded.executors[e].name, " ", program::joined(r.names(), " or "),
-                                 " (", to_string(r.verdict), ")"));
+    if (r.verdict == Verdict::recognised || r.verdict == Verdict::tie)
+      executors.push_back(concat(imported.recorded.executors[e].name, ": ", first_of(r.names(), ", "), " (",
+                                 to_string(r.verdict), ")"));
   }
-  if (executors.empty()) executors = {"no executor, none fits"};
+  if (executors.empty()) executors = {"no executor"};
   std::ranges::move(defects(facts), std::back_inserter(uncertain));
   for (const auto& chain : check.chains)
     if (std::isfinite(chain.recorded_ms.p50) && std::isfinite(chain.simulated_ms.p50))
@@ -245,10 +245,10 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
                     now = best.executor.deployment ? folder + "/deployment.yaml" : best.executor.label;
   out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
       << facts.jobs() << " jobs in " << fixed(seconds_of(facts.reading.length()), 1) << " s; "
-      << program::joined(executors, ", ") << "\nUncertain: " << first_of(uncertain)
-      << "\nMissing: " << first_of(imported.missing) << "\nReproduction: " << to_string(check.light)
-      << " (order of jobs " << fixed(check.schedule.similarity, 3) << " similar); " << first_of(light)
-      << "\nNext: "
+      << program::joined(executors, "; ") << "\nUncertain: " << first_of(uncertain)
+      << "\nMissing: " << first_of(imported.found.graph.missing)
+      << "\nReproduction: " << to_string(check.light) << " (order of jobs "
+      << fixed(check.schedule.similarity, 3) << " similar); " << first_of(light) << "\nNext: "
       << (check.light == Light::red ? concat("read ", folder, "/import.md")
                                     : concat("hotpath advise ", folder, "/graph.yaml --now ", now))
       << '\n';

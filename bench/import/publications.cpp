@@ -102,17 +102,16 @@ class TopicOfNode {
     const auto jobs = std::ranges::count(seen_, publisher, &Seen::callback);
     const auto published = std::ranges::count_if(seen_, [](const Seen& s) { return s.messages > 0; });
     const auto n = static_cast<std::uint32_t>((jobs + published / 2) / published);
-    std::uint64_t best = 0;
-    std::uint32_t first = n;
-    for (std::uint32_t offset = 0; offset < n; ++offset) {  // a trace may begin between two messages
-      const auto is_due = [&, number = 0U](const Seen& s) mutable {
-        return s.callback == publisher && number++ % n == offset;
-      };
-      const std::uint64_t jobs_so = explained(is_due);
-      if (jobs_so > best) first = offset + 1;
-      best = std::max(best, jobs_so);
-    }
-    if (n >= 2) add({.rule = PublishRule::every, .n = n, .first = first}, best);
+    if (n < 2) return;
+    std::vector<std::uint64_t> messages(n, 0);  // by place: a trace may begin between two messages
+    std::size_t number = 0;
+    for (const Seen& s : seen_)
+      if (s.callback == publisher) messages[number++ % n] += s.messages > 0;
+    const auto place = static_cast<std::uint32_t>(std::ranges::max_element(messages) - messages.begin());
+    const auto is_due = [&, job = 0U](const Seen& s) mutable {
+      return s.callback == publisher && job++ % n == place;
+    };
+    add({.rule = PublishRule::every, .n = n, .first = place + 1}, explained(is_due));
   }
 
   void add_sets() {
@@ -324,8 +323,7 @@ std::vector<std::string> unmodelled(const tracing::System& system, const Recorde
     for (const std::uint32_t c : of) topics.push_back(system.topics[system.callbacks[c].topic].name);
     all.push_back(program::concat(
         "Node ", system.nodes[node], " passes ", program::joined(topics, ", "),
-        " through message_filters, which is not modelled: a synchroniser may hold messages until "
-        "later ones arrive, and the graph publishes as soon as its rule allows."));
+        " through message_filters, which may hold them until later ones arrive; the graph does not."));
   }
   for (const InferredRule& rule : graph.rules) {
     if (static_cast<double>(rule.explained) >= kDescribes * static_cast<double>(rule.jobs)) continue;
@@ -356,11 +354,10 @@ std::vector<std::string> synchronised_chains(const RecordedSystem& recorded, con
         " contains a synchroniser (node %s): held for %.1f ms (median) or longer, not modelled; a trace does "
         "not show which messages it joins.",
         recorded.system.nodes[node].c_str(), to_ms(median(held)));
+    const std::string prefix = graph.node_names[node] + "/";
+    const auto is_its = [&](const std::string& task) { return task.starts_with(prefix); };
     for (const Chain& chain : graph.graph.chains)
-      if (std::ranges::any_of(of, [&](std::uint32_t c) {
-            return std::ranges::count(chain.nodes, graph.tasks.set[graph.task_of[c]].name) > 0;
-          }))
-        all.push_back(chain.name + text);
+      if (std::ranges::any_of(chain.nodes, is_its)) all.push_back(chain.name + text);
   }
   return all;
 }
@@ -372,11 +369,8 @@ OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime
   if (goes_on && is_regular(at, mean))
     return {{at.front()}, mean, {}, program::concat("a timer of ", in_ms(mean))};
   if (at.size() < kFewestRecurring)
-    return {at,
-            kOnce,
-            {},
-            n == 1 ? "a timer that fires once, when it arrived"
-                   : program::concat(n, " timers that fire once, when they arrived")};
+    return {
+        at, kOnce, {}, program::concat(n, n == 1 ? " timer" : " timers", " for one release, at its arrival")};
   if (at.size() <= kMostTimers) {
     const Duration period = std::max(n * mean, recorded.length());
     return {at, period, {}, program::concat(n, " timers of ", in_ms(period), ", one for each arrival")};
@@ -387,8 +381,7 @@ OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime
   return {{at.front()},
           rate,
           {},
-          program::concat("a timer of ", in_ms(rate), ", the mean distance of ", n,
-                          " arrivals, whose bursts the graph lacks")};
+          program::concat("a timer of ", in_ms(rate), ", without the bursts of arrivals")};
 }
 
 }  // namespace hotpath::imports

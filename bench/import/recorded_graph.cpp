@@ -54,11 +54,8 @@ void add_publication(const Publication& p, Node& node, Callback& publisher) {
 class Builder {
  public:
   Builder(const RecordedSystem& recorded, const std::string& name, const ServiceOrder& order, bool other)
-      : recorded_(recorded),
-        system_(recorded.system),
-        order_(order),
-        other_(other),
-        uses_(system_.callbacks.size()) {
+      : recorded_(recorded), order_(order), other_(other), uses_(system_.callbacks.size()) {
+    result_.missing = recorded_.missing;
     result_.graph.name = printable(graph_name(name, true), kMaxNameBytes);
     if (!order_.nodes.empty()) return;
     for (std::uint32_t n = 0; n < system_.nodes.size(); ++n) order_.nodes.push_back(n);
@@ -102,14 +99,18 @@ class Builder {
     return result_.topic_names[callback(c).topic][uses_[c].copy - 1];
   }
 
+  std::string name_in_graph(const std::string& ros_name, bool is_node, std::set<std::string>& used) {
+    const std::string plain = graph_name(ros_name, is_node), name = unused_name(plain, used);
+    const char* const kind = is_node ? "node " : "topic ";
+    if (name != plain)
+      note("The graph has another ", kind, plain, "; ", kind, ros_name, " is called ", name, " in it.");
+    return name;
+  }
+
   void name_nodes() {
     std::set<std::string> used = {kOutside};
-    for (const std::string& node : system_.nodes) {
-      const std::string plain = graph_name(node, true), name = unused_name(plain, used);
-      result_.node_names.push_back(name);
-      if (name != plain)
-        note("The graph has another node ", plain, "; node ", node, " is called ", name, " in it.");
-    }
+    for (const std::string& node : system_.nodes)
+      result_.node_names.push_back(name_in_graph(node, true, used));
   }
 
   void choose_tasks() {
@@ -155,13 +156,7 @@ class Builder {
     std::set<std::uint32_t> published;
     for (const InferredRule& rule : result_.rules) published.insert(rule.topic);
     for (std::uint32_t c = 0; c < uses_.size(); ++c) {
-      if (!uses_[c].is_task || callback(c).kind == CallbackKind::timer ||
-          published.contains(callback(c).topic))
-        continue;
-      if (callback(c).jobs > 0) {
-        outside_.insert(callback(c).topic);
-        continue;
-      }
+      if (!reads(c) || callback(c).jobs > 0 || published.contains(callback(c).topic)) continue;
       uses_[c].is_task = false;
       leave_out("Nobody published ", topic_of(c), ", to which node ", result_.node_names[callback(c).node],
                 " subscribes; the subscription is left out.");
@@ -183,13 +178,8 @@ class Builder {
     std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return of_services.contains(t); });
     std::set<std::string> used;
     result_.topic_names.resize(system_.topics.size());
-    for (const std::uint32_t t : order) {
-      const std::string plain = graph_name(system_.topics[t].name, false), name = unused_name(plain, used);
-      result_.topic_names[t] = {name};
-      if (name != plain)
-        note("The graph has another topic ", plain, "; ", system_.topics[t].name, " is called ", name,
-             " in it.");
-    }
+    for (const std::uint32_t t : order)
+      result_.topic_names[t] = {name_in_graph(system_.topics[t].name, false, used)};
     for (std::uint32_t c = 0; c < uses_.size(); ++c) {
       if (!reads(c)) continue;
       std::vector<std::string>& names = result_.topic_names[callback(c).topic];
@@ -202,16 +192,19 @@ class Builder {
   }
 
   void find_undecided() {
+    const auto leave_open = [&](const auto&... parts) {
+      result_.undecided.push_back(concat(parts...));
+      note("The recording leaves open whether ", result_.undecided.back(), ".");
+    };
     for (const InferredRule& rule : result_.rules)
       if (!rule.as_good.empty())
-        result_.undecided.push_back(concat(system_.topics[rule.topic].name, " is published ",
-                                           rule_text(system_, rule), ", or ",
-                                           rule_text(system_, rule.as_good.front())));
+        leave_open(system_.topics[rule.topic].name, " is published ", rule_text(system_, rule), ", or ",
+                   rule_text(system_, rule.as_good.front()));
     std::set<std::uint32_t> nodes;
     for (std::uint32_t c = 0; c < uses_.size(); ++c)
       if (overlaps_.others[c] && !overlaps_.itself[c] && nodes.insert(callback(c).node).second)
-        result_.undecided.push_back(concat("callbacks of node ", system_.nodes[callback(c).node],
-                                           " that overlapped have groups of their own, or a reentrant one"));
+        leave_open("callbacks of node ", system_.nodes[callback(c).node],
+                   " that overlapped have groups of their own, or a reentrant one");
   }
 
   void add_node(std::uint32_t n) {
@@ -377,7 +370,7 @@ class Builder {
   }
 
   const RecordedSystem& recorded_;
-  const tracing::System& system_;
+  const tracing::System& system_ = recorded_.system;
   ServiceOrder order_;
   const bool other_;
   std::vector<Use> uses_;  // by callback

@@ -41,11 +41,8 @@ struct RecordedGraph {
   std::vector<std::string> missing = {};    ///< Sentences: what is left out or replaced.
   std::vector<std::string> undecided = {};  ///< Phrases: what has two readings.
 
-  /// Names of nodes as in the graph, by node of the trace.
-  std::vector<std::string> node_names;
-
-  /// Names of topics as in the graph, and then those of their copies, by topic of the trace.
-  std::vector<std::vector<std::string>> topic_names;
+  std::vector<std::string> node_names;                ///< As in the graph, by node of the trace.
+  std::vector<std::vector<std::string>> topic_names;  ///< The same by topic, and then those of its copies.
 
   [[nodiscard]] TaskId task(const tracing::JobRef& ref) const {
     return ref.callback < task_of.size() ? task_of[ref.callback] : kNoTask;
@@ -66,14 +63,12 @@ struct ServiceOrder {
 [[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& recorded, const std::string& name,
                                                 const ServiceOrder& order = {}, bool other = false);
 
-/// Tries hypotheses on all jobs of every node: every job publishes, every n-th job, or the job that
-/// completes a set of inputs with new samples. The hypothesis that explains most jobs wins; among
-/// equals the largest set of inputs that publish nothing else, since sets describe best when data
-/// is ready, then the simplest one. An input that never completed a set, although it ran far more often
-/// than messages were published, is in none. Subscriptions that publish nothing and are in no set are
-/// assumed to be stored for the messages that the node's timers, or else its other callbacks,
-/// publish with every job (last_of); events do not show this. `is_task`: by callback. `jobs` are in
-/// the order of starts. `other`: where other rules explain as many jobs, the best one of these.
+/// Tries hypotheses on all jobs of every node: every job publishes, every n-th job, or the job that completes
+/// a set of inputs with new samples. The one that explains most jobs wins; among equals the largest set of
+/// inputs that publish nothing else, then the simplest one. An input that never completed a set, although it
+/// ran far more often than messages were published, is in none. Subscriptions without a part in any rule are
+/// assumed to be stored for the messages that the node's timers, or else its other callbacks, publish with
+/// every job (last_of). `jobs` are in the order of starts. `other`: of equals, the second best.
 [[nodiscard]] std::vector<InferredRule> infer_rules(const tracing::System& system,
                                                     std::span<const tracing::Job> jobs,
                                                     const std::vector<bool>& is_task, bool other = false);
@@ -88,8 +83,7 @@ struct ServiceOrder {
 /// the recorded callbacks: of the others no output can have been recorded.
 [[nodiscard]] std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks);
 
-/// By task and topic of the trace: the median share of its jobs before their last message, if it is under 0.9
-/// and that message came over 0.1 ms before the end.
+/// By task and topic of the trace: the median share of its jobs before their last message, if early.
 using EarlyPublications = std::map<std::pair<TaskId, std::uint32_t>, double>;
 [[nodiscard]] EarlyPublications early_publications(const RecordedGraph& graph,
                                                    std::span<const tracing::Job> jobs);
@@ -99,11 +93,9 @@ using EarlyPublications = std::map<std::pair<TaskId, std::uint32_t>, double>;
   return topic == "/rosout" || topic == "/parameter_events";
 }
 
-/// What the recording shows and a graph does not express, as sentences: synchronisers, and topics
-/// that callbacks published by no rule.
+/// What a graph does not express, as sentences: synchronisers, and topics published by no rule.
 [[nodiscard]] std::vector<std::string> unmodelled(const tracing::System& system, const RecordedGraph& graph);
-/// Chains that contain a synchroniser, as sentences: how long it held at least the older of the newest
-/// messages, until it published.
+/// Chains that contain a synchroniser, as sentences: how long it held the older of the newest messages.
 [[nodiscard]] std::vector<std::string> synchronised_chains(const RecordedSystem& recorded,
                                                            const RecordedGraph& graph);
 
@@ -124,10 +116,8 @@ struct RecordedTime {
   [[nodiscard]] Duration length() const { return end - begin; }
 };
 
-/// Regular samples that go on until the end or for half of the recording have one timer. A few others
-/// are repeated one by one and once, more of them recur in the recorded order, but not within the length
-/// of the recording, and of very many the timers' jitter covers the arrivals. `at`: the arrivals,
-/// ascending, at least one.
+/// Regular samples that go on have one timer. A few others are repeated once, more of them recur in the
+/// recorded order, and of very many the timers' jitter covers the arrivals. `at`: ascending, at least one.
 [[nodiscard]] OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded);
 
 }  // namespace hotpath::imports

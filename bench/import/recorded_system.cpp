@@ -74,9 +74,9 @@ struct Caller {
   bool idled = false;          ///< The service's thread usually idled in between.
 
   [[nodiscard]] bool explains(std::size_t requests) const {
-    const bool all =
-        static_cast<double>(matches.size()) >= kExplained * static_cast<double>(std::max(requests, jobs));
-    return all && (n == 1 || (!idled && requests >= kFewestCalls));
+    return static_cast<double>(matches.size()) >=
+               kExplained * static_cast<double>(std::max(requests, jobs)) &&
+           (n == 1 || (!idled && requests >= kFewestCalls));
   }
   [[nodiscard]] auto rank() const { return std::tuple(idled, n, delays); }
 };
@@ -103,7 +103,6 @@ Caller matched(const std::vector<tracing::Job>& jobs, const std::vector<std::siz
   std::vector<std::size_t> chosen;
   for (std::size_t i = first; i < sent.size(); i += n) chosen.push_back(sent[i]);
   caller.jobs = chosen.size();
-  std::vector<tracing::Duration> idle;
   std::size_t next = 0;
   for (const std::size_t request : served) {
     const std::size_t begin = next;
@@ -112,11 +111,8 @@ Caller matched(const std::vector<tracing::Job>& jobs, const std::vector<std::siz
     caller.matches.emplace_back(request, chosen[next - 1]);
     caller.delays += std::chrono::abs(jobs[request].start - jobs[chosen[next - 1]].finish);
   }
-  if (caller.matches.size() < served.size() / 2) return caller;
-  for (const Match& match : caller.matches) idle.push_back(idle_time(jobs, match));
-  const auto middle = idle.begin() + std::ssize(idle) / 2;
-  std::ranges::nth_element(idle, middle);
-  caller.idled = middle != idle.end() && *middle > kIdle;
+  const auto idles = [&](const Match& match) { return idle_time(jobs, match) > kIdle; };
+  caller.idled = 2 * std::ranges::count_if(caller.matches, idles) > std::ssize(caller.matches);
   return caller;
 }
 
@@ -252,11 +248,8 @@ std::vector<std::int32_t> usual_processors(const tracing::Thread& thread) {
 
 std::vector<std::string> attribute_requests(const tracing::System& system, std::vector<tracing::Job>& jobs) {
   std::map<std::uint32_t, std::set<std::uint32_t>> client_nodes;  // by service
-  std::set<std::pair<std::uint32_t, std::uint32_t>> responses;    // a service, and the topic of its responses
-  for (const tracing::ServiceClient& client : system.clients) {
+  for (const tracing::ServiceClient& client : system.clients)
     if (client.node != kNone) client_nodes[client.service].insert(client.node);
-    responses.emplace(client.service, client.response);
-  }
   std::vector<std::vector<std::size_t>> jobs_of(system.callbacks.size());
   for (std::size_t j = 0; j < jobs.size(); ++j)
     if (jobs[j].ended && jobs[j].ref.callback < jobs_of.size()) jobs_of[jobs[j].ref.callback].push_back(j);
@@ -265,10 +258,12 @@ std::vector<std::string> attribute_requests(const tracing::System& system, std::
     const tracing::Callback& service = system.callbacks[s];
     if (service.kind != CallbackKind::service || jobs_of[s].empty()) continue;
     const std::size_t requests = jobs_of[s].size();
+    const std::string& name = system.topics[service.topic].name;
     Caller best;
     for (std::uint32_t c = 0; c < jobs_of.size(); ++c) {
       const tracing::Callback& of = system.callbacks[c];
-      const bool responds = of.kind == CallbackKind::client && responses.contains({service.topic, of.topic});
+      const bool responds =
+          of.kind == CallbackKind::client && system.topics[of.topic].name == name + "/response";
       if (!client_nodes[service.topic].contains(of.node) || responds || c == s || jobs_of[c].empty())
         continue;
       const std::size_t n = std::max<std::size_t>(1, (jobs_of[c].size() + requests / 2) / requests);
@@ -282,17 +277,16 @@ std::vector<std::string> attribute_requests(const tracing::System& system, std::
     for (const auto& [request, sender] : best.matches) {
       tracing::Job& sent = jobs[sender];
       // The service may have started before the end of the job.
-      const bool during = jobs[request].started < sent.finished;
-      const tracing::Time at = std::min(sent.finish, jobs[request].start);
-      sent.published.push_back({service.topic, at, during ? jobs[request].started : sent.finished});
-      jobs[request].sample.published = at;
+      jobs[request].sample.published = std::min(sent.finish, jobs[request].start);
+      sent.published.push_back(
+          {service.topic, jobs[request].sample.published, std::min(sent.finished, jobs[request].started)});
       jobs[request].sample.parent = sent.ref;
     }
-    notes.push_back(program::concat(
-        "A trace does not show who calls a service: node ",
-        system.nodes[system.callbacks[best.callback].node], " is taken to send the requests to ",
-        system.topics[service.topic].name, ", which follow ", best.matches.size(), " of ", best.jobs,
-        " jobs of one of its callbacks", best.n > 1 ? program::concat(", one in ", best.n, ".") : "."));
+    notes.push_back(program::concat("A trace does not show who calls a service: node ",
+                                    system.nodes[system.callbacks[best.callback].node],
+                                    " is taken to send the requests to ", name, ", which follow ",
+                                    best.matches.size(), " of ", best.jobs, " jobs of one of its callbacks",
+                                    best.n > 1 ? program::concat(", one in ", best.n, ".") : "."));
   }
   return notes;
 }

@@ -57,11 +57,10 @@ struct Overlaps {
 /// The processors on which at least one in a hundred of a thread's jobs ended.
 [[nodiscard]] std::vector<std::int32_t> usual_processors(const tracing::Thread& thread);
 
-/// Attributes requests to the callbacks that sent them, as publications at the ends of their jobs,
-/// because a trace shows neither. A callback of a node with a client of the service is the caller
-/// if it ran about as often as the service, and nearly all jobs of the service follow one job each
-/// of it; of several, the one whose jobs end closest before. `jobs` are in the order of starts.
-/// Returns one sentence for each service with a caller.
+/// Attributes requests, which a trace does not show, to the callbacks that sent them at the ends of their
+/// jobs: of a node with a client of the service, one of which each n-th job precedes nearly each job of the
+/// service, whose thread does not idle in between; of several, the one with the smallest n, and then the
+/// nearest. `jobs` are in the order of starts. Returns one sentence for each service with a caller.
 [[nodiscard]] std::vector<std::string> attribute_requests(const tracing::System& system,
                                                           std::vector<tracing::Job>& jobs);
 

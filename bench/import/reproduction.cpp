@@ -15,9 +15,8 @@ namespace {
 constexpr double kCorrelated = 0.1;
 constexpr std::size_t kFewestTimes = 20;
 
-/// One way to reproduce a recording. `timer_thread`: how the thread that releases timers stands to the one
-/// that runs the other callbacks. `equal`: both have one priority of SCHED_FIFO, so that it waits until the
-/// other sleeps.
+/// One way to reproduce a recording. `timer_thread`: how the thread that releases timers stands to the other
+/// one. `equal`: both have one priority of SCHED_FIFO, so that it waits until the other sleeps.
 class Way {
  public:
   Way(const RecordedSystem& recorded, const Interpretation& found, const std::vector<std::string>& labels,

@@ -27,9 +27,8 @@ Duration first_start(const Trace& recorded) {
   return std::max(first, Duration::zero());
 }
 
-/// Recorded execution times: a job gets the time of its task's recorded job that is nearest in
-/// time. Matching by number would shift all later times when the simulation has one job more or
-/// less, as often happens while executors begin.
+/// A job gets the execution time of its task's recorded job that is nearest in time: numbers would shift with
+/// each job more or less.
 class TimesOfMoment final : public ExecutionTimes {
  public:
   TimesOfMoment(const TaskSet& set, const Trace& trace) : recorded_(set.size()) {

@@ -46,9 +46,8 @@ struct SelfCheck {
 inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossError_points = 1,
                         kSimilarity = 0.8;
 
-/// `recorded` is relative to its epoch and `tasks` have its phases; chains are those of `graph`.
-/// The simulation begins with the recorded executors, so that there is no warm-up; jobs and outputs
-/// whose timestamp lies before the epoch do not count.
+/// `recorded` is relative to its epoch and `tasks` have its phases. The simulation begins with the recorded
+/// executors; jobs and outputs whose timestamp lies before the epoch do not count.
 [[nodiscard]] SelfCheck self_check(const Graph& graph, const GraphTasks& tasks,
                                    const setup::ExecutorSpec& executor, const Trace& recorded);
 

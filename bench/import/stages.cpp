@@ -68,27 +68,24 @@ std::vector<std::string> notes_of(const RecordedSystem& recorded, const Recorded
   if (!chosen.priorities.empty() && std::ranges::none_of(recognitions, is_stated))
     notes.push_back(
         "The priorities of timers in the graph are fitted to the order of jobs; only their order counts.");
-  for (const auto* more : {&graph.missing, &recorded.notes, &recorded.missing})
+  for (const auto* more : {&graph.missing, &recorded.notes})
     std::ranges::copy(*more, std::back_inserter(notes));
   std::ranges::copy(delivery_notes(recorded.system, deliveries), std::back_inserter(notes));
   return notes;
 }
 
-/// What another reading changes for the chains that both have, as the end of a sentence.
+/// What another reading changes, as the end of a sentence. Both have the same chains.
 std::string effect_of(const Reproduction& best, const Reproduction& other) {
   std::string largest = ", without effect on any chain";
   double most = -1;
-  for (std::size_t i = 0; i < best.check.chains.size(); ++i) {
-    for (std::size_t k = 0; k < other.check.chains.size(); ++k) {
-      const Chain &chain = best.graph.chains[i], &same = other.graph.chains[k];
-      const double one = best.check.chains[i].simulated_ms.p50, two = other.check.chains[k].simulated_ms.p50;
-      const double percent = 100 * std::abs(two / one - 1);
-      if (chain.sources != same.sources || chain.sink != same.sink || !(percent > most)) continue;
-      most = percent;
-      largest = program::text(", which %s: the median of %s is %.1f or %.1f ms",
-                              percent > kMedianError_percent ? "matters" : "does not matter",
-                              chain.name.c_str(), one, two);
-    }
+  for (std::size_t i = 0; i < std::min(best.check.chains.size(), other.check.chains.size()); ++i) {
+    const double one = best.check.chains[i].simulated_ms.p50, two = other.check.chains[i].simulated_ms.p50;
+    const double percent = 100 * std::abs(two / one - 1);
+    if (!(percent > most)) continue;
+    most = percent;
+    largest = program::text(", which %s: the median of %s is %.1f or %.1f ms",
+                            percent > kMedianError_percent ? "matters" : "does not matter",
+                            best.check.chains[i].chain.c_str(), one, two);
   }
   return largest;
 }
@@ -173,7 +170,8 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   std::vector<std::string> uncertain, missing = unmodelled(recorded.system, found.graph);
   for (std::size_t e = 0; e < recognitions.size(); ++e) {
     const auto& [verdict, name] = std::tie(recognitions[e].verdict, recorded.executors[e].name);
-    if (verdict == Verdict::recognised || !options.executor.empty()) continue;
+    if (!options.executor.empty() || (verdict != Verdict::undecided && verdict != Verdict::none_fits))
+      continue;
     uncertain.push_back(program::concat("the executor of ", name, " (", to_string(verdict), ", simulated as ",
                                         chosen.labels[e], ")"));
     if (verdict == Verdict::none_fits)
@@ -182,7 +180,10 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   }
   if (const std::vector<std::string>& what = found.graph.undecided; !what.empty()) {
     shown.other = true;
-    const Interpretation other = interpret(recorded, options, deliveries, shown);
+    CtfOptions plain = options;
+    plain.chains.clear();  // which the other graph may not have
+    Interpretation other = interpret(recorded, plain, deliveries, shown);
+    other.graph.graph.chains = found.graph.graph.chains;
     uncertain.push_back(program::concat(
         "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
         effect_of(best, reproduce(recorded, other, chosen.labels, deployment_file))));
@@ -192,15 +193,12 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   if (best.slices.threads > 0) missing.push_back(sentence(best.slices, found.graph.epoch));
   std::vector<std::string> notes = notes_of(recorded, found.graph, chosen, recognitions, deliveries);
   for (const std::string& what : uncertain) notes.push_back(program::concat("Uncertain: ", what, "."));
-  for (const std::string& what : found.graph.undecided)
-    notes.push_back(program::concat("The recording leaves open whether ", what, "."));
   // They explain a deviation; of a green reproduction they are remarks.
   std::ranges::copy(missing,
                     std::back_inserter(best.check.light == Light::green ? notes : best.check.reasons));
-  for (const auto* unseen : {&recorded.missing, &found.graph.missing})
-    std::ranges::copy(*unseen, std::back_inserter(missing));
+  std::ranges::move(missing, std::back_inserter(found.graph.missing));
   return {std::move(recorded), std::move(recognitions), std::move(deliveries), std::move(found),
-          std::move(best),     std::move(notes),        std::move(uncertain),  std::move(missing)};
+          std::move(best),     std::move(notes),        std::move(uncertain)};
 }
 
 }  // namespace hotpath::imports

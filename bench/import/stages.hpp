@@ -34,8 +34,7 @@ struct Shown {
   Priorities priorities = {};
   bool other = false;  ///< The second reading of what is undecided.
 };
-/// Throws UsageError if the jobs do not suffice, and the errors of the
-/// options.
+/// Throws UsageError if the jobs do not suffice, and the errors of the options.
 [[nodiscard]] Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
                                        const RecordedDeliveries& deliveries, const Shown& shown = {});
 
@@ -54,9 +53,8 @@ struct ChosenExecutors {
 [[nodiscard]] ChosenExecutors choose_executors(const std::vector<Recognition>& recognitions,
                                                const RecordedGraph& graph, const std::string& given);
 
-/// The complete graph, the recorded run, and how well a simulation under the executors matches it. Where
-/// these do not decide how fast timer threads wake up, each way is tried, and the most similar order of jobs
-/// decides.
+/// The complete graph, the recorded run, and how well a simulation under the executors matches it. How fast
+/// timer threads wake up may be open: the most similar order of jobs decides.
 struct Reproduction {
   std::vector<std::string> labels;   ///< By executor.
   std::vector<RecordedCosts> costs;  ///< By executor.
@@ -80,8 +78,8 @@ struct Imported {
   RecordedDeliveries deliveries;
   Interpretation found;
   Reproduction best;
-  std::vector<std::string> notes;  ///< Sentences about differences between the graph and the system.
-  std::vector<std::string> uncertain, missing;  ///< Of the summary.
+  std::vector<std::string> notes;      ///< Sentences about differences between the graph and the system.
+  std::vector<std::string> uncertain;  ///< Phrases.
 };
 /// Writes no file, and reads none but a deployment of the user. Throws as interpret().
 [[nodiscard]] Imported import_system(RecordedSystem recorded, const CtfOptions& options);

@@ -251,7 +251,7 @@ TEST_F(Unannounced, ThreadsThatWaitForEachOtherTellNothing) {
     r.tell(K::get_next_ready, 1000 + kLong_ns, {});
     r.assembler.finish();
     EXPECT_EQ(r.jobs.size(), together ? 1U : 0U);
-    EXPECT_EQ(r.system().unclear_callbacks, together ? 0U : 1U);
+    EXPECT_EQ(r.assembler.system().unclear_callbacks, together ? 0U : 1U);
   }
 }
 
