@@ -47,9 +47,8 @@ using RecordedDeliveries = std::map<std::uint32_t, RecordedDelivery>;
 /// no order follows if some readers existed before the writer, nor for several readers in other processes.
 [[nodiscard]] RecordedDeliveries created_deliveries(const tracing::System& system);
 
-/// Compares the orders with the starts of `jobs`, which are sorted, if an executor of this family starts
-/// readers in the order of arrival; unknown orders become that of most messages. The second value: whether
-/// one became known.
+/// Compares the orders with the starts of sorted `jobs`, if an executor of this family starts readers in the
+/// order of arrival; unknown ones become that of most messages. The second value: whether one became known.
 [[nodiscard]] std::pair<RecordedDeliveries, bool> with_started_deliveries(
     RecordedDeliveries deliveries, std::span<const tracing::Job> jobs, Family family,
     const std::vector<std::uint32_t>& executor_of);

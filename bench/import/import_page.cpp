@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -222,7 +223,6 @@ json import_json(const Facts& facts) {
 }
 
 void print_import(std::ostream& out, const Facts& facts, const std::filesystem::path& output) {
-  using program::fixed;
   const Imported& imported = facts.imported;
   const Reproduction& best = imported.best;
   const SelfCheck& check = best.check;
@@ -244,11 +244,11 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   const std::string folder = output.string(),
                     now = best.executor.deployment ? folder + "/deployment.yaml" : best.executor.label;
   out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
-      << facts.jobs() << " jobs in " << fixed(seconds_of(facts.reading.length()), 1) << " s; "
+      << facts.jobs() << " jobs in " << program::fixed(seconds_of(facts.reading.length()), 1) << " s; "
       << program::joined(executors, "; ") << "\nUncertain: " << first_of(uncertain)
       << "\nMissing: " << first_of(imported.found.graph.missing)
       << "\nReproduction: " << to_string(check.light) << " (order of jobs "
-      << fixed(check.schedule.similarity, 3) << " similar); " << first_of(light) << "\nNext: "
+      << program::fixed(check.schedule.similarity, 3) << " similar); " << first_of(light) << "\nNext: "
       << (check.light == Light::red ? concat("read ", folder, "/import.md")
                                     : concat("hotpath advise ", folder, "/graph.yaml --now ", now))
       << '\n';

@@ -221,8 +221,7 @@ bool is_regular(const std::vector<Time>& at, Duration mean) {
   return std::ranges::adjacent_find(at, differs) == at.end();
 }
 
-/// Whether the arrivals go on beyond the recording: they fill half of it, or enough of them last until
-/// its end. Others are a burst.
+/// Whether the arrivals go on: they fill half of the recording, or enough of them last until its end.
 bool go_on(const std::vector<Time>& at, Duration mean, const RecordedTime& recorded) {
   const auto n = static_cast<std::int64_t>(at.size());
   return 2 * n * mean >= recorded.length() ||
@@ -320,6 +319,7 @@ std::vector<std::string> unmodelled(const tracing::System& system, const Recorde
   std::vector<std::string> all;
   for (const auto& [node, of] : synchronisers(system, graph)) {
     std::vector<std::string> topics;
+    topics.reserve(of.size());
     for (const std::uint32_t c : of) topics.push_back(system.topics[system.callbacks[c].topic].name);
     all.push_back(program::concat(
         "Node ", system.nodes[node], " passes ", program::joined(topics, ", "),

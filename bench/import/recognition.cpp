@@ -53,8 +53,7 @@ bool notices_unseen(const Hypothesis& hypothesis, double best) {
   return shares_waits(hypothesis) || (releases && best < kExact);
 }
 
-/// What a hypothesis may choose besides the order of tasks, or chose to fit the recording, and how
-/// unusual it is.
+/// What a hypothesis may choose besides the order, or chose to fit the recording, and how unusual it is.
 int open_choices(const Hypothesis& hypothesis) {
   const ExecutorTraits& traits = hypothesis.entry->traits;
   const int variants = static_cast<int>(hypothesis.options.rule != SubscriptionRule::inherit) +

@@ -24,8 +24,7 @@ constexpr auto enum_texts(Verdict) {
                                            {Verdict::none_fits, "none fits"}});
 }
 
-/// By pair of tasks, the smaller one first: how many more contradictions there are if it comes
-/// second than if it comes first.
+/// By pair of tasks, the smaller one first: how many more contradictions there are if it comes second.
 using OrderEvidence = std::map<std::pair<TaskId, TaskId>, std::int64_t>;
 
 /// How well a hypothesis explains the decisions of the judged part of a recording.

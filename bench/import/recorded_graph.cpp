@@ -329,8 +329,7 @@ class Builder {
     result_.graph.nodes.push_back(std::move(node));
   }
 
-  /// A cycle of subscriptions without a timer cannot be simulated. Removes the publication to the
-  /// subscription with the fewest jobs.
+  /// A cycle without a timer cannot be simulated: its subscription with the fewest jobs gets nothing from it.
   void cut_cycles() {
     for (;;) {
       const GraphTasks tasks = make_tasks(result_.graph);

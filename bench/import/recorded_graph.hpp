@@ -75,7 +75,6 @@ struct ServiceOrder {
 
 /// When it publishes, as part of a sentence.
 [[nodiscard]] std::string rule_text(const tracing::System& system, const InferredRule& rule);
-
 /// Tasks that feed each other in a cycle; empty: there is none.
 [[nodiscard]] std::vector<TaskId> find_cycle(const GraphTasks& tasks);
 

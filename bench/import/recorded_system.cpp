@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/recorded_system.hpp"
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include "hotpath/core/worker.hpp"
 #include "program/text.hpp"

@@ -47,8 +47,7 @@ struct RecordedSystem {
 /// Callbacks that ran on one thread share an executor.
 [[nodiscard]] std::vector<RecordedExecutor> recorded_executors(const tracing::System& system);
 
-/// By callback: whether it overlapped other callbacks of its node, which then share no mutually exclusive
-/// group, and itself.
+/// By callback: whether it overlapped others of its node, with which it shares no exclusive group, or itself.
 struct Overlaps {
   std::vector<bool> others, itself;
 };

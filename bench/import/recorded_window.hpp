@@ -131,7 +131,6 @@ void follow_time_slices(const tracing::System& system, const RecordedWindow& win
 
 /// What was found, with instants from `epoch` on.
 [[nodiscard]] std::string sentence(const TimeSlices& slices, Time epoch);
-
 /// What is wrong with threads that share processors in another way.
 [[nodiscard]] std::string unexplained_sentence(const TimeSlices& slices);
 

@@ -75,8 +75,7 @@ class Way {
   }
 
  private:
-  /// The executor of a task; for a task that never ran that of its callback group, or else of its
-  /// node, or else the first executor.
+  /// The executor of a task; if it never ran, of its callback group, or of its node, or the first one.
   std::uint32_t executor_of(TaskId id) const {
     const GraphTasks& tasks = found_.graph.tasks;
     const auto recorded = [&](TaskId task) {
@@ -150,8 +149,7 @@ class Way {
     return trace;
   }
 
-  /// The graph with the platform, and with the execution times of the jobs that really worked, in
-  /// their order.
+  /// The graph with the platform, and with the execution times of the jobs that worked, in order.
   Graph graph_of(const std::vector<RecordedCosts>& costs, const Trace& trace) const {
     Graph graph = found_.graph.graph;
     const GraphTasks& tasks = found_.graph.tasks;

@@ -18,8 +18,7 @@ constexpr auto enum_texts(Light) {
       {{Light::green, "green"}, {Light::yellow, "yellow"}, {Light::red, "red"}});
 }
 
-/// A recorded system compared with the simulation of its graph under the recorded executors, phases
-/// and execution times.
+/// A recorded system compared with the simulation of its graph under the recorded conditions.
 struct SelfCheck {
   struct ChainCheck {
     std::string chain;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <tuple>
 
 #include "program/errors.hpp"
 #include "setup/run_setup.hpp"

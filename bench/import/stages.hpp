@@ -38,8 +38,7 @@ struct Shown {
 [[nodiscard]] Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
                                        const RecordedDeliveries& deliveries, const Shown& shown = {});
 
-/// Compares the possible executors of each group of threads with its decisions. An executor that describes
-/// itself is believed.
+/// Compares the possible executors of each group of threads with its decisions, unless one describes itself.
 [[nodiscard]] std::vector<Recognition> recognise_executors(const RecordedSystem& recorded,
                                                            const Interpretation& found);
 
