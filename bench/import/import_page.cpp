@@ -226,29 +226,29 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   const Imported& imported = facts.imported;
   const Reproduction& best = imported.best;
   const SelfCheck& check = best.check;
-  std::vector<std::string> executors, light, uncertain = imported.uncertain;
+  std::vector<std::string> executors, light = check.reasons, uncertain = defects(facts);
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const Recognition& r = imported.recognitions[e];
     if (r.verdict == Verdict::recognised || r.verdict == Verdict::tie)
       executors.push_back(concat(imported.recorded.executors[e].name, ": ", first_of(r.names(), ", "), " (",
                                  to_string(r.verdict), ")"));
   }
-  if (executors.empty()) executors = {"no executor"};
-  std::ranges::move(defects(facts), std::back_inserter(uncertain));
+  for (const auto* more : {&imported.uncertain, &imported.recorded.notes})
+    std::ranges::copy(*more, std::back_inserter(uncertain));
   for (const auto& chain : check.chains)
     if (std::isfinite(chain.recorded_ms.p50) && std::isfinite(chain.simulated_ms.p50))
       light.push_back(program::text("%s median %.2f ms recorded, %.2f simulated (%+.1f %%)",
                                     chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50,
                                     chain.median_error_percent));
-  light.insert(light.begin(), check.reasons.begin(), check.reasons.end());
   const std::string folder = output.string(),
                     now = best.executor.deployment ? folder + "/deployment.yaml" : best.executor.label;
   out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
-      << facts.jobs() << " jobs in " << program::fixed(seconds_of(facts.reading.length()), 1) << " s; "
-      << program::joined(executors, "; ") << "\nUncertain: " << first_of(uncertain)
+      << facts.jobs() << " jobs in " << program::fixed(seconds_of(facts.reading.length()), 1)
+      << " s; executors: " << first_of(executors) << "\nUncertain: " << first_of(uncertain)
       << "\nMissing: " << first_of(imported.found.graph.missing)
       << "\nReproduction: " << to_string(check.light) << " (order of jobs "
-      << program::fixed(check.schedule.similarity, 3) << " similar); " << first_of(light) << "\nNext: "
+      << program::fixed(check.schedule.similarity, 3) << " similar)"
+      << (light.empty() ? "" : "; " + first_of(light)) << "\nNext: "
       << (check.light == Light::red ? concat("read ", folder, "/import.md")
                                     : concat("hotpath advise ", folder, "/graph.yaml --now ", now))
       << '\n';
