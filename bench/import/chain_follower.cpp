@@ -142,6 +142,22 @@ void ChainFollower::observe(const SimulatedMessage& message, Running& running) {
   observe_chains(history_, message, chains_, ends_, running, observed_);
 }
 
+std::vector<TaskId> find_cycle(const GraphTasks& tasks) {
+  std::vector<bool> done(tasks.set.size(), false);
+  std::vector<TaskId> path, cycle;
+  const std::function<void(TaskId)> visit = [&](TaskId id) {
+    if (done[id] || !cycle.empty()) return;
+    const auto open = std::ranges::find(path, id);
+    if (open != path.end()) return cycle.assign(open, path.end());
+    path.push_back(id);
+    for (const TaskId next : tasks.set[id].feeds) visit(next);
+    path.pop_back();
+    done[id] = true;
+  };
+  for (TaskId id = 0; id < tasks.set.size(); ++id) visit(id);
+  return cycle;
+}
+
 std::vector<ChainObservation> recorded_chains(const tracing::System& system, const RecordedGraph& graph,
                                               const RecordedWindow& window) {
   std::vector<ChainObservation> observations;
@@ -170,12 +186,29 @@ std::vector<ChainObservation> recorded_chains(const tracing::System& system, con
   return observations;
 }
 
+/// Data that a callback only stores leaves its node with the messages whose rules take it.
+static bool carries_data(const Graph& graph, const GraphTasks& tasks, const Chain& chain) {
+  std::vector<TaskId> path;
+  for (const std::string& name : chain.nodes) path.push_back(tasks_named(graph, tasks, name).front());
+  for (std::size_t i = 2; i < path.size(); ++i) {
+    const TaskOrigin &from = tasks.origin[path[i - 2]], &by = tasks.origin[path[i - 1]],
+                     &to = tasks.origin[path[i]];
+    const bool stored = from.input && std::ranges::count(tasks.set[path[i - 2]].feeds, path[i - 1]) == 0;
+    if (from.node != by.node || to.node == by.node || !stored) continue;
+    const std::string& topic = graph.nodes[to.node].inputs[*to.input].topic;
+    for (const Publication& p : tasks.callbacks[path[i - 1]].publishes)
+      if (p.topic == topic && std::ranges::count(p.of, *from.input) == 0) return false;
+  }
+  return true;
+}
+
 std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks) {
   std::vector<Chain> chains = find_chains(graph, tasks, std::numeric_limits<std::size_t>::max());
-  std::erase_if(chains, [](const Chain& chain) {
-    return std::ranges::all_of(chain.sources, [](const std::string& source) {
-      return source == kOutside || source.starts_with(std::string(kOutside) + "/");
-    });
+  std::erase_if(chains, [&](const Chain& chain) {
+    return !carries_data(graph, tasks, chain) ||
+           std::ranges::all_of(chain.sources, [](const std::string& source) {
+             return source == kOutside || source.starts_with(std::string(kOutside) + "/");
+           });
   });
   chains.resize(std::min(chains.size(), kChainsFound));
   for (std::size_t i = 0; i < chains.size(); ++i) chains[i].name = program::concat("chain_", i + 1);

@@ -23,9 +23,8 @@ struct HeldInputs {
   std::vector<TaskId> publishers, of;
 };
 
-/// Follows the data of chains through the jobs of a system, in a trace or while it runs: the history
-/// of a job's messages joins those of the samples that the job took and that its node holds. Memory
-/// is bounded by tasks, open jobs and the samples that may be unread.
+/// Follows the data of chains through the jobs of a system, in a trace or while it runs: the history of a
+/// job's messages joins those of the samples that the job took and that its node holds. Memory is bounded.
 class ChainFollower {
  public:
   /// The message that a job took: its topic, and the job that published it, of task `by`.
@@ -36,10 +35,9 @@ class ChainFollower {
   };
   using Observed = std::function<void(const ChainObservation&)>;
 
-  /// `unread`: by topic, the most messages of a task that may be unread. `publishing`: by task; a chain
-  /// ends with the messages of a sink that publishes, and otherwise with the end of its job.
-  /// `lanes`: the ways of the chains' data. `observed` receives each chain that a job of its sink ends,
-  /// during publish() or end() of that job.
+  /// `unread`: by topic, the most messages of a task that may be unread. `publishing`: by task; a chain ends
+  /// with the messages of a sink that publishes, and otherwise with the end of its job. `lanes`: the ways of
+  /// the chains' data. `observed` receives each chain, during publish() or end() of the job that ends it.
   ChainFollower(std::vector<ChainIndex> chains, std::vector<HeldInputs> held, std::vector<std::size_t> unread,
                 std::vector<bool> publishing, ChainLanes lanes, Observed observed);
 

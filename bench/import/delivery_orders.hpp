@@ -40,18 +40,15 @@ struct RecordedDelivery {
 /// By topic of the trace; topics with several subscriptions only.
 using RecordedDeliveries = std::map<std::uint32_t, RecordedDelivery>;
 
-/// The orders that follow from the creation of endpoints. A writer of Fast DDS serves the readers of
-/// its process in the order in which it was matched with them: first those that existed before it,
-/// as they stand in the participant's hash table of readers, then the others as they were created.
-/// The table is libstdc++'s std::unordered_map, keyed by the ids of the endpoints
-/// (Fast DDS 2.9 and 2.14, ProxyHashTables.hpp, EDP.cpp, StatefulWriter.cpp). No order follows for
-/// other middleware, or without ids, if some of the readers existed before the writer, nor for
-/// several readers in other processes.
+/// The orders that follow from the creation of endpoints. A writer of Fast DDS serves the readers of its
+/// process in the order of matching: first those that existed before it, as they stand in the participant's
+/// std::unordered_map, keyed by the ids of the endpoints (Fast DDS 2.9 and 2.14, ProxyHashTables.hpp,
+/// EDP.cpp, StatefulWriter.cpp), then the others as they were created. For other middleware, or without ids,
+/// no order follows if some readers existed before the writer, nor for several readers in other processes.
 [[nodiscard]] RecordedDeliveries created_deliveries(const tracing::System& system);
 
-/// Compares the orders with the starts of jobs, if an executor of this family starts the readers of a
-/// message in the order of arrival; unknown orders become that of most messages. `jobs` are in the
-/// order of starts; `executor_of`: by callback. The second value: whether some order became known.
+/// Compares the orders with the starts of sorted `jobs`, if an executor of this family starts readers in the
+/// order of arrival; unknown ones become that of most messages. The second value: whether one became known.
 [[nodiscard]] std::pair<RecordedDeliveries, bool> with_started_deliveries(
     RecordedDeliveries deliveries, std::span<const tracing::Job> jobs, Family family,
     const std::vector<std::uint32_t>& executor_of);

@@ -51,10 +51,9 @@ constexpr std::uint64_t kMessage = std::uint64_t{9} << 32, kExecutor = std::uint
 using ThreadId = std::pair<std::uint16_t, std::uint16_t>;  // process and worker
 ThreadId thread_of(const JobRecord& r) { return {r.process, r.worker}; }
 
-/// A simulation does not say on which processor a job ran. This gives each job one on which its
-/// thread may run: the last one of its thread or another one without a running job, otherwise one
-/// whose running job ends later, so that this one preempts it. A job whose thread is bound to its
-/// processor is not preempted by one whose thread may run elsewhere, if that preempts another one.
+/// Gives each simulated job a processor on which its thread may run: the last one of its thread or another
+/// one without a running job, otherwise one whose running job ends later and is preempted, preferably one
+/// whose thread is not bound to it.
 class Processors {
  public:
   explicit Processors(const ExportedRun& run) : run_(run), running_(run.cores) {}

@@ -9,8 +9,7 @@ namespace hotpath::imports {
 
 namespace {
 
-/// No wake-up or delivery takes longer; a thread that releases timers under the ordinary policy may
-/// wait for a time slice.
+/// No wake-up or delivery takes longer; an ordinary thread that releases timers may wait for a time slice.
 constexpr Duration kLong = std::chrono::milliseconds(1);
 constexpr int kSlices = 2;
 /// Threads whose callbacks start within this time may have decided in the other order.
@@ -99,8 +98,7 @@ class Follower {
     return next > at || (next == at && at > free_[w]) ? at : kNever;
   }
 
-  /// A late one waits until a thread sleeps, or has had its core for `late_`. Then it releases all that is
-  /// due.
+  /// A late one waits until a thread sleeps, or has had its core for `late_`. Then it releases all due.
   [[nodiscard]] Release next_release() const {
     if (late_ == Duration::zero() || wake_at_ <= released_at_) return {wake_at_};
     Release next{kNever};
@@ -112,8 +110,7 @@ class Follower {
     return next;
   }
 
-  /// Advances the clock, and with it a thread that only releases timers. It spins from the first
-  /// job on.
+  /// Advances the clock, and a thread that only releases timers, which spins from the first job on.
   void advance(Time at, bool idle = false) {
     while (releases_ && wake_at_ != kNever) {
       const Release release = idle ? Release{wake_at_} : next_release();

@@ -62,8 +62,7 @@ Levels ranks(const TaskSet& set, const Levels& levels) {
   return ranks;
 }
 
-/// The pairs of timers whose jobs, or whose readers' jobs, contradict the levels most: the one that ran, and
-/// the one ahead of it.
+/// The pairs of timers whose jobs or readers contradict the levels most: what ran, and what was ahead of it.
 std::vector<Pair> most_wrong(TaskSet set, const Levels& levels, const Agreement& agreement) {
   for (TaskId id = 0; id < set.size(); ++id) {
     set.tasks[id].priority.reset();

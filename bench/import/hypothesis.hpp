@@ -60,11 +60,10 @@ struct Hypothesis {
   std::vector<TaskId> order;
   /// By task: the priorities, or relative deadlines, of timers; empty: none are to be fitted.
   std::vector<std::int64_t> levels;
-  /// Threads that share a wait set ask in vain before they sleep, which changes the order of the
-  /// set. A recording does not show whether another thread was faster.
+  /// Threads that share a wait set may ask in vain before they sleep, which changes the order of the set.
   bool asks_in_vain = false;
-  /// The thread that releases timers does not preempt the executor's thread: it waits until that
-  /// thread sleeps, or for this time: a time slice of Linux, or kUntilIdle.
+  /// The thread that releases timers waits until the executor's thread sleeps, or for this time: a time slice
+  /// of Linux, or kUntilIdle.
   Duration release_delay{};
 
   /// Whether the executor orders timers by numbers that a trace does not contain.
@@ -82,8 +81,7 @@ struct Agreement {
   };
   std::vector<Of> decisions;      ///< By start.
   std::vector<TaskId> preferred;  ///< By start: the task that the scheduler would have run; kNoTask: none.
-  /// By start: the scheduler would have run a job that had been ready for long, so that no delay of
-  /// wake-ups or deliveries explains the contradiction.
+  /// By start: the scheduler would have run a job that had been ready for too long for a delay.
   std::vector<bool> plain;
   std::size_t contradictions = 0;
   /// How often the first task ran while the scheduler had the second one ahead of it.
@@ -103,9 +101,8 @@ struct Agreement {
 [[nodiscard]] std::vector<Hypothesis> possible_hypotheses(const RecordedSteps& recorded, bool waits,
                                                           const std::string& rcl_version);
 
-/// Fits the order of the timers' given priorities, or relative deadlines, to the first `starts`
-/// decisions by local search from two sides: by period, and all equal. Subscriptions have none of
-/// their own.
+/// Fits the order of the timers' given priorities, or relative deadlines, to the first `starts` decisions by
+/// local search from two sides: by period, and all equal.
 void fit_levels(const TaskSet& set, const RecordedSteps& steps, Hypothesis& hypothesis, std::size_t starts);
 
 }  // namespace hotpath::imports

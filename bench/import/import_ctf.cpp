@@ -83,7 +83,7 @@ void write(const Facts& facts) {
   if (best.check.failure.empty())
     write_run(imported, output, "simulated", best.check.simulated, results::RunKind::simulated);
   program::write_whole_file(output / "import.json", "--output", import_json(facts));
-  program::draw_figure("import-page", output);
+  program::draw_figure("import-page", output, true);
   print_import(std::cout, facts, output);
 }
 

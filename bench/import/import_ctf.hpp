@@ -18,9 +18,8 @@ struct CtfOptions {
   std::uint64_t jobs = 100'000;     ///< First jobs of the trace, of which all results are.
 };
 
-/// Reads a trace of ros2_tracing and writes graph, execution times, a run folder, deployment and
-/// page; then simulates the recording and compares. Throws UsageError if the folder holds no
-/// readable trace of ros2_tracing, RunError for other failures.
+/// Reads a trace of ros2_tracing, simulates the recording, compares, and writes all results. Throws
+/// UsageError if the folder holds no readable trace of ros2_tracing, RunError for other failures.
 void import_ctf(const CtfOptions& options);
 
 /// Writes a stored run as a CTF trace with the events of ros2_tracing. Throws UsageError, RunError.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -16,25 +17,10 @@ using nlohmann::json, program::concat;
 
 /// A gap without events of more periods of the slowest timer is reported.
 constexpr int kGap = 10;
+/// Most items of a line of the summary.
+constexpr std::size_t kShown = 3;
 
 double seconds_of(Duration d) { return static_cast<double>(d.count()) / 1e9; }
-
-std::string rule_text(const tracing::System& system, const InferredRule& rule) {
-  std::vector<std::string> names;
-  for (const std::uint32_t c : rule.of) names.push_back(system.topics[system.callbacks[c].topic].name);
-  const std::string topics = program::joined(names);
-  switch (rule.rule) {
-    case PublishRule::always:
-      return "with every job";
-    case PublishRule::every:
-      return concat("with one in ", rule.n, " jobs");
-    case PublishRule::all_new:
-      return "when all are new: " + topics;
-    case PublishRule::last_of:
-      return "with every job, with the last of " + topics + " (assumed)";
-  }
-  return {};
-}
 
 std::vector<std::string> publishers_of(const RecordedGraph& graph, const InferredRule& rule) {
   std::vector<std::string> names;
@@ -46,12 +32,14 @@ json rules_json(const Facts& facts) {
   const RecordedGraph& graph = facts.imported.found.graph;
   json rules = json::array();
   for (const InferredRule& rule : graph.rules) {
+    std::vector<std::string> as_good;
+    for (const InferredRule& other : rule.as_good) as_good.push_back(rule_text(facts.system, other));
     rules.push_back({{"topic", facts.system.topics[rule.topic].name},
                      {"publishers", publishers_of(graph, rule)},
                      {"rule", rule_text(facts.system, rule)},
                      {"jobs", rule.jobs},
                      {"explained", rule.explained},
-                     {"as_good", rule.as_good},
+                     {"as_good", as_good},
                      {"most_in_a_job", rule.most_in_a_job}});
   }
   return rules;
@@ -140,7 +128,19 @@ json left_out_json(const Facts& facts) {
   return {{"callbacks", callbacks}, {"jobs", jobs}, {"busy_ms", to_ms(busy)}};
 }
 
-std::vector<std::string> warnings(const Facts& facts) {
+/// The first items, for one line.
+std::string first_of(std::vector<std::string> items, const char* separator = "; ") {
+  if (items.empty()) return "nothing";
+  const std::size_t more = items.size() - std::min(items.size(), kShown);
+  items.resize(items.size() - more);
+  for (std::string& item : items)
+    if (item.ends_with('.')) item.pop_back();
+  if (more > 0) items.push_back(concat(more, " more in import.md"));
+  return program::joined(items, separator);
+}
+
+/// What is wrong with the recording.
+std::vector<std::string> defects(const Facts& facts) {
   std::vector<std::string> all;
   const tracing::TraceReading& r = facts.reading;
   const auto warn = [&](const auto&... parts) { all.push_back(concat(parts...)); };
@@ -167,6 +167,11 @@ std::vector<std::string> warnings(const Facts& facts) {
          " addresses of callbacks were reused after the end of their callback; time tells their jobs apart.");
   if (system.ends_without_start > 0) warn(system.ends_without_start, " ends of callbacks have no start.");
   if (never_ended > 0) warn(never_ended, " jobs have no end in the trace; they count as running.");
+  return all;
+}
+
+std::vector<std::string> warnings(const Facts& facts) {
+  std::vector<std::string> all = defects(facts);
   all.insert(all.end(), facts.imported.notes.begin(), facts.imported.notes.end());
   return all;
 }
@@ -218,32 +223,35 @@ json import_json(const Facts& facts) {
 }
 
 void print_import(std::ostream& out, const Facts& facts, const std::filesystem::path& output) {
-  using program::fixed;
   const Imported& imported = facts.imported;
   const Reproduction& best = imported.best;
-  out << facts.reading.all_events << " events in " << fixed(seconds_of(facts.reading.length()), 1)
-      << " s: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
-      << facts.jobs() << " jobs; executor " << best.executor.label << '\n';
-  for (const std::string& warning : warnings(facts)) out << "warning: " << warning << '\n';
-  for (std::size_t e = 0; e < best.labels.size(); ++e) {
-    const Recognition& recognition = imported.recognitions[e];
-    out << "Recognition of " << imported.recorded.executors[e].name << ": " << to_string(recognition.verdict)
-        << ". " << sentence(recognition) << '\n';
-  }
   const SelfCheck& check = best.check;
-  out << "Reproduction: " << to_string(check.light) << " (order of jobs "
-      << fixed(check.schedule.similarity, 3) << " similar)\n";
-  for (const auto& chain : check.chains) {
-    if (!std::isfinite(chain.recorded_ms.p50) || !std::isfinite(chain.simulated_ms.p50)) continue;
-    out << program::text(
-        "  %s: median %.2f ms recorded, %.2f simulated (%+.1f %%); p99 %.2f, %.2f (%+.1f %%)\n",
-        chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50, chain.median_error_percent,
-        chain.recorded_ms.p99, chain.simulated_ms.p99, chain.p99_error_percent);
+  std::vector<std::string> executors, light = check.reasons, uncertain = defects(facts);
+  for (std::size_t e = 0; e < best.labels.size(); ++e) {
+    const Recognition& r = imported.recognitions[e];
+    if (r.verdict == Verdict::recognised || r.verdict == Verdict::tie)
+      executors.push_back(concat(imported.recorded.executors[e].name, ": ", first_of(r.names(), ", "), " (",
+                                 to_string(r.verdict), ")"));
   }
-  out << program::text("  lost: %.2f %% recorded, %.2f %% simulated\n", check.lost_recorded_percent,
-                       check.lost_simulated_percent);
-  for (const std::string& reason : check.reasons) out << "  " << reason << '\n';
-  out << "\nResults: " << output.string() << " (graph.yaml, run/, simulated/, import.md)\n";
+  for (const auto* more : {&imported.uncertain, &imported.recorded.notes})
+    std::ranges::copy(*more, std::back_inserter(uncertain));
+  for (const auto& chain : check.chains)
+    if (std::isfinite(chain.recorded_ms.p50) && std::isfinite(chain.simulated_ms.p50))
+      light.push_back(program::text("%s median %.2f ms recorded, %.2f simulated (%+.1f %%)",
+                                    chain.chain.c_str(), chain.recorded_ms.p50, chain.simulated_ms.p50,
+                                    chain.median_error_percent));
+  const std::string folder = output.string(),
+                    now = best.executor.deployment ? folder + "/deployment.yaml" : best.executor.label;
+  out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
+      << facts.jobs() << " jobs in " << program::fixed(seconds_of(facts.reading.length()), 1)
+      << " s; executors: " << first_of(executors) << "\nUncertain: " << first_of(uncertain)
+      << "\nMissing: " << first_of(imported.found.graph.missing)
+      << "\nReproduction: " << to_string(check.light) << " (order of jobs "
+      << program::fixed(check.schedule.similarity, 3) << " similar)"
+      << (light.empty() ? "" : "; " + first_of(light)) << "\nNext: "
+      << (check.light == Light::red ? concat("read ", folder, "/import.md")
+                                    : concat("hotpath advise ", folder, "/graph.yaml --now ", now))
+      << '\n';
 }
 
 }  // namespace hotpath::imports

@@ -23,7 +23,6 @@ struct Facts {
 
 /// The comments of graph.yaml.
 [[nodiscard]] GraphComments import_comments(const Imported& imported);
-
 /// The content of import.json; keys end with their units.
 [[nodiscard]] nlohmann::json import_json(const Facts& facts);
 

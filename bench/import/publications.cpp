@@ -19,6 +19,9 @@ using Callbacks = std::vector<std::uint32_t>;
 /// With more candidates for a set, only each candidate alone and all of them together are tried.
 constexpr std::size_t kMostSubsets = 6;
 
+/// An input of so many times as many jobs as messages would have completed some of the sets.
+constexpr double kOutpaced = 1.5;
+
 /// One job of a node, with its messages on one topic.
 struct Seen {
   std::uint32_t callback;
@@ -53,9 +56,10 @@ class TopicOfNode {
     const auto most = std::ranges::max(candidates_, {}, &InferredRule::explained).explained;
     std::erase_if(candidates_, [&](const InferredRule& c) { return c.explained != most; });
     InferredRule best = candidates_.front();
-    std::vector<std::string> others;
+    std::vector<InferredRule> others;
     for (const InferredRule& c : std::span(candidates_).subspan(1))
-      others.push_back(words_for(worth(c) > worth(best) ? std::exchange(best, c) : c));
+      others.push_back(worth(c) > worth(best) ? std::exchange(best, c) : c);
+    std::ranges::stable_sort(others, std::ranges::greater{}, [&](const InferredRule& c) { return worth(c); });
     best.as_good = std::move(others);
     return best;
   }
@@ -66,10 +70,14 @@ class TopicOfNode {
   }
   bool publishes(std::uint32_t c) const { return contains(publishers_, c); }
 
-  /// Among equal rules the larger set wins; a set with an input that publishes other topics loses.
+  /// Among equal rules the larger set wins; a set with an input that publishes other topics loses, and so
+  /// does one with an input that had many chances to complete it.
   std::ptrdiff_t worth(const InferredRule& rule) const {
-    const bool foreign = std::ranges::any_of(
-        rule.of, [&](std::uint32_t c) { return has_others_.contains(c) && !publishes(c); });
+    const auto messages = std::ranges::count_if(seen_, [](const Seen& s) { return s.messages > 0; });
+    const bool foreign = std::ranges::any_of(rule.of, [&](std::uint32_t c) {
+      const auto jobs = static_cast<double>(std::ranges::count(seen_, c, &Seen::callback));
+      return !publishes(c) && (has_others_.contains(c) || jobs > kOutpaced * static_cast<double>(messages));
+    });
     return foreign ? -1 : std::ssize(rule.of);
   }
 
@@ -94,14 +102,16 @@ class TopicOfNode {
     const auto jobs = std::ranges::count(seen_, publisher, &Seen::callback);
     const auto published = std::ranges::count_if(seen_, [](const Seen& s) { return s.messages > 0; });
     const auto n = static_cast<std::uint32_t>((jobs + published / 2) / published);
-    std::uint64_t best = 0;
-    for (std::uint32_t offset = 0; offset < n; ++offset) {  // a trace may begin between two messages
-      const auto is_due = [&, number = 0U](const Seen& s) mutable {
-        return s.callback == publisher && number++ % n == offset;
-      };
-      best = std::max(best, explained(is_due));
-    }
-    if (n >= 2) add({.rule = PublishRule::every, .n = n}, best);
+    if (n < 2) return;
+    std::vector<std::uint64_t> messages(n, 0);  // by place: a trace may begin between two messages
+    std::size_t number = 0;
+    for (const Seen& s : seen_)
+      if (s.callback == publisher) messages[number++ % n] += s.messages > 0;
+    const auto place = static_cast<std::uint32_t>(std::ranges::max_element(messages) - messages.begin());
+    const auto is_due = [&, job = 0U](const Seen& s) mutable {
+      return s.callback == publisher && job++ % n == place;
+    };
+    add({.rule = PublishRule::every, .n = n, .first = place + 1}, explained(is_due));
   }
 
   void add_sets() {
@@ -132,14 +142,6 @@ class TopicOfNode {
     };
     const std::uint64_t jobs = explained(is_due);
     add({.rule = PublishRule::all_new, .of = std::move(set)}, jobs);
-  }
-
-  std::string words_for(const InferredRule& rule) const {
-    if (rule.rule == PublishRule::every) return "every " + std::to_string(rule.n);
-    if (rule.rule != PublishRule::all_new) return "always";
-    std::string text = "all_new of";
-    for (const std::uint32_t c : rule.of) text += " " + system_.topics[system_.callbacks[c].topic].name;
-    return text;
   }
 
   const tracing::System& system_;
@@ -193,6 +195,15 @@ T median(std::vector<T>& values) {
   return *middle;
 }
 
+/// Callbacks of the graph that are a synchroniser's, by node.
+std::map<std::uint32_t, Callbacks> synchronisers(const tracing::System& system, const RecordedGraph& graph) {
+  std::map<std::uint32_t, Callbacks> filtered;
+  for (std::uint32_t c = 0; c < graph.task_of.size(); ++c)
+    if (graph.task_of[c] != kNoTask && system.callbacks[c].symbol.find(kSynchronisers) != std::string::npos)
+      filtered[system.callbacks[c].node].push_back(c);
+  return filtered;
+}
+
 /// Fewer irregular samples are taken for single events that do not recur.
 constexpr std::size_t kFewestRecurring = 10;
 /// The most timers for one topic.
@@ -210,8 +221,7 @@ bool is_regular(const std::vector<Time>& at, Duration mean) {
   return std::ranges::adjacent_find(at, differs) == at.end();
 }
 
-/// Whether the arrivals go on beyond the recording: they fill half of it, or enough of them last until
-/// its end. Others are a burst.
+/// Whether the arrivals go on: they fill half of the recording, or enough of them last until its end.
 bool go_on(const std::vector<Time>& at, Duration mean, const RecordedTime& recorded) {
   const auto n = static_cast<std::int64_t>(at.size());
   return 2 * n * mean >= recorded.length() ||
@@ -239,7 +249,7 @@ OutsideReleases with_jitter(const std::vector<Time>& at, Duration mean) {
 }  // namespace
 
 std::vector<InferredRule> infer_rules(const tracing::System& system, std::span<const tracing::Job> jobs,
-                                      const std::vector<bool>& is_task) {
+                                      const std::vector<bool>& is_task, bool other) {
   std::vector<Callbacks> callbacks(system.nodes.size());
   for (std::uint32_t c = 0; c < is_task.size(); ++c)
     if (is_task[c]) callbacks[system.callbacks[c].node].push_back(c);
@@ -253,11 +263,31 @@ std::vector<InferredRule> infer_rules(const tracing::System& system, std::span<c
     for (const tracing::Job* job : of_node[node])
       for (const tracing::Publication& p : job->published) topics.insert(p.topic);
     const std::size_t before = rules.size();
-    for (const std::uint32_t topic : topics)
-      rules.push_back(TopicOfNode(system, callbacks[node], topic, of_node[node]).best());
+    for (const std::uint32_t topic : topics) {
+      InferredRule best = TopicOfNode(system, callbacks[node], topic, of_node[node]).best();
+      if (other && !best.as_good.empty()) best = InferredRule(best.as_good.front());
+      rules.push_back(std::move(best));
+    }
     keep_samples(system, callbacks[node], std::span(rules).subspan(before));
   }
   return rules;
+}
+
+std::string rule_text(const tracing::System& system, const InferredRule& rule) {
+  std::vector<std::string> names;
+  for (const std::uint32_t c : rule.of) names.push_back(system.topics[system.callbacks[c].topic].name);
+  const std::string topics = program::joined(names);
+  switch (rule.rule) {
+    case PublishRule::always:
+      return "with every job";
+    case PublishRule::every:
+      return concat("with one in ", rule.n, " jobs, from job ", rule.first, " on");
+    case PublishRule::all_new:
+      return "when all are new: " + topics;
+    case PublishRule::last_of:
+      return "with every job, with the last of " + topics + " (assumed)";
+  }
+  return {};
 }
 
 EarlyPublications early_publications(const RecordedGraph& graph, std::span<const tracing::Job> jobs) {
@@ -286,20 +316,14 @@ EarlyPublications early_publications(const RecordedGraph& graph, std::span<const
 }
 
 std::vector<std::string> unmodelled(const tracing::System& system, const RecordedGraph& graph) {
-  std::map<std::uint32_t, std::vector<std::string>> filtered;  // topics by node
-  for (std::uint32_t c = 0; c < graph.task_of.size(); ++c) {
-    const tracing::Callback& callback = system.callbacks[c];
-    const bool filters = callback.symbol.find(kSynchronisers) != std::string::npos;
-    if (graph.task_of[c] != kNoTask && filters)
-      filtered[callback.node].push_back(system.topics[callback.topic].name);
-  }
   std::vector<std::string> all;
-  all.reserve(filtered.size() + graph.rules.size());
-  for (const auto& [node, topics] : filtered) {
+  for (const auto& [node, of] : synchronisers(system, graph)) {
+    std::vector<std::string> topics;
+    topics.reserve(of.size());
+    for (const std::uint32_t c : of) topics.push_back(system.topics[system.callbacks[c].topic].name);
     all.push_back(program::concat(
         "Node ", system.nodes[node], " passes ", program::joined(topics, ", "),
-        " through message_filters, which is not modelled: a synchroniser may hold messages until "
-        "later ones arrive, and the graph publishes as soon as its rule allows."));
+        " through message_filters, which may hold them until later ones arrive; the graph does not."));
   }
   for (const InferredRule& rule : graph.rules) {
     if (static_cast<double>(rule.explained) >= kDescribes * static_cast<double>(rule.jobs)) continue;
@@ -312,6 +336,32 @@ std::vector<std::string> unmodelled(const tracing::System& system, const Recorde
   return all;
 }
 
+std::vector<std::string> synchronised_chains(const RecordedSystem& recorded, const RecordedGraph& graph) {
+  std::vector<std::string> all;
+  for (const auto& [node, of] : synchronisers(recorded.system, graph)) {
+    std::map<std::uint32_t, Time> newest;  // by callback
+    std::vector<Duration> held;
+    for (const tracing::Job& job : recorded.jobs) {
+      if (!contains(of, job.ref.callback)) continue;
+      newest[job.ref.callback] = job.sample.published;
+      if (job.published.empty()) continue;
+      const auto oldest =
+          std::ranges::min_element(newest, {}, [](const auto& sample) { return sample.second; });
+      held.push_back(job.published.back().at - oldest->second);
+    }
+    if (held.empty()) continue;
+    const std::string text = program::text(
+        " contains a synchroniser (node %s): held for %.1f ms (median) or longer, not modelled; a trace does "
+        "not show which messages it joins.",
+        recorded.system.nodes[node].c_str(), to_ms(median(held)));
+    const std::string prefix = graph.node_names[node] + "/";
+    const auto is_its = [&](const std::string& task) { return task.starts_with(prefix); };
+    for (const Chain& chain : graph.graph.chains)
+      if (std::ranges::any_of(chain.nodes, is_its)) all.push_back(chain.name + text);
+  }
+  return all;
+}
+
 OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded) {
   const auto n = static_cast<std::int64_t>(at.size());
   const Duration mean = std::max(Duration(1000), (at.back() - at.front()) / std::max<std::int64_t>(1, n - 1));
@@ -319,11 +369,8 @@ OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime
   if (goes_on && is_regular(at, mean))
     return {{at.front()}, mean, {}, program::concat("a timer of ", in_ms(mean))};
   if (at.size() < kFewestRecurring)
-    return {at,
-            kOnce,
-            {},
-            n == 1 ? "a timer that fires once, when it arrived"
-                   : program::concat(n, " timers that fire once, when they arrived")};
+    return {
+        at, kOnce, {}, program::concat(n, n == 1 ? " timer" : " timers", " for one release, at its arrival")};
   if (at.size() <= kMostTimers) {
     const Duration period = std::max(n * mean, recorded.length());
     return {at, period, {}, program::concat(n, " timers of ", in_ms(period), ", one for each arrival")};
@@ -334,8 +381,7 @@ OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime
   return {{at.front()},
           rate,
           {},
-          program::concat("a timer of ", in_ms(rate), ", the mean distance of ", n,
-                          " arrivals, whose bursts the graph lacks")};
+          program::concat("a timer of ", in_ms(rate), ", without the bursts of arrivals")};
 }
 
 }  // namespace hotpath::imports

@@ -21,19 +21,17 @@ constexpr std::size_t kFewest = 20;
 constexpr double kFits = 0.8;
 /// Limits of the share of decisions that noise is taken to change.
 constexpr double kLeastNoise = 0.02, kMostNoise = 0.3;
-/// A hypothesis is excluded if the best one is a thousand times as likely, and if the number of
-/// decisions that tell them apart exceeds its standard deviation by this factor, and if they are of
-/// so many kinds.
+/// A hypothesis is excluded if the best one is a thousand times as likely, and the decisions that tell them
+/// apart exceed their standard deviation by this factor and are of so many kinds.
 const double kDecisive = std::log(1000);
 constexpr double kDeviations = 2.5;
 constexpr std::size_t kKinds = 2;
 /// Decisions of one kind suffice if there are so many that timing cannot explain, and if the best
 /// hypothesis has the agreement kExact.
 constexpr std::size_t kPlain = 20;
-/// A trace does not show when a thread that polls a shared wait set noticed a ready entity, nor when
-/// the set was rebuilt: such executors are not distinguished from each other, and from others only by a
-/// difference in agreement above kUnseen; executors that release timers only if no hypothesis has the
-/// agreement kExact.
+/// A trace does not show when a thread that polls a shared wait set noticed a ready entity: such executors
+/// are not distinguished from each other, and from others only by a difference in agreement above kUnseen;
+/// executors that release timers only if no hypothesis has the agreement kExact.
 constexpr double kUnseen = 0.1, kExact = 0.97;
 /// A fitted order must remove this share of the contradictions, and as many.
 constexpr double kBetter = 0.1;
@@ -55,8 +53,7 @@ bool notices_unseen(const Hypothesis& hypothesis, double best) {
   return shares_waits(hypothesis) || (releases && best < kExact);
 }
 
-/// What a hypothesis may choose besides the order of tasks, or chose to fit the recording, and how
-/// unusual it is.
+/// What a hypothesis may choose besides the order, or chose to fit the recording, and how unusual it is.
 int open_choices(const Hypothesis& hypothesis) {
   const ExecutorTraits& traits = hypothesis.entry->traits;
   const int variants = static_cast<int>(hypothesis.options.rule != SubscriptionRule::inherit) +

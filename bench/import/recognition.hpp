@@ -24,8 +24,7 @@ constexpr auto enum_texts(Verdict) {
                                            {Verdict::none_fits, "none fits"}});
 }
 
-/// By pair of tasks, the smaller one first: how many more contradictions there are if it comes
-/// second than if it comes first.
+/// By pair of tasks, the smaller one first: how many more contradictions there are if it comes second.
 using OrderEvidence = std::map<std::pair<TaskId, TaskId>, std::int64_t>;
 
 /// How well a hypothesis explains the decisions of the judged part of a recording.
@@ -35,8 +34,7 @@ struct Score {
   std::size_t contradictions = 0;
   double agreement = 0;  ///< Share of the contested decisions that agree.
   double margin = 0;     ///< Log-likelihood ratio of the best hypothesis to this one.
-  /// The kinds of these decisions, by the tasks that ran and that this one would have run: jobs
-  /// that repeat their times repeat one decision again and again.
+  /// The kinds of these decisions, by the tasks that ran and that this one would have run.
   std::size_t kinds_against = 0;
   std::size_t against = 0, in_favour = 0;  ///< Decisions that only the best, or only this one explains.
   std::size_t plain_against = 0, plain_in_favour = 0;  ///< Those that timing cannot explain.
@@ -60,9 +58,8 @@ struct Recognition {
   [[nodiscard]] std::vector<std::string> names(bool unlikely_only = false) const;
 };
 
-/// Compares all executors that can have run the threads. What a hypothesis leaves open is fitted on
-/// the first half of the decisions, and judged on the second half. A hypothesis that the executor
-/// `stated` itself is believed.
+/// Compares all executors that can have run the threads, fitted on the first half of the decisions, and
+/// judged on the second half. A hypothesis that the executor `stated` itself is believed.
 [[nodiscard]] Recognition recognise(const tracing::System& system, const RecordedGraph& graph,
                                     const RecordedSteps& steps, const std::vector<Hypothesis>& possible,
                                     const std::string& stated = {});

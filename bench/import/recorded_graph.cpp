@@ -2,7 +2,6 @@
 #include "import/recorded_graph.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <set>
 
@@ -20,6 +19,10 @@ namespace {
 using program::concat;
 using tracing::CallbackKind;
 
+/// Bounds of a graph file: queues, and periods of timers, which would not be due in a recording.
+constexpr std::uint32_t kDeepest = 1000;
+constexpr Duration kLongest = std::chrono::hours(24);
+
 /// The first of NAME, NAME_2, NAME_3, ... that is not used yet.
 std::string unused_name(const std::string& name, std::set<std::string>& used) {
   std::string unused = name;
@@ -32,10 +35,11 @@ std::string graph_name(const std::string& ros_name, bool is_node) {
   return name.empty() ? "unnamed" : name;
 }
 
-EntityKind entity_of(CallbackKind kind) {
-  if (kind == CallbackKind::service) return EntityKind::service;
-  if (kind == CallbackKind::client) return EntityKind::client;
-  return kind == CallbackKind::unannounced ? EntityKind::waitable : EntityKind::subscription;
+EntityKind entity_of(const tracing::Callback& callback) {
+  if (callback.kind == CallbackKind::service) return EntityKind::service;
+  if (callback.kind == CallbackKind::client) return EntityKind::client;
+  const bool is_waitable = callback.kind == CallbackKind::unannounced || callback.intra_process;
+  return is_waitable ? EntityKind::waitable : EntityKind::subscription;
 }
 
 bool is_beside_topics(CallbackKind kind) {
@@ -47,27 +51,11 @@ void add_publication(const Publication& p, Node& node, Callback& publisher) {
   publisher.publishes.push_back(p);
 }
 
-/// Tasks that feed each other in a cycle; empty: there is none.
-std::vector<TaskId> find_cycle(const GraphTasks& tasks) {
-  std::vector<bool> done(tasks.set.size(), false);
-  std::vector<TaskId> path, cycle;
-  const std::function<void(TaskId)> visit = [&](TaskId id) {
-    if (done[id] || !cycle.empty()) return;
-    const auto open = std::ranges::find(path, id);
-    if (open != path.end()) return cycle.assign(open, path.end());
-    path.push_back(id);
-    for (const TaskId next : tasks.set[id].feeds) visit(next);
-    path.pop_back();
-    done[id] = true;
-  };
-  for (TaskId id = 0; id < tasks.set.size(); ++id) visit(id);
-  return cycle;
-}
-
 class Builder {
  public:
-  Builder(const RecordedSystem& recorded, const std::string& name, const ServiceOrder& order)
-      : recorded_(recorded), system_(recorded.system), order_(order), uses_(system_.callbacks.size()) {
+  Builder(const RecordedSystem& recorded, const std::string& name, const ServiceOrder& order, bool other)
+      : recorded_(recorded), order_(order), other_(other), uses_(system_.callbacks.size()) {
+    result_.missing = recorded_.missing;
     result_.graph.name = printable(graph_name(name, true), kMaxNameBytes);
     if (!order_.nodes.empty()) return;
     for (std::uint32_t n = 0; n < system_.nodes.size(); ++n) order_.nodes.push_back(n);
@@ -79,15 +67,17 @@ class Builder {
     choose_tasks();
     std::vector<bool> is_task;
     for (const Use& use : uses_) is_task.push_back(use.is_task);
-    result_.rules = infer_rules(system_, recorded_.jobs, is_task);
+    overlaps_ = overlaps_of(recorded_, is_task);
+    result_.rules = infer_rules(system_, recorded_.jobs, is_task, other_);
     drop_silent_inputs();
     name_topics();
-    find_overlaps();
+    find_undecided();
     for (const std::uint32_t n : order_.nodes) add_node(n);
+    cut_cycles();
+    find_unpublished();
     add_outside();
     if (result_.graph.nodes.empty())
       throw program::UsageError("the trace has no timer and no subscription for a graph; record for longer");
-    cut_cycles();
     index_tasks();
     return std::move(result_);
   }
@@ -95,11 +85,12 @@ class Builder {
  private:
   /// What becomes of a callback.
   struct Use {
-    bool is_task = false, overlaps = false, reentrant = false;
+    bool is_task = false;
     std::uint32_t copy = 1;  ///< 1, or the number of its topic's copy.
   };
 
   void note(const auto&... parts) { result_.notes.push_back(concat(parts...)); }
+  void leave_out(const auto&... parts) { result_.missing.push_back(concat(parts...)); }
   const tracing::Callback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
   const std::string& topic_of(std::uint32_t c) const { return system_.topics[callback(c).topic].name; }
   bool reads(std::uint32_t c) const { return uses_[c].is_task && callback(c).topic != kNone; }
@@ -108,14 +99,18 @@ class Builder {
     return result_.topic_names[callback(c).topic][uses_[c].copy - 1];
   }
 
+  std::string name_in_graph(const std::string& ros_name, bool is_node, std::set<std::string>& used) {
+    const std::string plain = graph_name(ros_name, is_node), name = unused_name(plain, used);
+    const char* const kind = is_node ? "node " : "topic ";
+    if (name != plain)
+      note("The graph has another ", kind, plain, "; ", kind, ros_name, " is called ", name, " in it.");
+    return name;
+  }
+
   void name_nodes() {
     std::set<std::string> used = {kOutside};
-    for (const std::string& node : system_.nodes) {
-      const std::string plain = graph_name(node, true), name = unused_name(plain, used);
-      result_.node_names.push_back(name);
-      if (name != plain)
-        note("The graph has another node ", plain, "; node ", node, " is called ", name, " in it.");
-    }
+    for (const std::string& node : system_.nodes)
+      result_.node_names.push_back(name_in_graph(node, true, used));
   }
 
   void choose_tasks() {
@@ -128,6 +123,10 @@ class Builder {
       if (kind == CallbackKind::unknown || (!is_beside_topics(kind) && node == kNone)) {
         ++unknown;
         jobs_of_unknown += jobs;
+      } else if (const Duration period = callback(c).period;
+                 kind == CallbackKind::timer && (period <= Duration{} || period > kLongest)) {
+        leave_out("A timer of node ", system_.nodes[node], " has a period of ", to_ms(period),
+                  " ms and is left out.");
       } else if (!is_beside_topics(kind)) {
         uses_[c].is_task = kind == CallbackKind::timer || !is_housekeeping(topic_of(c));
         if (kind == CallbackKind::subscription && uses_[c].is_task) uses_[c].copy = ++same;
@@ -139,20 +138,17 @@ class Builder {
       }
     }
     if (elsewhere > 0)
-      note(elsewhere, " callbacks of services and clients with ", jobs_elsewhere,
-           " jobs ran on threads without timers and subscriptions and are left out.");
+      leave_out(elsewhere, " callbacks of services and clients with ", jobs_elsewhere,
+                " jobs ran on threads without timers and subscriptions and are left out.");
     if (unknown > 0)
-      note(unknown, " callbacks with ", jobs_of_unknown,
-           " jobs have no initialisation event in the trace and are left out; start the recording before the "
-           "nodes.");
+      leave_out(unknown, " callbacks with ", jobs_of_unknown,
+                " jobs have no initialisation event and are left out; start the recording before the nodes.");
     if (std::ranges::count(uses_, true, &Use::is_task) > 0) return;
     throw program::UsageError(
         jobs_of_unknown > 0
-            ? "the trace has callbacks but no initialisation events (ros2:rcl_node_init and others), so "
-              "that their nodes are unknown; start the recording before the nodes, and keep all events "
-              "`ros2:*`"
-            : "the trace has no callback of a node; record user-space events `ros2:*` while the nodes "
-              "start and run");
+            ? "the trace has callbacks but no initialisation events (such as ros2:rcl_node_init); start the "
+              "recording before the nodes, and keep all events `ros2:*`"
+            : "the trace has no callback of a node; record `ros2:*` while the nodes start and run");
   }
 
   /// Drops subscriptions without samples.
@@ -160,16 +156,10 @@ class Builder {
     std::set<std::uint32_t> published;
     for (const InferredRule& rule : result_.rules) published.insert(rule.topic);
     for (std::uint32_t c = 0; c < uses_.size(); ++c) {
-      if (!uses_[c].is_task || callback(c).kind == CallbackKind::timer ||
-          published.contains(callback(c).topic))
-        continue;
-      if (callback(c).jobs > 0) {
-        outside_.insert(callback(c).topic);
-        continue;
-      }
+      if (!reads(c) || callback(c).jobs > 0 || published.contains(callback(c).topic)) continue;
       uses_[c].is_task = false;
-      note("Nobody published ", topic_of(c), ", to which node ", result_.node_names[callback(c).node],
-           " subscribes; the subscription is left out.");
+      leave_out("Nobody published ", topic_of(c), ", to which node ", result_.node_names[callback(c).node],
+                " subscribes; the subscription is left out.");
     }
     for (InferredRule& rule : result_.rules)
       std::erase_if(rule.of, [&](std::uint32_t c) { return !uses_[c].is_task; });
@@ -188,13 +178,8 @@ class Builder {
     std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return of_services.contains(t); });
     std::set<std::string> used;
     result_.topic_names.resize(system_.topics.size());
-    for (const std::uint32_t t : order) {
-      const std::string plain = graph_name(system_.topics[t].name, false), name = unused_name(plain, used);
-      result_.topic_names[t] = {name};
-      if (name != plain)
-        note("The graph has another topic ", plain, "; ", system_.topics[t].name, " is called ", name,
-             " in it.");
-    }
+    for (const std::uint32_t t : order)
+      result_.topic_names[t] = {name_in_graph(system_.topics[t].name, false, used)};
     for (std::uint32_t c = 0; c < uses_.size(); ++c) {
       if (!reads(c)) continue;
       std::vector<std::string>& names = result_.topic_names[callback(c).topic];
@@ -206,21 +191,20 @@ class Builder {
     }
   }
 
-  /// Finds callbacks of one node that overlapped: they cannot share a mutually exclusive group.
-  void find_overlaps() {
-    std::map<std::uint32_t, std::vector<const tracing::Job*>> open;  // by node
-    for (const tracing::Job& job : recorded_.jobs) {
-      const std::uint32_t c = job.ref.callback;
-      if (!job.ended || c >= uses_.size() || !uses_[c].is_task) continue;
-      auto& others = open[callback(c).node];
-      std::erase_if(others, [&](const tracing::Job* o) { return o->finish <= job.start; });
-      for (const tracing::Job* other : others) {
-        if (other->thread == job.thread) continue;
-        uses_[c].overlaps = uses_[other->ref.callback].overlaps = true;
-        uses_[c].reentrant = uses_[c].reentrant || other->ref.callback == c;
-      }
-      others.push_back(&job);
-    }
+  void find_undecided() {
+    const auto leave_open = [&](const auto&... parts) {
+      result_.undecided.push_back(concat(parts...));
+      note("The recording leaves open whether ", result_.undecided.back(), ".");
+    };
+    for (const InferredRule& rule : result_.rules)
+      if (!rule.as_good.empty())
+        leave_open(system_.topics[rule.topic].name, " is published ", rule_text(system_, rule), ", or ",
+                   rule_text(system_, rule.as_good.front()));
+    std::set<std::uint32_t> nodes;
+    for (std::uint32_t c = 0; c < uses_.size(); ++c)
+      if (overlaps_.others[c] && !overlaps_.itself[c] && nodes.insert(callback(c).node).second)
+        leave_open("callbacks of node ", system_.nodes[callback(c).node],
+                   " that overlapped have groups of their own, or a reentrant one");
   }
 
   void add_node(std::uint32_t n) {
@@ -235,7 +219,7 @@ class Builder {
     for (const std::uint32_t c : own) {
       if (callback(c).kind == CallbackKind::timer) continue;
       input_of[c] = static_cast<std::uint32_t>(node.inputs.size());
-      node.inputs.push_back({input_name(c), std::max(1U, callback(c).depth)});
+      node.inputs.push_back({input_name(c), std::clamp(callback(c).depth, 1U, kDeepest)});
       used.insert(input_name(c));
     }
     const bool several = input_of.size() + 1 < own.size();
@@ -250,7 +234,7 @@ class Builder {
         name = unused_name(several ? concat("timer_", ++timers) : "timer", used);
         added.phase = Duration::zero();
       }
-      added.entity = entity_of(callback(c).kind);
+      added.entity = entity_of(callback(c));
       added.task = concat(node.name, "/", name);
       added.period = added.deadline = callback(c).period;
       add_publications(c, input_of, node, added);
@@ -268,7 +252,7 @@ class Builder {
       if (is_housekeeping(system_.topics[rule.topic].name)) continue;
       const bool set = rule.rule == PublishRule::all_new;
       if (std::ranges::count(set ? rule.of : rule.publishers, c) == 0) continue;
-      Publication p{.topic = {}, .rule = rule.rule, .of = {}, .n = rule.n};
+      Publication p{.topic = {}, .rule = rule.rule, .of = {}, .n = rule.n, .first = rule.first};
       for (const std::uint32_t from : rule.of) p.of.push_back(input_of.at(from));
       std::ranges::sort(p.of);
       if (p.rule == PublishRule::last_of && p.of.empty()) p.rule = PublishRule::always;
@@ -289,13 +273,14 @@ class Builder {
     std::string name = "default";
     if (executors.size() > 1)
       name = concat("e", recorded_.executor_of[c] == kNone ? *executors.begin() : recorded_.executor_of[c]);
-    if (uses_[c].overlaps) name = "own_" + callback_name;
+    if (overlaps_.others[c]) name = "own_" + callback_name;
     std::ranges::replace(name, '/', '.');
     const auto at = std::ranges::find(node.group_names, name);
     const auto group = static_cast<std::uint32_t>(at - node.group_names.begin());
     if (at != node.group_names.end()) return group;
     using enum CallbackGroup;
-    node.groups.push_back(uses_[c].reentrant ? reentrant : mutually_exclusive);
+    const bool several = overlaps_.itself[c] || (other_ && overlaps_.others[c]);
+    node.groups.push_back(several ? reentrant : mutually_exclusive);
     node.group_names.push_back(name);
     return group;
   }
@@ -311,13 +296,14 @@ class Builder {
     node.groups = {CallbackGroup::mutually_exclusive};
     std::set<std::string> used;
     for (const std::uint32_t topic : outside_) {
-      std::uint32_t reader = 0;
-      while (!uses_[reader].is_task || callback(reader).topic != topic || callback(reader).jobs == 0)
-        ++reader;
+      std::uint32_t reader = kNone;
+      for (std::uint32_t c = 0; c < uses_.size(); ++c)
+        if (reads(c) && callback(c).topic == topic && (reader == kNone || callback(reader).jobs == 0))
+          reader = c;
       std::vector<Time> at;
       for (const tracing::Job& job : jobs)
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
-      if (at.empty()) at = {Time{}};
+      if (at.empty()) at = {recorded.begin};
       std::ranges::sort(at);
       const OutsideReleases releases = outside_releases(at, recorded);
       const std::vector<std::string>& topics = result_.topic_names[topic];
@@ -329,30 +315,21 @@ class Builder {
         timer.period = timer.deadline = releases.period;
         timer.release_jitter = releases.jitter;
         timer.phase = releases.first[i] - Time{};
-        for (const std::string& published : topics)
-          add_publication({.topic = published, .of = {}}, node, timer);
+        for (const std::string& topic_name : topics)
+          if (!published_.contains(topic_name)) add_publication({.topic = topic_name, .of = {}}, node, timer);
         result_.callback_of.push_back(kNone);
         node.callbacks.push_back(std::move(timer));
       }
-      note_outside(callback(reader).kind, system_.topics[topic].name, releases.timers);
+      const CallbackKind kind = callback(reader).kind;
+      leave_out(kind == CallbackKind::service ? "A trace does not show the requests to service "
+                : is_beside_topics(kind) ? "A trace does not show what triggers the clients and waitables of "
+                                         : "No callback of the trace publishes topic ",
+                system_.topics[topic].name, "; in the graph it comes from ", releases.timers, ".");
     }
     result_.graph.nodes.push_back(std::move(node));
   }
 
-  void note_outside(CallbackKind reader, const std::string& topic, const std::string& timers) {
-    const bool service = reader == CallbackKind::service;
-    note(service                    ? "A trace does not show the requests to service "
-         : is_beside_topics(reader) ? "A trace does not show what triggers the clients and waitables of "
-                                    : "No callback of the trace publishes topic ",
-         topic, "; in the graph ",
-         service                    ? "they come from "
-         : is_beside_topics(reader) ? "it is "
-                                    : "it comes from ",
-         timers, ".");
-  }
-
-  /// A cycle of subscriptions without a timer cannot be simulated. Removes the publication to the
-  /// subscription with the fewest jobs.
+  /// A cycle without a timer cannot be simulated: its subscription with the fewest jobs gets nothing from it.
   void cut_cycles() {
     for (;;) {
       const GraphTasks tasks = make_tasks(result_.graph);
@@ -364,9 +341,18 @@ class Builder {
       const std::string topic = result_.graph.nodes[to.node].inputs[*to.input].topic;
       std::erase_if(callback_of_task(result_.graph, tasks.origin[cycle.back()]).publishes,
                     [&](const Publication& p) { return p.topic == topic; });
-      note("Data flows in a cycle without a timer; ", tasks.set[cycle.back()].name, " does not publish ",
-           topic, " in the graph.");
+      leave_out("Data flows in a cycle without a timer; ", tasks.set[cycle.back()].name, " does not publish ",
+                topic, " in the graph.");
     }
+  }
+
+  /// A graph has a publisher for each input.
+  void find_unpublished() {
+    for (const Node& node : result_.graph.nodes)
+      for (const Callback& c : node.callbacks)
+        for (const Publication& p : c.publishes) published_.insert(p.topic);
+    for (std::uint32_t c = 0; c < uses_.size(); ++c)
+      if (reads(c) && !published_.contains(input_name(c))) outside_.insert(callback(c).topic);
   }
 
   void index_tasks() {
@@ -383,18 +369,21 @@ class Builder {
   }
 
   const RecordedSystem& recorded_;
-  const tracing::System& system_;
+  const tracing::System& system_ = recorded_.system;
   ServiceOrder order_;
-  std::vector<Use> uses_;            // by callback
+  const bool other_;
+  std::vector<Use> uses_;  // by callback
+  Overlaps overlaps_;
   std::set<std::uint32_t> outside_;  // topics
+  std::set<std::string> published_;  // topics of the graph
   RecordedGraph result_;
 };
 
 }  // namespace
 
 RecordedGraph make_recorded_graph(const RecordedSystem& recorded, const std::string& name,
-                                  const ServiceOrder& order) {
-  return Builder(recorded, name, order).build();
+                                  const ServiceOrder& order, bool other) {
+  return Builder(recorded, name, order, other).build();
 }
 
 }  // namespace hotpath::imports

@@ -21,12 +21,12 @@ struct InferredRule {
   std::uint32_t topic = kNone;
   std::vector<std::uint32_t> publishers = {};  ///< Callbacks.
   PublishRule rule = PublishRule::always;
-  std::vector<std::uint32_t> of = {};     ///< all_new, last_of: subscriptions of the node.
-  std::uint32_t n = 1;                    ///< every.
-  std::uint64_t jobs = 0;                 ///< Jobs of the node's callbacks.
-  std::uint64_t explained = 0;            ///< Of these, jobs that follow the rule.
-  std::vector<std::string> as_good = {};  ///< Other rules that explain as many jobs.
-  std::uint64_t most_in_a_job = 1;        ///< Most messages of a job; a rule covers one.
+  std::vector<std::uint32_t> of = {};      ///< all_new, last_of: subscriptions of the node.
+  std::uint32_t n = 1, first = 0;          ///< every: as in a graph.
+  std::uint64_t jobs = 0;                  ///< Jobs of the node's callbacks.
+  std::uint64_t explained = 0;             ///< Of these, jobs that follow the rule.
+  std::vector<InferredRule> as_good = {};  ///< Other rules that explain as many jobs.
+  std::uint64_t most_in_a_job = 1;         ///< Most messages of a job; a rule covers one.
 };
 
 /// The graph of a recorded system, with the mapping between tasks and callbacks of the trace.
@@ -36,14 +36,13 @@ struct RecordedGraph {
   std::vector<TaskId> task_of;             ///< By callback; kNoTask: not in the graph.
   std::vector<std::uint32_t> callback_of;  ///< By task; kNone: a timer for publications outside of callbacks.
   std::vector<InferredRule> rules;
-  Time epoch{};                    ///< Creation of the first timer: phases count from here.
-  std::vector<std::string> notes;  ///< Sentences about differences between the graph and the system.
+  Time epoch{};                             ///< Creation of the first timer: phases count from here.
+  std::vector<std::string> notes;           ///< Sentences about differences between the graph and the system.
+  std::vector<std::string> missing = {};    ///< Sentences: what is left out or replaced.
+  std::vector<std::string> undecided = {};  ///< Phrases: what has two readings.
 
-  /// Names of nodes as in the graph, by node of the trace.
-  std::vector<std::string> node_names;
-
-  /// Names of topics as in the graph, and then those of their copies, by topic of the trace.
-  std::vector<std::vector<std::string>> topic_names;
+  std::vector<std::string> node_names;                ///< As in the graph, by node of the trace.
+  std::vector<std::vector<std::string>> topic_names;  ///< The same by topic, and then those of its copies.
 
   [[nodiscard]] TaskId task(const tracing::JobRef& ref) const {
     return ref.callback < task_of.size() ? task_of[ref.callback] : kNoTask;
@@ -60,27 +59,30 @@ struct ServiceOrder {
 };
 
 /// Callbacks that overlapped, or whose executors differ, are in different callback groups. Throws UsageError
-/// if no task is left for a graph.
+/// if no task is left for a graph. `other`: the second reading of what the recording leaves undecided.
 [[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& recorded, const std::string& name,
-                                                const ServiceOrder& order = {});
+                                                const ServiceOrder& order = {}, bool other = false);
 
-/// Tries hypotheses on all jobs of every node: every job publishes, every n-th job, or the job that
-/// completes a set of inputs with new samples. The hypothesis that explains most jobs wins; among
-/// equals the largest set of inputs that publish nothing else, since sets describe best when data
-/// is ready, then the simplest one. Subscriptions that publish nothing and are in no set are
-/// assumed to be stored for the messages that the node's timers, or else its other callbacks,
-/// publish with every job (last_of); events do not show this. `is_task`: by callback. `jobs` are in
-/// the order of starts.
+/// Tries hypotheses on all jobs of every node: every job publishes, every n-th job, or the job that completes
+/// a set of inputs with new samples. The one that explains most jobs wins; among equals the largest set of
+/// inputs that publish nothing else, then the simplest one. An input that never completed a set, although it
+/// ran far more often than messages were published, is in none. Subscriptions without a part in any rule are
+/// assumed to be stored for the messages that the node's timers, or else its other callbacks, publish with
+/// every job (last_of). `jobs` are in the order of starts. `other`: of equals, the second best.
 [[nodiscard]] std::vector<InferredRule> infer_rules(const tracing::System& system,
                                                     std::span<const tracing::Job> jobs,
-                                                    const std::vector<bool>& is_task);
+                                                    const std::vector<bool>& is_task, bool other = false);
 
-/// The longest and most loaded chains whose data does not all come from outside of the recorded
-/// callbacks: of the others no output can have been recorded.
+/// When it publishes, as part of a sentence.
+[[nodiscard]] std::string rule_text(const tracing::System& system, const InferredRule& rule);
+/// Tasks that feed each other in a cycle; empty: there is none.
+[[nodiscard]] std::vector<TaskId> find_cycle(const GraphTasks& tasks);
+
+/// The longest and most loaded chains whose data reaches their sinks and does not all come from outside of
+/// the recorded callbacks: of the others no output can have been recorded.
 [[nodiscard]] std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks);
 
-/// By task and topic of the trace: the median share of its jobs before their last message, if it is under 0.9
-/// and that message came over 0.1 ms before the end.
+/// By task and topic of the trace: the median share of its jobs before their last message, if early.
 using EarlyPublications = std::map<std::pair<TaskId, std::uint32_t>, double>;
 [[nodiscard]] EarlyPublications early_publications(const RecordedGraph& graph,
                                                    std::span<const tracing::Job> jobs);
@@ -90,9 +92,11 @@ using EarlyPublications = std::map<std::pair<TaskId, std::uint32_t>, double>;
   return topic == "/rosout" || topic == "/parameter_events";
 }
 
-/// What the recording shows and a graph does not express, as sentences: synchronisers, and topics
-/// that callbacks published by no rule.
+/// What a graph does not express, as sentences: synchronisers, and topics published by no rule.
 [[nodiscard]] std::vector<std::string> unmodelled(const tracing::System& system, const RecordedGraph& graph);
+/// Chains that contain a synchroniser, as sentences: how long it held the older of the newest messages.
+[[nodiscard]] std::vector<std::string> synchronised_chains(const RecordedSystem& recorded,
+                                                           const RecordedGraph& graph);
 
 /// The chain of `--chain SOURCE,...:SINK`, from nodes or tasks, with all tasks between them. Throws
 /// UsageError if there is no such chain.
@@ -111,10 +115,8 @@ struct RecordedTime {
   [[nodiscard]] Duration length() const { return end - begin; }
 };
 
-/// Regular samples that go on until the end or for half of the recording have one timer. A few others
-/// are repeated one by one and once, more of them recur in the recorded order, but not within the length
-/// of the recording, and of very many the timers' jitter covers the arrivals. `at`: the arrivals,
-/// ascending, at least one.
+/// Regular samples that go on have one timer. A few others are repeated once, more of them recur in the
+/// recorded order, and of very many the timers' jitter covers the arrivals. `at`: ascending, at least one.
 [[nodiscard]] OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded);
 
 }  // namespace hotpath::imports

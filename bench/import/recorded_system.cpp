@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/recorded_system.hpp"
 
+#include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include "hotpath/core/worker.hpp"
 #include "program/text.hpp"
@@ -57,33 +59,62 @@ bool has_timers_of(std::uint32_t timers, std::uint32_t others, const tracing::Sy
   return process == system.threads[others].process && of_process == 2;
 }
 
+/// A thread with a request to serve does not idle for longer.
+constexpr tracing::Duration kIdle = std::chrono::milliseconds(1);
+/// Requests in fewer of a callback's jobs than in one of two are believed from so many on.
+constexpr std::size_t kFewestCalls = 4;
+
 /// A request and the job that may have sent it: indices into the jobs.
 using Match = std::pair<std::size_t, std::size_t>;
 
+/// A callback that may have sent the requests, in each n-th job.
 struct Caller {
   std::uint32_t callback = kNone;
-  std::size_t jobs = 0;
-  std::vector<Match> matches;
-  tracing::Duration delays{};  ///< Sum from the ends of its jobs to the starts of the service's.
+  std::size_t n = 1, jobs = 0;
+  std::vector<Match> matches = {};
+  tracing::Duration delays{};  ///< Sum of the distances of its jobs' ends to the starts of the service's.
+  bool idled = false;          ///< The service's thread usually idled in between.
 
   [[nodiscard]] bool explains(std::size_t requests) const {
-    return static_cast<double>(matches.size()) >= kExplained * static_cast<double>(std::max(requests, jobs));
+    return static_cast<double>(matches.size()) >=
+               kExplained * static_cast<double>(std::max(requests, jobs)) &&
+           (n == 1 || (!idled && requests >= kFewestCalls));
   }
+  [[nodiscard]] auto rank() const { return std::tuple(idled, n, delays); }
 };
 
-/// Each job of the service takes the latest job of the candidate that ended before it, unless an
-/// earlier one has.
+/// How long the thread of a request idled between the end of the job and the request.
+tracing::Duration idle_time(const std::vector<tracing::Job>& jobs, const Match& match) {
+  const auto& [request, sent] = match;
+  const tracing::Time from = jobs[sent].finish;
+  tracing::Duration idle = jobs[request].sample.published - from;
+  for (std::size_t j = request; j-- > 0 && idle > tracing::Duration{};) {
+    if (jobs[j].thread != jobs[request].thread || !jobs[j].ended) continue;
+    const tracing::Time end = std::min(jobs[j].finish, jobs[request].sample.published);
+    idle -= std::max(tracing::Duration{}, end - std::max(jobs[j].start, from));
+    if (jobs[j].start <= from) break;
+  }
+  return idle;
+}
+
+/// Each job of the service takes the latest job of the candidate that began before it, unless an
+/// earlier one has. `sent`: the candidate's jobs, of which those from `first` on in steps of n count.
 Caller matched(const std::vector<tracing::Job>& jobs, const std::vector<std::size_t>& served,
-               std::uint32_t callback, const std::vector<std::size_t>& sent) {
-  Caller caller{callback, sent.size(), {}, {}};
+               const std::vector<std::size_t>& sent, std::size_t first, std::size_t n) {
+  Caller caller{jobs[sent.front()].ref.callback, n};
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = first; i < sent.size(); i += n) chosen.push_back(sent[i]);
+  caller.jobs = chosen.size();
   std::size_t next = 0;
   for (const std::size_t request : served) {
-    const std::size_t first = next;
-    while (next < sent.size() && jobs[sent[next]].finish <= jobs[request].start) ++next;
-    if (next == first) continue;
-    caller.matches.emplace_back(request, sent[next - 1]);
-    caller.delays += jobs[request].start - jobs[sent[next - 1]].finish;
+    const std::size_t begin = next;
+    while (next < chosen.size() && jobs[chosen[next]].start < jobs[request].sample.published) ++next;
+    if (next == begin) continue;
+    caller.matches.emplace_back(request, chosen[next - 1]);
+    caller.delays += std::chrono::abs(jobs[request].start - jobs[chosen[next - 1]].finish);
   }
+  const auto idles = [&](const Match& match) { return idle_time(jobs, match) > kIdle; };
+  caller.idled = 2 * std::ranges::count_if(caller.matches, idles) > std::ssize(caller.matches);
   return caller;
 }
 
@@ -103,7 +134,8 @@ std::vector<std::string> unseen_callbacks(const tracing::System& system,
     notes.push_back(
         "An executor writes no events of callbacks of clients, actions and other waitables; what they ran is "
         "missing in the graph.");
-  if (system.unclear_callbacks > 0 && !system.clients.empty())
+  const bool unseen_client = std::ranges::count(system.clients, kNone, &tracing::ServiceClient::callback) > 0;
+  if (system.unclear_callbacks > 0 && unseen_client)
     notes.push_back(
         "Several threads of a process wait for work: callbacks of clients and waitables, which have no "
         "events, cannot be told from waiting for another thread and are missing in the graph.");
@@ -126,7 +158,7 @@ RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job>
   const tracing::Time last = jobs.back().ended ? jobs.back().finish : jobs.back().start;
   std::vector<std::string> notes = attribute_requests(system, jobs);
   std::vector<RecordedExecutor> executors = recorded_executors(system);
-  std::ranges::move(unseen_callbacks(system, executors), std::back_inserter(notes));
+  std::vector<std::string> missing = unseen_callbacks(system, executors);
   std::vector<std::uint32_t> executor_of(system.callbacks.size(), kNone);
   for (std::uint32_t c = 0; c < executor_of.size(); ++c) {
     for (const auto& [thread, count] : system.callbacks[c].threads) {
@@ -144,6 +176,7 @@ RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job>
           .cores = cores > 0 ? cores : cores_of(system),
           .end = last + tracing::Duration(1),
           .notes = std::move(notes),
+          .missing = std::move(missing),
           .system = std::move(system)};
 }
 
@@ -190,6 +223,24 @@ std::vector<RecordedExecutor> recorded_executors(const tracing::System& system) 
   return executors;
 }
 
+Overlaps overlaps_of(const RecordedSystem& recorded, const std::vector<bool>& is_task) {
+  Overlaps result{std::vector<bool>(is_task.size()), std::vector<bool>(is_task.size())};
+  std::map<std::uint32_t, std::vector<const tracing::Job*>> open;  // by node
+  for (const tracing::Job& job : recorded.jobs) {
+    const std::uint32_t c = job.ref.callback;
+    if (!job.ended || c >= is_task.size() || !is_task[c]) continue;
+    auto& others = open[recorded.system.callbacks[c].node];
+    std::erase_if(others, [&](const tracing::Job* o) { return o->finish <= job.start; });
+    for (const tracing::Job* other : others) {
+      if (other->thread == job.thread) continue;
+      result.others[c] = result.others[other->ref.callback] = true;
+      if (other->ref.callback == c) result.itself[c] = true;
+    }
+    others.push_back(&job);
+  }
+  return result;
+}
+
 std::vector<std::int32_t> usual_processors(const tracing::Thread& thread) {
   std::vector<std::int32_t> usual;
   for (const auto& [processor, jobs] : thread.processors)
@@ -208,26 +259,36 @@ std::vector<std::string> attribute_requests(const tracing::System& system, std::
   for (std::uint32_t s = 0; s < jobs_of.size(); ++s) {
     const tracing::Callback& service = system.callbacks[s];
     if (service.kind != CallbackKind::service || jobs_of[s].empty()) continue;
+    const std::size_t requests = jobs_of[s].size();
+    const std::string& name = system.topics[service.topic].name;
     Caller best;
     for (std::uint32_t c = 0; c < jobs_of.size(); ++c) {
-      const std::uint32_t node = system.callbacks[c].node;
-      if (c == s || !client_nodes[service.topic].contains(node) || jobs_of[c].empty()) continue;
-      Caller caller = matched(jobs, jobs_of[s], c, jobs_of[c]);
-      if (!caller.explains(jobs_of[s].size())) continue;
-      if (best.callback == kNone || caller.delays < best.delays) best = std::move(caller);
+      const tracing::Callback& of = system.callbacks[c];
+      const bool responds =
+          of.kind == CallbackKind::client && system.topics[of.topic].name == name + "/response";
+      if (!client_nodes[service.topic].contains(of.node) || responds || c == s || jobs_of[c].empty())
+        continue;
+      const std::size_t n = std::max<std::size_t>(1, (jobs_of[c].size() + requests / 2) / requests);
+      for (std::size_t first = 0; first < n; ++first) {
+        Caller caller = matched(jobs, jobs_of[s], jobs_of[c], first, n);
+        if (!caller.explains(requests)) continue;
+        if (best.callback == kNone || caller.rank() < best.rank()) best = std::move(caller);
+      }
     }
     if (best.callback == kNone) continue;
     for (const auto& [request, sender] : best.matches) {
       tracing::Job& sent = jobs[sender];
-      sent.published.push_back({service.topic, sent.finish, sent.finished});
-      jobs[request].sample.published = sent.finish;
+      // The service may have started before the end of the job.
+      jobs[request].sample.published = std::min(sent.finish, jobs[request].start);
+      sent.published.push_back(
+          {service.topic, jobs[request].sample.published, std::min(sent.finished, jobs[request].started)});
       jobs[request].sample.parent = sent.ref;
     }
     notes.push_back(program::concat("A trace does not show who calls a service: node ",
                                     system.nodes[system.callbacks[best.callback].node],
-                                    " is taken to send the requests to ", system.topics[service.topic].name,
-                                    ", which follow ", best.matches.size(), " of ", best.jobs,
-                                    " jobs of one of its callbacks."));
+                                    " is taken to send the requests to ", name, ", which follow ",
+                                    best.matches.size(), " of ", best.jobs, " jobs of one of its callbacks",
+                                    best.n > 1 ? program::concat(", one in ", best.n, ".") : "."));
   }
   return notes;
 }

@@ -43,8 +43,7 @@ Timer timer_of(TaskId id, const RecordedGraph& graph, const RecordedTimers& time
 }
 
 /// By task: how far a job may start before the timer's first release, moved by whole periods, if the executor
-/// calls the timer when the job starts. The jobs of idle threads tell, since they start when they are
-/// due; the others may be releases that waited.
+/// calls the timer when the job starts. The jobs of idle threads tell, since they start when they are due.
 std::vector<Duration> most_ahead(const RecordedGraph& graph, const RecordedTimers& timers,
                                  std::span<const tracing::Job> jobs) {
   std::vector<Duration> most(timers.first.size());

@@ -22,18 +22,15 @@ struct RecordedTimers {
   std::vector<bool> released;  ///< By task: its jobs show that it is not called when they start.
 };
 
-/// `jobs` are in the order of starts. A timer's first release is its creation plus its period. The
-/// event of the creation comes slightly after it; where jobs begin earlier than this event allows,
-/// the release moves earlier by as much. An executor that states the nominal instants of its jobs
-/// gives it exactly. Throws UsageError if the clock of the trace jumps: then
-/// timers are due until `end` a thousand times as often as callbacks ran.
+/// `jobs` are in the order of starts. A timer's first release is its creation plus its period, and earlier
+/// where jobs begin earlier, as the event follows the creation; an executor may state it. Throws UsageError
+/// if the clock jumps: timers are due until `end` a thousand times as often as callbacks ran.
 [[nodiscard]] RecordedTimers recorded_timers(const tracing::System& system, const RecordedGraph& graph,
                                              std::span<const tracing::Job> jobs, Time end);
 
-/// Converts a recording into the rows of a run. A trace lacks the timestamps of timers. If a
-/// releaser's thread calls timers, the n-th job has the n-th timestamp after those skipped at the
-/// beginning. Otherwise a timer is called when its job starts, and rcl's rule decides which
-/// timestamps it skips.
+/// Converts a recording into the rows of a run. A trace lacks the timestamps of timers. If a thread releases
+/// them, the n-th job has the n-th timestamp after those skipped at the beginning. Otherwise a timer is
+/// called when its job starts, and skips timestamps by rcl's rule.
 class RecordedTrace {
  public:
   /// `release_only`: by task. System and graph must outlive it.
@@ -103,9 +100,8 @@ struct TimeSlices {
   std::size_t unexplained = 0;  ///< Threads that share processors in another way.
 };
 
-/// Preemption between threads. A job that lies within a job of another thread on the same processor
-/// preempted it; a job that became ready during that job and began after it waited for it. A job that became
-/// ready during that job and began later during it got a time slice.
+/// Preemption between threads. A job within a job of another thread on its processor preempted it, or got a
+/// time slice if it had become ready during that job; a job that began after that job waited for it.
 struct Displacement {
   std::vector<Duration> own;  ///< By job: its length without the jobs that preempted it.
   std::vector<int> level;     ///< By thread: relative priority; 0: it may have the ordinary policy.
@@ -119,24 +115,22 @@ struct Displacement {
                                            const RecordedExecutor& executor, const ExecutorTraits& traits,
                                            const MeasuredCost& elsewhere = {});
 
-/// The observations of the chains' sinks. Histories of jobs follow the recorded messages, and the
-/// inferred rules within nodes. `graph.graph` has the chains.
+/// The observations of the chains' sinks, by the recorded messages, and the inferred rules within nodes.
 [[nodiscard]] std::vector<ChainObservation> recorded_chains(const tracing::System& system,
                                                             const RecordedGraph& graph,
                                                             const RecordedWindow& window);
 
 /// Sets the time on a processor of each job, where threads of the ordinary policy share processors in time
-/// slices. A trace has no events of the kernel's scheduler, so the simulator's rule is replayed with the
-/// recorded instants. Where a waiting thread starts or ends a job, it gets the processor of the thread whose
-/// time slice ends first. If that is rare, time slices explain the recording, and each thread may run on all
-/// of the shared processors. The first replay has no levels, the second one the levels. If both fail, threads
-/// keep their times; only threads without levels on one processor always take turns.
+/// slices. The simulator's rule is replayed with the recorded instants, first without levels, then with them.
+/// Where a waiting thread starts or ends a job, it gets the processor of the thread whose time slice ends
+/// first. If that is rare, time slices explain the recording, and each thread may run on all of the shared
+/// processors. Otherwise threads keep their times; only threads without levels on one processor always take
+/// turns.
 void follow_time_slices(const tracing::System& system, const RecordedWindow& window,
                         Displacement& displacement);
 
 /// What was found, with instants from `epoch` on.
 [[nodiscard]] std::string sentence(const TimeSlices& slices, Time epoch);
-
 /// What is wrong with threads that share processors in another way.
 [[nodiscard]] std::string unexplained_sentence(const TimeSlices& slices);
 

@@ -15,9 +15,8 @@ namespace {
 constexpr double kCorrelated = 0.1;
 constexpr std::size_t kFewestTimes = 20;
 
-/// One way to reproduce a recording. `timer_thread`: how the thread that releases timers stands to the one
-/// that runs the other callbacks. `equal`: both have one priority of SCHED_FIFO, so that it waits until the
-/// other sleeps.
+/// One way to reproduce a recording. `timer_thread`: how the thread that releases timers stands to the other
+/// one. `equal`: both have one priority of SCHED_FIFO, so that it waits until the other sleeps.
 class Way {
  public:
   Way(const RecordedSystem& recorded, const Interpretation& found, const std::vector<std::string>& labels,
@@ -76,8 +75,7 @@ class Way {
   }
 
  private:
-  /// The executor of a task; for a task that never ran that of its callback group, or else of its
-  /// node, or else the first executor.
+  /// The executor of a task; if it never ran, of its callback group, or of its node, or the first one.
   std::uint32_t executor_of(TaskId id) const {
     const GraphTasks& tasks = found_.graph.tasks;
     const auto recorded = [&](TaskId task) {
@@ -151,8 +149,7 @@ class Way {
     return trace;
   }
 
-  /// The graph with the platform, and with the execution times of the jobs that really worked, in
-  /// their order.
+  /// The graph with the platform, and with the execution times of the jobs that worked, in order.
   Graph graph_of(const std::vector<RecordedCosts>& costs, const Trace& trace) const {
     Graph graph = found_.graph.graph;
     const GraphTasks& tasks = found_.graph.tasks;

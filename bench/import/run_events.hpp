@@ -31,11 +31,8 @@ struct RunEvents {
   std::shared_ptr<const void> texts;
 };
 
-/// The events that ros2_tracing would have recorded, in the order of time: before the run the
-/// initialisation of nodes, publishers, subscriptions and timers, then takes, callbacks, publications and
-/// waits. As in ROS 2, jobs that never started have no events. `distinct`: a nanosecond lies between
-/// events of two processors, because readers of traces merge their streams by time alone. The run must
-/// outlive the events.
+/// The events that ros2_tracing would have recorded. `distinct`: those of two processors are 1 ns apart,
+/// because readers of traces merge their streams by time alone. The run must outlive the events.
 [[nodiscard]] RunEvents events_of(const ExportedRun& run, bool distinct);
 
 }  // namespace hotpath::imports

@@ -16,8 +16,9 @@ namespace hotpath::imports {
 
 namespace {
 
-/// A deviation is red beyond this multiple of the green limit.
+/// A deviation is red beyond this multiple of the green limit, in a quantile of so many outputs.
 constexpr double kRed = 3;
+constexpr std::size_t kFewestForMedian = 20, kFewestForP99 = 100;
 
 /// The start of the executors, which begin after nodes and timers exist.
 Duration first_start(const Trace& recorded) {
@@ -27,9 +28,7 @@ Duration first_start(const Trace& recorded) {
   return std::max(first, Duration::zero());
 }
 
-/// Recorded execution times: a job gets the time of its task's recorded job that is nearest in
-/// time. Matching by number would shift all later times when the simulation has one job more or
-/// less, as often happens while executors begin.
+/// A job gets the time of its task's recorded job nearest in time: numbers would shift with each job more.
 class TimesOfMoment final : public ExecutionTimes {
  public:
   TimesOfMoment(const TaskSet& set, const Trace& trace) : recorded_(set.size()) {
@@ -94,8 +93,9 @@ double lost_percent(const Trace& trace) {
 }
 
 /// Adds the reason if `deviation` exceeds the limit `green`.
-void judge(SelfCheck& check, double deviation, double green, const std::string& reason) {
-  if (deviation > green) check.doubt(reason, deviation > kRed * green ? Light::red : Light::yellow);
+void judge(SelfCheck& check, double deviation, double green, const std::string& reason, bool enough = true) {
+  const bool red = enough && deviation > kRed * green;
+  if (deviation > green) check.doubt(reason, red ? Light::red : Light::yellow);
 }
 
 void compare_latencies(SelfCheck& check, const std::string& name, const std::vector<double>& recorded,
@@ -114,7 +114,8 @@ void compare_latencies(SelfCheck& check, const std::string& name, const std::vec
     const double percent = error_percent(recorded_value, simulated_value);
     judge(check, std::abs(percent), green,
           program::text("The %s of %s is %.1f ms simulated and %.1f ms recorded.", quantile, name.c_str(),
-                        simulated_value, recorded_value));
+                        simulated_value, recorded_value),
+          recorded.size() >= (green == kP99Error_percent ? kFewestForP99 : kFewestForMedian));
     return percent;
   };
   const auto &of_recording = chain.recorded_ms, &of_simulation = chain.simulated_ms;

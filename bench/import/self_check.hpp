@@ -18,8 +18,7 @@ constexpr auto enum_texts(Light) {
       {{Light::green, "green"}, {Light::yellow, "yellow"}, {Light::red, "red"}});
 }
 
-/// A recorded system compared with the simulation of its graph under the recorded executors, phases
-/// and execution times.
+/// A recorded system compared with the simulation of its graph under the recorded conditions.
 struct SelfCheck {
   struct ChainCheck {
     std::string chain;
@@ -46,9 +45,8 @@ struct SelfCheck {
 inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossError_points = 1,
                         kSimilarity = 0.8;
 
-/// `recorded` is relative to its epoch and `tasks` have its phases; chains are those of `graph`.
-/// The simulation begins with the recorded executors, so that there is no warm-up; jobs and outputs
-/// whose timestamp lies before the epoch do not count.
+/// `recorded` is relative to its epoch and `tasks` have its phases. The simulation begins with the recorded
+/// executors; jobs and outputs whose timestamp lies before the epoch do not count.
 [[nodiscard]] SelfCheck self_check(const Graph& graph, const GraphTasks& tasks,
                                    const setup::ExecutorSpec& executor, const Trace& recorded);
 

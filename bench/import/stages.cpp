@@ -2,8 +2,10 @@
 #include "import/stages.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <tuple>
 
 #include "program/errors.hpp"
 #include "setup/run_setup.hpp"
@@ -67,21 +69,37 @@ std::vector<std::string> notes_of(const RecordedSystem& recorded, const Recorded
   if (!chosen.priorities.empty() && std::ranges::none_of(recognitions, is_stated))
     notes.push_back(
         "The priorities of timers in the graph are fitted to the order of jobs; only their order counts.");
-  std::ranges::copy(recorded.notes, std::back_inserter(notes));
+  for (const auto* more : {&graph.missing, &recorded.notes})
+    std::ranges::copy(*more, std::back_inserter(notes));
   std::ranges::copy(delivery_notes(recorded.system, deliveries), std::back_inserter(notes));
   return notes;
+}
+
+/// What another reading changes, as the end of a sentence. Both have the same chains.
+std::string effect_of(const Reproduction& best, const Reproduction& other) {
+  std::string largest = ", without effect on any chain";
+  double most = -1;
+  for (std::size_t i = 0; i < std::min(best.check.chains.size(), other.check.chains.size()); ++i) {
+    const double one = best.check.chains[i].simulated_ms.p50, two = other.check.chains[i].simulated_ms.p50;
+    const double percent = 100 * std::abs(two / one - 1);
+    if (!(percent > most)) continue;
+    most = percent;
+    largest = program::text(", which %s: the median of %s is %.1f or %.1f ms",
+                            percent > kMedianError_percent ? "matters" : "does not matter",
+                            best.check.chains[i].chain.c_str(), one, two);
+  }
+  return largest;
 }
 
 }  // namespace
 
 Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
-                         const RecordedDeliveries& deliveries, const ServiceOrder& order,
-                         const Priorities& priorities) {
+                         const RecordedDeliveries& deliveries, const Shown& shown) {
   const std::string name = std::filesystem::path(options.trace).lexically_normal().filename();
-  RecordedGraph made = make_recorded_graph(recorded, name, order);
+  RecordedGraph made = make_recorded_graph(recorded, name, shown.order, shown.other);
   Graph& graph = made.graph;
   graph.delivery = delivery_of_graph(deliveries, made);
-  for (const auto& [callback, priority] : priorities)
+  for (const auto& [callback, priority] : shown.priorities)
     made.callback(made.task_of[callback]).priority = priority;
   for (const auto& [from, share] : early_publications(made, recorded.jobs))
     for (Publication& p : made.callback(from.first).publishes)
@@ -144,25 +162,44 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   const ChosenExecutors chosen = choose_executors(recognitions, first.graph, options.executor);
   const Family family = setup::parse_executor(chosen.labels.front(), {}).entry->traits.family;
   auto [deliveries, more] = with_started_deliveries(created, recorded.jobs, family, recorded.executor_of);
-  ServiceOrder order;
-  if (!chosen.order.empty()) order = service_order(recorded.system, first.graph, chosen.order);
+  Shown shown{{}, chosen.priorities};
+  if (!chosen.order.empty()) shown.order = service_order(recorded.system, first.graph, chosen.order);
   const bool rearranged = more || !chosen.order.empty() || !chosen.priorities.empty();
-  Interpretation found =
-      rearranged ? interpret(recorded, options, deliveries, order, chosen.priorities) : first;
+  Interpretation found = rearranged ? interpret(recorded, options, deliveries, shown) : first;
   const std::string deployment_file = std::filesystem::path(options.output) / "deployment.yaml";
   Reproduction best = reproduce(recorded, found, chosen.labels, deployment_file);
-  for (const Recognition& recognition : recognitions)
-    if (options.executor.empty() && recognition.verdict == Verdict::none_fits)
-      best.check.doubt(sentence(recognition));
-  std::vector<std::string> missing = unmodelled(recorded.system, found.graph);
+  std::vector<std::string> uncertain, missing = unmodelled(recorded.system, found.graph);
+  for (std::size_t e = 0; e < recognitions.size(); ++e) {
+    const auto& [verdict, name] = std::tie(recognitions[e].verdict, recorded.executors[e].name);
+    if (!options.executor.empty() || (verdict != Verdict::undecided && verdict != Verdict::none_fits))
+      continue;
+    uncertain.push_back(program::concat("the executor of ", name, " (", to_string(verdict), ", simulated as ",
+                                        chosen.labels[e], ")"));
+    if (verdict == Verdict::none_fits)
+      best.check.doubt(program::concat(name, " is left out of the recognition, and simulated as ",
+                                       chosen.labels[e], ". ", sentence(recognitions[e])));
+  }
+  if (const std::vector<std::string>& what = found.graph.undecided; !what.empty()) {
+    shown.other = true;
+    CtfOptions plain = options;
+    plain.chains.clear();  // which the other graph may not have
+    Interpretation other = interpret(recorded, plain, deliveries, shown);
+    other.graph.graph.chains = found.graph.graph.chains;
+    uncertain.push_back(program::concat(
+        "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
+        effect_of(best, reproduce(recorded, other, chosen.labels, deployment_file))));
+  }
+  for (const std::string& chain : synchronised_chains(recorded, found.graph)) best.check.doubt(chain);
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
   if (best.slices.threads > 0) missing.push_back(sentence(best.slices, found.graph.epoch));
   std::vector<std::string> notes = notes_of(recorded, found.graph, chosen, recognitions, deliveries);
+  for (const std::string& what : uncertain) notes.push_back(program::concat("Uncertain: ", what, "."));
   // They explain a deviation; of a green reproduction they are remarks.
-  std::ranges::move(missing,
+  std::ranges::copy(missing,
                     std::back_inserter(best.check.light == Light::green ? notes : best.check.reasons));
-  return {std::move(recorded), std::move(recognitions), std::move(deliveries),
-          std::move(found),    std::move(best),         std::move(notes)};
+  std::ranges::move(missing, std::back_inserter(found.graph.missing));
+  return {std::move(recorded), std::move(recognitions), std::move(deliveries), std::move(found),
+          std::move(best),     std::move(notes),        std::move(uncertain)};
 }
 
 }  // namespace hotpath::imports

@@ -28,14 +28,17 @@ struct Interpretation {
   std::optional<Deployment> deployment;  ///< Of the user.
 };
 using Priorities = std::map<std::uint32_t, std::int64_t>;  ///< Of timers, by callback.
-/// By default in the order of creation. Throws UsageError if the jobs do not suffice, and the errors of the
-/// options.
+/// What recognised executors show of a graph; by default it has the order of creation.
+struct Shown {
+  ServiceOrder order = {};
+  Priorities priorities = {};
+  bool other = false;  ///< The second reading of what is undecided.
+};
+/// Throws UsageError if the jobs do not suffice, and the errors of the options.
 [[nodiscard]] Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
-                                       const RecordedDeliveries& deliveries, const ServiceOrder& order = {},
-                                       const Priorities& priorities = {});
+                                       const RecordedDeliveries& deliveries, const Shown& shown = {});
 
-/// Compares the possible executors of each group of threads with its decisions. An executor that describes
-/// itself is believed.
+/// Compares the possible executors of each group of threads with its decisions, unless one describes itself.
 [[nodiscard]] std::vector<Recognition> recognise_executors(const RecordedSystem& recorded,
                                                            const Interpretation& found);
 
@@ -49,9 +52,8 @@ struct ChosenExecutors {
 [[nodiscard]] ChosenExecutors choose_executors(const std::vector<Recognition>& recognitions,
                                                const RecordedGraph& graph, const std::string& given);
 
-/// The complete graph, the recorded run, and how well a simulation under the executors matches it. Where
-/// these do not decide how fast timer threads wake up, each way is tried, and the most similar order of jobs
-/// decides.
+/// The complete graph, the recorded run, and how well a simulation under the executors matches it. How fast
+/// timer threads wake up may be open: the most similar order of jobs decides.
 struct Reproduction {
   std::vector<std::string> labels;   ///< By executor.
   std::vector<RecordedCosts> costs;  ///< By executor.
@@ -75,7 +77,8 @@ struct Imported {
   RecordedDeliveries deliveries;
   Interpretation found;
   Reproduction best;
-  std::vector<std::string> notes;  ///< Sentences about differences between the graph and the system.
+  std::vector<std::string> notes;      ///< Sentences about differences between the graph and the system.
+  std::vector<std::string> uncertain;  ///< Phrases.
 };
 /// Writes no file, and reads none but a deployment of the user. Throws as interpret().
 [[nodiscard]] Imported import_system(RecordedSystem recorded, const CtfOptions& options);

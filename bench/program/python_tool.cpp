@@ -55,9 +55,9 @@ void call_python_tool(const std::string& command, const std::vector<std::string>
   throw RunError(message);
 }
 
-void draw_figure(const std::string& command, const fs::path& folder) {
+void draw_figure(const std::string& command, const fs::path& folder, bool is_page) {
   const char* const figures = std::getenv("HOTPATH_FIGURES");
-  if (figures != nullptr && std::string_view(figures) == "none") return;
+  if (!is_page && figures != nullptr && std::string_view(figures) == "none") return;
   try {
     call_python_tool(command, {folder.string()});
   } catch (const UsageError& error) {

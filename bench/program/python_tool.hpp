@@ -18,7 +18,7 @@ void call_python_tool(const std::string& command, const std::vector<std::string>
 
 /// Runs a command that draws the figure of a result folder. A failure is only noted on standard
 /// error: the results are complete without the figure. HOTPATH_FIGURES=none in the environment
-/// disables all such figures.
-void draw_figure(const std::string& command, const std::filesystem::path& folder);
+/// disables all such figures, but not pages.
+void draw_figure(const std::string& command, const std::filesystem::path& folder, bool is_page = false);
 
 }  // namespace hotpath::program

@@ -29,7 +29,7 @@ TEST(PublicationRules, TheOneThatExplainsMostJobsWins) {
     PublishRule rule;
     std::vector<std::uint32_t> publishers, of;
     std::uint64_t explained;
-    std::uint32_t n = 1;
+    std::uint32_t n = 1, first = 0;
   };
   for (const Case& c : std::vector<Case>{
            {"a set that either input completes", "0 1a 1 0a 0 0 1a", PublishRule::all_new, {0, 1}, {0, 1}, 7},
@@ -45,7 +45,14 @@ TEST(PublicationRules, TheOneThatExplainsMostJobsWins) {
             {0},
             {},
             8,
-            3},
+            3,
+            2},
+           {"an input that never completes a set, though it had the chance",
+            "1 1 0a 1 1 0a 1 1 0a",
+            PublishRule::last_of,
+            {0},
+            {1},
+            9},
            {"inputs that do not fit are kept", "0a 0a 1 0a 0a 0a", PublishRule::last_of, {0}, {1}, 6},
        }) {
     const std::vector<InferredRule> rules = inferred(c.jobs);
@@ -55,6 +62,7 @@ TEST(PublicationRules, TheOneThatExplainsMostJobsWins) {
     EXPECT_EQ(rules[0].of, c.of) << c.name;
     EXPECT_EQ(rules[0].explained, c.explained) << c.name;
     EXPECT_EQ(rules[0].n, c.n) << c.name;
+    EXPECT_EQ(rules[0].first, c.first) << c.name;
   }
 }
 

@@ -91,6 +91,23 @@ TEST_F(ServiceCalls, OfSeveralTheNearestIsTaken) {
   EXPECT_EQ(callers_, std::set<std::uint32_t>{2});
 }
 
+TEST_F(ServiceCalls, OneInThreeJobsMayCall) {
+  EXPECT_THAT(
+      attribute({{1, after(0ms)}, {1, after(10ms)}, {1, after(20ms)}, {2, after(25ms)}, {0, after(21500us)}}),
+      testing::ElementsAre(testing::HasSubstr("20 of 20 jobs of one of its callbacks, one in 3.")));
+  EXPECT_EQ(callers_, std::set<std::uint32_t>{1}) << "the thread would have idled after the other one's jobs";
+  for (const tracing::Job& job : r_.jobs)
+    if (job.ref.callback == 1) EXPECT_EQ(job.published.size(), job.ref.number % 3 == 2 ? 1U : 0U);
+}
+
+TEST_F(ServiceCalls, AResponseIsNoRequest) {
+  r_.system.topics.push_back({"/map/response", {}});
+  r_.system.clients[0].response = 1;
+  r_.callback(K::client, 1, 1);
+  attribute({{1, after(0ms)}, {0, after(10ms)}, {3, after(12ms)}});
+  EXPECT_EQ(callers_, std::set<std::uint32_t>{1});
+}
+
 TEST_F(ServiceCalls, WithoutARelationNobodyCalls) {
   EXPECT_TRUE(attribute({{1, after(0ms)}, {0, [](int i) { return i * i * 10ms + 10ms; }}}).empty());
   EXPECT_EQ(callers_, std::set<std::uint32_t>{tracing::kNone});

@@ -75,5 +75,17 @@ TEST_F(SelfCheckTest, SomeDeviationIsYellowAndThreeTimesAsMuchIsRed) {
   EXPECT_EQ(check().light, imports::Light::red);
 }
 
+/// The simulated latencies are 1 and 3 ms.
+TEST_F(SelfCheckTest, AMedianOfFewOutputsIsNotRed) {
+  graph_.chains = {{"c", {"S", "C/S"}, {"S"}, "C/S"}};
+  tasks_ = make_tasks(graph_);
+  for (const std::uint64_t outputs : {19U, 100U}) {
+    trace_.chains.clear();
+    for (std::uint64_t i = 0; i < outputs; ++i)
+      trace_.chains.push_back({.sequence = i, .hot_path_latency = 30ms, .sink = 1, .finish = Time{} + 1ms});
+    EXPECT_EQ(check().light, outputs < 20 ? imports::Light::yellow : imports::Light::red) << outputs;
+  }
+}
+
 }  // namespace
 }  // namespace hotpath

@@ -10,7 +10,7 @@
 namespace hotpath {
 
 bool same_rule(const Publication& a, const Publication& b) {
-  return std::tie(a.topic, a.rule, a.of, a.n) == std::tie(b.topic, b.rule, b.of, b.n);
+  return std::tie(a.topic, a.rule, a.of, a.n, a.first) == std::tie(b.topic, b.rule, b.of, b.n, b.first);
 }
 
 bool Callback::waits_for_sets() const {

@@ -284,6 +284,7 @@ class LongForm {
     map.check();
     map.read("topic", publication.topic);
     map.read("at_percent", publication.at);
+    map.read("first", publication.first);
     const auto when = map.find("when"), of = map.find("of"), last = map.find("last_of");
     const bool every = map.find("every").has_value();
     if (int(when.has_value()) + int(every) + int(last.has_value()) > 1)
@@ -300,6 +301,8 @@ class LongForm {
       publication.rule = PublishRule::last_of;
       publication.of = inputs_of(*last, map.what());
     }
+    if (publication.first > (every ? publication.n : 0))
+      map.fail("`first` of " + map.what() + " needs an `every` that is not smaller", "change or remove it");
   }
 
   /// Ascending indices into the node's inputs.

@@ -220,6 +220,7 @@ class Writer : private YamlWriter {
     std::vector<std::string> of;
     for (const std::uint32_t i : p.of) of.push_back(n.inputs[i].topic);
     if (p.rule == PublishRule::every) pair("every", p.n);
+    if (p.first > 0 && p.first < p.n) pair("first", p.first);
     if (p.rule == PublishRule::last_of) words("last_of", of);
     if (p.rule == PublishRule::all_new) {
       pair("when", "all_new");

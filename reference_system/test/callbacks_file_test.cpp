@@ -135,6 +135,7 @@ TEST(Callbacks, MistakesAreReportedWithTheirLine) {
       {c + t + "publishes: []}\n", ":7: ", "empty list"},
       {c + t + "publishes: {every: 2}}\n", ":7: ", "`topic` is missing"},
       {c + t + "publishes: {topic: x, every: 0}}\n", ":7: ", "from 1 to"},
+      {c + t + "publishes: {topic: x, every: 2, first: 3}}\n", ":7: ", "an `every` that is not smaller"},
       {c + t + "publishes: {topic: x, when: all_new}}\n", ":7: ", "`of` is missing"},
       {c + t + "publishes: {topic: x, when: all_new, of: []}}\n", ":7: ", "empty list"},
       {c + t + "publishes: {topic: x, when: all_new, of: [S]}}\n", ":7: ", "does not subscribe"},

@@ -65,7 +65,7 @@ nodes:
   callbacks:
   - {timer: one, period_ms: 100, phase_ms: 3, deadline_ms: 50, release_jitter_ms: 7, priority: 1, execution_time_ms: {min: 1, max: 2.5}, group: h, publishes: [t, {topic: k, last_of: [b, a]}]}
   - {subscription: a, depth: 3, service: true, execution_time_ms: {measured: [3, 1, 2]}, group: g, publishes: {topic: k, when: all_new, of: [a, b]}}
-  - {subscription: b, client: true, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: [{topic: l, every: 4, at_percent: 33.3}, {topic: m, at_percent: 0}]}
+  - {subscription: b, client: true, execution_time_ms: {min: 1, p50: 2, p95: 2.5, p99: 4, max: 9}, publishes: [{topic: l, every: 4, first: 2, at_percent: 33.3}, {topic: m, at_percent: 0}]}
 chains:
 - {name: c, nodes: [I, S, K/a], sources: [S], sink: K/a}
 )";

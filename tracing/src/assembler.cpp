@@ -49,13 +49,9 @@ void Assembler::event(const Event& e) {
       return ask(e);
     case K::execute:
       return announce(e);
-    case K::wait_for_work: {
+    case K::wait_for_work:
       announce(e);
-      ThreadState& thread = thread_of(e);
-      thread.waited = true;
-      if (system_.threads[thread.index].waits++ == 0) ++waiting_threads_[e.process];
-      return;
-    }
+      return begin_wait(e);
     case K::executor_job:
     case K::executor_end:
       return state(e);

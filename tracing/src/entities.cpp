@@ -232,6 +232,7 @@ void Assembler::forget_thread(std::uint32_t process, std::uint32_t thread) {
   if (at == thread_indices_.end() || !threads_[at->second].open.empty()) return;
   if (system_.threads[at->second].waits > 0) --waiting_threads_[process];
   threads_[at->second] = {};
+  for (ThreadState& other : threads_) other.apart.erase(at->second);
   system_.threads[at->second] = {};
   free_threads_.push_back(at->second);
   thread_indices_.erase(at);

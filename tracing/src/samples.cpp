@@ -124,6 +124,7 @@ void Assembler::enqueue(const Event& e) {
 void Assembler::dequeue(const Event& e) {
   const std::uint32_t subscription = subscription_behind({e.process, e.number[0]});
   if (subscription == kNone) return;
+  system_.callbacks[subscription].intra_process = true;
   std::deque<Unread>& unread = callback_states_[subscription].unread;
   const auto sample = std::ranges::find(unread, std::optional(e.number[1]), &Unread::slot);
   if (sample != unread.end()) hold(thread_of(e), subscription, sample);

@@ -28,12 +28,13 @@ void Assembler::add_client(const Event& e) {
 /// A wait-set executor asks for the next callback.
 void Assembler::ask(const Event& e) {
   ThreadState& thread = thread_of(e);
+  thread.waits = false;
   const bool is_long = thread.open.empty() && thread.asked && e.at - *thread.asked > kLeastUnannounced;
   if (is_long && !thread.unannounced) {
     // Threads that share a wait set wait for each other: it may have run nothing.
-    if (waiting_threads_[e.process] > 1) {
+    if (waiting_threads_[e.process] > 1 + thread.apart.size()) {
       ++system_.unclear_callbacks;
-      static_cast<void>(take_response(e.process, kNone));
+      static_cast<void>(take_response(e.process, kNone, thread.apart));
     } else {
       begin_unannounced(e, thread);
     }
@@ -42,6 +43,21 @@ void Assembler::ask(const Event& e) {
   if (!thread.open.empty()) return;  // a callback that spins
   thread.asked = thread.question = e.at;
   thread.asked_at = events_;
+}
+
+/// The mutex of an executor with several threads lets one of them wait at a time.
+void Assembler::begin_wait(const Event& e) {
+  ThreadState& thread = thread_of(e);
+  thread.waited = thread.waits = true;
+  const bool is_new = system_.threads[thread.index].waits++ == 0;
+  if (is_new) ++waiting_threads_[e.process];
+  if (waiting_threads_[e.process] == 1 + thread.apart.size()) return;
+  for (ThreadState& other : threads_) {
+    if (!other.waits || other.index == thread.index || system_.threads[other.index].process != e.process)
+      continue;
+    other.apart.insert(thread.index);
+    thread.apart.insert(other.index);
+  }
 }
 
 /// Ends the thread's unannounced job, if there is one.
@@ -56,7 +72,7 @@ void Assembler::announce(const Event& e) {
 
 /// Begins a job at the thread's last question.
 void Assembler::begin_unannounced(const Event& e, ThreadState& thread) {
-  const std::optional<Response> response = take_response(e.process, kNone);
+  const std::optional<Response> response = take_response(e.process, kNone, thread.apart);
   std::uint32_t& other = thread.unannounced_callback;
   if (!response && other == kNone)
     other = unannounced_callback(pseudo_node(e.process), "thread_" + std::to_string(e.thread));
@@ -128,11 +144,18 @@ void Assembler::respond(const Event& e, Job& job) {
   if (waiting.size() > kServiceDepth) waiting.pop_front();
 }
 
-/// The oldest response for a process, or for one of its clients. Wait sets serve clients before
-/// waitables.
-std::optional<Assembler::Response> Assembler::take_response(std::uint32_t process, std::uint32_t client) {
+/// The oldest response for a process, or for one of its clients, but not for nodes of the threads `apart`.
+/// Wait sets serve clients before waitables.
+std::optional<Assembler::Response> Assembler::take_response(std::uint32_t process, std::uint32_t client,
+                                                            const std::set<std::uint32_t>& apart) {
   std::deque<Response>& waiting = responses_[process];
-  const auto matches = [&](const Response& r) { return client == kNone || r.client == client; };
+  const auto is_apart = [&](const auto& jobs) { return apart.contains(jobs.first); };
+  const auto matches = [&](const Response& r) {
+    return (client == kNone || r.client == client) &&
+           std::ranges::none_of(system_.callbacks, [&](const Callback& c) {
+             return c.node == system_.clients[r.client].node && std::ranges::any_of(c.threads, is_apart);
+           });
+  };
   const auto first = std::ranges::find_if(waiting, matches);
   if (first == waiting.end()) return std::nullopt;
   const Response response = *first;

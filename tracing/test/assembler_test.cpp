@@ -240,12 +240,19 @@ TEST_F(Unannounced, WithoutAResponseItBelongsToTheThread) {
 }
 
 TEST_F(Unannounced, ThreadsThatWaitForEachOtherTellNothing) {
-  for (const std::uint32_t thread : {1U, 2U}) tell(K::wait_for_work, 500, {}, {"", ""}, thread);
-  tell(K::get_next_ready, 1000, {});
-  tell(K::get_next_ready, 1000 + kLong_ns, {});
-  assembler.finish();
-  EXPECT_TRUE(jobs.empty());
-  EXPECT_EQ(system().unclear_callbacks, 1U);
+  for (const bool together : {false, true}) {  // which threads of one executor never do
+    Recording r;
+    r.make_nodes();
+    for (const std::uint32_t thread : {1U, 2U}) {
+      r.tell(K::wait_for_work, 500, {}, {"", ""}, thread);
+      if (!together) r.tell(K::get_next_ready, 501, {}, {"", ""}, thread);
+    }
+    r.tell(K::get_next_ready, 1000, {});
+    r.tell(K::get_next_ready, 1000 + kLong_ns, {});
+    r.assembler.finish();
+    EXPECT_EQ(r.jobs.size(), together ? 1U : 0U);
+    EXPECT_EQ(r.assembler.system().unclear_callbacks, together ? 0U : 1U);
+  }
 }
 
 /// The events of a PriorityExecutor (90) as LTTng records them.

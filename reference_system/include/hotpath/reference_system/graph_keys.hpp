@@ -98,6 +98,7 @@ inline constexpr auto kAll = std::to_array<GraphKey>({
     {"when", keys_in(publication), word, "always"},
     {"of", keys_in(publication), list},
     {"every", keys_in(publication), number, "", "", 1, std::numeric_limits<std::int32_t>::max()},
+    {"first", keys_in(publication), number, "", "", 1, std::numeric_limits<std::int32_t>::max()},
     {"last_of", keys_in(publication), list},
     {"at_percent", keys_in(publication), percent, "100"},
     {"connections", keys_in(intersection), list, "", "[{input: TOPIC, output: TOPIC}]"},

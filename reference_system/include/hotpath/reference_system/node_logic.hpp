@@ -64,7 +64,9 @@ class NodeLogic {
       own.always_works =
           !callback.waits_for_sets() && !(callback.stores_only && callback.worst == Duration::zero());
       for (const Publication& publication : callback.publishes) {
-        own.publications.push_back({publication, output_of(node, publication.topic), set_of(publication)});
+        const std::uint32_t before = publication.first > 0 ? publication.n - publication.first : 0;
+        own.publications.push_back(
+            {publication, output_of(node, publication.topic), set_of(publication), before});
       }
     }
     for (std::size_t c = 0; c < callbacks.size(); ++c) {

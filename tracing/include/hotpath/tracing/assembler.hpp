@@ -118,7 +118,8 @@ class Assembler {
     std::uint32_t unannounced_callback = kNone;
     Time timestamp{}, release{};  ///< Stated of the next job.
     std::vector<Job> open;        ///< The innermost last.
-    bool waited = false;
+    bool waited = false, waits = false;
+    std::set<std::uint32_t> apart;   ///< Threads of its process that waited meanwhile: of other executors.
     std::uint32_t taken_by = kNone;  ///< Subscription whose sample it holds.
     Sample taken;
     std::uint64_t message = 0, publication = 0;
@@ -173,7 +174,9 @@ class Assembler {
   std::uint32_t pseudo_node(std::uint32_t process);
   std::uint32_t unannounced_callback(std::uint32_t node, const std::string& topic);
   void respond(const Event& e, Job& job);
-  std::optional<Response> take_response(std::uint32_t process, std::uint32_t client);
+  void begin_wait(const Event& e);
+  std::optional<Response> take_response(std::uint32_t process, std::uint32_t client,
+                                        const std::set<std::uint32_t>& apart = {});
 
   // samples.cpp: events that match the samples of jobs with publications.
   void publish(const Event& e, bool intra_process);

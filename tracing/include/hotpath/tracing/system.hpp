@@ -21,6 +21,7 @@ enum class CallbackKind : std::uint8_t { timer, subscription, service, client, u
 /// the order of creation.
 struct Callback {
   CallbackKind kind = CallbackKind::unknown;
+  bool intra_process = false;  ///< Subscriptions: took a sample within the process, as a waitable.
   std::uint32_t node = kNone;
   std::uint32_t topic = kNone;                       ///< All but timers: index into topics.
   std::uint32_t depth = 0;                           ///< The same: history depth; 0: unknown, or keep all.
