@@ -137,7 +137,7 @@ TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
   auto candidates = candidates_of(graph_named("autoware"));
   for (const char* name : {"rm-ro", "events-ro"}) {
     advise::Candidate& c = candidates.at(name);
-    for (const auto& [wait, line] : std::map<Duration, std::string>{{0ms, "service_wait_ms: 0\n"},
+    for (const auto& [wait, line] : std::map<Duration, std::string>{{0ms, "service_wait_ms: 100\n"},
                                                                     {5ms, "service_wait_ms: 5\n"},
                                                                     {2500us, "service_wait_ms: 2.5\n"}}) {
       c.spec.scheduler.service_wait = wait;

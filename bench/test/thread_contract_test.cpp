@@ -198,6 +198,20 @@ TEST(ThreadReader, SeesThatThreadsAndProcessesHaveEnded) {
               testing::UnorderedElementsAre(ThreadKey(own, ended), ThreadKey(ended, 0)));
 }
 
+TEST(LastingWaits, AreShownBeforeTheyEnd) {
+  ThreadFacts facts{.process = 7, .thread = 7, .state = 'R', .ran = from_ms(3), .waited = from_ms(1)};
+  LastingWaits waits;
+  EXPECT_EQ(waits.with(facts, at_ms(0)), from_ms(1));
+  EXPECT_EQ(waits.with(facts, at_ms(50)), from_ms(1)) << "it may have run";
+  EXPECT_EQ(waits.with(facts, at_ms(500)), from_ms(501));
+  facts.ran = from_ms(4), facts.waited = from_ms(499);
+  EXPECT_EQ(waits.with(facts, at_ms(520)), from_ms(501)) << "the same wait, which has ended";
+  facts.waited = from_ms(510), facts.state = 'S';
+  EXPECT_EQ(waits.with(facts, at_ms(900)), from_ms(510));
+  facts.started = 1;
+  EXPECT_EQ(waits.with(facts, at_ms(900)), from_ms(510)) << "another thread of this id";
+}
+
 TEST(ThreadFactsOfProc, AreRead) {
   std::string text = "12 (a (b) c) S";
   for (int f = 4; f <= 38; ++f) text += f == 22 ? " 9" : " 0";

@@ -21,6 +21,7 @@ import lttng_session
 
 HOTPATH = os.environ.get("HOTPATH_COMMAND") or shutil.which("hotpath") or ""
 PROGRAM = sys.argv.pop(1)  # watched_program
+FAULTY = sys.argv.pop(1)  # faulty_program
 GRAPH = Path(__file__).parent / "watched.yaml"
 SAMPLES = 100  # the depth of watched.yaml
 TIMER = ("/source", "timer")
@@ -51,6 +52,45 @@ def reason_to_skip() -> str:
     tried = subprocess.run([HOTPATH, "watch", "--once", "--", "true"], capture_output=True, text=True)
     no_sensor = tried.returncode != 0 and "install the package hotpath_sensor" in tried.stderr
     return f"left out: {tried.stderr.strip()}" if no_sensor else ""
+
+
+# What the first sentence of an incident tells of a fault of faulty_program. Its clock is not set here.
+IDLE = ("chrt", "-i", "0", "taskset", "-c", "0")  # any other program takes the processor from it
+FAULTS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "killed": (r" nodes? .*source.* gone: .* process \d+ has ended", ()),
+    "remap": (
+        " perception.sink/perception/objects has never run: its node has no such callback, but "
+        "subscribes to /perception/elsewhere",
+        (),
+    ),
+    "mute": (" perception.sink/perception/objects got nothing for ", ()),
+    "qos": (" perception.sink/perception/objects has never run, although .* QoS settings did not match", ()),
+    "period": (r" source \(timer\) has a period of 22.000 ms, period 20.000 ms", ()),
+    "slow": (" perception.filter/points (has run for|ran) .*, budget 250.000 ms", ()),
+    "busy": (" executor thread .* (waited|has run nothing for) ", IDLE),
+    "policy": (" executor thread .* has the policy fifo:1", ()),
+    "stopped": (" executor thread .* has run nothing for .*, because it is stopped", ()),
+    "destroy": (" perception.sink/perception/objects has not run for .*, although samples were", ()),
+    "unserve": (r" perception.sink/perception/list \(service\) got nothing for ", ()),
+}
+FAULTY_CONTRACT = """
+callbacks:
+- node: source
+  period_ms: {value: 20, from: given}
+  maximum_distance_ms: {value: 700, from: given}
+  publishes: [{topic: points}]
+- node: perception.filter
+  topic: points
+  budget_ms: {value: 250, from: given}
+  publishes: [{topic: perception/objects}]
+- {node: perception.sink, topic: perception/objects, maximum_distance_ms: {value: 1000, from: given}}
+- {node: perception.sink, service: perception/list, maximum_distance_ms: {value: 1000, from: given}}
+threads:
+- name: executor
+  callbacks: [source (timer), perception.filter/points, perception.sink/perception/objects]
+  policy: {value: POLICY, from: given}
+  wait_ms: {value: 400, from: given}
+"""
 
 
 class Watched:
@@ -181,6 +221,35 @@ class WatchTest(unittest.TestCase):
         options = ("--contract", str(contract))
         with self.watch(middlewares()[0], "single", str(SAMPLES), options=options) as watched:
             self.check_terms(watched.reports[-1], "broken")
+
+    def test_names_each_fault_first(self) -> None:
+        contract = self.folder / "contract.yaml"
+        for fault, (sentence, prefix) in FAULTS.items():
+            with self.subTest(fault=fault):
+                contract.write_text(FAULTY_CONTRACT.replace("POLICY", "idle" if prefix else "other"))
+                program = ["sh", "-c", '"$@"; exec sleep 1000', "sh", *prefix, FAULTY, "rm-ro", fault, "100"]
+                command = [HOTPATH, "watch", "--json", "--contract", str(contract), "--", *program]
+                watcher = subprocess.Popen(
+                    command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+                )
+                said: list[str] = []
+                assert watcher.stdout is not None
+                lines = map(json.loads, watcher.stdout)
+                if fault == "busy":
+                    next(line for line in lines if any(c["jobs"] > 100 for c in line.get("callbacks", [])))
+                busy = ["taskset", "-c", "0", "sh", "-c", "while :; do :; done"]
+                takers = [subprocess.Popen(busy, text=True)] if prefix else []
+                try:
+                    for line in lines:
+                        said += [line["incident"]] if "event" in line else []
+                        if said and re.search(sentence, said[-1]):
+                            break
+                    else:
+                        self.fail(f"{fault}: {said}")
+                finally:
+                    for process in [watcher, *takers]:
+                        process.send_signal(signal.SIGTERM)
+                        process.communicate()
 
     def test_lttng_sees_the_same_events_in_the_same_order(self) -> None:
         if lttng_session.missing_programs():
