@@ -152,6 +152,17 @@ TEST_F(WatchingAThread, NamesChangesOfATimerThread) {
                                     "fifo:81"));
 }
 
+TEST_F(WatchingAThread, TakesAnInheritedNicenessForNoPolicy) {
+  JudgedTerm& policy = *observer.judge().all(Kind::thread)[0].find(Clause::policy);
+  policy = {{Clause::policy}, "main", observer.judge().incidents()};
+  spin.policy = parse_thread_policy("other:5"), spin.inherited = true;
+  read(1);
+  EXPECT_EQ(verdict("main", "policy"), "held");
+  spin.inherited = false;
+  read(21);
+  EXPECT_THAT(incident(), HasSubstr("main thread spin has the policy other:5, contract other"));
+}
+
 TEST_F(WatchingAThread, NamesItsChanges) {
   read(1);
   spin.policy = parse_thread_policy("other");

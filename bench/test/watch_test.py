@@ -281,8 +281,8 @@ class WatchTest(CommandTest):
         self.environment |= {"LD_PRELOAD": os.environ["STEPPING_CLOCK"], **step}
         contract = ("--contract", self.contract(100_000))
         process = self.start("watch", "--json", *contract, "--", TRACED_SYSTEM, 1_000_000, 1, 10)
-        while "event" not in (event := json.loads(process.stdout.readline())):
-            pass
+        lines = (json.loads(process.stdout.readline()) for _ in range(30))
+        event = next(line for line in lines if "event" in line)
         self.assertRegex(event["incident"], r"the clock was set back by (59999|60000)\.\d{3} ms$")
         process.send_signal(signal.SIGTERM)
         self.finish(process)

@@ -111,7 +111,8 @@ void Observer::judge_standing(Time until) {
 }
 
 void Observer::judge_standing(std::uint32_t entry, std::uint32_t c, Time until) {
-  constexpr Duration kDoubt = std::chrono::seconds(1), kDiscovery = 3 * kDoubt, kStart = 10 * kDoubt;
+  constexpr Duration kDoubt = std::chrono::milliseconds(500), kDiscovery = std::chrono::milliseconds(1700),
+                     kStart = std::chrono::seconds(10);
   const std::string& topic = contract_.callbacks[entry].topic;
   if (topic.ends_with("/response") || topic.find("/_action/") != std::string::npos) return;  // no events
   const bool seen = judge_.callback(entry).seen;
@@ -130,9 +131,13 @@ void Observer::judge_standing(std::uint32_t entry, std::uint32_t c, Time until) 
   const Time since = unread  ? *state.waited_for
                      : timer ? std::max({callback.created + callback.period, *begin_, grown_})
                              : std::max(*begin_, grown_);
-  const Duration start = seen || (timer && runs(entry)) ? kDoubt : runs(entry) ? kDiscovery : kStart;
+  Duration limit = kStart;
+  if (distance && (seen || (timer && runs(entry))))
+    limit = patience(*distance) + kDoubt;
+  else if (distance && runs(entry))
+    limit = Duration(distance->term().limit) + kDiscovery;
   const Time latest = unread && !distance ? callback.published_for_it : until;  // it came late to old samples
-  if (latest - since <= (distance ? patience(*distance) + start : kStart)) return;
+  if (latest - since <= limit) return;
   state.stands = true;
   const std::string name = judge_.callback(entry).name;
   Fact fact{Role::never_runs,

@@ -168,13 +168,12 @@ nlohmann::json ObservationReport::threads() {
   for (auto& [identity, thread] : followed_) {
     const ThreadFacts& of = thread.facts;
     rate(thread);
-    const bool inherits = of.policy.ordinary() && of.policy.priority != 0 && of.policy == own_;
     const bool changed = thread.first_policy != of.policy;
     rows.push_back({{"process", of.process},
                     {"thread", of.thread},
                     {"name", of.name},
                     {"executor", thread.executor},
-                    {"policy", to_string(of.policy) + (inherits ? " (inherited)" : "")},
+                    {"policy", to_string(of.policy) + (of.inherited ? " (inherited)" : "")},
                     {"policy_before", changed ? nlohmann::json(to_string(thread.first_policy)) : nullptr},
                     {"processors", of.processors},
                     {"cpu_ms_per_s", thread.ran},

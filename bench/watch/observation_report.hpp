@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/live/thread_setup.hpp"
 #include "program/table.hpp"
 #include "watch/observer.hpp"
 
@@ -44,7 +43,6 @@ class ObservationReport {
   void rate(FollowedThread& thread) const;
 
   const bool whole_;
-  const ThreadPolicy own_ = own_thread_policy();  // that of the program, too
   nlohmann::json json_;
   std::map<std::pair<ThreadKey, std::uint64_t>, FollowedThread> followed_;  // also by ThreadFacts::started
   Time read_{};

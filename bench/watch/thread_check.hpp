@@ -165,8 +165,9 @@ class ThreadCheck {
     if (JudgedTerm* const policy = state.owner->find(Clause::policy)) {
       const bool changed = before != nullptr && now.policy != before->policy;
       const std::string instead = changed ? " instead of " + to_string(before->policy) : "";
-      compare(*policy, changed, now.policy == policy->term().policy,
-              " has the policy " + to_string(now.policy) + instead);
+      const ThreadPolicy stated = policy->term().policy;
+      const bool as_stated = now.policy == stated || (now.inherited && stated == ThreadPolicy{});
+      compare(*policy, changed, as_stated, " has the policy " + to_string(now.policy) + instead);
     }
     if (JudgedTerm* const processors = state.owner->find(Clause::processors)) {
       compare(*processors, before != nullptr && now.processors != before->processors,

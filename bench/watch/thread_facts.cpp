@@ -11,7 +11,6 @@
 #include <sstream>
 #include <utility>
 
-#include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
 #include "program/text.hpp"
 
@@ -124,6 +123,7 @@ std::optional<ThreadFacts> ThreadReader::facts_of(const ThreadKey& thread, Time 
       !parse_schedstat(content_of(folder + "/schedstat"), facts))
     return std::nullopt;
   facts.policy = *policy;
+  facts.inherited = policy->ordinary() && policy->priority != 0 && *policy == own_;
   if (const auto stolen = stolen_.find(facts.processor); stolen != stolen_.end())
     facts.stolen = stolen->second;
   facts.waited = waits_.with(facts, at);

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "hotpath/core/thread_policy.hpp"
+#include "hotpath/live/thread_setup.hpp"
 #include "hotpath/tracing/system.hpp"
 
 namespace hotpath::watch {
@@ -25,6 +25,7 @@ struct ThreadFacts {
   std::string name = {};                  ///< Of the thread (comm).
   char state = 'S';                       ///< As in proc(5): R: runs or could run; T: stopped.
   ThreadPolicy policy = {};
+  bool inherited = false;  ///< The policy has a niceness, which is that of the watcher when it began.
   std::vector<int> processors = {};  ///< On which it may run, ascending.
   Duration ran{};                    ///< Since its beginning.
   Duration waited{};                 ///< Ready to run, without a processor.
@@ -74,6 +75,7 @@ class ThreadReader {
 
   Time searched_{}, stolen_read_{};
   LastingWaits waits_;
+  const ThreadPolicy own_ = own_thread_policy();
   std::map<int, Duration> stolen_;  // by processor
   std::set<ThreadKey> timer_threads_;
   std::map<std::uint32_t, std::string> groups_;  // by process: the file of its control group
