@@ -191,6 +191,7 @@ void write(const Question& q, Advice advice) {
   };
   if (std::ranges::any_of(advice.ranked, has_outputs)) program::draw_figure("advice", q.folder);
   if (!contract.empty()) std::cout << "\nContract for `hotpath watch`: " << contract << "\n";
+  if (advice.changes()) std::cout << installation(q.folder);
   q.finish(content);
 }
 

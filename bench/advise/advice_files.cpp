@@ -14,6 +14,13 @@ namespace fs = std::filesystem;
 
 using program::concat, program::text;
 
+namespace {
+
+/// PriorityExecutor's default.
+constexpr Duration kServiceWait = std::chrono::milliseconds(100);
+
+}  // namespace
+
 std::vector<std::string> write_executor_files(const Candidate& candidate, const GraphPlatform& platform,
                                               const std::string& offsets, const fs::path& folder) {
   if (candidate.spec.deployment || candidate.spec.entry->traits.family == Family::wait_set) return {};
@@ -34,12 +41,43 @@ std::vector<std::string> write_executor_files(const Candidate& candidate, const 
   if (queue && scheduler.rule != SubscriptionRule::inherit) options += concat(":", to_string(scheduler.rule));
   if (queue && scheduler.ties != Ties::lifo) options += concat(":", to_string(scheduler.ties));
   options += concat("\nthreads: ", candidate.load.threads, "\ngraph: graph.yaml\n");
-  // Without a rule in the prediction, services that are no part of the graph keep PriorityExecutor's default.
-  if (queue && scheduler.service_wait > Duration{})
-    options += text("service_wait_ms: %.15g\n", to_ms(scheduler.service_wait));
+  // Of graphs, the default is 0; a robot whose graph states none has services of parameters all the same.
+  const bool stated = scheduler.service_wait > Duration::zero();
+  if (queue)
+    options += text("service_wait_ms: %.15g\n", to_ms(stated ? scheduler.service_wait : kServiceWait));
   if (!offsets.empty()) options += "offsets: " + offsets + "\n";
   program::write_whole_file(folder / "executor.yaml", options);
   return {folder / "graph.yaml", folder / "executor.yaml"};
+}
+
+std::string installation(const fs::path& folder) {
+  const std::string file = fs::absolute(folder / "executor.yaml").lexically_normal();
+  if (!fs::exists(file)) return "";
+  return concat(R"(
+Install it in one of three ways:
+
+1. In C++; in CMake with find_package(hotpath_rclcpp REQUIRED) and the target hotpath_rclcpp::hotpath_rclcpp:
+
+#include <hotpath_rclcpp/priority_executor.hpp>
+
+hotpath::PriorityExecutor executor{hotpath::PriorityExecutorOptions::from_file(")",
+                file, R"(")};
+executor.add_node(node);
+executor.spin();
+
+2. In a launch file, for nodes of a component container:
+
+from launch_ros.actions import ComposableNodeContainer
+
+container = ComposableNodeContainer(
+    name="container", namespace="", package="hotpath_rclcpp", executable="component_container_hotpath",
+    parameters=[{"config": ")",
+                file, R"("}], composable_node_descriptions=[])
+
+3. In the shell, where hotpath_rclcpp is sourced, before a program that calls rclcpp::spin(node):
+
+export LD_PRELOAD=libhotpath_rclcpp_spin.so HOTPATH_EXECUTOR=)",
+                file, "\n");
 }
 
 std::string write_change(const Candidate& c, const Graph& graph, const fs::path& folder) {

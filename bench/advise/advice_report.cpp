@@ -300,25 +300,6 @@ json row_json(const Advice& advice, const Prediction& p) {
   return row;
 }
 
-/// How the recommended executors come to the robot.
-std::string to_paste(const std::filesystem::path& deployment) {
-  const std::filesystem::path file = std::filesystem::absolute(deployment).replace_filename("executor.yaml");
-  std::string text = "Change: " + deployment.string() + "\n";
-  if (!std::filesystem::exists(file))
-    return concat(text, "On the robot (docs/deployments.md): hotpath graph GRAPH --as cie --deployments ",
-                  deployment.string(), "\n");
-  const std::string quoted = "'" + file.string() + "'";
-  return concat(
-      text, "On the robot, with hotpath_rclcpp, one of:\n  C++:     hotpath::PriorityExecutor executor{",
-      "hotpath::PriorityExecutorOptions::from_file(\"", file.string(), "\")};\n",
-      "  launch:  ComposableNodeContainer(package='hotpath_rclcpp', "
-      "executable='component_container_hotpath', "
-      "parameters=[{'config': ",
-      quoted,
-      "}], ...)\n  program: LD_PRELOAD=$(ros2 pkg prefix hotpath_rclcpp)/lib/libhotpath_rclcpp_spin.so ",
-      "HOTPATH_EXECUTOR=", quoted, " ros2 run ...\n");
-}
-
 }  // namespace
 
 void write_text(std::ostream& out, const Advice& advice) {
@@ -330,7 +311,10 @@ void write_text(std::ostream& out, const Advice& advice) {
   for (const Doubt& doubt : advice.doubts)
     out << "With " << doubt.assumption << ": " << joined(doubt.values) << ".\n";
   if (!advice.causes.empty()) out << "\n" << joined(advice.causes, "\n") << "\n";
-  if (!advice.change.empty()) out << "\n" << to_paste(advice.change);
+  if (advice.change.empty()) return;
+  out << "\nChange: " << advice.change << "\n";
+  if (!std::filesystem::exists(std::filesystem::path(advice.change).replace_filename("executor.yaml")))
+    out << "On ROS 2 (docs/deployments.md): hotpath graph GRAPH --as cie --deployments " << advice.change << "\n";
 }
 
 void to_json(json& j, const Advice& advice) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
+#include <optional>
 #include <string>
 
 #include "bounds/exact_worst_cases.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "guarantees/analyze.hpp"
+#include "program/errors.hpp"
 #include "program/interrupt.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
@@ -17,13 +19,24 @@ namespace {
 
 struct AnalyzeArguments : guarantees::AnalyzeOptions {
   std::string contract;
+  std::optional<double> margin_percent;
 };
+
+constexpr double kMargin = 50;
 
 void analyze(const AnalyzeArguments& arguments) {
   program::catch_interrupts();
-  const std::string contract =
-      arguments.contract.empty() ? "" : watch::contract_text(watch::stated_contract(arguments));
-  guarantees::analyze(arguments, std::cout);
+  if (arguments.margin_percent && (arguments.contract.empty() || arguments.trace.empty()))
+    throw program::UsageError(
+        "--margin is for a contract of recorded values; give --contract and --trace too");
+  const bool recorded = !arguments.trace.empty();
+  std::string contract;
+  if (!arguments.contract.empty())
+    contract = watch::contract_text(
+        recorded ? watch::recorded_contract(arguments, arguments.margin_percent.value_or(kMargin))
+                 : watch::stated_contract(arguments));
+  // A recorded system need not have bounds.
+  if (contract.empty() || !recorded) guarantees::analyze(arguments, std::cout);
   if (!contract.empty()) program::write_output_file(arguments.contract, "--contract", contract);
 }
 
@@ -70,9 +83,13 @@ void add_analyze_command(CLI::App& app) {
       "hotpath analyze autoware --executors fp-ro,default", analyze);
   add_analyze_options(command, o);
   add_output_file(command, "--contract", o.contract,
-                  "Also write the contract that `hotpath watch` checks, for any\nphases and one executor");
+                  "Also write the contract that `hotpath watch` checks, for any\nphases and one executor; "
+                  "with --trace, write only that of the\nrecorded run");
+  add_number(command, "--margin", o.margin_percent, {0, 1000}, "PERCENT",
+             program::concat("By which limits of --contract exceed the worst values of\n--trace; by default ",
+                             kMargin));
   show_first(command, {"--executors", "--set", "--cores", "--phases", "--trace", "--contract"});
-  exclude(command, "--contract", {"--phases", "--trace", "--exact", "--phase-uncertainty-us"});
+  exclude(command, "--contract", {"--phases", "--exact", "--phase-uncertainty-us"});
 }
 
 const Command kAnalyze("Predict", 50, add_analyze_command);

@@ -211,7 +211,7 @@ json import_json(const Facts& facts) {
           {"window_jobs", imported.recorded.jobs.size()},
           {"warnings", warnings(facts)},
           {"processes", system.processes.size()},
-          {"rcl_version", system.rcl_version},
+          {"tracetools_version", system.rcl_version},
           {"executors", executors_json(facts)},
           {"tried", tried},
           {"execution_times", to_string(best.graph.platform.execution_times)},

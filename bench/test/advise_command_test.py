@@ -51,13 +51,15 @@ class Advise(CommandTest):
         self.assertLess(median, rows["default"]["median_ms"]["value"])
 
     def test_writes_the_options_of_the_executor_on_the_robot(self) -> None:
-        _, advice = self.advise("autoware", "--executors default,rm-ro:first --repetitions 1 --duration 2")
+        out, advice = self.advise("autoware", "--executors default,rm-ro:first --repetitions 1 --duration 2")
         self.assertEqual(advice["recommended"], "rm-ro:first")
         folder = self.folder / "advice"
+        for use in ('from_file("{}")', '"config": "{}"', "HOTPATH_EXECUTOR={}\n"):
+            self.assertIn(use.format(folder / "executor.yaml"), out)
         lines = (folder / "executor.yaml").read_text().splitlines()
         self.assertEqual(
             [line for line in lines if not line.startswith("#")],
-            ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml"],
+            ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml", "service_wait_ms: 100"],
         )
         words = ("--executors", "rm-ro:first", "--duration", 1)
         self.measure("simulate", "--graph", folder / "graph.yaml", *words)

@@ -88,7 +88,7 @@ class AdvisePhases(CommandTest):
         self.assertEqual(*texts)
         options = (output / "executor.yaml").read_text()
         self.assertIn("\nexecutor: rm-ro\nthreads: 1\ngraph: graph.yaml\n", options)
-        self.assertIn("\noffsets: phases.csv\n", options)
+        self.assertIn("\nservice_wait_ms: 100\noffsets: phases.csv\n", options)
 
     def test_priorities_come_with_a_graph_that_can_be_run(self) -> None:
         _, advice = self.advise("--for pq:worst --repetitions 2 --duration 2")

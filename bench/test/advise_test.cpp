@@ -130,14 +130,14 @@ TEST(Candidates, PutTheTimersOfTheChainFirst) {
   EXPECT_GT(priority("PointCloudMap"), priority("Visualizer"));
 }
 
-/// PriorityExecutor has a service wait by default, which a graph without one leaves alone.
+/// PriorityExecutor has a service wait by default, a graph has not.
 TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
   const Folder removed;
   const std::filesystem::path folder = removed.path();
   auto candidates = candidates_of(graph_named("autoware"));
   for (const char* name : {"rm-ro", "events-ro"}) {
     advise::Candidate& c = candidates.at(name);
-    for (const auto& [wait, line] : std::map<Duration, std::string>{{0ms, "graph: graph.yaml\n"},
+    for (const auto& [wait, line] : std::map<Duration, std::string>{{0ms, "service_wait_ms: 100\n"},
                                                                     {5ms, "service_wait_ms: 5\n"},
                                                                     {2500us, "service_wait_ms: 2.5\n"}}) {
       c.spec.scheduler.service_wait = wait;

@@ -48,10 +48,29 @@ TEST(AnIncident, BeginsWithAStandstillOrElseWithWhatBrokeFirst) {
   incident.add({Role::assumption, at_ms(30), "the budget again", &budget}, true);
   EXPECT_EQ(incident.text(), "00:00:00.020 a budget");
   EXPECT_FALSE(incident.is_described()) << "the wait was before another breach";
-  incident.add({Role::standstill, at_ms(40), "a process has ended"}, true);
-  EXPECT_EQ(incident.text(), "00:00:00.040 a process has ended");
+  incident.add({Role::standstill, at_ms(40), "a thread stands"}, true);
+  EXPECT_EQ(incident.text(), "00:00:00.040 a thread stands");
   EXPECT_THAT(incident.facts(), testing::ElementsAre("00:00:00.020 a bound", "00:00:00.020 a budget"));
   EXPECT_EQ(incident.breaches(), 4U);
+  incident.add({Role::never_runs, at_ms(60), "a callback never runs"}, true);
+  EXPECT_EQ(incident.text(), "00:00:00.060 a callback never runs");
+  incident.add({Role::gone, at_ms(70), "a process has ended"}, true);
+  EXPECT_EQ(incident.text(), "00:00:00.070 a process has ended");
+}
+
+TEST_F(Watching, NamesTheMostSevereIncidentAndHidesNone) {
+  for (int i = 1; i <= 30; ++i) {
+    system.run(5000.0 * i, 3);
+    until(5000.0 * i + 5);
+  }
+  observer.threads({facts()}, at_ms(200'000));
+  for (int i = 0; i < 100; ++i)
+    observer.judge().incidents().add({Role::standstill, at_ms(200'000), "stands"});
+  for (int i = 0; i < 30; ++i)
+    observer.judge().all(Kind::thread)[0].compare(Clause::wait, 9'000'000, at_ms(200'001));
+  EXPECT_EQ(incident(), "00:03:20.000 stands");
+  EXPECT_THAT(incidents().back().facts(),
+              testing::Contains(testing::HasSubstr("main waited for a processor for 9.000 ms")));
 }
 
 TEST(DistancesOfSeveralSamples, HoldTogether) {

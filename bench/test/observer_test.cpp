@@ -47,7 +47,7 @@ TEST_F(Observing, MatchesSamplesOfHumble) {
       event.number[2] = static_cast<std::uint64_t>((at_ms(12.1) - Time{} + kRealtime).count());
   }
   system.events.back().at += kMs;
-  observer.set_realtime(kRealtime);
+  observer.set_realtime(kRealtime, {});
   observe();
   EXPECT_EQ(observer.callbacks()[1].response.max(), 2 * kMs);
   EXPECT_EQ(observer.system().callbacks[1].strangers, 0U);

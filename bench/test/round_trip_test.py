@@ -178,7 +178,7 @@ class RoundTrip(ImportTest):
                 facts, run, found = self.round_trip(str(number), *plan, graph=graph, options=stated)
                 self.check_instants(run, found, graph)
                 if executor in RCL_VERSIONS:
-                    self.assertEqual(facts["rcl_version"], RCL_VERSIONS[executor])
+                    self.assertEqual(facts["tracetools_version"], RCL_VERSIONS[executor])
                 if graph == delivered:
                     self.assertIn(order, (found.path.parent / "graph.yaml").read_text())
                 if kind == "--deployments":

@@ -152,6 +152,17 @@ TEST_F(WatchingAThread, NamesChangesOfATimerThread) {
                                     "fifo:81"));
 }
 
+TEST_F(WatchingAThread, TakesAnInheritedNicenessForNoPolicy) {
+  JudgedTerm& policy = *observer.judge().all(Kind::thread)[0].find(Clause::policy);
+  policy = {{Clause::policy}, "main", observer.judge().incidents()};
+  spin.policy = parse_thread_policy("other:5"), spin.inherited = true;
+  read(1);
+  EXPECT_EQ(verdict("main", "policy"), "held");
+  spin.inherited = false;
+  read(21);
+  EXPECT_THAT(incident(), HasSubstr("main thread spin has the policy other:5, contract other"));
+}
+
 TEST_F(WatchingAThread, NamesItsChanges) {
   read(1);
   spin.policy = parse_thread_policy("other");
@@ -196,6 +207,20 @@ TEST(ThreadReader, SeesThatThreadsAndProcessesHaveEnded) {
   ThreadReader reader;
   EXPECT_THAT(reader.read(system, std::chrono::steady_clock::now()).ended,
               testing::UnorderedElementsAre(ThreadKey(own, ended), ThreadKey(ended, 0)));
+}
+
+TEST(LastingWaits, AreShownBeforeTheyEnd) {
+  ThreadFacts facts{.process = 7, .thread = 7, .state = 'R', .ran = from_ms(3), .waited = from_ms(1)};
+  LastingWaits waits;
+  EXPECT_EQ(waits.with(facts, at_ms(0)), from_ms(1));
+  EXPECT_EQ(waits.with(facts, at_ms(50)), from_ms(1)) << "it may have run";
+  EXPECT_EQ(waits.with(facts, at_ms(500)), from_ms(501));
+  facts.ran = from_ms(4), facts.waited = from_ms(499);
+  EXPECT_EQ(waits.with(facts, at_ms(520)), from_ms(501)) << "the same wait, which has ended";
+  facts.waited = from_ms(510), facts.state = 'S';
+  EXPECT_EQ(waits.with(facts, at_ms(900)), from_ms(510));
+  facts.started = 1;
+  EXPECT_EQ(waits.with(facts, at_ms(900)), from_ms(510)) << "another thread of this id";
 }
 
 TEST(ThreadFactsOfProc, AreRead) {

@@ -232,6 +232,23 @@ class WatchTest(CommandTest):
             self.assertEqual(code, 2)
             self.assertIn("--contract", err)
 
+    def test_the_contract_of_a_recorded_run(self) -> None:
+        graph = self.file(
+            "name: small\nnodes:",
+            "- {name: source, type: sensor, period_ms: 100, execution_time_ms: 2}",
+            "- {name: sink, type: command, input: source, execution_time_ms: 1}",
+        )
+        self.accepted("simulate", "--graph", graph, *map(str, ONE), "--output", "run", "--duration", 3)
+        analyze = ("analyze", graph, "--contract", "contract.yaml", "--margin", 300)
+        self.accepted(*analyze, "--trace", "run")
+        text = (self.folder / "contract.yaml").read_text()
+        for limit in ("budget_ms: {value: 8,", "budget_ms: {value: 6,", "maximum_distance_ms: {value: 404,"):
+            self.assertIn(limit + " from: measured}", text, "2 and 1 ms, and 300 % or 5 ms more; 101 ms")
+        self.assertIn("and 300 % (at least 5 ms) more", text)
+        code, _, err = self.command(*analyze)
+        self.assertEqual(code, 2)
+        self.assertIn("--margin", err)
+
     def test_records_on_request_the_last_events(self) -> None:
         process = self.start(
             "watch", "--json", "--record", "record", "--keep", 1, "--", TRACED_SYSTEM, 1_000_000, 1, 10
@@ -258,6 +275,17 @@ class WatchTest(CommandTest):
         self.assertRegex(err, r"record/snapshot_2: .*budget 4\.000 ms")
         snapshots = sorted(folder.name for folder in (self.folder / "record").iterdir())
         self.assertEqual(snapshots, ["snapshot_1", "snapshot_2"])
+
+    def test_names_a_step_of_the_clock(self) -> None:
+        step = {"HOTPATH_CLOCK_STEP": "-60", "HOTPATH_CLOCK_STEP_AFTER": "2"}
+        self.environment |= {"LD_PRELOAD": os.environ["STEPPING_CLOCK"], **step}
+        contract = ("--contract", self.contract(100_000))
+        process = self.start("watch", "--json", *contract, "--", TRACED_SYSTEM, 1_000_000, 1, 10)
+        lines = (json.loads(process.stdout.readline()) for _ in range(30))
+        event = next(line for line in lines if "event" in line)
+        self.assertRegex(event["incident"], r"the clock was set back by (59999|60000)\.\d{3} ms$")
+        process.send_signal(signal.SIGTERM)
+        self.finish(process)
 
     def test_refreshes_its_tables_on_a_terminal(self) -> None:
         terminal, slave = pty.openpty()

@@ -44,9 +44,13 @@ enum class Clause : std::uint8_t {
   publishers,        ///< No others publish the topic.
 };
 
-/// What a fact of an incident is. Terms are assumptions, the bounds that follow, or requirements.
+/// What a fact of an incident is, the most severe first. Terms are assumptions, the bounds that follow, or
+/// requirements.
 enum class Role : std::uint8_t {
-  standstill,  ///< A process is gone, or a callback or a thread does not run.
+  gone,        ///< A process or a node.
+  never_runs,  ///< A callback.
+  standstill,  ///< A thread does not run.
+  clock,       ///< The clock was set.
   assumption,
   bound,
   requirement,

@@ -41,6 +41,8 @@ struct Fact {
   std::string sentence;              ///< `Filter ran 6.1 ms, budget 5.0 ms (measured)`.
   const JudgedTerm* term = nullptr;  ///< That is broken; its lifetime is that of the contract.
   Time since = at, until = at;       ///< Begin and end of what the sentence tells.
+
+  [[nodiscard]] bool is_term() const { return role >= Role::assumption && role != Role::circumstance; }
 };
 
 /// Facts: what broke first, and what else was observed meanwhile.
@@ -49,8 +51,8 @@ class Incident {
   /// `number`: counts the incidents of a system from 1. `realtime`: for times of day.
   Incident(std::uint64_t number, Duration realtime) : number_(number), realtime_(realtime) {}
 
-  /// A broken term, of which only the first breach is a fact, or a standstill. `is_new`: false: a breach that
-  /// was added before its end has ended.
+  /// A broken term, of which only the first breach is a fact, or what is more severe. `is_new`: false: a
+  /// breach that was added before its end has ended.
   void add(Fact breach, bool is_new) {
     last_ = std::max(last_, breach.until);
     breaches_ += is_new ? 1 : 0;
@@ -63,7 +65,7 @@ class Incident {
     if (again) facts_.erase(same);
     if (is_first) std::erase_if(facts_, [](const Fact& f) { return f.role == Role::circumstance; });
     described_ = described_ && !is_first;
-    if (is_first || facts_.size() < kMostFacts) insert(std::move(breach));
+    if (is_first || breach.term || facts_.size() < kMostFacts) insert(std::move(breach));
   }
   /// Adds the circumstances of what broke first.
   void describe(const std::vector<Fact>& circumstances) {
@@ -76,10 +78,12 @@ class Incident {
   [[nodiscard]] std::uint64_t number() const { return number_; }
   [[nodiscard]] Time last() const { return last_; }
   [[nodiscard]] std::uint64_t breaches() const { return breaches_; }
-  /// The first standstill, or else the first broken term.
+  /// The most severe fact, or else the first broken term.
   [[nodiscard]] const Fact& first() const { return *std::ranges::min_element(facts_, {}, order_of); }
   /// The instant and the sentence of what broke first.
   [[nodiscard]] std::string text() const { return stated(first()); }
+  /// Less: it is more severe, or began earlier.
+  [[nodiscard]] auto severity() const { return order_of(first()); }
   /// The same of all other facts, in the order of time.
   [[nodiscard]] std::vector<std::string> facts() const {
     std::vector<std::string> others;
@@ -97,12 +101,11 @@ class Incident {
   }
 
  private:
-  static constexpr std::size_t kMostFacts = 20;
+  static constexpr std::size_t kMostFacts = 20;  // besides broken terms
 
-  /// In this order a fact is what broke first: a standstill precedes terms, and these circumstances.
+  /// In this order a fact is what broke first: by severity, but terms by time.
   static std::tuple<Role, Time, Role> order_of(const Fact& fact) {
-    const bool is_term = fact.role != Role::standstill && fact.role != Role::circumstance;
-    return {is_term ? Role::assumption : fact.role, fact.at, fact.role};
+    return {fact.is_term() ? Role::assumption : fact.role, fact.at, fact.role};
   }
   void insert(Fact fact) {
     facts_.insert(std::ranges::upper_bound(facts_, fact.at, {}, &Fact::at), std::move(fact));

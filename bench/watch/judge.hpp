@@ -218,8 +218,10 @@ class Judge {
   [[nodiscard]] Incidents& incidents() { return incidents_; }
   /// Whether any term is broken.
   [[nodiscard]] bool broken() const { return incidents_.count() > 0; }
-  /// What broke first in the first incident; empty: there is none.
-  [[nodiscard]] std::string incident() const { return broken() ? incidents_.kept().front().text() : ""; }
+  /// What broke first in the most severe incident; empty: there is none.
+  [[nodiscard]] std::string incident() const {
+    return broken() ? std::ranges::min_element(incidents_.kept(), {}, &Incident::severity)->text() : "";
+  }
 
   /// `lossy`: lost events make terms that are not broken unobservable.
   [[nodiscard]] program::Table table(bool lossy) const {

@@ -111,7 +111,7 @@ program::Table table_of(const nlohmann::json& rows, const std::string& title, co
 
 }  // namespace
 
-void ObservationReport::follow(const ThreadReading& reading) {
+void ObservationReport::follow(const ThreadReading& reading, const Observer& observer) {
   if (reading.facts.empty()) return;
   read_ = reading.at;
   for (const ThreadFacts& facts : reading.facts) {
@@ -119,6 +119,7 @@ void ObservationReport::follow(const ThreadReading& reading) {
     FollowedThread& thread = followed_.try_emplace({facts.key(), facts.started}, first).first->second;
     thread.facts = facts;
     thread.at = read_;
+    if (thread.executor.empty()) thread.executor = observer.executor_of(facts.key());
   }
   std::erase_if(followed_, [&](const auto& thread) { return thread.second.at + kEnding < read_; });
 }
@@ -135,7 +136,7 @@ void ObservationReport::update(const Observer& observer, const Session& session,
            {"ignored_entities", observer.system().ignored},
            {"callbacks", callbacks(observer, now)},
            {"chains", chains_of(observer)},
-           {"executor_threads", threads(observer)}};
+           {"executor_threads", threads()}};
 }
 
 nlohmann::json ObservationReport::callbacks(const Observer& observer, Duration now) {
@@ -162,7 +163,7 @@ nlohmann::json ObservationReport::callbacks(const Observer& observer, Duration n
   return rows;
 }
 
-nlohmann::json ObservationReport::threads(const Observer& observer) {
+nlohmann::json ObservationReport::threads() {
   nlohmann::json rows = nlohmann::json::array();
   for (auto& [identity, thread] : followed_) {
     const ThreadFacts& of = thread.facts;
@@ -171,8 +172,8 @@ nlohmann::json ObservationReport::threads(const Observer& observer) {
     rows.push_back({{"process", of.process},
                     {"thread", of.thread},
                     {"name", of.name},
-                    {"executor", observer.executor_of(of.key())},
-                    {"policy", to_string(of.policy)},
+                    {"executor", thread.executor},
+                    {"policy", to_string(of.policy) + (of.inherited ? " (inherited)" : "")},
                     {"policy_before", changed ? nlohmann::json(to_string(thread.first_policy)) : nullptr},
                     {"processors", of.processors},
                     {"cpu_ms_per_s", thread.ran},

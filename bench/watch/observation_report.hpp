@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,7 +21,7 @@ class ObservationReport {
 
   /// Facts for the next update. Those of threads that have just ended stay, because their process may be
   /// about to end; when all have ended, the last ones stay.
-  void follow(const ThreadReading& reading);
+  void follow(const ThreadReading& reading, const Observer& observer);
   /// `now`: since the beginning. Rates of less than half a second since those before are not shown: the
   /// previous ones stay.
   void update(const Observer& observer, const Session& session, Duration now);
@@ -34,10 +35,11 @@ class ObservationReport {
     ThreadFacts facts, before;  ///< The latest ones, and those from which its rates count.
     Time at{}, before_at{};     ///< Of both.
     ThreadPolicy first_policy = {};
+    std::string executor = {};
     double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
   };
   [[nodiscard]] nlohmann::json callbacks(const Observer& observer, Duration now);
-  [[nodiscard]] nlohmann::json threads(const Observer& observer);
+  [[nodiscard]] nlohmann::json threads();
   void rate(FollowedThread& thread) const;
 
   const bool whole_;

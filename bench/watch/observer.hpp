@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hotpath/tracing/assembler.hpp"
@@ -55,8 +56,8 @@ class Observer : public tracing::Sink {
     ending_ = true;
     lossless_ = false;
   }
-  /// The real-time clock minus that of Time, from now on. Humble's samples are matched by it.
-  void set_realtime(Duration offset) { judge_.incidents().set_realtime(offset); }
+  /// The real-time clock minus that of Time, from this instant on. Humble's samples are matched by it.
+  void set_realtime(Duration offset, Time at);
   /// Adds waits and jobs to new incidents, and to those of which something else broke first, as soon as the
   /// threads have been read after their beginning, or `at_end`. Returns these incidents.
   std::vector<Incident*> describe(bool at_end);
@@ -86,8 +87,8 @@ class Observer : public tracing::Sink {
     std::deque<tracing::Sample> samples;  ///< The latest ones.
     bool watched = false;                 ///< A sample came from a watched job.
     std::uint64_t lost = 0;
-    std::optional<Time> waited_for;  ///< Never run: since when its samples have been published.
-    bool never_ran = false;          ///< That was reported.
+    std::optional<Time> waited_for;  ///< Since when its samples have been published without a job.
+    bool stands = false;             ///< That it does not run was reported.
   };
   /// A job that has ended.
   struct PastJob {
@@ -96,7 +97,7 @@ class Observer : public tracing::Sink {
   };
   /// A process that ran callbacks of the contract.
   struct Process {
-    std::uint32_t entry = 0;         ///< Of the first one.
+    std::set<std::string> nodes = {};
     Time finish{};                   ///< Of its latest job.
     std::optional<Time> ended = {};  ///< When it was seen to have ended.
   };
@@ -120,7 +121,14 @@ class Observer : public tracing::Sink {
   void judge_running(Time until);
   void judge_silence(std::uint32_t entry, Time until);
   void judge_processes(Time until);
-  void judge_never_run(Time until);
+  void judge_standing(Time until);
+  void judge_standing(std::uint32_t entry, std::uint32_t callback, Time until);
+  [[nodiscard]] bool could_run(const tracing::Callback& callback, Time since) const;
+  [[nodiscard]] std::vector<std::uint32_t> nodes_of(std::uint32_t entry) const;
+  [[nodiscard]] bool runs(std::uint32_t entry) const;
+  [[nodiscard]] std::pair<Role, std::string> absence(std::uint32_t entry, std::uint32_t callback);
+  void confirm_losses(std::uint32_t callback);
+  void judge_lost(const tracing::LostSample& sample);
   void judge_created_publishers(Time until);
 
   const Contract contract_;
@@ -139,7 +147,11 @@ class Observer : public tracing::Sink {
   std::vector<bool> judged_endpoints_;          // of the system
   std::deque<PastJob> past_jobs_;               // of all callbacks, in the order of their ends
   std::map<std::uint32_t, Process> processes_;  // by id
-  std::optional<Time> begin_, observed_until_, searched_;
+  /// By subscription: overwritten, but not lost unless it takes a later sample: it may have been destroyed.
+  std::map<std::uint32_t, std::vector<tracing::LostSample>> unsure_;
+  std::optional<Time> begin_, observed_until_;
+  Time grown_{};  // when a node was created, or a callback of the contract ran first
+  std::size_t nodes_ = 0;
   std::uint64_t losses_ = 0;
   std::optional<Time> lost_at_;  // the latest loss
   bool lossless_ = true;         // lately

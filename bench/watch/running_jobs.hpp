@@ -54,6 +54,7 @@ class RunningJobs {
 
   /// In the order of their starts.
   [[nodiscard]] std::vector<RunningJob>& all() { return jobs_; }
+  [[nodiscard]] const std::vector<RunningJob>& all() const { return jobs_; }
 
  private:
   static bool displaces(const RunningJob& job, const RunningJob& other) {

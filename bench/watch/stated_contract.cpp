@@ -2,6 +2,7 @@
 #include "watch/stated_contract.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "program/errors.hpp"
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
+#include "setup/stored_system.hpp"
 
 namespace hotpath::watch {
 
@@ -21,6 +23,8 @@ namespace {
 constexpr std::int64_t kDistances = 3;
 /// Bounds assume that threads never wait; an idle machine lets them wait less than this in a second.
 constexpr Duration kWait = std::chrono::milliseconds(1);
+/// A trace does not tell how long threads waited.
+constexpr Duration kRecordedWait = std::chrono::milliseconds(300);
 
 /// The callbacks' names and publications, by task.
 std::vector<CallbackContract> named_callbacks(const Graph& graph, const GraphTasks& tasks) {
@@ -94,6 +98,67 @@ std::vector<Term> terms_of(const ObservedSystem& system, TaskId task, const Call
   return terms;
 }
 
+/// What a run recorded of a callback.
+struct Recorded {
+  Duration run{}, response{};
+  std::vector<Time> arrivals = {};  ///< Starts of timers and services, publications of samples.
+  Duration distance{};              ///< The longest between two of them.
+  /// Whether it is a timer's, or so even that a longer one tells of a fault.
+  bool regular = false;
+};
+
+std::vector<Recorded> recorded_tasks(const Trace& trace, const GraphTasks& tasks) {
+  constexpr std::int64_t kLeastJobs = 10, kMostUneven = 3;
+  std::vector<Recorded> all(tasks.set.size());
+  for (const JobRecord& job : trace.jobs) {
+    Recorded& of = all[job.job.task];
+    const Task& task = tasks.set[job.job.task];
+    const bool sample = task.kind != TaskKind::timer && task.entity != EntityKind::service;
+    if (sample || job.started()) of.arrivals.push_back(sample ? job.job.timestamp : job.start);
+    if (job.outcome != Outcome::ran) continue;
+    of.run = std::max(of.run, job.duration());
+    of.response = std::max(of.response, job.response_time());
+  }
+  for (TaskId task = 0; task < all.size(); ++task) {
+    std::vector<Time>& at = all[task].arrivals;
+    std::ranges::sort(at);
+    for (std::size_t i = 1; i < at.size(); ++i)
+      all[task].distance = std::max(all[task].distance, at[i] - at[i - 1]);
+    if (tasks.set[task].kind == TaskKind::timer)
+      all[task].distance = std::max(all[task].distance, tasks.set[task].period);
+    const auto count = static_cast<std::int64_t>(at.size());
+    all[task].regular =
+        tasks.set[task].kind == TaskKind::timer ||
+        (count >= kLeastJobs && all[task].distance <= (at.back() - at.front()) / count * kMostUneven);
+  }
+  return all;
+}
+
+/// A limit that exceeds the worst recorded value.
+struct Margin {
+  static constexpr Duration kLeast = std::chrono::milliseconds(5);
+  double percent;
+  [[nodiscard]] Term over(Clause clause, Duration recorded) const {
+    const Duration margin(std::llround(static_cast<double>(recorded.count()) * percent / 100));
+    return {clause, (recorded + std::max(margin, kLeast)).count(), Origin::measured};
+  }
+};
+
+/// `others`: one job of each other callback of the executor. In another run, where timers have other phases,
+/// a job may wait for them.
+std::vector<Term> recorded_terms(const Recorded& recorded, const Task& task, Duration others,
+                                 const Margin& margin) {
+  std::vector<Term> terms = {{Clause::publishes}};
+  const bool service = task.entity == EntityKind::service;
+  if (recorded.arrivals.empty() || (!service && task.entity != EntityKind::subscription)) return terms;
+  terms.push_back(margin.over(Clause::budget, recorded.run));
+  if (task.kind == TaskKind::timer) terms.push_back({Clause::period, task.period.count()});
+  if (task.kind != TaskKind::timer && !service) terms.push_back({Clause::depth, task.depth});
+  if (recorded.regular) terms.push_back(margin.over(Clause::maximum_distance, recorded.distance + others));
+  if (!service) terms.push_back(margin.over(Clause::response, recorded.response + others));
+  return terms;
+}
+
 std::vector<ChainContract> chains_of(const Graph& graph, const GraphTasks& tasks,
                                      const std::optional<bounds::Guarantees>& bounds) {
   std::vector<ChainContract> all;
@@ -142,6 +207,36 @@ Contract stated_contract(const Graph& graph, const GraphTasks& tasks, const setu
   const auto premises = setup::premises(graph, tasks.set, executor, false);
   contract.rests_on = bounds::list_of(premises, true);
   contract.assumed = bounds::list_of(premises, false);
+  return contract;
+}
+
+Contract recorded_contract(const guarantees::AnalyzeOptions& options, double margin_percent) {
+  results::StoredRun run(options.trace, "--trace");
+  setup::StoredSystem system = setup::stored_system(run, options.graph);
+  const GraphTasks& tasks = system.tasks;
+  if (system.executors.size() != 1)
+    run.fail("a contract holds under one executor or deployment, and it ran " +
+             program::joined(run.executors(), ", "));
+  run.load(tasks.set);
+  const setup::ExecutorSpec& executor = system.executors.front();
+  const Margin margin{margin_percent};
+  const ObservedSystem observed = observed_system(system.graph, tasks, executor, std::nullopt);
+  Contract contract{named_callbacks(system.graph, tasks), chains_of(system.graph, tasks, std::nullopt),
+                    threads_of(observed, executor)};
+  const std::vector<Recorded> recorded = recorded_tasks(run.trace(executor.label, 0), tasks);
+  std::vector<Duration> runs(observed.threads.size());  // by executor
+  for (TaskId task = 0; task < recorded.size(); ++task)
+    runs[observed.executor_of[task]] += recorded[task].run;
+  for (TaskId task = 0; task < recorded.size(); ++task)
+    contract.callbacks[task].terms = recorded_terms(
+        recorded[task], tasks.set[task], runs[observed.executor_of[task]] - recorded[task].run, margin);
+  for (ThreadContract& thread : contract.threads) {
+    std::erase_if(thread.terms, [](const Term& term) { return term.clause == Clause::wait; });
+    thread.terms.push_back({Clause::wait, kRecordedWait.count()});
+  }
+  contract.assumed =
+      program::concat("measured limits are the worst of ", to_ms(run.length()) / 1000, " s and ",
+                      margin_percent, " % (at least ", to_ms(Margin::kLeast), " ms) more");
   return contract;
 }
 

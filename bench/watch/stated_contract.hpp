@@ -14,4 +14,7 @@ namespace hotpath::watch {
 /// The same for the only executor or deployment of `options`. Throws UsageError and InputError.
 [[nodiscard]] Contract stated_contract(const guarantees::AnalyzeOptions& options);
 
+/// That of the run `--trace`, with its executor: limits are the worst recorded values, and this margin.
+[[nodiscard]] Contract recorded_contract(const guarantees::AnalyzeOptions& options, double margin_percent);
+
 }  // namespace hotpath::watch

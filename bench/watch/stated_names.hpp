@@ -63,6 +63,11 @@ class StatedNames {
   /// Whether a callback of the contract has run.
   [[nodiscard]] bool kept() const { return kept_; }
 
+  /// The graph's name, without the namespace; with a leading slash if the node is in another one.
+  [[nodiscard]] std::string stated_node(std::uint32_t node) const {
+    const std::string& name = system_.nodes[node];
+    return is_inside(name) ? graph_node_name(name.substr(space_->size())) : name;
+  }
   /// Topics that callbacks of the contract publish.
   [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
   /// Its index in topics(); kNone: no callback of the contract publishes it.
@@ -107,11 +112,6 @@ class StatedNames {
   }
   [[nodiscard]] bool is_inside(const std::string& name) const {
     return space_ && name.starts_with(*space_ + "/");
-  }
-  /// The graph's name, without the namespace; with a leading slash if the node is in another one.
-  [[nodiscard]] std::string stated_node(std::uint32_t node) const {
-    const std::string& name = system_.nodes[node];
-    return is_inside(name) ? graph_node_name(name.substr(space_->size())) : name;
   }
   [[nodiscard]] std::string stated_topic(std::uint32_t topic) const {
     const std::string& name = system_.topics[topic].name;

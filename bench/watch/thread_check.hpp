@@ -88,6 +88,11 @@ class ThreadCheck {
     const auto known = states_.find(thread);
     return known == states_.end() || known->second.owner == nullptr ? "" : known->second.owner->name;
   }
+  /// Whether the thread has run nothing since the previous facts, although it could.
+  [[nodiscard]] bool stands(const ThreadKey& thread) const {
+    const auto known = states_.find(thread);
+    return known != states_.end() && known->second.stands.has_value();
+  }
   /// How long threads waited, from the reading before the first instant to the one after the second, unless
   /// that broke a term.
   [[nodiscard]] std::vector<Fact> waits(Time since, Time until) const {
@@ -124,6 +129,7 @@ class ThreadCheck {
   struct Reading {
     Time at{};
     Duration waited{}, stolen{};
+    std::uint64_t throttled = 0;
   };
   /// A thread that ran a job.
   struct State {
@@ -159,8 +165,9 @@ class ThreadCheck {
     if (JudgedTerm* const policy = state.owner->find(Clause::policy)) {
       const bool changed = before != nullptr && now.policy != before->policy;
       const std::string instead = changed ? " instead of " + to_string(before->policy) : "";
-      compare(*policy, changed, now.policy == policy->term().policy,
-              " has the policy " + to_string(now.policy) + instead);
+      const ThreadPolicy stated = policy->term().policy;
+      const bool as_stated = now.policy == stated || (now.inherited && stated == ThreadPolicy{});
+      compare(*policy, changed, as_stated, " has the policy " + to_string(now.policy) + instead);
     }
     if (JudgedTerm* const processors = state.owner->find(Clause::processors)) {
       compare(*processors, before != nullptr && now.processors != before->processors,
@@ -180,17 +187,19 @@ class ThreadCheck {
     state.stands = state.stands.value_or(*previous_);
     if (state.stood || *at_ - *state.stands < kNoProgress) return;
     state.stood = true;
-    judge_.incidents().add({Role::standstill, *state.stands,
-                            state.owner->name + " thread " + now.name + " has run nothing for " +
-                                shown_ms(*at_ - *state.stands) + ", " +
-                                (now.state == kStopped ? "because it is stopped" : "although it is ready"),
-                            nullptr, *state.stands, *at_});
+    judge_.incidents().add(
+        {Role::standstill, *state.stands,
+         state.owner->name + " thread " + now.name + " has run nothing for " +
+             shown_ms(*at_ - *state.stands) + ", " +
+             (now.state == kStopped ? "because it is stopped" : "although it is ready") +
+             throttling(!state.readings.empty() && now.throttled > state.readings.front().throttled),
+         nullptr, *state.stands, *at_});
   }
   /// Adds what the thread waited until now. The hypervisor's counter may grow late, or by more than
   /// passed: the thread cannot have run in time that was withheld.
   void note_wait(const ThreadFacts& now, State& state) const {
     std::deque<Reading>& readings = state.readings;
-    Reading next{*at_, now.waited};
+    Reading next{*at_, now.waited, {}, now.throttled};
     if (!readings.empty()) {
       const Duration idle = *at_ - readings.back().at - (now.ran - state.before->ran);
       const bool stayed = state.before->processor == now.processor;  // each has a counter of its own
@@ -233,7 +242,11 @@ class ThreadCheck {
     const bool withheld = stolen > Duration::zero();
     return "thread " + state.before->name + " waited " + shown_ms(waited) + " of " +
            shown_ms(std::max(to.at - from.at, waited)) + " for a processor" +
-           (withheld ? " (the hypervisor withheld it " + shown_ms(stolen) + ")" : "");
+           (withheld ? " (the hypervisor withheld it " + shown_ms(stolen) + ")" : "") +
+           throttling(to.throttled > from.throttled);
+  }
+  [[nodiscard]] static std::string throttling(bool throttled) {
+    return throttled ? " (its control group was throttled)" : "";
   }
 
   const tracing::System& system_;

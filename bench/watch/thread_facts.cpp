@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
-#include "hotpath/live/thread_setup.hpp"
 #include "machine/proc_files.hpp"
 #include "program/text.hpp"
 
@@ -35,6 +35,15 @@ std::string folder_of(const ThreadKey& thread) {
 }
 
 bool lives(const ThreadKey& thread) { return access(folder_of(thread).c_str(), F_OK) == 0; }
+
+/// Whether it has no thread that has not ended; its parent may not know yet.
+bool has_ended(std::uint32_t process) {
+  ThreadFacts facts;
+  const ThreadKey first(process, process);
+  if (!lives(first)) return true;
+  if (!parse_stat(content_of(folder_of(first) + "/stat"), facts) || facts.state != 'Z') return false;
+  return machine::names_in(program::concat("/proc/", process, "/task")).size() == 1;
+}
 
 /// Whether it has a name that hotpath's executors give to their timer threads, on rclcpp or of their own.
 bool is_timer_thread(const ThreadKey& thread) {
@@ -76,7 +85,33 @@ bool parse_schedstat(const std::string& text, ThreadFacts& facts) {
   return true;
 }
 
-std::optional<ThreadFacts> ThreadReader::facts_of(const ThreadKey& thread) const {
+std::string group_file(const std::string& cgroup) {
+  std::istringstream lines(cgroup);
+  std::string file;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t first = std::min(line.find(':'), line.size()), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    const bool unified = controllers == ",,";
+    if (controllers.find(",cpu,") != std::string::npos || (unified && file.empty()))
+      file = (unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu") + line.substr(second + 1) + "/cpu.stat";
+  }
+  return file;
+}
+
+Duration LastingWaits::with(const ThreadFacts& facts, Time at) {
+  constexpr Duration kLasting = std::chrono::milliseconds(100);  // a running thread is counted sooner
+  static const bool counted_late =
+      machine::first_line("/sys/devices/system/cpu/nohz_full").find_first_of("0123456789") !=
+      std::string::npos;
+  Known& known = known_[facts.key()];
+  if (known.started != facts.started) known = {facts.started, {}, {}, at};
+  if (facts.state != 'R' || facts.ran != std::exchange(known.ran, facts.ran)) known.since = at;
+  const bool lasts = at - known.since >= kLasting && !counted_late;
+  return known.shown = std::max(known.shown, facts.waited + (lasts ? at - known.since : Duration{}));
+}
+
+std::optional<ThreadFacts> ThreadReader::facts_of(const ThreadKey& thread, Time at) {
   const std::string folder = folder_of(thread);
   struct stat status {};
   if (stat(folder.c_str(), &status) != 0 || status.st_uid != geteuid()) return std::nullopt;
@@ -88,22 +123,30 @@ std::optional<ThreadFacts> ThreadReader::facts_of(const ThreadKey& thread) const
       !parse_schedstat(content_of(folder + "/schedstat"), facts))
     return std::nullopt;
   facts.policy = *policy;
+  facts.inherited = policy->ordinary() && policy->priority != 0 && *policy == own_;
   if (const auto stolen = stolen_.find(facts.processor); stolen != stolen_.end())
     facts.stolen = stolen->second;
+  facts.waited = waits_.with(facts, at);
+  if (const auto group = groups_.find(thread.first); group != groups_.end()) {
+    std::ifstream values(group->second);
+    std::string key;
+    for (std::uint64_t value = 0; values >> key >> value;)
+      if (key == "nr_throttled") facts.throttled = value;
+  }
   return facts;
 }
 
 void ThreadReader::search(const tracing::System& system, std::vector<ThreadKey>& ended) {
   timer_threads_.clear();
-  std::set<std::uint32_t> processes, known = system.processes;
+  groups_.clear();
+  std::set<std::uint32_t> processes;
   for (const tracing::Thread& thread : system.threads) {
-    if (thread.id != 0) known.insert(thread.process);
     if (thread.jobs > 0) processes.insert(thread.process);
     if (thread.id != 0 && !lives(key_of(thread))) ended.push_back(key_of(thread));
   }
-  for (const std::uint32_t process : known)
-    if (!lives({process, process})) ended.emplace_back(process, 0);
+  for (const ThreadKey& thread : ended) waits_.forget(thread);
   for (const std::uint32_t process : processes) {
+    groups_[process] = group_file(content_of(program::concat("/proc/", process, "/cgroup")));
     for (const std::string& id : machine::names_in(program::concat("/proc/", process, "/task"))) {
       const ThreadKey thread(process, std::atol(id.c_str()));
       if (is_timer_thread(thread)) timer_threads_.insert(thread);
@@ -117,6 +160,11 @@ ThreadReading ThreadReader::read(const tracing::System& system, Time at) {
     searched_ = at;
     search(system, reading.ended);
   }
+  std::set<std::uint32_t> processes = system.processes;
+  for (const tracing::Thread& thread : system.threads)
+    if (thread.id != 0) processes.insert(thread.process);
+  for (const std::uint32_t process : processes)
+    if (has_ended(process)) reading.ended.emplace_back(process, 0);
   const auto is_some = [](const auto& stolen) { return stolen.second > Duration::zero(); };
   if (at >= stolen_read_ + kStolen || std::ranges::any_of(stolen_, is_some)) {
     stolen_read_ = at;
@@ -124,11 +172,11 @@ ThreadReading ThreadReader::read(const tracing::System& system, Time at) {
   }
   for (const tracing::Thread& thread : system.threads) {
     if (thread.jobs == 0) continue;
-    if (auto facts = facts_of(key_of(thread))) reading.facts.push_back(std::move(*facts));
+    if (auto facts = facts_of(key_of(thread), at)) reading.facts.push_back(std::move(*facts));
     timer_threads_.erase(key_of(thread));  // release-and-execute: it runs callbacks itself
   }
   for (const ThreadKey& thread : timer_threads_) {
-    if (auto facts = facts_of(thread)) {
+    if (auto facts = facts_of(thread, at)) {
       facts->timers = true;
       reading.facts.push_back(std::move(*facts));
     }

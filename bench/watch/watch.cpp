@@ -15,6 +15,7 @@
 #include <set>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "machine/proc_files.hpp"
 #include "program/child_process.hpp"
@@ -53,10 +54,15 @@ constexpr const char* kClearTerminal = "\033[H\033[2J";
 
 volatile std::sig_atomic_t snapshot_requested = 0;
 
-/// The real-time clock minus that of Time, at this moment.
+/// The real-time clock minus that of Time, at this moment. A pause between two readings is no step.
 Duration realtime_now() {
   using namespace std::chrono;
-  return system_clock::now().time_since_epoch() - steady_clock::now().time_since_epoch();
+  constexpr milliseconds kPause{5};
+  for (;;) {
+    const auto before = steady_clock::now();
+    const auto real = system_clock::now().time_since_epoch();
+    if (steady_clock::now() - before < kPause) return real - before.time_since_epoch();
+  }
 }
 
 std::unique_ptr<FlightRecorder> recorder_of(const WatchOptions& options) {
@@ -157,8 +163,8 @@ class Watch {
 
   void read_threads() {
     const ThreadReading& reading = unjudged_.emplace_back(threads_.read(observer_.system(), now()));
-    report_.follow(reading);
-    observer_.set_realtime(realtime_now());
+    report_.follow(reading, observer_);
+    observer_.set_realtime(realtime_now(), reading.at);
     next_reading_ = reading.at + kFacts;
     if (!is_judged()) return;
     const auto of_each = kFactsOfEach * static_cast<int>(reading.facts.size());
@@ -221,8 +227,10 @@ class Watch {
     if (!is_refreshed() && !options_.json) print_tables();
     if (is_judged() && !options_.json) {
       std::cout << observer_.judge().table(is_lossy());
-      for (std::size_t i = 0; i < std::min(incidents().size(), kMostPrinted); ++i)
-        print_incident(incidents()[i]);
+      std::vector<Incident> listed(incidents().begin(), incidents().end());
+      std::ranges::stable_sort(listed, {}, &Incident::severity);
+      if (listed.size() > kMostPrinted) listed.erase(listed.begin() + kMostPrinted, listed.end());
+      for (const Incident& incident : listed) print_incident(incident);
       if (incidents().size() > kMostPrinted)
         std::cout << incidents().back().number() - kMostPrinted << " further incidents\n";
     }

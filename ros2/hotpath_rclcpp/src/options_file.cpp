@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <filesystem>
 
 #include "hotpath/core/thread_policy.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "hotpath/reference_system/yaml_value.hpp"
 #include "hotpath_rclcpp/priority_executor.hpp"
+#include "setup.hpp"
 
 namespace hotpath {
 
@@ -16,13 +18,21 @@ bool is_path(const std::string& graph) {
   return graph.find('/') != std::string::npos || graph.ends_with(".yaml") || graph.ends_with(".yml");
 }
 
-/// A policy in the notation of ThreadPolicy, checked here for the sake of the line.
-std::string policy(const YamlValue& value) {
+/// Checks a value here for the sake of the line. `check` throws `PROBLEM; REMEDY` or only the problem.
+template <class Check>
+void check_value(const YamlValue& value, const Check& check) {
   try {
-    static_cast<void>(parse_thread_policy(value.text()));
+    static_cast<void>(check());
   } catch (const std::exception& error) {
-    value.fail(error.what(), "write for example fifo:80 or other");
+    const std::string said = error.what(), separator = "; ";
+    const std::size_t end = std::min(said.find(separator), said.size());
+    value.fail(said.substr(0, end), end < said.size() ? said.substr(end + separator.size()) : kRemedy);
   }
+}
+
+/// A policy in the notation of ThreadPolicy.
+std::string policy(const YamlValue& value) {
+  check_value(value, [&] { return parse_thread_policy(value.text()); });
   return value.text();
 }
 
@@ -36,9 +46,13 @@ PriorityExecutorOptions PriorityExecutorOptions::from_file(const std::string& fi
   const std::filesystem::path folder = std::filesystem::path(file).parent_path();
   const auto path = [&](const YamlValue& value) { return (folder / value.text()).string(); };
   PriorityExecutorOptions options;
-  if (const auto value = map.find("executor")) options.executor = value->text();
+  if (const auto value = map.find("executor")) {
+    options.executor = value->text();
+    check_value(*value, [&] { return understand(options); });
+  }
   if (const auto value = map.find("threads")) {
     options.threads = static_cast<unsigned>(value->integer(1, std::numeric_limits<unsigned>::max()));
+    check_value(*value, [&] { return understand(options); });
   }
   if (const auto value = map.find("priorities")) options.priorities = path(*value);
   if (const auto value = map.find("graph")) {

@@ -22,6 +22,7 @@
 #include <cstdlib>
 #include <functional>
 #include <map>
+#include <rcl_interfaces/srv/list_parameters.hpp>
 #include <std_msgs/msg/int32.hpp>
 
 #include "executors.hpp"
@@ -29,6 +30,7 @@
 namespace {
 
 using std_msgs::msg::Int32;
+using List = rcl_interfaces::srv::ListParameters;
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 using Duration = std::chrono::nanoseconds;
@@ -82,12 +84,17 @@ void change_affinity() {
 class System {
  public:
   System(const std::string& fault, int at) : fault_(fault), at_(at) {
-    points_ = source_->create_publisher<Int32>("points", kDepth);
-    objects_ = filter_->create_publisher<Int32>("objects", kDepth);
+    const rclcpp::QoS reliable(kDepth);
+    points_ = source_->create_publisher<Int32>("points", reliable);
+    objects_ = filter_->create_publisher<Int32>(
+        "objects", fault == "qos" ? rclcpp::QoS(reliable).best_effort() : reliable);
     const auto filter = [this](Int32::ConstSharedPtr sample) { filtered(*sample); };
     const auto sink = [this](Int32::ConstSharedPtr sample) { received(*sample); };
     filtering_ = filter_->create_subscription<Int32>("/points", kDepth, filter);
-    sinking_ = sink_->create_subscription<Int32>("objects", kDepth, sink);
+    sinking_ = sink_->create_subscription<Int32>(fault == "remap" ? "elsewhere" : "objects", reliable, sink);
+    service_ =
+        sink_->create_service<List>("list", [](List::Request::SharedPtr, List::Response::SharedPtr) {});
+    client_ = source_->create_client<List>("perception/list");
   }
 
   ~System() {
@@ -97,7 +104,9 @@ class System {
   System& operator=(const System&) = delete;
 
   bool connected() const {
-    return points_->get_subscription_count() > 0 && objects_->get_subscription_count() > 0;
+    const bool apart = fault_ == "qos" || fault_ == "remap";
+    return points_->get_subscription_count() > 0 && (apart || objects_->get_subscription_count() > 0) &&
+           client_->service_is_ready();
   }
 
   void run(rclcpp::Executor& executor) {
@@ -112,6 +121,9 @@ class System {
  private:
   void tick() {
     points_->publish(message(++sent_));
+    if (sent_ % 5 == 0)
+      client_->async_send_request(std::make_shared<List::Request>(),
+                                  [](rclcpp::Client<List>::SharedFuture) {});
     if (sent_ != at_) return;
     static const std::map<std::string, std::function<void(System&)>> kFaults = {
         {"burst",
@@ -121,6 +133,10 @@ class System {
            for (int i = 0; i < 3 * kDepth; ++i) s.points_->publish(message(s.sent_));
          }},
         {"stop", [](System& s) { s.timer_->cancel(); }},
+        {"mute", [](System& s) { s.muted_ = true; }},
+        {"slow", [](System& s) { s.work_ = 30 * kPeriod; }},
+        {"destroy", [](System& s) { s.sinking_.reset(); }},
+        {"unserve", [](System& s) { s.service_.reset(); }},
         {"exchange", [](System& s) { s.exchange_period(); }},
         {"publisher", [](System& s) { s.add_publisher(); }},
         {"node", [](System& s) { s.add_node(); }},
@@ -139,8 +155,8 @@ class System {
   void filtered(const Int32& sample) {
     const bool overrun = fault_ == "overrun" && sample.data == at_;
     if (overrun) report_fault();
-    work(overrun ? 4 * kWork * 11 / 10 : kWork);
-    objects_->publish(sample);
+    work(overrun ? 4 * kWork * 11 / 10 : work_);
+    if (!muted_) objects_->publish(sample);
   }
 
   void received(const Int32& sample) {
@@ -172,12 +188,16 @@ class System {
   const std::string fault_;
   const int at_;
   int sent_ = 0;
+  bool muted_ = false;
+  Duration work_ = kWork;
   rclcpp::Executor* executor_ = nullptr;
   rclcpp::Node::SharedPtr source_ = std::make_shared<rclcpp::Node>("source");
   rclcpp::Node::SharedPtr filter_ = std::make_shared<rclcpp::Node>("filter", "perception");
   rclcpp::Node::SharedPtr sink_ = std::make_shared<rclcpp::Node>("sink", "perception"), added_;
   rclcpp::Publisher<Int32>::SharedPtr points_, objects_;
   rclcpp::Subscription<Int32>::SharedPtr filtering_, sinking_;
+  rclcpp::Service<List>::SharedPtr service_;
+  rclcpp::Client<List>::SharedPtr client_;
   rclcpp::TimerBase::SharedPtr timer_, further_timer_;
   std::thread publishing_;
 };

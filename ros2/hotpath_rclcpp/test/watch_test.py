@@ -21,6 +21,7 @@ import lttng_session
 
 HOTPATH = os.environ.get("HOTPATH_COMMAND") or shutil.which("hotpath") or ""
 PROGRAM = sys.argv.pop(1)  # watched_program
+FAULTY = sys.argv.pop(1)  # faulty_program
 GRAPH = Path(__file__).parent / "watched.yaml"
 SAMPLES = 100  # the depth of watched.yaml
 TIMER = ("/source", "timer")
@@ -51,6 +52,42 @@ def reason_to_skip() -> str:
     tried = subprocess.run([HOTPATH, "watch", "--once", "--", "true"], capture_output=True, text=True)
     no_sensor = tried.returncode != 0 and "install the package hotpath_sensor" in tried.stderr
     return f"left out: {tried.stderr.strip()}" if no_sensor else ""
+
+
+# What the first sentence of an incident tells of a fault. No test sets the clock here.
+FAULTS = {
+    "killed": r" nodes .*source.* are gone: their process \d+ has ended",
+    "remap": " perception.sink/perception/objects has never run: its node has no such callback, but "
+    "subscribes to /perception/elsewhere",
+    "mute": " perception.sink/perception/objects got nothing for ",
+    "qos": " perception.sink/perception/objects has never run, although .* QoS settings did not match",
+    "period": r" source \(timer\) has a period of 22.000 ms, period 20.000 ms",
+    "slow": " perception.filter/points (has run for|ran) .*, budget 250.000 ms",
+    "busy": " executor thread .* (waited|has run nothing for) .*",
+    "policy": " executor thread .* has the policy fifo:1",
+    "throttled": r" executor thread .* (waited|has run nothing for) .* \(its control group was throttled\)",
+    "stopped": " executor thread .* has run nothing for .*, because it is stopped",
+    "destroy": " perception.sink/perception/objects has not run for .*, although samples were",
+    "unserve": r" perception.sink/perception/list \(service\) got nothing for ",
+}
+FAULTY_CONTRACT = """
+callbacks:
+- node: source
+  period_ms: {value: 20, from: given}
+  maximum_distance_ms: {value: 700, from: given}
+  publishes: [{topic: points}]
+- node: perception.filter
+  topic: points
+  budget_ms: {value: 250, from: given}
+  publishes: [{topic: perception/objects}]
+- {node: perception.sink, topic: perception/objects, maximum_distance_ms: {value: 1000, from: given}}
+- {node: perception.sink, service: perception/list, maximum_distance_ms: {value: 1000, from: given}}
+threads:
+- name: executor
+  callbacks: [source (timer), perception.filter/points, perception.sink/perception/objects]
+  policy: {value: other, from: given}
+  wait_ms: {value: 900, from: given}
+"""
 
 
 class Watched:
@@ -181,6 +218,51 @@ class WatchTest(unittest.TestCase):
         options = ("--contract", str(contract))
         with self.watch(middlewares()[0], "single", str(SAMPLES), options=options) as watched:
             self.check_terms(watched.reports[-1], "broken")
+
+    def disturb(self, fault: str, process: int) -> None:
+        """Takes the processor from the program, which has run."""
+        if fault == "busy":
+            os.sched_setaffinity(process, {0})
+            os.sched_setscheduler(process, os.SCHED_IDLE, os.sched_param(0))
+            taker = subprocess.Popen(["taskset", "-c", "0", "sh", "-c", "while :; do :; done"])
+            self.addCleanup(taker.wait)
+            self.addCleanup(taker.kill)
+            return
+        group = Path(f"/sys/fs/cgroup/cpu/hotpath_{process}")
+        group.mkdir()
+        self.addCleanup(group.rmdir)
+        for file, value in (
+            ("cpu.cfs_period_us", 1000000),
+            ("cpu.cfs_quota_us", 1000),
+            ("cgroup.procs", process),
+        ):
+            (group / file).write_text(str(value))
+
+    def test_names_each_fault_first(self) -> None:
+        contract = self.folder / "contract.yaml"
+        contract.write_text(FAULTY_CONTRACT)
+        for fault, sentence in FAULTS.items():
+            if fault == "throttled" and not os.access("/sys/fs/cgroup/cpu/cpu.cfs_quota_us", os.F_OK):
+                continue
+            with self.subTest(fault=fault):
+                program = [FAULTY, "rm-ro", fault, "100"]
+                if fault == "killed":
+                    program = ["sh", "-c", '"$@"; exec sleep 1000', "sh", *program]
+                command = [HOTPATH, "watch", "--json", "--contract", str(contract), "--", *program]
+                watcher = subprocess.Popen(
+                    command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+                )
+                assert watcher.stdout is not None
+                lines = map(json.loads, watcher.stdout)
+                try:
+                    if fault in ("busy", "throttled"):
+                        ran = (r for r in lines if any(c["jobs"] > 100 for c in r.get("callbacks", [])))
+                        self.disturb(fault, next(ran)["executor_threads"][0]["process"])
+                    said = (line["incident"] for line in lines if "event" in line)
+                    self.assertTrue(any(re.search(sentence, text) for text in said))
+                finally:
+                    watcher.terminate()
+                    watcher.communicate()
 
     def test_lttng_sees_the_same_events_in_the_same_order(self) -> None:
         if lttng_session.missing_programs():

@@ -89,7 +89,7 @@ struct StatedExecutor {
 
 /// A running system, as far as its events describe it.
 struct System {
-  std::string rcl_version;            ///< Empty: unknown.
+  std::string rcl_version;            ///< As rcl states it: that of tracetools. Empty: unknown.
   std::set<std::uint32_t> processes;  ///< Ids.
   std::uint64_t ended_processes = 0;  ///< That were forgotten.
   /// Names with namespaces, `/perception/filter`, by node; two nodes of one name are two entries.
