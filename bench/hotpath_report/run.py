@@ -149,18 +149,17 @@ class Run:
         """Whether summary.json exists."""
         return (self.folder / "summary.json").exists()
 
+    @functools.cached_property
+    def _summary(self) -> dict[str, Any]:
+        return dict(read_json(self.folder / "summary.json"))
+
     def verdict(self) -> list[str]:
         """The sentences of summary.json that come first; none in older runs."""
-        found: list[str] = (
-            read_json(self.folder / "summary.json").get("verdict", []) if self.has_summary() else []
-        )
-        return found
+        return list(self._summary.get("verdict", [])) if self.has_summary() else []
 
-    @functools.cache
     def summary(self) -> list[dict[str, Any]]:
         """The executors of summary.json."""
-        executors: list[dict[str, Any]] = read_json(self.folder / "summary.json")["executors"]
-        return executors
+        return list(self._summary["executors"])
 
     @functools.cache
     def timer_counts(self) -> pd.DataFrame:

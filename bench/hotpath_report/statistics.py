@@ -127,7 +127,7 @@ class RankTest(NamedTuple):
 def rank_test(a: Samples, b: Samples) -> RankTest:
     """Whether the samples of `a` are smaller than those of `b`, and how often."""
     p_value, delta = ask("ranks", a.number, b.number)
-    return RankTest(p_value, estimate_of(delta))
+    return RankTest(math.nan if p_value is None else p_value, estimate_of(delta))
 
 
 def fit_line(x: Sequence[float], y: Sequence[float], weights: Sequence[float]) -> tuple[float, float]:

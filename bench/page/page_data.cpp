@@ -92,17 +92,12 @@ class RunData {
     data["outputs"] = json::array();
     if (!data.contains("graph")) return;
     const std::size_t pairs = run_.chains().size() * run_.executors().size();
-    std::size_t left = kMostRows;
+    const std::size_t readable = std::max<std::size_t>(1, kMostRows / rows);
     const std::size_t most = std::max<std::size_t>(20, share_.outputs / std::max<std::size_t>(1, pairs));
-    std::size_t thinned = 0, unread = 0;
+    std::size_t thinned = 0, pair = 0;
     for (const std::string& chain : run_.chains()) {
       for (const std::string& executor : run_.executors()) {
-        if (left < rows && left < kMostRows) {
-          ++unread;
-          continue;
-        }
-        left -= std::min(left, rows);
-        thinned += add_outputs(data["outputs"], chain, executor, most);
+        if (pair++ < readable) thinned += add_outputs(data["outputs"], chain, executor, most);
       }
     }
     if (thinned > 0) {
@@ -110,9 +105,9 @@ class RunData {
                                        " outputs of a chain under an executor: the worst ", most / 2,
                                        ", and evenly distributed others."));
     }
-    if (unread > 0) {
+    if (pairs > readable) {
       notes_.push_back(program::concat("Because of its size, the page leaves out the causes of the last ",
-                                       unread, " of ", pairs,
+                                       pairs - readable, " of ", pairs,
                                        " pairs of chain and executor; `hotpath explain` has them."));
     }
   }

@@ -81,7 +81,7 @@ def document(folder: Path, found: Advice, rows: pd.DataFrame) -> dict[str, Any]:
     """Everything that the interactive part shows. The curves of the stored runs come first."""
     runs = [Run(folder / name / "run") for name in ("now", "recommended")] if found["stored"] else []
     data = interactive.stored_part(runs, [str(run.folder) for run in runs])
-    data["runs"].append(interactive.run_of_samples("", "simulated", []))
+    data["runs"] += interactive.of_samples({"simulated": []})["runs"]
     stored = dict(zip([found["now"], found["recommended"]], found["stored"]))
     labels = list(dict.fromkeys([*stored, *rows["executor"]]))
     shown = {name: name + (" (now)" if name == found["now"] else "") for name in labels}

@@ -88,10 +88,19 @@ def marks_of(
     return [{"label": label, "ms": ms, "series": number} for ms, label, number in sorted(marks)]
 
 
+def of_samples(executors: Mapping[str, Sequence[str]], **parts: Any) -> dict[str, Any]:
+    """As document(), of executors by source that are known by their samples alone, without targets; or with these
+    parts."""
+    found = [(k, e, f"{e}, {source}") for k, (source, names) in enumerate(executors.items()) for e in names]
+    nothing: dict[str, Any] = {"tasks": [], "notes": [], "warm_up_ns": 0}
+    runs = [{"name": of, "source": of, "executors": names} | nothing for of, names in executors.items()]
+    return {"causes": [], "rules": [], "targets": [], "series": curves_of(found), "runs": runs} | parts
+
+
 def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
     """Jobs, outputs and causes of stored runs, without distributions."""
     if not runs:
-        return {"causes": [], "rules": [], "runs": []}
+        return of_samples({})
     data: dict[str, Any] = printable_content(ask("page", [str(run.folder) for run in runs]))
     for run, name, of in zip(runs, names, data["runs"]):
         of |= {"name": name, "source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
@@ -114,25 +123,6 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
         for what, samples in measured
     ]
     return data
-
-
-def run_of_samples(name: str, source: str, executors: Sequence[str]) -> dict[str, Any]:
-    """What stands in the place of a run that is known by its samples alone."""
-    of_jobs = {"tasks": [], "notes": [], "warm_up_ns": 0}
-    return {"name": name, "source": source, "executors": executors, **of_jobs}
-
-
-def without_jobs(**parts: Any) -> dict[str, Any]:
-    """What the interactive part shows of a page without stored runs: these parts of a document()."""
-    nothing: dict[str, Any] = {"causes": [], "rules": [], "series": [], "targets": [], "runs": []}
-    return nothing | parts
-
-
-def without_targets(executors: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """As document(), of samples alone: a series for each executor of each source, without targets."""
-    found = [(k, e, f"{e}, {source}") for k, (source, names) in enumerate(executors.items()) for e in names]
-    runs = [run_of_samples(source, source, names) for source, names in executors.items()]
-    return without_jobs(series=curves_of(found), runs=runs)
 
 
 Points = Mapping[float, Estimate]  # by x

@@ -229,7 +229,7 @@ def distributions(targets: list[dict[str, Any]]) -> dict[str, Any]:
         target |= {"title": target["name"], "measure": measure, "figure": "", "marks": []}
         for curve in target["curves"]:
             curve["series"] = places.index((curve.pop("side"), curve.pop("executor")))
-    return interactive.without_targets(found) | {"targets": targets}
+    return interactive.of_samples(found, targets=targets)
 
 
 def write_comparison(folder: str) -> None:

@@ -17,7 +17,7 @@ from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.maps import dashes
 from hotpath_report.figures.violins import Drawing
-from hotpath_report.pages.interactive import ENDS, Points, plot, without_jobs
+from hotpath_report.pages.interactive import ENDS, Points, of_samples, plot
 from hotpath_report.pages.writer import Section, Table, table_of, write_with_figure
 from hotpath_report.statistics import Estimate, Samples
 from hotpath_report.style import FAINT, INK, WARNING
@@ -134,7 +134,7 @@ def write(folder: str) -> None:
         "sweep_lines",
         f"{'Latency' if chain else 'Response times'} over {x}",
         subtitle,
-        without_jobs(plots=drawn) if drawn else None,
+        of_samples({}, plots=drawn) if drawn else None,
         title=f"Sweep over {', '.join(axes)}",
         facts=[subtitle],
         made_by="`hotpath sweep`. Every row of every cell: table.csv.",
@@ -194,7 +194,7 @@ def write_capacity(folder: str) -> None:
         "capacity",
         title,
         "simulated; each mark is a tried level",
-        without_jobs(plots=drawn) if drawn else None,
+        of_samples({}, plots=drawn) if drawn else None,
         title=title,
         facts=[f"{executors}; the table with confidence: capacity.md"],
         made_by="`hotpath capacity`. Every tried level: levels.csv.",

@@ -114,7 +114,7 @@ def document(evidence: Evidence) -> dict[str, Any]:
     """What the interactive part shows: distributions, and median and worst hot-path latency over the load."""
     found, made = measured(evidence), []
     executors = {s: list(dict.fromkeys(e for _, of in found for e in of[k])) for k, s in enumerate(SOURCES)}
-    data = interactive.without_targets(executors)
+    data = interactive.of_samples(executors)
     data["targets"] = [
         interactive.target(what, interactive.of_series(of, data["series"])) for what, of in found
     ]
