@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <iostream>
+
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "import/import_ctf.hpp"
 #include "program/errors.hpp"
-#include "program/json_fields.hpp"
-#include "program/python_tool.hpp"
+#include "program/whole_file.hpp"
+#include "results/perfetto.hpp"
 
 namespace hotpath::commands {
 
@@ -22,23 +24,29 @@ void add_export_ctf_command(CLI::App& parent) {
   add_text(ctf, "--output", o.output, "FOLDER", "New folder for the trace")->required();
 }
 
-/// The input of hotpath_report/perfetto.py.
 struct PerfettoOptions {
   std::string run, executor, output;
   std::uint32_t repetition = 0;
   double from_ms = 0;
   std::optional<double> to_ms;
 };
-HOTPATH_JSON_FIELDS(PerfettoOptions, run, executor, output, repetition, from_ms, to_ms);
+
+void export_perfetto(const PerfettoOptions& o) {
+  const Time to = o.to_ms ? Time{} + from_ms(*o.to_ms) : kNever;
+  if (o.to_ms && *o.to_ms <= o.from_ms)
+    throw program::UsageError("export perfetto: --to must lie after --from");
+  const results::StoredRun run(o.run, "export perfetto");
+  const results::TraceWindow window{o.executor.empty() ? run.executors().front() : o.executor, o.repetition,
+                                    Time{} + from_ms(o.from_ms), to};
+  program::write_output_file(o.output, "--output",
+                             [&](std::ostream& out) { results::write_perfetto(out, run, window); });
+  std::cout << o.output << "\n";
+}
 
 void add_export_perfetto_command(CLI::App& parent) {
   auto [perfetto, o] = add_command<PerfettoOptions>(
       parent, "perfetto", "Export jobs and messages of a run for ui.perfetto.dev",
-      "hotpath export perfetto runs/first --output first.json --to 1000", [](const PerfettoOptions& options) {
-        if (options.to_ms && *options.to_ms <= options.from_ms)
-          throw program::UsageError("export perfetto: --to must lie after --from");
-        program::become_python_tool("perfetto", {nlohmann::json(options).dump()});
-      });
+      "hotpath export perfetto runs/first --output first.json --to 1000", export_perfetto);
   add_text(perfetto, "RUN", o.run, "FOLDER", kRunHelp)->required();
   add_output_file(perfetto, "--output", o.output, "File in Chrome's Trace Event Format")->required();
   add_text(perfetto, "--executors", o.executor, "NAME", kRunExecutorHelp);

@@ -1,70 +1,77 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "page/page_data.hpp"
+#include "program/errors.hpp"
 #include "program/shown_text.hpp"
+#include "results/distribution.hpp"
 #include "results/stored_run.hpp"
 #include "results/stored_summary.hpp"
-#include "results/trace_window.hpp"
+#include "results/summary.hpp"
 
 namespace hotpath::commands {
 
 namespace {
 
-/// What the Python package draws, on standard output.
-struct Feed {
-  std::string run, executor;
-  std::vector<std::string> runs;
-  std::uint32_t repetition = 0;
-  double from_ms = 0;
-  std::optional<double> to_ms;
+using nlohmann::json;
+
+struct NoOptions {};
+
+/// Answers what the Python package asks: [QUESTION, ARGUMENTS...]. Samples are given once; later questions
+/// name them by their number.
+class Feed {
+ public:
+  json answer(const json& asked) {
+    const std::string what = asked.at(0);
+    const json& first = asked.at(1);
+    if (what == "page") return page::page_data(first);
+    if (what == "responses")
+      return results::responses(results::StoredRun(first.get<std::string>(), "report"));
+    if (what == "golden") return results::summarize_golden_trace(first.get<std::string>());
+    if (what == "samples") {
+      samples_.push_back(results::resampled(first, asked.at(2)));
+      return samples_.size() - 1;
+    }
+    if (what == "line") {
+      const std::vector<double> x = first, y = asked.at(2), weights = asked.at(3);
+      const Line line = fit_line(x, y, weights);
+      return {line.slope, line.intercept};
+    }
+    const RepeatedSamples& samples = samples_.at(first);
+    if (what == "curve") return results::curve_of(samples);
+    if (what == "quantiles") return estimate_quantiles(samples, asked.at(2).get<std::vector<double>>());
+    const RepeatedSamples& others = samples_.at(asked.at(2));
+    if (what == "ratio") return ratio_of_quantiles(samples, others, asked.at(3));
+    if (what == "ranks") return {rank_test(samples, others), cliffs_delta(samples, others)};
+    throw program::RunError("unknown question " + what);
+  }
+
+ private:
+  std::vector<RepeatedSamples> samples_;
 };
 
-void feed_page(const Feed& feed) {
-  using nlohmann::json;
-  program::data_output() << page::page_data(feed.runs).dump(-1, ' ', false, json::error_handler_t::replace)
-                         << "\n";
-}
-
-void feed_golden(const Feed& feed) {
-  program::data_output() << results::summarize_golden_trace(feed.run).dump(2) << "\n";
-}
-
-void feed_responses(const Feed& feed) {
-  const results::StoredRun run(feed.run, "report");
-  results::write_responses(program::data_output(), run);
-}
-
-void feed_jobs(const Feed& feed) {
-  const results::StoredRun run(feed.run, "report");
-  results::TraceWindow window{feed.executor, feed.repetition};
-  if (window.executor.empty() && !run.executors().empty()) window.executor = run.executors().front();
-  static_cast<void>(run.run(window.executor, window.repetition));  // throws if it did not run
-  // Widened by a nanosecond, because Python selects jobs in milliseconds.
-  window.from = Time{} + from_ms(feed.from_ms) - Duration(1);
-  if (feed.to_ms) window.to = Time{} + from_ms(*feed.to_ms) + Duration(1);
-  results::write_window(program::data_output(), run.folder() / "jobs.csv", window);
+/// Answers each line of standard input in a line.
+void feed(const NoOptions&) {
+  Feed feed;
+  for (std::string line; std::getline(std::cin, line);) {
+    json answer;
+    try {
+      answer = {{"answer", feed.answer(json::parse(line))}};
+    } catch (const std::exception& error) {
+      const bool failed = dynamic_cast<const program::RunError*>(&error) != nullptr;
+      answer = {{"error", error.what()}, {"wrong_use", !failed}};
+    }
+    program::data_output() << answer.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
+  }
 }
 
 }  // namespace
 
 void add_feed_command(CLI::App& app) {
-  CLI::App& parent = *app.add_subcommand("feed", "Data for the Python package")->group("");
-  parent.require_subcommand(1);
-  auto [page, of_page] = add_command<Feed>(parent, "page", "", "", feed_page);
-  page.add_option("RUN", of_page.runs)->required();
-  auto [golden, of_golden] = add_command<Feed>(parent, "golden", "", "", feed_golden);
-  golden.add_option("FILE", of_golden.run)->required();
-  auto [responses, of_responses] = add_command<Feed>(parent, "responses", "", "", feed_responses);
-  responses.add_option("RUN", of_responses.run)->required();
-  auto [jobs, of_jobs] = add_command<Feed>(parent, "jobs", "", "", feed_jobs);
-  jobs.add_option("RUN", of_jobs.run)->required();
-  add_text(jobs, "--executors", of_jobs.executor, "NAME", "");
-  add_number(jobs, "--repetition", of_jobs.repetition, {0, 1e9}, "N", "");
-  add_number(jobs, "--from", of_jobs.from_ms, {-1e12, 1e12}, "MS", "");
-  add_number(jobs, "--to", of_jobs.to_ms, {-1e12, 1e12}, "MS", "");
+  add_command<NoOptions>(app, "feed", "Data and statistics for the Python package", "", feed).first.group("");
 }
 
 const Command kFeed("", 190, add_feed_command);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "comparison/report.hpp"
 #include "program/json_fields.hpp"
 #include "program/python_tool.hpp"
 #include "program/whole_file.hpp"
+#include "results/distribution.hpp"
 
 namespace hotpath::comparison {
 
@@ -13,42 +13,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
-
-constexpr int kPointsOfDecade = 20;  // of the logarithmic tail of a distribution
-
-double rounded(double value, double digits) { return std::nearbyint(value * digits) / digits; }
-
-/// Where a distribution of `n` samples is drawn: evenly up to 0.9, then evenly on the logarithmic axis up
-/// to the last probability that `n` samples resolve, and 1.
-std::vector<double> probabilities(std::size_t n) {
-  std::vector<double> found;
-  for (int k = 0; k <= 45; ++k) found.push_back(k / 50.0);
-  const double decades = std::max(0.0, std::log10(static_cast<double>(n)) - 1);
-  for (int k = 1; k <= static_cast<int>(decades * kPointsOfDecade); ++k)
-    found.push_back(rounded(1 - 0.1 * std::pow(10.0, -static_cast<double>(k) / kPointsOfDecade), 1e12));
-  found.push_back(1);
-  return found;
-}
-
-/// A distribution with its intervals, in ms rounded to nanoseconds.
-json curve_of(int side, const std::string& executor, const Samples& samples) {
-  const RepeatedSamples all = samples.resampled();
-  const std::vector<double> q = probabilities(all.pooled().size());
-  json value, low, high;
-  for (const Estimate& e : estimate_quantiles(all, q)) {
-    value.push_back(rounded(e.value, 1e6));
-    low.push_back(e.interval ? json(rounded(e.interval->low, 1e6)) : json());
-    high.push_back(e.interval ? json(rounded(e.interval->high, 1e6)) : json());
-  }
-  return {{"side", side},
-          {"executor", executor},
-          {"n", all.pooled().size()},
-          {"q", q},
-          {"repetitions", samples.repetitions.size()},
-          {"value", value},
-          {"low", low},
-          {"high", high}};
-}
 
 /// The distributions of each key without its executor that both sides have.
 json targets_of(const Side& before, const Side& after) {
@@ -60,7 +24,10 @@ json targets_of(const Side& before, const Side& after) {
       Key target = key;
       target.executor.clear();
       if (!curves.contains(target)) order.push_back(target);
-      curves[target].push_back(curve_of(side == &after, key.executor, samples));
+      json& curve = curves[target].emplace_back(results::curve_of(samples.resampled()));
+      curve.update({{"side", static_cast<int>(side == &after)},
+                    {"executor", key.executor},
+                    {"repetitions", samples.repetitions.size()}});
     }
   }
   json targets = json::array();

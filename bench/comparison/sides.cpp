@@ -10,6 +10,7 @@
 #include "program/errors.hpp"
 #include "program/json_fields.hpp"
 #include "program/text.hpp"
+#include "results/distribution.hpp"
 #include "results/measures.hpp"
 #include "results/stored_summary.hpp"
 
@@ -19,8 +20,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace {
-
-constexpr std::size_t kBlocks = 20, kLeastForBlocks = 4 * kBlocks;
 
 /// Reads a run into an empty side. Its repetitions have numbers from its seed, or from 0 if nothing is drawn.
 class RunReader {
@@ -174,15 +173,7 @@ std::vector<double>& Samples::of(std::int64_t number) {
 RepeatedSamples Samples::resampled() const {
   std::vector<std::vector<double>> units;
   for (const Repetition& r : repetitions) units.push_back(r.ms);
-  if (units.size() != 1 || exact() || units[0].size() < kLeastForBlocks)
-    return RepeatedSamples(std::move(units));
-  std::vector<std::vector<double>> blocks;
-  const std::size_t size = units[0].size();
-  for (auto begin = units[0].begin(); blocks.size() < kBlocks;) {
-    const auto end = begin + static_cast<std::ptrdiff_t>(size / kBlocks + (blocks.size() < size % kBlocks));
-    blocks.emplace_back(std::exchange(begin, end), end);
-  }
-  return RepeatedSamples(std::move(blocks));
+  return results::resampled(std::move(units), exact());
 }
 
 std::vector<fs::path> parts_of(const fs::path& folder) {

@@ -19,10 +19,9 @@ LONGEST_MESSAGE = 4000
 COMMANDS = {
     "hot-path": "figures.hot_path:draw_run",
     "report": "pages.run_report:write",
-    "perfetto": "perfetto:write",
     "validate": "pages.text:tell_validation",
     "import-page": "pages.text:write_import",
-    "capacity": "pages.capacity_page:write",
+    "capacity": "pages.sweep_page:write_capacity",
     "sweep": "pages.sweep_page:write",
     "advice": "pages.advice_page:write",
     "bench": "bench_suite:bench",

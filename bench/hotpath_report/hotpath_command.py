@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calls of the `hotpath` program, which owns all definitions and measures, and of its library for this package
-(bench/results/statistics_c.cpp and bench/program/files_c.cpp)."""
+"""Calls of the `hotpath` program, which owns all definitions, measures and statistics."""
 
-import ctypes
 import functools
 import importlib
 import json
@@ -10,6 +8,7 @@ import os
 import subprocess
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
+from typing import Any
 
 from hotpath_report.errors import InputError, RunError
 
@@ -24,17 +23,40 @@ def program() -> Path:
     return Path(os.environ.get("HOTPATH", PACKAGE.parents[1] / "build/bench/hotpath")).resolve()
 
 
-def output_of(*words: object) -> str:
-    """Standard output of `hotpath WORDS...`. Raises InputError if it rejects its input."""
+def command(*words: object) -> list[str]:
+    """Command line of `hotpath WORDS...`. Raises RunError without the program."""
     if not os.access(program(), os.X_OK):
         raise RunError(f"{program()} cannot be started; build it with launch_scripts/build.sh")
-    command = [*ENDS_WITH_US, str(program()), *map(str, words)]
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    return [*ENDS_WITH_US, str(program()), *map(str, words)]
+
+
+def output_of(*words: object) -> str:
+    """Standard output of `hotpath WORDS...`. Raises InputError if it rejects its input."""
+    done = subprocess.run(command(*words), capture_output=True, text=True, errors="replace", check=False)
     if done.returncode == 0:
         return done.stdout
     sentence = (done.stderr.strip().splitlines() or [f"exit code {done.returncode}"])[-1]
     sentence = sentence.removeprefix("hotpath: ")
     raise (InputError if done.returncode == WRONG_USE else RunError)(sentence)
+
+
+@functools.cache
+def feed() -> Any:
+    """`hotpath feed`, which answers questions until this process ends."""
+    pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    return subprocess.Popen(command("feed"), text=True, start_new_session=True, **pipes)
+
+
+def ask(*question: object) -> Any:
+    """What `hotpath` answers to a question of bench/commands/feed.cpp. Raises InputError if it rejects its input."""
+    try:
+        print(json.dumps(question), file=feed().stdin, flush=True)
+        found = json.loads(feed().stdout.readline())
+    except (OSError, ValueError) as error:
+        raise RunError(f"`hotpath feed` ended before its answer: {error}") from None
+    if "error" in found:
+        raise (InputError if found["wrong_use"] else RunError)(found["error"])
+    return found["answer"]
 
 
 def load(module: str) -> ModuleType:
@@ -60,38 +82,3 @@ def registry() -> dict[str, SimpleNamespace]:
 def executor_named(name: str) -> SimpleNamespace | None:
     """Traits of an executor by its name in a result, with or without options (`multi:2`)."""
     return registry().get(name.split(":")[0].split("@")[0])
-
-
-NAME = "libhotpath_python.so"
-POINTER, TEXT, SIZE, COUNT = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t, ctypes.c_uint64
-REAL, REALS = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
-# Result and arguments of each function, without the prefix `hotpath_`.
-FUNCTIONS = {
-    "samples_new": (POINTER, [POINTER, POINTER, SIZE]),
-    "samples_delete": (None, [POINTER]),
-    "percent_of": (REAL, [COUNT, COUNT]),
-    "quantile_estimates": (None, [POINTER, POINTER, SIZE, POINTER]),
-    "quantile_ratio": (None, [POINTER, POINTER, REAL, REALS]),
-    "cliffs_delta": (None, [POINTER, POINTER, REALS]),
-    "rank_test": (REAL, [POINTER, POINTER]),
-    "fit_line": (None, [POINTER, POINTER, POINTER, SIZE, REALS]),
-    "write_file": (TEXT, [TEXT, TEXT, SIZE]),
-    "write_output": (TEXT, [TEXT, TEXT, TEXT, SIZE]),
-    "make_folder": (TEXT, [TEXT]),
-    "name_durably": (TEXT, [TEXT, TEXT]),
-}
-
-
-@functools.cache
-def library() -> ctypes.CDLL:
-    """The library at $HOTPATH_LIBRARY, beside the program, or in ../lib. Raises RunError."""
-    folder = program().resolve().parent
-    places = [Path(os.environ.get("HOTPATH_LIBRARY", folder / NAME)), folder.parent / "lib" / NAME]
-    path = next((p for p in places if p.exists()), None)
-    if path is None:
-        raise RunError(f"{places[0]} is missing; build it with launch_scripts/build.sh")
-    loaded = ctypes.CDLL(str(path))
-    for name, (result, arguments) in FUNCTIONS.items():
-        function = getattr(loaded, f"hotpath_{name}")
-        function.restype, function.argtypes = result, arguments
-    return loaded

@@ -2,17 +2,16 @@
 """Reads run folders. Times in their files are relative to the run's epoch."""
 
 import functools
-import io
 import itertools
-import math
 import shlex
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from hotpath_report import hotpath_command
-from hotpath_report.errors import InputError
+from hotpath_report.errors import READ, InputError
+from hotpath_report.hotpath_command import ask
+from hotpath_report.shown_text import printable
 from hotpath_report.statistics import Samples
 from hotpath_report.tables import NS_PER_MS, read_json, read_table
 
@@ -131,61 +130,36 @@ class Run:
         frame["age_ms"] = frame.pop(age) / NS_PER_MS
         return frame
 
-    def jobs_file(self) -> Path:
-        """Path of jobs.csv. Raises InputError if the run kept no jobs."""
-        path = self.folder / "jobs.csv"
-        if not path.exists():
+    def responses(self) -> pd.DataFrame:
+        """Jobs that ran after the warm-up: executor, repetition, task, response_ms. Raises InputError if the run kept
+        no jobs."""
+        if not (path := self.folder / "jobs.csv").exists():
             why = "the run kept no jobs (--no-trace), or the file was removed"
             again = self.command(without="--no-trace")
             raise InputError(f"{path}: {why}" + (f"; repeat it: {again}" if again else ""))
-        return path
-
-    def jobs(self, executor: str, repetition: int, begin: float, end: float) -> pd.DataFrame:
-        """Rows of jobs.csv that touch [begin, end), with times in ms (NaN if the event did not
-        happen). `late` marks a timer's job that finished after its deadline. `hotpath` selects the
-        rows, because a run can exceed memory. Raises InputError if the repetition did not run."""
-        path = self.jobs_file()
-        words = ["--executors", executor, "--repetition", repetition, "--from", begin]
-        if math.isfinite(end):
-            words += ["--to", end]
-        text = hotpath_command.output_of("feed", "jobs", self.folder, *words)
-        instants = ["timestamp", "release", "start", "finish", "deadline"]
-        named = ["executor", "repetition", "task", "kind", "sequence", "outcome"]
-        more = ["worker", "process", "parent_task", "parent_sequence"]
-        jobs = read_table(path, named, [*more, *(f"{name}_ns" for name in instants)], io.StringIO(text))
-        # Subscriptions inherit deadlines, under EDF for their order; they never overrun.
-        jobs["late"] = (jobs["kind"] == "timer") & (jobs["finish_ns"] > jobs["deadline_ns"])
-        jobs = jobs.assign(**{name: jobs.pop(f"{name}_ns") / NS_PER_MS for name in instants})
-        for name in ("worker", "process"):
-            jobs[name] = jobs[name].fillna(0).astype(int)
-        return jobs
-
-    def responses(self) -> pd.DataFrame:
-        """Jobs that ran after the warm-up: executor, repetition, task, response_ms. `hotpath`
-        computes them from jobs.csv."""
-        path = self.jobs_file()
-        text = hotpath_command.output_of("feed", "responses", self.folder)
-        columns = ["executor", "repetition", "task", "response_ns"]
-        frame = read_table(path, columns, rows=io.StringIO(text))
-        frame["response_ms"] = frame.pop("response_ns") / NS_PER_MS
-        return frame
+        READ.append(path)
+        found = ask("responses", str(self.folder))
+        none = pd.DataFrame(columns=["executor", "repetition", "task", "ns"])
+        frame = pd.concat([pd.DataFrame(of) for of in found["repetitions"]] or [none], ignore_index=True)
+        frame["task"] = frame["task"].map(dict(enumerate(map(printable, found["tasks"]))))
+        frame["response_ms"] = frame.pop("ns").astype(float) / NS_PER_MS
+        return frame.assign(executor=frame["executor"].map(printable))
 
     def has_summary(self) -> bool:
         """Whether summary.json exists."""
         return (self.folder / "summary.json").exists()
 
+    @functools.cached_property
+    def _summary(self) -> dict[str, Any]:
+        return dict(read_json(self.folder / "summary.json"))
+
     def verdict(self) -> list[str]:
         """The sentences of summary.json that come first; none in older runs."""
-        found: list[str] = (
-            read_json(self.folder / "summary.json").get("verdict", []) if self.has_summary() else []
-        )
-        return found
+        return list(self._summary.get("verdict", [])) if self.has_summary() else []
 
-    @functools.cache
     def summary(self) -> list[dict[str, Any]]:
         """The executors of summary.json."""
-        executors: list[dict[str, Any]] = read_json(self.folder / "summary.json")["executors"]
-        return executors
+        return list(self._summary["executors"])
 
     @functools.cache
     def timer_counts(self) -> pd.DataFrame:

@@ -1,32 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Statistics, computed by the C++ library. It resamples whole repetitions, because the
-samples of one repetition are not independent. A single live repetition is split into blocks of
-consecutive samples; a single exact repetition stays whole."""
+"""Statistics, computed by `hotpath`. It resamples whole repetitions, because the samples of one
+repetition are not independent. A single live repetition is split into blocks of consecutive samples;
+a single exact repetition stays whole."""
 
 import bisect
-import ctypes
+import functools
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hotpath_report.hotpath_command import library
+from hotpath_report.hotpath_command import ask
 
-CONFIDENCE_PERCENT, RESAMPLES = 95, 2000  # of the C++ library
-BLOCKS = 20
-LEAST_FOR_BLOCKS = 4 * BLOCKS
+CONFIDENCE_PERCENT, RESAMPLES, BLOCKS = 95, 2000, 20  # as `hotpath` has them, for texts
 PERCENTILES = {0.5: "p50", 0.9: "p90", 0.99: "p99", 0.999: "p99.9", 1.0: "max"}
 
 Values = NDArray[np.float64]
-
-
-def results(number: int, function: str, *arguments: object) -> list[float]:
-    """The numbers that the library's `function` writes behind its last argument."""
-    found = (ctypes.c_double * number)()
-    getattr(library(), f"hotpath_{function}")(*arguments, found)
-    return list(found)
 
 
 class Estimate(NamedTuple):
@@ -51,6 +42,12 @@ class Estimate(NamedTuple):
         return self.has_interval and not self.low <= value <= self.high
 
 
+def estimate_of(answer: dict[str, Any]) -> Estimate:
+    """From JSON, which may lack an interval, and has None in place of no value and of infinite ends."""
+    ends = (math.inf if end is None else end for end in answer.get("interval") or ())
+    return Estimate(math.nan if answer["value"] is None else answer["value"], *ends)
+
+
 class Samples:
     """Samples of one quantity (by default in ms) by repetition, each repetition in time order."""
 
@@ -60,34 +57,28 @@ class Samples:
         arrays = (np.array(s, dtype=float) for s in repetitions)
         self.repetitions: list[Values] = [r for r in arrays if len(r)]
         self.exact = exact and len(self.repetitions) == 1
-        units = self.repetitions
-        if len(units) == 1 and not self.exact and len(units[0]) >= LEAST_FOR_BLOCKS:
-            units = np.array_split(units[0], BLOCKS)
-        self.resampled = len(units) > 1  # whether estimates have intervals
-        self.pooled: Values = np.concatenate(units) if units else np.array([])
-        sizes = (ctypes.c_size_t * len(units))(*map(len, units))
-        self._handle = library().hotpath_samples_new(self.pooled.ctypes.data, sizes, len(units))
+        self.pooled: Values = np.concatenate(self.repetitions) if self.repetitions else np.array([])
         self._estimates: dict[float, Estimate] = {}
-
-    def __del__(self) -> None:
-        if getattr(self, "_handle", None):
-            library().hotpath_samples_delete(self._handle)
 
     def __len__(self) -> int:
         return len(self.pooled)
 
+    @functools.cached_property
+    def number(self) -> int:
+        """Names these samples in questions to `hotpath`."""
+        return int(ask("samples", [r.tolist() for r in self.repetitions], self.exact))
+
     def estimate(self, p: float) -> Estimate:
         """Quantile at probability `p` (type 7) with its interval."""
         if p not in self._estimates:
-            self._estimates[p] = Estimate(*map(float, self.estimates([p])[0]))
+            probabilities = list(dict.fromkeys([p, *PERCENTILES]))
+            answers = ask("quantiles", self.number, probabilities)
+            self._estimates |= zip(probabilities, map(estimate_of, answers))
         return self._estimates[p]
 
-    def estimates(self, probabilities: Values | list[float]) -> Values:
-        """A row of value, low and high for each probability, from one set of resamples."""
-        rows = np.empty((len(probabilities), 3))
-        p = np.ascontiguousarray(probabilities, dtype=float)
-        library().hotpath_quantile_estimates(self._handle, p.ctypes.data, len(p), rows.ctypes.data)
-        return rows
+    def curve(self) -> dict[str, Any]:
+        """The distribution with its intervals."""
+        return ask("curve", self.number) | {"repetitions": len(self.repetitions)}
 
     def quantile(self, p: float) -> float:
         """Quantile at probability `p` without its interval."""
@@ -102,10 +93,6 @@ class Samples:
         """Median of the repetitions' largest samples: robust against one disturbed repetition."""
         return median([r.max() for r in self.repetitions])
 
-    def of_two(self, function: str, other: "Samples", *arguments: float) -> Estimate:
-        """Estimate of the library's `function` for these samples and others."""
-        return Estimate(*results(3, function, self._handle, other._handle, *arguments))
-
 
 def median(values: Iterable[float]) -> float:
     """Median without an interval."""
@@ -114,12 +101,14 @@ def median(values: Iterable[float]) -> float:
 
 def percent_of(part: int, whole: int) -> float:
     """Share of a count in percent; 0 of nothing."""
-    return float(library().hotpath_percent_of(int(part), int(whole)))
+    return 100 * part / whole if whole else 0.0
 
 
 def ratio(a: Samples, b: Samples, p: float) -> Estimate:
     """Quantile of `a` divided by that of `b`."""
-    return a.of_two("quantile_ratio", b, p)
+    if b.quantile(p) == 0 < a.quantile(p):
+        return Estimate(math.inf)
+    return estimate_of(ask("ratio", a.number, b.number, p))
 
 
 class RankTest(NamedTuple):
@@ -137,13 +126,11 @@ class RankTest(NamedTuple):
 
 def rank_test(a: Samples, b: Samples) -> RankTest:
     """Whether the samples of `a` are smaller than those of `b`, and how often."""
-    p_value = float(library().hotpath_rank_test(a._handle, b._handle))
-    return RankTest(p_value, a.of_two("cliffs_delta", b))
+    p_value, delta = ask("ranks", a.number, b.number)
+    return RankTest(math.nan if p_value is None else p_value, estimate_of(delta))
 
 
 def fit_line(x: Sequence[float], y: Sequence[float], weights: Sequence[float]) -> tuple[float, float]:
     """Slope and intercept of the weighted least-squares line; one single x: through the origin."""
-    columns = [np.ascontiguousarray(column, dtype=float) for column in (x, y, weights)]
-    data = [column.ctypes.data for column in columns]
-    slope, intercept = results(2, "fit_line", *data, len(columns[0]))
+    slope, intercept = ask("line", x, y, weights)
     return slope, intercept

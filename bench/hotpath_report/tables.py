@@ -3,11 +3,9 @@
 
 import errno
 import gzip
-import io
 import json
 import os
 import stat
-import sys
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +14,6 @@ from typing import Any
 import pandas as pd
 
 from hotpath_report.errors import READ, InputError, RunError
-from hotpath_report.hotpath_command import library
 from hotpath_report.shown_text import printable, printable_content
 
 NS_PER_MS = 1e6
@@ -64,19 +61,16 @@ def read_json(path: Path, made_by: str = "hotpath") -> Any:
         raise InputError(f"{path}: nested too deep; give a folder written by `{made_by}`") from None
 
 
-def read_table(
-    path: Path, columns: Sequence[str] = (), optional: Sequence[str] = (), rows: io.StringIO | None = None
-) -> pd.DataFrame:
-    """A CSV file (compressed if named .gz), or `rows` from it. All `columns` must exist and have a
+def read_table(path: Path, columns: Sequence[str] = (), optional: Sequence[str] = ()) -> pd.DataFrame:
+    """A CSV file, compressed if named .gz. All `columns` must exist and have a
     value in each row; `optional` columns must exist. Named columns ending in _ns must be numbers.
     Raises InputError."""
     named = [*columns, *optional]
     kinds: Any = dict.fromkeys(NAMES, str) | {name: float for name in named if name.endswith("_ns")}
     try:
-        if rows is None:
-            check_regular(path)
-            check_lines(path)
-        frame = pd.read_csv(path if rows is None else rows, dtype=kinds, keep_default_na=False, na_values="")
+        check_regular(path)
+        check_lines(path)
+        frame = pd.read_csv(path, dtype=kinds, keep_default_na=False, na_values="")
     except (EOFError, zlib.error, ValueError) as error:
         raise InputError(f"{path}: ends too early, or is damaged: {error}") from None
     except OSError as error:
@@ -94,34 +88,43 @@ def read_table(
     return frame
 
 
-def call_writer(function: str, kind: type[Exception], *names: str | Path, content: str | bytes = "") -> None:
-    """Calls a function of bench/program/files_c.cpp; raises an error of this kind with its message."""
-    data = content.encode() if isinstance(content, str) else content
-    written = (data, len(data)) if function.startswith("write") else ()
-    if failure := getattr(library(), f"hotpath_{function}")(*map(os.fsencode, names), *written):
-        raise kind(os.fsdecode(failure))
+def sync(path: Path) -> None:
+    """Waits until the content of a file, or the entries of a folder, are on disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def name_durably(part: Path, path: Path) -> None:
+    """Syncs `part`, renames it to `path` and syncs the folder."""
+    sync(part)
+    os.replace(part, path)
+    sync(path.parent)
 
 
 def write_file(path: Path, content: str | bytes) -> None:
     """Replaces a file, or a link, by a complete new file and syncs it. Raises RunError."""
-    call_writer("write_file", RunError, path, content=content)
-
-
-def write_output(path: Path, option: str, content: str | bytes) -> None:
-    """Writes the file that the user named in `option`. Unlike write_file(), it follows symbolic
-    links and writes into devices and FIFOs. Raises InputError."""
-    sys.stdout.flush()  # earlier output comes first
-    call_writer("write_output", InputError, path, option, content=content)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with part.open("xb") as file:
+            file.write(content.encode() if isinstance(content, str) else content)
+        name_durably(part, path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise RunError(f"{path} cannot be written ({error.strerror})") from None
 
 
 def make_folder(folder: Path) -> None:
     """Creates a folder with its parents and syncs their entries. Raises InputError."""
-    call_writer("make_folder", InputError, folder)
-
-
-def name_durably(part: Path, path: Path) -> None:
-    """Syncs `part`, renames it to `path` and syncs the folder. Raises RunError."""
-    call_writer("name_durably", RunError, part, path)
+    try:
+        for missing in [f for f in (*reversed(folder.parents), folder) if not f.is_dir()]:
+            missing.mkdir(exist_ok=True)
+            sync(missing.parent)
+    except OSError as error:
+        why = f"cannot be created ({error.strerror}); name another"
+        raise InputError(f"--output: the folder {folder} {why}") from None
 
 
 def write_json(path: Path, value: Any) -> None:

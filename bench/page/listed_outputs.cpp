@@ -12,6 +12,7 @@ namespace hotpath::page {
 
 using explain::Explanation;
 using explain::Output;
+using nlohmann::json;
 
 std::vector<Output> listed(const std::vector<Output>& outputs, std::size_t most) {
   if (outputs.size() <= most) return outputs;
@@ -29,76 +30,33 @@ std::vector<Output> listed(const std::vector<Output>& outputs, std::size_t most)
   return some;
 }
 
-void ListedOutputs::add(const Explanation& e) {
-  const JobRecord& sink = e.path.back();
-  outputs_.add({e.repetition, static_cast<std::int64_t>(sink.job.sequence),
-                sink.finish.time_since_epoch().count(), e.latency.count(), e.complete});
-  explain::Totals totals;
-  totals.add(e);
-  for (std::size_t c = 0; c < causes_.size(); ++c) causes_[c].push_back(totals.causes[c].count());
-  parts_.push_back(static_cast<std::int64_t>(e.parts.size()));
-  for (const explain::Part& part : e.parts) {
-    const bool other = part.behind.task != kNoTask;
-    part_.add({static_cast<std::int64_t>(part.cause), static_cast<std::int64_t>(part.rule),
-               static_cast<std::int64_t>(part.step), other ? static_cast<std::int64_t>(part.behind.task) : -1,
-               other ? static_cast<std::int64_t>(part.behind.sequence) : -1, part.length.count()});
-  }
-  steps_.push_back(static_cast<std::int64_t>(e.path.size()));
-  for (const JobRecord& job : e.path) step_.add({job.job.task, static_cast<std::int64_t>(job.job.sequence)});
-}
-
-std::vector<std::size_t> ListedOutputs::by_latency() const {
-  const Column& latency = outputs_.columns[3];
-  std::vector<std::size_t> order(latency.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::ranges::stable_sort(order, std::greater<>(), [&](std::size_t i) { return latency[i]; });
-  return order;
-}
-
-bool ListedOutputs::keep_parts(std::size_t most) {
-  if (part_.size() <= most) return false;
-  std::vector<bool> kept(parts_.size(), false);
-  for (const std::size_t i : by_latency()) {
-    const auto parts = static_cast<std::size_t>(parts_[i]);
-    if (parts > most) break;
-    kept[i] = true;
-    most -= parts;
-  }
-  for (Column& column : part_.columns) {
-    auto from = column.begin(), to = column.begin();
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      const auto end = from + parts_[i];
-      to = kept[i] ? std::copy(from, end, to) : to;
-      from = end;
+json outputs_json(std::vector<Explanation>& explained, std::size_t most_parts) {
+  std::ranges::stable_sort(explained, std::greater<>(), &Explanation::latency);
+  json outputs = json::array();
+  for (const Explanation& e : explained) {
+    explain::Totals totals;
+    totals.add(e);
+    json causes = json::array(), parts = json::array(), path = json::array();
+    for (const Duration cause : totals.causes) causes.push_back(cause.count());
+    const bool fits = e.parts.size() <= most_parts;
+    most_parts = fits ? most_parts - e.parts.size() : 0;
+    for (const explain::Part& p : fits ? e.parts : std::vector<explain::Part>()) {
+      const bool other = p.behind.task != kNoTask;
+      parts.push_back({static_cast<int>(p.cause), static_cast<int>(p.rule), p.step,
+                       other ? json(p.behind.task) : json(-1), other ? json(p.behind.sequence) : json(-1),
+                       p.length.count()});
     }
-    column.erase(to, column.end());
+    for (const JobRecord& job : e.path) path.push_back({job.job.task, job.job.sequence});
+    const JobRecord& sink = e.path.back();
+    outputs.push_back({{"repetition", e.repetition},
+                       {"sequence", sink.job.sequence},
+                       {"end", sink.finish.time_since_epoch().count()},
+                       {"latency", e.latency.count()},
+                       {"causes", causes},
+                       {"parts", parts},
+                       {"path", path}});
   }
-  for (std::size_t i = 0; i < kept.size(); ++i) parts_[i] *= kept[i];
-  return true;
-}
-
-nlohmann::json ListedOutputs::columns() const {
-  nlohmann::json all = outputs_.json();
-  all.update({{"causes_ns", causes_},
-              {"parts", parts_},
-              {"part", part_.json()},
-              {"steps", steps_},
-              {"step", step_.json()}});
-  return all;
-}
-
-std::map<std::uint32_t, std::vector<Interval>> ListedOutputs::worst(std::size_t most) const {
-  std::vector<std::size_t> order = by_latency();
-  order.resize(std::min(order.size(), most));
-  std::map<std::uint32_t, std::vector<Interval>> intervals;
-  const auto& [repetition, sequence, ends, latencies, complete] = outputs_.columns;
-  for (const std::size_t i : order) {
-    const Duration latency(latencies[i]);
-    const Time end{Duration(ends[i])};
-    intervals[static_cast<std::uint32_t>(repetition[i])].emplace_back(end - latency - latency / 2,
-                                                                      end + latency / 2);
-  }
-  return intervals;
+  return outputs;
 }
 
 }  // namespace hotpath::page

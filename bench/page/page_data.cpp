@@ -29,15 +29,6 @@ struct Share {
   std::size_t jobs = 100'000, outputs = 5'000, parts = 250'000;  // parts of all explained outputs
 };
 
-json tasks_json(const TaskSet& set) {
-  json tasks = json::array();
-  for (const Task& task : set.tasks) {
-    tasks.push_back(
-        {{"name", task.name}, {"kind", to_string(task.kind)}, {"period_ns", task.period.count()}});
-  }
-  return tasks;
-}
-
 json graph_json(const Graph& graph, const GraphTasks& tasks) {
   json nodes = json::array(), edges = json::array(), chains = json::array(), node_of = json::array();
   const std::vector<GraphPosition> positions = graph_layout(graph);
@@ -47,7 +38,7 @@ json graph_json(const Graph& graph, const GraphTasks& tasks) {
                      {"column", positions[n].column},
                      {"row", positions[n].row}});
   }
-  for (const GraphEdge& e : graph_edges(graph)) edges.push_back({e.source, e.target, e.topic});
+  for (const GraphEdge& e : graph_edges(graph)) edges.push_back({e.source, e.target});
   for (const TaskOrigin& origin : tasks.origin) node_of.push_back(origin.node);
   const std::vector<ChainIndex> indices = index_chains(graph, tasks);
   for (std::size_t c = 0; c < indices.size(); ++c) {
@@ -66,7 +57,8 @@ class RunData {
   RunData(const results::StoredRun& run, Share share) : run_(run), share_(share) {}
 
   json finish() {
-    json data = {{"executors", run_.executors()}, {"tasks", tasks_json(run_.tasks())}};
+    json data = {{"executors", run_.executors()}, {"tasks", json::array()}};
+    for (const Task& task : run_.tasks().tasks) data["tasks"].push_back(task.name);
     const std::size_t rows = run_.tasks().tasks.empty() ? 0 : count_jobs(run_);
     if (rows == 0) {
       notes_.emplace_back("The run stores no jobs, so the page has neither timelines nor causes.");
@@ -74,11 +66,10 @@ class RunData {
       add_graph(data);
       add_outputs(data, rows);
       add_tasks(data, rows);
-      const StoredJobs jobs(run_, rows, share_.jobs, std::move(wanted_));
-      data["repetitions"] = jobs.repetitions();
-      data["jobs"] = {{"started", jobs.started()}, {"kept", jobs.kept()}};
-      if (jobs.kept() < jobs.started()) {
-        notes_.push_back(program::concat("The timeline holds ", jobs.kept(), " of ", jobs.started(),
+      ShownJobs jobs = shown_jobs(run_, rows, share_.jobs, std::move(wanted_));
+      data["repetitions"] = std::move(jobs.repetitions);
+      if (jobs.kept < jobs.started) {
+        notes_.push_back(program::concat("The timeline holds ", jobs.kept, " of ", jobs.started,
                                          " jobs: the first ones of each executor, and those around its ",
                                          kWorst, " worst outputs of each chain."));
       }
@@ -101,17 +92,12 @@ class RunData {
     data["outputs"] = json::array();
     if (!data.contains("graph")) return;
     const std::size_t pairs = run_.chains().size() * run_.executors().size();
-    std::size_t left = kMostRows;
+    const std::size_t readable = std::max<std::size_t>(1, kMostRows / rows);
     const std::size_t most = std::max<std::size_t>(20, share_.outputs / std::max<std::size_t>(1, pairs));
-    std::size_t thinned = 0, unread = 0;
+    std::size_t thinned = 0, pair = 0;
     for (const std::string& chain : run_.chains()) {
       for (const std::string& executor : run_.executors()) {
-        if (left < rows && left < kMostRows) {
-          ++unread;
-          continue;
-        }
-        left -= std::min(left, rows);
-        thinned += add_outputs(data["outputs"], chain, executor, most);
+        if (pair++ < readable) thinned += add_outputs(data["outputs"], chain, executor, most);
       }
     }
     if (thinned > 0) {
@@ -119,9 +105,9 @@ class RunData {
                                        " outputs of a chain under an executor: the worst ", most / 2,
                                        ", and evenly distributed others."));
     }
-    if (unread > 0) {
+    if (pairs > readable) {
       notes_.push_back(program::concat("Because of its size, the page leaves out the causes of the last ",
-                                       unread, " of ", pairs,
+                                       pairs - readable, " of ", pairs,
                                        " pairs of chain and executor; `hotpath explain` has them."));
     }
   }
@@ -140,15 +126,15 @@ class RunData {
     }
     try {
       for (const std::string& executor : run_.executors()) {
-        std::vector<ListedOutputs> listed(tasks);
+        std::vector<std::vector<explain::Explanation>> slowest(tasks);
         explain::StoredOutputs::explain_tasks(run_, executor, most, [&](const explain::Explanation& of) {
-          listed[of.path.back().job.task].add(of);
+          slowest[of.path.back().job.task].push_back(of);
         });
         for (TaskId task = 0; task < tasks; ++task) {
-          listed[task].keep_parts(share_.parts / (tasks * executors));
-          data["responses"].push_back(listed[task].columns());
-          data["responses"].back().update(
-              {{"task", task}, {"executor", executor}, {"outputs", 0}, {"missing", 0}});
+          data["responses"].push_back(
+              {{"task", task},
+               {"executor", executor},
+               {"outputs", outputs_json(slowest[task], share_.parts / (tasks * executors))}});
         }
       }
     } catch (const program::UsageError& error) {
@@ -162,22 +148,22 @@ class RunData {
       explain::Options options;
       options.chain = chain;
       explain::StoredOutputs stored(run_, executor, options);
-      ListedOutputs explained;
+      std::vector<explain::Explanation> explained;
       stored.explain(listed(stored.outputs(), most),
-                     [&](const explain::Explanation& e) { explained.add(e); });
-      const std::size_t pairs = run_.chains().size() * run_.executors().size();
-      if (explained.keep_parts(share_.parts / pairs)) {
+                     [&](const explain::Explanation& e) { explained.push_back(e); });
+      const std::size_t most_parts = share_.parts / (run_.chains().size() * run_.executors().size());
+      std::size_t parts = 0;
+      for (const explain::Explanation& e : explained) parts += e.parts.size();
+      if (parts > most_parts) {
         notes_.push_back(program::concat("Only the worst outputs of ", chain, " under ", executor,
                                          " have their causes in the order of time, because these are many."));
       }
-      outputs.push_back(explained.columns());
-      outputs.back().update({{"chain", chain},
-                             {"executor", executor},
-                             {"outputs", stored.outputs().size()},
-                             {"missing", stored.subject().missing}});
-      for (auto& [repetition, intervals] : explained.worst(kWorst)) {
-        auto& of = wanted_[{executor, repetition}];
-        of.insert(of.end(), intervals.begin(), intervals.end());
+      outputs.push_back(
+          {{"chain", chain}, {"executor", executor}, {"outputs", outputs_json(explained, most_parts)}});
+      explained.resize(std::min(explained.size(), kWorst));
+      for (const explain::Explanation& e : explained) {
+        const Time end = e.path.back().finish;
+        wanted_[{executor, e.repetition}].emplace_back(end - e.latency - e.latency / 2, end + e.latency / 2);
       }
       return stored.outputs().size() > most;
     } catch (const program::UsageError& error) {

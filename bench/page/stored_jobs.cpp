@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <utility>
 
 #include "results/stored_summary.hpp"
 
@@ -13,9 +13,9 @@ using nlohmann::json;
 
 namespace {
 
-std::vector<Interval> merged(std::vector<Interval> intervals) {
+Intervals merged(Intervals intervals) {
   std::ranges::sort(intervals);
-  std::vector<Interval> disjoint;
+  Intervals disjoint;
   for (const auto& [from, to] : intervals) {
     if (!disjoint.empty() && from <= disjoint.back().second) {
       disjoint.back().second = std::max(disjoint.back().second, to);
@@ -26,26 +26,16 @@ std::vector<Interval> merged(std::vector<Interval> intervals) {
   return disjoint;
 }
 
-json intervals_json(const std::vector<Interval>& intervals) {
-  json all = json::array();
-  for (const auto& [from, to] : intervals) {
-    all.push_back({from.time_since_epoch().count(), to.time_since_epoch().count()});
-  }
-  return all;
-}
-
 }  // namespace
 
-void JobColumns::add(const JobRecord& r) {
-  const auto difference = [](std::uint64_t a, std::uint64_t b) { return static_cast<std::int64_t>(a - b); };
-  const bool published = r.job.parent.task != kNoTask;
-  columns_.add({r.job.task, difference(r.job.sequence, last_sequence_[r.job.task]),
-                (r.start - last_start_).count(), r.outcome == Outcome::ran ? r.duration().count() : -1,
-                r.lateness().count(), (r.start - r.job.release).count(), r.worker,
-                published ? static_cast<std::int64_t>(r.job.parent.task) : -1,
-                published ? difference(r.job.sequence, r.job.parent.sequence) : 0});
-  last_sequence_[r.job.task] = r.job.sequence;
-  last_start_ = r.start;
+PageJob job_row(const JobRecord& r) {
+  return {r.job.task,
+          static_cast<std::int64_t>(r.job.sequence),
+          r.start.time_since_epoch().count(),
+          r.outcome == Outcome::ran ? r.duration().count() : -1,
+          r.lateness().count(),
+          (r.start - r.job.release).count(),
+          r.worker};
 }
 
 std::size_t count_jobs(const results::StoredRun& run) {
@@ -55,57 +45,53 @@ std::size_t count_jobs(const results::StoredRun& run) {
   return jobs;
 }
 
-StoredJobs::StoredJobs(const results::StoredRun& run, std::size_t all, std::size_t most,
-                       WantedIntervals wanted)
-    : run_(run), most_(most) {
+ShownJobs shown_jobs(const results::StoredRun& run, std::size_t all, std::size_t most,
+                     WantedIntervals wanted) {
+  struct Repetition {
+    std::string executor;
+    std::uint32_t number;
+    Intervals kept;
+    Time first_left_out = kNever;
+    std::array<std::vector<std::int64_t>, std::tuple_size_v<PageJob>> jobs{};
+    std::int64_t last_start = 0;
+  };
+  ShownJobs shown;
+  std::vector<Repetition> repetitions;
+  std::map<std::string, std::size_t> first;  // jobs kept outside of wanted intervals, by executor
   results::for_each_record(run, [&](const JobRow& row) {
-    if (repetitions_.empty() || repetitions_.back().repetition != row.repetition ||
-        repetitions_.back().executor != row.executor) {
-      begin(std::string(row.executor), row.repetition, wanted);
+    const JobRecord& job = row.record;
+    if (repetitions.empty() || repetitions.back().number != row.repetition ||
+        repetitions.back().executor != row.executor) {
+      const std::string executor(row.executor);
+      repetitions.push_back({executor, row.repetition, wanted[{executor, row.repetition}]});
     }
-    if (!row.record.started()) return;
-    ++started_;
-    if (all > most_ && !keeps(repetitions_.back(), row.record)) return;
-    ++kept_;
-    repetitions_.back().jobs.add(row.record);
+    if (!job.started()) return;
+    ++shown.started;
+    Repetition& of = repetitions.back();
+    const auto is_around = [&](const auto& i) { return i.first <= job.start && job.start < i.second; };
+    if (all > most && (shown.kept >= most || std::ranges::none_of(of.kept, is_around)) &&
+        ++first[of.executor] > most * 9 / 10 / run.executors().size()) {
+      of.first_left_out = std::min(of.first_left_out, job.start);
+      return;
+    }
+    ++shown.kept;
+    PageJob numbers = job_row(job);
+    numbers[2] -= std::exchange(of.last_start, numbers[2]);
+    for (std::size_t n = 0; n < numbers.size(); ++n) of.jobs[n].push_back(numbers[n]);
   });
-}
-
-void StoredJobs::begin(const std::string& executor, std::uint32_t repetition, WantedIntervals& wanted) {
-  repetitions_.push_back({executor, repetition, JobColumns(run_.tasks().size()),
-                          merged(std::move(wanted[{executor, repetition}])), kNever});
-}
-
-bool StoredJobs::keeps(OfRepetition& of, const JobRecord& job) {
-  const auto is_around = [&](const Interval& i) { return i.first <= job.start && job.start < i.second; };
-  if (kept_ < most_ && std::ranges::any_of(of.wanted, is_around)) return true;
-  std::size_t& first = first_[of.executor];
-  if (first < most_ * 9 / 10 / run_.executors().size()) {
-    ++first;
-    return true;
+  for (Repetition& of : repetitions) {
+    const Duration length = run.length_of(run.run(of.executor, of.number).usage);
+    of.kept.emplace_back(Time{}, std::min(Time{} + length, of.first_left_out));
+    json kept_ns = json::array();
+    for (const auto& [from, to] : merged(std::move(of.kept)))
+      kept_ns.push_back({from.time_since_epoch().count(), to.time_since_epoch().count()});
+    shown.repetitions.push_back({{"executor", of.executor},
+                                 {"repetition", of.number},
+                                 {"length_ns", length.count()},
+                                 {"kept_ns", kept_ns},
+                                 {"jobs", of.jobs}});
   }
-  of.first_left_out = std::min(of.first_left_out, job.start);
-  return false;
-}
-
-std::vector<Interval> StoredJobs::kept_intervals(const OfRepetition& of, Time end) const {
-  if (kept_ == started_) return {{Time{}, end}};
-  std::vector<Interval> kept = of.wanted;
-  if (of.first_left_out > Time{}) kept.emplace_back(Time{}, std::min(end, of.first_left_out));
-  return merged(std::move(kept));
-}
-
-json StoredJobs::repetitions() const {
-  json all = json::array();
-  for (const OfRepetition& of : repetitions_) {
-    const Duration length = run_.length_of(run_.run(of.executor, of.repetition).usage);
-    all.push_back({{"executor", of.executor},
-                   {"repetition", of.repetition},
-                   {"length_ns", length.count()},
-                   {"kept_ns", intervals_json(kept_intervals(of, Time{} + length))},
-                   {"jobs", of.jobs.columns()}});
-  }
-  return all;
+  return shown;
 }
 
 }  // namespace hotpath::page

@@ -1,70 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "page/columns.hpp"
 #include "results/stored_run.hpp"
 
 namespace hotpath::page {
 
-/// Started jobs of one repetition. Columns hold differences where these are small numbers, which
-/// compress well.
-class JobColumns {
- public:
-  explicit JobColumns(TaskId tasks) : last_sequence_(tasks, 0) {}
-
-  /// Adds a job, in order of start.
-  void add(const JobRecord& job);
-  [[nodiscard]] nlohmann::json columns() const { return columns_.json(); }
-
- private:
-  Columns<9> columns_{{"task", "sequence", "start", "length", "before_timestamp", "before_release", "worker",
-                       "parent", "parent_sequence"}};
-  std::vector<std::uint64_t> last_sequence_;  // by task
-  Time last_start_{};
-};
-
+/// Intervals since the epoch of a repetition.
+using Intervals = std::vector<std::pair<Time, Time>>;
 /// By executor and repetition.
-using WantedIntervals = std::map<std::pair<std::string, std::uint32_t>, std::vector<Interval>>;
+using WantedIntervals = std::map<std::pair<std::string, std::uint32_t>, Intervals>;
+
+/// A started job in a page; web/src/data.ts names the numbers.
+using PageJob = std::array<std::int64_t, 7>;
+[[nodiscard]] PageJob job_row(const JobRecord& job);
 
 /// The number of jobs of a run that started; 0 without jobs.csv. Throws InputError.
 [[nodiscard]] std::size_t count_jobs(const results::StoredRun& run);
 
-/// The jobs of a run that a page shows: all, or at most `most` of them: those that start in the
-/// wanted intervals, and the first ones of each executor. Throws InputError.
-class StoredJobs {
- public:
-  /// `all` jobs that started are count_jobs().
-  StoredJobs(const results::StoredRun& run, std::size_t all, std::size_t most, WantedIntervals wanted);
-
-  [[nodiscard]] std::size_t started() const { return started_; }
-  [[nodiscard]] std::size_t kept() const { return kept_; }
-  /// {executor, repetition, length_ns, kept_ns: [[from, to]...], jobs}, in the order of the file.
-  [[nodiscard]] nlohmann::json repetitions() const;
-
- private:
-  struct OfRepetition {
-    std::string executor;
-    std::uint32_t repetition = 0;
-    JobColumns jobs;
-    std::vector<Interval> wanted;  ///< Disjoint, ascending.
-    Time first_left_out = kNever;  ///< Of the jobs outside of these intervals.
-  };
-
-  void begin(const std::string& executor, std::uint32_t repetition, WantedIntervals& wanted);
-  [[nodiscard]] bool keeps(OfRepetition& of, const JobRecord& job);
-  [[nodiscard]] std::vector<Interval> kept_intervals(const OfRepetition& of, Time end) const;
-
-  const results::StoredRun& run_;
-  const std::size_t most_;
-  std::vector<OfRepetition> repetitions_;
-  std::map<std::string, std::size_t> first_;  // jobs kept outside of wanted intervals, by executor
-  std::size_t started_ = 0, kept_ = 0;
+struct ShownJobs {
+  /// [{executor, repetition, length_ns, kept_ns: [[from, to]...], jobs}], in the order of the file; the
+  /// numbers of jobs in columns, and the differences of their starts, which compress well.
+  nlohmann::json repetitions = nlohmann::json::array();
+  std::size_t started = 0, kept = 0;
 };
+
+/// The jobs of a run that a page shows: all, if at most `most` of them started, or those that start in the
+/// wanted intervals, and the first ones of each executor. `all` jobs are count_jobs(). Throws InputError.
+[[nodiscard]] ShownJobs shown_jobs(const results::StoredRun& run, std::size_t all, std::size_t most,
+                                   WantedIntervals wanted);
 
 }  // namespace hotpath::page

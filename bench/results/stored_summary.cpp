@@ -136,28 +136,27 @@ Summary summarize(const StoredRun& run, const SummaryOptions& options) {
   return std::move(summary).finish();
 }
 
-void write_responses(std::ostream& out, const StoredRun& run) {
-  struct Response {
-    TaskId task;
-    std::int64_t ns;
-  };
-  std::map<std::tuple<std::size_t, std::string, std::uint32_t>, std::vector<Response>> all;  // by repetition
+nlohmann::json responses(const StoredRun& run) {
+  std::map<std::tuple<std::size_t, std::string, std::uint32_t>, nlohmann::json> all;  // by repetition
   const RepetitionRecord* current = nullptr;
-  std::vector<Response>* responses = nullptr;  // of the current repetition
+  nlohmann::json* jobs = nullptr;  // of the current repetition
   for_each_record(run, [&](const JobRow& row) {
     if (current == nullptr || row.repetition != current->repetition || row.executor != current->executor) {
       current = &run.run(std::string(row.executor), row.repetition);
-      responses = &all[{place_of(run, row.executor), current->executor, current->repetition}];
+      jobs = &all[{place_of(run, row.executor), current->executor, current->repetition}];
+      *jobs = {{"executor", row.executor},
+               {"repetition", row.repetition},
+               {"task", nlohmann::json::array()},
+               {"ns", nlohmann::json::array()}};
     }
     if (!counts(row.record, Time{} + run.warm_up())) return;
-    responses->push_back({row.record.job.task, row.record.response_time().count()});
+    (*jobs)["task"].push_back(row.record.job.task);
+    (*jobs)["ns"].push_back(row.record.response_time().count());
   });
-  out << "executor,repetition,task,response_ns\n";
-  for (const auto& [repetition, of_jobs] : all) {
-    const auto& [place, executor, number] = repetition;
-    for (const Response& r : of_jobs)
-      out << executor << ',' << number << ',' << run.tasks()[r.task].name << ',' << r.ns << '\n';
-  }
+  nlohmann::json document = {{"tasks", nlohmann::json::array()}, {"repetitions", nlohmann::json::array()}};
+  for (const Task& task : run.tasks().tasks) document["tasks"].push_back(task.name);
+  for (auto& [repetition, of_jobs] : all) document["repetitions"].push_back(std::move(of_jobs));
+  return document;
 }
 
 }  // namespace hotpath::results

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <functional>
-#include <iosfwd>
+#include <nlohmann/json_fwd.hpp>
 
 #include "hotpath/core/trace_csv.hpp"
 #include "results/stored_run.hpp"
@@ -17,9 +17,9 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
 /// missing or not of one run, InputError for malformed files.
 [[nodiscard]] Summary summarize(const StoredRun& run, const SummaryOptions& options);
 
-/// Writes CSV `executor,repetition,task,response_ns` with a row per counted job, in the order of
-/// run.json's executors, then by repetition, then in the order of jobs.csv. Throws like for_each_record(),
-/// and UsageError for a repetition that run.json lacks.
-void write_responses(std::ostream& out, const StoredRun& run);
+/// {tasks, repetitions: [{executor, repetition, task, ns}]}: the response times of the counted jobs and
+/// the places of their tasks, in the order of run.json's executors, then by repetition, then in the order of
+/// jobs.csv. Throws like for_each_record(), and UsageError for a repetition that run.json lacks.
+[[nodiscard]] nlohmann::json responses(const StoredRun& run);
 
 }  // namespace hotpath::results

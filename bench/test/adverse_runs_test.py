@@ -26,7 +26,6 @@ from evidence import publish_on_request
 from hotpath_command import (
     BENCH,
     CRASH,
-    HOTPATH,
     CommandTest,
     RunFolder,
     processes_of,
@@ -166,10 +165,9 @@ def test_a_killed_report_leaves_no_program(shell: CommandTest, stock: Path) -> N
     hotpath, started_file = shell.folder / "hotpath", shell.folder / "started"
     hotpath.write_text(f"#!/bin/sh\necho $$ >{started_file}\nexec sleep 60\n")
     hotpath.chmod(0o755)
-    library = Path(HOTPATH).with_name("libhotpath_python.so")
     report = subprocess.Popen(
         ["/usr/bin/python3", "-I", "-B", BENCH, "report", stock / "run"],
-        env={**shell.environment, "HOTPATH": str(hotpath), "HOTPATH_LIBRARY": str(library)},
+        env={**shell.environment, "HOTPATH": str(hotpath)},
         start_new_session=True,
     )
     shell.wait_for(started_file.exists, "it asks the program")

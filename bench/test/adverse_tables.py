@@ -272,7 +272,7 @@ nobody | {brief} | 0 | note: SCHED_FIFO was not permitted | SCHED_FIFO | executo
 ulimit -n 40; | {one} --load 1 --duration 0.2 --warm-up 0 | 0 |
 exec <&- >&- 2>&-; | {brief} | 0 |
 >/dev/full | {brief} | 1 | standard output
-HOTPATH_FIGURES= HOTPATH_LIBRARY=no | {one} --load 1 --duration 1 --warm-up 0 | 0 | note: the figure was not drawn
+HOTPATH_FIGURES= MPLBACKEND=none | {one} --load 1 --duration 1 --warm-up 0 | 0 | note: the figure was not drawn
 {stepped}=3600 | {one} --live --processes 2 --load 5 --duration 2 --warm-up 0 | 0 |
 {stepped}=-3600 | {one} --live --processes 2 --load 5 --duration 2 --warm-up 0 | 0 |
 """

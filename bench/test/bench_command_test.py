@@ -35,8 +35,6 @@ class BenchCommand(CommandTest):
         shutil.copy(shutil.which(real) or real, self.programs / "hotpath")
         self.addCleanup(setattr, hotpath_command, "HOTPATH", real)
         hotpath_command.HOTPATH = str(self.programs / "hotpath")
-        statistics = Path(shutil.which(real) or real).with_name("libhotpath_python.so")
-        self.environment["HOTPATH_LIBRARY"] = str(statistics)
 
     def stand_in(self, name: str, body: str) -> None:
         path = self.programs / f"bench_{name}"

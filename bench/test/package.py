@@ -48,6 +48,6 @@ def write_report(folder: Path, environment: dict[str, str], *words: object) -> N
 
 def write_advice(folder: Path, environment: dict[str, str], advice: Path) -> None:
     """The page of `hotpath advise`, likewise."""
-    with mock.patch.object(load("pages.advice_page"), "make_figure", blank_figure):
+    with mock.patch.object(load("pages.writer"), "make_figure", blank_figure):
         done = call(folder, environment, "advice", advice)
     assert done.returncode == 0, done.stderr

@@ -44,29 +44,31 @@ TEST(ListedOutputs, OfManyTheWorstHalfAndOthersFromBeginningToEnd) {
   for (std::uint64_t i = 0; i < 1000; i += 20) EXPECT_TRUE(sequences.contains(i));
 }
 
-TEST(JobColumns, HoldDifferencesThatSumToTheJobs) {
-  JobColumns columns(2);
+TEST(PageJob, CountsTimestampAndReleaseBackFromTheStart) {
   const auto at = [](std::int64_t ns) { return Time(Duration(ns)); };
-  JobRecord timer{{0, 5, at(100), at(110), kNever, {}}, at(150), at(180)};
+  EXPECT_EQ(job_row({{0, 5, at(100), at(110), kNever, {}}, at(150), at(180)}),
+            (PageJob{0, 5, 150, 30, 50, 40, 0}));
   JobRecord sample{{1, 3, at(170), at(170), kNever, {0, 5}}, at(200)};
   sample.outcome = Outcome::running;
   sample.worker = 1;
-  columns.add(timer);
-  columns.add(sample);
-  timer.job.sequence = 6;
-  timer.start = at(300);
-  timer.finish = at(301);
-  columns.add(timer);
-  const nlohmann::json expected = {{"task", {0, 1, 0}},
-                                   {"sequence", {5, 3, 1}},
-                                   {"start", {150, 50, 100}},
-                                   {"length", {30, -1, 1}},
-                                   {"before_timestamp", {50, 30, 200}},
-                                   {"before_release", {40, 30, 190}},
-                                   {"worker", {0, 1, 0}},
-                                   {"parent", {-1, 0, -1}},
-                                   {"parent_sequence", {0, -2, 0}}};
-  EXPECT_EQ(columns.columns(), expected);
+  EXPECT_EQ(job_row(sample), (PageJob{1, 3, 200, -1, 30, 30, 1}));
+}
+
+TEST(ListedOutputs, OnlyTheWorstHaveTheirParts) {
+  std::vector<explain::Explanation> explained(3);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    explained[i].repetition = i;
+    explained[i].latency = Duration(10 + i);
+    explained[i].path.resize(1);
+    explained[i].parts = {{explain::Cause::running, {}, {}, 0, Duration(4)},
+                          {explain::Cause::unexplained, {}, {}, 0, Duration(6 + i)}};
+  }
+  const nlohmann::json outputs = outputs_json(explained, 5);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(outputs[i]["repetition"], 2 - i);
+    EXPECT_EQ(outputs[i]["parts"].size(), i < 2 ? 2U : 0U);
+    EXPECT_EQ(outputs[i]["causes"][0], 4);
+  }
 }
 
 }  // namespace

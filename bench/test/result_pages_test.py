@@ -83,7 +83,7 @@ class Curves(CommandTest):
         for _, _, text in browser.run(READ_PLOT):
             value, low, high = map(float, interval.search(text).groups())  # type: ignore[union-attr]
             self.assertTrue(low <= value <= high)
-        self.assertFalse(browser.run("return document.getElementById('lines') !== null"))
+        self.assertFalse(browser.run("return document.getElementById('sweep_lines') !== null"))
         box = "document.querySelector('.plots .legend input').click()"
         browser.run(box)
         self.assertEqual({name for name, _, _ in browser.run(READ_PLOT)}, {"rm-ro"})

@@ -287,7 +287,8 @@ class WrongUse(SimulateTest):
             several = ("--executors", "default,rm-ro,events-ro", "--repetitions", 2, "--phases", "random")
             run = self.simulate("--graph", graph, *several, "--duration", 3, "--warm-up", 0.5, output=graph)
             summary = (run.path / "summary.json").read_bytes()
-            responses = self.accepted("feed", "responses", run.path)
+            asked = f"echo '{json.dumps(['responses', str(run.path)])}' |"
+            responses = self.accepted("feed", given=asked)
             files = {}
             for name in ("jobs.csv", "chains.csv"):
                 header, *rows = (run.path / name).read_text().splitlines()
@@ -302,7 +303,7 @@ class WrongUse(SimulateTest):
                 (run.path / "summary.json").unlink()
                 self.accepted("report", "--summary", run.path)
                 self.assertEqual((run.path / "summary.json").read_bytes(), summary)
-                self.assertEqual(self.accepted("feed", "responses", run.path), responses)
+                self.assertEqual(self.accepted("feed", given=asked), responses)
 
     def test_a_row_of_another_run_is_named_with_its_line(self) -> None:
         run = self.simulate("--executors", "rm-ro", *BRIEF)

@@ -11,6 +11,7 @@
 #include "graph_fixture.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "program/errors.hpp"
+#include "results/perfetto.hpp"
 #include "results/run_folder.hpp"
 
 namespace hotpath {
@@ -68,9 +69,44 @@ TEST_F(StoredSummaryTest, ResponsesAreInTheOrderOfExecutorsAndRepetitions) {
   ran("default", 1, 2);
   ran("default", 0, 1);
   const results::StoredRun stored = run();
-  std::ostringstream out;
-  results::write_responses(out, stored);
-  EXPECT_EQ(out.str(), "executor,repetition,task,response_ns\ndefault,0,A,1\ndefault,1,A,2\nrm-ro,0,A,4\n");
+  const nlohmann::json found = results::responses(stored);
+  EXPECT_EQ(found["tasks"], nlohmann::json({"A"}));
+  EXPECT_EQ(found["repetitions"], nlohmann::json::parse(R"([
+    {"executor": "default", "repetition": 0, "task": [0], "ns": [1]},
+    {"executor": "default", "repetition": 1, "task": [0], "ns": [2]},
+    {"executor": "rm-ro", "repetition": 0, "task": [0], "ns": [4]}])"));
+}
+
+TEST_F(StoredSummaryTest, PerfettoGetsTheJobsThatRanOrWereLostInAWindow) {
+  ran("default", 1, 2);
+  ran("default", 0, 1);
+  std::vector<JobRecord>& jobs = traces_.back().jobs;
+  jobs.clear();
+  const auto add = [&](Duration ready, Duration start, Duration finish, Outcome outcome) {
+    const Job job{0, jobs.size(), Time{} + ready, Time{} + ready, Time{} + 12ms, {}};
+    jobs.push_back({job, Time{} + start, Time{} + finish, Duration(-1), outcome});
+  };
+  add(0ms, 1ms, 9ms, Outcome::ran);
+  add(0ms, 1ms, 10ms, Outcome::ran);
+  add(0ms, 12ms, 13ms, Outcome::ran);
+  add(15ms, 0ms, 0ms, Outcome::overwritten);
+  add(20ms, 20ms, 21ms, Outcome::ran);
+  jobs[2].job.parent = {0, 1};
+  const results::StoredRun stored = run();
+  const auto names = [&](Duration from, Duration to) {
+    std::ostringstream out;
+    results::write_perfetto(out, stored, {"default", 0, Time{} + from, Time{} + to});
+    std::string all;
+    for (const nlohmann::json& event : nlohmann::json::parse(out.str()).at("traceEvents")) {
+      const std::string phase = event.at("ph");
+      if (phase == "X") all += event.at("args").at("sequence").dump();
+      all += phase == "i" ? event.at("cat").get<std::string>() + " " : phase == "M" ? "" : phase + " ";
+    }
+    return all;
+  };
+  EXPECT_EQ(names(10ms, 20ms), "1X 2X deadline missed s f overwritten ");
+  EXPECT_EQ(names(11ms, 15ms), "2X deadline missed ");
+  EXPECT_EQ(names(0ms, 1ms), "");
 }
 
 TEST_F(StoredSummaryTest, DropsCountOnceInEachRepetition) {

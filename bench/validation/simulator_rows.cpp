@@ -189,9 +189,7 @@ json against_golden(const fs::path& reference, const std::string& graph, const r
 json timers_only_rows(const fs::path& reference) {
   json rows = json::array();
   for (const auto& [subject, measured] : read_measured(reference / "rclcpp_timers_only.csv")) {
-    // The measured fork has release-only timers, but not in its executors' names.
-    const ExecutorEntry* executor = find_executor(subject.second);
-    if (executor == nullptr) executor = find_executor(subject.second + "-ro");
+    const ExecutorEntry* const executor = find_executor(subject.second);
     if (executor == nullptr) continue;
     const Graph graph = load_graph(find_graph("timers_only_" + subject.first + "_authors"));
     TimersOnlyRuns simulated;

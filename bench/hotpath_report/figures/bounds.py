@@ -30,10 +30,10 @@ def mark(source: str, executor: str) -> dict[str, str]:
 
 def tightness(table: pd.DataFrame) -> Figure:
     """Worst responses in % of their bounds: source, setting, executor, task, share_percent."""
-    settings, executors = sorted(table["setting"].unique()), list(table["executor"].unique())
+    settings, executors = sorted(table["utilisation_percent"].unique()), list(table["executor"].unique())
     figure, panels = style.new_figure(3.3, 1, len(settings), share_y=True)
     for axes, setting in zip(panels, settings):
-        here = table[table["setting"] == setting]
+        here = table[table["utilisation_percent"] == setting]
         tasks = list(here["task"].unique())
         for (source, executor), rows in here.groupby(["source", "executor"], sort=False):
             shift = 0.28 * (executors.index(executor) - (len(executors) - 1) / 2)

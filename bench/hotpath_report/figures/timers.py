@@ -28,12 +28,12 @@ GROUPS = {"camera": "cameras", "lidar": "LiDARs", "imu": "IMU"}
 class TimerRuns:
     """Timers of several runs after the warm-up.
 
-    `counts` has a row per setting, source, executor, repetition and task: COUNTS, deadline_ms,
+    `counts` has a row per utilisation, source, executor, repetition and task: COUNTS, deadline_ms,
     bound_ms and, if known, response_max_ms. `responses` has a row per job that ran: response_ms.
     Both have the task's group.
     """
 
-    KEY = ["setting", "source", "executor"]
+    KEY = ["utilisation_percent", "source", "executor"]
 
     def __init__(self, counts: pd.DataFrame, responses: pd.DataFrame) -> None:
         def group_of(task: str) -> str | None:
@@ -122,7 +122,7 @@ def draw_panel(axes: Axes, runs: TimerRuns, key: tuple[Any, str], bounds: Bounds
     """Draws deadlines (an arrow marks a deadline beyond the axis), analytical bounds and the real
     stack's worst values; `key`: setting and group."""
     limit, (setting, group) = axes.get_xlim()[1], key
-    here = runs.counts[(runs.counts["setting"] == setting) & (runs.counts["group"] == group)]
+    here = runs.counts[(runs.counts["utilisation_percent"] == setting) & (runs.counts["group"] == group)]
     for deadline in here["deadline_ms"].dropna().unique():
         beyond = deadline > limit
         if not beyond:
@@ -166,7 +166,7 @@ def responses(runs: TimerRuns, group: str, labels: Mapping[Any, str], bounds: Bo
 def bounds_of(runs: TimerRuns) -> Bounds:
     """The largest bound (ms) of each group's tasks under executors with priorities."""
     found: dict[tuple[Any, str], dict[str, float]] = {}
-    largest = runs.counts.groupby(["setting", "group", "executor"])["bound_ms"].max().dropna()
+    largest = runs.counts.groupby(["utilisation_percent", "group", "executor"])["bound_ms"].max().dropna()
     for (setting, group, executor), bound in largest.items():
         known = executor_named(executor)
         if known is not None and known.family == "priority_events":

@@ -11,10 +11,9 @@ from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages import interactive
-from hotpath_report.pages.interactive import Measured
-from hotpath_report.pages.writer import Section, Table, make_figure, write_page
+from hotpath_report.pages.writer import Section, Table, write_with_figure
 from hotpath_report.run import Run, samples_by
-from hotpath_report.statistics import Estimate
+from hotpath_report.statistics import estimate_of
 from hotpath_report.style import INK
 from hotpath_report.tables import NS_PER_MS, read_json, read_table
 
@@ -72,8 +71,8 @@ def targets(found: Advice, rows: pd.DataFrame, labels: list[str]) -> list[dict[s
         if column == AGE and (limit := found["requirements_ms"].get(chain)):
             marks.append({"label": "requirement", "ms": limit, "series": None})
         marks.sort(key=lambda mark: float(mark["ms"]))
-        measured = Measured("chain", name, f"Chain {name}", f"{title} (ms)", "predictions")
-        made.append(measured.target([samples.get(label) for label in labels], marks))
+        what = {"kind": "chain", "name": name, "title": f"Chain {name}", "measure": f"{title} (ms)"}
+        made.append(interactive.target(what | {"figure": "advice"}, map(samples.get, labels), marks))
     # Outputs are explained by their age, so it comes first if there are any.
     return [t for t in (made if of_age or found["stored"] else made[::-1]) if t["curves"]]
 
@@ -82,7 +81,7 @@ def document(folder: Path, found: Advice, rows: pd.DataFrame) -> dict[str, Any]:
     """Everything that the interactive part shows. The curves of the stored runs come first."""
     runs = [Run(folder / name / "run") for name in ("now", "recommended")] if found["stored"] else []
     data = interactive.stored_part(runs, [str(run.folder) for run in runs])
-    data["runs"].append(interactive.run_of_samples("", "simulated", []))
+    data["runs"] += interactive.of_samples({"simulated": []})["runs"]
     stored = dict(zip([found["now"], found["recommended"]], found["stored"]))
     labels = list(dict.fromkeys([*stored, *rows["executor"]]))
     shown = {name: name + (" (now)" if name == found["now"] else "") for name in labels}
@@ -95,8 +94,7 @@ def tables(found: Advice) -> list[Table]:
     """The candidates, the best first, and the order of the best ones under changed assumptions."""
 
     def text_of(value: dict[str, Any]) -> str:
-        measured = value["value"] is not None
-        return Estimate(value["value"], *value.get("interval", ())).text(1) if measured else "-"
+        return "-" if value["value"] is None else estimate_of(value).text(1)
 
     cells = []
     for row in found["ranking"]:
@@ -127,18 +125,19 @@ def write(folder: str) -> None:
         f"{found['draws']} draws of {found['seconds']:g} s, {cores}"
     )
     title = f"Predicted {found['metric']} under each executor"
-    style.save(predictions(found, shown).figure, folder, "advice", title, subtitle)
     rows = read_table(Path(folder) / "latencies.csv", ["executor", "repetition", "chain", HOT_PATH], [AGE])
-    made = make_figure("predictions", title, predictions(found, shown))
     text = TEXT + (STORED_TEXT if found["stored"] else "")
-    section = Section("candidates", "Candidates", subtitle, text, [made], tables(found))
+    section = Section("candidates", "Candidates", subtitle, text, tables=tables(found))
     section.notes = [" ".join(found["causes"])] if found["causes"] else []
-    write_page(
-        Path(folder),
-        [section],
+    write_with_figure(
+        folder,
+        section,
+        lambda: predictions(found, shown),
+        "advice",
+        title,
+        subtitle,
         document(Path(folder), found, rows),
         title=f"Advice for {found['graph']}",
         facts=[*found["sentences"], *([f"Change: {found['change']}"] if found["change"] else [])],
         made_by="`hotpath advise`. Every latency: latencies.csv.",
     )
-    print(Path(folder) / "report.html")

@@ -1,86 +1,58 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The data of the interactive part of a page: distributions and curves from the C++ library, jobs and outputs from
-`hotpath report --json`."""
+"""The data of the interactive part of a page: distributions and curves, and jobs and outputs of stored runs."""
 
 import base64
 import contextlib
 import hashlib
 import json
 import math
-import tempfile
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from hotpath_report import hotpath_command, style
+from hotpath_report import style
 from hotpath_report.errors import InputError, RunError
-from hotpath_report.hotpath_command import PACKAGE
+from hotpath_report.hotpath_command import PACKAGE, ask, output_of
 from hotpath_report.run import Run
-from hotpath_report.shown_text import printable_content
+from hotpath_report.shown_text import printable, printable_content
 from hotpath_report.statistics import Estimate, Samples
-from hotpath_report.tables import NS_PER_MS, read_table
+from hotpath_report.tables import NS_PER_MS
 
 SCRIPT = PACKAGE / "web" / "page.js"
 LARGEST_ANALYZED = 200_000_000  # bytes of jobs.csv, which `hotpath analyze` and `explain` read
-POINTS_OF_DECADE = 20  # of the logarithmic tail of a distribution
 LOGARITHMIC = 8  # ratio of the largest to the least value from which an axis is logarithmic
 ENDS = ("value", "low", "high")
 
 Bounds = dict[tuple[str, str, str], float]  # ms by executor, kind (chain or task) and name
 
 
-@dataclass(frozen=True)
-class Measured:
-    """The samples (ms) of one chain or task in all runs, by executor."""
-
-    kind: str  # chain or task
-    name: str
-    title: str
-    measure: str
-    figure: str  # id of the violins; empty: none
-    runs: Sequence[Mapping[str, Samples]] = ()
-
-    def samples(self, series: Sequence[dict[str, Any]]) -> list[Samples | None]:
-        """The samples of each series."""
-        return [self.runs[of["run"]].get(of["executor"]) for of in series]
-
-    def target(
-        self, samples: Iterable[Samples | None], marks: Sequence[dict[str, Any]] = ()
-    ) -> dict[str, Any]:
-        """The distributions, given for each series."""
-        names = {key: getattr(self, key) for key in ("kind", "name", "title", "measure", "figure")}
-        return names | {"curves": [curve(k, s) for k, s in enumerate(samples) if s], "marks": list(marks)}
+# What a distribution is of: kind (chain or task), name, title, measure, and the id of its violins or nothing; and the
+# samples (ms) by executor in each run.
+Measured = tuple[dict[str, str], Sequence[Mapping[str, Samples]]]
 
 
-def curve(series: int, samples: Samples) -> dict[str, Any]:
-    """A distribution with its intervals, in ms rounded to nanoseconds: evenly up to the probability 0.9, then evenly
-    on the logarithmic axis up to the last probability that the samples resolve, and 1."""
-    n = len(samples)
-    steps = math.floor(max(0.0, math.log10(n) - 1) * POINTS_OF_DECADE)
-    tail = 1 - 0.1 * 10.0 ** -(np.arange(1, steps + 1) / POINTS_OF_DECADE)
-    q = np.concatenate([np.arange(0, 46) / 50, np.round(tail, 12), [1.0]])
-    columns = np.round(samples.estimates(q), 6).T.tolist()
-    ends = {key: [None if math.isnan(v) else v for v in column] for key, column in zip(ENDS, columns)}
-    return {"series": series, "n": n, "repetitions": len(samples.repetitions), "q": q.tolist(), **ends}
+def of_series(
+    runs: Sequence[Mapping[str, Samples]], series: Sequence[dict[str, Any]]
+) -> Iterator[Samples | None]:
+    """The samples of each series."""
+    return (runs[of["run"]].get(of["executor"]) for of in series)
 
 
-def looks_of(found: Sequence[tuple[str, str]]) -> list[dict[str, Any]]:
-    """The looks of curves, given as executor and label."""
-    dashes = style.dashes_of([executor for executor, _ in found])
-    return [
-        {"label": label, "colour": style.colour_of(executor), "dash": dash}
-        for (executor, label), dash in zip(found, dashes)
-    ]
+def target(
+    what: dict[str, str], samples: Iterable[Samples | None], marks: Sequence[dict[str, Any]] = ()
+) -> dict[str, Any]:
+    """The distributions, given for each series."""
+    curves = [{"series": k, **s.curve()} for k, s in enumerate(samples) if s]
+    return what | {"curves": curves, "marks": list(marks)}
 
 
 def curves_of(found: Sequence[tuple[int, str, str]]) -> list[dict[str, Any]]:
     """The series of a document, given as number of the run, executor and label."""
-    looks = looks_of([(executor, label) for _, executor, label in found])
-    return [{"run": run, "executor": executor, **look} for (run, executor, _), look in zip(found, looks)]
+    dashes = style.dashes_of([executor for _, executor, _ in found])
+    return [
+        {"run": run, "executor": executor, "label": label, "colour": style.colour_of(executor), "dash": dash}
+        for (run, executor, label), dash in zip(found, dashes)
+    ]
 
 
 def bounds_of(run: Run) -> Bounds:
@@ -89,39 +61,47 @@ def bounds_of(run: Run) -> Bounds:
     jobs, graph = run.folder / "jobs.csv", run.facts["graph"].get("file")
     if not graph or not jobs.exists() or jobs.stat().st_size > LARGEST_ANALYZED:
         return bounds
-    with tempfile.TemporaryDirectory() as folder, contextlib.suppress(InputError, RunError):
-        path = Path(folder) / "bounds.csv"
-        hotpath_command.output_of("analyze", graph, "--trace", run.folder, "--csv", path)
-        rows = read_table(path, ["executor", "kind", "name", "bound_ns"])
-        rows = rows[rows["kind"].isin(["chain", "task"])]
-        for key, bound in rows.groupby(["executor", "kind", "name"])["bound_ns"].min().items():
-            bounds[key] = float(bound) / NS_PER_MS
+    with contextlib.suppress(InputError, RunError):
+        tightest: Bounds = {}
+        for row in json.loads(output_of("analyze", graph, "--trace", run.folder, "--json")):
+            key = (printable(row["executor"]), row["kind"], printable(row["name"]))
+            tightest[key] = min(tightest.get(key, math.inf), row["bound_ns"] / NS_PER_MS)
+        bounds |= tightest
     return bounds
 
 
 def marks_of(
-    measured: Measured, runs: Sequence[Run], bounds: Sequence[Bounds], series: Sequence[dict[str, Any]]
+    what: dict[str, str], runs: Sequence[Run], bounds: Sequence[Bounds], series: Sequence[dict[str, Any]]
 ) -> list[dict[str, Any]]:
     """Bounds, deadlines and the computation on the path."""
     marks: set[tuple[float, str, int | None]] = set()
-    if measured.kind == "chain" and runs[0].facts.get("chains", [measured.name])[:1] == [measured.name]:
+    kind, name = what["kind"], what["name"]
+    if kind == "chain" and runs[0].facts.get("chains", [name])[:1] == [name]:
         marks |= {(x["ms"], x["label"], None) for x in runs[0].facts.get("limits", []) if x["ms"] > 0}
-    for run in (run for run in runs if measured.kind == "task" and run.has_summary()):
+    for run in (run for run in runs if kind == "task" and run.has_summary()):
         counts = run.timer_counts()
-        deadlines = counts["deadline_ms"][counts["task"] == measured.name]
+        deadlines = counts["deadline_ms"][counts["task"] == name]
         marks |= {(ms, "deadline", None) for ms in deadlines if ms}
     for number, of in enumerate(series):
-        if bound := bounds[of["run"]].get((of["executor"], measured.kind, measured.name)):
+        if bound := bounds[of["run"]].get((of["executor"], kind, name)):
             marks.add((round(bound, 6), f"bound of {of['label']}", number))
     return [{"label": label, "ms": ms, "series": number} for ms, label, number in sorted(marks)]
+
+
+def of_samples(executors: Mapping[str, Sequence[str]], **parts: Any) -> dict[str, Any]:
+    """As document(), of executors by source that are known by their samples alone, without targets; or with these
+    parts."""
+    found = [(k, e, f"{e}, {source}") for k, (source, names) in enumerate(executors.items()) for e in names]
+    nothing: dict[str, Any] = {"tasks": [], "notes": [], "warm_up_ns": 0}
+    runs = [{"name": of, "source": of, "executors": names} | nothing for of, names in executors.items()]
+    return {"causes": [], "rules": [], "targets": [], "series": curves_of(found), "runs": runs} | parts
 
 
 def stored_part(runs: Sequence[Run], names: Sequence[str]) -> dict[str, Any]:
     """Jobs, outputs and causes of stored runs, without distributions."""
     if not runs:
-        return {"causes": [], "rules": [], "runs": []}
-    stored = json.loads(hotpath_command.output_of("feed", "page", *(run.folder for run in runs)))
-    data: dict[str, Any] = printable_content(stored)
+        return of_samples({})
+    data: dict[str, Any] = printable_content(ask("page", [str(run.folder) for run in runs]))
     for run, name, of in zip(runs, names, data["runs"]):
         of |= {"name": name, "source": run.facts["kind"], "warm_up_ns": round(run["warm_up_s"] * 1e9)}
     return data
@@ -138,27 +118,11 @@ def document(runs: Sequence[Run], names: Sequence[str], measured: Sequence[Measu
         ]
     )
     bounds = [bounds_of(run) for run in runs]
-    data["targets"] = [m.target(m.samples(series), marks_of(m, runs, bounds, series)) for m in measured]
+    data["targets"] = [
+        target(what, of_series(samples, series), marks_of(what, runs, bounds, series))
+        for what, samples in measured
+    ]
     return data
-
-
-def run_of_samples(name: str, source: str, executors: Sequence[str]) -> dict[str, Any]:
-    """What stands in the place of a run that is known by its samples alone."""
-    of_jobs = {"tasks": [], "notes": [], "warm_up_ns": 0}
-    return {"name": name, "source": source, "executors": executors, **of_jobs}
-
-
-def without_jobs(**parts: Any) -> dict[str, Any]:
-    """What the interactive part shows of a page without stored runs: these parts of a document()."""
-    nothing: dict[str, Any] = {"causes": [], "rules": [], "series": [], "targets": [], "runs": []}
-    return nothing | parts
-
-
-def without_targets(executors: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """As document(), of samples alone: a series for each executor of each source, without targets."""
-    found = [(k, e, f"{e}, {source}") for k, (source, names) in enumerate(executors.items()) for e in names]
-    runs = [run_of_samples(source, source, names) for source, names in executors.items()]
-    return without_jobs(series=curves_of(found), runs=runs)
 
 
 Points = Mapping[float, Estimate]  # by x
@@ -168,7 +132,7 @@ def plot(title: str, x: str, found: Sequence[tuple[str, str, Points]], figure: s
     """Lines with their intervals over `x`, given as executor, label and points, in place of the page's static
     `figure`. Latencies that differ much have a logarithmic axis."""
     lines = []
-    for (_, _, points), look in zip(found, looks_of([(executor, label) for executor, label, _ in found])):
+    for (_, _, points), look in zip(found, curves_of([(0, executor, label) for executor, label, _ in found])):
         xs = sorted(points)
         rows = [[None if math.isnan(v) else round(v, 6) for v in points[at]] for at in xs]
         columns: dict[str, Any] = {key: [row[k] for row in rows] for k, key in enumerate(ENDS)}

@@ -11,7 +11,6 @@ from hotpath_report import hotpath_command
 from hotpath_report.errors import InputError
 from hotpath_report.figures import hot_path
 from hotpath_report.pages import interactive
-from hotpath_report.pages.interactive import Measured
 from hotpath_report.pages.writer import HEADER, Section, Table, compared, make_figure, write_page
 from hotpath_report.run import Run
 from hotpath_report.shown_text import printable_content
@@ -64,14 +63,14 @@ def figure_name(key: Key) -> str:
 def document(runs: Sequence[ReportedRun], names: Sequence[str]) -> dict[str, Any]:
     """What the interactive part shows: the chains, then all tasks."""
     keys = dict.fromkeys(key for run in runs for key in run.measured)
-    measured = []
+    measured: list[interactive.Measured] = []
     for key in (key for key in keys if key[0] == "Chain"):
-        of_runs = [run.measured.get(key, {}) for run in runs]
-        measured.append(Measured("chain", key[1], " ".join(key), CHAIN[0], figure_name(key), of_runs))
+        what = {"kind": "chain", "name": key[1], "title": " ".join(key), "measure": CHAIN[0]}
+        measured.append((what | {"figure": figure_name(key)}, [run.measured.get(key, {}) for run in runs]))
     for name in dict.fromkeys(name for run in runs for name in run.tasks):
         figure = figure_name(("Timer", name)) if ("Timer", name) in keys else ""
-        of_runs = [run.tasks.get(name, {}) for run in runs]
-        measured.append(Measured("task", name, f"Task {name}", TIMER[0], figure, of_runs))
+        what = {"kind": "task", "name": name, "title": f"Task {name}", "measure": TIMER[0], "figure": figure}
+        measured.append((what, [run.tasks.get(name, {}) for run in runs]))
     return interactive.document(runs, names, measured)
 
 
@@ -98,12 +97,19 @@ OUTPUTS = {
     "p99": ("hot_path_latency_ms", "p99"),
     "worst": ("hot_path_latency_ms", "max"),
 }
-PERIODS = ["least ms", "greatest ms", "p99 off its period by ms"]
+# Column, measure and statistic of a timer.
+PERIODS = {
+    "least ms": ("period_ms", "min"),
+    "greatest ms": ("period_ms", "max"),
+    "p99 off its period by ms": ("period_deviation_ms", "p99"),
+}
 
 
-def shown(value: float | None) -> str:
-    """A count or a number of ms."""
-    return "" if value is None else f"{value:d}" if isinstance(value, int) else f"{value:.2f}"
+def statistics(of: dict[str, Any], columns: dict[str, tuple[str, str]]) -> Iterator[str]:
+    """Counts and numbers of ms; empty where there is none."""
+    for measure, statistic in columns.values():
+        value = (of.get(measure) or {}).get(statistic)
+        yield "" if value is None else f"{value:d}" if isinstance(value, int) else f"{value:.2f}"
 
 
 def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
@@ -111,29 +117,22 @@ def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
     the repetitions that the kernel's counters call disturbed; without empty tables."""
     executors = [([run.name, e["executor"]], e) for run in runs if run.has_summary() for e in run.summary()]
     tasks = [([*names, task["task"]], task) for names, e in executors for task in e["tasks"]]
-    losses = [[*names, *(e[key] for key in LOSSES)] for names, e in executors]
     outputs = [
-        [
-            *names,
-            chain["chain"],
-            *(shown((chain.get(measure) or {}).get(of)) for measure, of in OUTPUTS.values()),
-        ]
+        [*names, chain["chain"], *statistics(chain, OUTPUTS)]
         for names, e in executors
         for chain in e["chains"]
     ]
+    losses = [[*names, *(e[key] for key in LOSSES)] for names, e in executors]
     lost = [
         [*names, *(task.get(key, "") for key in LOSSES_OF_TASK)]
         for names, task in tasks
         if task.get("skipped") or task.get("overwritten")
     ]
     # Runs of older versions have no periods.
-    periods = []
-    for names, task in tasks:
-        if (off := task.get("period_deviation_ms") or {}).get("n"):
-            values = (task["period_ms"]["min"], task["period_ms"]["max"], off["p99"])
-            periods.append([*names, *("" if v is None else f"{v:.2f}" for v in values)])
+    timers = [(names, task) for names, task in tasks if (task.get("period_deviation_ms") or {}).get("n")]
+    periods = [[*names, *statistics(task, PERIODS)] for names, task in timers]
     marks = [[run.name, e, n, "; ".join(marks)] for run in runs for e, n, marks in run.disturbances()]
-    names, title = ["run", "executor"], "Periods of timers, from start to start"
+    names = ["run", "executor"]
     made = [
         Table(
             "Outputs, in ms; hot path: the paper's metric, from the start of the latest source's callback to the "
@@ -143,7 +142,7 @@ def tables(runs: Sequence[ReportedRun]) -> Iterator[Table]:
         ),
         Table("Losses", names + [*LOSSES.values()], losses),
         Table("Losses by task", [*names, "task", *LOSSES_OF_TASK.values()], lost, folded=len(lost) > 12),
-        Table(title, [*names, "timer", *PERIODS], periods, folded=True),
+        Table("Periods of timers, from start to start", [*names, "timer", *PERIODS], periods, folded=True),
         Table("Disturbed repetitions", [*names, "repetition", "marks"], marks),
     ]
     return (table for table in made if table.rows)
@@ -230,7 +229,7 @@ def distributions(targets: list[dict[str, Any]]) -> dict[str, Any]:
         target |= {"title": target["name"], "measure": measure, "figure": "", "marks": []}
         for curve in target["curves"]:
             curve["series"] = places.index((curve.pop("side"), curve.pop("executor")))
-    return interactive.without_targets(found) | {"targets": targets}
+    return interactive.of_samples(found, targets=targets)
 
 
 def write_comparison(folder: str) -> None:

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The figure and the page of `hotpath sweep`: lines with intervals."""
+"""The figures and pages of `hotpath sweep` and `hotpath capacity`, with lines and their intervals over a quantity."""
 
+import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,124 +17,185 @@ from hotpath_report import style
 from hotpath_report.errors import InputError
 from hotpath_report.figures.maps import dashes
 from hotpath_report.figures.violins import Drawing
-from hotpath_report.pages import interactive
-from hotpath_report.pages.writer import Section, make_figure, table_of, write_page
+from hotpath_report.pages.interactive import ENDS, Points, of_samples, plot
+from hotpath_report.pages.writer import Section, Table, table_of, write_with_figure
 from hotpath_report.statistics import Estimate, Samples
+from hotpath_report.style import FAINT, INK, WARNING
 from hotpath_report.tables import read_json, read_table
 
-MOST_VALUES = 9  # of the second axis
+Plots = list[dict[str, Any]]
 
-
+MOST_VALUES = 9  # of the second axis of a sweep
+ANALYSIS = "analysis"  # source of levels that an analysis accepts
 # Column of the table and title of each measure.
-MEDIAN, LOST = "hot_path_p50_ms", {"lost": "lost: skipped and overwritten"}
-OF_CHAINS = {
-    MEDIAN: "median hot-path latency (ms)",
-    "hot_path_max_ms": "worst hot-path latency (ms)",
-} | LOST
-OF_TIMERS = {
-    "response_share_max": "worst response time / deadline",
-    "deadline_overruns": "deadline overruns",
-} | LOST
+LOST = {"lost": "lost: skipped and overwritten"}
+OVERRUNS, SHARE = {"deadline_overruns": "deadline overruns"}, {
+    "response_share_max": "worst response time / deadline"
+}
+MEDIAN = "hot_path_p50_ms"
+OF_CHAINS = {MEDIAN: "median hot-path latency (ms)", "hot_path_max_ms": "worst hot-path latency (ms)"} | LOST
+OF_TIMERS = SHARE | OVERRUNS | LOST
+# Those of levels.csv; latencies have the columns of an interval, and results of older versions lack some.
+LATENCIES = {"age_p99": "p99 of the age of the data (ms)", "age_worst": "worst age of the data (ms)"}
+LATENCIES |= {"p99": "p99 of the hot-path latency (ms)", "worst": "worst hot-path latency (ms)"}
 
 
-class Table:
-    """table.csv: rows of one chain, or of timers without chains."""
-
-    def __init__(self, folder: Path) -> None:
-        self.rows = read_table(folder / "table.csv", ["executor"])
-        facts = read_json(folder / "sweep.json", "hotpath sweep")
-        chains = self.rows["chain"].dropna().unique() if "chain" in self.rows else []
-        self.chain = str(chains[0]) if len(chains) else ""
-        if self.chain:
-            self.rows = self.rows[(self.rows["chain"] == self.chain) | self.rows["failure"].notna()]
-        self.measures = OF_CHAINS if self.chain else OF_TIMERS
-        self.axes = [a for a in facts["axes"] if a in self.rows and self.rows[a].nunique() > 1]
-        numeric = [a for a in self.axes if pd.api.types.is_numeric_dtype(self.rows[a])]
-        if not numeric:
-            raise InputError(f"{folder / 'table.csv'}: no numeric axis to draw over")
-        self.x = numeric[0]
-        self.executors = list(self.rows["executor"].unique())
-        self.failed = int(self.rows["failure"].notna().sum())
-        cells = f"{self.rows['cell'].nunique()} cells, {facts['repetitions']} repetitions"
-        chain = f"chain {self.chain} · " if self.chain else ""
-        fails = f" · {self.failed} cells not finished (overload)" if self.failed else ""
-        self.subtitle = f"{chain}over {', '.join(self.axes)} · {cells}{fails}"
-
-    def points(self, rows: pd.DataFrame, column: str) -> dict[float, Estimate]:
-        """{x: median or largest value over the repetitions with its interval}"""
-        found = {}
-        for x, at in rows.groupby(self.x):
-            values = at[column].dropna()
-            if len(values):
-                found[float(x)] = Samples([v] for v in values).estimate(0.5 if column == MEDIAN else 1.0)
-        return found
+def plots_of(
+    rows: pd.DataFrame,
+    x: str,
+    measures: dict[str, str],
+    points: Callable[[pd.DataFrame, str], Points],
+    suffix: str = "",
+    figure: str = "",
+) -> Plots:
+    """A plot per measure that any executor has."""
+    made = []
+    for column, title in measures.items():
+        lines = [(str(e), str(e), points(of, column)) for e, of in rows.groupby("executor", sort=False)]
+        made.append(plot(title + suffix, x, lines, figure))
+    return [p for p in made if p["lines"]]
 
 
-def draw_lines(axes: Axes, table: Table, column: str) -> None:
+def over_repetitions(x: str, rows: pd.DataFrame, column: str) -> Points:
+    """{x: median or largest value over the repetitions with its interval}"""
+    groups = rows.dropna(subset=column).groupby(x)[column]
+    p = 0.5 if column == MEDIAN else 1.0
+    return {float(at): Samples([v] for v in values).estimate(p) for at, values in groups}
+
+
+def of_levels(x: str, rows: pd.DataFrame, column: str) -> Points:
+    """{x: value with its interval}"""
+    parts = [f"{column}_{part}ms" for part in ("", "low_", "high_")] if column in LATENCIES else [column]
+    if not set(parts) <= set(rows.columns):
+        return {}
+    found = zip(rows[x].astype(float), *(rows[part].astype(float) for part in parts))
+    return {at: Estimate(*values) for at, *values in found if not math.isnan(values[0])}
+
+
+def draw_lines(axes: Axes, drawn: dict[str, Any]) -> None:
     """A line per executor, with a band for the intervals."""
-    for executor in table.executors:
-        points = table.points(table.rows[table.rows["executor"] == executor], column)
-        if not points:
-            continue
-        colour, x = style.colour_of(executor), list(points)
-        value, low, high = np.array(list(points.values())).T
+    for line in drawn["lines"]:
+        x, value, low, high = (np.array(line[key], dtype=float) for key in ("x", *ENDS))
         ends = [np.where(np.isnan(end), value, end) for end in (low, high)]
-        axes.fill_between(x, *ends, color=colour, alpha=0.18, linewidth=0)
-        look: Any = {"linestyle": dashes(executor), "marker": "o" if len(x) < 30 else ""}
-        axes.plot(x, value, color=colour, markersize=2.8, **look)
-    axes.set(xlabel=table.x)
-    if column.endswith("_ms") and axes.get_ylim()[1] > 8 * max(axes.get_ylim()[0], 1e-9):
+        axes.fill_between(x, *ends, color=line["colour"], alpha=0.18, linewidth=0)
+        look: Any = {"linestyle": dashes(line["executor"]), "marker": "o" if len(x) < 30 else ""}
+        axes.plot(x, value, color=line["colour"], markersize=2.8, **look)
+    axes.set(xlabel=drawn["x"], title=drawn["title"])
+    if "(ms)" in drawn["title"] and axes.get_ylim()[1] > 8 * max(axes.get_ylim()[0], 1e-9):
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.yaxis.set_minor_locator(NullLocator())
         axes.yaxis.set_major_formatter("{x:g}")
 
 
-def lines(table: Table) -> Figure:
-    """Median and worst case over x; other axes are pooled."""
+def lines(plots: Plots, executors: list[str]) -> Figure:
+    """The first two measures."""
     figure, panels = style.new_figure(3.6, 1, 2)
-    for axes, (column, title) in zip(panels, table.measures.items()):
-        draw_lines(axes, table, column)
-        axes.set_title(title)
-    handles = [style.line(e, color=style.colour_of(e), linestyle=dashes(e)) for e in table.executors]
+    for axes, drawn in zip(panels, plots):
+        draw_lines(axes, drawn)
+    handles = [style.line(e, color=style.colour_of(e), linestyle=dashes(e)) for e in executors]
     style.add_key(figure, [*handles, style.patch("95 % interval over repetitions", alpha=0.3)], 6)
     return figure
 
 
-def plots(of: Table) -> list[dict[str, Any]]:
-    """Each measure with the other axes pooled, then for each value of the second axis."""
-    shown = [(of.rows, "", "lines")]
-    for axis in [a for a in of.axes if a != of.x][:1]:
-        for value in of.rows[axis].unique()[:MOST_VALUES]:
-            shown.append((of.rows[of.rows[axis] == value], f", {axis} {value}", ""))
-    made = []
-    for rows, suffix, figure in shown:
-        for column, title in of.measures.items():
-            found = [(e, e, of.points(rows[rows["executor"] == e], column)) for e in of.executors]
-            made.append(interactive.plot(title + suffix, of.x, found, figure))
-    return [p for p in made if p["lines"]]
-
-
 def write(folder: str) -> None:
     """Draws the figure of a sweep, and writes report.html and report.md. Raises InputError."""
-    of = Table(Path(folder))
-    title = f"{'Latency' if of.chain else 'Response times'} over {of.x}"
-    style.save(lines(of), folder, "sweep_lines", title, of.subtitle)
-    drawn = plots(of)
-    values = [
-        {"measure": p["title"], of.x: x, "executor": a["label"], "value": value, "low": low, "high": high}
+    path = Path(folder) / "table.csv"
+    rows, facts = read_table(path, ["executor"]), read_json(Path(folder) / "sweep.json", "hotpath sweep")
+    cells, failed = rows["cell"].nunique(), int(rows["failure"].notna().sum())
+    chain = next(iter(rows["chain"].dropna()), "") if "chain" in rows else ""
+    if chain:
+        rows = rows[(rows["chain"] == chain) | rows["failure"].notna()]
+    axes = [a for a in facts["axes"] if a in rows and rows[a].nunique() > 1]
+    x = next((a for a in axes if pd.api.types.is_numeric_dtype(rows[a])), "")
+    if not x:
+        raise InputError(f"{path}: no numeric axis to draw over")
+    subtitle = f"{f'chain {chain} · ' if chain else ''}over {', '.join(axes)} · "
+    subtitle += f"{cells} cells, {facts['repetitions']} repetitions"
+    subtitle += f" · {failed} cells not finished (overload)" if failed else ""
+    # Each measure with the other axes pooled, then for each value of the second axis.
+    measures, points = OF_CHAINS if chain else OF_TIMERS, partial(over_repetitions, x)
+    drawn = plots_of(rows, x, measures, points, figure="sweep_lines")
+    pooled = list(drawn)
+    for axis in [a for a in axes if a != x][:1]:
+        for value in rows[axis].unique()[:MOST_VALUES]:
+            drawn += plots_of(rows[rows[axis] == value], x, measures, points, f", {axis} {value}")
+    values = pd.DataFrame(
+        {"measure": p["title"], x: at, "executor": a["label"], "value": value, "low": low, "high": high}
         for p in drawn
         for a in p["lines"]
-        for x, value, low, high in zip(a["x"], a["value"], a["low"], a["high"])
-    ]
-    made = make_figure("lines", title, Drawing(lines(of), pd.DataFrame(values)))
+        for at, value, low, high in zip(a["x"], a["value"], a["low"], a["high"])
+    )
     text = "The value of a point is over the repetitions; bands are its 95 % interval."
-    write_page(
-        Path(folder),
-        [Section("values", "Values", of.subtitle, text, [made], list(map(table_of, drawn)))],
-        interactive.without_jobs(plots=drawn) if drawn else None,
-        title=f"Sweep over {', '.join(of.axes)}",
-        facts=[of.subtitle],
+    write_with_figure(
+        folder,
+        Section("values", "Values", subtitle, text, tables=list(map(table_of, drawn))),
+        lambda: Drawing(lines(pooled, list(rows["executor"].unique())), values),
+        "sweep_lines",
+        f"{'Latency' if chain else 'Response times'} over {x}",
+        subtitle,
+        of_samples({}, plots=drawn) if drawn else None,
+        title=f"Sweep over {', '.join(axes)}",
+        facts=[subtitle],
         made_by="`hotpath sweep`. Every row of every cell: table.csv.",
     )
-    print(Path(folder) / "report.html")
+
+
+def draw_row(axes: Axes, y: float, executor: str, rows: pd.DataFrame, over: str) -> None:
+    """Bar: capacity; dots: passing levels; crosses: failing levels; triangle: analysis."""
+    measured, bounds = rows[rows["source"] != ANALYSIS], rows[rows["source"] == ANALYSIS]
+    colour = style.colour_of(executor)
+    for capacity in measured[measured["capacity"] == 1][over]:
+        axes.barh(y, capacity, height=0.5, color=colour, alpha=0.3, linewidth=0)
+        style.note(axes, f"{capacity:g}", (capacity, y - 0.33), (0, 0), ha="right")
+    for rows, shift, marker, colour in (
+        (measured[measured["holds"] == 1], 0, "o", colour),
+        (measured[measured["holds"] == 0], 0, "x", WARNING),
+        (bounds[bounds["capacity"] == 1], 0.36, "^", INK),
+    ):
+        size = 6 if marker == "^" else 4
+        axes.plot(rows[over], [y + shift] * len(rows), marker, color=colour, markersize=size)
+
+
+def levels(rows: pd.DataFrame) -> Figure:
+    """A row of marks per executor."""
+    over, by_executor = rows.columns[2], dict(list(rows.groupby("executor", sort=False)))
+    figure, (axes,) = style.new_figure(0.9 + 0.5 * len(by_executor))
+    style.rows_of_labels(axes, list(by_executor), xlabel=over)
+    for y, (executor, found) in enumerate(by_executor.items()):
+        draw_row(axes, y, executor, found, over)
+    axes.set_xlim(left=0)
+    marks = [style.patch("capacity", alpha=0.3), style.dot("passes", color=FAINT)]
+    marks += [style.dot("fails", "x", color=WARNING)]
+    style.add_key(figure, [*marks, style.dot("largest level that an analysis accepts", "^")], 4)
+    return figure
+
+
+def write_capacity(folder: str) -> None:
+    """Draws the figure of a search for capacities, and writes report.html and report.md. Raises InputError."""
+    path = Path(folder) / "levels.csv"
+    rows = read_table(path, ["executor", "source", "holds", "capacity"])
+    if rows.empty:
+        raise InputError(f"{path}: no rows, there is nothing to draw")
+    over, executors = rows.columns[2], ", ".join(rows["executor"].unique())
+    measures = LATENCIES | LOST | OVERRUNS | SHARE
+    drawn = plots_of(rows[rows["source"] != ANALYSIS], over, measures, partial(of_levels, over))
+    cells = [
+        [r["executor"], r["source"], f"{r[over]:g}", "holds" if r["holds"] else "fails", r["why"]]
+        for r in rows.fillna({"why": ""}).to_dict("records")
+    ]
+    tried = Table("Tried levels", ["executor", "source", over, "", "why"], cells, folded=True)
+    title = f"Highest {over} that each executor sustains"
+    text = "Each point is a tried level, over all repetitions; bands are 95 % intervals."
+    write_with_figure(
+        folder,
+        Section("levels", "Levels", executors, text, tables=[tried, *map(table_of, drawn)]),
+        lambda: Drawing(levels(rows), rows),
+        "capacity",
+        title,
+        "simulated; each mark is a tried level",
+        of_samples({}, plots=drawn) if drawn else None,
+        title=title,
+        facts=[f"{executors}; the table with confidence: capacity.md"],
+        made_by="`hotpath capacity`. Every tried level: levels.csv.",
+    )

@@ -6,13 +6,14 @@ import html
 import io
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 
+from hotpath_report import style
 from hotpath_report.figures.violins import Drawing
 from hotpath_report.pages import interactive
 from hotpath_report.pages.text import TEMPLATES, render
@@ -146,3 +147,20 @@ def write_page(
     for suffix in ("html", "md"):
         page = render(template, suffix, {"sections": sections, "losses": [], **content})
         write_file(folder / f"report.{suffix}", page)
+
+
+def write_with_figure(
+    folder: str,
+    section: Section,
+    draw: Callable[[], Drawing],
+    name: str,
+    caption: str,
+    subtitle: str,
+    data: dict[str, Any] | None,
+    **content: Any,
+) -> None:
+    """Draws the figure of a result into its folder, and writes its page, which has that figure and one section."""
+    style.save(draw().figure, folder, name, caption, subtitle)
+    section.figures.append(make_figure(name, caption, draw()))
+    write_page(Path(folder), [section], data, **content)
+    print(Path(folder) / "report.html")

@@ -54,7 +54,7 @@ def above(estimate: Estimate, neutral: float) -> bool:
 
 def too_few(*groups: Samples) -> bool:
     """Whether a measurement was too short for an interval, and so for a verdict."""
-    return any(not s.exact and not s.resampled for s in groups)
+    return any(not s.exact and not s.estimate(1.0).has_interval for s in groups)
 
 
 def need(*data: Sized) -> None:
@@ -83,11 +83,11 @@ def losses(evidence: Evidence, source: str, rows: pd.DataFrame, word: str, large
     marked as disturbed, and ends with the largest share in percent in `largest_of`. `rows`: setting, executor,
     repetition, lost, jobs."""
     short = f"{rows['lost'].sum()} of {rows['jobs'].sum()}"
-    of_set = rows.groupby(["setting", "executor"])[["lost", "jobs"]].sum()
+    of_set = rows.groupby(["utilisation_percent", "executor"])[["lost", "jobs"]].sum()
     largest = max(map(percent_of, of_set["lost"], of_set["jobs"]))
     text = f"{short} jobs {word}"
     if source == "live" and largest > 0:
-        keys = zip(rows["setting"], rows["executor"], rows["repetition"])
+        keys = zip(rows["utilisation_percent"], rows["executor"], rows["repetition"])
         disturbed = rows["lost"][[key in evidence.marked for key in keys]].sum()
         text += f", {disturbed} of them in repetitions marked as disturbed{largest_of.format(largest)}"
     tolerated = source == "live" and largest <= LIMITS.tolerated_percent

@@ -4,7 +4,6 @@ stack on the same workloads (reference_system/ros2_reference). The warm-up is le
 
 import functools
 import gzip
-import json
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ import pandas as pd
 
 from hotpath_report.errors import Missing
 from hotpath_report.figures.timers import TimerRuns
-from hotpath_report.hotpath_command import PACKAGE, executor_named, output_of
+from hotpath_report.hotpath_command import PACKAGE, ask
 from hotpath_report.paper.cells import PAPER_LOAD_PERCENT, Cell
 from hotpath_report.run import COUNTS, Run, samples_by
 from hotpath_report.statistics import Samples
@@ -23,15 +22,12 @@ from hotpath_report.tables import make_folder, read_json, read_table, write_file
 
 REAL = "real"  # the source of its rows
 PACKAGES = ("reference_system", "hotpath_reference_system")  # in the source tree and installed
-# Executor names there and here. The fork gives all subscriptions one top priority (rule `first`).
-WORDS = {"singlethreaded": "default", "staticsinglethreaded": "static", "multithreaded": "multi"}
-WORDS |= {"events_re": "events-re"}
 COUNTED_IN_TRACES = "events-re"  # the longer runs lack it
 AUTOWARE_CRUNCH_LIMIT = 6000  # 80 % of one core on the reference machine
 
 COPIED_TABLES = ("waters_summary.csv", "waters_histogram.csv", "wcrt_table.csv", "release_cost.csv")
 HOT_PATH_KEYS = ["study", "source", "load_percent", "executor", "repetition"]
-RESPONSE_KEYS = ["study", "source", "setting", "executor", "task", "repetition"]
+RESPONSE_KEYS = ["study", "source", "utilisation_percent", "executor", "task", "repetition"]
 COLUMNS = {
     "hot_path": [*HOT_PATH_KEYS, "hot_path_ms"],
     "timers": [*RESPONSE_KEYS, *COUNTS, "deadline_ms", "response_max_ms", "bound_ms"],
@@ -39,23 +35,16 @@ COLUMNS = {
 }
 HOT_PATH_FILE, RESPONSES_FILE, TIMERS_FILE = "hot_path.csv.gz", "responses.csv.gz", "timers.csv"
 CELLS_FILE = "cells.json"
-# Files call the setting of a timers-only set its utilisation.
-IN_FILES = {"setting": "utilisation_percent"}
-IN_FRAMES = {"utilisation_percent": "setting"}
-
-
-def our_name(executor: str) -> str:
-    """The registry's name for an executor; there, release-only executors lack the suffix `-ro`."""
-    name = WORDS.get(executor, executor)
-    return name if executor_named(name) else f"{name}-ro"
 
 
 def traced_timers(path: Path) -> pd.DataFrame:
     """The timers of a golden trace timers_only_PERCENT.EXECUTOR.csv."""
     graph, executor = path.stem.split(".")
-    timers = pd.DataFrame(json.loads(output_of("feed", "golden", path))["tasks"])
+    timers = pd.DataFrame(ask("golden", str(path))["tasks"])
     worst = [response["max"] for response in timers["response_ms"]]
-    return timers.assign(setting=int(graph.split("_")[-1]), executor=executor, response_max_ms=worst)
+    return timers.assign(
+        utilisation_percent=int(graph.split("_")[-1]), executor=executor, response_max_ms=worst
+    )
 
 
 class Reference:
@@ -67,20 +56,19 @@ class Reference:
         folder = next((folder for folder in folders if folder.is_dir()), None)
         if folder is None:
             return
-        names = {"utilisation_percent": "setting", "released": "reached", "dropped": "skipped"}
+        names = {"released": "reached", "dropped": "skipped"}
         timers = pd.read_csv(folder / "rclcpp_timers_only.csv").rename(columns=names)
-        timers["executor"] = timers["executor"].map(our_name)
         traced = pd.concat(map(traced_timers, sorted((folder / "traces").glob("timers_only_*.csv"))))
         counted = pd.concat([timers, traced[traced["executor"] == COUNTED_IN_TRACES]], ignore_index=True)
         # The authors' programs measure another response time, see the reference's README.
         counted = counted.drop(columns="response_max_ms")
-        keys = ["setting", "executor", "task"]
+        keys = ["utilisation_percent", "executor", "task"]
         timers = counted.merge(traced[[*keys, "response_max_ms"]], on=keys, how="left")
         timers["ran"] = timers["reached"] - timers["skipped"]
         self.timers = timers.assign(study="timers", source=REAL, repetition=0)
         autoware = pd.read_csv(folder / "rclcpp_autoware.csv")
         autoware = autoware[autoware["crunch_limit"] == AUTOWARE_CRUNCH_LIMIT]
-        self.hot_path = autoware.assign(executor=autoware["executor"].map(our_name)).set_index("executor")
+        self.hot_path = autoware.set_index("executor")
 
     def hot_path_ms(self, quantile: str) -> dict[str, float]:
         """By executor; `quantile` is p50, p90, p99 or max."""
@@ -168,7 +156,7 @@ class Evidence:
         make_folder(folder)
         for name, file in (("hot_path", HOT_PATH_FILE), ("responses", RESPONSES_FILE)):
             write_samples(getattr(self, name)[COLUMNS[name]], folder / file)
-        write_file(folder / TIMERS_FILE, self.timers.rename(columns=IN_FILES).to_csv(index=False))
+        write_file(folder / TIMERS_FILE, self.timers.to_csv(index=False))
         for name, table in self.tables.items():
             write_file(folder / name, table.to_csv(index=False))
         write_json(folder / CELLS_FILE, self.cells)
@@ -193,7 +181,7 @@ def collect(output: Path, cells: Iterable[Cell]) -> Evidence:
             facts["policies"] = sorted({p for r in run["runs"] for p in r.get("thread_policies", [])})
         facts["date"] = run.facts.get("date", "")
         if cell.study.startswith("timers"):
-            keys["setting"] = cell.load_percent
+            keys["utilisation_percent"] = cell.load_percent
             timers = run.timer_counts()[["executor", "task"]]
             responses = run.responses().merge(timers)  # keeps the left frame's order
             frames["responses"].append(responses.assign(**keys))
@@ -215,23 +203,23 @@ def write_samples(frame: pd.DataFrame, path: Path) -> None:
     frame = frame.assign(**{value: texts}, count=1)
     simulated = frame["source"] == "simulated"
     counted = frame[simulated].groupby(list(frame.columns[:-1]), sort=False, as_index=False)["count"].sum()
-    both = pd.concat([counted, frame[~simulated]]).rename(columns=IN_FILES)
+    both = pd.concat([counted, frame[~simulated]])
     write_file(path, gzip.compress(both.to_csv(index=False).encode(), 6, mtime=0))
 
 
 def read_samples(path: Path) -> pd.DataFrame:
     """A file of samples, with a row per sample."""
-    frame = read_table(path, ["count"]).rename(columns=IN_FRAMES)
+    frame = read_table(path, ["count"])
     return frame.loc[frame.index.repeat(frame["count"])].drop(columns="count").reset_index(drop=True)
 
 
 def stored(publication: Path) -> Evidence:
     """Reads the evidence of a published reproduction. Raises InputError."""
     data, facts = publication / "data", read_json(publication / "facts.json", "reproduce_paper.sh")
-    columns = [IN_FILES.get(name, name) for name in COLUMNS["timers"]]
+    columns = COLUMNS["timers"]
     return Evidence(
         read_samples(data / HOT_PATH_FILE),
-        read_table(data / TIMERS_FILE, columns[:-2], optional=columns[-2:]).rename(columns=IN_FRAMES),
+        read_table(data / TIMERS_FILE, columns[:-2], optional=columns[-2:]),
         read_samples(data / RESPONSES_FILE),
         {name: read_table(data / name) for name in COPIED_TABLES if (data / name).exists()},
         read_json(data / CELLS_FILE),

@@ -16,7 +16,7 @@ from hotpath_report.figures.violins import Drawing, Row
 from hotpath_report.pages.writer import HEADER, Table, compared, percentile_cells
 from hotpath_report.paper.cells import EXECUTORS, PAPER_LOAD_PERCENT, UTILISATIONS
 from hotpath_report.paper.checks import WITH_COST, need
-from hotpath_report.paper.evidence import IN_FILES, Evidence
+from hotpath_report.paper.evidence import Evidence
 from hotpath_report.run import SOURCES
 from hotpath_report.statistics import Samples, median, percent_of
 
@@ -59,10 +59,10 @@ def hot_path_of(
 def dropped_jobs(evidence: Evidence) -> Parts:
     need(evidence.timers)
     runs, rows = evidence.timer_runs(), []
-    keys = ["source", "setting", "executor", "task"]
+    keys = ["source", "utilisation_percent", "executor", "task"]
     sums = runs.counts.groupby(keys, as_index=False)[["reached", "skipped"]].sum()
     sums["dropped_percent"] = list(map(percent_of, sums["skipped"], sums["reached"]))
-    yield Drawing(timers.drops(runs, SETS), sums.rename(columns=IN_FILES | {"skipped": "dropped"}))
+    yield Drawing(timers.drops(runs, SETS), sums.rename(columns={"skipped": "dropped"}))
     for executor, source, percent in product(EXECUTORS["timers"], SOURCES, UTILISATIONS):
         counts = runs.rows(percent, source, executor)
         if len(counts):
@@ -95,17 +95,19 @@ def responses(evidence: Evidence, group: str) -> Parts:
 def tightness(evidence: Evidence) -> Drawing:
     """Worst responses in percent of their bounds."""
     with_cost = evidence.timer_runs(WITH_COST).counts
-    bound = with_cost[with_cost["executor"] == EXECUTORS["with_bounds"][0]][["setting", "task", "bound_ms"]]
-    if set(bound["setting"]) != set(UTILISATIONS):
+    bound = with_cost[with_cost["executor"] == EXECUTORS["with_bounds"][0]][
+        ["utilisation_percent", "task", "bound_ms"]
+    ]
+    if set(bound["utilisation_percent"]) != set(UTILISATIONS):
         raise Missing
     live = evidence.timer_runs().counts.query("source == 'live'")
     counts = pd.concat([with_cost.query("source == 'simulated'"), live])
     counts = counts[counts["executor"].isin(EXECUTORS["with_bounds"])]
-    keys = ["source", "setting", "executor", "task"]
+    keys = ["source", "utilisation_percent", "executor", "task"]
     worst = counts.groupby(keys, sort=False, as_index=False)["response_max_ms"].max()
-    table = worst.merge(bound, on=["setting", "task"])
+    table = worst.merge(bound, on=["utilisation_percent", "task"])
     table["share_percent"] = 100 * table["response_max_ms"] / table["bound_ms"]
-    return Drawing(bounds.tightness(table), table.rename(columns=IN_FILES))
+    return Drawing(bounds.tightness(table), table)
 
 
 def wcrt(evidence: Evidence) -> Parts:

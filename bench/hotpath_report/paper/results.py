@@ -99,21 +99,25 @@ def measured(evidence: Evidence) -> list[Measured]:
     for (study, source, load, executor), samples in evidence.all_latencies.items():
         if (study, load) == ("autoware", PAPER_LOAD_PERCENT):
             latencies[SOURCES.index(source)][executor] = samples
-    made = [Measured("chain", "hot path", "Hot path", "hot-path latency (ms)", "hot_path", latencies)]
+    what = {"kind": "chain", "name": "hot path", "title": "Hot path", "measure": "hot-path latency (ms)"}
+    made: list[Measured] = [(what | {"figure": "hot_path"}, latencies)]
     for (group, label), percent in product(GROUPS.items(), UTILISATIONS):
         name = f"{label}, {percent} % set"
         of = [{e: runs.samples(percent, s, e, group) for e in runs.executors} for s in SOURCES]
         of = [{e: samples for e, samples in of_source.items() if samples} for of_source in of]
-        made.append(Measured("task", name, f"Timers: {name}", "response time (ms)", "", of))
-    return [m for m in made if any(m.runs)]
+        what = {"kind": "task", "name": name, "title": f"Timers: {name}", "measure": "response time (ms)"}
+        made.append((what | {"figure": ""}, of))
+    return [(what, of_sources) for what, of_sources in made if any(of_sources)]
 
 
 def document(evidence: Evidence) -> dict[str, Any]:
     """What the interactive part shows: distributions, and median and worst hot-path latency over the load."""
     found, made = measured(evidence), []
-    executors = {s: list(dict.fromkeys(e for m in found for e in m.runs[k])) for k, s in enumerate(SOURCES)}
-    data = interactive.without_targets(executors)
-    data["targets"] = [m.target(m.samples(data["series"])) for m in found]
+    executors = {s: list(dict.fromkeys(e for _, of in found for e in of[k])) for k, s in enumerate(SOURCES)}
+    data = interactive.of_samples(executors)
+    data["targets"] = [
+        interactive.target(what, interactive.of_series(of, data["series"])) for what, of in found
+    ]
     with suppress(Missing):
         points = parts_of.load_points(evidence)
         shown = [(source, e) for source, e in product(SOURCES, EXECUTORS["map"]) if (source, e) in points]

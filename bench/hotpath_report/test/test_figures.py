@@ -56,9 +56,7 @@ class FigureTest(unittest.TestCase):
         (self.folder / name).write_text(text, encoding="utf-8")
 
     def environment(self) -> Any:
-        program = Path(shutil.which(HOTPATH) or HOTPATH)
-        library = program.with_name("libhotpath_python.so")
-        return {"HOTPATH_LIBRARY": str(library), **os.environ, "HOTPATH": str(program)}
+        return {**os.environ, "HOTPATH": str(Path(shutil.which(HOTPATH) or HOTPATH))}
 
     def call(self, command: Any, *arguments: object) -> Any:
         """Runs the command in this process: a new process takes a second for imports."""

@@ -2,13 +2,12 @@
 """Colours that people with a colour vision deficiency tell apart, or that differ in dash as well."""
 
 import itertools
-import json
 import unittest
 
 import numpy as np
 
 from hotpath_report import style
-from hotpath_report.hotpath_command import output_of, registry
+from hotpath_report.hotpath_command import ask, registry
 from hotpath_report.statistics import Values
 
 # Simulation at full severity, for linear RGB: Machado, Oliveira and Fernandes, "A Physiologically-based
@@ -59,7 +58,7 @@ class Palette(unittest.TestCase):
 
     def test_causes_differ_in_colour(self) -> None:
         """They are areas, which have no dash."""
-        causes = json.loads(output_of("feed", "page", "no run"))["causes"]
+        causes = ask("page", ["no run"])["causes"]
         for (a, b), deficiency in itertools.product(itertools.combinations(causes, 2), DEFICIENCIES):
             found = distance(a["colour"], b["colour"], deficiency)
             self.assertGreaterEqual(found, LEAST, f"{a} and {b} with {deficiency}")

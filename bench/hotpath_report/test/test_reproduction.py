@@ -133,8 +133,10 @@ class Simulated(ReproductionTest):
             stock = (frame["study"] == "timers") & (frame["executor"] == "default")
             setattr(wrong, name, pd.concat([frame[~stock], ours], ignore_index=True))
         bounds = self.evidence.timers[self.evidence.timers["study"] == "timers_with_release_cost"]
-        bounds = bounds[bounds["executor"] == "rm-ro"].set_index(["setting", "task"])["bound_ms"]
-        wrong.timers["bound_ms"] = [bounds[key] for key in zip(wrong.timers["setting"], wrong.timers["task"])]
+        bounds = bounds[bounds["executor"] == "rm-ro"].set_index(["utilisation_percent", "task"])["bound_ms"]
+        wrong.timers["bound_ms"] = [
+            bounds[key] for key in zip(wrong.timers["utilisation_percent"], wrong.timers["task"])
+        ]
         exchanged = {"executor": {"rm-ro": "default", "default": "rm-ro"}}
         wrong.hot_path = self.evidence.hot_path.replace(exchanged)
         found = self.verdicts(wrong)
@@ -161,7 +163,9 @@ class Simulated(ReproductionTest):
         live.cells = [{**facts, "noise": {"marks": ["x"]}}]
         timers = self.evidence.timers[self.evidence.timers["study"] == "timers"].assign(source="live")
         here = (
-            (timers["setting"] == 60) & (timers["executor"] == "rm-ro") & timers["task"].str.contains("IMU")
+            (timers["utilisation_percent"] == 60)
+            & (timers["executor"] == "rm-ro")
+            & timers["task"].str.contains("IMU")
         )
         for lost, verdict in ((0, REPRODUCED), (1, PARTLY), (int(timers[here]["reached"].iloc[0]) // 2, NOT)):
             timers.loc[here, "skipped"] = lost

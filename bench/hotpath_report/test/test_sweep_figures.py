@@ -11,8 +11,7 @@ from unittest.mock import patch
 
 from hotpath_report import style
 from hotpath_report.errors import InputError
-from hotpath_report.pages import capacity_page, sweep_page
-from hotpath_report.pages.sweep_page import Table
+from hotpath_report.pages import sweep_page
 
 COLUMNS = "cell,load,phases,repetition,seed,failure,executor,chain,"
 COLUMNS += "hot_path_p50_ms,hot_path_max_ms,lost,response_share_max,deadline_overruns"
@@ -38,21 +37,27 @@ class SweepFigures(unittest.TestCase):
         (self.folder / "table.csv").write_text("\n".join(rows) + "\n")
         (self.folder / "sweep.json").write_text(json.dumps({"axes": axes, "repetitions": 3}))
 
-    def test_points_are_medians_and_worst_cases_maxima(self) -> None:
+    def lines(self) -> tuple[list[Any], str]:
+        """{executor: {x: value}} of the first measures, and the subtitle."""
         self.write()
-        table = Table(self.folder)
-        rows = table.rows[table.rows["executor"] == "rm-ro"]
-        median, worst = (table.points(rows, column) for column in list(table.measures)[:2])
-        self.assertEqual({x: e.value for x, e in median.items()}, {20: 11, 40: 21, 60: 31})
-        self.assertEqual(worst[60].value, 64)
-        self.assertTrue(median[20].has_interval)
+        with patch.object(sweep_page, "write_with_figure") as write:
+            sweep_page.write(str(self.folder))
+        plots = write.call_args[0][-1]["plots"]
+        found = [
+            {a["executor"]: dict(zip(a["x"], zip(a["value"], a["low"]))) for a in p["lines"]} for p in plots
+        ]
+        return found, write.call_args[0][5]
+
+    def test_points_are_medians_and_worst_cases_maxima(self) -> None:
+        (median, worst, *_), _ = self.lines()
+        self.assertEqual({x: value for x, (value, _) in median["rm-ro"].items()}, {20: 11, 40: 21, 60: 31})
+        self.assertEqual(worst["rm-ro"][60][0], 64)
+        self.assertIsNotNone(median["rm-ro"][20][1])
 
     def test_overloaded_cells_are_counted_and_have_no_point(self) -> None:
-        self.write()
-        table = Table(self.folder)
-        self.assertEqual(table.failed, 3)
-        points = table.points(table.rows[table.rows["executor"] == "default"], "hot_path_p50_ms")
-        self.assertEqual(list(points), [20, 40])
+        (median, *_), subtitle = self.lines()
+        self.assertIn("3 cells not finished", subtitle)
+        self.assertEqual(list(median["default"]), [20, 40])
 
     def test_all_figures_are_drawn(self) -> None:
         self.write()
@@ -73,7 +78,7 @@ class SweepFigures(unittest.TestCase):
         lines += ["rm-ro,analysis,10,1,1,"]
         (self.folder / "levels.csv").write_text("\n".join(lines) + "\n")
         with patch.object(style, "save") as save:
-            capacity_page.write(str(self.folder))
+            sweep_page.write_capacity(str(self.folder))
         (axes,) = save.call_args[0][0].axes
         self.assertEqual([bar.get_width() for bar in axes.patches], [20])
         self.assertEqual([text.get_text() for text in axes.texts], ["20"])

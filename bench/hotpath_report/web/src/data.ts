@@ -39,34 +39,34 @@ export interface Target {
   curves: Curve[]; marks: Mark[];
 }
 
-export interface Task {
-  name: string; kind: string; period_ns: number;
-}
-
 export interface Graph {
   nodes: { name: string; type: string; column: number; row: number }[];
-  edges: [number, number, string][];
+  edges: [number, number][];
   chains: { name: string; tasks: number[] }[];
   node_of_task: number[];
 }
 
-type Columns = Record<string, number[]>;
-
 export interface StoredRepetition {
   executor: string; repetition: number; length_ns: number; kept_ns: [number, number][];
-  jobs: Columns;
+  jobs: number[][]; // columns: task, sequence, start since that of the job before, length (-1: it did not end), how
+  // long before the start its timestamp and its release were, and thread
+}
+
+/** An output as hotpath explains it. */
+interface Explained {
+  repetition: number; sequence: number; end: number; latency: number; // ns
+  causes: number[]; // ns, by cause
+  parts: number[][]; // cause, rule, step, task that went first (-1: none) and its sequence, ns
+  path: [number, number][]; // task and sequence
 }
 
 export interface StoredOutputs {
-  chain?: string; task?: number; executor: string; outputs: number; missing: number; repetition: number[]; sequence: number[];
-  end_ns: number[]; latency_ns: number[]; complete: number[]; causes_ns: number[][]; parts: number[];
-  part: Columns; steps: number[]; step: Columns;
+  chain?: string; task?: number; executor: string; outputs: Explained[];
 }
 
 export interface Run {
-  name: string; source: string; executors: string[]; tasks: Task[]; graph?: Graph;
+  name: string; source: string; executors: string[]; tasks: string[]; graph?: Graph;
   repetitions?: StoredRepetition[]; outputs?: StoredOutputs[]; responses?: StoredOutputs[]; warm_up_ns: number;
-  jobs?: { started: number; kept: number };
   notes: string[];
 }
 
@@ -92,49 +92,34 @@ export async function readDocument(base64: string): Promise<Document> {
   return (await new Response(stream).json()) as Document;
 }
 
-function sums(differences: number[]): Float64Array {
-  let sum = 0;
-  return Float64Array.from(differences, (d) => (sum += d));
+/** A job that started; instants in ns since the epoch of its repetition. */
+export interface Job {
+  task: number; sequence: number; start: number;
+  end: number; // of the repetition, for a job that did not end
+  timestamp: number; release: number; worker: number; ended: boolean;
 }
 
-/** The jobs of one repetition in order of start, as typed arrays; instants in ns since its epoch. */
+/** The jobs of one repetition in order of start. */
 export class Jobs {
-  readonly task: Int32Array;
-  readonly sequence: Float64Array;
-  readonly start: Float64Array;
-  readonly end: Float64Array; // of the repetition, for a job that did not finish
-  readonly timestamp: Float64Array;
-  readonly release: Float64Array;
-  readonly worker: Int32Array;
-  readonly parent: Int32Array; // task; -1: none
-  readonly parentSequence: Float64Array;
-  private index: Map<number, number> | undefined;
+  readonly list: Job[];
+  private readonly places: Map<string, Job>;
 
-  constructor(readonly of: StoredRepetition, private readonly tasks: number) {
-    const c = of.jobs;
-    this.task = Int32Array.from(c.task);
-    this.worker = Int32Array.from(c.worker);
-    this.parent = Int32Array.from(c.parent);
-    this.start = sums(c.start);
-    this.end = Float64Array.from(c.length, (length, i) => (length < 0 ? of.length_ns : this.start[i] + length));
-    this.timestamp = Float64Array.from(c.before_timestamp, (d, i) => this.start[i] - d);
-    this.release = Float64Array.from(c.before_release, (d, i) => this.start[i] - d);
-    const last = new Float64Array(tasks);
-    this.sequence = Float64Array.from(c.sequence, (d, i) => (last[this.task[i]] += d));
-    this.parentSequence = Float64Array.from(c.parent_sequence, (d, i) => this.sequence[i] - d);
+  constructor(readonly of: StoredRepetition) {
+    const [tasks, sequences, gaps, lengths, sinceTimestamp, sinceRelease, workers] = of.jobs;
+    let start = 0;
+    this.list = tasks.map((task, i) => {
+      start += gaps[i];
+      const ended = lengths[i] >= 0;
+      const end = ended ? start + lengths[i] : of.length_ns;
+      const [timestamp, release] = [start - sinceTimestamp[i], start - sinceRelease[i]];
+      return { task, sequence: sequences[i], start, end, timestamp, release, worker: workers[i], ended };
+    });
+    this.places = new Map(this.list.map((job) => [`${job.task} ${job.sequence}`, job]));
   }
 
-  get size(): number {
-    return this.task.length;
-  }
-
-  /** Position of a job; -1: the page does not have it. */
-  find(task: number, sequence: number): number {
-    if (!this.index) {
-      this.index = new Map();
-      for (let i = 0; i < this.size; ++i) this.index.set(this.sequence[i] * this.tasks + this.task[i], i);
-    }
-    return this.index.get(sequence * this.tasks + task) ?? -1;
+  /** A job, unless the page does not have it. */
+  find(task: number, sequence: number): Job | undefined {
+    return this.places.get(`${task} ${sequence}`);
   }
 
   kept(from: number, to: number): boolean {
@@ -157,11 +142,6 @@ export interface Output {
   path: { task: number; sequence: number }[];
 }
 
-function offsets(counts: number[]): number[] {
-  let sum = 0;
-  return counts.map((n) => (sum += n) - n);
-}
-
 /** Gives typed views of the document, made when first needed. */
 export class Store {
   private readonly jobs = new Map<StoredRepetition, Jobs>();
@@ -182,7 +162,7 @@ export class Store {
     const of = this.repetitions(series).find((r) => r.repetition === repetition);
     if (!of) return undefined;
     let jobs = this.jobs.get(of);
-    if (!jobs) this.jobs.set(of, (jobs = new Jobs(of, this.run(series).tasks.length)));
+    if (!jobs) this.jobs.set(of, (jobs = new Jobs(of)));
     return jobs;
   }
 
@@ -195,58 +175,33 @@ export class Store {
     const key = `${target.kind} ${target.name} ${series}`;
     let list = this.lists.get(key);
     if (!list) {
-      list = target.kind === "chain" ? this.ofChain(target.name, series) : this.ofTask(target.name, series);
+      const { executor } = this.document.series[series];
+      const { outputs, responses, tasks } = this.run(series);
+      const task = tasks.indexOf(target.name);
+      const of = target.kind === "chain" ? outputs?.find((o) => o.chain === target.name && o.executor === executor)
+        : responses?.find((o) => o.task === task && o.executor === executor);
+      const explained = (of?.outputs ?? []).map((output) => ({
+        ...output, series, path: output.path.map(([task, sequence]) => ({ task, sequence })),
+        parts: output.parts.map(([cause, rule, step, behind, behindSequence, ns]) => ({ cause, rule, step, behind, behindSequence, ns })),
+      }));
+      list = target.kind === "chain" ? explained : this.jobsOfTask(task, series, explained);
       this.lists.set(key, list);
     }
     return list;
   }
 
-  private ofChain(chain: string, series: number): Output[] {
-    const executor = this.document.series[series].executor;
-    return this.explained(series, (this.run(series).outputs ?? []).find((o) => o.chain === chain && o.executor === executor));
-  }
-
-  private explained(series: number, of: StoredOutputs | undefined): Output[] {
-    if (!of) return [];
-    const firstPart = offsets(of.parts);
-    const firstStep = offsets(of.steps);
-    return of.latency_ns.map((latency, i) => ({
-      series, latency, repetition: of.repetition[i], sequence: of.sequence[i], end: of.end_ns[i],
-      causes: of.causes_ns.map((column) => column[i]),
-      parts: Array.from({ length: of.parts[i] }, (_, k) => {
-        const at = firstPart[i] + k;
-        const p = of.part;
-        return {
-          cause: p.cause[at], rule: p.rule[at], step: p.step[at], ns: p.ns[at],
-          behind: p.behind[at], behindSequence: p.behind_sequence[at],
-        };
-      }),
-      path: Array.from({ length: of.steps[i] }, (_, k) => ({
-        task: of.step.task[firstStep[i] + k],
-        sequence: of.step.sequence[firstStep[i] + k],
-      })),
-    }));
-  }
-
-  private ofTask(name: string, series: number): Output[] {
-    const task = this.run(series).tasks.findIndex((t) => t.name === name);
-    const { warm_up_ns: warmUp, responses } = this.run(series);
+  /** All kept jobs of a task, of which the slowest are explained. */
+  private jobsOfTask(task: number, series: number, slowest: Output[]): Output[] {
+    const warmUp = this.run(series).warm_up_ns;
     const list: Output[] = [];
-    const { executor } = this.document.series[series];
-    const slowest = this.explained(series, responses?.find((r) => r.task === task && r.executor === executor));
     const known = new Map(slowest.map((o) => [`${o.repetition} ${o.sequence}`, o]));
-    for (const of of this.repetitions(series)) {
-      const jobs = this.jobsOf(series, of.repetition);
-      for (let i = 0; jobs && i < jobs.size; ++i) {
-        if (jobs.task[i] !== task || of.jobs.length[i] < 0 || jobs.timestamp[i] < warmUp) continue;
-        const { repetition } = of;
-        const sequence = jobs.sequence[i];
-        const end = jobs.end[i];
+    for (const { repetition } of this.repetitions(series)) {
+      for (const { task: of, sequence, timestamp, end, ended } of this.jobsOf(series, repetition)?.list ?? []) {
+        if (of !== task || !ended || timestamp < warmUp) continue;
         const id = `${repetition} ${sequence}`;
         const { causes, parts } = known.get(id) ?? { causes: null, parts: [] };
         known.delete(id);
-        const latency = end - jobs.timestamp[i];
-        list.push({ series, repetition, sequence, end, latency, causes, parts, path: [{ task, sequence }] });
+        list.push({ series, repetition, sequence, end, latency: end - timestamp, causes, parts, path: [{ task, sequence }] });
       }
     }
     return [...list, ...known.values()]; // and those that a thinned page does not keep

@@ -53,27 +53,15 @@ export class Ecdf extends Readable {
 
   /** The curves that the tooltip describes at position `index` of the axis, for all widths. */
   private rows(index: number): { curve: Curve; at: number }[] {
-    const last = index === this.q.length - 1;
-    return this.shown
-      .map((curve) => ({ curve, at: last ? curve.q.length - 1 : index < curve.q.length - 1 ? index : -1 }))
-      .filter((row) => row.at >= 0);
+    return this.shown.map((curve) => ({ curve, at: curve.q.indexOf(this.q[index]) })).filter((row) => row.at >= 0);
   }
 
   private data(): uPlot.AlignedData {
-    const longest = this.shown.reduce((a, b) => (b.q.length > a.q.length ? b : a), this.shown[0]);
-    this.q = longest ? longest.q : [];
+    this.q = this.shown.reduce<number[]>((longest, { q }) => (q.length > longest.length ? q : longest), []);
     const end = this.q.length > 1 ? place(this.q[this.q.length - 2]) + 0.3 : 1;
-    const x = this.q.map((q) => (q < 1 ? place(q) : end));
-    const columns: (number | null)[][] = [];
-    for (const curve of this.shown) {
-      const spread = (values: (number | null)[]): (number | null)[] =>
-        this.q.map((_, i) => {
-          if (i === this.q.length - 1) return values[values.length - 1];
-          return i < values.length - 1 ? values[i] : null;
-        });
-      columns.push(spread(curve.value), spread(curve.low), spread(curve.high));
-    }
-    return [x, ...columns] as uPlot.AlignedData;
+    const x = (q: number): number => (q < 1 ? place(q) : end);
+    const joined = uPlot.join(this.shown.map((c) => [c.q.map(x), c.value, c.low, c.high]) as uPlot.AlignedData[]);
+    return joined.map((column) => Array.from(column, (value) => value ?? null)) as uPlot.AlignedData;
   }
 
   private options(width: number, x: number[]): uPlot.Options {

@@ -134,11 +134,11 @@ class Page {
   /** The output of another executor with the data of the same source job. */
   private partner(output: Output, series: number): Output | null {
     const [a, source] = [this.store.run(output.series), output.path[0]];
-    const task = a.tasks[source?.task]?.name;
+    const task = a.tasks[source?.task];
     const b = this.store.run(series).tasks;
     return (
       this.store.outputs(this.target, series).find((o) =>
-        o.repetition === output.repetition && o.path[0]?.sequence === source?.sequence && b[o.path[0]?.task]?.name === task,
+        o.repetition === output.repetition && o.path[0]?.sequence === source?.sequence && b[o.path[0]?.task] === task,
       ) ?? null
     );
   }

@@ -59,7 +59,7 @@ export class OutputList {
     const s = this.series[o.series];
     const button = h("button", { type: "button", class: "pick", click: () => this.pick(o) }, `${ms(o.latency)} ms`);
     const repetition = this.store.repetitions(o.series).length > 1 ? `, repetition ${o.repetition}` : "";
-    const sink = this.store.run(o.series).tasks[o.path[o.path.length - 1]?.task]?.name ?? target.name;
+    const sink = this.store.run(o.series).tasks[o.path[o.path.length - 1]?.task] ?? target.name;
     return h(
       "tr",
       { "data-series": o.series, "data-repetition": o.repetition, "data-sequence": o.sequence,

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // One executor's rows in the timeline, with the account of a selected output above them.
 
-import type { Cause, Jobs, Output, Run, Series } from "./data";
+import type { Cause, Job, Jobs, Output, Run, Series } from "./data";
 import { ms, theme } from "./dom";
-import { Row } from "./pyramid";
+import { Row } from "./row";
 
 export type RowsOf = "involved" | "tasks" | "threads";
 
@@ -21,21 +21,22 @@ export class Panel {
   rows: Row[] = [];
   top = 0;
   readonly shown: Shown[] = [];
-  private key = new Int32Array(); // by job: the task or thread that has its row
+  private key: "worker" | "task" = "task"; // what has a row
   private rowOf = new Map<number, number>(); // by key
   private readonly chain: Set<number>;
-  private readonly special = new Map<number, string>(); // colours of jobs on the path and ahead of it
+  private readonly special = new Map<Job, string>(); // colours of jobs on the path and ahead of it
 
   constructor(
     readonly series: Series, readonly jobs: Jobs, readonly output: Output | null, private readonly run: Run,
     private readonly causes: Cause[], chain: string,
   ) {
     this.chain = new Set(run.graph?.chains.find((c) => c.name === chain)?.tasks);
-    for (const part of output?.parts ?? []) {
-      const job = part.behind < 0 ? -1 : jobs.find(part.behind, part.behindSequence);
-      if (job >= 0) this.special.set(job, causes[part.cause].colour);
-    }
-    for (const step of output?.path ?? []) this.special.set(jobs.find(step.task, step.sequence), causes[RUNNING].colour);
+    const mark = (task: number, sequence: number, cause: number): void => {
+      const job = jobs.find(task, sequence);
+      if (job) this.special.set(job, causes[cause].colour);
+    };
+    for (const part of output?.parts ?? []) mark(part.behind, part.behindSequence, part.cause);
+    for (const step of output?.path ?? []) mark(step.task, step.sequence, RUNNING);
   }
 
   /** Tasks of the output's path and those that went first, in the order of time. */
@@ -46,22 +47,19 @@ export class Panel {
   }
 
   layOut(rowsOf: RowsOf, tasks: number[]): void {
-    const { jobs } = this;
-    const key = (this.key = rowsOf === "threads" ? jobs.worker : jobs.task);
-    const lists = new Map<number, number[]>();
-    for (let i = 0; i < jobs.size; ++i) {
-      const list = lists.get(key[i]);
-      if (list) list.push(i);
-      else lists.set(key[i], [i]);
+    const threads = rowsOf === "threads";
+    const key = (this.key = threads ? "worker" : "task");
+    const lists = new Map<number, Job[]>();
+    for (const job of this.jobs.list) {
+      const list = lists.get(job[key]);
+      if (list) list.push(job);
+      else lists.set(job[key], [job]);
     }
-    const all = [...lists.keys()].sort((a, b) => a - b);
-    const keys = rowsOf === "involved" && tasks.length ? tasks : all;
+    const keys = rowsOf === "involved" && tasks.length ? tasks : [...lists.keys()].sort((a, b) => a - b);
     this.rowOf = new Map(keys.map((k, row) => [k, row]));
     this.rows = keys.map((k) => {
-      const threads = rowsOf === "threads";
-      const name = threads ? `thread ${k}` : this.run.tasks[k].name;
-      const of = Int32Array.from(lists.get(k) ?? []);
-      return new Row(name, of, jobs.start, jobs.end, jobs.of.length_ns, !threads && this.chain.has(k));
+      const name = threads ? `thread ${k}` : this.run.tasks[k];
+      return new Row(name, lists.get(k) ?? [], !threads && this.chain.has(k));
     });
   }
 
@@ -82,8 +80,8 @@ export class Panel {
     return this.top + HEAD + this.bar + row * this.rowHeight;
   }
 
-  private rowAt(job: number): number | undefined {
-    return job < 0 ? undefined : this.rowOf.get(this.key[job]);
+  private rowAt(job: Job | undefined): number | undefined {
+    return job && this.rowOf.get(job[this.key]);
   }
 
   draw(ctx: CanvasRenderingContext2D, view: View): void {
@@ -127,21 +125,20 @@ export class Panel {
     const perPixel = (view.to - view.from) / view.width;
     const faint = theme("job");
     const running = this.causes[RUNNING].colour;
-    const { task } = this.jobs;
-    const special: [number, number, number, number][] = [];
+    const special: [Job, number, number, number][] = [];
     this.rows.forEach((row, k) => {
       const top = this.y(k) + 2;
       const height = this.rowHeight - 5;
       let style = "";
       row.draw(view.from, view.to, perPixel, (from, to, share, job) => {
-        const colour = row.marked || (job >= 0 && this.chain.has(task[job])) ? running : faint;
+        const colour = row.marked || (job && this.chain.has(job.task)) ? running : faint;
         const wanted = colour + (colour === faint ? "" : "99");
         if (wanted !== style) ctx.fillStyle = style = wanted;
         ctx.globalAlpha = 0.25 + 0.75 * share; // a lone short job stays visible
         const left = x(from);
         const width = Math.max(1, x(to) - left);
         ctx.fillRect(left, top, width, height);
-        if (job >= 0 && this.special.has(job)) special.push([job, left, width, top]);
+        if (job && this.special.has(job)) special.push([job, left, width, top]);
       });
     });
     ctx.globalAlpha = 1;
@@ -151,8 +148,8 @@ export class Panel {
       ctx.strokeStyle = theme("ink");
       ctx.lineWidth = 1;
       ctx.strokeRect(left, top - 1, width, this.rowHeight - 3);
-      const name = `${this.run.tasks[task[job]].name} ${this.jobs.sequence[job]}`;
-      const onPath = this.output?.path.some((s) => s.task === task[job] && s.sequence === this.jobs.sequence[job]);
+      const name = `${this.run.tasks[job.task]} ${job.sequence}`;
+      const onPath = this.output?.path.some((s) => s.task === job.task && s.sequence === job.sequence);
       this.shown.push({ what: onPath ? "path" : "behind", name, left, right: left + width });
     }
   }
@@ -187,9 +184,9 @@ export class Panel {
     for (let k = 1; k < path.length; ++k) {
       const [a, b] = [path[k - 1], path[k]];
       const [rowA, rowB] = [this.rowAt(a), this.rowAt(b)];
-      if (rowA === undefined || rowB === undefined) continue;
-      const from = { x: x(this.jobs.end[a]), y: this.y(rowA) + this.rowHeight / 2 };
-      const to = { x: x(this.jobs.start[b]), y: this.y(rowB) + this.rowHeight / 2 };
+      if (!a || !b || rowA === undefined || rowB === undefined) continue;
+      const from = { x: x(a.end), y: this.y(rowA) + this.rowHeight / 2 };
+      const to = { x: x(b.start), y: this.y(rowB) + this.rowHeight / 2 };
       const down = to.x - from.x < 14 && rowA !== rowB; // from edge to edge instead of a curve
       const half = Math.sign(rowB - rowA) * (this.rowHeight / 2 - 2);
       if (down) [from.y, to.y] = [from.y + half, to.y - half];
@@ -209,25 +206,23 @@ export class Panel {
     }
   }
 
-  /** The job at a place of the canvas; -1: none. */
-  at(px: number, py: number, view: View): number {
+  /** The job at a place of the canvas. */
+  at(px: number, py: number, view: View): Job | undefined {
     const row = this.rows[Math.floor((py - this.y(0)) / this.rowHeight)];
-    if (!row || py < this.y(0)) return -1;
+    if (py < this.y(0)) return undefined;
     const perPixel = (view.to - view.from) / view.width;
     const instant = view.from + (px - view.left) * perPixel;
-    let found = -1;
-    row.draw(instant - perPixel, instant + perPixel, perPixel / 1e6, (from, to, _, job) => {
+    let found: Job | undefined;
+    row?.draw(instant - perPixel, instant + perPixel, perPixel / 1e6, (from, to, _, job) => {
       if (from <= instant + perPixel && instant - perPixel <= to) found = job;
     });
     return found;
   }
 
-  describe(job: number): string {
-    const j = this.jobs;
-    const waited = j.start[job] - j.release[job];
+  describe(job: Job): string {
     return (
-      `${this.run.tasks[j.task[job]].name} ${j.sequence[job]}\nruns ${ms(j.end[job] - j.start[job])} ms from ` +
-      `${(j.start[job] / 1e9).toFixed(6)} s, on thread ${j.worker[job]}\nreleased ${ms(waited)} ms before its start`
+      `${this.run.tasks[job.task]} ${job.sequence}\nruns ${ms(job.end - job.start)} ms from ` +
+      `${(job.start / 1e9).toFixed(6)} s, on thread ${job.worker}\nreleased ${ms(job.start - job.release)} ms before its start`
     );
   }
 }

@@ -16,7 +16,6 @@ const SHORTEST = 1000; // ns in view
 export class Timeline {
   readonly element = h("section", { class: "timeline", "aria-label": "Timeline" });
   panels: Panel[] = [];
-  drawMs = 0; // script time of the last drawing
   drawings = 0;
   private readonly canvas = h("canvas", {
     tabindex: 0, role: "application", "aria-roledescription": "timeline", "aria-describedby": "timeline-keys",
@@ -117,7 +116,6 @@ export class Timeline {
   }
 
   draw(): void {
-    const begin = performance.now();
     this.pending = false;
     const width = Math.floor(this.element.clientWidth);
     if (width === 0 || !this.panels.length) return;
@@ -144,7 +142,6 @@ export class Timeline {
     this.drawAxis(ctx, height);
     for (const panel of this.panels) panel.draw(ctx, this.view);
     this.tellView();
-    this.drawMs = performance.now() - begin;
   }
 
   /** The axis, and what the page left out. */
@@ -202,7 +199,7 @@ export class Timeline {
 
   private account(target: Target, panel: Panel, o: Output): HTMLElement {
     const tasks = this.store.run(o.series).tasks;
-    const name = (task: number, sequence: number): string => (task < 0 ? "" : `${tasks[task].name} ${sequence}`);
+    const name = (task: number, sequence: number): string => (task < 0 ? "" : `${tasks[task]} ${sequence}`);
     const { causes, rules } = this.store.document;
     const chip = (cause: number): HTMLElement =>
       h("span", { class: "chip-colour", style: `background:${causes[cause].colour}` });
@@ -266,9 +263,9 @@ export class Timeline {
 
   private hover(event: PointerEvent): void {
     const panel = this.panels.find((p) => p.top <= event.offsetY && event.offsetY < p.top + p.height);
-    const job = panel ? panel.at(event.offsetX, event.offsetY, this.view) : -1;
-    this.tip.hidden = !panel || job < 0;
-    if (!panel || job < 0) return;
+    const job = panel?.at(event.offsetX, event.offsetY, this.view);
+    this.tip.hidden = !job;
+    if (!panel || !job) return;
     this.tip.textContent = panel.describe(job);
     const right = event.offsetX > this.canvas.clientWidth / 2;
     this.tip.style.left = right ? "" : `${event.offsetX + 14}px`;

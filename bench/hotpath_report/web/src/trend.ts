@@ -3,7 +3,7 @@
 
 import uPlot from "uplot";
 import { axis } from "./curves";
-import type { Output, Store, StoredRepetition, Target } from "./data";
+import type { Output, Store, Target } from "./data";
 import { h, NS_PER_MS, onTheme, onWidth } from "./dom";
 
 const NS_PER_S = 1e9;
@@ -39,50 +39,41 @@ export class Trend {
     this.draw();
   }
 
-  private get repetition(): number {
-    return Number(this.choice.value);
-  }
-
-  private stored(): StoredRepetition[] {
-    return this.visible.flatMap((s) => this.store.repetitions(s).filter((r) => r.repetition === this.repetition));
-  }
-
   private draw(): void {
     this.plot?.destroy();
     this.plot = undefined;
+    const { store, target, visible } = this;
     const width = Math.floor(this.latencies.clientWidth);
-    if (!this.target || width === 0 || this.element.hidden) return;
-    const { target } = this;
-    const length = Math.max(1, ...this.stored().map((r) => r.length_ns)) / NS_PER_S;
-    this.outputs = [];
-    const tables: [number[], number[]][] = this.visible.map((s) => {
-      const of = this.store.outputs(target, s).filter((o) => o.repetition === this.repetition);
-      of.sort((a, b) => a.end - b.end);
-      this.outputs.push(...of);
-      return [of.map((o) => o.end / NS_PER_S), of.map((o) => o.latency / NS_PER_MS)];
+    if (!target || width === 0 || this.element.hidden) return;
+    const repetition = Number(this.choice.value);
+    const stored = visible.flatMap((s) => store.repetitions(s)).filter((r) => r.repetition === repetition);
+    const lists = visible.map((s) =>
+      store.outputs(target, s).filter((o) => o.repetition === repetition).sort((a, b) => a.end - b.end));
+    this.outputs = lists.flat();
+    const series: uPlot.Series[] = visible.map((s) => {
+      const { colour, label } = store.document.series[s];
+      return { label, stroke: colour, paths: () => null, points: { show: true, size: 4, fill: colour, width: 0 } };
     });
-    this.plot = this.scatter(width, length, target.measure, tables);
-    this.latencies.setAttribute("role", "img");
-    this.latencies.setAttribute("aria-label", `${target.title} over time, repetition ${this.repetition}`);
-  }
-
-  private scatter(width: number, length: number, label: string, tables: [number[], number[]][]): uPlot {
-    const series: uPlot.Series[] = this.visible.map((s) => {
-      const { colour, label: name } = this.store.document.series[s];
-      return { label: name, stroke: colour, paths: () => null, points: { show: true, size: 4, fill: colour, width: 0 } };
-    });
-    const data = uPlot.join(tables as uPlot.AlignedData[]);
-    return new uPlot(
+    this.plot = new uPlot(
       {
         width, height: 220, legend: { show: false },
         cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
-        scales: { x: { time: false, range: [0, length] }, y: { range: (_, __, max) => [0, 1.08 * (max || 1)] } },
-        axes: [axis({ values: (_, splits) => splits.map((v) => `${v} s`) }), axis({ size: 58, label, labelSize: 20 })],
+        scales: {
+          x: { time: false, range: [0, Math.max(1, ...stored.map((r) => r.length_ns)) / NS_PER_S] },
+          y: { range: (_, __, max) => [0, 1.08 * (max || 1)] },
+        },
+        axes: [
+          axis({ values: (_, splits) => splits.map((v) => `${v} s`) }),
+          axis({ size: 58, label: target.measure, labelSize: 20 }),
+        ],
         series: [{}, ...series],
         hooks: { ready: [(u) => this.listen(u)] },
       },
-      data, this.latencies,
+      uPlot.join(lists.map((of) => [of.map((o) => o.end / NS_PER_S), of.map((o) => o.latency / NS_PER_MS)])),
+      this.latencies,
     );
+    this.latencies.setAttribute("role", "img");
+    this.latencies.setAttribute("aria-label", `${target.title} over time, repetition ${repetition}`);
   }
 
   /** A click selects the nearest output. */

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "results/perfetto.hpp"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <set>
+#include <utility>
+
+#include "hotpath/core/registry.hpp"
+#include "hotpath/core/utf8.hpp"
+#include "program/text.hpp"
+
+namespace hotpath::results {
+
+using nlohmann::json;
+
+namespace {
+
+constexpr unsigned kTimerManagement = 1;  // worker of events executors
+
+double us(Duration time) { return static_cast<double>(time.count()) / 1e3; }
+double us(Time time) { return us(time.time_since_epoch()); }
+/// Ids are positive and unique; that of a process is that of its first thread.
+int process_of(const JobRecord& job) { return 100 * (job.process + 1); }
+int thread_of(const JobRecord& job) { return process_of(job) + job.worker; }
+
+/// Events executors release timers in a thread of their own.
+std::string worker_name(const std::string& executor, unsigned worker) {
+  const ExecutorEntry* const entry = find_executor(executor.substr(0, executor.find_first_of(":@")));
+  if (entry == nullptr || entry->traits.family == Family::wait_set)  // none: a deployment
+    return "worker " + std::to_string(worker);
+  return worker == kTimerManagement ? "timer management thread" : "executor thread";
+}
+
+bool is_shown(const JobRecord& r, const TraceWindow& window) {
+  if (r.outcome == Outcome::ran) return r.finish >= window.from && r.start < window.to;
+  return (r.outcome == Outcome::skipped || r.outcome == Outcome::overwritten) &&
+         r.job.timestamp >= window.from && r.job.timestamp < window.to;
+}
+
+/// Writes the events of jobs.
+class Events {
+ public:
+  Events(std::ostream& out, const TaskSet& tasks, const TraceWindow& window)
+      : out_(out), tasks_(tasks), window_(window) {}
+
+  /// A job that ran, and the names of its process and thread if they are new.
+  void add_slice(const JobRecord& r) {
+    if (named_.insert(-process_of(r)).second) {
+      const std::string name =
+          program::concat(window_.executor, ", repetition ", window_.repetition, ", process ", r.process);
+      add(r, "process_name", {{"ph", "M"}, {"args", {{"name", printable(name)}}}});
+    }
+    if (named_.insert(thread_of(r)).second) {
+      const std::string name = worker_name(window_.executor, r.worker);
+      add(r, "thread_name", {{"ph", "M"}, {"tid", thread_of(r)}, {"args", {{"name", name}}}});
+    }
+    json args = {{"sequence", r.job.sequence},
+                 {"timestamp_ms", us(r.job.timestamp) / 1e3},
+                 {"release_ms", us(r.job.release) / 1e3}};
+    if (r.job.deadline != kNever) args["deadline_ms"] = us(r.job.deadline) / 1e3;
+    const Task& task = tasks_[r.job.task];
+    add(r, task.name,
+        {{"ph", "X"},
+         {"tid", thread_of(r)},
+         {"ts", us(r.start)},
+         {"dur", us(r.duration())},
+         {"cat", to_string(task.kind)},
+         {"args", args}});
+    // Subscriptions inherit deadlines, under EDF for their order; they never overrun.
+    if (task.kind == TaskKind::timer && r.finish > r.job.deadline) add_marker(r, r.finish, "deadline missed");
+  }
+
+  /// An instant of a task.
+  void add_marker(const JobRecord& r, Time at, const std::string& what) {
+    add(r, what + ": " + tasks_[r.job.task].name,
+        {{"ph", "i"}, {"tid", process_of(r)}, {"ts", us(at)}, {"s", "p"}, {"cat", what}});
+  }
+
+  /// A message between two jobs.
+  void add_flow(const JobRecord& from, const JobRecord& to) {
+    ++flows_;
+    for (const auto& [phase, r] : {std::pair{"s", &from}, {"f", &to}}) {
+      add(*r, "message",
+          {{"ph", phase},
+           {"tid", thread_of(*r)},
+           {"ts", us(r->start)},
+           {"cat", "flow"},
+           {"id", flows_},
+           {"bp", "e"}});
+    }
+  }
+
+ private:
+  void add(const JobRecord& job, const std::string& name, json event) {
+    event.update({{"name", printable(name)}, {"pid", process_of(job)}});
+    out_ << std::exchange(separator_, ",\n") << event.dump(-1, ' ', false, json::error_handler_t::replace);
+  }
+
+  std::ostream& out_;
+  const TaskSet& tasks_;
+  const TraceWindow& window_;
+  std::set<int> named_;  // threads, and processes with a minus
+  int flows_ = 0;
+  const char* separator_ = "";
+};
+
+}  // namespace
+
+void write_perfetto(std::ostream& out, const StoredRun& run, const TraceWindow& window) {
+  static_cast<void>(run.run(window.executor, window.repetition));  // throws if it did not run
+  std::ifstream in = run.open("jobs.csv");
+  std::vector<JobRecord> jobs;
+  std::map<std::pair<TaskId, std::uint64_t>, std::size_t> ran;
+  for_each_job(in, run.tasks(), (run.folder() / "jobs.csv").string(), [&](const JobRow& row) {
+    const JobRecord& r = row.record;
+    if (row.executor != window.executor || row.repetition != window.repetition || !is_shown(r, window))
+      return;
+    if (r.outcome == Outcome::ran) ran[{r.job.task, r.job.sequence}] = jobs.size();
+    jobs.push_back(r);
+  });
+  out << "{\"displayTimeUnit\": \"ms\", \"traceEvents\": [\n";
+  Events events(out, run.tasks(), window);
+  for (const JobRecord& job : jobs) {
+    if (job.outcome != Outcome::ran) {
+      events.add_marker(job, job.job.timestamp, to_string(job.outcome));
+      continue;
+    }
+    events.add_slice(job);
+    const auto parent = ran.find({job.job.parent.task, job.job.parent.sequence});
+    if (parent != ran.end()) events.add_flow(jobs[parent->second], job);
+  }
+  out << "\n]}\n";
+}
+
+}  // namespace hotpath::results
