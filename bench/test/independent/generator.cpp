@@ -24,8 +24,11 @@ struct Callback {
 
 class Generator {
  public:
-  explicit Generator(std::uint64_t seed) : random_(seed), services_(seed), other_kinds_(seed % 4 < 2) {
-    if (seed % 4 == 1) service_wait_ = 1'000'000 + static_cast<Nanoseconds>(services_() % 60'000'000);
+  /// `threads`: of the executor; several get a small graph with times of some nanoseconds.
+  Generator(std::uint64_t seed, std::size_t threads)
+      : random_(seed), services_(seed), other_kinds_(seed % 4 < 2), threads_(threads) {
+    if (seed % 4 == 1 && threads == 1)
+      service_wait_ = 1'000'000 + static_cast<Nanoseconds>(services_() % 60'000'000);
   }
 
   std::string graph() {
@@ -33,9 +36,13 @@ class Generator {
                                                     {12, 18, 36},     {20, 25, 50, 100}, {30, 40, 60}};
     periods_ = families[below(families.size())];
     grid_ns_ = std::vector<Nanoseconds>{5'000'000, 1'000'000, 100'000, 1}[below(4)];
-    for (std::size_t n = 1 + below(4); n > 0; --n) add_timers();
-    for (std::size_t n = 2 + below(8); n > 0; --n) add_node();
-    if (chance(0.35)) {
+    if (threads_ > 1) {
+      periods_ = std::vector<std::vector<int>>{{8, 16}, {6, 12}, {10, 20}, {8, 12, 24}, {9, 18}}[below(5)];
+      unit_ = grid_ns_ = 1;
+    }
+    for (std::size_t n = 1 + below(threads_ > 1 ? 3 : 4); n > 0; --n) add_timers();
+    for (std::size_t n = threads_ > 1 ? 1 + below(4) : 2 + below(8); n > 0; --n) add_node();
+    if (threads_ == 1 && chance(0.35)) {
       for (std::size_t n = 5 + below(4); n > 0; --n) add_transform(topics_.size() - 1);
     }
     for (Callback& cyclic : cyclic_) close(cyclic);
@@ -85,9 +92,9 @@ class Generator {
 
   std::string timer() {
     period_ = periods_[below(periods_.size())];
-    const Nanoseconds period = period_ * 1'000'000;
+    const Nanoseconds period = period_ * unit_;
     const auto phase = static_cast<Nanoseconds>(below(static_cast<std::size_t>(period)));
-    std::string text = "period_ms: " + std::to_string(period_) +
+    std::string text = "period_ms: " + (unit_ == 1 ? ms(period_) : std::to_string(period_)) +
                        ", phase_ms: " + ms(phase / grid_ns_ * grid_ns_) +
                        ", priority: " + std::to_string(1 + below(5));
     if (chance(0.3)) text += ", deadline_ms: " + ms(period / 4 * static_cast<Nanoseconds>(2 + below(5)));
@@ -105,9 +112,11 @@ class Generator {
     parts_.push_back(callback);
   }
 
-  void begin_node() {
+  /// `shared`: callbacks keep samples for one another, so that they need one group if there are several
+  /// threads.
+  void begin_node(bool shared = false) {
     name_ = next_name("C");
-    const bool grouped = chance(0.4);
+    const bool grouped = chance(0.4) && !(shared && threads_ > 1);
     group_ = grouped ? ", group: g" : "";
     const std::string kind = other_kinds_ && services_() % 2 == 0 ? "reentrant" : "mutually_exclusive";
     parts_.push_back({"  - name: " + name_ + "\n    type: callbacks\n" +
@@ -213,7 +222,7 @@ class Generator {
       for (const std::size_t i : inputs) list += (list.empty() ? "" : ", ") + input(i);
       add_reference("fusion", "inputs: [" + list + "], output: " + topic, work(1, rate, ""));
     } else {
-      begin_node();
+      begin_node(true);
       const std::string publishes = "{topic: " + topic + ", when: all_new, of: [" + of + "]}";
       for (const std::size_t i : inputs)
         add_callback(subscription(i), work(1, rate, ", publishes: " + publishes));
@@ -226,7 +235,7 @@ class Generator {
     const std::vector<std::size_t> inputs = distinct_topics(2);
     if (inputs.size() < 2) return;
     const std::string topic = next_name("t");
-    begin_node();
+    begin_node(true);
     add_callback(subscription(inputs[0]), work(chance(0.3) ? 0.3 : 0, rate_[inputs[0]], ""));
     add_callback(subscription(inputs[1]),
                  work(1, rate_[inputs[1]],
@@ -256,7 +265,7 @@ class Generator {
   std::string text() {
     double load = 0;
     for (const Callback& c : parts_) load += c.weight * c.rate;
-    const double wanted = 0.25 + static_cast<double>(below(75)) / 100;
+    const double wanted = (0.25 + static_cast<double>(below(75)) / 100) * static_cast<double>(threads_);
     const bool ranges = chance(grid_ns_ == 1 ? 0.8 : 0.4);
     std::string out = "name: random\n";
     if (has_service_) out += "service_wait_ms: " + ms(service_wait_) + "\n";
@@ -271,9 +280,14 @@ class Generator {
     if (!rules.empty()) out += "topics:\n" + rules;
     out += "nodes:\n";
     for (const Callback& c : parts_) {
-      const auto worst = static_cast<Nanoseconds>(c.weight / std::max(load, 1e-9) * wanted * 1e6);
-      const Nanoseconds most = worst / grid_ns_ * grid_ns_;
-      const Nanoseconds least = ranges ? most * static_cast<Nanoseconds>(below(101)) / 100 : most;
+      const auto worst =
+          static_cast<Nanoseconds>(c.weight / std::max(load, 1e-9) * wanted * static_cast<double>(unit_));
+      const Nanoseconds most =
+          c.weight > 0 && unit_ == 1 ? std::max(worst, unit_) : worst / grid_ns_ * grid_ns_;
+      const Nanoseconds least =
+          ranges
+              ? std::max<Nanoseconds>(most * static_cast<Nanoseconds>(below(101)) / 100, unit_ == 1 ? 1 : 0)
+              : most;
       const bool reference = c.head.starts_with("  - {");
       out += c.head;
       if (most > 0 && reference)
@@ -288,11 +302,13 @@ class Generator {
   std::mt19937_64 random_;
   std::mt19937_64 services_;  ///< Apart, so that the rest of a graph does not depend on its services.
   const bool other_kinds_;    ///< Some are services, clients and waitables.
+  const std::size_t threads_;
   Nanoseconds service_wait_ = 0;
   bool has_service_ = false;
   std::vector<int> periods_;
-  int period_ = 0;           ///< Of the last timer, in ms.
-  Nanoseconds grid_ns_ = 1;  ///< Of phases and worst cases: coarse grids make events coincide.
+  Nanoseconds unit_ = 1'000'000;  ///< Of periods.
+  int period_ = 0;                ///< Of the last timer, in units.
+  Nanoseconds grid_ns_ = 1;       ///< Of phases and worst cases: coarse grids make events coincide.
   int names_ = 0;
   std::string name_, group_;  ///< Of the node being written.
   std::vector<Callback> parts_;
@@ -351,8 +367,8 @@ std::string chain(const Graph& graph, int sink, std::mt19937_64& random) {
 
 }  // namespace
 
-void write_random_graph(std::uint64_t seed, const std::string& file) {
-  const std::string text = Generator(seed).graph();
+void write_random_graph(std::uint64_t seed, const std::string& file, std::size_t threads) {
+  const std::string text = Generator(seed, threads).graph();
   std::ofstream(file) << text;
   const Graph graph = read_graph(file);
   std::mt19937_64 random(seed);

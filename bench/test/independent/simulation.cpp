@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "nodes.hpp"
 #include "transit.hpp"
 
 namespace independent {
@@ -16,8 +17,8 @@ class Simulation {
         conditions_(conditions),
         draw_(draw),
         tasks_(graph.tasks.size()),
+        nodes_(graph, deployment.fault),
         transit_(conditions.delay, conditions.any_order) {
-    for (const std::size_t inputs : graph.slots) slots_.emplace_back(inputs);
     for (std::size_t t = 0; t < tasks_.size(); ++t) {
       if (graph.tasks[t].timer) tasks_[t].next_call = conditions.phases[t];
     }
@@ -273,8 +274,8 @@ class Simulation {
     job.start = now_;
     thread.started = true;
     if (job.outcome != Outcome::empty) {
-      for (const auto& [set, position] : t.stores) slot(set, position) = {job.parent, thread.history};
-      if (works(t)) thread.left = draw_(job.task, job.sequence);
+      nodes_.store(job, thread.history);
+      if (nodes_.works(t)) thread.left = draw_(job.task, job.sequence);
       job.outcome = Outcome::running;
     }
     thread.row = result_.jobs.size();
@@ -288,62 +289,10 @@ class Simulation {
     const bool runs = job.outcome == Outcome::running;
     if (runs) job.outcome = Outcome::ran;
     result_.jobs[thread.row] = job;
-    if (runs) publish(job, thread.history);
+    const auto observe = [this](const Output& output) { result_.outputs.push_back(output); };
+    const auto publish = [&](int reader, const History& history) { send(reader, job, history); };
+    if (runs) nodes_.publish(job, thread.history, observe, publish);
     after(thread, job.task);
-  }
-
-  std::optional<Kept>& slot(int set, int position) {
-    return slots_[static_cast<std::size_t>(set)][static_cast<std::size_t>(position)];
-  }
-
-  bool complete(const Publication& publication) {
-    const auto full = [](const std::optional<Kept>& input) { return input.has_value(); };
-    const auto& inputs = slots_[static_cast<std::size_t>(publication.slots)];
-    return faulty(Fault::join_of_any) ? std::ranges::any_of(inputs, full) : std::ranges::all_of(inputs, full);
-  }
-
-  /// If all publications wait for sets, a job that completes none takes no time.
-  bool works(const Task& t) {
-    const auto waits = [&](const Publication& p) { return p.rule == Rule::all_new && !complete(p); };
-    return t.publications.empty() || faulty(Fault::incomplete_set_works) ||
-           !std::ranges::all_of(t.publications, waits);
-  }
-
-  void publish(const Job& job, const History& sample) {
-    const Task& t = task(job.task);
-    const History own = data_of_job(graph_, job, sample);
-    const std::int64_t count = ++state(job.task).jobs;
-    std::vector<bool> observed(graph_.chains.size(), false);
-    if (t.publications.empty()) observe(job, own, observed);
-    for (const Publication& p : t.publications) {
-      const std::int64_t turn = faulty(Fault::every_from_first) ? 1 % p.every : 0;
-      if (p.rule == Rule::every && count % p.every != turn) continue;
-      if (p.rule == Rule::all_new && !complete(p)) continue;
-      History history = own;
-      if (p.slots >= 0) {
-        for (std::optional<Kept>& input : slots_[static_cast<std::size_t>(p.slots)]) {
-          if (input) merge(history, handed_on(graph_, input->history, input->publisher, job.task));
-          const Fault keeps = p.rule == Rule::all_new ? Fault::join_keeps_slots : Fault::last_of_repeats;
-          if (!faulty(keeps)) input.reset();
-        }
-      }
-      observe(job, history, observed);
-      std::vector<int> readers = p.readers;
-      if (faulty(Fault::delivery_reversed)) std::ranges::reverse(readers);
-      for (const int reader : readers) send(reader, job, history);
-    }
-  }
-
-  /// The first message with data of a source counts for a chain.
-  void observe(const Job& job, const History& history, std::vector<bool>& observed) {
-    for (std::size_t c = 0; c < graph_.chains.size(); ++c) {
-      if (!graph_.chains[c].is_sink[static_cast<std::size_t>(job.task)] || observed[c]) continue;
-      const Mark data = data_of(graph_.chains[c], history, deployment_.fault);
-      if (data.oldest == kNever) continue;
-      observed[c] = true;
-      result_.outputs.push_back({static_cast<int>(c), job.sequence, job.start - data.latest_start,
-                                 job.finish - data.oldest, data.jobs > 1});
-    }
   }
 
   void send(int reader, const Job& job, const History& history) {
@@ -382,8 +331,8 @@ class Simulation {
   const Draw& draw_;
   Nanoseconds now_ = 0;
   std::vector<TaskState> tasks_;
+  Nodes nodes_;
   Transit transit_;
-  std::vector<std::vector<std::optional<Kept>>> slots_;  ///< Newest samples of fusions and cyclic nodes.
   std::vector<ThreadState> threads_{};
   std::size_t processors_ = 0;
   std::int64_t activations_ = 0;

@@ -42,7 +42,6 @@ struct TaskState {
   std::int64_t sequence = 0;       ///< Next timestamp of a timer, next sample of a subscription.
   bool armed = true;               ///< cbg: the timer thread watches the timer.
   std::int64_t armed_order = 0;    ///< cbg: of simultaneous timers, that watched for longest goes first.
-  std::int64_t jobs = 0;           ///< For `every: N`.
   std::deque<Sample> unread{};
   std::int64_t rank = 0;  ///< Fixed priority.
 };
