@@ -314,7 +314,8 @@ void write_text(std::ostream& out, const Advice& advice) {
   if (advice.change.empty()) return;
   out << "\nChange: " << advice.change << "\n";
   if (!std::filesystem::exists(std::filesystem::path(advice.change).replace_filename("executor.yaml")))
-    out << "On ROS 2 (docs/deployments.md): hotpath graph GRAPH --as cie --deployments " << advice.change << "\n";
+    out << "On ROS 2 (docs/deployments.md): hotpath graph GRAPH --as cie --deployments " << advice.change
+        << "\n";
 }
 
 void to_json(json& j, const Advice& advice) {

@@ -86,20 +86,30 @@ class System {
     return next;
   }
 
-  /// Jobs end, timers are due, then the threads act in rounds, in the order in which they awoke.
+  /// Some of the jobs that end now do so, timers are due, then the threads act in rounds, in the order in
+  /// which they awoke. What else ends now does so in a later call.
   void advance(Nanoseconds instant, Choices& choices, Worst& worst) {
     choices_ = &choices;
     worst_ = &worst;
-    now_ = instant;
+    const bool comes = std::exchange(now_, instant) < instant;
+    const auto is_due = [this](int t) { return state(t).next_call == now_; };
+    const bool due = comes && std::ranges::any_of(events_ ? watched_ : waited_, is_due);
+    std::vector<int> ending;
     for (int w = 0; w < threads_; ++w)
-      if (worker(w).step == Step::runs && worker(w).job.finish == now_) finish(w);
-    const auto due = [this](int t) { return state(t).next_call == now_; };
-    if (std::ranges::any_of(events_ ? watched_ : waited_, due)) wake(events_ ? threads_ : waiter_);
+      if (worker(w).step == Step::runs && worker(w).job.finish == now_) ending.push_back(w);
+    held_.clear();
+    for (const int w : ending) {
+      const bool needed = !due && w == ending.back() && held_.size() + 1 == ending.size();
+      if (!needed && choices.choose(0, 1) == 1) held_.insert(w);
+    }
+    for (const int w : ending)
+      if (!held_.contains(w)) finish(w);
+    if (due) wake(events_ ? threads_ : waiter_);
     for (bool acted = true; acted;) {
       acted = false;
       for (std::size_t i = 0; i < awake_.size(); ++i) {
         const int w = awake_[i];
-        if (worker(w).step == Step::runs && worker(w).job.finish > now_) continue;
+        if (worker(w).step == Step::runs && (worker(w).job.finish > now_ || held_.contains(w))) continue;
         act(w);
         acted = true;
       }
@@ -364,6 +374,7 @@ class System {
   int waiter_ = -1;                       ///< The thread in rcl_wait.
   std::vector<EventGroup> groups_;        ///< Of cbg.
   std::deque<int> ready_{};
+  std::set<int> held_{};        ///< Threads whose jobs end in a later call.
   std::vector<int> watched_{};  ///< Timers, in the order in which the timer thread got them.
   int woken_ = -1;              ///< Has not looked for a group yet.
 };
