@@ -128,10 +128,12 @@ class BoundCase {
                                make_platform(graph_, *executor_.entry)};
     std::vector<GraphBounds> all = graph_bounds(system, also_covers_);
     if (!phases_known_) return all;
-    constexpr std::size_t kMostStates = 20'000;
+    // With several threads or delivery, a state has many successors.
+    const bool wide = executor_.scheduler.workers > 1 || graph_.platform.delivery_delay > Duration{};
+    const std::size_t most_states = wide ? 2'000 : 20'000;
     const bool near = uncertainty_ > Duration{}, with_witnesses = seed_ % 4 == 0 && !near;
     all.push_back(bounds::exact_worst_cases(graph_, tasks_, *executor_.entry, executor_.scheduler,
-                                            {.max_states = kMostStates, .phase_uncertainty = uncertainty_},
+                                            {.max_states = most_states, .phase_uncertainty = uncertainty_},
                                             with_witnesses ? &reached_ : nullptr));
     if (!all.back().refusal && !near) exact_ = all.size() - 1;
     return all;
