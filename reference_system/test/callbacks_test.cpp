@@ -41,7 +41,8 @@ TEST(Callbacks, PublishByTheirRules) {
   const std::string early = ", execution_time_ms: 4, " + both + "[P, Q], at_percent: 25}";
   const std::vector<RuleCase> cases = {
       {"one in three jobs, from the first one on",
-       node_of("A", {"timer: t, period_ms: 10, publishes: {topic: x, every: 3, first: 1}"}) + command("C", "x"),
+       node_of("A", {"timer: t, period_ms: 10, publishes: {topic: x, every: 3, first: 1}"}) +
+           command("C", "x"),
        {{"C/x", {0, 30}}}},
       {"a set within the job that completes it",
        sensor("P", 30) + sensor("Q", 30) +
