@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/recorded_system.hpp"
 
-#include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>

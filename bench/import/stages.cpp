@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "program/errors.hpp"
+#include "program/text.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath::imports {
