@@ -281,7 +281,7 @@ std::string rule_text(const tracing::System& system, const InferredRule& rule) {
     case PublishRule::always:
       return "with every job";
     case PublishRule::every:
-      return concat("with one in ", rule.n, " jobs, from job ", rule.first, " on");
+      return program::concat("with one in ", rule.n, " jobs, from job ", rule.first, " on");
     case PublishRule::all_new:
       return "when all are new: " + topics;
     case PublishRule::last_of:

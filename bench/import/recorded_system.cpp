@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "import/recorded_system.hpp"
 
-#include <algorithm>
 #include <map>
 #include <numeric>
 #include <set>
@@ -60,7 +59,7 @@ bool has_timers_of(std::uint32_t timers, std::uint32_t others, const tracing::Sy
 }
 
 /// A thread with a request to serve does not idle for longer.
-constexpr tracing::Duration kIdle = std::chrono::milliseconds(1);
+constexpr tracing::Duration kServedWithin = std::chrono::milliseconds(1);
 /// Requests in fewer of a callback's jobs than in one of two are believed from so many on.
 constexpr std::size_t kFewestCalls = 4;
 
@@ -113,7 +112,7 @@ Caller matched(const std::vector<tracing::Job>& jobs, const std::vector<std::siz
     caller.matches.emplace_back(request, chosen[next - 1]);
     caller.delays += std::chrono::abs(jobs[request].start - jobs[chosen[next - 1]].finish);
   }
-  const auto idles = [&](const Match& match) { return idle_time(jobs, match) > kIdle; };
+  const auto idles = [&](const Match& match) { return idle_time(jobs, match) > kServedWithin; };
   caller.idled = 2 * std::ranges::count_if(caller.matches, idles) > std::ssize(caller.matches);
   return caller;
 }

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "program/errors.hpp"
+#include "program/text.hpp"
 #include "setup/run_setup.hpp"
 
 namespace hotpath::imports {
@@ -193,7 +194,7 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
   if (best.slices.threads > 0) missing.push_back(sentence(best.slices, found.graph.epoch));
   std::vector<std::string> notes = notes_of(recorded, found.graph, chosen, recognitions, deliveries);
-  for (const std::string& what : uncertain) notes.push_back(program::concat("Uncertain: ", what, "."));
+  if (shown.other) notes.push_back(program::concat("Uncertain: ", uncertain.back(), "."));
   // They explain a deviation; of a green reproduction they are remarks.
   std::ranges::copy(missing,
                     std::back_inserter(best.check.light == Light::green ? notes : best.check.reasons));
