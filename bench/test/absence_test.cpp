@@ -195,6 +195,14 @@ TEST_F(Watching, BeginsWithAProcessThatIsGone) {
   EXPECT_EQ(incident(), "00:00:00.024 nodes source, space.sink are gone: their process 7 has ended");
 }
 
+TEST_F(Watching, TakesTheEndOfTheLastProcessByItselfForNone) {
+  system.run(10, 1);
+  until(30);
+  observer.forget({7, 0}, false);
+  until(5000);
+  EXPECT_THAT(incident(), HasSubstr("source (timer) got nothing for"));
+}
+
 /// A timer that publishes to a subscription, and a service, which all run until a fault.
 class Faulty : public Watching {
  protected:

@@ -21,6 +21,13 @@ Duration patience(const JudgedTerm& distance) {
   return limit + std::min<Duration>(limit, std::chrono::seconds(1));
 }
 
+/// Whether events show that it runs: not of clients and actions, nor of what an import adds or never saw.
+bool has_events(const CallbackContract& stated) {
+  return stated.node != imports::kOutside && !stated.topic.ends_with("/response") &&
+         stated.topic.find("/_action/") == std::string::npos &&
+         std::ranges::any_of(stated.terms, [](const Term& t) { return t.clause != Clause::publishes; });
+}
+
 }  // namespace
 
 void Observer::note_losses(std::uint64_t losses, Time until) {
@@ -71,7 +78,7 @@ void Observer::judge_silence(std::uint32_t entry, Time until) {
   distance->judge_lasting(since, until);
 }
 
-void Observer::forget(const ThreadKey& ended) {
+void Observer::forget(const ThreadKey& ended, bool broke_off) {
   thread_check_.forget(ended);
   if (ended.second != 0) {
     assembler_.forget_thread(ended.first, ended.second);
@@ -80,16 +87,20 @@ void Observer::forget(const ThreadKey& ended) {
   }
   assembler_.forget_process(ended.first);
   const auto process = processes_.find(ended.first);
-  if (process != processes_.end() && !process->second.ended)
-    process->second.ended = observed_until_.value_or(process->second.finish);
+  if (process == processes_.end() || process->second.ended) return;
+  process->second.ended = observed_until_.value_or(process->second.finish);
+  process->second.broke_off = broke_off;
 }
 
-/// Processes that have ended while others go on. At the end of a run, they end one after another.
+/// Processes that have ended while others go on. At the end of a run, they end one after another, the last
+/// ones by themselves.
 void Observer::judge_processes(Time until) {
   constexpr auto kEnding = std::chrono::milliseconds(1500);
   std::erase_if(processes_, [&](const auto& known) {
     const auto& [id, process] = known;
     if (ending_ || !process.ended || until < *process.ended + kEnding) return false;
+    const bool others = std::ranges::any_of(processes_, [](const auto& p) { return !p.second.ended; });
+    if (!others && !process.broke_off) return true;
     const bool one = process.nodes.size() == 1;
     judge_.incidents().add(
         {Role::gone, process.finish,
@@ -113,8 +124,7 @@ void Observer::judge_standing(Time until) {
 void Observer::judge_standing(std::uint32_t entry, std::uint32_t c, Time until) {
   constexpr Duration kDoubt = std::chrono::milliseconds(500), kDiscovery = std::chrono::milliseconds(1700),
                      kStart = std::chrono::seconds(10);
-  const std::string& topic = contract_.callbacks[entry].topic;
-  if (topic.ends_with("/response") || topic.find("/_action/") != std::string::npos) return;  // no events
+  if (!has_events(contract_.callbacks[entry])) return;
   const bool seen = judge_.callback(entry).seen;
   CallbackState& state = states_[entry];
   JudgedTerm* const distance = judge_.callback(entry).find(Clause::maximum_distance);

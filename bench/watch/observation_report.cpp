@@ -111,6 +111,10 @@ program::Table table_of(const nlohmann::json& rows, const std::string& title, co
 
 }  // namespace
 
+void ObservationReport::name_executor(FollowedThread& thread, const Observer& observer) {
+  if (thread.executor.empty()) thread.executor = observer.executor_of(thread.facts.key());
+}
+
 void ObservationReport::follow(const ThreadReading& reading, const Observer& observer) {
   if (reading.facts.empty()) return;
   read_ = reading.at;
@@ -119,7 +123,7 @@ void ObservationReport::follow(const ThreadReading& reading, const Observer& obs
     FollowedThread& thread = followed_.try_emplace({facts.key(), facts.started}, first).first->second;
     thread.facts = facts;
     thread.at = read_;
-    if (thread.executor.empty()) thread.executor = observer.executor_of(facts.key());
+    name_executor(thread, observer);
   }
   std::erase_if(followed_, [&](const auto& thread) { return thread.second.at + kEnding < read_; });
 }
@@ -136,7 +140,7 @@ void ObservationReport::update(const Observer& observer, const Session& session,
            {"ignored_entities", observer.system().ignored},
            {"callbacks", callbacks(observer, now)},
            {"chains", chains_of(observer)},
-           {"executor_threads", threads()}};
+           {"executor_threads", threads(observer)}};
 }
 
 nlohmann::json ObservationReport::callbacks(const Observer& observer, Duration now) {
@@ -163,11 +167,12 @@ nlohmann::json ObservationReport::callbacks(const Observer& observer, Duration n
   return rows;
 }
 
-nlohmann::json ObservationReport::threads() {
+nlohmann::json ObservationReport::threads(const Observer& observer) {
   nlohmann::json rows = nlohmann::json::array();
   for (auto& [identity, thread] : followed_) {
     const ThreadFacts& of = thread.facts;
     rate(thread);
+    name_executor(thread, observer);
     const bool changed = thread.first_policy != of.policy;
     rows.push_back({{"process", of.process},
                     {"thread", of.thread},

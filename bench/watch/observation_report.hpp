@@ -39,8 +39,9 @@ class ObservationReport {
     double ran = 0, waited = 0, withheld = 0;  ///< ms in a second.
   };
   [[nodiscard]] nlohmann::json callbacks(const Observer& observer, Duration now);
-  [[nodiscard]] nlohmann::json threads();
+  [[nodiscard]] nlohmann::json threads(const Observer& observer);
   void rate(FollowedThread& thread) const;
+  static void name_executor(FollowedThread& thread, const Observer& observer);
 
   const bool whole_;
   nlohmann::json json_;

@@ -49,8 +49,8 @@ class Observer : public tracing::Sink {
   void observed_until(Time until, const Losses& losses);
   /// Facts of the system's threads, some times a second.
   void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at); }
-  /// A thread that has ended; id 0: a process with all of its threads.
-  void forget(const ThreadKey& ended);
+  /// A thread that has ended; id 0: a process with all of its threads. `broke_off`: not by itself.
+  void forget(const ThreadKey& ended, bool broke_off = true);
   /// Programs begin to end: from now on the absence of events shows nothing.
   void end() {
     ending_ = true;
@@ -100,6 +100,7 @@ class Observer : public tracing::Sink {
     std::set<std::string> nodes = {};
     Time finish{};                   ///< Of its latest job.
     std::optional<Time> ended = {};  ///< When it was seen to have ended.
+    bool broke_off = false;
   };
 
   void started(const tracing::Job& job) override;

@@ -146,6 +146,7 @@ void Session::read(tracing::Time now) {
     if (attached && first && !reader.describes())
       source.dropped_before = reader.dropped();  // a ring that was full had no room until now
     if (!last) return false;
+    if (!reader.ended() && !reader.describes()) broken_off_.insert(reader.process());
     count(ended_, source);
     // Later watchers need the descriptions as long as the process lives.
     if (attached && (!alive || !reader.describes())) shm_unlink(source.name.c_str());
@@ -168,6 +169,12 @@ const std::vector<tracing::Event>& Session::pass_on(tracing::Time until) {
   }
   passed_until_ = std::max(passed_until_, until);
   return passed_;
+}
+
+bool Session::broke_off(std::uint32_t process) const {
+  return broken_off_.contains(process) || std::ranges::any_of(sources_, [&](const Source& source) {
+           return source.reader.process() == process && !source.reader.ended() && !source.reader.describes();
+         });
 }
 
 void Session::count(Losses& losses, const Source& source) {

@@ -59,6 +59,9 @@ class Session {
   /// Threads that called tracepoints so far.
   [[nodiscard]] std::uint64_t threads() const { return threads_; }
 
+  /// Whether a thread of the process that called tracepoints did not end by itself.
+  [[nodiscard]] bool broke_off(std::uint32_t process) const;
+
   static constexpr auto kSettled = std::chrono::milliseconds(50);
 
  private:
@@ -79,7 +82,7 @@ class Session {
   std::string name_, marker_name_;
   int marker_ = -1;
   std::set<std::string> known_;  // attachable: names of rings that are or were read
-  std::set<std::uint32_t> found_;
+  std::set<std::uint32_t> found_, broken_off_;
   std::list<Source> sources_;
   Texts texts_;
   std::vector<tracing::Event> pending_, passed_;

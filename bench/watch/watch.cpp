@@ -176,7 +176,8 @@ class Watch {
     for (; !unjudged_.empty() && unjudged_.front().at <= until; unjudged_.pop_front()) {
       const ThreadReading& reading = unjudged_.front();
       observer_.threads(reading.facts, reading.at);
-      for (const ThreadKey& thread : reading.ended) observer_.forget(thread);
+      for (const ThreadKey& thread : reading.ended)
+        observer_.forget(thread, session_.broke_off(thread.first));
     }
   }
 

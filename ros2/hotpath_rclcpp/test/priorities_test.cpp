@@ -306,7 +306,7 @@ TEST_F(OptionsFile, IsRejectedWithItsLine) {
   EXPECT_EQ(refused("executor: rm-ro\nthreads: no\n").rfind(file + ":2: ", 0), 0U);
   EXPECT_EQ(refused("learn: true\nexecutor: rm-r\n"),
             file + ":2: there is no executor `rm-r`; did you mean `rm-ro`?");
-  EXPECT_EQ(refused("executor: events-ro\nthreads: 2\n").rfind(file + ":2: ", 0), 0U);
+  EXPECT_EQ(refused("executor: rm-re\nthreads: 2\n").rfind(file + ":2: ", 0), 0U);
   EXPECT_EQ(refused("learn: perhaps\n").rfind(file + ":1: ", 0), 0U);
   EXPECT_EQ(refused("learn: false\ntimer_thread: fifo:1000\n").rfind(file + ":2: ", 0), 0U);
   EXPECT_EQ(refused("service_wait_ms: -1\n").rfind(file + ":1: ", 0), 0U);
