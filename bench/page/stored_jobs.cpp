@@ -54,6 +54,7 @@ ShownJobs shown_jobs(const results::StoredRun& run, std::size_t all, std::size_t
     Time first_left_out = kNever;
     std::array<std::vector<std::int64_t>, std::tuple_size_v<PageJob>> jobs{};
     std::int64_t last_start = 0;
+    std::map<TaskId, std::int64_t> last_sequence{};
   };
   ShownJobs shown;
   std::vector<Repetition> repetitions;
@@ -76,6 +77,7 @@ ShownJobs shown_jobs(const results::StoredRun& run, std::size_t all, std::size_t
     }
     ++shown.kept;
     PageJob numbers = job_row(job);
+    numbers[1] -= std::exchange(of.last_sequence[job.job.task], numbers[1]);
     numbers[2] -= std::exchange(of.last_start, numbers[2]);
     for (std::size_t n = 0; n < numbers.size(); ++n) of.jobs[n].push_back(numbers[n]);
   });

@@ -26,8 +26,8 @@ using PageJob = std::array<std::int64_t, 7>;
 [[nodiscard]] std::size_t count_jobs(const results::StoredRun& run);
 
 struct ShownJobs {
-  /// [{executor, repetition, length_ns, kept_ns: [[from, to]...], jobs}], in the order of the file; the
-  /// numbers of jobs in columns, and the differences of their starts, which compress well.
+  /// [{executor, repetition, length_ns, kept_ns: [[from, to]...], jobs}], in the order of the file. The
+  /// numbers of jobs are in columns, and sequences and starts as differences, which compress well.
   nlohmann::json repetitions = nlohmann::json::array();
   std::size_t started = 0, kept = 0;
 };

@@ -96,8 +96,9 @@ TEST_F(StoredSummaryTest, PerfettoGetsTheJobsThatRanOrWereLostInAWindow) {
   const auto names = [&](Duration from, Duration to) {
     std::ostringstream out;
     results::write_perfetto(out, stored, {"default", 0, Time{} + from, Time{} + to});
+    const nlohmann::json trace = nlohmann::json::parse(out.str());
     std::string all;
-    for (const nlohmann::json& event : nlohmann::json::parse(out.str()).at("traceEvents")) {
+    for (const nlohmann::json& event : trace.at("traceEvents")) {
       const std::string phase = event.at("ph");
       if (phase == "X") all += event.at("args").at("sequence").dump();
       all += phase == "i" ? event.at("cat").get<std::string>() + " " : phase == "M" ? "" : phase + " ";

@@ -48,8 +48,8 @@ export interface Graph {
 
 export interface StoredRepetition {
   executor: string; repetition: number; length_ns: number; kept_ns: [number, number][];
-  jobs: number[][]; // columns: task, sequence, start since that of the job before, length (-1: it did not end), how
-  // long before the start its timestamp and its release were, and thread
+  jobs: number[][]; // columns: task, sequence since the task's job before, start since the job before, length (-1: it
+  // did not end), how long before the start its timestamp and its release were, and thread
 }
 
 /** An output as hotpath explains it. */
@@ -105,14 +105,16 @@ export class Jobs {
   private readonly places: Map<string, Job>;
 
   constructor(readonly of: StoredRepetition) {
-    const [tasks, sequences, gaps, lengths, sinceTimestamp, sinceRelease, workers] = of.jobs;
+    const [tasks, steps, gaps, lengths, sinceTimestamp, sinceRelease, workers] = of.jobs;
+    const sequences: number[] = [];
     let start = 0;
     this.list = tasks.map((task, i) => {
       start += gaps[i];
+      const sequence = (sequences[task] = (sequences[task] ?? 0) + steps[i]);
       const ended = lengths[i] >= 0;
       const end = ended ? start + lengths[i] : of.length_ns;
       const [timestamp, release] = [start - sinceTimestamp[i], start - sinceRelease[i]];
-      return { task, sequence: sequences[i], start, end, timestamp, release, worker: workers[i], ended };
+      return { task, sequence, start, end, timestamp, release, worker: workers[i], ended };
     });
     this.places = new Map(this.list.map((job) => [`${job.task} ${job.sequence}`, job]));
   }
