@@ -8,6 +8,7 @@
 
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
+#include "commands/paper_threads.hpp"
 #include "hotpath/analysis/waters_statistics.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "hotpath/campaign/crew.hpp"
@@ -247,6 +248,11 @@ void add_paper_command(CLI::App& app) {
   add_json_option(table);
   add_waters(paper);
   add_golden(paper);
+  struct None {};
+  auto [threads, none] =
+      add_command<None>(paper, "threads", "Published bounds for several threads against exact worst cases",
+                        "hotpath paper threads", [](const None&) { judge_published_threads(); });
+  add_json_option(threads);
 }
 
 const Command kPaper("Paper", 180, add_paper_command);

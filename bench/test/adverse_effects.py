@@ -24,6 +24,7 @@ USES = {
     "paper waters --sets 2 --output waters": "waters/waters.csv",
     "paper table1": ">LiDAR",
     "paper golden --output golden": "golden/validation.json",
+    "paper threads": ">confirmed",
     "graph autoware": ">chain hot_path:",
     "graph --new robot.yaml": "robot.yaml",
     "list executors": ">rm-ro",
@@ -40,6 +41,7 @@ JSON_HOLDS: dict[str, dict[str, Any]] = {
     "analyze timers_only_60 --csv bounds.csv": {"kind": "task", "name": "FrontCamera", "observed_ns": None},
     "diff stored stored --gate --markdown gate.md": {"worse": False},
     "paper table1": {"task": "Camera"},
+    "paper threads": {"chain": "chain2"},
     "list graphs": {"name": "autoware"},
     "list deployments": {"name": "isolated"},
 }

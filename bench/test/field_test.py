@@ -81,7 +81,7 @@ class Judgements(FieldTest):
             self.assertEqual(int(bounds["hot_path", "c", True]["bound_ns"]), ms * 1_000_000)
 
     def test_chains_on_several_threads(self) -> None:
-        graph = FIELD / "two_threads_three_chains.yaml"
+        graph = "three_chains"
         for executor in ("multi:2", "multi-jazzy:2"):
             words = ("analyze", graph, "--executors", executor, "--csv", "bounds.csv", "--cores")
             self.accepted(*words, 2)
@@ -91,12 +91,28 @@ class Judgements(FieldTest):
             self.assertIn("no thread idles", rows["chain1"]["assumed"])
             _, out, _ = self.command(*words, 1)
             self.assertIn("need 2 cores, one each", out)
-        exact = self.bounds(graph.stem, "multi:2", "--cores", "2", "--witness", "worst")
+        exact = self.bounds(
+            f"../../../reference_system/graphs/{graph}", "multi:2", "--cores", "2", "--witness", "worst"
+        )
         for k, expected in enumerate((42.0, 53.0, 55.7), 1):
             value = int(exact["chain", f"chain{k}", True]["bound_ns"]) / 1e6
             self.assertAlmostEqual(value, expected, delta=1.5e-6)  # 1 ns: jobs that end at one instant
         _, out, _ = self.command("analyze", graph, "--executors", "cbg:2", "--cores", 3)
         self.assertIn("no reentrant groups under `cbg`", out)
+
+    def test_published_values_for_several_threads(self) -> None:
+        code, out, _ = self.command("paper", "threads", "--json")
+        self.assertEqual(code, 0)
+        rows = json.loads(out)
+        self.assertEqual(len(rows), 9)
+        for row in rows:
+            published, reached, most = (float(row[key]) for key in ("published", "reached", "at most"))
+            self.assertLessEqual(reached, most)
+            proven = "confirmed" if published >= most else "open"
+            self.assertEqual(row["verdict"], "refuted" if reached > published else proven)
+        # That of chain 1 lies between a schedule and the bound; no phases but the graph's allow the first row.
+        self.assertEqual([row["verdict"] for row in rows], 3 * ["confirmed"] + ["open"] + 5 * ["confirmed"])
+        self.assertGreater(float(rows[3]["reached"]), float(rows[0]["published"]))
 
     def test_copies_have_names_of_their_own(self) -> None:
         graph = FIELD / "names_with_numbers.yaml"

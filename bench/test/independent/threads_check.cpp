@@ -60,15 +60,24 @@ class Check {
                     " --executors " + joined(labels),
                 folder_ + "/exact.txt");
     std::map<std::string, std::map<Target, Nanoseconds>> exact;
-    for (const Bound& b : read_bounds(csv))
-      if (b.exact) exact[b.executor][{b.kind, b.name}] = b.value;
+    for (const Bound& b : read_bounds(csv)) {
+      if (b.exact) {
+        exact[b.executor][{b.kind, b.name}] = b.value;
+      } else if (const auto& values = mine[b.executor].values; values.contains({b.kind, b.name})) {
+        ++bounds_;
+        const Nanoseconds value = values.at({b.kind, b.name});
+        if (value > b.value && ++differences_ > 0)
+          std::cout << file << ": " << b.executor << ": " << b.kind << " " << b.name << ": " << value
+                    << ", bound of hotpath: " << b.value << "\n";
+      }
+    }
     for (const auto& [label, worst] : mine)
       exact.contains(label) ? compare(file, graph, label, worst, exact[label]) : void(++refused_);
   }
 
   int report() const {
     std::cout << explored_ << " explorations, " << states_ << " states, " << equal_ << " equal values, "
-              << too_large_ << " explorations too large here, " << refused_
+              << bounds_ << " bounds, " << too_large_ << " explorations too large here, " << refused_
               << " not explored by hotpath: " << differences_ << " differences\n";
     for (std::size_t p = 1; p < kPlanted; ++p)
       if (!found_[p]) std::cout << "planted error " << p << " was not found\n";
@@ -86,6 +95,8 @@ class Check {
         if (!of.duplicates.contains(target) && (mine == of.values.end() || mine->second != value))
           targets.push_back(target);
       }
+      for (const auto& [target, value] : of.values)
+        if (target.first != "hot_path" && !exact.contains(target)) targets.push_back(target);
       return targets;
     };
     ++explored_;
@@ -97,15 +108,16 @@ class Check {
     for (const Target& target : differ) {
       const auto mine = worst.values.find(target);
       std::cout << file << ": " << label << ": " << target.first << " " << target.second << ": "
-                << (mine == worst.values.end() ? -1 : mine->second) << ", hotpath: " << exact.at(target)
-                << "\n";
+                << (mine == worst.values.end() ? -1 : mine->second)
+                << ", hotpath: " << (exact.contains(target) ? exact.at(target) : -1) << "\n";
     }
     for (std::size_t p = 1; p < kPlanted && differ.empty(); ++p)
       found_[p] = found_[p] || !differing(worst_cases(graph, label, static_cast<Planted>(p))).empty();
   }
 
   std::string hotpath_, folder_;
-  std::size_t explored_ = 0, states_ = 0, equal_ = 0, too_large_ = 0, refused_ = 0, differences_ = 0;
+  std::size_t explored_ = 0, states_ = 0, equal_ = 0, too_large_ = 0, refused_ = 0, bounds_ = 0,
+              differences_ = 0;
   std::array<bool, kPlanted> found_{};
 };
 
