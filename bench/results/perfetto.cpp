@@ -78,18 +78,15 @@ class Events {
         {{"ph", "i"}, {"tid", process_of(r)}, {"ts", us(at)}, {"s", "p"}, {"cat", what}});
   }
 
-  /// A message between two jobs.
-  void add_flow(const JobRecord& from, const JobRecord& to) {
-    ++flows_;
-    for (const auto& [phase, r] : {std::pair{"s", &from}, {"f", &to}}) {
-      add(*r, "message",
-          {{"ph", phase},
-           {"tid", thread_of(*r)},
-           {"ts", us(r->start)},
-           {"cat", "flow"},
-           {"id", flows_},
-           {"bp", "e"}});
-    }
+  /// The end of a message at the slice that was added last: `s`, its beginning, or `f`.
+  void add_flow(const JobRecord& r, const char* phase, std::size_t id) {
+    add(r, "message",
+        {{"ph", phase},
+         {"tid", thread_of(r)},
+         {"ts", us(r.start)},
+         {"cat", "flow"},
+         {"id", id},
+         {"bp", "e"}});
   }
 
  private:
@@ -102,7 +99,6 @@ class Events {
   const TaskSet& tasks_;
   const TraceWindow& window_;
   std::set<int> named_;  // threads, and processes with a minus
-  int flows_ = 0;
   const char* separator_ = "";
 };
 
@@ -122,14 +118,23 @@ void write_perfetto(std::ostream& out, const StoredRun& run, const TraceWindow& 
   });
   out << "{\"displayTimeUnit\": \"ms\", \"traceEvents\": [\n";
   Events events(out, run.tasks(), window);
-  for (const JobRecord& job : jobs) {
+  std::map<std::size_t, std::vector<std::size_t>> readers;  // by job
+  const auto parent_of = [&](const JobRecord& job) {
+    return ran.find({job.job.parent.task, job.job.parent.sequence});
+  };
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    if (jobs[i].outcome != Outcome::ran) continue;
+    if (const auto parent = parent_of(jobs[i]); parent != ran.end()) readers[parent->second].push_back(i);
+  }
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const JobRecord& job = jobs[i];
     if (job.outcome != Outcome::ran) {
       events.add_marker(job, job.job.timestamp, to_string(job.outcome));
       continue;
     }
     events.add_slice(job);
-    const auto parent = ran.find({job.job.parent.task, job.job.parent.sequence});
-    if (parent != ran.end()) events.add_flow(jobs[parent->second], job);
+    if (parent_of(job) != ran.end()) events.add_flow(job, "f", i + 1);
+    for (const std::size_t reader : readers[i]) events.add_flow(job, "s", reader + 1);
   }
   out << "\n]}\n";
 }

@@ -129,6 +129,7 @@ EFFECTS = {
 --graph sequences
 --set FrontCamera.execution_time_ms=1
 --contract @ watch_test.py
+--margin @ watch_test.py
 --executors edf-ro
 --load 50
 --rate 90

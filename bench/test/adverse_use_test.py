@@ -147,7 +147,9 @@ class Results(dict[str, Result]):
         clean_up(case)
         files = {str(f.relative_to(case.folder)): f for f in sorted(case.folder.rglob("*")) if f.is_file()}
         runs = {name: facts_of(files.pop(name)) for name in list(files) if name.endswith("run.json")}
-        found = {name: f.read_bytes() for name, f in files.items()} | {"": out.encode()}
+        found = {name: f.read_bytes() for name, f in files.items()} | {
+            "": out.replace(str(case.folder), "").encode()
+        }
         self[line] = Result(code, {} if line.startswith("run") else found, runs, err, case.folder)
         return self[line]
 

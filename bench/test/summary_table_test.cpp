@@ -149,7 +149,7 @@ TEST(Table, TellsOfLostRecordsAndDropsOnTheHotPath) {
   s.executors[0].lost_records = 17;
   s.executors[1].chains[0].drops = 3;
   EXPECT_THAT(plain(s), HasSubstr("default had no room for 17 records"));
-  EXPECT_THAT(plain(s), HasSubstr("rm-ro lost 3 samples along hot_path"));
+  EXPECT_THAT(plain(s), HasSubstr("rm-ro replaced 3 samples along hot_path"));
 }
 
 TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {
