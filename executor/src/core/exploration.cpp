@@ -29,15 +29,13 @@ class Exploration final : public JobSink, public ExploredInstant {
   ExplorationResult run(const ExploredScheduler& scheduler, const Workload& workload) {
     // Timers with jitter that are ready when the executor begins.
     std::vector<TaskId> at_once;
-    for (TaskId id = 0; id < set_.size(); ++id) {
+    for (TaskId id = 0; id < set_.size(); ++id)
       if (set_[id].release_jitter > Duration{} && set_[id].phase == Duration{}) at_once.push_back(id);
-    }
     if (std::ssize(at_once) > kMostAtOnce) throw ExplorationRefused(kTooManyAtOnce);
     for (std::size_t subset = 0; subset < std::size_t{1} << at_once.size(); ++subset) {
       std::vector<TaskId> released;
-      for (std::size_t i = 0; i < at_once.size(); ++i) {
+      for (std::size_t i = 0; i < at_once.size(); ++i)
         if ((subset >> i & 1U) != 0) released.push_back(at_once[i]);
-      }
       deliveries_.for_each_choice([&] {
         ExploredState first{simulation_of(scheduler.clone(), workload.clone())};
         begin(first, released);
@@ -48,7 +46,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     ExplorationResult result;
     try {
       while (std::optional<MetStates::Next> next = met_.next()) {
-        count_state();
+        if (++expanded_ > options_.max_states) throw too_many(options_.max_states, "states");
         keep_ends(*next->state, std::move(next->place));
         expand(std::move(*next->state));
       }
@@ -57,22 +55,25 @@ class Exploration final : public JobSink, public ExploredInstant {
       result.ended_early = early;
     }
     result.states = expanded_;
-    for (const auto& edge : kept_) {
+    for (const auto& edge : kept_)
       result.witnesses.push_back(edge ? std::optional(paths_.witness(*edge)) : std::nullopt);
-    }
     return result;
   }
 
  private:
-  void count_state() {
-    if (++expanded_ > options_.max_states)
-      throw ExplorationRefused("there are more than " + std::to_string(options_.max_states) + " states",
-                               ExplorationRefused::Why::states);
-    constexpr std::size_t kStatesBetweenStops = 64;
-    if (options_.stop && expanded_ % kStatesBetweenStops == 0) {
-      const std::string why = options_.stop();
-      if (!why.empty()) throw ExplorationRefused(why, ExplorationRefused::Why::stopped);
-    }
+  /// They take the time of an exploration; a state with samples on their way has many.
+  void count_successor() {
+    constexpr std::size_t kSuccessorsOfAState = 8, kBetweenStops = 64;
+    const std::size_t most = kSuccessorsOfAState * options_.max_states;
+    if (++successors_ > most) throw too_many(most, "successors of states");
+    if (!options_.stop || successors_ % kBetweenStops != 0) return;
+    const std::string why = options_.stop();
+    if (!why.empty()) throw ExplorationRefused(why, ExplorationRefused::Why::stopped);
+  }
+
+  static ExplorationRefused too_many(std::size_t most, const std::string& what) {
+    return ExplorationRefused("there are more than " + std::to_string(most) + " " + what,
+                              ExplorationRefused::Why::states);
   }
 
   std::unique_ptr<ExploredSimulation> simulation_of(std::unique_ptr<ExploredScheduler> scheduler,
@@ -278,7 +279,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       const Time next_release = state.begin_to_release();
       Time others = state.next_of_others();
       const std::vector<UncertainInstant> first = state.uncertain();
-      if (state.most_at_once() > kMostAtOnce)
+      if (std::ssize(first) > kMostAtOnce)
         throw ExplorationRefused(kTooManyAtOnce, ExplorationRefused::Why::stopped);
       if (first.empty() && next_release <= others) {
         if (next_release == kNever) return;
@@ -323,6 +324,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   }
 
   void happen_so(ExploredState state, const Branch& branch, Time instant) {
+    count_successor();
     // The schedule that the simulation followed until now may be another one than the next.
     state.simulation->scheduler().released_by(instant);
     state.simulation->due_by(instant);
@@ -368,7 +370,7 @@ class Exploration final : public JobSink, public ExploredInstant {
   MetStates met_;
   ExploredDeliveries deliveries_;
   std::vector<std::uint32_t> executor_of_;
-  std::size_t expanded_ = 0;
+  std::size_t expanded_ = 0, successors_ = 0;
 
   // For witnesses:
   ExploredPaths paths_;

@@ -90,10 +90,6 @@ std::vector<UncertainInstant> ExploredState::uncertain() const {
   return all;
 }
 
-std::ptrdiff_t ExploredState::most_at_once() const {
-  return std::ranges::count_if(uncertain(), [](const auto& i) { return i.coordinate >= kStarts; });
-}
-
 Time ExploredState::begin_to_release(bool begun_without) {
   Time next = kNever;
   for (const Timer& timer : simulation->scheduler().timers()) {

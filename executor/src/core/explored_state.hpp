@@ -111,8 +111,6 @@ struct ExploredState {
     return coordinate;
   }
 
-  /// How many releases and arrivals can be chosen from for one instant.
-  [[nodiscard]] std::ptrdiff_t most_at_once() const;
   /// The next instant that does not depend on execution times.
   [[nodiscard]] Time next_of_others() const;
   /// Whether the timer thread waits for the executor thread's core until the end of the time slice.
