@@ -105,7 +105,7 @@ TEST_F(StoredSummaryTest, PerfettoGetsTheJobsThatRanOrWereLostInAWindow) {
     }
     return all;
   };
-  EXPECT_EQ(names(10ms, 20ms), "1X 2X deadline missed s f overwritten ");
+  EXPECT_EQ(names(10ms, 20ms), "1X s 2X deadline missed f overwritten ");
   EXPECT_EQ(names(11ms, 15ms), "2X deadline missed ");
   EXPECT_EQ(names(0ms, 1ms), "");
 }
