@@ -291,7 +291,9 @@ class Simulation {
   void publish(const Job& job, std::span<const TaskId> reached) {
     const SampleInfo info{now_, job.deadline, job.ref()};
     for (const TaskId subscription : reached) {
-      send({now_ + platform_.delivery_delay, subscription, summary_.published[subscription]++, info});
+      const Sample sample{now_ + platform_.delivery_delay, subscription, summary_.published[subscription]++,
+                          info};
+      sample.arrival > now_ ? send(sample) : arrive(sample);
     }
   }
 
