@@ -196,7 +196,8 @@ std::pair<Role, std::string> Observer::absence(std::uint32_t entry, std::uint32_
   const CallbackContract& stated = contract_.callbacks[entry];
   const std::vector<std::uint32_t> nodes = nodes_of(entry);
   if (nodes.empty())
-    return {Role::gone, "node " + stated.node + " is not there: " + stated.name() + " has never run"};
+    return {Role::gone,
+            "node " + stated.node + " is not there, or not watched: " + stated.name() + " has never run"};
   const std::string sentence = stated.name() + " has never run";
   const bool subscription = !stated.topic.empty() && !stated.service;
   if (c != kNone) {
