@@ -274,7 +274,7 @@ TEST_P(EveryJitter, ExplorationFindsWhatEnumerationFinds) {
       if (late) platform.wake_up_latency = Duration(1 + 2 * (number % 5));
       if (number % 3 > 1) platform.wait_cost_per_entity = 1ns;
       if (number % 4 == 0) platform.raised_releaser = false;
-      platform.delivery_delay = Duration(jitter ? number % 10 == 1 : number % 5);
+      platform.delivery_delay = Duration(jitter ? number % 20 == 1 : number % 3);
       const Worst exact = explored(set, executor, platform);
       const Worst seen = enumerated(set, executor, (jitter ? 5 : 6) * period, jitter ? 3 : 2, platform);
       for (const TaskId timer : {0U, 1U}) {
@@ -291,7 +291,7 @@ TEST(Exploration, OfTwoThreadsFindsWhatEnumerationFinds) {
   std::mt19937_64 random(1);
   for (const char* executor : {"multi", "multi-jazzy", "cbg"}) {
     std::size_t equal = 0;
-    constexpr std::size_t kSets = 10;
+    constexpr std::size_t kSets = 6;
     for (int number = 0; number < int{kSets}; ++number) {
       TaskSet set = small_set(random, number, 7ns, false);
       add_timer(set, 7ns, Duration(1 + number % 3), Duration(number % 4));
@@ -304,7 +304,7 @@ TEST(Exploration, OfTwoThreadsFindsWhatEnumerationFinds) {
         ASSERT_GE(exact.at(task), response) << executor << ", set " << number << ", task " << task;
       equal += exact == seen;
     }
-    EXPECT_GE(equal * 10, kSets * 9) << executor << ": only " << equal << " sets";
+    EXPECT_GE(equal * 6, kSets * 5) << executor << ": only " << equal << " sets";
   }
 }
 
