@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iostream>
 #include <vector>
 
@@ -99,7 +100,7 @@ void judge_published_threads() {
     for (std::size_t c = 0; c < kChainCount; ++c) {
       const ReachedAge& longest = reached[p.any_phases ? 1 : 0][c];
       const std::int64_t most = p.any_phases ? bounds.value().chains[c].age.value().ns : longest.ns;
-      const auto published = static_cast<std::int64_t>(p.ms[c] * 1e6 + 0.5);
+      const std::int64_t published = std::llround(p.ms[c] * 1e6);
       table.add_row({p.source, p.any_phases ? "any" : "all 0", graph.chains[c].name, in_ms(published),
                      in_ms(longest.ns), in_ms(most), verdict(published, longest.ns, most),
                      static_cast<std::int64_t>(longest.phases)});

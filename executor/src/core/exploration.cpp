@@ -300,11 +300,12 @@ class Exploration final : public JobSink, public ExploredInstant {
       const bool goes_on = others > change && std::ranges::all_of(first, [&](const auto& instant) {
                              return state.zone.limit(kConstant, instant.coordinate, -from);
                            });
-      for (const Branch& branch : branches) {
-        const bool last = !goes_on && &branch == &branches.back();
-        last ? follow(branch, std::move(state)) : follow(branch, state);
+      const std::size_t copies = branches.size() - (goes_on || branches.empty() ? 0 : 1);
+      for (std::size_t i = 0; i < copies; ++i) follow(branches[i], state);
+      if (!goes_on) {
+        if (copies < branches.size()) follow(branches.back(), std::move(state));
+        return;
       }
-      if (!goes_on) return;
       state.from = change;
     }
   }
