@@ -55,7 +55,9 @@ class Analysis {
       bound(executor);
       labels.push_back(executor.label);
     }
-    for (const std::string& sentence : verdict(rows_, labels)) written_ << program::wrapped(sentence) << "\n";
+    const bool known = options_.known_phases || !options_.phases_of.empty();
+    for (const std::string& sentence : verdict(rows_, labels))
+      written_ << program::wrapped(sentence + (known ? " For these phases only." : "")) << "\n";
     written_ << program::text("%s: load %.1f %% of one core, %s\n", graph_.name.c_str(), load_percent(graph_),
                               costs_text().c_str())
              << out_.str();
