@@ -47,8 +47,9 @@ class ExploredInstant {
   };
   /// The span in the schedule in which it takes longest.
   [[nodiscard]] virtual Duration longest(const Span& span) const = 0;
-  /// Makes a schedule in which each of the spans takes `at_least` so long, as one of which is the longest,
-  /// the witness of `slot`, below ExplorationOptions::witnesses; otherwise without effect. All end alike.
+  /// Makes a schedule in which each of the spans takes at least so long the witness of `slot`, below
+  /// ExplorationOptions::witnesses; otherwise without effect. `at_least` is at most longest() of each, and
+  /// all spans have one end, so that such a schedule exists.
   virtual void keep(std::size_t slot, std::span<const Span> spans, Duration at_least) = 0;
   void keep_longest(std::size_t slot, const Span& span) { keep(slot, {&span, 1}, longest(span)); }
   /// The instant, in the schedule in which it comes last.
