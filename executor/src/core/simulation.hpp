@@ -255,7 +255,7 @@ class Simulation {
       return;
     }
     run(w, workload_->start(job, now_));
-    worker.rounds = workload_->end_round(job);
+    if (workers_.size() > 1) worker.rounds = workload_->end_round(job);  // alone, it ends beside no other
     if (sink_) sink_->started(record(w, Outcome::ran));
   }
 
