@@ -150,7 +150,7 @@ TEST_F(Watching, CountsNoTimeInWhichAnotherJobHadTheProcessor) {
 
 TEST_F(Watching, ConcludesNothingFromLostEvents) {
   system.run(10, 1);
-  losses.dropped = 1;
+  losses = 1;
   until(5000);
   system.run(6000, 1);
   until(6010);
@@ -168,7 +168,7 @@ TEST_F(Watching, ConcludesNothingFromEventsThatCameWithTheLoss) {
   observer.note_losses(1, at_ms(60));
   for (int i = 4; i <= 7; ++i) system.run(10 * i, 1, false);  // the takes were lost, and a job at 20 ms
   observe();
-  losses.dropped = 1;
+  losses = 1;
   until(80);
   EXPECT_EQ(incident(), "");
 }
@@ -176,7 +176,7 @@ TEST_F(Watching, ConcludesNothingFromEventsThatCameWithTheLoss) {
 TEST_F(Watching, ExtendsNoSilenceThatEndedWhileEventsWereLost) {
   system.run(10, 1);
   until(45);
-  losses.dropped = 1;
+  losses = 1;
   until(1000);
   system.run(1010, 1);
   until(1200);

@@ -81,7 +81,7 @@ TEST_F(Checking, CannotTellWhatHeldWithLostEvents) {
 }
 
 TEST_F(Checking, JudgesNoJobWhoseEndMayBeLost) {
-  losses.dropped = 1;
+  losses = 1;
   system.add(tracing::EventKind::callback_start, 10, {11});
   until(20);
   until(7000);

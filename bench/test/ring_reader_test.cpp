@@ -119,7 +119,7 @@ Contract small_contract() {
   contract.callbacks[2].service = true;
   contract.callbacks[2].terms.push_back({Clause::budget, 1});
   contract.chains = {{"chain", {0}, {1}, {{Clause::age, 5}, {Clause::hot_path, 5}}}};
-  contract.threads = {{"threads", {0, 1, 2}, {{Clause::serves}, {Clause::wait}}}};
+  contract.threads = {{"threads", {0, 1, 2}, {}, {{Clause::serves}, {Clause::wait}}}};
   return contract;
 }
 
@@ -158,7 +158,7 @@ TEST_F(RingReading, SurvivesAnyBytes) {
   EXPECT_GT(events, 0U);
   EXPECT_GT(reader.damaged(), 0U);
   EXPECT_FALSE(observer.callbacks().empty());
-  observer.observed_until(kNow, {.dropped = 1});
+  observer.observed_until(kNow, 1);
   EXPECT_EQ(observer.judge().json(false)["terms"].size(), 13U) << observer.judge().incident();
 }
 
@@ -167,17 +167,17 @@ TEST(MappedRing, ReadsMemoryThatWasCutAsZeros) {
   const int file = shm_open(name.c_str(), O_RDWR | O_CREAT | O_EXCL, 0600);
   ASSERT_GE(file, 0);
   ASSERT_EQ(ftruncate(file, sizeof(sensor::Ring)), 0);
-  EXPECT_EQ(map_ring(name), nullptr) << "not initialised yet";
+  EXPECT_EQ(RingMemory::map(name), nullptr) << "not initialised yet";
   ASSERT_EQ(pwrite(file, &sensor::kMagic, sizeof sensor::kMagic, 0), 8);
   {
-    const MappedRing mapped = map_ring(name);
+    const MappedRing mapped = RingMemory::map(name);
     ASSERT_NE(mapped, nullptr);
     mapped->head = 3;
     ASSERT_EQ(ftruncate(file, 0), 0);
     EXPECT_EQ(mapped->head, 0U);
     EXPECT_EQ(mapped->records[kCapacity - 1].at_ns, 0);
   }
-  EXPECT_EQ(map_ring(name), nullptr) << "too small";
+  EXPECT_EQ(RingMemory::map(name), nullptr) << "too small";
   close(file);
   shm_unlink(name.c_str());
 }

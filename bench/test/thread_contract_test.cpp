@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "watch/thread_reader.hpp"
 #include "watching.hpp"
 
 namespace hotpath::watch {

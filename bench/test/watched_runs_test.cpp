@@ -178,7 +178,7 @@ class WatchedCase {
     std::optional<Time> next;
     for (const tracing::Event& event : recorded.events) {
       for (next = next.value_or(event.at); *next <= event.at; *next += kPoll) {
-        observer.observed_until(*next, {});
+        observer.observed_until(*next, 0);
         observer.threads(facts.at(*next), *next);
       }
       observer.event(event);

@@ -88,7 +88,7 @@ class Watching : public testing::Test {
   WatchedSystem system;
   Observer observer;
   std::size_t observed = 0;
-  Losses losses;
+  std::uint64_t losses = 0;
 };
 
 }  // namespace hotpath::watch

@@ -37,10 +37,10 @@ void Observer::note_losses(std::uint64_t losses, Time until) {
   lossless_ = false;
 }
 
-void Observer::observed_until(Time until, const Losses& losses) {
+void Observer::observed_until(Time until, std::uint64_t losses) {
   constexpr auto kPause = std::chrono::milliseconds(100);
   constexpr auto kDoubt = std::chrono::seconds(5);
-  note_losses(losses.total(), until);
+  note_losses(losses, until);
   lossless_ = !ending_ && (!lost_at_ || until > *lost_at_ + kDoubt);
   if (observed_until_ && until < *observed_until_ + kPause) return;
   observed_until_ = until;

@@ -22,6 +22,16 @@ constexpr const char* kRemedy =
 constexpr std::int64_t kMostTimers = 1000, kMostCount = 1'000'000;
 constexpr std::size_t kMostDistances = 100;
 
+/// The keys and words of a list of groups.
+struct GroupKind {
+  Kind of;
+  const char *key, *item, *what, *callbacks;
+  std::vector<Group> Contract::*groups;
+};
+constexpr GroupKind kGroups[] = {
+    {Kind::chain, "chains", "a chain", "the chain ", "sources", &Contract::chains},
+    {Kind::thread, "threads", "threads", "the threads of ", "callbacks", &Contract::threads}};
+
 /// Whether the file states the term by its own key.
 bool has_key(const ClauseTraits& clause) {
   return clause.unit != Unit::stated || clause.value == Clause::publishes;
@@ -125,28 +135,22 @@ std::vector<std::uint32_t> read_names(const YamlMap& map, const char* key, const
   return indices;
 }
 
-ChainContract read_chain(const YamlValue& item, const Contract& contract) {
-  YamlMap map(item, "a chain");
-  ChainContract chain{map.require("name", "NAME").long_name()};
-  map.set_what("the chain " + chain.name);
-  map.check_keys(keys(Kind::chain, Holders::all, {"name", "sources", "sinks"}));
-  chain.sources = read_names(map, "sources", contract);
-  chain.sinks = read_names(map, "sinks", contract);
-  if (chain.sources.size() > kMaxSources)
-    map.fail(program::concat(map.what(), " has ", chain.sources.size(), " sources"),
+Group read_group(const YamlValue& item, const GroupKind& kind, const Contract& contract) {
+  const bool chain = kind.of == Kind::chain;
+  YamlMap map(item, kind.item);
+  const YamlValue name = map.require("name", "NAME");
+  Group group{chain ? name.long_name() : name.text()};
+  map.set_what(kind.what + group.name);
+  std::vector<std::string> known = {"name", kind.callbacks};
+  if (chain) known.emplace_back("sinks");
+  map.check_keys(keys(kind.of, Holders::all, known));
+  group.callbacks = read_names(map, kind.callbacks, contract);
+  if (chain) group.sinks = read_names(map, "sinks", contract);
+  if (chain && group.callbacks.size() > kMaxSources)
+    map.fail(program::concat(map.what(), " has ", group.callbacks.size(), " sources"),
              program::concat("name at most ", kMaxSources));
-  chain.terms = read_terms(map, Kind::chain);
-  return chain;
-}
-
-ThreadContract read_thread(const YamlValue& item, const Contract& contract) {
-  YamlMap map(item, "threads");
-  ThreadContract thread{map.require("name", "NAME").text()};
-  map.set_what("the threads of " + thread.name);
-  map.check_keys(keys(Kind::thread, Holders::all, {"name", "callbacks"}));
-  thread.callbacks = read_names(map, "callbacks", contract);
-  thread.terms = read_terms(map, Kind::thread);
-  return thread;
+  group.terms = read_terms(map, kind.of);
+  return group;
 }
 
 /// Lists and maps of terms are on one line.
@@ -228,16 +232,13 @@ Contract parse_contract(const std::string& file, const std::string& text) {
     contract.callbacks.push_back(read_callback(item));
     check_new(item, contract.callbacks.back().name());
   }
-  if (const auto chains = map.find("chains")) {
-    for (const YamlValue& item : chains->items("a chain")) {
-      contract.chains.push_back(read_chain(item, contract));
-      check_new(item, "the chain " + contract.chains.back().name);
-    }
-  }
-  if (const auto threads = map.find("threads")) {
-    for (const YamlValue& item : threads->items("threads")) {
-      contract.threads.push_back(read_thread(item, contract));
-      check_new(item, "the threads of " + contract.threads.back().name);
+  for (const GroupKind& kind : kGroups) {
+    const auto given = map.find(kind.key);
+    if (!given) continue;
+    for (const YamlValue& group : given->items(kind.item)) {
+      std::vector<Group>& groups = contract.*kind.groups;
+      groups.push_back(read_group(group, kind, contract));
+      check_new(group, kind.what + groups.back().name);
     }
   }
   return contract;
@@ -257,21 +258,16 @@ std::string contract_text(const Contract& contract) {
     write_terms(callback.terms, stated, callback.publishes);
     file["callbacks"].push_back(stated);
   }
-  for (const ChainContract& chain : contract.chains) {
-    YAML::Node stated;
-    stated["name"] = chain.name;
-    stated["sources"] = names_of(chain.sources, contract);
-    stated["sinks"] = names_of(chain.sinks, contract);
-    write_terms(chain.terms, stated);
-    file["chains"].push_back(stated);
-  }
-  file["threads"] = YAML::Node(YAML::NodeType::Sequence);
-  for (const ThreadContract& thread : contract.threads) {
-    YAML::Node stated;
-    stated["name"] = thread.name;
-    stated["callbacks"] = names_of(thread.callbacks, contract);
-    write_terms(thread.terms, stated);
-    file["threads"].push_back(stated);
+  for (const GroupKind& kind : kGroups) {
+    if (kind.of == Kind::thread) file[kind.key] = YAML::Node(YAML::NodeType::Sequence);
+    for (const Group& group : contract.*kind.groups) {
+      YAML::Node stated;
+      stated["name"] = group.name;
+      stated[kind.callbacks] = names_of(group.callbacks, contract);
+      if (kind.of == Kind::chain) stated["sinks"] = names_of(group.sinks, contract);
+      write_terms(group.terms, stated);
+      file[kind.key].push_back(stated);
+    }
   }
   return YAML::Dump(file) + "\n";
 }

@@ -83,30 +83,29 @@ struct ClauseTraits {
 /// goes first.
 inline constexpr auto kClauses = [] {
   using enum Clause;
+  using enum Kind;
+  using enum Comparison;
+  using enum Holders;
   constexpr Unit kMs = Unit::ms, kCount = Unit::count, kStated = Unit::stated;
-  constexpr Kind kCallback = Kind::callback, kChain = Kind::chain, kThread = Kind::thread;
   constexpr Role kAssumption = Role::assumption, kBound = Role::bound;
-  constexpr Comparison kMost = Comparison::at_most, kLeast = Comparison::at_least, kEqual = Comparison::equal;
-  constexpr Holders kTimers = Holders::timers, kSubscriptions = Holders::subscriptions;
   return std::to_array<ClauseTraits>({
-      {publishes, "publishes", kCallback, kStated},
-      {budget, "budget_ms", kCallback, kMs, false, kAssumption, " ran "},
-      {period, "period_ms", kCallback, kMs, false, kAssumption, " has a period of ", kEqual, kTimers},
-      {minimum_distance, "minimum_distance_ms", kCallback, kMs, true, kAssumption,
-       " got samples at a distance of ", kLeast, kSubscriptions},
-      {maximum_distance, "maximum_distance_ms", kCallback, kMs, false, kAssumption, " got nothing for "},
-      {depth, "depth", kCallback, kCount, false, kAssumption, " has a queue depth of ", kEqual,
-       kSubscriptions},
-      {response, "response_ms", kCallback, kMs, true, kBound, " responded after "},
-      {lost, "lost", kCallback, kCount, true, kBound, " lost samples: ", kMost, kSubscriptions},
-      {hot_path, "hot_path_ms", kChain, kMs, true, kBound, " took "},
-      {age, "age_ms", kChain, kMs, true, kBound, " took "},
-      {requirement, "requirement_ms", kChain, kMs, false, Role::requirement, " took "},
-      {serves, "serves", kThread, kStated},
-      {policy, "policy", kThread, Unit::policy},
-      {processors, "processors", kThread, Unit::processors},
-      {wait, "wait_ms", kThread, kMs, true, kAssumption, " waited for a processor for "},
-      {publishers, "publishers", Kind::topic, kStated},
+      {publishes, "publishes", callback, kStated},
+      {budget, "budget_ms", callback, kMs, false, kAssumption, " ran "},
+      {period, "period_ms", callback, kMs, false, kAssumption, " has a period of ", equal, timers},
+      {minimum_distance, "minimum_distance_ms", callback, kMs, true, kAssumption,
+       " got samples at a distance of ", at_least, subscriptions},
+      {maximum_distance, "maximum_distance_ms", callback, kMs, false, kAssumption, " got nothing for "},
+      {depth, "depth", callback, kCount, false, kAssumption, " has a queue depth of ", equal, subscriptions},
+      {response, "response_ms", callback, kMs, true, kBound, " responded after "},
+      {lost, "lost", callback, kCount, true, kBound, " lost samples: ", at_most, subscriptions},
+      {hot_path, "hot_path_ms", chain, kMs, true, kBound, " took "},
+      {age, "age_ms", chain, kMs, true, kBound, " took "},
+      {requirement, "requirement_ms", chain, kMs, false, Role::requirement, " took "},
+      {serves, "serves", thread, kStated},
+      {policy, "policy", thread, Unit::policy},
+      {processors, "processors", thread, Unit::processors},
+      {wait, "wait_ms", thread, kMs, true, kAssumption, " waited for a processor for "},
+      {publishers, "publishers", topic, kStated},
   });
 }();
 constexpr auto enum_texts(Clause) { return kClauses; }
@@ -149,25 +148,18 @@ struct CallbackContract {
   [[nodiscard]] bool may_publish(const std::string& published) const;
 };
 
-/// A path of data. Callbacks are indices into the contract's.
-struct ChainContract {
+/// A path of data, or the threads of an executor. Callbacks are indices into the contract's.
+struct Group {
   std::string name;
-  std::vector<std::uint32_t> sources = {}, sinks = {};
-  std::vector<Term> terms = {};
-};
-
-/// The threads of an executor.
-struct ThreadContract {
-  std::string name;
-  std::vector<std::uint32_t> callbacks = {};  ///< That they serve.
+  std::vector<std::uint32_t> callbacks = {};  ///< Sources of the path, or those that the threads serve.
+  std::vector<std::uint32_t> sinks = {};      ///< Of a path.
   std::vector<Term> terms = {};
 };
 
 /// The assumptions under which the bounds of a system hold.
 struct Contract {
   std::vector<CallbackContract> callbacks;
-  std::vector<ChainContract> chains;
-  std::vector<ThreadContract> threads;
+  std::vector<Group> chains, threads;
   std::string rests_on{}, assumed{};  ///< Premises of its bounds, stated and not, for people.
 };
 

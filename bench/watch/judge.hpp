@@ -133,11 +133,10 @@ class JudgedTerm {
   [[nodiscard]] const ClauseTraits& traits() const { return traits_of(term_.clause); }
   /// A value in the unit of the limit.
   [[nodiscard]] nlohmann::json stored(std::int64_t value) const {
-    if (traits().unit == Unit::ms) return to_ms(Duration(value));
-    return value;
+    return traits().unit == Unit::ms ? nlohmann::json(to_ms(Duration(value))) : nlohmann::json(value);
   }
   [[nodiscard]] std::string shown(std::int64_t value) const {
-    return traits().unit == Unit::ms ? shown_ms(Duration(value)) : program::concat(value);
+    return traits().unit == Unit::ms ? shown_ms(Duration(value)) : std::to_string(value);
   }
   [[nodiscard]] bool holds(std::int64_t observed, std::int64_t limit) const {
     const Comparison comparison = traits().comparison;
@@ -202,9 +201,9 @@ class Judge {
       : incidents_(realtime) {
     for (const CallbackContract& callback : contract.callbacks)
       add(Kind::callback, callback.name(), "no such callback has run", callback.terms);
-    for (const ChainContract& chain : contract.chains)
+    for (const Group& chain : contract.chains)
       add(Kind::chain, chain.name, "no data of its sources reached its end", chain.terms);
-    for (const ThreadContract& thread : contract.threads)
+    for (const Group& thread : contract.threads)
       add(Kind::thread, thread.name, "no thread ran its callbacks", thread.terms);
     for (const std::string& topic : topics)
       add(Kind::topic, topic, "it has no publisher", {{Clause::publishers}});
@@ -226,54 +225,48 @@ class Judge {
   /// `lossy`: lost events make terms that are not broken unobservable.
   [[nodiscard]] program::Table table(bool lossy) const {
     program::Table table("Contract", {"of", "term", "limit", "observed", "verdict", "reason"});
-    for (const auto& [of, term, verdict, reason] : rows(lossy)) {
+    each([&](const Subject& of, const JudgedTerm& term) {
+      const auto& [verdict, reason] = judged(of, term, lossy);
       const std::string kind = of.kind == Kind::callback ? "" : to_string(of.kind) + std::string(" ");
-      table.add_row(
-          {kind + of.name, term.title(), term.limit_text(), term.extreme_text(), to_string(verdict), reason});
-    }
+      table.add_row({kind + of.name, term.title(), term.limit_text(), term.extreme_text(), verdict, reason});
+    });
     return table;
   }
   [[nodiscard]] nlohmann::json json(bool lossy) const {
     nlohmann::json terms = nlohmann::json::array(), incidents = nlohmann::json::array();
-    for (const auto& [of, term, verdict, reason] : rows(lossy)) {
+    each([&](const Subject& of, const JudgedTerm& term) {
+      const auto& [verdict, reason] = judged(of, term, lossy);
       nlohmann::json& row = terms.emplace_back(term.json());
       row[to_string(of.kind)] = of.name;
       row["verdict"] = to_string(verdict);
       row["reason"] = reason;
-    }
+    });
     for (const Incident& incident : incidents_.kept()) incidents.push_back(incident.json());
     return {{"terms", terms}, {"incident", incident()}, {"incidents", incidents}};
   }
 
  private:
-  struct Row {
-    const Subject& of;
-    const JudgedTerm& term;
-    Verdict verdict;
-    std::string reason;
-  };
-
   void add(Kind kind, const std::string& name, const char* unseen, const std::vector<Term>& terms) {
     Subject& subject = all(kind).emplace_back(Subject{kind, name, unseen});
     for (const Term& term : terms) subject.terms.emplace_back(term, name, incidents_);
   }
-  [[nodiscard]] Row row(const Subject& of, const JudgedTerm& term, bool lossy) const {
-    const auto unseen = [&](const char* reason) { return Row{of, term, Verdict::not_observable, reason}; };
-    if (const std::optional<Fact>& first = term.first())
-      return {of, term, Verdict::broken,
-              program::concat(term.broken(), " of ", term.checked(), "; first at ",
-                              time_of_day(first->at, incidents_.realtime()), ": ", first->sentence)};
-    if (!of.seen) return unseen(of.unseen);
-    if (term.checked() == 0) return unseen("no event tells it");
-    if (lossy) return unseen("events were lost");
-    return {of, term, Verdict::held, program::concat(term.checked(), " of ", term.checked())};
-  }
-  [[nodiscard]] std::vector<Row> rows(bool lossy) const {
-    std::vector<Row> all;
+  void each(const auto& visit) const {
     for (const std::vector<Subject>& subjects : subjects_)
       for (const Subject& subject : subjects)
-        for (const JudgedTerm& term : subject.terms) all.push_back(row(subject, term, lossy));
-    return all;
+        for (const JudgedTerm& term : subject.terms) visit(subject, term);
+  }
+  /// The verdict and its reason.
+  [[nodiscard]] std::pair<Verdict, std::string> judged(const Subject& of, const JudgedTerm& term,
+                                                       bool lossy) const {
+    const std::string checked = program::concat(" of ", term.checked());
+    if (const std::optional<Fact>& first = term.first())
+      return {Verdict::broken,
+              program::concat(term.broken(), checked, "; first at ",
+                              time_of_day(first->at, incidents_.realtime()), ": ", first->sentence)};
+    if (!of.seen) return {Verdict::not_observable, of.unseen};
+    if (term.checked() == 0) return {Verdict::not_observable, "no event tells it"};
+    if (lossy) return {Verdict::not_observable, "events were lost"};
+    return {Verdict::held, program::concat(term.checked(), checked)};
   }
 
   Incidents incidents_;

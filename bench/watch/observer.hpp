@@ -15,7 +15,6 @@
 #include "watch/flight_recorder.hpp"
 #include "watch/judge.hpp"
 #include "watch/running_jobs.hpp"
-#include "watch/session.hpp"
 #include "watch/thread_check.hpp"
 #include "watch/timestamps.hpp"
 
@@ -46,7 +45,7 @@ class Observer : public tracing::Sink {
   void note_losses(std::uint64_t losses, Time until);
   /// All events before this instant were passed, except those that were lost so far: judges what has not
   /// happened.
-  void observed_until(Time until, const Losses& losses);
+  void observed_until(Time until, std::uint64_t losses);
   /// Facts of the system's threads, some times a second.
   void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at); }
   /// A thread that has ended; id 0: a process with all of its threads. `broke_off`: not by itself.

@@ -25,6 +25,8 @@ constexpr std::int64_t kDistances = 3;
 constexpr Duration kWait = std::chrono::milliseconds(1);
 /// A trace does not tell how long threads waited.
 constexpr Duration kRecordedWait = std::chrono::milliseconds(300);
+/// By which recorded limits exceed the worst values.
+constexpr Duration kLeastMargin = std::chrono::milliseconds(5);
 
 /// The callbacks' names and publications, by task.
 std::vector<CallbackContract> named_callbacks(const Graph& graph, const GraphTasks& tasks) {
@@ -120,51 +122,44 @@ std::vector<Recorded> recorded_tasks(const Trace& trace, const GraphTasks& tasks
     of.response = std::max(of.response, job.response_time());
   }
   for (TaskId task = 0; task < all.size(); ++task) {
-    std::vector<Time>& at = all[task].arrivals;
-    std::ranges::sort(at);
-    for (std::size_t i = 1; i < at.size(); ++i)
-      all[task].distance = std::max(all[task].distance, at[i] - at[i - 1]);
-    if (tasks.set[task].kind == TaskKind::timer)
-      all[task].distance = std::max(all[task].distance, tasks.set[task].period);
-    const auto count = static_cast<std::int64_t>(at.size());
-    all[task].regular =
-        tasks.set[task].kind == TaskKind::timer ||
-        (count >= kLeastJobs && all[task].distance <= (at.back() - at.front()) / count * kMostUneven);
+    Recorded& of = all[task];
+    const bool timer = tasks.set[task].kind == TaskKind::timer;
+    if (timer) of.distance = tasks.set[task].period;
+    std::ranges::sort(of.arrivals);
+    for (std::size_t i = 1; i < of.arrivals.size(); ++i)
+      of.distance = std::max(of.distance, of.arrivals[i] - of.arrivals[i - 1]);
+    const auto count = static_cast<std::int64_t>(of.arrivals.size());
+    of.regular = timer || (count >= kLeastJobs &&
+                           of.distance <= (of.arrivals.back() - of.arrivals.front()) / count * kMostUneven);
   }
   return all;
 }
 
-/// A limit that exceeds the worst recorded value.
-struct Margin {
-  static constexpr Duration kLeast = std::chrono::milliseconds(5);
-  double percent;
-  [[nodiscard]] Term over(Clause clause, Duration recorded) const {
-    const Duration margin(std::llround(static_cast<double>(recorded.count()) * percent / 100));
-    return {clause, (recorded + std::max(margin, kLeast)).count(), Origin::measured};
-  }
-};
-
 /// `others`: one job of each other callback of the executor. In another run, where timers have other phases,
-/// a job may wait for them.
+/// a job may wait for them. Limits exceed the worst recorded values by the margin.
 std::vector<Term> recorded_terms(const Recorded& recorded, const Task& task, Duration others,
-                                 const Margin& margin) {
+                                 double margin_percent) {
   std::vector<Term> terms = {{Clause::publishes}};
-  const bool service = task.entity == EntityKind::service;
+  const bool service = task.entity == EntityKind::service, timer = task.kind == TaskKind::timer;
   if (recorded.arrivals.empty() || (!service && task.entity != EntityKind::subscription)) return terms;
-  terms.push_back(margin.over(Clause::budget, recorded.run));
-  if (task.kind == TaskKind::timer) terms.push_back({Clause::period, task.period.count()});
-  if (task.kind != TaskKind::timer && !service) terms.push_back({Clause::depth, task.depth});
-  if (recorded.regular) terms.push_back(margin.over(Clause::maximum_distance, recorded.distance + others));
-  if (!service) terms.push_back(margin.over(Clause::response, recorded.response + others));
+  const auto measured = [&](Clause clause, Duration worst) {
+    const Duration margin(std::llround(static_cast<double>(worst.count()) * margin_percent / 100));
+    terms.push_back({clause, (worst + std::max(margin, kLeastMargin)).count(), Origin::measured});
+  };
+  measured(Clause::budget, recorded.run);
+  if (timer) terms.push_back({Clause::period, task.period.count()});
+  if (!timer && !service) terms.push_back({Clause::depth, task.depth});
+  if (recorded.regular) measured(Clause::maximum_distance, recorded.distance + others);
+  if (!service) measured(Clause::response, recorded.response + others);
   return terms;
 }
 
-std::vector<ChainContract> chains_of(const Graph& graph, const GraphTasks& tasks,
-                                     const std::optional<bounds::Guarantees>& bounds) {
-  std::vector<ChainContract> all;
+std::vector<Group> chains_of(const Graph& graph, const GraphTasks& tasks,
+                             const std::optional<bounds::Guarantees>& bounds) {
+  std::vector<Group> all;
   for (const ChainIndex& index : index_chains(graph, tasks)) {
-    ChainContract& chain = all.emplace_back(ChainContract{graph.chains[all.size()].name});
-    chain.sources.assign(index.sources.begin(), index.sources.end());
+    Group& chain = all.emplace_back(Group{graph.chains[all.size()].name});
+    chain.callbacks.assign(index.sources.begin(), index.sources.end());
     chain.sinks.assign(index.sink_tasks.begin(), index.sink_tasks.end());
     const bounds::ChainGuarantee* const bound = bounds ? bounds->chain(chain.name) : nullptr;
     if (bound && bound->hot_path)
@@ -174,10 +169,10 @@ std::vector<ChainContract> chains_of(const Graph& graph, const GraphTasks& tasks
   return all;
 }
 
-std::vector<ThreadContract> threads_of(const ObservedSystem& system, const setup::ExecutorSpec& executor) {
-  std::vector<ThreadContract> all;
+std::vector<Group> threads_of(const ObservedSystem& system, const setup::ExecutorSpec& executor) {
+  std::vector<Group> all;
   for (std::size_t e = 0; e < system.threads.size(); ++e) {
-    ThreadContract thread{executor.label};
+    Group thread{executor.label};
     for (TaskId task = 0; task < system.set.size(); ++task)
       if (system.executor_of[task] == e) thread.callbacks.push_back(task);
     if (thread.callbacks.empty()) continue;
@@ -219,7 +214,6 @@ Contract recorded_contract(const guarantees::AnalyzeOptions& options, double mar
              program::joined(run.executors(), ", "));
   run.load(tasks.set);
   const setup::ExecutorSpec& executor = system.executors.front();
-  const Margin margin{margin_percent};
   const ObservedSystem observed = observed_system(system.graph, tasks, executor, std::nullopt);
   Contract contract{named_callbacks(system.graph, tasks), chains_of(system.graph, tasks, std::nullopt),
                     threads_of(observed, executor)};
@@ -228,15 +222,16 @@ Contract recorded_contract(const guarantees::AnalyzeOptions& options, double mar
   for (TaskId task = 0; task < recorded.size(); ++task)
     runs[observed.executor_of[task]] += recorded[task].run;
   for (TaskId task = 0; task < recorded.size(); ++task)
-    contract.callbacks[task].terms = recorded_terms(
-        recorded[task], tasks.set[task], runs[observed.executor_of[task]] - recorded[task].run, margin);
-  for (ThreadContract& thread : contract.threads) {
+    contract.callbacks[task].terms =
+        recorded_terms(recorded[task], tasks.set[task], runs[observed.executor_of[task]] - recorded[task].run,
+                       margin_percent);
+  for (Group& thread : contract.threads) {
     std::erase_if(thread.terms, [](const Term& term) { return term.clause == Clause::wait; });
     thread.terms.push_back({Clause::wait, kRecordedWait.count()});
   }
   contract.assumed =
       program::concat("measured limits are the worst of ", to_ms(run.length()) / 1000, " s and ",
-                      margin_percent, " % (at least ", to_ms(Margin::kLeast), " ms) more");
+                      margin_percent, " % (at least ", to_ms(kLeastMargin), " ms) more");
   return contract;
 }
 

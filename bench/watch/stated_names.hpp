@@ -45,8 +45,7 @@ class StatedNames {
     for (const CallbackContract& callback : contract.callbacks) {
       nodes_.insert(callback.node);
       for (const StatedPublication& p : callback.publishes)
-        if (numbers_.try_emplace(p.topic, static_cast<std::uint32_t>(topics_.size())).second)
-          topics_.push_back(p.topic);
+        if (number_of(p.topic) == kNone) topics_.push_back(p.topic);
     }
   }
 
@@ -72,8 +71,8 @@ class StatedNames {
   [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
   /// Its index in topics(); kNone: no callback of the contract publishes it.
   [[nodiscard]] std::uint32_t number_of(const std::string& topic) const {
-    const auto at = numbers_.find(topic);
-    return at == numbers_.end() ? kNone : at->second;
+    const auto at = std::ranges::find(topics_, topic);
+    return at == topics_.end() ? kNone : static_cast<std::uint32_t>(at - topics_.begin());
   }
   /// The same for a topic of the running system.
   [[nodiscard]] std::uint32_t number_of(std::uint32_t topic) {
@@ -118,16 +117,16 @@ class StatedNames {
     return is_inside(name) ? graph_topic_name(name.substr(space_->size())) : name;
   }
   [[nodiscard]] std::uint32_t find_entry(std::uint32_t callback) const {
-    const tracing::Callback& of = system_.callbacks[callback];
+    const std::vector<tracing::Callback>& all = system_.callbacks;
+    const tracing::Callback& of = all[callback];
     const bool timer = of.kind == CallbackKind::timer, service = of.kind == CallbackKind::service,
                subscription = of.kind == CallbackKind::subscription;
     if (of.node >= system_.nodes.size() || (!timer && !service && !subscription)) return kNone;
     if (!timer && of.topic >= system_.topics.size()) return kNone;
     const std::string node = stated_node(of.node), topic = timer ? "" : stated_topic(of.topic);
-    std::uint32_t number = 0;
-    for (std::uint32_t c = 0; c <= callback; ++c)
-      number +=
-          system_.callbacks[c].kind == CallbackKind::timer && system_.callbacks[c].node == of.node ? 1 : 0;
+    const auto number = static_cast<std::uint32_t>(std::count_if(
+        all.begin(), all.begin() + callback + 1,
+        [&](const tracing::Callback& c) { return c.kind == CallbackKind::timer && c.node == of.node; }));
     const auto entry_for = [&](bool a_service) {
       const auto entry = std::ranges::find_if(contract_.callbacks, [&](const CallbackContract& stated) {
         return stated.node == node && stated.topic == topic && stated.service == a_service &&
@@ -137,15 +136,15 @@ class StatedNames {
                  ? kNone
                  : static_cast<std::uint32_t>(entry - contract_.callbacks.begin());
     };
-    const auto is_service = [&](const tracing::Callback& c) {
-      return c.kind == CallbackKind::service && c.node == of.node && c.topic < system_.topics.size() &&
-             system_.topics[c.topic].name == system_.topics[of.topic].name;
-    };
     const std::uint32_t entry = entry_for(service);
-    if (entry != kNone) return entry;
+    if (entry != kNone || service) return entry;
     if (timer) return replaced_timer(node, number, of);
     // Without ROS 2, subscriptions stand for the services of a graph.
-    return subscription && std::ranges::none_of(system_.callbacks, is_service) ? entry_for(true) : kNone;
+    const bool is_service = std::ranges::any_of(all, [&](const tracing::Callback& c) {
+      return c.kind == CallbackKind::service && c.node == of.node && c.topic < system_.topics.size() &&
+             system_.topics[c.topic].name == system_.topics[of.topic].name;
+    });
+    return is_service ? kNone : entry_for(true);
   }
   /// The entry of a timer that a new one of its node replaces: of those with the same period that ran
   /// before the creation, and not since, the one that has been silent longest. kNone: there is none.
@@ -168,7 +167,6 @@ class StatedNames {
   const tracing::System& system_;
   std::set<std::string> nodes_;
   std::vector<std::string> topics_;
-  std::map<std::string, std::uint32_t> numbers_;
   std::optional<std::string> space_;  // `/robot1`; empty: none
   std::size_t resolved_ = 0;          // nodes of the system
   bool kept_ = false;

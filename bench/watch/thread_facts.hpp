@@ -2,9 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,46 +42,5 @@ struct ThreadReading {
   /// That have ended, as far as the reading searched for them. Id 0: their process has.
   std::vector<ThreadKey> ended = {};
 };
-
-/// Linux counts a wait when it ends. This adds that of a thread which could run, but runs nothing.
-class LastingWaits {
- public:
-  /// `waited` of the facts, with the wait that has not ended.
-  [[nodiscard]] Duration with(const ThreadFacts& facts, Time at);
-  void forget(const ThreadKey& ended) { known_.erase(ended); }
-
- private:
-  struct Known {
-    std::uint64_t started = 0;
-    Duration ran{}, shown{};
-    Time since{};  ///< Of the latest facts with another `ran` or state.
-  };
-  std::map<ThreadKey, Known> known_;
-};
-
-/// Reads the threads that run callbacks, and the timer threads of hotpath's executors beside them, from
-/// /proc.
-class ThreadReader {
- public:
-  /// Some microseconds for each thread.
-  [[nodiscard]] ThreadReading read(const tracing::System& system, Time at);
-
- private:
-  [[nodiscard]] std::optional<ThreadFacts> facts_of(const ThreadKey& thread, Time at);
-  void search(const tracing::System& system, std::vector<ThreadKey>& ended);
-
-  Time searched_{}, stolen_read_{};
-  LastingWaits waits_;
-  const ThreadPolicy own_ = own_thread_policy();
-  std::map<int, Duration> stolen_;  // by processor
-  std::set<ThreadKey> timer_threads_;
-  std::map<std::uint32_t, std::string> groups_;  // by process: the file of its control group
-};
-
-/// Facts from the content of /proc/PID/task/TID/stat and schedstat; false: invalid.
-[[nodiscard]] bool parse_stat(const std::string& text, ThreadFacts& facts);
-[[nodiscard]] bool parse_schedstat(const std::string& text, ThreadFacts& facts);
-/// The file with the throttlings of a control group, from /proc/PID/cgroup, v1 or v2; empty: none.
-[[nodiscard]] std::string group_file(const std::string& cgroup);
 
 }  // namespace hotpath::watch

@@ -26,9 +26,9 @@
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "watch/flight_recorder.hpp"
 #include "watch/observation_report.hpp"
-#include "watch/observer.hpp"
+#include "watch/session.hpp"
+#include "watch/thread_reader.hpp"
 #include "watch/watched_program.hpp"
 
 namespace hotpath::watch {
@@ -94,7 +94,7 @@ class Watch {
       observe(session_.poll(polled));
       name_programs();
       end_snapshots(false);
-      if (!is_ending()) observer_.observed_until(polled - Session::kSettled, session_.losses());
+      if (!is_ending()) observer_.observed_until(polled - Session::kSettled, losses());
       judge_threads(polled - Session::kSettled);
       if (now() >= next_reading_) read_threads();
       state_incidents(false);
@@ -124,7 +124,7 @@ class Watch {
  private:
   bool is_judged() const { return !options_.contract.empty(); }
   std::deque<Incident>& incidents() { return observer_.judge().incidents().kept(); }
-  bool is_lossy() const { return session_.losses().total() > 0; }
+  std::uint64_t losses() const { return session_.losses().total(); }
   bool is_attached() const { return options_.command.empty(); }
   bool is_time_over() const {
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
@@ -154,7 +154,7 @@ class Watch {
   bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
 
   void observe(const std::vector<tracing::Event>& events) {
-    observer_.note_losses(session_.losses().total(), now());
+    observer_.note_losses(losses(), now());
     if (program_ && is_ending()) observer_.end();
     for (const tracing::Event& event : events) observer_.event(event);
     if (recorder_ && writers_.empty() && std::exchange(snapshot_requested, 0) != 0)
@@ -227,7 +227,7 @@ class Watch {
   void print_result() {
     if (!is_refreshed() && !options_.json) print_tables();
     if (is_judged() && !options_.json) {
-      std::cout << observer_.judge().table(is_lossy());
+      std::cout << observer_.judge().table(losses() > 0);
       std::vector<Incident> listed(incidents().begin(), incidents().end());
       std::ranges::stable_sort(listed, {}, &Incident::severity);
       if (listed.size() > kMostPrinted) listed.erase(listed.begin() + kMostPrinted, listed.end());
@@ -263,7 +263,7 @@ class Watch {
 
   void print_json() const {
     nlohmann::json line = report_.json();
-    if (is_judged()) line["contract"] = observer_.judge().json(is_lossy());
+    if (is_judged()) line["contract"] = observer_.judge().json(losses() > 0);
     print_line(line);
   }
 
