@@ -214,6 +214,8 @@ class Judge {
   /// In the order of the contract.
   [[nodiscard]] std::vector<Subject>& all(Kind kind) { return subjects_[static_cast<std::size_t>(kind)]; }
   [[nodiscard]] Subject& callback(std::uint32_t c) { return all(Kind::callback)[c]; }
+  /// The only term of a topic.
+  [[nodiscard]] JudgedTerm& publishers(std::uint32_t t) { return all(Kind::topic)[t].terms.front(); }
   [[nodiscard]] Incidents& incidents() { return incidents_; }
   /// Whether any term is broken.
   [[nodiscard]] bool broken() const { return incidents_.count() > 0; }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -11,10 +13,9 @@
 #include <vector>
 
 #include "hotpath/tracing/assembler.hpp"
+#include "watch/callback_check.hpp"
 #include "watch/chain_check.hpp"
 #include "watch/flight_recorder.hpp"
-#include "watch/judge.hpp"
-#include "watch/running_jobs.hpp"
 #include "watch/thread_check.hpp"
 #include "watch/timestamps.hpp"
 
@@ -34,32 +35,73 @@ class Observer : public tracing::Sink {
   /// An empty contract states nothing. The recorder outlives it; nullptr: none. `realtime`: as for
   /// set_realtime(). `attached`: the jobs before this instant are unknown.
   Observer(Contract contract, FlightRecorder* recorder, Duration realtime = {},
-           std::optional<Time> attached = std::nullopt);
+           std::optional<Time> attached = std::nullopt)
+      : contract_(std::move(contract)),
+        recorder_(recorder),
+        judge_(contract_, names_.topics(), realtime),
+        timestamps_(attached) {}
   Observer(const Observer&) = delete;
   Observer& operator=(const Observer&) = delete;
 
   /// The next event in the order of time.
-  void event(tracing::Event e);
+  void event(tracing::Event e) {
+    ++events_;
+    if (e.kind == tracing::EventKind::rmw_publish && e.number[2] == 0) unstamped_.insert(e.process);
+    if (e.kind == tracing::EventKind::rmw_take &&
+        unstamped_.contains(e.process))  // the clock of publications
+      e.number[2] -= static_cast<std::uint64_t>(judge_.incidents().realtime().count());
+    if (e.kind == tracing::EventKind::wait_for_work) timestamps_.waits({e.process, e.thread}, e.at);
+    if (recorder_ != nullptr) recorder_->keep(e);
+    assembler_.event(e);
+  }
   /// Events that were lost so far, until this instant, before those that follow are passed. For some
   /// seconds after a loss, the absence of events shows nothing.
-  void note_losses(std::uint64_t losses, Time until);
+  void note_losses(std::uint64_t losses, Time until) { callback_check_.note_losses(losses, until); }
   /// All events before this instant were passed, except those that were lost so far: judges what has not
   /// happened.
-  void observed_until(Time until, std::uint64_t losses);
+  void observed_until(Time until, std::uint64_t losses) { callback_check_.observed_until(until, losses); }
   /// Facts of the system's threads, some times a second.
   void threads(const std::vector<ThreadFacts>& facts, Time at) { thread_check_.facts(facts, at); }
   /// A thread that has ended; id 0: a process with all of its threads. `broke_off`: not by itself.
-  void forget(const ThreadKey& ended, bool broke_off = true);
-  /// Programs begin to end: from now on the absence of events shows nothing.
-  void end() {
-    ending_ = true;
-    lossless_ = false;
+  void forget(const ThreadKey& ended, bool broke_off = true) {
+    thread_check_.forget(ended);
+    if (ended.second != 0) {
+      assembler_.forget_thread(ended.first, ended.second);
+      timestamps_.forget(ended);
+    } else {
+      assembler_.forget_process(ended.first);
+      callback_check_.forget(ended.first, broke_off);
+    }
   }
+  /// Programs begin to end: from now on the absence of events shows nothing.
+  void end() { callback_check_.end(); }
   /// The real-time clock minus that of Time, from this instant on. Humble's samples are matched by it.
-  void set_realtime(Duration offset, Time at);
+  void set_realtime(Duration offset, Time at) {
+    constexpr Duration kStep = std::chrono::milliseconds(50);  // time servers slew it by less
+    const Duration step = offset - judge_.incidents().realtime();
+    if (callback_check_.begun() && std::chrono::abs(step) >= kStep)
+      judge_.incidents().add({Role::clock, at,
+                              std::string("the clock was set ") + (step > Duration{} ? "forward" : "back") +
+                                  " by " + shown_ms(std::chrono::abs(step))});
+    judge_.incidents().set_realtime(offset);
+  }
   /// Adds waits and jobs to new incidents, and to those of which something else broke first, as soon as the
   /// threads have been read after their beginning, or `at_end`. Returns these incidents.
-  std::vector<Incident*> describe(bool at_end);
+  std::vector<Incident*> describe(bool at_end) {
+    std::vector<Incident*> news;
+    for (Incident& incident : judge_.incidents().kept()) {
+      const Fact& first = incident.first();
+      const bool read = contract_.threads.empty() || thread_check_.at() >= first.at;
+      if (incident.is_described() || (!read && !at_end)) continue;
+      const bool tells_job = first.term != nullptr && first.term->clause() == Clause::budget;
+      std::vector<Fact> meanwhile = jobs(first.since, first.until, tells_job ? first.term->subject() : "");
+      const std::vector<Fact> waits = thread_check_.waits(first.since, first.until);
+      meanwhile.insert(meanwhile.end(), waits.begin(), waits.end());
+      incident.describe(meanwhile);
+      news.push_back(&incident);
+    }
+    return news;
+  }
 
   [[nodiscard]] const tracing::System& system() const { return assembler_.system(); }
   [[nodiscard]] const Contract& contract() const { return contract_; }
@@ -76,60 +118,103 @@ class Observer : public tracing::Sink {
   [[nodiscard]] std::uint64_t events() const { return events_; }
 
  private:
+  static constexpr std::uint32_t kNone = tracing::kNone;
   /// Of a system: further descriptions of entities are ignored.
   static constexpr std::uint64_t kMostEntities = 200'000;
-  struct CallbackState {
-    std::uint32_t callback = 0;  ///< Of the system, the one that was seen last.
-    std::optional<Time> last;    ///< Timers: start; subscriptions: publication of a sample.
-    std::optional<Time> silent;  ///< Until when it was reported that nothing follows `silent_since`.
-    Time silent_since{};
-    std::deque<tracing::Sample> samples;  ///< The latest ones.
-    bool watched = false;                 ///< A sample came from a watched job.
-    std::uint64_t lost = 0;
-    std::optional<Time> waited_for;  ///< Since when its samples have been published without a job.
-    bool stands = false;             ///< That it does not run was reported.
-  };
   /// A job that has ended.
   struct PastJob {
     std::uint32_t callback;  ///< Of the system.
     Time start{}, finish{};
   };
-  /// A process that ran callbacks of the contract.
-  struct Process {
-    std::set<std::string> nodes = {};
-    Time finish{};                   ///< Of its latest job.
-    std::optional<Time> ended = {};  ///< When it was seen to have ended.
-    bool broke_off = false;
-  };
 
-  void started(const tracing::Job& job) override;
-  void published(const tracing::Job& job, const tracing::Publication& publication) override;
-  void ended(tracing::Job&& job) override;
-  void lost(const tracing::LostSample& sample) override;
-  CallbackObservation& of(std::uint32_t callback);
-  void judge_start(std::uint32_t entry, const tracing::Job& job);
-  void arrived(std::uint32_t entry, Time at);
-  void arrived(std::uint32_t entry, std::uint32_t callback, const tracing::Sample& sample);
-  void remember(const tracing::Job& job);
-  void judge_run(std::uint32_t entry, const tracing::Job& job, const RunningJob& ran);
-  void judge_publisher(std::uint32_t topic, bool known, const std::string& observed, Time at);
-  [[nodiscard]] std::vector<Fact> jobs(Time since, Time until, const std::string& except);
-
-  // What has not happened.
-  /// Whether the end of a job that started then may be among lost events.
-  [[nodiscard]] bool is_doubtful(Time start) const { return lost_at_ && start <= *lost_at_; }
-  void judge_running(Time until);
-  void judge_silence(std::uint32_t entry, Time until);
-  void judge_processes(Time until);
-  void judge_standing(Time until);
-  void judge_standing(std::uint32_t entry, std::uint32_t callback, Time until);
-  [[nodiscard]] bool could_run(const tracing::Callback& callback, Time since) const;
-  [[nodiscard]] std::vector<std::uint32_t> nodes_of(std::uint32_t entry) const;
-  [[nodiscard]] bool runs(std::uint32_t entry) const;
-  [[nodiscard]] std::pair<Role, std::string> absence(std::uint32_t entry, std::uint32_t callback);
-  void confirm_losses(std::uint32_t callback);
-  void judge_lost(const tracing::LostSample& sample);
-  void judge_created_publishers(Time until);
+  void started(const tracing::Job& job) override {
+    const ThreadKey thread = key_of(system().threads[job.thread]);
+    const auto timestamp = timestamps_.start(job, system().callbacks[job.ref.callback], thread);
+    const std::uint32_t entry = names_.entry_of(job.ref.callback);
+    thread_check_.started(job, entry);
+    if (job.has_sample) confirm_losses(job.ref.callback);
+    const bool traced = entry != kNone && job.has_sample && job.sample.parent.callback != kNone;
+    const std::uint32_t publisher = traced ? names_.entry_of(job.sample.parent.callback) : kNone;
+    if (entry != kNone) chain_check_.started(entry, job, publisher, timestamp);
+    callback_check_.started(job, entry, timestamp);
+  }
+  void published(const tracing::Job& job, const tracing::Publication& p) override {
+    const std::uint32_t topic = names_.number_of(p.topic);
+    if (topic == kNone) return;
+    const std::uint32_t entry = names_.entry_of(job.ref.callback);
+    const std::string& name = names_.topics()[topic];
+    const bool known = entry != kNone && contract_.callbacks[entry].may_publish(name);
+    JudgedTerm* const publishes = entry == kNone ? nullptr : judge_.callback(entry).find(Clause::publishes);
+    const auto messages = std::ranges::count(job.published, p.topic, &tracing::Publication::topic);
+    if (publishes == nullptr && !known) {
+      const std::string node = node_name(system(), system().callbacks[job.ref.callback].node);
+      judge_.publishers(topic).judge(false, "is also published by " + node, p.at);
+    } else if (publishes != nullptr && known && messages == 1) {
+      publishes->hold();
+    } else if (publishes != nullptr) {
+      publishes->judge(false,
+                       known ? program::concat("published ", messages, " messages of ", name, " in one job")
+                             : "published " + name + ", which the contract lacks",
+                       p.at);
+    }
+    if (entry != kNone) chain_check_.published(job, topic);
+  }
+  void ended(tracing::Job&& job) override {
+    timestamps_.end(job, key_of(system().threads[job.thread]));
+    const std::uint32_t entry = names_.entry_of(job.ref.callback);
+    const RunningJob ran = callback_check_.ended(job, entry);
+    if (job.ended) {
+      CallbackObservation& observed = of(job.ref.callback);
+      observed.execution.add(job.finish - job.start);
+      if (ran.timestamp) observed.response.add(job.finish - *ran.timestamp);
+      remember(job);
+    }
+    if (entry != kNone) chain_check_.ended(job, callback_check_.knows(job));
+  }
+  void lost(const tracing::LostSample& sample) override {
+    constexpr std::size_t kMost = 1'000;
+    if (std::vector<tracing::LostSample>& unsure = unsure_[sample.subscription];
+        !sample.queued && unsure.size() < kMost)
+      unsure.push_back(sample);
+  }
+  /// The subscription takes a sample.
+  void confirm_losses(std::uint32_t callback) {
+    if (const auto samples = unsure_.extract(callback)) {
+      for (const tracing::LostSample& sample : samples.mapped()) {
+        ++of(callback).lost;
+        callback_check_.lost(sample);
+      }
+    }
+  }
+  CallbackObservation& of(std::uint32_t callback) {
+    if (callback >= callbacks_.size()) callbacks_.resize(callback + 1);
+    return callbacks_[callback];
+  }
+  void remember(const tracing::Job& job) {
+    constexpr Duration kLength = std::chrono::seconds(5);
+    constexpr std::size_t kMost = 10'000;
+    past_jobs_.push_back({job.ref.callback, job.start, job.finish});
+    while (past_jobs_.size() > kMost || past_jobs_.front().finish + kLength < job.finish)
+      past_jobs_.pop_front();
+  }
+  /// The longest jobs from `since` until then, except those of the callback.
+  [[nodiscard]] std::vector<Fact> jobs(Time since, Time until, const std::string& except) {
+    constexpr std::size_t kMostShown = 5;
+    std::vector<PastJob> meanwhile;
+    for (const PastJob& job : past_jobs_)
+      if (job.finish > since && job.start < until) meanwhile.push_back(job);
+    std::ranges::stable_sort(meanwhile, std::greater(), [](const PastJob& j) { return j.finish - j.start; });
+    std::vector<Fact> facts;
+    for (const PastJob& job : meanwhile) {
+      if (facts.size() == kMostShown) break;
+      const std::uint32_t entry = names_.entry_of(job.callback);
+      const std::string name = entry == kNone ? callback_name(system(), system().callbacks[job.callback])
+                                              : judge_.callback(entry).name;
+      if (name == except) continue;
+      facts.push_back({Role::circumstance, job.finish, name + " ran " + shown_ms(job.finish - job.start)});
+    }
+    return facts;
+  }
 
   const Contract contract_;
   FlightRecorder* const recorder_;
@@ -138,24 +223,14 @@ class Observer : public tracing::Sink {
   Judge judge_;
   ChainCheck chain_check_{contract_, names_, judge_};
   ThreadCheck thread_check_{contract_, system(), judge_};
+  CallbackCheck callback_check_{contract_, system(), names_, judge_, thread_check_};
   Timestamps timestamps_;
-  RunningJobs running_;
   std::vector<CallbackObservation> callbacks_;
   std::uint64_t events_ = 0;
-  std::set<std::uint32_t> unstamped_;           // processes whose publications have no source timestamps
-  std::vector<CallbackState> states_;           // by entry
-  std::vector<bool> judged_endpoints_;          // of the system
-  std::deque<PastJob> past_jobs_;               // of all callbacks, in the order of their ends
-  std::map<std::uint32_t, Process> processes_;  // by id
+  std::set<std::uint32_t> unstamped_;  // processes whose publications have no source timestamps
+  std::deque<PastJob> past_jobs_;      // of all callbacks, in the order of their ends
   /// By subscription: overwritten, but not lost unless it takes a later sample: it may have been destroyed.
   std::map<std::uint32_t, std::vector<tracing::LostSample>> unsure_;
-  std::optional<Time> begin_, observed_until_;
-  Time grown_{};  // when a node was created, or a callback of the contract ran first
-  std::size_t nodes_ = 0;
-  std::uint64_t losses_ = 0;
-  std::optional<Time> lost_at_;  // the latest loss
-  bool lossless_ = true;         // lately
-  bool ending_ = false;
 };
 
 }  // namespace hotpath::watch

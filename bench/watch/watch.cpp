@@ -123,16 +123,18 @@ class Watch {
 
  private:
   bool is_judged() const { return !options_.contract.empty(); }
+  bool is_attached() const { return options_.command.empty(); }
+  bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
   std::deque<Incident>& incidents() { return observer_.judge().incidents().kept(); }
   std::uint64_t losses() const { return session_.losses().total(); }
-  bool is_attached() const { return options_.command.empty(); }
+  static Time now() { return std::chrono::steady_clock::now(); }
+  Duration elapsed() const { return now() - begin_; }
   bool is_time_over() const {
     return options_.seconds && elapsed() >= std::chrono::duration<double>(*options_.seconds);
   }
   bool over() {
     return program_ ? program_->ended().has_value() : is_time_over() || program::interrupted() != 0;
   }
-
   /// Whether the program was asked to end. A terminal sends an interrupt to the program as well.
   bool is_ending() const { return due_ || program::interrupted() != 0; }
 
@@ -148,10 +150,6 @@ class Watch {
       say("no program runs with the sensor; waiting for one that is started with "
           "env $(hotpath watch --print-environment) PROGRAM");
   }
-
-  static Time now() { return std::chrono::steady_clock::now(); }
-  Duration elapsed() const { return now() - begin_; }
-  bool is_refreshed() const { return !options_.once && !options_.json && isatty(STDOUT_FILENO) != 0; }
 
   void observe(const std::vector<tracing::Event>& events) {
     observer_.note_losses(losses(), now());
@@ -230,15 +228,13 @@ class Watch {
       std::cout << observer_.judge().table(losses() > 0);
       std::vector<Incident> listed(incidents().begin(), incidents().end());
       std::ranges::stable_sort(listed, {}, &Incident::severity);
-      if (listed.size() > kMostPrinted) listed.erase(listed.begin() + kMostPrinted, listed.end());
-      for (const Incident& incident : listed) print_incident(incident);
-      if (incidents().size() > kMostPrinted)
+      for (std::size_t i = 0; i < std::min(listed.size(), kMostPrinted); ++i) print_incident(listed[i]);
+      if (listed.size() > kMostPrinted)
         std::cout << incidents().back().number() - kMostPrinted << " further incidents\n";
     }
-    if (session_.threads() == 0 && program_) {
-      std::cerr << "hotpath: no tracepoint was recorded: a program without tracetools, of a distribution "
-                   "before Humble, of another user, or without room in /dev/shm\n";
-    }
+    if (session_.threads() == 0 && program_)
+      say("no tracepoint was recorded: a program without tracetools, of a distribution before Humble, of "
+          "another user, or without room in /dev/shm");
   }
 
   void report() {
