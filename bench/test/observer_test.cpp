@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "watch/observer.hpp"
-
-#include <gtest/gtest.h>
-
-#include "watched_system.hpp"
+// Statistics, timestamps, and the events that are kept.
+#include "watching.hpp"
 
 namespace hotpath::watch {
 namespace {
@@ -15,6 +12,7 @@ class Observing : public testing::Test {
   void observe() {
     for (const tracing::Event& event : system.events) observer.event(event);
   }
+  Duration longest_response() const { return observer.callbacks()[0].response.max(); }  // of the timer
   WatchedSystem system;
   FlightRecorder recorder{std::chrono::milliseconds(22)};
   Observer observer{{}, &recorder};
@@ -60,7 +58,7 @@ TEST_F(Observing, CountsFromATimersGridIfItAttachedLater) {
   for (const tracing::Event& event : system.events) attached.event(event);
   EXPECT_EQ(attached.callbacks()[0].response.max(), 5 * kMs);
   observe();
-  EXPECT_EQ(observer.callbacks()[0].response.max(), 1 * kMs) << "otherwise the first timestamp is unknown";
+  EXPECT_EQ(longest_response(), 1 * kMs) << "otherwise the first timestamp is unknown";
 }
 
 TEST_F(Observing, SkipsTimestampsLikeRcl) {
@@ -69,7 +67,7 @@ TEST_F(Observing, SkipsTimestampsLikeRcl) {
   system.run(45, 1);  // due at 20; 30 and 40 are skipped
   system.run(50, 2);
   observe();
-  EXPECT_EQ(observer.callbacks()[0].response.max(), 26 * kMs);
+  EXPECT_EQ(longest_response(), 26 * kMs);
   EXPECT_LT(observer.callbacks()[0].response.quantile(0.6), 3 * kMs);
 }
 
@@ -78,7 +76,7 @@ TEST_F(Observing, CountsFromTheFirstJobAfterATimerWasReset) {
   system.run(15, 1);  // before 20
   system.run(27, 1);  // 2 ms after 25
   observe();
-  EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+  EXPECT_EQ(longest_response(), 3 * kMs);
 }
 
 /// An executor that waits before each job of a thread.
@@ -100,7 +98,7 @@ TEST_F(ObservingWaits, KnowNoTimestampIfTheTimerWasResetOrACallbackWithoutEvents
   wait(30'013);
   system.run(30'022, 1);  // 2 ms late
   EXPECT_EQ(responses(), 2U);
-  EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+  EXPECT_EQ(longest_response(), 3 * kMs);
 }
 
 TEST_F(ObservingWaits, CountFromTheJobIfTheThreadRanOthersMeanwhile) {
@@ -111,7 +109,7 @@ TEST_F(ObservingWaits, CountFromTheJobIfTheThreadRanOthersMeanwhile) {
   wait(700);
   system.run(701, 2);
   EXPECT_EQ(responses(), 1U);
-  EXPECT_EQ(observer.callbacks()[0].response.max(), 2 * kMs);
+  EXPECT_EQ(longest_response(), 2 * kMs);
 }
 
 TEST_F(ObservingWaits, CountALongJobBeforeATimer) {
@@ -120,7 +118,7 @@ TEST_F(ObservingWaits, CountALongJobBeforeATimer) {
   wait(500);
   system.run(500.1, 1);
   EXPECT_EQ(responses(), 1U);
-  EXPECT_EQ(observer.callbacks()[0].response.max(), std::chrono::microseconds(491'100));
+  EXPECT_EQ(longest_response(), std::chrono::microseconds(491'100));
 }
 
 TEST_F(ObservingWaits, KnowNoTimestampIfAnotherThreadMayHaveBlockedTheTimer) {
@@ -139,7 +137,7 @@ TEST_F(Observing, CountsFromTheCreationOfATimerThatFollowsAnother) {
   system.run(27, 1);  // due at 25
   observe();
   EXPECT_EQ(observer.callbacks()[0].execution.count(), 2U);
-  EXPECT_EQ(observer.callbacks()[0].response.max(), 3 * kMs);
+  EXPECT_EQ(longest_response(), 3 * kMs);
 }
 
 TEST_F(Observing, RecordsTheLastDescriptionOfEachTimer) {

@@ -4,7 +4,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "watch/thread_reader.hpp"
 #include "watching.hpp"
 
 namespace hotpath::watch {
@@ -63,23 +62,6 @@ TEST_F(Tolerant, BeginsWithAThreadThatWaitsLong) {
       "a second");
   EXPECT_THAT(others(),
               testing::Contains("00:00:00.022 source (timer) ran 194.000 ms, budget 2.000 ms (measured)"));
-}
-
-TEST_F(Tolerant, BeginsWithAThreadThatRunsNothing) {
-  system.run(10, 1);
-  until(45);
-  EXPECT_THAT(incident(), HasSubstr("source (timer) got nothing for 35.000 ms"));
-  for (double ms = 20; ms <= 1700; ms += 20) read(ms, 'R', from_ms(1));
-  EXPECT_EQ(incident(),
-            "00:00:00.020 main thread spin has run nothing for 1500.000 ms, although it is ready");
-}
-
-TEST_F(Tolerant, BeginsWithAThreadThatIsStopped) {
-  system.run(10, 1);
-  until(15);
-  for (double ms = 20; ms <= 1700; ms += 20) read(ms, 'T', from_ms(1));
-  EXPECT_EQ(incident(),
-            "00:00:00.020 main thread spin has run nothing for 1500.000 ms, because it is stopped");
 }
 
 TEST_F(Tolerant, TakesAThreadThatSleepsOrRunsForNoStandstill) {

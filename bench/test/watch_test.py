@@ -26,6 +26,13 @@ class WatchTest(CommandTest):
         code, out, err = self.command("watch", "--json", *arguments)
         return code, [json.loads(line) for line in out.splitlines()], err
 
+    def terminated(self, process: Any) -> tuple[str, str]:
+        """Standard output and error of a watcher that was asked to end."""
+        process.send_signal(signal.SIGTERM)
+        code, out, err = self.finish(process)
+        self.assertEqual(code, 128 + signal.SIGTERM)
+        return out, err
+
     def assert_counts(self, report: Any) -> None:
         """Of a timer with 90 jobs, whose every third message is taken."""
         timer, subscription = report["callbacks"]
@@ -51,8 +58,7 @@ class WatchTest(CommandTest):
         self.assert_counts(reports[-1])
 
     def test_prints_a_table(self) -> None:
-        code, out, _ = self.command("watch", "--", TRACED_SYSTEM, 90, 3)
-        self.assertEqual(code, 0)
+        out = self.accepted("watch", "--", TRACED_SYSTEM, 90, 3)
         rows = {line.split("  ")[0]: line.split()[-7:] for line in out.splitlines()}
         self.assertEqual(rows["/space/sink /a"][1:3], ["30", "60"])
         self.assertEqual(rows["/source (timer 1 ms)"][1:3], ["90", "0"])
@@ -125,16 +131,14 @@ class WatchTest(CommandTest):
     def test_a_broken_contract(self) -> None:
         arguments = ("--contract", self.contract(4), "--once")
         system = ("--", TRACED_SYSTEM, 3, 1, 10, 5)  # jobs of at least 5 ms
-        code, out, err = self.command("watch", *arguments, *system)
-        self.assertEqual(code, 0)
+        out = self.accepted("watch", *arguments, *system)
         self.assertRegex(out, r"Incident: .* source \(timer\) ran .* ms, budget 4.000 ms \(measured\)")
         code, reports, err = self.watched(*arguments, "--fail-on", "broken", *system)
         self.assertEqual(code, 3)
         self.assertIn("the contract", err)
         self.assertEqual([t["broken"] for t in reports[0]["contract"]["terms"]], [3, 0])
-        self.assertEqual(self.command("watch", "--contract", "missing.yaml", *system)[0], 2)
-        self.assertEqual(self.command("watch", "--fail-on", "broken", *system)[0], 2)
-        self.assertEqual(self.command("watch", "--keep", 5, *system)[0], 2)
+        for wrong in (("--contract", "missing.yaml"), ("--fail-on", "broken"), ("--keep", 5)):
+            self.refused("watch", *wrong, *system)
 
     def test_states_an_incident_at_once(self) -> None:
         process = self.start(
@@ -153,20 +157,12 @@ class WatchTest(CommandTest):
         self.assertEqual(
             [r["contract"]["incidents"] for r in reports], [[]] * len(reports), "it is stated first"
         )
-        process.send_signal(signal.SIGTERM)
-        self.assertEqual(self.finish(process)[0], 128 + signal.SIGTERM)
-        marks = self.accepted_events("record/snapshot_1", "hotpath:incident")
-        self.assertEqual(len(marks), 1)
-        self.assertIn(event["incident"], marks[0])
-
-    def accepted_events(self, folder: str, name: str) -> list[str]:
-        """The events of this name, as babeltrace2 prints them."""
+        self.terminated(process)
         if not shutil.which("babeltrace2"):
             self.skipTest("left out: babeltrace2 was not found")
-        shown = subprocess.run(
-            ["babeltrace2", self.folder / folder], check=True, capture_output=True, text=True
-        )
-        return [line for line in shown.stdout.splitlines() if name in line]
+        shown = subprocess.check_output(["babeltrace2", self.folder / "record/snapshot_1"], text=True)
+        [mark] = [line for line in shown.splitlines() if "hotpath:incident" in line]
+        self.assertIn(event["incident"], mark)
 
     def test_watches_a_live_run(self) -> None:
         """hotpath's own executors are watched like those of ROS 2."""
@@ -228,9 +224,7 @@ class WatchTest(CommandTest):
         self.assertEqual(terms[source, "budget_ms"]["verdict"], "broken")
         self.assertEqual(terms[source, "period_ms"]["verdict"], "held")
         for wrong in (("--executors", "rm-ro,default"), (), ("--executors", "rm-ro", "--phases", "given")):
-            code, _, err = self.command(*analyze, *wrong)
-            self.assertEqual(code, 2)
-            self.assertIn("--contract", err)
+            self.refused(*analyze, *wrong, says="--contract")
 
     def test_the_contract_of_a_recorded_run(self) -> None:
         graph = self.file(
@@ -245,9 +239,7 @@ class WatchTest(CommandTest):
         for limit in ("budget_ms: {value: 8,", "budget_ms: {value: 6,", "maximum_distance_ms: {value: 404,"):
             self.assertIn(limit + " from: measured}", text, "2 and 1 ms, and 300 % or 5 ms more; 101 ms")
         self.assertIn("and 300 % (at least 5 ms) more", text)
-        code, _, err = self.command(*analyze)
-        self.assertEqual(code, 2)
-        self.assertIn("--margin", err)
+        self.refused(*analyze, says="--margin")
 
     def test_records_on_request_the_last_events(self) -> None:
         process = self.start(
@@ -257,8 +249,7 @@ class WatchTest(CommandTest):
         self.assertGreater(reports[-1]["callbacks"][0]["jobs"], 0)
         process.send_signal(signal.SIGUSR1)
         self.wait_for((self.folder / "record" / "snapshot_1").exists, "a snapshot")
-        process.send_signal(signal.SIGTERM)
-        self.assertIn("requested by SIGUSR1", self.finish(process)[2])
+        self.assertIn("requested by SIGUSR1", self.terminated(process)[1])
         out = self.accepted("import", "ctf", "record/snapshot_1", "--output", "imported")
         self.assertIn("2 nodes, 2 tasks", out)
         self.assertEqual(self.command("watch", "--record", "record", "--", "true")[0], 2, "it is not empty")
@@ -284,8 +275,7 @@ class WatchTest(CommandTest):
         lines = (json.loads(process.stdout.readline()) for _ in range(30))
         event = next(line for line in lines if "event" in line)
         self.assertRegex(event["incident"], r"the clock was set back by (59999|60000)\.\d{3} ms$")
-        process.send_signal(signal.SIGTERM)
-        self.finish(process)
+        self.terminated(process)
 
     def test_refreshes_its_tables_on_a_terminal(self) -> None:
         terminal, slave = pty.openpty()
@@ -314,16 +304,12 @@ class WatchTest(CommandTest):
 
     def attachable(self, *arguments: object) -> subprocess.Popen[str]:
         """Starts the traced system so that watchers can attach to it."""
-        code, out, _ = self.command("watch", "--print-environment")
-        self.assertEqual(code, 0)
+        out = self.accepted("watch", "--print-environment")
         variables = dict(line.split("=", 1) for line in out.splitlines())
         self.assertEqual(list(variables), ["LD_PRELOAD", "HOTPATH_WATCH"])
-        program = subprocess.Popen(
-            [TRACED_SYSTEM, *map(str, arguments)],
-            env={**os.environ, **variables},
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+        words = [TRACED_SYSTEM, *map(str, arguments)]
+        environment = {**os.environ, **variables}
+        program = subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True)
         self.addCleanup(program.wait)
         self.addCleanup(program.kill)
         if program.stdout is not None:
@@ -363,21 +349,17 @@ class WatchTest(CommandTest):
     def test_waits_for_programs_and_rejects_a_second_watcher(self) -> None:
         first = self.start("watch", "--json")
         self.assertEqual(json.loads(first.stdout.readline())["events"], 0)
-        code, _, err = self.watched("--for", 1)
-        self.assertEqual(code, 1)
-        self.assertIn("another `hotpath watch` is attached", err)
+        self.rejected("watch", "--for", 1, code=1, says="another `hotpath watch` is attached")
         program = self.attachable(3000, 1, 1)
         while not (report := json.loads(first.stdout.readline()))["callbacks"]:
             pass
         self.assertEqual(report["callbacks"][0]["node"], "/source")
         self.assertEqual(program.communicate()[0], "done\n")
-        first.send_signal(signal.SIGTERM)
-        code, out, err = self.finish(first)
-        self.assertEqual(code, 128 + signal.SIGTERM)
+        out, err = self.terminated(first)
         self.assertEqual(json.loads(out.splitlines()[-1])["callbacks"][0]["jobs"], 3000)
         self.assertIn("no program runs with the sensor", err)
         self.assertEqual(self.rings_of(program), [], "the watcher removed them")
-        self.assertEqual(self.command("watch", "--print-environment", "--once")[0], 2)
+        self.refused("watch", "--print-environment", "--once")
 
     def test_reports_programs_that_fail(self) -> None:
         """Also if the ends of children were ignored when the watcher started."""
@@ -387,6 +369,5 @@ class WatchTest(CommandTest):
             self.assertEqual(ended.returncode, 1)
             self.assertIn("`sh` ended with exit code 3", ended.stderr)
             self.assertIn("no tracepoint was recorded", ended.stderr)
-        code, _, err = self.watched("--once", "--", "no-such-program")
-        self.assertEqual(code, 1)
-        self.assertIn("`no-such-program` could not be started", err)
+        says = "`no-such-program` could not be started"
+        self.rejected("watch", "--once", "--", "no-such-program", code=1, says=says)

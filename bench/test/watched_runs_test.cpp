@@ -15,7 +15,6 @@
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
-#include "hotpath/reference_system/phases.hpp"
 #include "import/hypothesis.hpp"
 #include "import/run_events.hpp"
 #include "program/text.hpp"
@@ -98,12 +97,7 @@ class WatchedCase {
  public:
   WatchedCase(const Graph& graph, GraphTasks tasks, setup::ExecutorSpec executor, std::uint64_t seed)
       : random_(seed), graph_(graph), tasks_(std::move(tasks)), executor_(std::move(executor)) {
-    const Phases kinds[] = {Phases::random, Phases::synchronous, Phases::creation};
-    PhaseOptions options;
-    options.seed = random_();
-    const std::vector<Duration> first =
-        make_phases(graph_, tasks_, kinds[static_cast<std::size_t>(draw(random_, 0, 2))], options);
-    for (TaskId id = 0; id < first.size(); ++id) tasks_.set.tasks[id].phase = first[id];
+    draw_phases(random_, graph_, tasks_);
   }
 
   CaseResult check(bool planted) {

@@ -14,8 +14,8 @@
 
 #include "import/recorded_graph.hpp"
 #include "program/text.hpp"
+#include "watch/job_times.hpp"
 #include "watch/judge.hpp"
-#include "watch/running_jobs.hpp"
 #include "watch/stated_names.hpp"
 #include "watch/thread_check.hpp"
 
@@ -47,7 +47,8 @@ class CallbackCheck {
     states_[entry].waited_for.reset();
     states_[entry].stands = false;
     const tracing::Callback& callback = system_.callbacks[job.ref.callback];
-    if (callback.kind == CallbackKind::service) return arrived(entry, job.start);  // no event tells of requests
+    if (callback.kind == CallbackKind::service)
+      return arrived(entry, job.start);  // no event tells of requests
     if (callback.depth > 0) subject.compare(Clause::depth, callback.depth, job.start);  // 0: all, or unknown
     if (callback.kind == CallbackKind::timer) {
       subject.compare(Clause::period, callback.period.count(), job.start);
@@ -174,7 +175,8 @@ class CallbackCheck {
     }
     if (!watched && state.watched && topic != kNone && lossless_)
       judge_.publishers(topic).judge(
-          false, "is also published by a node that is not watched, or outside of callbacks", sample.published);
+          false, "is also published by a node that is not watched, or outside of callbacks",
+          sample.published);
     state.watched = state.watched || watched;
     arrived(entry, sample.published);
     JudgedTerm* const distance = judge_.callback(entry).find(Clause::minimum_distance);
@@ -296,7 +298,8 @@ class CallbackCheck {
       limit = patience(*distance) + kDoubt;
     else if (distance && runs(entry))
       limit = Duration(distance->term().limit) + kDiscovery;
-    const Time latest = unread && !distance ? callback.published_for_it : until;  // it came late to old samples
+    const Time latest =
+        unread && !distance ? callback.published_for_it : until;  // it came late to old samples
     if (latest - since <= limit) return;
     state.stands = true;
     std::pair<Role, std::string> told(
@@ -342,16 +345,14 @@ class CallbackCheck {
     const std::string sentence = stated.name() + " has never run";
     bool there = false;
     for (std::uint32_t node = 0; node < system_.nodes.size(); ++node) there = there || is_node(node, entry);
-    if (!there)
-      return {Role::gone, "node " + stated.node + " is not there, or not watched: " + sentence};
+    if (!there) return {Role::gone, "node " + stated.node + " is not there, or not watched: " + sentence};
     const bool subscription = !stated.topic.empty() && !stated.service;
     if (c != kNone && !subscription) return {Role::never_runs, sentence};
     if (c != kNone) {
       const std::uint64_t samples = system_.callbacks[c].samples;
       if (samples == 0) return {Role::never_runs, sentence + ": nothing was published for it"};
-      return {Role::never_runs,
-              program::concat(sentence, ", although ", samples,
-                              " samples were published, as if QoS settings did not match")};
+      return {Role::never_runs, program::concat(sentence, ", although ", samples,
+                                                " samples were published, as if QoS settings did not match")};
     }
     std::string instead;
     for (std::uint32_t o = 0; subscription && o < system_.callbacks.size(); ++o) {

@@ -16,8 +16,8 @@
 #include "watch/callback_check.hpp"
 #include "watch/chain_check.hpp"
 #include "watch/flight_recorder.hpp"
+#include "watch/job_times.hpp"
 #include "watch/thread_check.hpp"
-#include "watch/timestamps.hpp"
 
 namespace hotpath::watch {
 

@@ -1,13 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sched.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "hotpath/live/thread_setup.hpp"
 #include "hotpath/tracing/system.hpp"
+#include "machine/proc_files.hpp"
+#include "program/text.hpp"
 
 namespace hotpath::watch {
 
@@ -41,6 +53,184 @@ struct ThreadReading {
   std::vector<ThreadFacts> facts = {};
   /// That have ended, as far as the reading searched for them. Id 0: their process has.
   std::vector<ThreadKey> ended = {};
+};
+
+/// Facts from the content of /proc/PID/task/TID/stat and schedstat; false: invalid.
+[[nodiscard]] inline bool parse_stat(const std::string& text, ThreadFacts& facts) {
+  const std::size_t open = text.find('('), close = text.rfind(')');  // a name may contain both
+  if (open == std::string::npos || close == std::string::npos || close < open) return false;
+  facts.name = text.substr(open + 1, close - open - 1);
+  std::istringstream rest(text.substr(close + 1));
+  std::string field;
+  constexpr int kStart = 22, kProcessor = 39;  // proc(5) counts fields from 1; the state is the third
+  rest >> facts.state;
+  for (int f = 4; f < kStart; ++f) rest >> field;
+  rest >> facts.started;
+  for (int f = kStart + 1; f < kProcessor; ++f) rest >> field;
+  return static_cast<bool>(rest >> facts.processor);
+}
+[[nodiscard]] inline bool parse_schedstat(const std::string& text, ThreadFacts& facts) {
+  std::istringstream numbers(text);
+  std::int64_t ran_ns = 0, waited_ns = 0;
+  if (!(numbers >> ran_ns >> waited_ns)) return false;
+  facts.ran = Duration(ran_ns);
+  facts.waited = Duration(waited_ns);
+  return true;
+}
+
+/// The file with the throttlings of a control group, from /proc/PID/cgroup, v1 or v2; empty: none.
+[[nodiscard]] inline std::string group_file(const std::string& cgroup) {
+  std::istringstream lines(cgroup);
+  std::string file;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t first = std::min(line.find(':'), line.size()), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    const bool unified = controllers == ",,";
+    if (controllers.find(",cpu,") != std::string::npos || (unified && file.empty()))
+      file = (unified ? "/sys/fs/cgroup" : "/sys/fs/cgroup/cpu") + line.substr(second + 1) + "/cpu.stat";
+  }
+  return file;
+}
+
+/// Linux counts a wait when it ends. This adds that of a thread which could run, but runs nothing.
+class LastingWaits {
+ public:
+  /// `waited` of the facts, with the wait that has not ended.
+  [[nodiscard]] Duration with(const ThreadFacts& facts, Time at) {
+    constexpr Duration kLasting = std::chrono::milliseconds(100);  // a running thread is counted sooner
+    static const bool counted_late =
+        machine::first_line("/sys/devices/system/cpu/nohz_full").find_first_of("0123456789") !=
+        std::string::npos;
+    Known& known = known_[facts.key()];
+    if (known.started != facts.started) known = {facts.started, {}, {}, at};
+    if (facts.state != 'R' || facts.ran != std::exchange(known.ran, facts.ran)) known.since = at;
+    const bool lasts = at - known.since >= kLasting && !counted_late;
+    return known.shown = std::max(known.shown, facts.waited + (lasts ? at - known.since : Duration{}));
+  }
+  void forget(const ThreadKey& ended) { known_.erase(ended); }
+
+ private:
+  struct Known {
+    std::uint64_t started = 0;
+    Duration ran{}, shown{};
+    Time since{};  ///< Of the latest facts with another `ran` or state.
+  };
+  std::map<ThreadKey, Known> known_;
+};
+
+/// Reads the threads that run callbacks, and the timer threads of hotpath's executors beside them, from
+/// /proc.
+class ThreadReader {
+ public:
+  /// Some microseconds for each thread.
+  [[nodiscard]] ThreadReading read(const tracing::System& system, Time at) {
+    ThreadReading reading{at};
+    if (at >= searched_ + kSearch) {
+      searched_ = at;
+      search(system, reading.ended);
+    }
+    std::set<std::uint32_t> processes = system.processes;
+    for (const tracing::Thread& thread : system.threads)
+      if (thread.id != 0) processes.insert(thread.process);
+    for (const std::uint32_t process : processes)
+      if (has_ended(process)) reading.ended.emplace_back(process, 0);
+    const auto is_some = [](const auto& stolen) { return stolen.second > Duration::zero(); };
+    if (at >= stolen_read_ + kStolen || std::ranges::any_of(stolen_, is_some)) {
+      stolen_read_ = at;
+      stolen_ = machine::stolen_times(content_of("/proc/stat"));
+    }
+    for (const tracing::Thread& thread : system.threads) {
+      if (thread.jobs == 0) continue;
+      add_facts(key_of(thread), false, reading);
+      timer_threads_.erase(key_of(thread));  // release-and-execute: it runs callbacks itself
+    }
+    for (const ThreadKey& thread : timer_threads_) add_facts(thread, true, reading);
+    return reading;
+  }
+
+ private:
+  /// Between two searches for timer threads and threads that have ended.
+  static constexpr Duration kSearch = std::chrono::seconds(1);
+  /// Between two readings of what the hypervisor withheld, as long as that is nothing. Otherwise each reading
+  /// has to explain what happened since the one before.
+  static constexpr Duration kStolen = std::chrono::milliseconds(100);
+
+  static std::string content_of(const std::string& path) {
+    std::ostringstream content;
+    content << std::ifstream(path).rdbuf();
+    return content.str();
+  }
+  static std::string folder_of(const ThreadKey& thread) {
+    return program::concat("/proc/", thread.first, "/task/", thread.second);
+  }
+  static bool lives(const ThreadKey& thread) { return access(folder_of(thread).c_str(), F_OK) == 0; }
+  static std::vector<std::string> threads_of(std::uint32_t process) {
+    return machine::names_in(program::concat("/proc/", process, "/task"));
+  }
+  /// Whether it has no thread that has not ended; its parent may not know yet.
+  static bool has_ended(std::uint32_t process) {
+    ThreadFacts facts;
+    const ThreadKey first(process, process);
+    if (!lives(first)) return true;
+    if (!parse_stat(content_of(folder_of(first) + "/stat"), facts) || facts.state != 'Z') return false;
+    return threads_of(process).size() == 1;
+  }
+
+  void search(const tracing::System& system, std::vector<ThreadKey>& ended) {
+    timer_threads_.clear();
+    groups_.clear();
+    std::set<std::uint32_t> processes;
+    for (const tracing::Thread& thread : system.threads) {
+      if (thread.jobs > 0) processes.insert(thread.process);
+      if (thread.id != 0 && !lives(key_of(thread))) ended.push_back(key_of(thread));
+    }
+    for (const ThreadKey& thread : ended) waits_.forget(thread);
+    for (const std::uint32_t process : processes) {
+      groups_[process] = group_file(content_of(program::concat("/proc/", process, "/cgroup")));
+      for (const std::string& id : threads_of(process)) {
+        const ThreadKey thread(process, std::atol(id.c_str()));
+        const std::string name = machine::first_line(folder_of(thread) + "/comm");
+        if (name == "hotpath_timers" || name == "timer_mgmt")  // on rclcpp, or of hotpath's own
+          timer_threads_.insert(thread);
+      }
+    }
+  }
+  /// Adds nothing of a thread that has ended, or is of another pid namespace or user.
+  void add_facts(const ThreadKey& thread, bool timers, ThreadReading& reading) {
+    const std::string folder = folder_of(thread);
+    struct stat status {};
+    if (stat(folder.c_str(), &status) != 0 || status.st_uid != geteuid()) return;
+    ThreadFacts facts{thread.first, thread.second, timers};
+    const auto id = static_cast<pid_t>(thread.second);
+    const auto policy = thread_policy(id);
+    cpu_set_t set;
+    if (sched_getaffinity(id, sizeof set, &set) != 0) return;
+    for (int p = 0; p < CPU_SETSIZE; ++p)
+      if (CPU_ISSET(p, &set)) facts.processors.push_back(p);
+    if (!policy || facts.processors.empty() || !parse_stat(content_of(folder + "/stat"), facts) ||
+        !parse_schedstat(content_of(folder + "/schedstat"), facts))
+      return;
+    facts.policy = *policy;
+    facts.inherited = policy->ordinary() && policy->priority != 0 && *policy == own_;
+    if (const auto stolen = stolen_.find(facts.processor); stolen != stolen_.end())
+      facts.stolen = stolen->second;
+    facts.waited = waits_.with(facts, reading.at);
+    if (const auto group = groups_.find(thread.first); group != groups_.end()) {
+      std::ifstream values(group->second);
+      std::string key;
+      for (std::uint64_t value = 0; values >> key >> value;)
+        if (key == "nr_throttled") facts.throttled = value;
+    }
+    reading.facts.push_back(std::move(facts));
+  }
+
+  Time searched_{}, stolen_read_{};
+  LastingWaits waits_;
+  const ThreadPolicy own_ = own_thread_policy();
+  std::map<int, Duration> stolen_;  // by processor
+  std::set<ThreadKey> timer_threads_;
+  std::map<std::uint32_t, std::string> groups_;  // by process: the file of its control group
 };
 
 }  // namespace hotpath::watch
