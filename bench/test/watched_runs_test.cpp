@@ -267,8 +267,11 @@ class WatchedCase {
   std::vector<ChainObservation> observations_;
 };
 
-/// A trace does not tell in which order jobs that two threads start and end at one instant read their data.
-void let_all_jobs_last(Graph& graph, Random& random) {
+/// The exported job takes its sample when it starts, not when it is chosen: another thread may publish
+/// between them. Nor does a trace tell in which order jobs that two threads start and end at one instant read
+/// their data: all jobs last.
+void prepare_threads(Graph& graph, Random& random) {
+  graph.platform.set_dispatch_costs({});
   const auto last = [&](Duration& best, Duration& worst) {
     if (worst > Duration::zero()) return;
     best = worst = Duration(draw(random, 1, 1000));
@@ -286,13 +289,6 @@ void let_all_jobs_last(Graph& graph, Random& random) {
   }
 }
 
-/// The exported job takes its sample when it starts, not when it is chosen: another thread may publish
-/// between them.
-void prepare_threads(Graph& graph, Random& random) {
-  graph.platform.set_dispatch_costs({});
-  let_all_jobs_last(graph, random);
-}
-
 CaseResult check_deployed(Graph& graph, Random& random, bool planted) {
   const bool any_sample = std::ranges::any_of(graph.nodes, [](const Node& n) { return !n.inputs.empty(); });
   if (any_sample) {
@@ -304,16 +300,10 @@ CaseResult check_deployed(Graph& graph, Random& random, bool planted) {
   return WatchedCase(graph, tasks, executor, random()).check(planted);
 }
 
-/// Simulates a graph under an executor with random phases and execution times, and passes the events of
-/// the run to the watcher with the contract of the graph. `planted`: one job takes longer than its
-/// budget. Wrong: an alarm without a fault, a planted fault that is not named, or a chain whose latencies
-/// differ from those of the simulation.
-CaseResult check_watched(const Graph& graph, const std::string& executor, std::uint64_t seed, bool planted) {
-  return WatchedCase(graph, make_tasks(graph), setup::parse_executor(executor, {}), seed).check(planted);
-}
-
-/// The same for a random graph. No executor: a random deployment of it, whose threads the watcher sees as
-/// well.
+/// Simulates a random graph under an executor with random phases and execution times, and passes the events
+/// of the run to the watcher with the contract of the graph. `planted`: one job takes longer than its budget.
+/// Wrong: an alarm without a fault, a planted fault that is not named, or a chain whose latencies differ from
+/// those of the simulation. No executor: a random deployment, whose threads the watcher sees as well.
 CaseResult check_watched(const std::string& executor, std::uint64_t seed, bool planted) {
   Random random(seed);
   Graph graph = random_graph(random);
@@ -328,13 +318,14 @@ CaseResult check_watched(const std::string& executor, std::uint64_t seed, bool p
   const bool jobless = timers == TimerHandling::release_only || timers == TimerHandling::marked_ready;
   const std::uint32_t threads = worker_count(*parsed.entry, parsed.scheduler) - (jobless ? 1 : 0);
   if (threads > 1) prepare_threads(graph, random);
-  return check_watched(graph, executor, random(), planted);
+  return WatchedCase(graph, make_tasks(graph), parsed, random()).check(planted);
 }
 
 void expect_calm(const Graph& graph, const std::string& executor) {
   std::uint64_t jobs = 0;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
-    const CaseResult result = check_watched(graph, executor, seed, false);
+    WatchedCase watched(graph, make_tasks(graph), setup::parse_executor(executor, {}), seed);
+    const CaseResult result = watched.check(false);
     ASSERT_EQ(result.wrong, "") << executor;
     jobs += result.jobs;
   }

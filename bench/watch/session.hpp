@@ -2,11 +2,11 @@
 #pragma once
 
 #include <sys/file.h>
-#include <sys/random.h>
 
 #include <cerrno>
 #include <chrono>
 #include <list>
+#include <random>
 #include <set>
 #include <thread>
 
@@ -99,11 +99,10 @@ class Session {
     [[nodiscard]] bool goes_on() const { return !reader.ended() && !reader.describes(); }
   };
 
+  /// sensor::kSessionDigits hexadecimal digits.
   static std::string random_name() {
-    std::array<unsigned long long, sensor::kSessionDigits / 16> numbers{};
-    if (getrandom(numbers.data(), sizeof numbers, 0) != static_cast<ssize_t>(sizeof numbers))
-      throw program::RunError(std::string("no random numbers: ") + std::strerror(errno));
-    return program::text("%016llx%016llx", numbers[0], numbers[1]);
+    std::random_device random;
+    return program::text("%08x%08x%08x%08x", random(), random(), random(), random());
   }
   static std::string marker_of(const std::string& session) { return sensor::kNamePrefix + session; }
   /// What follows `prefix` in the names of shared memory objects.
@@ -178,7 +177,7 @@ class Session {
       if (known_.contains(name)) continue;
       MappedRing memory = RingMemory::map(name);
       if (!memory) continue;  // not complete yet, or of another user
-      Source& source = sources_.emplace_back(name, std::move(memory));
+      Source& source = sources_.emplace_back(Source{name, std::move(memory)});
       if (meeting_ == Meeting::own) {
         shm_unlink(name.c_str());
       } else {
