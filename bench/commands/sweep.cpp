@@ -44,10 +44,9 @@ std::string duration_text(double s) {
   return s < 7200 ? program::text("%.0f min", s / 60) : program::text("%.1f h", s / 3600);
 }
 
-/// The reason why a cell has no result; the table has a row for it.
-struct CellFailure : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 /// The option of a key in a sweep's file: `platform.KEY` is one key of --platform, and `set.NODE.KEY` one of
 /// --set.
@@ -85,22 +84,10 @@ class SweepCells {
   /// Run folders are kept below `output`. Throws InputError, with its line, for an option that the
   /// command rejects.
   SweepCells(sweep::Design design, fs::path output) : design_(std::move(design)), output_(std::move(output)) {
-    const Call known(design_.command);
-    const auto check_name = [&](const std::string& name, int line) {
-      const bool one_key =
-          name.find('.') == std::string::npos || name.starts_with("platform.") || name.starts_with("set.");
-      if (one_key && known.table.get_option_no_throw(option_of(name)) != nullptr) return;
-      std::vector<std::string> names;
-      for (const CLI::Option* option : known.table.get_options()) {
-        for (const std::string& long_name : option->get_lnames()) names.push_back(long_name);
-      }
-      throw InputError(design_.file, line, "`" + design_.command + "` has no option --" + name,
-                       "it has " + program::joined(names));
-    };
     for (const sweep::Option& option : design_.fixed) check_name(option.name, option.line);
     for (const sweep::Axis& axis : design_.axes) {
       check_name(axis.name, axis.line);
-      for (std::size_t i = 0; i < axis.size; ++i) {
+      for (std::size_t i = 0; i < axis.size(); ++i) {
         if (!axis.is_checked(i)) continue;
         std::vector<sweep::Option> at = design_.coordinates(0);
         std::ranges::find(at, axis.name, &sweep::Option::name)->value = axis.value(i);
@@ -117,9 +104,9 @@ class SweepCells {
   /// The rows of one cell, as CSV. A cell that overloads the system or fails has one row with the
   /// reason. Throws UsageError if the command rejects its options, RunError after Ctrl-C.
   std::string rows_of(std::uint64_t cell) const {
-    std::string name = program::concat("cell ", cell), executor, failure;
+    std::string place = program::concat(design_.file, ": cell ", cell), executor, failure;
     for (const sweep::Option& option : design_.coordinates(cell)) {
-      name += program::concat(", ", option.name, " ", option.value);
+      place += program::concat(", ", option.name, " ", option.value);
       if (sweep::names_executor(option.name)) executor = option.value;
     }
     program::Table results = no_results();
@@ -127,12 +114,13 @@ class SweepCells {
       results = design_.command == "analyze" ? bounds_of(cell) : measured_of(cell);
     } catch (const program::OverloadError& error) {
       failure = error.what();
-    } catch (const CellFailure& error) {
+    } catch (const program::RunError& error) {
+      if (design_.command == "simulate") throw;
       failure = error.what();
     } catch (const program::UsageError& error) {
-      throw program::UsageError(program::concat(design_.file, ": ", name, ": ", error.what()));
+      throw program::UsageError(place + ": " + error.what());
     } catch (const InputError& error) {
-      throw program::UsageError(program::concat(design_.file, ": ", name, ": ", error.what()));
+      throw program::UsageError(place + ": " + error.what());
     }
     // The interrupt also ended the cell's process.
     if (results.rows.empty() && program::interrupted() != 0)
@@ -158,10 +146,23 @@ class SweepCells {
       place.emplace_back(option.value);
     }
     names.insert(names.end(), {"repetition", "seed", "failure"});
-    place.insert(place.end(), {std::uint64_t{design_.repetition(cell)}, design_.seed_of(cell), failure});
+    place.insert(place.end(), {design_.repetition(cell), design_.seed_of(cell), failure});
     results.header.insert(results.header.begin(), names.begin(), names.end());
     for (std::vector<program::Value>& row : results.rows) row.insert(row.begin(), place.begin(), place.end());
     return results;
+  }
+
+  void check_name(const std::string& name, int line) const {
+    const Call known(design_.command);
+    const bool one_key =
+        name.find('.') == std::string::npos || name.starts_with("platform.") || name.starts_with("set.");
+    if (one_key && known.table.get_option_no_throw(option_of(name)) != nullptr) return;
+    std::vector<std::string> names;
+    for (const CLI::Option* option : known.table.get_options()) {
+      for (const std::string& long_name : option->get_lnames()) names.push_back(long_name);
+    }
+    throw InputError(design_.file, line, "`" + design_.command + "` has no option --" + name,
+                     "it has " + program::joined(names));
   }
 
   void check_cell(const std::vector<sweep::Option>& at, int line) const {
@@ -177,32 +178,25 @@ class SweepCells {
 
   /// The command's words for a cell with these coordinates.
   std::vector<std::string> words_of(const std::vector<sweep::Option>& at, std::uint64_t cell) const {
-    std::vector<sweep::Option> options = design_.fixed;
-    options.insert(options.end(), at.begin(), at.end());
-    if (design_.command != "analyze") options.push_back({"seed", std::to_string(design_.seed_of(cell))});
-    std::vector<std::string> words(options.size());
-    std::ranges::transform(options, words.begin(), [](const sweep::Option& option) {
-      return program::concat(option_of(option.name), "=", value_of(option));
-    });
+    std::vector<std::string> words;
+    for (const std::vector<sweep::Option>& options : {design_.fixed, at}) {
+      for (const sweep::Option& o : options)
+        words.push_back(program::concat(option_of(o.name), "=", value_of(o)));
+    }
+    if (design_.command != "analyze") words.push_back(program::concat("--seed=", design_.seed_of(cell)));
     return words;
   }
 
   program::Table measured_of(std::uint64_t cell) const {
     std::vector<std::string> words = words_of(design_.coordinates(cell), cell);
-    if (!live() && !design_.keep) {
-      const Call call(design_.command, words);
-      return sweep::measured_table(simulated::summary_of_simulation(call.simulate));
-    }
+    if (!live() && !design_.keep)
+      return sweep::measured_table(simulated::summary_of_simulation(Call(design_.command, words).simulate));
     const fs::path folder = output_ / "cells" / std::to_string(cell);
     fs::remove_all(folder);  // left by an earlier attempt
     words.push_back("--output=" + folder.string());
     if (live()) {
       words.insert(words.begin(), design_.command);
-      try {
-        program::run_hotpath(words);
-      } catch (const program::RunError& error) {
-        throw CellFailure(error.what());
-      }
+      program::run_hotpath(words);
     } else {
       simulated::store_simulation(Call(design_.command, words).simulate);
     }
@@ -215,13 +209,8 @@ class SweepCells {
   program::Table bounds_of(std::uint64_t cell) const {
     const Call call(design_.command, words_of(design_.coordinates(cell), cell));
     std::ostringstream printed;
-    std::vector<guarantees::BoundRow> bounds;
-    try {
-      bounds = guarantees::analyze(call.analyze, printed);
-    } catch (const program::RunError& error) {
-      throw CellFailure(error.what());
-    }
-    if (bounds.empty()) throw CellFailure("no bound is known");
+    const std::vector<guarantees::BoundRow> bounds = guarantees::analyze(call.analyze, printed);
+    if (bounds.empty()) throw program::RunError("no bound is known");
     return program::table_of(guarantees::bound_columns(), bounds);
   }
 
@@ -278,29 +267,26 @@ class Sweep {
 
  private:
   /// Prints the estimated duration and size of the sweep, from a few of its cells.
-  void prepare(sweep::Journal& journal, const Crew& crew) {
+  void prepare(sweep::Journal& journal, const Crew& crew) const {
     const std::vector<std::uint64_t> missing = journal.missing();
-    if (journal.done() > 0) {
-      std::cout << journal.done() << " of " << design_.cells() << " cells are in "
-                << journal.folder().string() << " already\n";
-    }
+    if (journal.done() > 0)
+      std::cout << journal.done() << " of " << design_.cells() << " cells are in " << folder_ << " already\n";
     if (missing.empty()) return;
     const std::size_t timed = cells_.live() ? 1 : std::min(kTimed, missing.size());
-    std::size_t bytes = 0;
+    double bytes = 0;
     const auto begin = Clock::now();
     for (std::size_t i = 0; i < timed; ++i) {
       const std::uint64_t cell = missing[i * (missing.size() - 1) / std::max<std::size_t>(timed - 1, 1)];
       const std::string rows = cells_.rows_of(cell);
-      bytes += rows.size();
+      bytes += static_cast<double>(rows.size());
       journal.add(cell, rows);
     }
     journal.flush();
-    const double each =
-        std::chrono::duration<double>(Clock::now() - begin).count() / static_cast<double>(timed);
+    const double each = seconds_since(begin) / static_cast<double>(timed);
     const auto left = static_cast<double>(missing.size() - timed);
     const double took = left * each / (crew.ranks() * crew.threads());
-    const double size = static_cast<double>(bytes) / static_cast<double>(timed) *
-                        static_cast<double>(design_.cells()) * 2;  // journal and table
+    const double size =
+        bytes / static_cast<double>(timed) * static_cast<double>(design_.cells()) * 2;  // journal and table
     std::cout << program::text(
                      "%.0f cells of `%s` to do, about %s on %u rank(s) with %u thread(s) each; about %.1f MB",
                      left, design_.command.c_str(), duration_text(took).c_str(), crew.ranks(), crew.threads(),
@@ -315,22 +301,20 @@ class Sweep {
   void show_progress(std::size_t done, std::size_t all) {
     if (isatty(STDERR_FILENO) == 0 || Clock::now() - shown_ < std::chrono::milliseconds(300)) return;
     shown_ = Clock::now();
-    const double elapsed = std::chrono::duration<double>(shown_ - begin_).count();
-    const double left = elapsed * (static_cast<double>(all) / static_cast<double>(done) - 1);
+    const double left = seconds_since(begin_) * (static_cast<double>(all) / static_cast<double>(done) - 1);
     program::replace_terminal_line(
         program::concat(done, " of ", all, " cells, ", duration_text(left), " left"));
   }
 
   void finish(sweep::Journal& journal) const {
-    const std::size_t missing = journal.missing().size();
-    if (missing > 0) {
+    if (!journal.missing().empty()) {
       std::cerr << program::concat("interrupted: ", journal.done(), " of ", design_.cells(), " cells are in ",
-                                   journal.folder().string(), "; the same command resumes the sweep\n");
+                                   folder_, "; the same command resumes the sweep\n");
       return;
     }
     journal.write_table(program::joined(cells_.columns(), ","));
-    std::cout << "Table: " << (journal.folder() / "table.csv").string() << "\n";
-    if (design_.command != "analyze") program::draw_figure("sweep", journal.folder());
+    std::cout << "Table: " << (fs::path(folder_) / "table.csv").string() << "\n";
+    if (design_.command != "analyze") program::draw_figure("sweep", folder_);
   }
 
   const SweepArguments arguments_;

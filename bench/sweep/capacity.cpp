@@ -74,45 +74,38 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
 
 std::optional<std::string> Requirement::failure(const results::ExecutorSummary& executor) const {
   using Each = results::RepetitionMeasures;
-  if (executor.each.empty()) return "nothing was measured";
-  std::optional<std::string> why;
-  const auto fails = [&](const auto& in, const auto& text) {
-    const auto count = std::ranges::count_if(executor.each, in);
-    if (count == 0) return false;
-    why = text();
-    const std::size_t n = executor.each.size();
-    if (n > 1) *why += program::concat(" (", count, " of ", n, " repetitions)");
-    return true;
+  const std::vector<Each>& each = executor.each;
+  if (each.empty()) return "nothing was measured";
+  struct Condition {
+    bool required;
+    std::function<bool(const Each&)> fails;
+    std::string why;
   };
-  if (no_loss && fails([](const Each& r) { return r.lost() > 0; },
-                       [&] {
-                         return program::concat(executor.skipped, " timestamps skipped, ",
-                                                executor.overwritten, " samples overwritten");
-                       }))
-    return why;
-  if (deadlines &&
-      fails([](const Each& r) { return r.deadline_overruns > 0; },
-            [&] { return program::concat(executor.after_warm_up.deadline_overruns, " deadlines missed"); }))
-    return why;
-  const auto most = [&](auto of) { return of(*std::ranges::max_element(executor.each, {}, of)); };
-  if (fails([](const Each& r) { return r.never_ran > 0; },
-            [&] {
-              const std::uint64_t n = most([](const Each& r) { return r.never_ran; });
-              return n == 1 ? "a task never ran" : program::concat(n, " tasks never ran");
-            }))
-    return why;
+  const auto most = [&](auto of) { return of(*std::ranges::max_element(each, {}, of)); };
+  const std::uint64_t never_ran = most([](const Each& r) { return r.never_ran; });
+  std::vector<Condition> conditions = {
+      {no_loss, [](const Each& r) { return r.lost() > 0; },
+       program::concat(executor.skipped, " timestamps skipped, ", executor.overwritten,
+                       " samples overwritten")},
+      {deadlines, [](const Each& r) { return r.deadline_overruns > 0; },
+       program::concat(executor.after_warm_up.deadline_overruns, " deadlines missed")},
+      {true, [](const Each& r) { return r.never_ran > 0; },
+       never_ran == 1 ? "a task never ran" : program::concat(never_ran, " tasks never ran")}};
   for (std::size_t c = 0; (age_ms || latency_ms) && c < executor.chains.size(); ++c) {
-    const auto exceeds = [&](const char* name, double Each::OfChain::*of, std::optional<double> limit_ms) {
-      const auto worst = [&](const Each& r) { return r.chains[c].*of; };
-      return fails([&](const Each& r) { return limit_ms && !(worst(r) <= *limit_ms); },
-                   [&] { return program::text("%s %.1f ms", name, most(worst)); });
+    conditions.push_back({true, [c](const Each& r) { return r.chains[c].outputs == 0; },
+                          "no output of chain " + executor.chains[c].chain});
+    const auto limit = [&](const char* name, double Each::OfChain::*of, std::optional<double> limit_ms) {
+      const auto worst = [c, of](const Each& r) { return r.chains[c].*of; };
+      conditions.push_back({limit_ms.has_value(), [=](const Each& r) { return !(worst(r) <= *limit_ms); },
+                            program::text("%s %.1f ms", name, most(worst))});
     };
-    if (fails([c](const Each& r) { return r.chains[c].outputs == 0; },
-              [&] { return "no output of chain " + executor.chains[c].chain; }))
-      return why;
-    if (exceeds("age", &Each::OfChain::worst_age_ms, age_ms) ||
-        exceeds("latency", &Each::OfChain::worst_hot_path_ms, latency_ms))
-      return why;
+    limit("age", &Each::OfChain::worst_age_ms, age_ms);
+    limit("latency", &Each::OfChain::worst_hot_path_ms, latency_ms);
+  }
+  for (const auto& [required, fails, why] : conditions) {
+    const auto count = required ? std::ranges::count_if(each, fails) : 0;
+    if (count == 0) continue;
+    return each.size() == 1 ? why : program::concat(why, " (", count, " of ", each.size(), " repetitions)");
   }
   return std::nullopt;
 }

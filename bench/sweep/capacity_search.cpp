@@ -24,55 +24,31 @@ constexpr std::size_t kCoarse = 12;
 constexpr const char* kLevelFormat = "%.12g";
 std::string exact(double level) { return program::text(kLevelFormat, level); }
 
-/// A level that a source has tried; the analysis measures nothing.
-struct LevelRow {
-  std::string executor, source;
-  double level = 0;
-  bool is_capacity = false;
-  std::optional<std::string> why;         ///< Why the requirement does not hold.
-  results::LatencySummary age, hot_path;  ///< Each of the chain with the largest one.
-  std::optional<std::uint64_t> lost, deadline_overruns;
-  std::optional<double> response_share_max;
-};
+/// Columns of every tried level, after the reason of a failure.
+constexpr const char* kMeasures[] = {"lost",         "deadline_overruns", "response_share_max",
+                                     "age_p99_ms",   "age_p99_low_ms",    "age_p99_high_ms",
+                                     "age_worst_ms", "age_worst_low_ms",  "age_worst_high_ms",
+                                     "p99_ms",       "p99_low_ms",        "p99_high_ms",
+                                     "worst_ms",     "worst_low_ms",      "worst_high_ms"};
 
-std::vector<program::Column<LevelRow>> level_columns(const std::string& over) {
-  constexpr const char* kMeasured = "%.6f";
-  std::vector<program::Column<LevelRow>> columns = {
-      {"executor", &LevelRow::executor},
-      {"source", &LevelRow::source},
-      {over, &LevelRow::level, kLevelFormat},
-      {"holds", [](const LevelRow& row) { return !row.why; }},
-      {"capacity", &LevelRow::is_capacity},
-      {"why", &LevelRow::why},
-      {"lost", &LevelRow::lost},
-      {"deadline_overruns", &LevelRow::deadline_overruns},
-      {"response_share_max", &LevelRow::response_share_max, kMeasured}};
-  using Latency = results::LatencySummary;
-  for (const auto& [latency, of] : {std::pair("age_", &LevelRow::age), {"", &LevelRow::hot_path}}) {
-    for (const auto& [name, quantile] : {std::pair("p99_", &Quantiles::p99), {"worst_", &Quantiles::max}}) {
-      for (const auto& [end, part] :
-           {std::pair("ms", &Latency::quantiles), {"low_ms", &Latency::low}, {"high_ms", &Latency::high}}) {
-        const auto value = [of = of, quantile = quantile, part = part](const LevelRow& row) {
-          return finite(row.*of.*part.*quantile);
-        };
-        columns.emplace_back(program::concat(latency, name, end), value, kMeasured);
-      }
+/// The measures of one level; the age and the hot path are each of the chain with the largest one.
+std::vector<program::Value> measures_of(const results::ExecutorSummary& executor) {
+  constexpr const char* kDigits = "%.6f";
+  std::vector<program::Value> values = {
+      executor.lost(), executor.after_warm_up.deadline_overruns, {response_share_max(executor), kDigits}};
+  for (const auto latency : {&results::ChainSummary::end_to_end, &results::ChainSummary::hot_path}) {
+    const auto worst = [&](const results::ChainSummary& chain) {
+      const Quantiles& q = (chain.*latency).quantiles;
+      return q.n > 0 ? q.max : -INFINITY;
+    };
+    const auto chain = std::ranges::max_element(executor.chains, {}, worst);
+    const auto of = chain == executor.chains.end() ? results::LatencySummary() : (*chain).*latency;
+    for (const auto quantile : {&Quantiles::p99, &Quantiles::max}) {
+      for (const Quantiles& q : {of.quantiles, of.low, of.high})
+        values.emplace_back(finite(q.*quantile), kDigits);
     }
   }
-  return columns;
-}
-
-void add_measures(const results::ExecutorSummary& executor, LevelRow& row) {
-  const auto keep_larger = [](const results::LatencySummary& of, results::LatencySummary& most) {
-    if (of.quantiles.n > 0 && !(of.quantiles.max <= most.quantiles.max)) most = of;
-  };
-  for (const results::ChainSummary& chain : executor.chains) {
-    keep_larger(chain.end_to_end, row.age);
-    keep_larger(chain.hot_path, row.hot_path);
-  }
-  row.lost = executor.lost();
-  row.deadline_overruns = executor.after_warm_up.deadline_overruns;
-  row.response_share_max = MeasuredRow{&executor, nullptr}.response_share_max();
+  return values;
 }
 
 /// Why the bounds do not meet the deadlines and the required age and latency; none: they do. Sample
@@ -98,11 +74,6 @@ std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, cons
   return std::nullopt;
 }
 
-/// The limits of the option --load, --rate or --copies.
-setup::Limits limits_of(Over over) {
-  return over == Over::load ? setup::kLoads : over == Over::rate ? setup::kRates : setup::kCopies;
-}
-
 class CapacitySearch {
  public:
   explicit CapacitySearch(const CapacityOptions& options)
@@ -113,6 +84,7 @@ class CapacitySearch {
                                program::joined(options.require.words), " (steps of ",
                                exact(options.resolution), ")"),
                {"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}) {
+    levels_table_.header.insert(levels_table_.header.end(), std::begin(kMeasures), std::end(kMeasures));
     if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
     if (levels_.count() > 1'000'000) {
       throw program::UsageError("--resolution: more than 1000000 levels; take a larger step");
@@ -122,7 +94,9 @@ class CapacitySearch {
         !(whole(options.from) && whole(options.to) && whole(options.resolution))) {
       throw program::UsageError("--over copies: --from, --to and --resolution must be whole numbers from 1");
     }
-    const setup::Limits limits = limits_of(options.over);
+    const setup::Limits limits = options.over == Over::load   ? setup::kLoads
+                                 : options.over == Over::rate ? setup::kRates
+                                                              : setup::kCopies;
     if (options.from < limits.least || options.to > limits.most) {
       throw program::UsageError(program::concat("--over ", over_,
                                                 ": --from and --to must be in the range of --", over_, ", ",
@@ -142,6 +116,9 @@ class CapacitySearch {
   }
 
  private:
+  /// Says why a level fails, and fills in its measures, if there are any.
+  using Judge = std::function<std::optional<std::string>(double level, std::vector<program::Value>&)>;
+
   /// The options of each executor, then of each deployment, at a level.
   std::vector<simulated::Options> each_at(double level) const {
     simulated::Options none = at(options_, level);
@@ -177,62 +154,63 @@ class CapacitySearch {
     const auto text = [&](std::optional<std::size_t> level) {
       return level ? exact(levels_.at(*level)) : std::string("-");
     };
-    const Capacity c = tried(label, "simulated", [&](LevelRow& row) {
-      std::cerr << label << ": " << over_ << " " << exact(row.level) << std::flush;
+    const Judge judge = [&](double level, std::vector<program::Value>& measures) {
+      std::optional<std::string> why;
+      std::cerr << label << ": " << over_ << " " << exact(level) << std::flush;
       try {
-        const results::Summary summary = simulated::summary_of_simulation(at(one, row.level));
-        row.why = options_.require.failure(summary.executors.front());
-        add_measures(summary.executors.front(), row);
+        const results::Summary summary = simulated::summary_of_simulation(at(one, level));
+        why = options_.require.failure(summary.executors.front());
+        measures = measures_of(summary.executors.front());
       } catch (const program::OverloadError& error) {
-        row.why = error.what();
+        why = error.what();
       }
-      std::cerr << (row.why ? ": " + *row.why : " holds") << "\n";
-    });
+      std::cerr << (why ? ": " + *why : " holds") << "\n";
+      return why;
+    };
+    const Capacity c = tried(label, "simulated", judge);
     const auto fails = std::ranges::find_if(c.tried, [](const auto& t) { return t.second.has_value(); });
     const bool failed = fails != c.tried.end();
     std::vector<std::string> again;
     for (const std::size_t level : c.again()) again.push_back(text(level));
-    const std::optional<Capacity> analysed = analyse(one, label);
     found_.add_row({label, (c.highest == levels_.count() - 1 ? ">= " : "") + text(c.highest),
-                    analysed ? text(analysed->highest) : "no method", failed ? text(fails->first) : "-",
-                    failed ? *fails->second : "", program::joined(again, " ")});
+                    analysed(one, label), failed ? text(fails->first) : "-", failed ? *fails->second : "",
+                    program::joined(again, " ")});
   }
 
-  /// The largest level at which the bounds meet the requirement; nullopt: no method bounds it.
-  std::optional<Capacity> analyse(const simulated::Options& one, const std::string& label) {
-    if (!one.deployments.empty()) return std::nullopt;
+  /// The largest level at which the bounds meet the requirement.
+  std::string analysed(const simulated::Options& one, const std::string& label) {
     bool any = false;
-    const std::size_t before = rows_.size();
-    Capacity capacity = tried(label, "analysis", [&](LevelRow& row) {
-      const simulated::Options options = at(one, row.level);
+    const std::size_t before = levels_table_.rows.size();
+    const Judge judge = [&](double level, auto&) -> std::optional<std::string> {
+      const simulated::Options options = at(one, level);
       Graph graph = setup::graph_to_run(options);
       options.apply_to(graph.platform);
       const GraphTasks tasks = make_tasks(graph);
       const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
       const auto guaranteed = setup::guarantees(graph, tasks, spec);
       any = any || guaranteed;
-      row.why =
-          guaranteed ? failure_of(*guaranteed, tasks.set, graph, options_.require) : "no method covers it";
-    });
-    if (any) return capacity;
-    rows_.resize(before);
-    return std::nullopt;
+      if (!guaranteed) return "no method covers it";
+      return failure_of(*guaranteed, tasks.set, graph, options_.require);
+    };
+    const Capacity c = one.deployments.empty() ? tried(label, "analysis", judge) : Capacity();
+    if (any) return c.highest ? exact(levels_.at(*c.highest)) : "-";
+    levels_table_.rows.resize(before);
+    return "no method";
   }
 
-  /// Searches with `try_level`, which fills a row and says why the level fails, and adds all rows.
-  Capacity tried(const std::string& label, const char* source,
-                 const std::function<void(LevelRow&)>& try_level) {
-    std::map<double, LevelRow> rows;
-    Capacity capacity = find_capacity(levels_, kCoarse, [&](double level) {
-      LevelRow& row = rows[level];
-      row.executor = label;
-      row.source = source;
-      row.level = level;
-      try_level(row);
-      return row.why;
-    });
-    if (capacity.highest) rows[levels_.at(*capacity.highest)].is_capacity = true;
-    for (const auto& [level, row] : rows) rows_.push_back(row);
+  /// Adds a row of each level that a search tries.
+  Capacity tried(const std::string& label, const char* source, const Judge& judge) {
+    std::map<double, std::vector<program::Value>> measured;
+    Capacity capacity =
+        find_capacity(levels_, kCoarse, [&](double level) { return judge(level, measured[level]); });
+    for (const auto& [index, why] : capacity.tried) {
+      const double level = levels_.at(index);
+      std::vector<program::Value> row = {
+          label, source, {level, kLevelFormat}, !why, index == capacity.highest, why};
+      row.insert(row.end(), measured[level].begin(), measured[level].end());
+      row.resize(levels_table_.header.size());
+      levels_table_.add_row(std::move(row));
+    }
     return capacity;
   }
 
@@ -250,9 +228,8 @@ class CapacitySearch {
     program::create_folder(folder);
     const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n";
     program::write_whole_file(folder / "capacity.md", page);
-    const program::Table levels = program::table_of(level_columns(over_), rows_);
-    program::write_whole_file(folder / "levels.csv", csv_of(levels));
-    program::show_json(json_of(levels));
+    program::write_whole_file(folder / "levels.csv", csv_of(levels_table_));
+    program::show_json(json_of(levels_table_));
     program::draw_figure("capacity", folder);
     std::cout << "\nResults: " << folder.string() << "\n";
   }
@@ -261,7 +238,7 @@ class CapacitySearch {
   const std::string over_;
   const Levels levels_;
   program::Table found_;  ///< What is printed, and stored for a page.
-  std::vector<LevelRow> rows_;
+  program::Table levels_table_{"", {"executor", "source", over_, "holds", "capacity", "why"}};
 };
 
 }  // namespace

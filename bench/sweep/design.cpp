@@ -36,7 +36,7 @@ Axis range_of(const YamlValue& value, const std::string& axis) {
   const double step = number(given), steps = (high - low) / step + 1e-9;
   if (!(step > 0 && steps < static_cast<double>(kMostCells)))
     given.fail("this step is too small for a grid", "give a larger one");
-  return {axis, value.line(), static_cast<std::size_t>(steps) + 1, {}, low, step};
+  return {axis, value.line(), {}, low, step, static_cast<std::size_t>(steps) + 1};
 }
 
 std::vector<std::string> texts(const YamlValue& list, const std::string& item_name) {
@@ -58,28 +58,24 @@ YamlValue option_value(const YamlMap& map, const std::string& key, const std::st
   return value;
 }
 
-bool same_kind(const std::string& a, const std::string& b) {
-  return a == b || (names_executor(a) && names_executor(b));
-}
-
 void check_axis(const Axis& axis, const Design& design, const YamlValue& given) {
-  for (const Option& fixed : design.fixed) {
-    if (!same_kind(fixed.name, axis.name)) continue;
-    given.fail(
-        program::concat("axis ", axis.name, " contradicts the fixed ", fixed.name, " in line ", fixed.line),
-        "keep one of them");
-  }
-  for (const Axis& other : design.axes) {
-    if (!same_kind(other.name, axis.name)) continue;
-    given.fail(program::concat("axis ", axis.name, " contradicts axis ", other.name,
-                               ": both set what runs the graph"),
+  const auto contradicts = [&](const auto& other) {
+    return other.name == axis.name || (names_executor(other.name) && names_executor(axis.name));
+  };
+  const std::string contradiction = "axis " + axis.name + " contradicts ";
+  const auto fixed = std::ranges::find_if(design.fixed, contradicts);
+  if (fixed != design.fixed.end())
+    given.fail(program::concat(contradiction, "the fixed ", fixed->name, " in line ", fixed->line),
+               "keep one of them");
+  const auto other = std::ranges::find_if(design.axes, contradicts);
+  if (other != design.axes.end())
+    given.fail(contradiction + "axis " + other->name + ": both set what runs the graph",
                "make a sweep for each");
-  }
   std::vector<std::string> sorted = axis.listed;
   std::ranges::sort(sorted);
   const auto duplicate = std::ranges::adjacent_find(sorted);
-  if (duplicate == sorted.end()) return;
-  given.fail("axis " + axis.name + " has " + *duplicate + " twice", "name it once");
+  if (duplicate != sorted.end())
+    given.fail("axis " + axis.name + " has " + *duplicate + " twice", "name it once");
 }
 
 void parse_axes(const YamlValue& value, Design& design) {
@@ -87,16 +83,11 @@ void parse_axes(const YamlValue& value, Design& design) {
   double cells = design.repetitions;
   for (const std::string& key : map.keys()) {
     const YamlValue given = option_value(map, key, design.file);
-    Axis axis;
-    if (given.is_list()) {
-      axis = {key, given.line(), 0, texts(given, "a value of " + key)};
-      axis.size = axis.listed.size();
-    } else {
-      axis = range_of(given, key);
-    }
+    Axis axis =
+        given.is_list() ? Axis{key, given.line(), texts(given, "a value of " + key)} : range_of(given, key);
     check_axis(axis, design, given);
-    cells *= static_cast<double>(axis.size);
-    design.points *= axis.size;
+    cells *= static_cast<double>(axis.size());
+    design.points *= axis.size();
     design.axes.push_back(std::move(axis));
   }
   if (design.axes.empty()) value.fail("there is no axis", "name an option and its values");
@@ -120,8 +111,8 @@ std::vector<Option> Design::coordinates(std::uint64_t cell) const {
   std::vector<Option> at(axes.size());
   std::uint64_t rest = cell / repetitions;
   for (std::size_t i = axes.size(); i-- > 0;) {
-    at[i] = {axes[i].name, axes[i].value(rest % axes[i].size), axes[i].line};
-    rest /= axes[i].size;
+    at[i] = {axes[i].name, axes[i].value(rest % axes[i].size()), axes[i].line};
+    rest /= axes[i].size();
   }
   return at;
 }

@@ -18,14 +18,15 @@ struct Option {
 struct Axis {
   std::string name;
   int line = 0;
-  std::size_t size = 0;             ///< Number of values.
-  std::vector<std::string> listed;  ///< Empty: numbers in equal steps.
+  std::vector<std::string> listed;  ///< Empty: `steps` numbers in equal steps.
   double from = 0, step = 0;
+  std::size_t steps = 0;
 
-  /// The i-th value, i < size.
+  [[nodiscard]] std::size_t size() const { return listed.empty() ? steps : listed.size(); }
+  /// The i-th value, i < size().
   [[nodiscard]] std::string value(std::size_t i) const;
   /// Whether the i-th value must be checked. A command that accepts the ends of a range accepts all of it.
-  [[nodiscard]] bool is_checked(std::size_t i) const { return !listed.empty() || i <= 1 || i + 1 == size; }
+  [[nodiscard]] bool is_checked(std::size_t i) const { return !listed.empty() || i <= 1 || i + 1 == steps; }
 };
 
 /// The content of a sweep file: the cells, and how each is computed. A cell is a point of the grid

@@ -49,6 +49,10 @@ bool parse(const std::string& line, std::uint64_t& cell, std::string& rows) {
   return line_of(cell, rows) == line + "\n";
 }
 
+[[noreturn]] void refuse(const auto&... problem) {
+  throw program::UsageError(program::concat("--output: ", problem..., "give a new folder"));
+}
+
 /// Throws UsageError if the folder holds the results of another sweep or build.
 void check_same_sweep(const fs::path& folder, const Design& design) {
   std::ifstream in = open_input(folder / kFacts, "give a new folder");
@@ -59,22 +63,24 @@ void check_same_sweep(const fs::path& folder, const Design& design) {
     version = facts.value("version", "unknown");
     same_build = facts.value("build", std::uint64_t{0}) == build_fingerprint();
   } catch (const std::exception&) {
-    throw program::UsageError("--output: " + (folder / kFacts).string() + " is damaged; give a new folder");
+    refuse((folder / kFacts).string(), " is damaged; ");
   }
-  if (read_text_file(folder / "sweep.yaml") != design.text) {
-    throw program::UsageError("--output: " + folder.string() + " holds results of another sweep than " +
-                              design.file + " (see sweep.yaml there); give a new folder");
-  }
-  if (same_build) return;
-  throw program::UsageError("--output: " + folder.string() +
-                            " was begun by another build of hotpath (version " + version +
-                            "), whose results may differ; continue with that build, or give a new folder");
+  if (read_text_file(folder / "sweep.yaml") != design.text)
+    refuse(folder.string(), " holds results of another sweep than ", design.file,
+           " (see sweep.yaml there); ");
+  if (!same_build)
+    refuse(folder.string(), " was begun by another build of hotpath (version ", version,
+           "), whose results may differ; continue with that build, or ");
 }
 
 }  // namespace
 
 Journal::Journal(fs::path folder, std::uint64_t cells)
     : folder_(std::move(folder)), file_(folder_ / kJournal), cells_(cells) {}
+
+Journal::~Journal() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
 
 Journal::Journal(fs::path folder, const Design& design) : Journal(std::move(folder), design.cells()) {
   std::error_code unknown;
@@ -86,16 +92,11 @@ Journal::Journal(fs::path folder, const Design& design) : Journal(std::move(fold
     check_same_sweep(folder_, design);
     read_back();
     // Syncs the name of a new journal. Below, writing a new sweep.json syncs both names.
-    if (const std::error_code error = program::await_disk(folder_)) {
-      errno = error.value();
-      fail();
-    }
+    if (const std::error_code error = program::await_disk(folder_)) fail(error.value());
     return;
   }
-  if (fs::is_regular_file(file_) && fs::file_size(file_) > 0) {
-    throw program::UsageError("--output: " + folder_.string() + " holds results of a sweep without its " +
-                              kFacts + "; give a new folder");
-  }
+  if (fs::is_regular_file(file_) && fs::file_size(file_) > 0)
+    refuse(folder_.string(), " holds results of a sweep without its ", kFacts, "; ");
   program::write_whole_file(folder_ / "sweep.yaml", "--output", design.text);
   json axes = json::array();
   for (const Axis& axis : design.axes) axes.push_back(axis.name);
@@ -106,10 +107,6 @@ Journal::Journal(fs::path folder, const Design& design) : Journal(std::move(fold
                                  {"axes", axes},
                                  {"cells", design.cells()},
                                  {"repetitions", design.repetitions}});
-}
-
-Journal::~Journal() {
-  if (descriptor_ >= 0) close(descriptor_);
 }
 
 void Journal::read_back() {
@@ -131,7 +128,7 @@ void Journal::read_back() {
     if (cell < cells_) rows_.emplace(cell, rows);
   }
   done_ = rows_.size();
-  if (in.bad()) fail();
+  if (in.bad()) fail(errno);
   if (damaged_before > 0) {
     notes_.push_back(program::text(
         "%s:%zu: the first of %zu damaged lines, which are ignored; cells without an intact line run again",
@@ -140,28 +137,26 @@ void Journal::read_back() {
   // The rest was being written when the sweep ended, or is damaged as well.
   const std::uintmax_t size = fs::file_size(file_);
   if (size == whole) return;
-  if (ftruncate(descriptor_, static_cast<off_t>(whole)) != 0) fail();
+  if (ftruncate(descriptor_, static_cast<off_t>(whole)) != 0) fail(errno);
   notes_.push_back(program::concat(file_.string(), ": the last ", size - whole,
                                    " bytes are an incomplete line and were removed; their cells run again"));
 }
 
 void Journal::open() {
   descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) fail();
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
-    if (errno == EWOULDBLOCK) {
-      throw program::UsageError("--output: another process runs the sweep in " + folder_.string() +
-                                "; wait until it ends, or give a new folder");
-    }
-    notes_.push_back(
-        program::concat(file_.string(), ": ", std::strerror(errno),
-                        ": the file cannot be locked; do not start a second sweep in this folder"));
-  }
+  if (descriptor_ < 0) fail(errno);
+  if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
+  if (errno == EWOULDBLOCK)
+    refuse("another process runs the sweep in ", folder_.string(), "; wait until it ends, or ");
+  notes_.push_back(
+      program::concat(file_.string(), ": ", std::strerror(errno),
+                      ": the file cannot be locked; do not start a second sweep in this folder"));
 }
 
-void Journal::fail() const {
-  throw program::RunError(file_.string() + ": " + std::strerror(errno) + "; " + std::to_string(done_) +
-                          " cells are stored there, and the same command continues with the others");
+void Journal::fail(int error) const {
+  throw program::RunError(program::concat(file_.string(), ": ", std::strerror(error), "; ", done_,
+                                          " cells are stored there, and the same command continues with the "
+                                          "others"));
 }
 
 std::vector<std::uint64_t> Journal::missing() const {
@@ -183,11 +178,11 @@ void Journal::flush() {
   for (std::size_t at = 0; at < pending_.size();) {
     const ssize_t n = write(descriptor_, pending_.data() + at, pending_.size() - at);
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail();
+    if (n < 0) fail(errno);
     at += static_cast<std::size_t>(n);
   }
   pending_.clear();
-  if (fdatasync(descriptor_) != 0) fail();
+  if (fdatasync(descriptor_) != 0) fail(errno);
   done_ = rows_.size();
 }
 

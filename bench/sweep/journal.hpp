@@ -47,7 +47,7 @@ class Journal {
   Journal(std::filesystem::path folder, std::uint64_t cells);
   void open();
   void read_back();
-  [[noreturn]] void fail() const;
+  [[noreturn]] void fail(int error) const;
 
   std::filesystem::path folder_, file_;
   std::uint64_t cells_;

@@ -262,7 +262,7 @@ TEST(Rows, HaveTheLargestResponseInDeadlines) {
   timer.period = std::chrono::milliseconds(100);
   timer.deadline = std::chrono::milliseconds(40);
   timer.response_ms = quantiles({10, 30});
-  EXPECT_EQ((sweep::MeasuredRow{&executor, nullptr}.response_share_max()), 0.75);
+  EXPECT_EQ(sweep::response_share_max(executor), 0.75);
 }
 
 TEST(CapacityTest, EveryRepetitionMeetsEveryRequirement) {
