@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <thread>
 
 #include "advise/advice_files.hpp"
@@ -37,75 +38,31 @@ void check_memory(const Question& q) {
                             "a shorter --duration, fewer --threads, or a part of the graph");
 }
 
-/// One draw suffices if nothing is random.
-std::uint32_t draws_of(const Question& q) {
-  const bool random = q.options.phases == Phases::random ||
-                      q.graph.platform.execution_times != ExecutionTimeModel::worst ||
-                      !unknown_deliveries(q.graph).empty();
-  return random ? q.options.draws : 1;
-}
-
-std::vector<Prediction> predicted(const Question& q, const std::string& title,
+/// Predicts within a share of the budget.
+std::vector<Prediction> predicted(const Advice& advice, const std::string& title,
                                   const std::vector<Candidate>& candidates, double share) {
-  Options options = q.options;
-  options.draws = draws_of(q);
+  Options options = advice.options;
+  options.draws = advice.asked_draws();
   options.budget_s *= share;
   const Duration budget = setup::seconds(options.budget_s);
   program::Progress progress(1, budget);
   progress.begin(title);
   const auto begin = std::chrono::steady_clock::now();
-  return predict(candidates, options,
-                 [&](std::uint32_t) { progress.update(std::chrono::steady_clock::now() - begin, budget); });
-}
-
-/// What the ranking assumes, changed in one way.
-struct Assumption {
-  std::string text;
-  std::function<Graph(Graph)> change;
-};
-
-/// The order of creation, or its reverse, wherever the order of delivery is unknown.
-Graph delivered(Graph graph, bool reversed) {
-  for (const std::string& topic : unknown_deliveries(graph)) {
-    std::vector<std::string>& nodes = graph.delivery[topic].nodes = subscribers_of(graph, topic);
-    if (reversed) std::ranges::reverse(nodes);
-  }
-  return graph;
-}
-
-std::vector<Assumption> assumptions(const Graph& graph) {
-  std::vector<Assumption> all = {{"execution times 20 % longer",
-                                  [](Graph g) {
-                                    constexpr double kLonger = 1.2;
-                                    if (load_percent(g) > 0) scale_to_load(g, kLonger * load_percent(g));
-                                    return g;
-                                  }},
-                                 {"one more core", [](Graph g) {
-                                    ++g.platform.cores;
-                                    return g;
-                                  }}};
-  const std::size_t unknown = unknown_deliveries(graph).size();
-  if (unknown == 0) return all;
-  const std::string topics =
-      concat(unknown, unknown == 1 ? " topic" : " topics", " of unknown delivery in the ");
-  all.push_back({topics + "order of creation", [](Graph g) { return delivered(std::move(g), false); }});
-  all.push_back({topics + "reverse order", [](Graph g) { return delivered(std::move(g), true); }});
-  return all;
+  return predict(candidates, options, advice.objective,
+                 [&] { progress.update(std::chrono::steady_clock::now() - begin, budget); });
 }
 
 Doubt doubted(const Advice& advice, const std::string& assumption,
               const std::vector<Prediction>& predictions) {
   Doubt doubt{.assumption = assumption, .order = {}, .values = {}};
-  for (const Prediction* p : ranked(predictions, advice.objective)) {
-    const std::string& name = p->candidate->name;
-    doubt.order.push_back(name);
-    doubt.values.push_back(name +
-                           (p->keeps_up() ? " " + value_text(advice.objective, *p) : " cannot keep up"));
+  for (const Prediction& p : predictions) {
+    const std::string& name = doubt.order.emplace_back(p.candidate->name);
+    doubt.values.push_back(name + (p.keeps_up() ? " " + value_text(advice.objective, p) : " cannot keep up"));
   }
   // Candidates that cannot be recommended may have been ahead before.
+  const std::span<const Prediction> ahead(advice.ranked.data(), advice.best);
   const auto ahead_before = [&](const std::string& name) {
-    return std::ranges::any_of(advice.ranked.begin(), std::ranges::find(advice.ranked, advice.best),
-                               [&](const Prediction* p) { return p->candidate->name == name; });
+    return std::ranges::any_of(ahead, [&](const Prediction& p) { return p.candidate->name == name; });
   };
   const auto best = std::ranges::find(doubt.order, advice.best->candidate->name);
   doubt.same_first = std::all_of(doubt.order.begin(), best, ahead_before);
@@ -113,86 +70,106 @@ Doubt doubted(const Advice& advice, const std::string& assumption,
 }
 
 /// The rankings of the best candidates under changed assumptions.
-std::vector<Doubt> doubts(const Question& q, const Advice& advice) {
+std::vector<Doubt> doubts(const Advice& advice) {
   std::vector<const Candidate*> kept;
-  for (const Prediction* p : advice.ranked) {
-    const bool one_of_best = kept.size() < kDoubted && p->keeps_up();
-    if (one_of_best || p == advice.best || p == &advice.now) kept.push_back(p->candidate);
+  for (const Prediction& p : advice.ranked) {
+    const bool one_of_best = kept.size() < kDoubted && p.keeps_up();
+    if (one_of_best || &p == advice.best || &p == advice.now) kept.push_back(p.candidate);
   }
-  const std::vector<Assumption> changed = assumptions(q.graph);
-  const double share = (1 - kRankingShare) / static_cast<double>(changed.size());
+  const std::vector<std::string> unknown = unknown_deliveries(advice.graph);
+  const double share = (1 - kRankingShare) / (unknown.empty() ? 2 : 4);
   std::vector<Doubt> all;
-  for (const Assumption& assumption : changed) {
+  const auto add = [&](const std::string& assumption, const std::function<void(Graph&)>& change) {
     std::vector<Candidate> candidates;
     candidates.reserve(kept.size());
-    for (const Candidate* c : kept) candidates.push_back(with_graph(*c, assumption.change(c->graph)));
-    all.push_back(doubted(advice, assumption.text, predicted(q, assumption.text, candidates, share)));
+    for (const Candidate* c : kept) {
+      Graph graph = c->graph;
+      change(graph);
+      candidates.push_back(with_graph(*c, std::move(graph)));
+    }
+    all.push_back(doubted(advice, assumption, predicted(advice, assumption, candidates, share)));
+  };
+  add("execution times 20 % longer", [](Graph& g) {
+    constexpr double kLonger = 1.2;
+    if (load_percent(g) > 0) scale_to_load(g, kLonger * load_percent(g));
+  });
+  add("one more core", [](Graph& g) { ++g.platform.cores; });
+  for (const std::string order : {"order of creation", "reverse order"}) {
+    if (unknown.empty()) break;
+    const std::string topics = unknown.size() == 1 ? " topic" : " topics";
+    add(concat(unknown.size(), topics, " of unknown delivery in the ", order), [&](Graph& g) {
+      for (const std::string& topic : unknown) {
+        std::vector<std::string>& nodes = g.delivery[topic].nodes = subscribers_of(g, topic);
+        if (order == "reverse order") std::ranges::reverse(nodes);
+      }
+    });
   }
   return all;
 }
 
 /// Why the recommended executor is faster than the current one in the first draw.
-std::vector<std::string> causes_of_gain(const Question& q, const Advice& advice) {
-  if (!advice.changes() || !advice.now.keeps_up() || q.graph.chains.empty()) return {};
-  const Candidate &a = *advice.now.candidate, &b = *advice.best->candidate;
-  const SimulatedDraw of_a = simulate_draw(a, q.options, 0), of_b = simulate_draw(b, q.options, 0);
+std::vector<std::string> causes_of_gain(const Advice& advice) {
+  if (!advice.compares() || advice.graph.chains.empty()) return {};
+  const Candidate &a = *advice.now->candidate, &b = *advice.best->candidate;
+  const SimulatedDraw of_a = simulate_draw(a, advice.options, 0), of_b = simulate_draw(b, advice.options, 0);
   const auto run = [](const Candidate& c, const SimulatedDraw& d) {
     return explain::SimulatedRun{c.name, c.spec, c.graph, d.tasks, *d.times, d.repetition.trace};
   };
-  return explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(q.objective.chain),
-                             !q.objective.age);
+  return explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(advice.objective.chain),
+                             !advice.objective.age);
 }
 
-/// The advice without files. `predictions` must outlive it.
-Advice advice_of(const Question& q, const std::vector<Prediction>& predictions, const Candidate& now) {
-  Advice advice{q.graph, q.objective, ranked(predictions, q.objective),
-                *std::ranges::find(predictions, &now, &Prediction::candidate)};
-  advice.best = recommended(advice.ranked, advice.now, q.objective);
-  for (const Prediction& p : predictions)
-    advice.draws = std::max(advice.draws, static_cast<std::uint32_t>(p.draws.size()));
-  advice.asked_draws = draws_of(q);
-  advice.seconds = q.options.duration_s;
-  if (advice.best != nullptr && program::interrupted() == 0) advice.doubts = doubts(q, advice);
-  if (program::interrupted() == 0) advice.causes = causes_of_gain(q, advice);
-  return advice;
+/// Fills in the answer.
+void answer(Advice& advice) {
+  check_memory(advice);
+  advice.candidates = advice.candidates_to_compare();
+  advice.ranked = predicted(advice, "ranking", advice.candidates, kRankingShare);
+  const Candidate* const now = &advice.current(advice.candidates);
+  for (Prediction& p : advice.ranked) {
+    if (p.keeps_up()) add_bound(p, advice.objective);
+    if (p.candidate == now) advice.now = &p;
+  }
+  advice.best = recommended(advice.ranked, *advice.now, advice.objective);
+  if (advice.best != nullptr && program::interrupted() == 0) advice.doubts = doubts(advice);
+  if (program::interrupted() == 0) advice.causes = causes_of_gain(advice);
 }
 
 /// Writes the contract of the recommended executor, and returns its file; empty: none is recommended.
-std::string write_contract(const Question& q, const Advice& advice) {
-  if (advice.best == nullptr || !q.options.contract) return "";
+std::string write_contract(const Advice& advice) {
+  if (advice.best == nullptr || !advice.options.contract) return "";
   const Candidate& c = *advice.best->candidate;
   Graph stated = c.graph;
-  stated.platform = q.graph.platform;
-  const std::filesystem::path file = q.folder / "contract.yaml";
-  program::write_whole_file(file, q.options.contract(stated, c.tasks, c.spec));
+  stated.platform = advice.graph.platform;
+  const std::filesystem::path file = advice.folder / "contract.yaml";
+  program::write_whole_file(file, advice.options.contract(stated, c.tasks, c.spec));
   return file.string();
 }
 
-void write(const Question& q, Advice advice) {
-  program::create_folder(q.folder);
-  if (advice.changes()) advice.change = write_change(*advice.best->candidate, q.graph, q.folder);
-  const std::string contract = write_contract(q, advice);
-  if (!advice.causes.empty() && can_be_written(*advice.now.candidate)) {
-    advice.stored = {store_first_draw(*advice.now.candidate, q.options, q.folder / "now"),
-                     store_first_draw(*advice.best->candidate, q.options, q.folder / "recommended")};
+void write(Advice& advice) {
+  program::create_folder(advice.folder);
+  if (advice.changes()) advice.change = write_change(*advice.best->candidate, advice.graph, advice.folder);
+  const std::string contract = write_contract(advice);
+  if (!advice.causes.empty() && can_be_written(*advice.now->candidate)) {
+    for (const auto& [p, name] : {std::pair(advice.now, "now"), {advice.best, "recommended"}})
+      advice.stored.push_back(store_first_draw(*p->candidate, advice.options, advice.folder / name));
   }
-  const bool chains = !q.graph.chains.empty();
-  if (chains) write_latencies(q.folder / "latencies.csv", advice.ranked, q.objective.chain);
+  const bool chains = !advice.graph.chains.empty();
+  if (chains) write_latencies(advice.folder / "latencies.csv", advice.ranked, advice.objective.chain);
   const nlohmann::json content = advice;
-  program::write_whole_file(q.folder / "advice.json", content);
+  program::write_whole_file(advice.folder / "advice.json", content);
   write_text(std::cout, advice);
-  if (advice.draws > 0 && advice.draws < advice.asked_draws) {
-    std::cout << "Only " << advice.draws << " of " << advice.asked_draws << " draws: "
+  if (advice.draws() > 0 && advice.draws() < advice.asked_draws()) {
+    std::cout << "Only " << advice.draws() << " of " << advice.asked_draws() << " draws: "
               << (program::interrupted() != 0 ? "interrupted" : "the budget ended (--time-out SECONDS)")
               << ".\n";
   }
-  const auto has_outputs = [&](const Prediction* p) {
-    return chains && p->keeps_up() && p->summary.chains[q.objective.chain].hot_path.quantiles.n > 0;
+  const auto has_outputs = [&](const Prediction& p) {
+    return chains && p.keeps_up() && p.summary.chains[advice.objective.chain].hot_path.quantiles.n > 0;
   };
-  if (std::ranges::any_of(advice.ranked, has_outputs)) program::draw_figure("advice", q.folder);
+  if (std::ranges::any_of(advice.ranked, has_outputs)) program::draw_figure("advice", advice.folder);
   if (!contract.empty()) std::cout << "\nContract for `hotpath watch`: " << contract << "\n";
-  if (advice.changes()) std::cout << installation(q.folder);
-  q.finish(content);
+  if (advice.changes()) std::cout << installation(advice.folder);
+  advice.finish(content);
 }
 
 }  // namespace
@@ -203,14 +180,9 @@ void advise(const Options& options) {
     throw program::UsageError("--phases " + options.phases_of +
                               ": draws take the phases of a CSV file, not of a run");
   }
-  const Question question(options, Objective::Statistic::p99);
-  check_memory(question);
-  const std::vector<Candidate> candidates = question.candidates(true);
-  std::vector<Prediction> predictions = predicted(question, "ranking", candidates, kRankingShare);
-  for (Prediction& p : predictions) {
-    if (p.keeps_up()) add_bound(p, question.objective);
-  }
-  write(question, advice_of(question, predictions, question.now(candidates)));
+  Advice advice(options);
+  answer(advice);
+  write(advice);
 }
 
 }  // namespace hotpath::advise

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "advise/advice_files.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 #include "hotpath/core/trace_csv.hpp"
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_writer.hpp"
@@ -123,19 +126,18 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
   return label;
 }
 
-void write_latencies(const fs::path& file, const std::vector<const Prediction*>& predictions,
-                     std::size_t chain) {
+void write_latencies(const fs::path& file, const std::vector<Prediction>& predictions, std::size_t chain) {
   program::write_whole_file(file, [&](std::ostream& out) {
     out << kChainsCsvHeader << "\n";
-    for (const Prediction* p : predictions) {
-      for (const results::Repetition& draw : p->draws) {
-        if (!p->keeps_up()) continue;
+    for (const Prediction& p : predictions) {
+      for (const results::Repetition& draw : p.draws) {
+        if (!p.keeps_up()) continue;
         Trace trace;
-        trace.executor = p->candidate->name;
+        trace.executor = p.candidate->name;
         trace.repetition = draw.trace.repetition;
-        trace.chains = draw.trace.chains;
-        std::erase_if(trace.chains, [&](const ChainRecord& r) { return r.chain != chain; });
-        write_chains_csv(out, p->candidate->tasks.set, setup::chain_names(p->candidate->graph), trace);
+        std::ranges::copy_if(draw.trace.chains, std::back_inserter(trace.chains),
+                             [&](const ChainRecord& r) { return r.chain == chain; });
+        write_chains_csv(out, p.candidate->tasks.set, setup::chain_names(p.candidate->graph), trace);
       }
     }
   });

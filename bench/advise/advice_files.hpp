@@ -33,7 +33,7 @@ std::string store_first_draw(const Candidate& candidate, const setup::CommonOpti
                              const std::filesystem::path& folder);
 
 /// Writes the latencies of one chain in all draws, in the format of chains.csv.
-void write_latencies(const std::filesystem::path& file, const std::vector<const Prediction*>& predictions,
+void write_latencies(const std::filesystem::path& file, const std::vector<Prediction>& predictions,
                      std::size_t chain);
 
 }  // namespace hotpath::advise

@@ -34,17 +34,25 @@ std::vector<std::pair<const char*, Estimate>> latencies(const Advice& advice, co
           {"worst", l.estimate(&Quantiles::max)}};
 }
 
-/// The same statistic of the latency that the objective is not about.
-Objective beside(Objective objective) {
-  objective.kind = Objective::Kind::latency;
-  objective.age = !objective.age;
-  return objective;
+/// The same statistic of a latency, by default of the one that the objective is not about.
+Objective latency_beside(const Advice& advice, bool age) {
+  Objective of = advice.objective;
+  of.kind = Objective::Kind::latency;
+  of.age = age;
+  return of;
 }
+Objective latency_beside(const Advice& advice) { return latency_beside(advice, !advice.objective.age); }
 
 /// What orders the candidates, after the name of chain and metric.
 std::string order_of(const Objective& objective) {
   return objective.kind == Objective::Kind::latency ? std::string(to_string(objective.statistic))
                                                     : objective.text;
+}
+
+std::string name_of(const Prediction& p) { return p.candidate->name; }
+std::string lost(const Prediction& p) { return fixed(p.summary.lost_percent(), 1) + " %"; }
+auto late_timers(const Prediction& p) {
+  return std::ranges::count_if(p.summary.tasks, &results::TaskSummary::late);
 }
 
 Table ranking_table(const Advice& advice) {
@@ -54,27 +62,29 @@ Table ranking_table(const Advice& advice) {
   Table table(concat(chains ? advice.graph.chains[objective.chain].name : advice.graph.name, ": ",
                      chains ? concat(metric_text(objective.age), " in ms") : "jobs", ", best first by ",
                      order_of(objective)),
-              {"", chains ? "median" : "", chains ? "p99" : "", chains ? "worst" : "",
-               chains ? concat(objective.age ? "hot path\n" : "age\n", to_string(objective.statistic)) : "",
-               lateness ? "worst\nlateness ms" : "", "lost\n%", "timers\nlate", "never\nran", "threads",
-               "cores\nused", "bound"});
-  for (const Prediction* p : advice.ranked) {
-    if (!p->keeps_up()) continue;
-    std::vector<program::Value> row = {p->candidate->name};
-    for (const auto& [name, latency] : latencies(advice, *p)) {
+              {""});
+  const auto add = [&](const std::vector<std::string>& names) {
+    table.header.insert(table.header.end(), names.begin(), names.end());
+  };
+  const std::string other = objective.age ? "hot path\n" : "age\n";
+  if (chains) add({"median", "p99", "worst", other + to_string(objective.statistic)});
+  if (lateness) add({"worst\nlateness ms"});
+  add({"lost\n%", "timers\nlate", "never\nran", "threads", "cores\nused", "bound"});
+  for (const Prediction& p : advice.ranked) {
+    if (!p.keeps_up()) continue;
+    std::vector<program::Value> row = {name_of(p)};
+    for (const auto& [name, latency] : latencies(advice, p)) {
       const auto& [ms, interval] = latency;
       row.emplace_back(
           fixed(ms, 1),
           interval ? concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]") : "");
     }
-    if (chains) row.emplace_back(fixed(score(beside(objective), p->summary).value, 1));
-    row.resize(5, "");
-    row.insert(
-        row.end(),
-        {lateness ? fixed(score(objective, p->summary).value, 1) : "", fixed(p->summary.lost_percent(), 1),
-         std::ranges::count_if(p->summary.tasks, &results::TaskSummary::late),
-         p->summary.never_ran() > 0 ? std::optional(p->summary.never_ran()) : std::nullopt,
-         p->candidate->load.threads, fixed(p->cores_used, 2), p->bound_ms ? fixed(*p->bound_ms, 1) : ""});
+    if (chains) row.emplace_back(fixed(score(latency_beside(advice), p.summary).value, 1));
+    if (lateness) row.emplace_back(fixed(score(objective, p.summary).value, 1));
+    row.insert(row.end(), {fixed(p.summary.lost_percent(), 1), late_timers(p),
+                           p.summary.never_ran() > 0 ? std::optional(p.summary.never_ran()) : std::nullopt,
+                           p.candidate->load.threads, fixed(p.cores_used, 2),
+                           p.bound ? fixed(to_ms(Duration(p.bound->ns)), 1) : ""});
     table.add_row(row);
   }
   return table;
@@ -84,107 +94,86 @@ Table ranking_table(const Advice& advice) {
 /// cannot be recommended.
 void write_excluded(std::ostream& out, const Advice& advice) {
   std::map<std::string, std::vector<std::string>> causes;
-  for (const Prediction* p : advice.ranked) {
-    const std::string& name = p->candidate->name;
-    if (!p->keeps_up()) causes["cannot keep up: " + *p->overload].push_back(name);
-    if (const std::string timer = timer_beside_group(*p->candidate); !timer.empty())
+  for (const Prediction& p : advice.ranked) {
+    if (!p.keeps_up()) causes["cannot keep up: " + *p.overload].push_back(name_of(p));
+    if (const std::string timer = timer_beside_group(*p.candidate); !timer.empty())
       causes["cannot be recommended: the timer thread runs " + timer +
              " beside the other callbacks of its mutually exclusive group, a data race"]
-          .push_back(name);
-    if (const auto tasks = results::starved(p->summary); !tasks.empty())
-      causes["starves callbacks: " + joined(tasks)].push_back(name);
-    const bool shown = p->keeps_up() && (p == advice.best || p == &advice.now);
-    for (const std::string& sentence : p->candidate->load.warnings) {
-      if (shown) out << sentence << "\n";
-    }
+          .push_back(name_of(p));
+    if (const auto tasks = results::starved(p.summary); !tasks.empty())
+      causes["starves callbacks: " + joined(tasks)].push_back(name_of(p));
+    if (!p.keeps_up() || (&p != advice.best && &p != advice.now)) continue;
+    for (const std::string& sentence : p.candidate->load.warnings) out << sentence << "\n";
   }
   for (const auto& [cause, names] : causes) out << joined(names) << " " << cause << "\n";
-  for (const Prediction* p : advice.ranked) {
-    if (p == advice.best || !p->keeps_up()) break;
-    const auto cause = refusal(*p, advice.now);
-    if (cause && *cause != Refusal::runs_beside_group)
-      out << p->candidate->name << " is not recommended: " << to_string(*cause) << "\n";
+  for (const Prediction& p : advice.ranked) {
+    if (&p == advice.best || !p.keeps_up()) break;
+    if (const auto cause = refusal(p, *advice.now); cause && !cause->empty())
+      out << name_of(p) << " is not recommended: " << *cause << "\n";
   }
 }
 
-/// By timer: the least and greatest distance of its starts.
-json periods_json(const results::ExecutorSummary& summary) {
-  json all = json::object();
-  for (const results::TaskSummary& task : summary.tasks) {
-    if (!std::isfinite(task.period_range_ms())) continue;
-    all[task.task] = {
-        {"period", to_ms(task.period)}, {"least", task.period_ms->min}, {"greatest", task.period_ms->max}};
-  }
-  return all;
-}
-
-std::string lost(const Prediction& p) { return fixed(p.summary.lost_percent(), 1) + " %"; }
-
-std::string compared_with_now(const Advice& advice) {
-  const std::string& name = advice.now.candidate->name;
-  if (!advice.now.keeps_up()) return concat(", where ", name, " cannot keep up");
-  const double before = score(advice.objective, advice.now.summary).value,
-               after = score(advice.objective, advice.best->summary).value;
-  const bool relative =
-      advice.objective.kind == Objective::Kind::latency && before > 0 && std::isfinite(before);
-  return concat(" instead of ", value_text(advice.objective, advice.now), " with ", name,
-                relative ? concat(" (", fixed(100 * (1 - after / before), 0), " % less)") : "");
+/// `10.0 ms instead of 20.0 ms`; the second one only if it is to be compared.
+std::string gain(const Advice& advice, const Objective& of) {
+  return value_text(of, *advice.best) +
+         (advice.compares() ? " instead of " + value_text(of, *advice.now) : "");
 }
 
 std::string recommendation(const Advice& advice) {
-  const std::string objective =
-      (advice.objective.kind == Objective::Kind::latency ? "the " : "") + advice.objective.text;
+  const Objective& of = advice.objective;
+  const std::string objective = (of.kind == Objective::Kind::latency ? "the " : "") + of.text;
   if (advice.best == nullptr) {
     return concat("No change can be recommended for ", objective,
                   ": no candidate keeps up, runs every task and loses no more than today.");
   }
   const Candidate& best = *advice.best->candidate;
-  const std::string value = value_text(advice.objective, *advice.best);
   if (!advice.changes()) {
     return concat("Keep ", best.name, ": no other suitable candidate makes ", objective, " smaller than its ",
-                  value, " beyond noise.");
+                  gain(advice, of), " beyond noise.");
   }
-  return concat("Take ", best.name, " (", best.description, "): ", objective, " becomes ", value,
-                compared_with_now(advice), ".");
+  const std::string taken =
+      concat("Take ", best.name, " (", best.description, "): ", objective, " becomes ", gain(advice, of));
+  if (!advice.compares()) return concat(taken, ", where ", name_of(*advice.now), " cannot keep up.");
+  const double before = score(of, advice.now->summary).value, after = score(of, advice.best->summary).value;
+  const bool relative = of.kind == Objective::Kind::latency && before > 0 && std::isfinite(before);
+  return concat(taken, " with ", name_of(*advice.now),
+                relative ? concat(" (", fixed(100 * (1 - after / before), 0), " % less)") : "", ".");
 }
 
 std::string confidence(const Advice& advice) {
   const Prediction& best = *advice.best;
-  std::string text =
-      concat("The prediction is based on ", counted(advice.draws, "draw"), " of phases and execution times");
-  const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction* p) {
-    return p != &best && p->keeps_up() && !refusal(*p, advice.now);
+  std::string text = concat("The prediction is based on ", counted(advice.draws(), "draw"),
+                            " of phases and execution times");
+  const auto next = std::ranges::find_if(advice.ranked, [&](const Prediction& p) {
+    return &p != &best && p.keeps_up() && !refusal(p, *advice.now);
   });
   if (next != advice.ranked.end()) {
-    const auto distinct = differs(advice.objective, best, **next);
-    text += concat("; the best alternative is ", (*next)->candidate->name, ": ",
-                   value_text(advice.objective, **next),
+    const auto distinct = differs(advice.objective, best, *next);
+    text += concat("; the best alternative is ", name_of(*next), ": ", value_text(advice.objective, *next),
                    !distinct   ? ""
                    : *distinct ? ", a difference beyond noise"
                                : ", a difference within noise");
   }
-  if (!best.bound_ms) return text + "; theory gives no bound.";
+  if (!best.bound) return text + "; theory gives no bound.";
   return concat(text, "; by theory the ", metric_text(advice.objective.age), " never exceeds ",
-                fixed(*best.bound_ms, 1), " ms (", best.bound_method, ").");
+                fixed(to_ms(Duration(best.bound->ns)), 1), " ms (", best.bound->method, ").");
 }
 
 /// The metric that the objective is not about.
 std::string other_metric(const Advice& advice) {
   if (advice.graph.chains.empty()) return "";
-  const Objective of = beside(advice.objective);
-  const bool compares = advice.changes() && advice.now.keeps_up();
+  const Objective of = latency_beside(advice);
   return concat(of.age ? "Its age of the data, from the oldest source's timestamp to the output's finish: "
                        : "Its hot-path latency, from the latest source's start (the paper's metric): ",
-                to_string(of.statistic), " ", value_text(of, *advice.best),
-                compares ? " instead of " + value_text(of, advice.now) : "", ".");
+                to_string(of.statistic), " ", gain(advice, of), ".");
 }
 
 /// The price of release-and-execute; empty: the recommended executors do not use it.
 std::string timers_beside(const Advice& advice) {
-  bool executes = false;
-  for (const setup::ExecutorSpec& part : setup::parts(advice.best->candidate->spec))
-    executes |= part.entry->traits.timers == TimerHandling::release_and_execute;
-  if (!executes) return "";
+  const auto executes = [](const setup::ExecutorSpec& part) {
+    return part.entry->traits.timers == TimerHandling::release_and_execute;
+  };
+  if (std::ranges::none_of(setup::parts(advice.best->candidate->spec), executes)) return "";
   return "Timers run on a thread beside the executor thread (release-and-execute): data is younger, since a "
          "source does not wait for the callback that is running. In return, callbacks run at the same time: "
          "data that they share needs a lock. It is no option for a mutually exclusive group of timers and "
@@ -199,7 +188,7 @@ std::string cost(const Advice& advice) {
   if (deployment && std::ranges::any_of(deployment->plan.executors, real_time))
     text += " with the right to SCHED_FIFO";
   text += concat(" and loses ", lost(best), " of all jobs and samples");
-  if (advice.changes() && advice.now.keeps_up()) text += concat(" (today ", lost(advice.now), ")");
+  if (advice.compares()) text += concat(" (today ", lost(*advice.now), ")");
   if (advice.doubts.empty()) return text + ".";
   std::vector<std::string> overtaken;
   for (const Doubt& doubt : advice.doubts) {
@@ -213,40 +202,36 @@ std::string cost(const Advice& advice) {
 std::string who_pays(const Advice& advice) {
   constexpr double kShare = 0.05;  // of the period: less does not matter to a periodic callback
   constexpr std::size_t kMost = 3;
-  if (!advice.changes() || !advice.now.keeps_up()) return "";
-  std::vector<std::pair<double, std::string>> paying;  // by the growth as a share of the period
+  if (!advice.compares()) return "";
+  std::multimap<double, std::string, std::greater<>> paying;  // by the growth as a share of the period
   bool timers = false;
   for (std::size_t t = 0; t < advice.best->summary.tasks.size(); ++t) {
-    const results::TaskSummary &after = advice.best->summary.tasks[t], &before = advice.now.summary.tasks[t];
+    const results::TaskSummary &after = advice.best->summary.tasks[t], &before = advice.now->summary.tasks[t];
     timers |= after.kind == TaskKind::timer;
     const double growth = (after.period_range_ms() - before.period_range_ms()) / to_ms(after.period);
-    if (!(growth > kShare)) continue;  // nor without two jobs
-    paying.emplace_back(growth, concat(after.task, "'s period varies by ", fixed(after.period_range_ms(), 1),
-                                       " ms instead of ", fixed(before.period_range_ms(), 1), " ms"));
+    if (growth > kShare)  // not without two jobs
+      paying.emplace(growth, concat(after.task, "'s period varies by ", fixed(after.period_range_ms(), 1),
+                                    " ms instead of ", fixed(before.period_range_ms(), 1), " ms"));
   }
   if (!timers) return "";
   if (paying.empty()) return "No timer pays for it: no period varies clearly more than today.";
-  std::ranges::stable_sort(paying, std::greater(), &std::pair<double, std::string>::first);
   std::vector<std::string> sentences;
-  sentences.reserve(paying.size());
-  for (const auto& [growth, sentence] : paying) sentences.push_back(sentence);
-  const std::size_t more = paying.size() - std::min(kMost, paying.size());
-  sentences.resize(paying.size() - more);
-  if (more > 0) sentences.push_back(concat("and ", more, " more"));
+  for (const auto& [growth, sentence] : paying) {
+    if (sentences.size() < kMost) sentences.push_back(sentence);
+  }
+  if (paying.size() > kMost) sentences.push_back(concat("and ", paying.size() - kMost, " more"));
   return concat("Timers pay for it: ", joined(sentences, "; "), ".");
 }
 
 /// What the chains get that the objective is not about; empty: there are none, or nothing changes.
 std::string other_chains(const Advice& advice) {
-  if (!advice.changes() || !advice.now.keeps_up()) return "";
-  Objective of = advice.objective;
-  const bool all = of.kind != Objective::Kind::latency;
-  of.kind = Objective::Kind::latency;
+  if (!advice.compares()) return "";
+  const bool all = advice.objective.kind != Objective::Kind::latency;
+  Objective of = latency_beside(advice, advice.objective.age);
   std::vector<std::string> chains;
   for (of.chain = 0; of.chain < advice.graph.chains.size(); ++of.chain) {
-    if (!all && of.chain == advice.objective.chain) continue;
-    chains.push_back(concat(advice.graph.chains[of.chain].name, " ", value_text(of, *advice.best),
-                            " instead of ", value_text(of, advice.now)));
+    if (all || of.chain != advice.objective.chain)
+      chains.push_back(advice.graph.chains[of.chain].name + " " + gain(advice, of));
   }
   if (chains.empty()) return "";
   return concat("Chains beside the objective, ", metric_text(of.age), " (", to_string(of.statistic),
@@ -258,9 +243,8 @@ std::string other_chains(const Advice& advice) {
 std::vector<std::string> sentences(const Advice& advice) {
   std::vector<std::string> all = {recommendation(advice)};
   if (advice.best == nullptr) return all;
-  for (const std::string& sentence : {other_metric(advice), confidence(advice), cost(advice),
-                                      timers_beside(advice), other_chains(advice), who_pays(advice)}) {
-    if (!sentence.empty()) all.push_back(sentence);
+  for (const auto part : {other_metric, confidence, cost, timers_beside, other_chains, who_pays}) {
+    if (const std::string sentence = part(advice); !sentence.empty()) all.push_back(sentence);
   }
   const Candidate& c = *advice.best->candidate;
   const auto premises = setup::premises(c.graph, c.tasks.set, c.spec, false);
@@ -270,7 +254,7 @@ std::vector<std::string> sentences(const Advice& advice) {
 }
 
 json row_json(const Advice& advice, const Prediction& p) {
-  json row = {{"name", p.candidate->name},
+  json row = {{"name", name_of(p)},
               {"description", p.candidate->description},
               {"threads", p.candidate->load.threads},
               {"overload", p.overload.value_or("")},
@@ -280,7 +264,7 @@ json row_json(const Advice& advice, const Prediction& p) {
   if (!p.keeps_up()) return row;
   row["objective"] = score(advice.objective, p.summary).value;
   row["lost_percent"] = p.summary.lost_percent();
-  row["timers_late"] = std::ranges::count_if(p.summary.tasks, &results::TaskSummary::late);
+  row["timers_late"] = late_timers(p);
   row["never_ran"] = p.summary.never_ran();
   row["starved"] = results::starved(p.summary);
   for (const results::ChainSummary& chain : p.summary.chains) {
@@ -289,10 +273,15 @@ json row_json(const Advice& advice, const Prediction& p) {
                                      {"age_median", age.p50}, {"age_p99", age.p99}, {"age", age.max}};
   }
   row["cores_used"] = p.cores_used;
-  row["bound_ms"] = p.bound_ms ? json(*p.bound_ms) : json();
-  row["bound_method"] = p.bound_method;
+  row["bound_ms"] = p.bound ? json(to_ms(Duration(p.bound->ns))) : json();
+  row["bound_method"] = p.bound ? p.bound->method : "";
   row["bound_of"] = advice.objective.age ? "end to end" : "hot path";
-  row["periods_ms"] = periods_json(p.summary);
+  row["periods_ms"] = json::object();
+  for (const results::TaskSummary& t : p.summary.tasks) {
+    if (std::isfinite(t.period_range_ms()))
+      row["periods_ms"][t.task] = {
+          {"period", to_ms(t.period)}, {"least", t.period_ms->min}, {"greatest", t.period_ms->max}};
+  }
   for (const auto& [name, latency] : latencies(advice, p)) {
     json& shown = row[name + std::string("_ms")] = {{"value", latency.value}};
     if (latency.interval) shown["interval"] = {latency.interval->low, latency.interval->high};
@@ -301,6 +290,19 @@ json row_json(const Advice& advice, const Prediction& p) {
 }
 
 }  // namespace
+
+std::uint32_t Advice::asked_draws() const {
+  const bool random = options.phases == Phases::random ||
+                      graph.platform.execution_times != ExecutionTimeModel::worst ||
+                      !unknown_deliveries(graph).empty();
+  return random ? options.draws : 1;
+}
+
+std::uint32_t Advice::draws() const {
+  std::size_t most = 0;
+  for (const Prediction& p : ranked) most = std::max(most, p.draws.size());
+  return static_cast<std::uint32_t>(most);
+}
 
 void write_text(std::ostream& out, const Advice& advice) {
   const std::vector<std::string> all = sentences(advice);
@@ -319,18 +321,17 @@ void write_text(std::ostream& out, const Advice& advice) {
 }
 
 void to_json(json& j, const Advice& advice) {
-  const auto name_of = [](const Prediction* p) { return p == nullptr ? json() : json(p->candidate->name); };
   const std::vector<Chain>& chains = advice.graph.chains;
   j = {{"graph", advice.graph.name},
        {"objective", advice.objective.text},
        {"metric", metric_text(advice.objective.age)},
        {"order", order_of(advice.objective)},
-       {"draws", advice.draws},
-       {"asked_draws", advice.asked_draws},
-       {"seconds", advice.seconds},
+       {"draws", advice.draws()},
+       {"asked_draws", advice.asked_draws()},
+       {"seconds", advice.options.duration_s},
        {"cores", advice.graph.platform.cores},
-       {"now", name_of(&advice.now)},
-       {"recommended", name_of(advice.best)},
+       {"now", name_of(*advice.now)},
+       {"recommended", advice.best == nullptr ? json() : json(name_of(*advice.best))},
        {"sentences", sentences(advice)},
        {"causes", advice.causes},
        {"change", advice.change},
@@ -342,7 +343,7 @@ void to_json(json& j, const Advice& advice) {
     j["requirements_ms"][chains[r.chain].name] = r.most_ms;
   for (const Doubt& d : advice.doubts)
     j["doubts"].push_back({{"assumption", d.assumption}, {"order", d.order}, {"same_first", d.same_first}});
-  for (const Prediction* p : advice.ranked) j["ranking"].push_back(row_json(advice, *p));
+  for (const Prediction& p : advice.ranked) j["ranking"].push_back(row_json(advice, p));
 }
 
 }  // namespace hotpath::advise

@@ -18,24 +18,28 @@ struct Doubt {
   bool same_first = true;           ///< No candidate overtakes the recommended one.
 };
 
-/// The result of `hotpath advise`.
-struct Advice {
-  const Graph& graph;
-  const Objective& objective;
-  std::vector<const Prediction*> ranked;
-  const Prediction& now;
+/// What `hotpath advise` is asked, and the answer.
+struct Advice : Question {
+  using Question::Question;
+
+  std::vector<Candidate> candidates;
+  std::vector<Prediction> ranked;
+  const Prediction* now = nullptr;
   const Prediction* best = nullptr;  ///< nullptr: nothing can be recommended.
-  std::uint32_t draws = 0, asked_draws = 0;
-  double seconds = 0;  ///< Of each draw, without warm-up.
-  std::vector<Doubt> doubts = {};
+  std::vector<Doubt> doubts;
   /// Why the recommended executor is faster than today's along the objective's chain, in the first
   /// draw; empty: there is no difference to explain.
-  std::vector<std::string> causes = {};
+  std::vector<std::string> causes;
   /// Labels in the stored runs now/run and recommended/run of the first draw; empty: there are none.
-  std::vector<std::string> stored = {};
-  std::string change = {};  ///< The file of the recommended change; empty: none is needed.
+  std::vector<std::string> stored;
+  std::string change;  ///< The file of the recommended change; empty: none is needed.
 
-  [[nodiscard]] bool changes() const { return best != nullptr && best != &now; }
+  /// The number of draws that random phases, execution times or deliveries need, and that were finished.
+  [[nodiscard]] std::uint32_t asked_draws() const;
+  [[nodiscard]] std::uint32_t draws() const;
+  [[nodiscard]] bool changes() const { return best != nullptr && best != now; }
+  /// Whether there are values of another executor today, with which the recommended one is compared.
+  [[nodiscard]] bool compares() const { return changes() && now->keeps_up(); }
 };
 
 /// The ranking, the sentences, the doubts, and the causes of the gain.

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,11 +16,11 @@ namespace hotpath::advise {
 struct Candidate {
   std::string name;
   std::string description;
-  Graph graph;       ///< With the candidate's platform costs and priorities.
-  GraphTasks tasks;  ///< Of `graph`.
+  Graph graph;  ///< With the candidate's platform costs and priorities.
   setup::ExecutorSpec spec;
   bool sets_priorities = false;  ///< `graph` has other priorities than the user's graph.
-  setup::Utilisation load;
+  GraphTasks tasks = {};         ///< Of `graph`.
+  setup::Utilisation load = {};
 
   /// The name of its executor for --executors and in files, unless it is a deployment.
   [[nodiscard]] std::string executor() const {
@@ -29,14 +28,7 @@ struct Candidate {
   }
 };
 
-struct CandidateOptions {
-  std::vector<std::string> executors, deployments;  ///< Both empty: all suitable ones.
-  std::string now;                                  ///< The system's current executor or deployment.
-  SchedulerOptions scheduling;  ///< Defaults, such as the threads of executors without a number.
-  bool reference_costs = true;  ///< The executor's costs on the reference machine; else the platform's.
-};
-
-/// The candidates that suit the graph:
+/// The candidates that suit the graph, or those of --executors and --deployments, and the current one:
 /// - every executor of the registry, except fixed priorities without priorities in the graph, and
 ///   deadline monotonic without deadlines other than the periods; several threads only if there are
 ///   cores for them;
@@ -46,22 +38,21 @@ struct CandidateOptions {
 ///   and a thread for each callback group with those of the chain above the others (`cie:chain`).
 /// Throws UsageError, InputError.
 [[nodiscard]] std::vector<Candidate> make_candidates(const Graph& graph, const Objective& objective,
-                                                     const CandidateOptions& options);
+                                                     const Options& options);
 
 /// The candidate with another graph of the same tasks: updates tasks and load.
 [[nodiscard]] Candidate with_graph(Candidate candidate, Graph graph);
 
 /// What `hotpath advise` is asked, and where the answer goes.
 struct Question {
-  /// A graph without chains gets those that are found, which are printed. The objective is by default
-  /// the `usual` statistic of the age, or worst_lateness for a graph without chains. Notes an overload.
-  /// Throws UsageError, InputError.
-  Question(const Options& options, Objective::Statistic usual);
+  /// A graph without chains gets those that are found, which are printed. Notes an overload. Throws
+  /// UsageError, InputError.
+  explicit Question(const Options& options);
 
-  /// `reference_costs`: if the options name no costs. Throws UsageError, InputError.
-  [[nodiscard]] std::vector<Candidate> candidates(bool reference_costs) const;
+  /// Throws UsageError, InputError, also if the folder cannot be written.
+  [[nodiscard]] std::vector<Candidate> candidates_to_compare() const;
   /// The system's current executor or deployment.
-  [[nodiscard]] const Candidate& now(const std::vector<Candidate>& candidates) const;
+  [[nodiscard]] const Candidate& current(const std::vector<Candidate>& candidates) const;
   /// Names the folder, and prints the content for --json. Throws RunError.
   void finish(const nlohmann::json& content) const;
 

@@ -6,7 +6,6 @@
 #include <sstream>
 
 #include "hotpath/core/enum_text.hpp"
-#include "hotpath/reference_system/chain_observation.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -57,7 +56,28 @@ Objective::Requirement requirement(const std::string& text, const Graph& graph) 
   return r;
 }
 
-Objective objective_of(const std::string& text, const Graph& graph, Statistic usual) {
+double finite(double value) { return std::isnan(value) ? INFINITY : value; }
+
+double worst_lateness(const results::ExecutorSummary& summary) {
+  double worst = -INFINITY;
+  for (const results::TaskSummary& task : summary.tasks) {
+    if (task.kind != TaskKind::timer) continue;
+    if (task.never_ran()) return INFINITY;
+    if (task.response_ms.n > 0) worst = std::max(worst, task.response_ms.max - to_ms(task.deadline));
+  }
+  return worst;
+}
+
+}  // namespace
+
+const QuantileTraits& quantile_of(Statistic statistic) {
+  const double probability = statistic == Statistic::median ? 0.5 : statistic == Statistic::p99 ? 0.99 : 1;
+  return *std::ranges::find(kQuantiles, probability, &QuantileTraits::probability);
+}
+
+const char* metric_text(bool age) { return age ? "age of the data" : "hot-path latency"; }
+
+Objective parse_objective(const std::string& text, const Graph& graph, Statistic usual) {
   if (text == "losses") return {.kind = Kind::losses, .text = "lost jobs and samples"};
   if (text == "worst_lateness") return {.kind = Kind::worst_lateness, .text = "worst lateness of timers"};
   const std::size_t colon = text.find(':');
@@ -76,50 +96,21 @@ Objective objective_of(const std::string& text, const Graph& graph, Statistic us
   return objective;
 }
 
-double finite(double value) { return std::isnan(value) ? INFINITY : value; }
-
-double worst_lateness(const results::ExecutorSummary& summary) {
-  double worst = -INFINITY;
-  for (const results::TaskSummary& task : summary.tasks) {
-    if (task.kind != TaskKind::timer) continue;
-    if (task.never_ran()) return INFINITY;
-    if (task.response_ms.n > 0) worst = std::max(worst, task.response_ms.max - to_ms(task.deadline));
-  }
-  return worst;
-}
-
-double value_of(Statistic statistic, const Quantiles& q) {
-  return statistic == Statistic::median ? q.p50 : statistic == Statistic::p99 ? q.p99 : q.max;
-}
-
-}  // namespace
-
-const char* metric_text(bool age) { return age ? "age of the data" : "hot-path latency"; }
-
-Objective parse_objective(const std::string& text, const Graph& graph, Statistic usual) {
-  Objective objective = objective_of(text, graph, usual);
-  const GraphTasks tasks = make_tasks(graph);
-  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
-  for (const ChainIndex& chain : index_chains(graph, tasks))
-    objective.from_timers.push_back(std::ranges::all_of(chain.sources, is_timer));
-  return objective;
-}
-
 Score score(const Objective& objective, const results::ExecutorSummary& summary) {
   const double lost = summary.lost_percent();
   switch (objective.kind) {
     case Kind::latency:
-      return {
-          finite(value_of(objective.statistic, objective.latency(summary.chains[objective.chain]).quantiles)),
-          lost};
+      return {finite(objective.latency(summary.chains[objective.chain]).quantiles.*
+                     quantile_of(objective.statistic).of),
+              0, lost};
     case Kind::worst_lateness:
-      return {worst_lateness(summary), lost};
+      return {worst_lateness(summary), 0, lost};
     case Kind::losses:
-      return {lost, worst_lateness(summary)};
+      return {lost, 0, worst_lateness(summary)};
     case Kind::requirements:
       break;
   }
-  Score score;
+  Score score{0};
   for (const Objective::Requirement& r : objective.requirements) {
     const double worst = finite(summary.chains[r.chain].end_to_end.quantiles.max) / r.most_ms;
     score.value += std::max(0.0, 100 * (worst - 1));

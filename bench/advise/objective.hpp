@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <compare>
 #include <string>
 #include <vector>
@@ -26,8 +27,6 @@ struct Objective {
   bool age = true;        ///< Of or beside latencies: the age of the data (end-to-end), else the hot path.
   std::size_t chain = 0;  ///< latency: index into the graph's chains.
   std::vector<Requirement> requirements = {};
-  /// By chain of the graph: has exact worst cases, since all sources are timers.
-  std::vector<bool> from_timers = {};
   std::string text = {};  ///< In words, such as `age of the data of hot_path (p99)`.
 
   [[nodiscard]] const results::LatencySummary& latency(const results::ChainSummary& of) const {
@@ -42,6 +41,8 @@ constexpr auto enum_texts(Objective::Statistic) {
   using enum Objective::Statistic;
   return std::to_array<EnumText<Objective::Statistic>>({{median, "median"}, {p99, "p99"}, {worst, "worst"}});
 }
+/// The quantile of latencies that a statistic is.
+[[nodiscard]] const QuantileTraits& quantile_of(Objective::Statistic statistic);
 
 /// Parses `CHAIN:age:p99` (also median, worst; `CHAIN:age`: `usual`) of the age, `CHAIN:p99` of the hot-path
 /// latency, a list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. The chain `hot_path` is the
@@ -51,9 +52,11 @@ constexpr auto enum_texts(Objective::Statistic) {
 /// `age of the data` or `hot-path latency`.
 [[nodiscard]] const char* metric_text(bool age);
 
-/// How well an objective is met; smaller is better. `tie` decides between equal values.
+/// How well an objective is met; smaller is better. By default the worst.
 struct Score {
-  double value = 0, tie = 0;
+  double value = INFINITY;
+  std::size_t late_timers = 0;  ///< Of guarantees: timers whose worst response time exceeds their deadline.
+  double tie = 0;               ///< Decides between equal values.
   friend std::partial_ordering operator<=>(const Score&, const Score&) = default;
 };
 /// The value of requirements is the sum by which worst-case latencies exceed their limits, in

@@ -52,7 +52,7 @@ struct Compared {
     return all;
   }
   /// Searched ones first.
-  std::pair<bool, PhaseScore> score() const { return {!found, found.value_or(phases.front()).within_margin}; }
+  std::pair<bool, Score> score() const { return {!found, found.value_or(phases.front()).within_margin}; }
 };
 
 void to_json(json& j, const Compared& c) {
@@ -76,7 +76,7 @@ void to_json(json& j, const Compared& c) {
 
 class PhaseAdviser : Question {
  public:
-  explicit PhaseAdviser(const Options& given) : Question(given, Objective::Statistic::worst) {}
+  using Question::Question;
 
   void run() {
     for (const Candidate& c : candidates_) {
@@ -108,7 +108,7 @@ class PhaseAdviser : Question {
     const json content = {{"graph", graph.name},
                           {"objective", objective.text},
                           {"margin_ms", to_ms(margin_)},
-                          {"now", now(candidates_).name},
+                          {"now", current(candidates_).name},
                           {"recommended", best.candidate->name},
                           {"sentences", sentences},
                           {"files", files},
@@ -177,7 +177,7 @@ class PhaseAdviser : Question {
     }
     std::vector<TaskId> sources;
     if (!graph.chains.empty()) sources = index_chains(graph, tasks)[objective.chain].sources;
-    const auto evaluate = [&](const FirstTimestamps& first, const PhaseScore& enough) {
+    const auto evaluate = [&](const FirstTimestamps& first, const Score& enough) {
       PhaseValues values = exact_values(*c.candidate, objective, first);
       std::mt19937_64 random(options.seed);
       for (int end = 0; end < ends_ && values.within_margin <= enough; ++end) {
@@ -185,7 +185,7 @@ class PhaseAdviser : Question {
         for (TaskId id = 0; id < moved.size(); ++id) {
           if (tasks.set[id].kind == TaskKind::timer && random() % 2 != 0) moved[id] += 2 * margin_;
         }
-        const PhaseScore score = exact_values(*c.candidate, objective, moved).score;
+        const Score score = exact_values(*c.candidate, objective, moved).score;
         values.within_margin = std::max(values.within_margin, score);
       }
       return values;
@@ -260,7 +260,7 @@ class PhaseAdviser : Question {
   const std::string unit_ = objective.kind == Objective::Kind::requirements ? " % of the limit" : " ms";
   const Duration margin_ = margin();
   const int ends_ = margin_ > Duration{} ? 6 : 0;  // choices of offsets at the ends of the margin
-  const std::vector<Candidate> candidates_ = candidates(false);
+  const std::vector<Candidate> candidates_ = candidates_to_compare();
   std::vector<Compared> compared_;  // the best chosen phases first, then unsearched, then refused ones
   program::Progress progress_{candidates_.size() + kSearched + 1, Duration::zero()};
   double share_ = 0;  // of the budget, for the steps until now

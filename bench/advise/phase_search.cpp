@@ -8,6 +8,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "program/parallel.hpp"
 #include "setup/run_setup.hpp"
 
@@ -20,21 +21,25 @@ using std::chrono::floor, std::chrono::microseconds;
 constexpr std::int64_t kSide = 8;  // points of a grid on each side of the current phases
 constexpr std::array<std::int64_t, 3> kSteps = {16, 128, 1024};  // of the grids, as parts of a timer's range
 
-/// The worst hot path and age of a chain in ms; infinite: there is none.
-std::pair<double, double> worst_latencies(const Objective& objective, const GraphBounds& bounds,
-                                          std::size_t chain) {
-  const std::vector<bool>& from_timers = objective.from_timers;
-  if (chain >= from_timers.size() || !from_timers[chain]) return {INFINITY, INFINITY};
-  // `bounds` has only the chains that begin in timers.
-  const auto row = std::count(from_timers.begin(), from_timers.begin() + std::ptrdiff_t(chain), true);
-  const std::optional<ChainAge>& age = bounds.chains[static_cast<std::size_t>(row)];
-  return {age && age->hot_path ? to_ms(Duration(*age->hot_path)) : INFINITY,
-          age ? to_ms(Duration(age->latency)) : INFINITY};
+/// By chain of the graph: its worst hot path and age in ms; infinite: there is none.
+std::vector<std::pair<double, double>> worst_latencies(const Graph& graph, const GraphTasks& tasks,
+                                                       const GraphBounds& bounds) {
+  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
+  std::vector<std::pair<double, double>> all;
+  auto bound = bounds.chains.begin();  // only of the chains that begin in timers
+  for (const ChainIndex& chain : index_chains(graph, tasks)) {
+    auto& [hot_path_ms, age_ms] = all.emplace_back(INFINITY, INFINITY);
+    if (!std::ranges::all_of(chain.sources, is_timer)) continue;
+    const std::optional<ChainAge>& age = *bound++;
+    if (age) age_ms = to_ms(Duration(age->latency));
+    if (age && age->hot_path) hot_path_ms = to_ms(Duration(*age->hot_path));
+  }
+  return all;
 }
 
 /// The lateness of timers, decided by their response times.
-PhaseScore score_of_timers(const TaskSet& set, const GraphBounds& bounds) {
-  PhaseScore score{-INFINITY};
+Score score_of_timers(const TaskSet& set, const GraphBounds& bounds) {
+  Score score{-INFINITY};
   for (TaskId id = 0; id < set.size(); ++id) {
     if (set[id].kind != TaskKind::timer) continue;
     const double response = bounds.tasks[id] ? to_ms(Duration(*bounds.tasks[id])) : INFINITY;
@@ -85,14 +90,15 @@ PhaseValues exact_values(const Candidate& candidate, const Objective& objective,
 
   values.score = score_of_timers(tasks.set, bounds);
   auto& [value, late_timers, tie] = values.score;
-  std::tie(values.hot_path_ms, values.age_ms) = worst_latencies(objective, bounds, objective.chain);
+  const auto worst = worst_latencies(candidate.graph, tasks, bounds);
+  if (!worst.empty()) std::tie(values.hot_path_ms, values.age_ms) = worst[objective.chain];
   if (objective.kind == Objective::Kind::latency) {
     value = objective.age ? values.age_ms : values.hot_path_ms;
     tie = objective.age ? values.hot_path_ms : values.age_ms;
   } else if (objective.kind == Objective::Kind::requirements) {
     value = 0;
     for (const Objective::Requirement& r : objective.requirements)
-      value = std::max(value, 100 * worst_latencies(objective, bounds, r.chain).second / r.most_ms);
+      value = std::max(value, 100 * worst[r.chain].second / r.most_ms);
   }
   if (std::isinf(value)) {
     values.score = {};

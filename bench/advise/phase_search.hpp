@@ -15,21 +15,14 @@ namespace hotpath::advise {
 /// First timestamps by task; 0 for subscriptions.
 using FirstTimestamps = std::vector<Duration>;
 
-/// How good phases are; smaller is better. By default the worst.
-struct PhaseScore {
-  double value = INFINITY;      ///< A latency or lateness in ms, or the greatest age in percent of its limit.
-  std::size_t late_timers = 0;  ///< Timers whose worst response time exceeds their deadline.
-  double tie = 0;               ///< Decides between equal values.
-  friend std::partial_ordering operator<=>(const PhaseScore&, const PhaseScore&) = default;
-};
-
 /// The exact worst cases under one executor for one choice of phases.
 struct PhaseValues {
   Phases rule = {};  ///< Of compared phases.
   FirstTimestamps first = {};
   std::optional<std::string> refusal = "not evaluated";  ///< Why there are no values; none: there are.
-  PhaseScore score = {};
-  PhaseScore within_margin = {};                     ///< The worst score with offsets off by a margin.
+  /// Of a latency or lateness in ms, or of the greatest age in percent of its limit.
+  Score score = {};
+  Score within_margin = {};                          ///< The worst score with offsets off by a margin.
   double hot_path_ms = INFINITY, age_ms = INFINITY;  ///< Of the objective's chain; infinite: there is none.
   bool complete = true;                              ///< Of a search: not ended by `stop`.
   [[nodiscard]] bool exact() const { return !refusal; }
@@ -48,7 +41,7 @@ struct PhaseValues {
 
 /// The values of phases. Called by several threads at once. PhaseValues::within_margin may be too small if it
 /// is greater than `enough`, since such phases are not taken.
-using EvaluatePhases = std::function<PhaseValues(const FirstTimestamps&, const PhaseScore& enough)>;
+using EvaluatePhases = std::function<PhaseValues(const FirstTimestamps&, const Score& enough)>;
 
 /// Searches phases with a small PhaseValues::within_margin. From each of `starts`, a coordinate descent moves
 /// one timer after the other, and those of `together` as one, over a grid of sixteenths of their ranges; from

@@ -20,16 +20,6 @@ namespace hotpath::advise {
 
 namespace {
 
-/// Sums the execution times of the jobs that ran.
-Duration work_of(const Trace& trace, const ExecutionTimes& times) {
-  Duration sum{};
-  for (const JobRecord& r : trace.jobs) {
-    // A job that waits for others of its set takes no time.
-    if (r.outcome == Outcome::ran && r.finish > r.start) sum += times.of(r.job);
-  }
-  return sum;
-}
-
 using Totals = std::vector<std::unique_ptr<simulated::RunTotals>>;  // by draw
 
 /// Simulates one more draw. Throws SimulationError if the candidate cannot keep up.
@@ -40,8 +30,13 @@ void add_draw(Prediction& p, Totals& totals, const setup::CommonOptions& options
   trace.repetition = d;
   totals.push_back(std::make_unique<simulated::RunTotals>(
       candidate.graph, candidate.tasks, Time{} + setup::seconds(options.warm_up_s), trace.end));
-  for (const JobRecord& r : trace.jobs) totals.back()->ended(r);
-  p.cores_used += to_ms(work_of(trace, *drawn.times));
+  Duration work{};
+  for (const JobRecord& r : trace.jobs) {
+    totals.back()->ended(r);
+    // A job that waits for others of its set takes no time.
+    if (r.outcome == Outcome::ran && r.finish > r.start) work += drawn.times->of(r.job);
+  }
+  p.cores_used += to_ms(work);
   std::exchange(trace.jobs, {});  // frees the memory; chain records and totals remain
   p.draws.push_back(std::move(drawn.repetition));
 }
@@ -91,18 +86,19 @@ SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptio
 }
 
 std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const Options& options,
-                                const std::function<void(std::uint32_t)>& progress) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point begin = Clock::now();
+                                const Objective& objective, const std::function<void()>& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto ends = [&] {
+    return std::chrono::steady_clock::now() - begin > setup::seconds(options.budget_s) ||
+           program::interrupted() != 0;
+  };
   std::vector<Prediction> predictions(candidates.size());
   std::vector<Totals> totals(candidates.size());
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     predictions[c].candidate = &candidates[c];
     predictions[c].overload = candidates[c].load.overload;
   }
-  for (std::uint32_t d = 0; d < options.draws; ++d) {
-    if (d > 0 && (Clock::now() - begin > setup::seconds(options.budget_s) || program::interrupted() != 0))
-      break;
+  for (std::uint32_t d = 0; d < options.draws && (d == 0 || !ends()); ++d) {
     program::for_each_index(candidates.size(), options.threads, [&](std::size_t c) {
       Prediction& p = predictions[c];
       try {
@@ -111,11 +107,15 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
         p.overload = error.what();
       }
     });
-    progress(d + 1);
+    progress();
   }
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if (predictions[c].keeps_up()) summarise(predictions[c], totals[c], options);
   }
+  std::ranges::stable_sort(predictions, [&](const Prediction& a, const Prediction& b) {
+    if (!a.keeps_up() || !b.keeps_up()) return a.keeps_up() && !b.keeps_up();
+    return score(objective, a.summary) < score(objective, b.summary);
+  });
   return predictions;
 }
 
@@ -125,32 +125,13 @@ void add_bound(Prediction& prediction, const Objective& objective) {
   const auto all = setup::guarantees(candidate.graph, candidate.tasks, candidate.spec);
   const bounds::ChainGuarantee* const chain =
       all ? all->chain(candidate.graph.chains[objective.chain].name) : nullptr;
-  if (chain == nullptr) return;
-  const auto& bound = objective.age ? chain->age : chain->hot_path;
-  if (!bound) return;
-  prediction.bound_ms = to_ms(Duration(bound->ns));
-  prediction.bound_method = bound->method;
-}
-
-std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
-                                      const Objective& objective) {
-  std::vector<const Prediction*> order;
-  order.reserve(predictions.size());
-  for (const Prediction& p : predictions) order.push_back(&p);
-  std::ranges::stable_sort(order, [&](const Prediction* a, const Prediction* b) {
-    if (!a->keeps_up() || !b->keeps_up()) return a->keeps_up() && !b->keeps_up();
-    return score(objective, a->summary) < score(objective, b->summary);
-  });
-  return order;
+  if (chain != nullptr) prediction.bound = objective.age ? chain->age : chain->hot_path;
 }
 
 std::optional<bool> differs(const Objective& objective, const Prediction& a, const Prediction& b) {
   if (objective.kind != Objective::Kind::latency) return std::nullopt;
-  const double probability = objective.statistic == Objective::Statistic::median ? 0.5
-                             : objective.statistic == Objective::Statistic::p99  ? 0.99
-                                                                                 : 1.0;
   const auto interval = difference_of_quantiles(latencies_of(a, objective), latencies_of(b, objective),
-                                                probability, {.pairs = true})
+                                                quantile_of(objective.statistic).probability, {.pairs = true})
                             .interval;
   if (!interval) return std::nullopt;
   return interval->low > 0 || interval->high < 0;
@@ -186,29 +167,29 @@ bool can_be_written(const Candidate& candidate) {
   }
 }
 
-std::optional<Refusal> refusal(const Prediction& p, const Prediction& now) {
+std::optional<std::string> refusal(const Prediction& p, const Prediction& now) {
   constexpr double kMoreLosses_percent = 1;
-  if (p.summary.never_ran() > 0) return Refusal::never_runs;
+  if (p.summary.never_ran() > 0) return "a task never runs";
   const double most = now.keeps_up() ? now.summary.lost_percent() + kMoreLosses_percent : INFINITY;
-  if (p.summary.lost_percent() > most) return Refusal::loses_more;
-  if (!timer_beside_group(*p.candidate).empty()) return Refusal::runs_beside_group;
-  if (!can_be_written(*p.candidate)) return Refusal::splits_groups;
+  if (p.summary.lost_percent() > most) return "it loses more than today";
+  if (!timer_beside_group(*p.candidate).empty()) return "";
+  if (!can_be_written(*p.candidate)) return "it splits callback groups";
   return std::nullopt;
 }
 
-const Prediction* recommended(const std::vector<const Prediction*>& ranked, const Prediction& now,
+const Prediction* recommended(const std::vector<Prediction>& ranked, const Prediction& now,
                               const Objective& objective) {
-  const auto suits = [&](const Prediction* p) { return p->keeps_up() && !refusal(*p, now); };
+  const auto suits = [&](const Prediction& p) { return p.keeps_up() && !refusal(p, now); };
   const auto best = std::ranges::find_if(ranked, suits);
   if (best == ranked.end()) return nullptr;
-  const bool same = differs(objective, **best, now) == false ||
-                    (now.keeps_up() && value_text(objective, **best) == value_text(objective, now));
-  return suits(&now) && same ? &now : *best;
+  const bool same = differs(objective, *best, now) == false ||
+                    (now.keeps_up() && value_text(objective, *best) == value_text(objective, now));
+  return suits(now) && same ? &now : &*best;
 }
 
 std::string value_text(const Objective& objective, const Prediction& p) {
   using program::fixed;
-  const auto [value, tie] = score(objective, p.summary);
+  const auto [value, late, tie] = score(objective, p.summary);
   if (objective.kind == Objective::Kind::losses) return fixed(value, 2) + " %";
   if (objective.kind == Objective::Kind::requirements) {
     return value > 0 ? "missed by " + fixed(value, 1) + " % in all"

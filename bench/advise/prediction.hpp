@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "advise/candidates.hpp"
+#include "bounds/bounds.hpp"
 #include "hotpath/core/workload.hpp"
 #include "setup/run_setup.hpp"
 
@@ -22,26 +22,26 @@ struct Prediction {
   results::ExecutorSummary summary;
   double cores_used = 0;                ///< Mean work of the jobs that ran.
   std::optional<std::string> overload;  ///< Why there is no summary; none: there is one.
-  /// Bound of the objective's chain for any phases: of Objective::latency().
-  std::optional<double> bound_ms;
-  std::string bound_method;
+  /// Of the objective's chain for any phases: of Objective::latency().
+  std::optional<bounds::Guarantee> bound;
 
   [[nodiscard]] bool keeps_up() const { return !overload; }
 };
 
 /// Simulates all candidates that can keep up, over Options::draws draws of phases and execution times; draw i
 /// has the same phases and times for every candidate. Stops after the draw in which Options::budget_s ends,
-/// or on interruption, so that all candidates have the same draws, at least one. `progress` gets the number
-/// of finished draws. Results do not depend on Options::threads.
+/// or on interruption, so that all candidates have the same draws, at least one. `progress` is called after
+/// each draw. Results do not depend on Options::threads, and are ordered by the objective, the best first,
+/// overloaded candidates last.
 [[nodiscard]] std::vector<Prediction> predict(const std::vector<Candidate>& candidates,
-                                              const Options& options,
-                                              const std::function<void(std::uint32_t)>& progress);
+                                              const Options& options, const Objective& objective,
+                                              const std::function<void()>& progress);
 
 /// One simulation of a candidate, with its jobs.
 struct SimulatedDraw {
   GraphTasks tasks;  ///< With the phases of the draw.
   std::unique_ptr<ExecutionTimes> times;
-  results::Repetition repetition;
+  results::Repetition repetition = {};
 };
 /// Draw `d` of a candidate. Throws SimulationError if it cannot keep up.
 [[nodiscard]] SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& options,
@@ -50,24 +50,9 @@ struct SimulatedDraw {
 /// Adds the tightest bound of the objective's chain, if a method covers the candidate.
 void add_bound(Prediction& prediction, const Objective& objective);
 
-/// Predictions ordered by an objective, the best first, overloaded candidates last.
-[[nodiscard]] std::vector<const Prediction*> ranked(const std::vector<Prediction>& predictions,
-                                                    const Objective& objective);
-
-/// Why a candidate that keeps up cannot be recommended.
-enum class Refusal : std::uint8_t {
-  never_runs,         ///< A task never runs.
-  loses_more,         ///< Over one percent more than the current executor, unless that is overloaded.
-  runs_beside_group,  ///< timer_beside_group().
-  splits_groups       ///< No deployment file can express it.
-};
-constexpr auto enum_texts(Refusal) {
-  return std::to_array<EnumText<Refusal>>({{Refusal::never_runs, "a task never runs"},
-                                           {Refusal::loses_more, "it loses more than today"},
-                                           {Refusal::runs_beside_group, "it runs a timer beside its group"},
-                                           {Refusal::splits_groups, "it splits callback groups"}});
-}
-[[nodiscard]] std::optional<Refusal> refusal(const Prediction& prediction, const Prediction& now);
+/// Why a candidate that keeps up cannot be recommended; none: it can. Empty for timer_beside_group(). A
+/// candidate may lose up to one percent more than the current executor, or anything if that is overloaded.
+[[nodiscard]] std::optional<std::string> refusal(const Prediction& prediction, const Prediction& now);
 
 /// The first timer that a timer thread runs beside other callbacks of its mutually exclusive group; empty:
 /// there is none.
@@ -79,8 +64,8 @@ constexpr auto enum_texts(Refusal) {
 /// The best candidate that can be recommended. The current executor is preferred, if it can be
 /// recommended, unless the best one is better beyond noise and in the objective as printed. nullptr: there
 /// is none.
-[[nodiscard]] const Prediction* recommended(const std::vector<const Prediction*>& ranked,
-                                            const Prediction& now, const Objective& objective);
+[[nodiscard]] const Prediction* recommended(const std::vector<Prediction>& ranked, const Prediction& now,
+                                            const Objective& objective);
 
 /// Whether two predictions differ beyond the noise between draws; none: unknown.
 [[nodiscard]] std::optional<bool> differs(const Objective& objective, const Prediction& a,

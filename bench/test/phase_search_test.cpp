@@ -45,7 +45,7 @@ TEST(PhaseSearch, ReachesTheMiddleOfThePhasesThatAreEquallyGood) {
   const auto outside = [](Duration x, Duration least, Duration most) {
     return to_ms(std::max({Duration::zero(), least - x, x - most}));
   };
-  const auto score = [&](const advise::FirstTimestamps& first, const advise::PhaseScore&) {
+  const auto score = [&](const advise::FirstTimestamps& first, const advise::Score&) {
     const Duration second = (first[1] - first[0] + 100ms) % 100ms,
                    third = (first[2] - first[0] + 100ms) % 50ms;
     return scored(first, outside(second, 30ms, 50ms) + outside(third, 10ms, 20ms));
@@ -59,7 +59,7 @@ TEST(PhaseSearch, ReachesTheMiddleOfThePhasesThatAreEquallyGood) {
 
 TEST(PhaseSearch, MovesTimersTogetherWhereOneAloneWouldBeWorse) {
   const TaskSet set = timers({100ms, 100ms, 100ms});
-  const auto score = [&](const advise::FirstTimestamps& first, const advise::PhaseScore&) {
+  const auto score = [&](const advise::FirstTimestamps& first, const advise::Score&) {
     const double apart = to_ms(std::chrono::abs(first[1] - first[2]));
     const double away = to_ms(std::chrono::abs((first[1] - first[0] + 100ms) % 100ms - 50ms));
     return scored(first, 100 * apart + away);
@@ -73,7 +73,7 @@ TEST(PhaseSearch, TakesNoPhasesWhoseScoreIsOnlyKnownToBeGreater) {
   const auto whole = [](const advise::FirstTimestamps& first) {
     return to_ms((first[1] - first[0] + 130ms) % 100ms);  // least 30 ms before the first timer
   };
-  const auto early = [&](const advise::FirstTimestamps& first, const advise::PhaseScore& enough) {
+  const auto early = [&](const advise::FirstTimestamps& first, const advise::Score& enough) {
     return scored(first, whole(first) > enough.value ? std::nextafter(enough.value, 1000.0) : whole(first));
   };
   const advise::PhaseValues found =
@@ -84,7 +84,7 @@ TEST(PhaseSearch, TakesNoPhasesWhoseScoreIsOnlyKnownToBeGreater) {
 
 TEST(PhaseSearch, KeepsTheBestWhenItIsStopped) {
   const TaskSet set = timers({100ms, 100ms});
-  const auto score = [](const advise::FirstTimestamps& first, const advise::PhaseScore&) {
+  const auto score = [](const advise::FirstTimestamps& first, const advise::Score&) {
     return scored(first, to_ms((first[1] - first[0] + 100ms) % 100ms));
   };
   int asked = 0;
@@ -112,11 +112,17 @@ class SearchOfGraph : public testing::Test {
     graph.chains = {{"c", {"P", "Q", "F"}, {"P", "Q"}, "F"}};
     return graph;
   }
+  static advise::Options rm_ro() {
+    advise::Options options;
+    options.executors = {"rm-ro"};
+    options.choose_phases = true;
+    return options;
+  }
   advise::PhaseValues values_at(const advise::FirstTimestamps& first) const {
     return advise::exact_values(candidate_, objective_, first);
   }
   advise::PhaseValues searched(unsigned thread_count) const {
-    const auto score = [&](const advise::FirstTimestamps& first, const advise::PhaseScore&) {
+    const auto score = [&](const advise::FirstTimestamps& first, const advise::Score&) {
       return values_at(first);
     };
     return advise::search_phases(candidate_.tasks.set, {0, 1}, {start_}, score, thread_count);
@@ -124,8 +130,7 @@ class SearchOfGraph : public testing::Test {
 
   const Graph graph_ = three_sensors();
   const advise::Objective objective_ = advise::parse_objective("c:age:worst", graph_);
-  const advise::Candidate candidate_ =
-      advise::make_candidates(graph_, objective_, {{"rm-ro"}, {}, "rm-ro", {}, false}).front();
+  const advise::Candidate candidate_ = advise::make_candidates(graph_, objective_, rm_ro()).front();
   const advise::FirstTimestamps start_ = {0ms, 15ms, 58ms, 0ms, 0ms};  // R comes right before P
 };
 
@@ -143,26 +148,6 @@ TEST_F(SearchOfGraph, GuaranteesNoMoreThanTheBestPhasesOfAGridAndDependsNotOnThr
   }
   EXPECT_LE(score_of(one), best);
   EXPECT_LT(score_of(one), values_at(start_).score.value);
-}
-
-TEST(GuaranteedObjectives, AreWorstCases) {
-  const Graph graph = load_graph(find_graph("autoware"));
-  for (const char* text : {"hot_path:worst", "hot_path:age:worst", "hot_path<80", "worst_lateness"})
-    EXPECT_TRUE(advise::parse_objective(text, graph).of_worst_cases()) << text;
-  for (const char* text : {"hot_path:age", "hot_path:p99", "hot_path:median", "losses"})
-    EXPECT_FALSE(advise::parse_objective(text, graph).of_worst_cases()) << text;
-}
-
-TEST(ExactValues, RefusesByNameWhatTheExactWorstCasesDoNotCover) {
-  Graph graph = load_graph(find_graph("autoware"));
-  graph.platform.cores = 2;
-  const advise::Objective objective = advise::parse_objective("hot_path:worst", graph);
-  advise::CandidateOptions options{{"multi:3"}, {"isolated"}, "multi:3", {}, false};
-  const std::vector<advise::Candidate> candidates = advise::make_candidates(graph, objective, options);
-  ASSERT_EQ(candidates.size(), 2U);
-  const advise::FirstTimestamps first(candidates[0].tasks.set.size());
-  EXPECT_THAT(exact_values(candidates[0], objective, first).refusal.value(), HasSubstr("needs 3 cores"));
-  EXPECT_THAT(exact_values(candidates[1], objective, first).refusal.value(), HasSubstr("deployment"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <map>
 #include <random>
 
 #include "graph_fixture.hpp"
@@ -51,11 +52,16 @@ constexpr const char* kGrid =
 TEST_F(SweepTest, AGridHasEachPointAndRepetitionOnceTheLastAxisFastest) {
   const sweep::Design d = design(kGrid);
   EXPECT_EQ(d.cells(), 6U * 2 * 3);
-  EXPECT_EQ(values(d, 0), "load=20 phases=creation ");
-  EXPECT_EQ(values(d, 3), "load=20 phases=random ");
-  EXPECT_EQ(values(d, 35), "load=20.5 phases=random ");
+  for (const auto& [cell, at] : std::map<std::uint64_t, std::string>{
+           {0, "load=20 phases=creation "}, {3, "load=20 phases=random "}, {35, "load=20.5 phases=random "}})
+    EXPECT_EQ(values(d, cell), at);
   EXPECT_EQ(d.repetition(35), 2U);
   EXPECT_EQ(d.fixed.back().value, "a,b");
+  const sweep::Design large =
+      design("command: simulate\naxes: {load: {from: 0, to: 90, step: 1e-4}}\nkeep: all\n");
+  EXPECT_TRUE(large.keep);
+  EXPECT_EQ(large.cells(), 900'001U);
+  EXPECT_EQ(values(large, 899'999), "load=89.9999 ");
 }
 
 TEST_F(SweepTest, SeedsFollowFromCoordinatesWithoutTheExecutor) {
@@ -90,34 +96,6 @@ TEST_F(SweepTest, WhatIsWrongWithAFileIsSaidWithItsLine) {
   for (const auto& [text, said] : cases)
     expect_refusal(program::concat("command: simulate\n", text, "\n"), said);
   expect_refusal("command: fly\naxes: {load: [1]}\n", "simulate");
-}
-
-TEST_F(SweepTest, AnAxisMayHaveAnyNumberOfValues) {
-  const sweep::Design d =
-      design("command: simulate\naxes: {load: {from: 0, to: 90, step: 1e-4}}\nkeep: all\n");
-  EXPECT_TRUE(d.keep);
-  EXPECT_EQ(d.cells(), 900'001U);
-  EXPECT_EQ(values(d, 899'999), "load=89.9999 ");
-}
-
-TEST_F(SweepTest, AJournalGoesOnAfterALineWithoutItsEnd) {
-  const sweep::Design d = design(kGrid);
-  const fs::path folder = folder_ / "out", file = folder / "cells.journal";
-  {
-    sweep::Journal journal(folder, d);
-    journal.add(4, "four\n");
-    journal.add(1, "one,\"a\"\n");
-    journal.add(7, "seven\n");
-    journal.flush();
-  }
-  fs::resize_file(file, fs::file_size(file) - 1);
-  sweep::Journal journal(folder, d);
-  EXPECT_EQ(journal.done(), 2U);
-  EXPECT_EQ(journal.missing().size(), 34U);
-  journal.add(0, "zero\n");
-  journal.flush();
-  journal.write_table("header");
-  EXPECT_EQ(read_text_file(folder / "table.csv"), "header\nzero\none,\"a\"\nfour\n");
 }
 
 /// Adds the missing cells; returns the table and the number of missing cells.
@@ -172,70 +150,76 @@ TEST_F(SweepTest, NoDamageOfAJournalReachesTheTable) {
   EXPECT_GT(at_the_end, 3U);
 }
 
-TEST_F(SweepTest, LinesWithoutAChecksumAreNotTaken) {
+TEST_F(SweepTest, TheTableIsInTheOrderOfCellsAndLinesNeedTheirChecksumAndTheirEnd) {
   const sweep::Design d = design(kGrid);
-  { sweep::Journal journal(folder_ / "out", d); }
-  std::ofstream(folder_ / "out" / "cells.journal") << "[4,\"four\\n\"]\n";
-  EXPECT_EQ(sweep::Journal(folder_ / "out", d).missing().size(), d.cells());
-}
-
-TEST_F(SweepTest, AFolderHasOneSweepAtATime) {
-  const sweep::Design d = design(kGrid);
-  sweep::Design other = d;
-  other.text += "seed: 3\n";
+  const fs::path folder = folder_ / "out", file = folder / "cells.journal";
   {
-    sweep::Journal first(folder_ / "out", d);
-    EXPECT_THROW(sweep::Journal(folder_ / "out", d), program::UsageError);
-    // Also before the first sweep has written its description.
-    fs::remove(folder_ / "out" / "sweep.json");
-    EXPECT_THROW(sweep::Journal(folder_ / "out", other), program::UsageError);
-    EXPECT_EQ(read_text_file(folder_ / "out" / "sweep.yaml"), d.text);
+    sweep::Journal journal(folder, d);
+    for (const std::uint64_t cell : {4, 1, 7}) journal.add(cell, program::concat(cell, ",\"a\"\n"));
+    journal.flush();
   }
-  const sweep::Journal accepted(folder_ / "out", other);  // the first sweep never began
-  EXPECT_EQ(read_text_file(folder_ / "out" / "sweep.yaml"), other.text);
+  fs::resize_file(file, fs::file_size(file) - 1);
+  {
+    sweep::Journal journal(folder, d);
+    EXPECT_EQ(journal.done(), 2U);
+    EXPECT_EQ(journal.missing().size(), 34U);
+    journal.add(0, "zero\n");
+    journal.flush();
+    journal.write_table("header");
+  }
+  EXPECT_EQ(read_text_file(folder / "table.csv"), "header\nzero\n1,\"a\"\n4,\"a\"\n");
+  std::ofstream(file) << "[4,\"four\\n\"]\n";
+  EXPECT_EQ(sweep::Journal(folder, d).missing().size(), d.cells());
 }
 
 TEST_F(SweepTest, AJournalOfAnotherSweepOrFolderIsRefused) {
   const sweep::Design d = design(kGrid);
-  const auto said = [](const fs::path& folder, const sweep::Design& sweep) -> std::string {
+  sweep::Design other = d;
+  other.text += "seed: 3\n";
+  const fs::path folder = folder_ / "out";
+  const auto refusal = [](const fs::path& of, const sweep::Design& sweep) -> std::string {
     try {
-      sweep::Journal(folder, sweep);
+      sweep::Journal(of, sweep);
     } catch (const program::UsageError& error) {
       return error.what();
     }
     return "";
   };
-  EXPECT_EQ(said(folder_ / "out", d), "");
-  sweep::Design other = d;
-  other.text += "seed: 3\n";
-  EXPECT_THAT(said(folder_ / "out", other), HasSubstr("holds results of another sweep"));
-  EXPECT_THAT(said("/dev/full", d), HasSubstr("Not a directory"));
+  {
+    const sweep::Journal first(folder, d);
+    EXPECT_THAT(refusal(folder, d), HasSubstr("another process runs the sweep"));
+    // Also before the first sweep has written its description.
+    fs::remove(folder / "sweep.json");
+    EXPECT_THAT(refusal(folder, other), HasSubstr("another process runs the sweep"));
+    EXPECT_EQ(read_text_file(folder / "sweep.yaml"), d.text);
+  }
+  EXPECT_EQ(refusal(folder, other), "") << "the first sweep never began";
+  EXPECT_EQ(read_text_file(folder / "sweep.yaml"), other.text);
+  EXPECT_THAT(refusal(folder, d), HasSubstr("holds results of another sweep"));
+  EXPECT_THAT(refusal("/dev/full", d), HasSubstr("Not a directory"));
   fs::create_directories(folder_ / "full" / "of");
-  EXPECT_THAT(said(folder_ / "full", d), HasSubstr("holds other files"));
-  std::ofstream(folder_ / "out" / "sweep.json") << R"({"version": "0.1.0", "build": 1})";
-  EXPECT_THAT(said(folder_ / "out", d), HasSubstr("begun by another build"));
-  std::ofstream(folder_ / "out" / "sweep.json") << "{";
-  EXPECT_THAT(said(folder_ / "out", d), HasSubstr("is damaged"));
-  std::ofstream(folder_ / "out" / "cells.journal") << "something";
-  fs::remove(folder_ / "out" / "sweep.json");
-  EXPECT_THAT(said(folder_ / "out", d), HasSubstr("without its sweep.json"));
+  EXPECT_THAT(refusal(folder_ / "full", d), HasSubstr("holds other files"));
+  std::ofstream(folder / "sweep.json") << R"({"version": "0.1.0", "build": 1})";
+  EXPECT_THAT(refusal(folder, other), HasSubstr("begun by another build"));
+  std::ofstream(folder / "sweep.json") << "{";
+  EXPECT_THAT(refusal(folder, other), HasSubstr("is damaged"));
+  std::ofstream(folder / "cells.journal") << "something";
+  fs::remove(folder / "sweep.json");
+  EXPECT_THAT(refusal(folder, other), HasSubstr("without its sweep.json"));
 }
 
 TEST_F(SweepTest, AFullDiskKeepsWhatThereIs) {
   const sweep::Design d = design(kGrid);
-  sweep::Journal first(folder_ / "out", d);
-  first.add(0, "zero\n");
-  first.flush();
+  { const sweep::Journal begun(folder_ / "out", d); }
   fs::remove(folder_ / "out" / "cells.journal");
   fs::create_symlink("/dev/full", folder_ / "out" / "cells.journal");
-  // Writes to this file fail with "no space left".
-  EXPECT_THROW(
-      {
-        sweep::Journal full(folder_ / "out", d);
+  sweep::Journal full(folder_ / "out", d);
+  EXPECT_THAT(
+      [&] {
         full.add(1, "one\n");
         full.flush();
       },
-      program::RunError);
+      testing::ThrowsMessage<program::RunError>(HasSubstr("0 cells are stored")));
 }
 
 TEST(CapacityTest, FindsTheLastLevelBelowTheFirstFailure) {
