@@ -157,7 +157,7 @@ void write(Advice& advice) {
   if (chains) write_latencies(advice.folder / "latencies.csv", advice.ranked, advice.objective.chain);
   const nlohmann::json content = advice;
   program::write_whole_file(advice.folder / "advice.json", content);
-  write_text(std::cout, advice);
+  write_text(std::cout, advice, content);
   if (advice.draws() > 0 && advice.draws() < advice.asked_draws()) {
     std::cout << "Only " << advice.draws() << " of " << advice.asked_draws() << " draws: "
               << (program::interrupted() != 0 ? "interrupted" : "the budget ended (--time-out SECONDS)")

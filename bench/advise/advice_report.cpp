@@ -25,15 +25,6 @@ std::string counted(std::uint64_t count, const char* thing) {
   return concat(count, " ", thing, count == 1 ? "" : "s");
 }
 
-/// The quantiles of the latency that table and JSON show; empty without a chain.
-std::vector<std::pair<const char*, Estimate>> latencies(const Advice& advice, const Prediction& p) {
-  if (advice.graph.chains.empty()) return {};
-  const results::LatencySummary& l = advice.objective.latency(p.summary.chains[advice.objective.chain]);
-  return {{"median", l.estimate(&Quantiles::p50)},
-          {"p99", l.estimate(&Quantiles::p99)},
-          {"worst", l.estimate(&Quantiles::max)}};
-}
-
 /// The same statistic of a latency, by default of the one that the objective is not about.
 Objective latency_beside(const Advice& advice, bool age) {
   Objective of = advice.objective;
@@ -51,40 +42,40 @@ std::string order_of(const Objective& objective) {
 
 std::string name_of(const Prediction& p) { return p.candidate->name; }
 std::string lost(const Prediction& p) { return fixed(p.summary.lost_percent(), 1) + " %"; }
-auto late_timers(const Prediction& p) {
-  return std::ranges::count_if(p.summary.tasks, &results::TaskSummary::late);
-}
 
-Table ranking_table(const Advice& advice) {
+/// The candidates that keep up; `ranking`: the content of advice.json.
+Table ranking_table(const Advice& advice, const json& ranking) {
   const Objective& objective = advice.objective;
   const bool chains = !advice.graph.chains.empty();
   const bool lateness = objective.kind == Objective::Kind::worst_lateness;
-  Table table(concat(chains ? advice.graph.chains[objective.chain].name : advice.graph.name, ": ",
-                     chains ? concat(metric_text(objective.age), " in ms") : "jobs", ", best first by ",
-                     order_of(objective)),
+  const std::string subject = chains ? advice.graph.chains[objective.chain].name : advice.graph.name;
+  const std::string statistic = to_string(objective.statistic);
+  const std::string of_age = statistic == "worst" ? "age" : "age_" + statistic;
+  Table table(concat(subject, ": ", chains ? concat(metric_text(objective.age), " in ms") : "jobs",
+                     ", best first by ", order_of(objective)),
               {""});
   const auto add = [&](const std::vector<std::string>& names) {
     table.header.insert(table.header.end(), names.begin(), names.end());
   };
-  const std::string other = objective.age ? "hot path\n" : "age\n";
-  if (chains) add({"median", "p99", "worst", other + to_string(objective.statistic)});
+  if (chains) add({"median", "p99", "worst", (objective.age ? "hot path\n" : "age\n") + statistic});
   if (lateness) add({"worst\nlateness ms"});
   add({"lost\n%", "timers\nlate", "never\nran", "threads", "cores\nused", "bound"});
-  for (const Prediction& p : advice.ranked) {
-    if (!p.keeps_up()) continue;
-    std::vector<program::Value> row = {name_of(p)};
-    for (const auto& [name, latency] : latencies(advice, p)) {
-      const auto& [ms, interval] = latency;
+  for (const json& p : ranking) {
+    if (p["overload"] != "") continue;
+    std::vector<program::Value> row = {p["name"]};
+    for (const char* latency : {"median_ms", "p99_ms", "worst_ms"}) {
+      if (!chains) break;
+      const json interval = p[latency].value("interval", json());
       row.emplace_back(
-          fixed(ms, 1),
-          interval ? concat("[", fixed(interval->low, 1), ", ", fixed(interval->high, 1), "]") : "");
+          fixed(p[latency]["value"], 1),
+          interval.is_null() ? "" : concat("[", fixed(interval[0], 1), ", ", fixed(interval[1], 1), "]"));
     }
-    if (chains) row.emplace_back(fixed(score(latency_beside(advice), p.summary).value, 1));
-    if (lateness) row.emplace_back(fixed(score(objective, p.summary).value, 1));
-    row.insert(row.end(), {fixed(p.summary.lost_percent(), 1), late_timers(p),
-                           p.summary.never_ran() > 0 ? std::optional(p.summary.never_ran()) : std::nullopt,
-                           p.candidate->load.threads, fixed(p.cores_used, 2),
-                           p.bound ? fixed(to_ms(Duration(p.bound->ns)), 1) : ""});
+    if (chains) row.emplace_back(fixed(p["chains_ms"][subject][objective.age ? statistic : of_age], 1));
+    if (lateness) row.emplace_back(fixed(p["objective"], 1));
+    row.insert(
+        row.end(),
+        {fixed(p["lost_percent"], 1), p["timers_late"], p["never_ran"] > 0 ? p["never_ran"] : json(),
+         p["threads"], fixed(p["cores_used"], 2), p["bound_ms"].is_null() ? "" : fixed(p["bound_ms"], 1)});
     table.add_row(row);
   }
   return table;
@@ -264,7 +255,7 @@ json row_json(const Advice& advice, const Prediction& p) {
   if (!p.keeps_up()) return row;
   row["objective"] = score(advice.objective, p.summary).value;
   row["lost_percent"] = p.summary.lost_percent();
-  row["timers_late"] = late_timers(p);
+  row["timers_late"] = std::ranges::count_if(p.summary.tasks, &results::TaskSummary::late);
   row["never_ran"] = p.summary.never_ran();
   row["starved"] = results::starved(p.summary);
   for (const results::ChainSummary& chain : p.summary.chains) {
@@ -282,9 +273,14 @@ json row_json(const Advice& advice, const Prediction& p) {
       row["periods_ms"][t.task] = {
           {"period", to_ms(t.period)}, {"least", t.period_ms->min}, {"greatest", t.period_ms->max}};
   }
-  for (const auto& [name, latency] : latencies(advice, p)) {
-    json& shown = row[name + std::string("_ms")] = {{"value", latency.value}};
-    if (latency.interval) shown["interval"] = {latency.interval->low, latency.interval->high};
+  if (advice.graph.chains.empty()) return row;
+  const results::LatencySummary& l = advice.objective.latency(p.summary.chains[advice.objective.chain]);
+  for (const auto& [name, of] : {std::pair("median_ms", &Quantiles::p50),
+                                 {"p99_ms", &Quantiles::p99},
+                                 {"worst_ms", &Quantiles::max}}) {
+    const auto [value, interval] = l.estimate(of);
+    row[name]["value"] = value;
+    if (interval) row[name]["interval"] = {interval->low, interval->high};
   }
   return row;
 }
@@ -304,9 +300,9 @@ std::uint32_t Advice::draws() const {
   return static_cast<std::uint32_t>(most);
 }
 
-void write_text(std::ostream& out, const Advice& advice) {
-  const std::vector<std::string> all = sentences(advice);
-  out << program::wrapped(all.front()) << "\n" << ranking_table(advice) << "\n";
+void write_text(std::ostream& out, const Advice& advice, const json& content) {
+  const std::vector<std::string> all = content["sentences"];
+  out << program::wrapped(all.front()) << "\n" << ranking_table(advice, content["ranking"]) << "\n";
   write_excluded(out, advice);
   for (const std::string& sentence : std::span(all).subspan(1)) out << "\n" << sentence;
   out << "\n";

@@ -42,9 +42,9 @@ struct Advice : Question {
   [[nodiscard]] bool compares() const { return changes() && now->keeps_up(); }
 };
 
-/// The ranking, the sentences, the doubts, and the causes of the gain.
-void write_text(std::ostream& out, const Advice& advice);
 /// The content of advice.json.
 void to_json(nlohmann::json& j, const Advice& advice);
+/// The ranking, the sentences, the doubts, and the causes of the gain; `content`: of advice.json.
+void write_text(std::ostream& out, const Advice& advice, const nlohmann::json& content);
 
 }  // namespace hotpath::advise

@@ -46,11 +46,6 @@ struct Compared {
   std::optional<PhaseValues> found = {};  ///< Of searched candidates.
 
   const std::optional<std::string>& refusal() const { return phases.front().refusal; }
-  std::vector<PhaseValues> by(Phases rule) const {
-    std::vector<PhaseValues> all = phases;
-    std::erase_if(all, [&](const PhaseValues& v) { return v.rule != rule; });
-    return all;
-  }
   /// Searched ones first.
   std::pair<bool, Score> score() const { return {!found, found.value_or(phases.front()).within_margin}; }
 };
@@ -60,10 +55,9 @@ void to_json(json& j, const Compared& c) {
        {"description", c.candidate->description},
        {"refusal", c.refusal().value_or("")}};
   if (c.refusal()) return;
-  j["random"] = c.by(Phases::random);
-  for (const PhaseValues& v : c.phases) {
-    if (v.rule != Phases::random) j["by_rule"][std::string(to_string(v.rule))] = v;
-  }
+  j["random"] = json::array();
+  for (const PhaseValues& v : c.phases)
+    v.rule == Phases::random ? j["random"].push_back(v) : void(j["by_rule"][to_string(v.rule)] = v);
   if (!c.found) return;
   j["chosen"] = *c.found;
   j["within_margin"] = c.found->within_margin.value;
@@ -100,11 +94,6 @@ class PhaseAdviser : Question {
     files.insert(files.begin(), file);
     prove(best);
     const std::vector<std::string> sentences = sentences_of(best, file);
-    std::cout << table() << "\n";
-    for (const Compared& c : compared_) {
-      if (c.refusal()) std::cout << c.candidate->name << " has no exact values: " << *c.refusal() << "\n";
-    }
-    std::cout << "\n" << program::joined(sentences, "\n") << "\n\nPhases: --phases " << file << "\n";
     const json content = {{"graph", graph.name},
                           {"objective", objective.text},
                           {"margin_ms", to_ms(margin_)},
@@ -113,6 +102,11 @@ class PhaseAdviser : Question {
                           {"sentences", sentences},
                           {"files", files},
                           {"candidates", compared_}};
+    std::cout << table(content["candidates"]) << "\n";
+    for (const Compared& c : compared_) {
+      if (c.refusal()) std::cout << c.candidate->name << " has no exact values: " << *c.refusal() << "\n";
+    }
+    std::cout << "\n" << program::joined(sentences, "\n") << "\n\nPhases: --phases " << file << "\n";
     program::write_whole_file(folder / "phases.json", content);
     finish(content);
   }
@@ -218,40 +212,41 @@ class PhaseAdviser : Question {
     const auto in_words = [&](const PhaseValues& v) {
       return v.exact() ? fixed(v.score.value, 2) + unit_ : "no exact value";
     };
-    std::vector<std::string> sentences = {concat("Take ", best.candidate->name, " with the phases in ", file,
-                                                 ": ", objective.text, " is at most ", in_words(*best.found),
-                                                 ", instead of ", in_words(best.by(Phases::creation).front()),
-                                                 " by creation.")};
+    std::vector<std::string> sentences = {concat(
+        "Take ", best.candidate->name, " with the phases in ", file, ": ", objective.text, " is at most ",
+        in_words(*best.found), ", instead of ",
+        in_words(*std::ranges::find(best.phases, Phases::creation, &PhaseValues::rule)), " by creation.")};
     if (std::ranges::all_of(tasks.set.tasks, [](const Task& task) { return task.bcet == task.wcet; }))
       sentences.emplace_back(
           "Execution times are constant in this graph and the guarantee (no best_case_execution_time_ms).");
     return sentences;
   }
 
-  program::Table table() const {
+  /// `candidates`: of phases.json.
+  program::Table table(const json& candidates) const {
     program::Table table(
         concat(graph.name, ": guaranteed ", objective.text, " in", unit_, ", by phases (",
-               compared_.front().by(Phases::random).size(), " random draws)"),
+               candidates[0]["random"].size(), " random draws)"),
         {"", "creation", "synchro-\nnous", "given", "random\nbest", "random\nmedian", "random\nworst",
          "chosen", "within\nmargin", "hot path\nchosen", "age\nchosen", "late\ntimers"});
-    const auto cell = [](double value) { return std::isfinite(value) ? fixed(value, 2) : ""; };
-    for (const Compared& c : compared_) {
-      if (c.refusal()) continue;
-      const bool ended_early = c.found && !c.found->complete;
-      std::vector<program::Value> row = {c.candidate->name + (ended_early ? " (ended early)" : "")};
-      const auto add = [&](Phases rule, std::size_t half, const char* without) {
-        const std::vector<PhaseValues> by = c.by(rule);
-        row.push_back(by.empty() ? without : cell(by[(by.size() - 1) * half / 2].score.value));
+    for (const json& c : candidates) {
+      if (c["refusal"] != "") continue;
+      const bool ended_early = !c.value("complete", true);
+      std::vector<program::Value> row = {
+          concat(c["name"].get<std::string>(), ended_early ? " (ended early)" : "")};
+      const auto add = [&](const std::string& place) {
+        const double value = c.value(json::json_pointer(place), kNoValue);
+        row.push_back(std::isfinite(value) ? fixed(value, 2) : "");
       };
-      for (const Phases rule : {Phases::creation, Phases::synchronous, Phases::given}) add(rule, 0, "");
-      for (const std::size_t half : {0, 1, 2}) add(Phases::random, half, "-");
-      if (c.found) {
-        const PhaseValues& v = *c.found;
-        for (const double value : {v.score.value, v.within_margin.value, v.hot_path_ms, v.age_ms})
-          row.push_back(cell(value));
-        row.push_back(std::to_string(v.score.late_timers));
-      }
-      row.resize(12, "");
+      for (const char* rule : {"creation", "synchronous", "given"})
+        add(concat("/by_rule/", rule, "/objective"));
+      const std::size_t draws = c["random"].size();
+      for (const std::size_t half : {0, 1, 2})
+        draws > 0 ? add(concat("/random/", (draws - 1) * half / 2, "/objective")) : row.push_back("-");
+      for (const char* place :
+           {"/chosen/objective", "/within_margin", "/chosen/hot_path_ms", "/chosen/age_ms"})
+        add(place);
+      row.push_back(c.value(json::json_pointer("/chosen/late_timers"), json()));
       table.add_row(row);
     }
     return table;

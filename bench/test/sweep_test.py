@@ -56,15 +56,13 @@ class Sweeps(SweepTest):
         self.assertEqual({row["executor"] for row in rows}, {"default", "rm-ro"})
 
     def test_a_key_of_a_node_is_an_axis(self) -> None:
-        axes = "axes: {set.FrontLidarDriver.period_ms: [50, 100]}\n"
-        self.sweep(
-            "out", text=f"command: simulate\nfixed: {{executors: rm-ro, duration: 2, warm-up: 0}}\n{axes}"
-        )
+        key = "set.FrontLidarDriver.period_ms"
+        fixed = "fixed: {executors: rm-ro, duration: 2, warm-up: 0}"
+        self.sweep("out", text=f"command: simulate\n{fixed}\naxes: {{{key}: [50, 100]}}\n")
         fast, slow = self.rows("out")
-        self.assertEqual([row["set.FrontLidarDriver.period_ms"] for row in (fast, slow)], ["50", "100"])
-        self.assertGreaterEqual(
-            int(fast["callbacks"]), int(slow["callbacks"]) + 60
-        )  # 20 more of it and of two readers
+        self.assertEqual((fast[key], slow[key]), ("50", "100"))
+        more = 3 * 20  # of the driver and its two readers
+        self.assertGreaterEqual(int(fast["callbacks"]), int(slow["callbacks"]) + more)
 
     def test_a_cell_is_what_simulate_says_of_it_and_overload_is_a_row(self) -> None:
         self.sweep("out")
@@ -176,15 +174,12 @@ class Capacities(SweepTest):
 
     def test_rm_ro_carries_what_the_analysis_accepts(self) -> None:
         out, levels = self.capacity("--graph", "timers_only_80", "--executors", "rm-ro", "--from", 40)
-        held = {
-            s: [float(r["load"]) for r in levels if r["source"] == s and r["holds"] == "1"]
-            for s in ("simulated", "analysis")
-        }
-        self.assertGreaterEqual(max(held["simulated"]), max(held["analysis"]))
-        self.assertGreater(max(held["analysis"]), 60)
-        self.assertIn(
-            "3 of 3 repetitions of 2 s must hold: with 95 % confidence 36.8 % of all such runs do", out
-        )
+        sources = ("simulated", "analysis")
+        held = [{float(r["load"]) for r in levels if (r["source"], r["holds"]) == (s, "1")} for s in sources]
+        self.assertGreaterEqual(max(held[0]), max(held[1]))
+        self.assertGreater(max(held[1]), 60)
+        says = "3 of 3 repetitions of 2 s must hold: with 95 % confidence 36.8 % of all such runs do"
+        self.assertIn(says, out)
 
     def test_rates_and_copies_multiply_the_load(self) -> None:
         _, levels = self.capacity(*"--load 30 --executors rm-ro --over copies --from 1 --to 5".split())
