@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <set>
 
 #include "hotpath/core/priority_order.hpp"
@@ -11,52 +12,59 @@ namespace hotpath {
 
 namespace {
 
-constexpr int kHighestPriority = 98;
-
-Deployment single(const Graph& graph, const GraphTasks& tasks) {
+/// An executor for each value of `key`, in the order of their first tasks; `make` gives its name, kind and
+/// policy.
+Deployment executor_for_each(const GraphTasks& tasks, const auto& key, const auto& make) {
   Deployment d;
-  d.executors.push_back({graph.name, "default", {}, {}, 0});
-  d.executor_of.assign(tasks.set.size(), 0);
+  std::map<std::uint32_t, std::uint32_t> executor_of;
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const auto number = static_cast<std::uint32_t>(d.executors.size());
+    const auto [executor, is_new] = executor_of.emplace(key(id), number);
+    if (is_new) d.executors.push_back(make(id));
+    d.executor_of.push_back(executor->second);
+  }
   return d;
 }
 
+Deployment single(const Graph& graph, const GraphTasks& tasks) {
+  return executor_for_each(
+      tasks, [](TaskId) { return 0U; },
+      [&](TaskId) {
+        return DeployedExecutor{graph.name, "default", {}, {}};
+      });
+}
+
 Deployment isolated(const Graph& graph, const GraphTasks& tasks) {
-  Deployment d;
-  for (const Node& node : graph.nodes) d.executors.push_back({node.name, "default", {}, {}, 0});
-  for (const TaskOrigin& origin : tasks.origin) d.executor_of.push_back(origin.node);
-  return d;
+  const auto node = [&](TaskId id) { return tasks.origin[id].node; };
+  return executor_for_each(tasks, node, [&](TaskId id) {
+    return DeployedExecutor{graph.nodes[node(id)].name, "default", {}, {}};
+  });
 }
 
 /// One executor per callback group; the executor of a reentrant group has four threads (tier4's
 /// callback_isolated_executor).
 Deployment callback_isolated(const Graph& graph, const GraphTasks& tasks) {
-  Deployment d;
-  constexpr std::uint32_t kNone = ~0U;
-  std::vector<std::uint32_t> executor_of_group(tasks.set.groups.size(), kNone);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    std::uint32_t& executor = executor_of_group[tasks.set[id].group];
-    if (executor == kNone) {
-      executor = static_cast<std::uint32_t>(d.executors.size());
-      const bool reentrant = tasks.set.groups[tasks.set[id].group] == CallbackGroup::reentrant;
-      const std::string& node = graph.nodes[tasks.origin[id].node].name;
-      d.executors.push_back({node + "@" + tasks.set[id].name, reentrant ? "multi:4" : "default", {}, {}, 0});
-    }
-    d.executor_of.push_back(executor);
-  }
-  return d;
+  const auto group = [&](TaskId id) { return tasks.set[id].group; };
+  return executor_for_each(tasks, group, [&](TaskId id) {
+    const bool reentrant = tasks.set.groups[group(id)] == CallbackGroup::reentrant;
+    return DeployedExecutor{graph.nodes[tasks.origin[id].node].name + "@" + tasks.set[id].name,
+                            reentrant ? "multi:4" : "default",
+                            {},
+                            {}};
+  });
 }
 
 Deployment rate_monotonic_threads(const Graph&, const GraphTasks& tasks) {
-  Deployment d;
+  constexpr int kMostAboveTheLowest = 98;
   const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::rm);
   const std::set<std::int64_t> levels(level.begin(), level.end());
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
-    const auto slower = std::distance(levels.upper_bound(level[id]), levels.end());
-    const int priority = 1 + std::min(kHighestPriority, static_cast<int>(slower));
-    d.executors.push_back({tasks.set[id].name, "default", {ThreadPolicy::Class::fifo, priority}, {}, 0});
-    d.executor_of.push_back(id);
-  }
-  return d;
+  const auto thread = [&](TaskId id) {
+    const auto slower = static_cast<int>(std::distance(levels.upper_bound(level[id]), levels.end()));
+    const ThreadPolicy policy{ThreadPolicy::Class::fifo, 1 + std::min(kMostAboveTheLowest, slower)};
+    return DeployedExecutor{tasks.set[id].name, "default", policy, {}};
+  };
+  return executor_for_each(
+      tasks, [](TaskId id) { return id; }, thread);
 }
 
 constexpr std::array kPresets = {
@@ -72,17 +80,15 @@ constexpr std::array kPresets = {
 
 std::vector<std::size_t> Deployment::executors_in(std::uint32_t process) const {
   std::vector<std::size_t> indices;
-  for (std::size_t e = 0; e < executors.size(); ++e) {
+  for (std::size_t e = 0; e < executors.size(); ++e)
     if (executors[e].process == process) indices.push_back(e);
-  }
   return indices;
 }
 
 std::vector<std::uint32_t> Deployment::process_of(const Graph& graph, const GraphTasks& tasks) const {
   std::vector<std::uint32_t> process(graph.nodes.size(), 0);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+  for (TaskId id = 0; id < tasks.set.size(); ++id)
     process[tasks.origin[id].node] = executors[executor_of[id]].process;
-  }
   return process;
 }
 

@@ -40,15 +40,25 @@ std::string description_of(const YamlMap& map) {
   return given ? given->text() : "";
 }
 
+/// By node: the callback groups of its callbacks, from the place among the node's groups to the number among
+/// those of all tasks.
+std::vector<std::map<std::uint32_t, std::uint32_t>> groups_of(const Graph& graph, const GraphTasks& tasks) {
+  std::vector<std::map<std::uint32_t, std::uint32_t>> groups(graph.nodes.size());
+  for (TaskId id = 0; id < tasks.set.size(); ++id)
+    groups[tasks.origin[id].node].emplace(tasks.callbacks[id].group, tasks.set[id].group);
+  return groups;
+}
+
 /// Reads one file for one graph.
 class DeploymentReader {
  public:
   DeploymentReader(const std::string& path, const Graph& graph, const GraphTasks& tasks)
-      : path_(path), graph_(graph), tasks_(tasks), owner_(tasks.set.groups.size(), kNobody) {
+      : path_(path),
+        graph_(graph),
+        tasks_(tasks),
+        groups_(groups_of(graph, tasks)),
+        owner_(tasks.set.groups.size(), kNobody) {
     deployment_.file = path;
-    groups_.resize(graph.nodes.size());
-    for (TaskId id = 0; id < tasks.set.size(); ++id)
-      groups_[tasks.origin[id].node].insert(tasks.set[id].group);
   }
 
   Deployment read() {
@@ -59,8 +69,10 @@ class DeploymentReader {
          map.require("executors", "[{name: NAME, executor: default, owns: rest}]").list("an executor")) {
       read_executor(executor);
     }
-    give_rest();
-    check_processes();
+    for (std::size_t n = 0; n < groups_.size(); ++n) give_rest(n);
+    for (std::size_t n = 0; n < groups_.size(); ++n) check_process(n);
+    for (TaskId publisher = 0; publisher < tasks_.set.size(); ++publisher)
+      for (const TaskId reader : tasks_.set[publisher].feeds) check_intra_process(publisher, reader);
     for (const Task& task : tasks_.set.tasks) deployment_.executor_of.push_back(owner_[task.group]);
     return std::move(deployment_);
   }
@@ -90,9 +102,8 @@ class DeploymentReader {
     if (const auto given = map.find("processors")) {
       for (const YamlValue& processor : given->list("a processor of " + executor.name)) {
         const int number = static_cast<int>(processor.integer(0, kMaxProcessor));
-        if (std::ranges::count(executor.processors, number) > 0) {
+        if (std::ranges::count(executor.processors, number) > 0)
           processor.fail("processor " + std::to_string(number) + " occurs twice", "name it once");
-        }
         executor.processors.push_back(number);
       }
     }
@@ -107,15 +118,15 @@ class DeploymentReader {
     const std::string name = given ? given->long_name() : "";
     std::vector<std::string>& all = deployment_.processes;
     if (deployment_.executors.empty()) all = {name};
-    const auto existing = std::ranges::find(all, name);
-    if (existing == all.end()) all.push_back(name);
-    return static_cast<std::uint32_t>(std::ranges::find(all, name) - all.begin());
+    const auto number = static_cast<std::uint32_t>(std::ranges::find(all, name) - all.begin());
+    if (number == all.size()) all.push_back(name);
+    return number;
   }
 
   void own(const YamlValue& value, const std::string& executor) {
     const auto index = static_cast<std::uint32_t>(deployment_.executors.size());
     if (value.is_text() && value.text() == "rest") {
-      if (rest_) value.fail("two executors own the rest", "name the nodes of one of them");
+      if (rest_ != kNobody) value.fail("two executors own the rest", "name the nodes of one of them");
       rest_ = index;
       return;
     }
@@ -132,69 +143,53 @@ class DeploymentReader {
     }
   }
 
-  /// The callback groups of `NODE` or `NODE/GROUP`.
-  std::set<std::uint32_t> groups(const YamlValue& item) const {
+  /// The callback groups of `NODE` or `NODE/GROUP`; none for a group without callbacks.
+  std::vector<std::uint32_t> groups(const YamlValue& item) const {
     const std::string text = item.text(), name = text.substr(0, text.find('/'));
     const Node* node = graph_.find(name);
-    if (node == nullptr) {
-      std::vector<std::string> names;
-      for (const Node& n : graph_.nodes) names.push_back(n.name);
-      item.fail("graph " + graph_.name + " has no node " + name, suggest(name, names));
+    if (node == nullptr)
+      item.fail("graph " + graph_.name + " has no node " + name, suggest(name, graph_.node_names()));
+    std::ptrdiff_t wanted = -1;
+    if (name != text) {
+      const std::string group = text.substr(name.size() + 1);
+      wanted = std::ranges::find(node->group_names, group) - node->group_names.begin();
+      if (wanted == std::ssize(node->group_names))
+        item.fail("node " + name + " has no callback group " + group, suggest(group, node->group_names));
     }
-    const auto index = static_cast<std::size_t>(node - graph_.nodes.data());
-    if (name == text) return groups_[index];
-    const std::string group = text.substr(name.size() + 1);
-    const auto group_name = std::ranges::find(node->group_names, group);
-    if (group_name == node->group_names.end()) {
-      item.fail("node " + name + " has no callback group " + group, suggest(group, node->group_names));
-    }
-    std::set<std::uint32_t> found;  // empty for a group without callbacks
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      if (tasks_.origin[id].node == index &&
-          tasks_.callbacks[id].group == group_name - node->group_names.begin())
-        found.insert(tasks_.set[id].group);
-    }
+    std::vector<std::uint32_t> found;
+    for (const auto& [place, group] : groups_[static_cast<std::size_t>(node - graph_.nodes.data())])
+      if (name == text || place == wanted) found.push_back(group);
     return found;
   }
 
-  void give_rest() {
-    for (std::size_t n = 0; n < groups_.size(); ++n) {
-      for (const std::uint32_t group : groups_[n]) {
-        if (owner_[group] == kNobody && !rest_) {
-          throw InputError(path_, 1, "no executor owns all callback groups of node " + graph_.nodes[n].name,
-                           "name the node, or give one executor `owns: rest`");
-        }
-        if (owner_[group] == kNobody) owner_[group] = *rest_;
-      }
+  void give_rest(std::size_t node) {
+    for (const auto& [place, group] : groups_[node]) {
+      if (owner_[group] == kNobody) owner_[group] = rest_;
+      if (owner_[group] != kNobody) continue;
+      throw InputError(path_, 1, "no executor owns all callback groups of node " + graph_.nodes[node].name,
+                       "name the node, or give one executor `owns: rest`");
     }
   }
 
-  void check_processes() const {
-    for (std::size_t n = 0; n < groups_.size(); ++n) {
-      const auto owner_of = [&](std::uint32_t group) -> const DeployedExecutor& {
-        return deployment_.executors[owner_[group]];
-      };
-      for (const std::uint32_t group : groups_[n]) {
-        const DeployedExecutor &first = owner_of(*groups_[n].begin()), &other = owner_of(group);
-        if (first.process == other.process) continue;
-        throw InputError(path_, std::max(first.line, other.line),
-                         "node " + graph_.nodes[n].name + " would run in two processes, with executors " +
-                             first.name + " and " + other.name,
-                         "give both executors the same process");
-      }
-    }
-    for (TaskId publisher = 0; publisher < tasks_.set.size(); ++publisher) {
-      for (const TaskId reader : tasks_.set[publisher].feeds) check_intra_process(publisher, reader);
+  const DeployedExecutor& owner_of(std::uint32_t group) const { return deployment_.executors[owner_[group]]; }
+
+  void check_process(std::size_t node) const {
+    for (const auto& [place, group] : groups_[node]) {
+      const DeployedExecutor &first = owner_of(groups_[node].begin()->second), &other = owner_of(group);
+      if (first.process == other.process) continue;
+      throw InputError(path_, std::max(first.line, other.line),
+                       "node " + graph_.nodes[node].name + " would run in two processes, with executors " +
+                           first.name + " and " + other.name,
+                       "give both executors the same process");
     }
   }
 
   void check_intra_process(TaskId publisher, TaskId reader) const {
     const Node& node = graph_.nodes[tasks_.origin[reader].node];
     const std::string& topic = node.inputs[*tasks_.origin[reader].input].topic;
-    if (!graph_.intra_process.contains(topic)) return;
-    const DeployedExecutor &from = deployment_.executors[owner_[tasks_.set[publisher].group]],
-                           &to = deployment_.executors[owner_[tasks_.set[reader].group]];
-    if (from.process == to.process) return;
+    const DeployedExecutor &from = owner_of(tasks_.set[publisher].group),
+                           &to = owner_of(tasks_.set[reader].group);
+    if (!graph_.intra_process.contains(topic) || from.process == to.process) return;
     throw InputError(path_, std::max(from.line, to.line),
                      "topic " + topic + " is `intra_process`, and would lead from executor " + from.name +
                          " to " + to.name + " of another process",
@@ -204,56 +199,44 @@ class DeploymentReader {
   const std::string path_;
   const Graph& graph_;
   const GraphTasks& tasks_;
-  std::vector<std::set<std::uint32_t>> groups_;  // by node: callback groups of its tasks
-  std::vector<std::uint32_t> owner_;             // by callback group
-  std::optional<std::uint32_t> rest_;
+  const std::vector<std::map<std::uint32_t, std::uint32_t>> groups_;
+  std::vector<std::uint32_t> owner_;  // by callback group
+  std::uint32_t rest_ = kNobody;
   Deployment deployment_;
 };
 
-/// The owners of callback groups, to be written.
-class Owners {
- public:
-  Owners(const Graph& graph, const GraphTasks& tasks, const Deployment& deployment)
-      : graph_(graph), owners_(graph.nodes.size()) {
-    for (TaskId id = 0; id < tasks.set.size(); ++id) {
-      const auto [owner, is_new] =
-          owners_[tasks.origin[id].node].emplace(tasks.callbacks[id].group, deployment.executor_of[id]);
-      if (is_new || owner->second == deployment.executor_of[id]) continue;
+/// The value of each executor's `owns`; std::nullopt: `rest`, because it owns an unnamed group. Throws
+/// std::invalid_argument if there are several of these, or a group has several owners.
+std::vector<std::optional<std::vector<std::string>>> owned(const Graph& graph, const GraphTasks& tasks,
+                                                           const Deployment& deployment) {
+  std::map<std::uint32_t, std::uint32_t> owner;  // by callback group
+  for (TaskId id = 0; id < tasks.set.size(); ++id) {
+    const std::uint32_t executor = deployment.executor_of[id];
+    if (owner.emplace(tasks.set[id].group, executor).first->second != executor)
       throw std::invalid_argument("callbacks of one group belong to several executors");
+  }
+  std::vector<std::optional<std::vector<std::string>>> names(deployment.executors.size());
+  for (auto& of_executor : names) of_executor.emplace();
+  std::set<std::uint32_t> rest;
+  if (names.size() == 1) rest.insert(0);
+  const auto groups = groups_of(graph, tasks);
+  for (std::size_t n = 0; n < groups.size(); ++n) {
+    const Node& node = graph.nodes[n];
+    std::set<std::uint32_t> owners;
+    for (const auto& [place, group] : groups[n]) owners.insert(owner.at(group));
+    if (owners.size() == 1) names[*owners.begin()]->push_back(node.name);
+    for (const auto& [place, group] : groups[n]) {
+      if (owners.size() == 1) continue;
+      const bool named = place < node.group_names.size();
+      named ? names[owner.at(group)]->push_back(node.name + "/" + node.group_names[place])
+            : void(rest.insert(owner.at(group)));
     }
   }
-
-  /// Writes the value of an executor's `owns`; `rest` if it owns an unnamed group.
-  void write(YAML::Emitter& out, std::uint32_t executor, bool alone) {
-    std::vector<std::string> owned;
-    bool rest = alone;
-    for (std::size_t n = 0; n < owners_.size(); ++n) {
-      const Node& node = graph_.nodes[n];
-      std::set<std::uint32_t> of_node;
-      for (const auto& [group, owner] : owners_[n]) of_node.insert(owner);
-      if (!of_node.contains(executor)) continue;
-      if (of_node.size() == 1) {
-        owned.push_back(node.name);
-        continue;
-      }
-      for (const auto& [group, owner] : owners_[n]) {
-        if (owner != executor) continue;
-        const bool named = group < node.group_names.size();
-        if (named) owned.push_back(node.name + "/" + node.group_names[group]);
-        rest = rest || !named;
-      }
-    }
-    if (rest && std::exchange(rest_, true)) {
-      throw std::invalid_argument("callback groups without a name belong to several executors");
-    }
-    rest ? out << "rest" : out << YAML::Flow << owned;
-  }
-
- private:
-  const Graph& graph_;
-  std::vector<std::map<std::uint32_t, std::uint32_t>> owners_;  // by node and group
-  bool rest_ = false;
-};
+  if (rest.size() > 1)
+    throw std::invalid_argument("callback groups without a name belong to several executors");
+  for (const std::uint32_t executor : rest) names[executor].reset();
+  return names;
+}
 
 std::map<std::string, fs::path> deployment_files() {
   return yaml_files("HOTPATH_DEPLOYMENTS", HOTPATH_DEPLOYMENT_DIRS);
@@ -280,7 +263,7 @@ Deployment find_deployment(const std::string& name_or_path, const Graph& graph, 
 }
 
 std::string deployment_yaml(const Graph& graph, const GraphTasks& tasks, const Deployment& deployment) {
-  Owners owners(graph, tasks, deployment);
+  const auto owns = owned(graph, tasks, deployment);
   YamlWriter file;
   file.out << YAML::BeginMap;
   file.pair("name", deployment.name);
@@ -295,7 +278,7 @@ std::string deployment_yaml(const Graph& graph, const GraphTasks& tasks, const D
     if (!executor.processors.empty()) file.key("processors") << executor.processors;
     const std::string& process = deployment.processes[executor.process];
     if (!process.empty()) file.pair("process", process);
-    owners.write(file.key("owns"), e, deployment.executors.size() == 1);
+    owns[e] ? file.words("owns", *owns[e]) : file.pair("owns", "rest");
     file.out << YAML::EndMap;
   }
   file.out << YAML::EndSeq << YAML::EndMap << YAML::Newline;

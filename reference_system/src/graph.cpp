@@ -116,13 +116,17 @@ void scale(Callback& callback, double factor) {
 
 const Node* Graph::find(const std::string& node_or_task) const {
   const std::string_view wanted = std::string_view(node_or_task).substr(0, node_or_task.find('/'));
-  const auto node = std::find_if(nodes.begin(), nodes.end(), [&](const Node& n) { return n.name == wanted; });
+  const auto node = std::ranges::find(nodes, wanted, &Node::name);
   return node == nodes.end() ? nullptr : &*node;
 }
 
-bool Graph::has_callbacks() const {
-  return std::any_of(nodes.begin(), nodes.end(), [](const Node& n) { return n.type == NodeType::callbacks; });
+std::vector<std::string> Graph::node_names() const {
+  std::vector<std::string> names;
+  for (const Node& node : nodes) names.push_back(node.name);
+  return names;
 }
+
+bool Graph::has_callbacks() const { return std::ranges::count(nodes, NodeType::callbacks, &Node::type) > 0; }
 
 std::vector<TaskId> GraphTasks::merged_inputs(TaskId id) const {
   std::vector<TaskId> merged;

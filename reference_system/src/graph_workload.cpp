@@ -137,38 +137,25 @@ Duration GraphWorkload::start(const Job& job, Time now) {
   return running.done = next_instant(running);
 }
 
-std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task& task, Time) {
+std::span<const TaskId> GraphWorkload::finish(const Job& job, const Task&, Time) {
   std::size_t i = 0;
   while (i < busy_ && running_[i].ref != job.ref()) ++i;
   assert(i < busy_ && "only a started job can finish");
-  rest_.reset();
-  const std::span<const TaskId> reached =
-      running_[i].early ? publish_due(running_[i]) : complete(task, running_[i]);
-  if (rest_) return reached;
+  publish_due(running_[i]);
+  if (rest_) return reached_;
   running_[i].clear();
   if (i != --busy_) std::swap(running_[i], running_[busy_]);
-  return reached;
+  return reached_;
 }
 
-const std::vector<TaskId>& GraphWorkload::publish(Running& job, std::size_t index) {
+void GraphWorkload::publish(Running& job, std::size_t index) {
   SimulatedMessage& message = pool_->take();
   SimulatedSample sample(*pool_, message);
   node_of(job.ref.task).finish(job, index, message);
   observe(message, job);
   const std::vector<TaskId>& readers = tasks_.readers[job.ref.task][job.messages[index].publication];
   if (!readers.empty()) on_the_way_.push_back({job.ref, std::move(sample), &readers, readers.size()});
-  return readers;
-}
-
-std::span<const TaskId> GraphWorkload::complete(const Task& task, Running& job) {
-  const std::size_t publications = tasks_.readers[job.ref.task].size();
-  if (publications == 0 && job.own) observe(*job.own, job);
-  reached_.clear();
-  for (std::size_t i = 0; i < job.messages.size(); ++i) {
-    const std::vector<TaskId>& readers = publish(job, i);
-    if (job.messages.size() < publications) reached_.insert(reached_.end(), readers.begin(), readers.end());
-  }
-  return job.messages.size() < publications ? std::span<const TaskId>(reached_) : task.feeds;
+  reached_.insert(reached_.end(), readers.begin(), readers.end());
 }
 
 Duration GraphWorkload::instant_of(const Running& job, std::size_t message) const {
@@ -183,18 +170,18 @@ Duration GraphWorkload::next_instant(const Running& job) const {
   return next;
 }
 
-std::span<const TaskId> GraphWorkload::publish_due(Running& job) {
+void GraphWorkload::publish_due(Running& job) {
+  rest_.reset();
   reached_.clear();
+  if (job.own && tasks_.readers[job.ref.task].empty()) observe(*job.own, job);
   for (std::size_t i = 0; i < job.messages.size(); ++i) {
-    if (job.published[i] || instant_of(job, i) > job.done) continue;
-    job.published[i] = true;
-    const std::vector<TaskId>& readers = publish(job, i);
-    reached_.insert(reached_.end(), readers.begin(), readers.end());
+    if (job.early && (job.published[i] || instant_of(job, i) > job.done)) continue;
+    if (job.early) job.published[i] = true;
+    publish(job, i);
   }
-  if (job.done == job.time) return reached_;
+  if (!job.early || job.done == job.time) return;
   const Duration next = next_instant(job);
   rest_ = next - std::exchange(job.done, next);
-  return reached_;
 }
 
 void GraphWorkload::delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "hotpath/live/clock.hpp"
 
@@ -23,6 +24,20 @@ inline std::uint32_t smallest_divisor(std::uint32_t candidate) {
   std::uint64_t divisor = 2;
   while (divisor < n && n % divisor != 0) ++divisor;
   return static_cast<std::uint32_t>(divisor);
+}
+
+/// Number of trial divisions of count_primes(limit).
+std::uint64_t divisions_of(std::uint32_t limit) {
+  // A composite takes d - 1 divisions, where d is its smallest divisor, and a prime p takes p - 2.
+  std::vector<std::uint32_t> smallest(limit + 1, 0);
+  std::uint64_t total = 0;
+  for (std::uint32_t n = 2; n <= limit; ++n) {
+    total += smallest[n] == 0 ? n - 2 : smallest[n] - 1;
+    if (smallest[n] != 0) continue;
+    for (std::uint64_t m = std::uint64_t{n} * n; m <= limit; m += n)
+      if (smallest[m] == 0) smallest[m] = n;
+  }
+  return total;
 }
 
 }  // namespace
@@ -63,37 +78,15 @@ std::int64_t count_primes_until(Time now, Time until, Duration between_reads, Ti
   return primes;
 }
 
-std::uint64_t CrunchScale::divisions(std::uint32_t limit) {
-  // A composite takes d - 1 divisions, where d is its smallest divisor, and a prime p takes p - 2.
-  std::vector<std::uint32_t> smallest(limit + 1, 0);
-  std::uint64_t total = 0;
-  for (std::uint32_t n = 2; n <= limit; ++n) {
-    if (smallest[n] == 0) {
-      total += n - 2;
-      for (std::uint64_t m = std::uint64_t{n} * n; m <= limit; m += n) {
-        if (smallest[m] == 0) smallest[m] = n;
-      }
-    } else {
-      total += smallest[n] - 1;
-    }
-  }
-  return total;
-}
-
-CrunchScale::CrunchScale(const Calibration& calibration) : divisions_per_us_(calibration.divisions_per_us) {}
-
-std::uint32_t CrunchScale::limit(Duration duration) const {
+std::uint32_t crunch_limit(Duration duration, double divisions_per_us) {
   if (duration <= Duration::zero()) return 0;
-  const double wanted = static_cast<double>(duration.count()) / 1000.0 * divisions_per_us_;
+  const double wanted = static_cast<double>(duration.count()) / 1000.0 * divisions_per_us;
+  const auto too_few = [&](std::uint32_t limit) { return static_cast<double>(divisions_of(limit)) < wanted; };
   std::uint32_t low = 3, high = 4;
-  while (static_cast<double>(divisions(high)) < wanted && high < (1U << 24)) high *= 2;
+  while (too_few(high) && high < (1U << 24)) high *= 2;
   while (low < high) {
     const std::uint32_t middle = low + (high - low) / 2;
-    if (static_cast<double>(divisions(middle)) < wanted) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
+    too_few(middle) ? low = middle + 1 : high = middle;
   }
   return low;
 }
@@ -109,7 +102,7 @@ Calibration calibrate(Duration typical) {
   const Duration length = std::clamp(typical, from_ms(0.5), from_ms(20));
   double previous = 0;
   while (calibration.readings < kMaxReadings) {
-    const std::uint32_t limit = CrunchScale(calibration).limit(length);
+    const std::uint32_t limit = crunch_limit(length, calibration.divisions_per_us);
     for (Duration& duration : durations) {
       const Time start = now();
       [[maybe_unused]] volatile std::int64_t primes = count_primes(limit);
@@ -117,8 +110,8 @@ Calibration calibrate(Duration typical) {
     }
     std::nth_element(durations.begin(), durations.begin() + kCrunchesPerReading / 2, durations.end());
     const Duration typical_duration = durations[kCrunchesPerReading / 2];
-    calibration.divisions_per_us = static_cast<double>(CrunchScale::divisions(limit)) * 1000.0 /
-                                   static_cast<double>(typical_duration.count());
+    calibration.divisions_per_us =
+        static_cast<double>(divisions_of(limit)) * 1000.0 / static_cast<double>(typical_duration.count());
     ++calibration.readings;
     calibration.spread_percent =
         previous == 0 ? 100 : 100 * std::abs(calibration.divisions_per_us - previous) / previous;

@@ -38,8 +38,7 @@ const Node* find_ros_node(const Graph& graph, const std::string& ros_name) {
 }
 
 std::string no_such_nodes(const Graph& graph, std::span<const std::string> ros_names) {
-  std::vector<std::string> known;
-  for (const Node& node : graph.nodes) known.push_back(node.name);
+  const std::vector<std::string> known = graph.node_names();
   const auto alike = [&](const std::string& name) {
     return nearest(graph_node_name(name), known).has_value();
   };

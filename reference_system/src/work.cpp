@@ -19,22 +19,22 @@ constexpr Duration kBetweenReads = std::chrono::microseconds(60);
 
 }  // namespace
 
-std::int64_t Work::burn(Time start) const {
-  if (duration_ <= Duration::zero()) return 0;
-  switch (mode_) {
+std::int64_t WorkPart::burn(Time start) const {
+  if (duration <= Duration::zero()) return 0;
+  switch (mode) {
     case WorkMode::fixed:
-      return count_primes(limit_);
+      return count_primes(limit);
     case WorkMode::wall:
-      return count_primes_until(now(), start + duration_, Duration{}, now);
+      return count_primes_until(now(), start + duration, Duration{}, now);
     case WorkMode::cpu_time: {
       const Time begin = thread_cpu_clock();
-      return count_primes_until(begin, begin + duration_, kBetweenReads, thread_cpu_clock);
+      return count_primes_until(begin, begin + duration, kBetweenReads, thread_cpu_clock);
     }
   }
   return 0;
 }
 
-std::vector<WorkPart> parts_of(WorkMode mode, const Callback& callback, const CrunchScale& scale) {
+std::vector<WorkPart> parts_of(WorkMode mode, const Callback& callback, double divisions_per_us) {
   std::set<double> ends = {1};
   for (const Publication& p : callback.publishes) ends.insert(p.at);
   std::vector<WorkPart> parts;
@@ -43,7 +43,7 @@ std::vector<WorkPart> parts_of(WorkMode mode, const Callback& callback, const Cr
     // Work until an instant counts from the start of the job.
     const double share = mode == WorkMode::wall ? end : end - begin;
     const auto time = Duration(std::llround(share * static_cast<double>(callback.worst.count())));
-    parts.push_back({end, Work(mode, time, scale)});
+    parts.push_back({end, mode, time, mode == WorkMode::fixed ? crunch_limit(time, divisions_per_us) : 0});
     begin = end;
   }
   return parts;

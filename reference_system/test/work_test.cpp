@@ -89,25 +89,25 @@ TEST(Work, UntilAWallClockInstantCountsFromTheStartOfTheJob) {
   Callback callback;
   callback.worst = 7020ms;
   callback.publishes.emplace_back().at = 0.5;
-  const std::vector<WorkPart> parts = parts_of(WorkMode::wall, callback, CrunchScale({}));
+  const std::vector<WorkPart> parts = parts_of(WorkMode::wall, callback, 0);
   ASSERT_EQ(parts.size(), 2U);
-  EXPECT_EQ(parts[0].work.burn(now() - 7s), 0);
-  EXPECT_GT(parts[1].work.burn(now() - 7s), 0);
+  EXPECT_EQ(parts[0].burn(now() - 7s), 0);
+  EXPECT_GT(parts[1].burn(now() - 7s), 0);
 }
 
 /// Under each mode, a job of 2 ms uses about that much CPU time.
 TEST(Work, UsesItsExecutionTime) {
-  Calibration calibration;
-  calibration.divisions_per_us = 300;
+  Callback callback;
+  callback.worst = 2ms;
   const auto used = [&](WorkMode mode) {
     const Duration before = read_clock(CLOCK_THREAD_CPUTIME_ID);
-    EXPECT_GT(Work(mode, 2ms, CrunchScale(calibration)).burn(now()), 0);
+    EXPECT_GT(parts_of(mode, callback, 300).at(0).burn(now()), 0);
     return read_clock(CLOCK_THREAD_CPUTIME_ID) - before;
   };
   EXPECT_GE(used(WorkMode::cpu_time), 2ms);
   EXPECT_GT(used(WorkMode::fixed), Duration{});
   EXPECT_GE(used(WorkMode::wall), Duration{});
-  EXPECT_EQ(Work(WorkMode::cpu_time, Duration{}, CrunchScale({})).burn(now()), 0) << "no work, no reading";
+  EXPECT_EQ((WorkPart{1, WorkMode::cpu_time}).burn(now()), 0) << "no work, no reading";
 }
 
 }  // namespace

@@ -10,40 +10,30 @@
 
 namespace hotpath {
 
-/// One entry of the history of a message.
-struct HistoryEntry {
-  std::uint32_t task, dropped;
-  std::uint64_t sequence;
-  std::int64_t start;  ///< ns of CLOCK_MONOTONIC.
-};
-inline TaskId task_of(const HistoryEntry& entry) { return entry.task; }
-inline Stat stat_of(const HistoryEntry& e) { return {e.task, e.dropped, e.sequence, from_ns(e.start)}; }
-inline void set_stat(HistoryEntry& e, const Stat& s) { e = {s.task, s.dropped, s.sequence, to_ns(s.start)}; }
-
 /// As many entries as fit into 4096 bytes; further entries are dropped, as upstream does.
 class BoundedHistory {
  public:
   static constexpr std::uint32_t kCapacity = 168;
 
-  [[nodiscard]] const HistoryEntry* begin() const { return entries_.data(); }
-  [[nodiscard]] const HistoryEntry* end() const { return entries_.data() + size_; }
-  [[nodiscard]] HistoryEntry* begin() { return entries_.data(); }
-  [[nodiscard]] HistoryEntry* end() { return entries_.data() + size_; }
+  [[nodiscard]] const Stat* begin() const { return entries_.data(); }
+  [[nodiscard]] const Stat* end() const { return entries_.data() + size_; }
+  [[nodiscard]] Stat* begin() { return entries_.data(); }
+  [[nodiscard]] Stat* end() { return entries_.data() + size_; }
   [[nodiscard]] std::size_t size() const { return size_; }
   void reserve(std::size_t) {}
   void clear() { size_ = 0; }
-  HistoryEntry& emplace_back() { return entries_[size_ < kCapacity ? size_++ : kCapacity - 1]; }
-  void erase(const HistoryEntry* entry) {
-    HistoryEntry* const place = begin() + (entry - begin());
+  Stat& emplace_back() { return entries_[size_ < kCapacity ? size_++ : kCapacity - 1]; }
+  void erase(const Stat* entry) {
+    Stat* const place = begin() + (entry - begin());
     std::copy(place + 1, end(), place);
     --size_;
   }
-  void push_back(const HistoryEntry& entry) {
+  void push_back(const Stat& entry) {
     if (size_ < kCapacity) entries_[size_++] = entry;
   }
 
  private:
-  std::array<HistoryEntry, kCapacity> entries_;
+  std::array<Stat, kCapacity> entries_;
   std::uint32_t size_, padding_;
 };
 

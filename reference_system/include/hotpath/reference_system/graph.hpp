@@ -178,6 +178,7 @@ struct Graph {
 
   /// The node with this name, or the node of the task with this name; nullptr for an unknown name.
   [[nodiscard]] const Node* find(const std::string& node_or_task) const;
+  [[nodiscard]] std::vector<std::string> node_names() const;
   /// Whether any node is of type `callbacks`. Messages of other graphs have upstream's limits.
   [[nodiscard]] bool has_callbacks() const;
   friend bool operator==(const Graph&, const Graph&) = default;

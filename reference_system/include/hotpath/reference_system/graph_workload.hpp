@@ -75,16 +75,13 @@ class GraphWorkload final : public Workload {
     std::vector<bool> published;  ///< By message; only if `early`.
   };
 
-  /// Completes a job at its end.
-  std::span<const TaskId> complete(const Task& task, Running& job);
-  /// Publishes the messages that are due; sets rest_.
-  std::span<const TaskId> publish_due(Running& job);
+  /// Publishes the messages that are due into reached_; sets rest_.
+  void publish_due(Running& job);
   /// The time from the start to the publication of a message, and to the next instant of publication or the
   /// end.
   [[nodiscard]] Duration instant_of(const Running& job, std::size_t message) const;
   [[nodiscard]] Duration next_instant(const Running& job) const;
-  /// Publishes one message; returns its readers.
-  const std::vector<TaskId>& publish(Running& job, std::size_t message);
+  void publish(Running& job, std::size_t message);
   SimulatedSample take(TaskId subscription, std::uint64_t sequence);
   void observe(const SimulatedMessage& message, Activation<SimulatedMessages>& job);
   void describe(const SimulatedSample& sample, const std::vector<TaskId>& sources, StateWords& words) const;
@@ -96,9 +93,8 @@ class GraphWorkload final : public Workload {
     SimulatedHistory history;
     std::vector<ChainIndex> chains;
     std::vector<std::vector<std::uint32_t>> ends;  ///< By task: chains.
-    std::vector<std::vector<TaskId>>
-        sources;  ///< By task: entries of histories, of chains whose sinks its data can reach.
-    std::vector<std::vector<TaskId>> sources_of_nodes;
+    /// By task and by node: entries of histories, of chains whose sinks its data can reach.
+    std::vector<std::vector<TaskId>> sources, sources_of_nodes;
   };
 
   static std::shared_ptr<const Structure> structure_of(const Graph& graph, const GraphTasks& tasks);

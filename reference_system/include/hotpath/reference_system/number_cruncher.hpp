@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include "hotpath/core/time.hpp"
 
@@ -33,20 +32,8 @@ inline constexpr double kCalibrationTolerancePercent = 2.0;
 /// will also affect the run.
 Calibration calibrate(Duration typical);
 
-/// Converts execution times to limits of count_primes.
-class CrunchScale {
- public:
-  explicit CrunchScale(const Calibration& calibration);
-
-  /// The limit whose work takes `duration`, to within half a candidate (about 5 us at 4 ms). 0: no
-  /// work.
-  [[nodiscard]] std::uint32_t limit(Duration duration) const;
-
-  /// Number of trial divisions of count_primes(limit).
-  static std::uint64_t divisions(std::uint32_t limit);
-
- private:
-  double divisions_per_us_;
-};
+/// The limit of count_primes() whose work takes `duration` at a calibrated speed, to within half a candidate
+/// (about 5 us at 4 ms). 0: no work.
+[[nodiscard]] std::uint32_t crunch_limit(Duration duration, double divisions_per_us);
 
 }  // namespace hotpath

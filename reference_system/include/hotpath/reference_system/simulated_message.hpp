@@ -9,10 +9,6 @@
 
 namespace hotpath {
 
-inline TaskId task_of(const Stat& entry) { return entry.task; }
-inline const Stat& stat_of(const Stat& entry) { return entry; }
-inline void set_stat(Stat& entry, const Stat& stat) { entry = stat; }
-
 /// The information of a message about its data, without the bytes.
 class SimulatedMessage {
  public:

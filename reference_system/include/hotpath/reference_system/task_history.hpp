@@ -11,6 +11,10 @@
 
 namespace hotpath {
 
+inline TaskId task_of(const Stat& entry) { return entry.task; }
+inline const Stat& stat_of(const Stat& entry) { return entry; }
+inline void set_stat(Stat& entry, const Stat& stat) { entry = stat; }
+
 /// Sample management like Message4kbHistory, on a message whose history has any length and
 /// identifies jobs by task. `Message` has `history()`, a vector of entries with task_of(),
 /// stat_of() and set_stat(), and `publication()`, the number of its publisher's earlier

@@ -53,8 +53,8 @@ class TypedLiveNodes final : public LiveNodes {
     for (std::uint32_t c = 0; c < chains_.size(); ++c) {
       for (const TaskId id : chains_[c].sink_tasks) ends_[id].push_back(c);
     }
-    const CrunchScale scale(calibration);
-    for (const Callback& callback : tasks_.callbacks) work_.push_back(parts_of(graph.work, callback, scale));
+    for (const Callback& callback : tasks_.callbacks)
+      work_.push_back(parts_of(graph.work, callback, calibration.divisions_per_us));
   }
 
   void connect(SampleSink& sink) override {
@@ -99,7 +99,7 @@ class TypedLiveNodes final : public LiveNodes {
     node.logic.start(tasks_.origin[job.task].callback, job.ref(), std::move(sample), start, activation);
     if (activation.works) {
       for (const WorkPart& part : work_[job.task]) {
-        const std::int64_t result = part.work.burn(start);
+        const std::int64_t result = part.burn(start);
         for (std::size_t i = 0; i < activation.messages.size(); ++i) {
           if (node.logic.share(activation, i) == part.end) publish(node, job, activation, i, result, worker);
         }

@@ -6,29 +6,19 @@
 
 namespace hotpath {
 
-/// The work of one callback's jobs.
-class Work {
- public:
-  Work(WorkMode mode, Duration duration, const CrunchScale& scale)
-      : mode_(mode), duration_(duration), limit_(mode == WorkMode::fixed ? scale.limit(duration) : 0) {}
-
-  /// Spends the execution time in the calling thread, for a job that started at `start`; returns
-  /// the result of the number cruncher.
-  [[nodiscard]] std::int64_t burn(Time start) const;
-
- private:
-  WorkMode mode_;
-  Duration duration_;
-  std::uint32_t limit_;  ///< Of count_primes(), for WorkMode::fixed.
-};
-
-/// The part of a job up to an instant at which it publishes, or to its end.
+/// The work of a callback's jobs up to an instant at which they publish, or to their end.
 struct WorkPart {
-  double end = 1;  ///< Share of the execution time at its end.
-  Work work;
+  double end = 1;  ///< Share of the execution time at its end, in [0, 1].
+  WorkMode mode = WorkMode::fixed;
+  Duration duration{};      ///< WorkMode::wall: since the start of the job; otherwise of this part alone.
+  std::uint32_t limit = 0;  ///< Of count_primes(), for WorkMode::fixed.
+
+  /// Works in the calling thread, for a job that started at `start`; returns the result of the number
+  /// cruncher.
+  [[nodiscard]] std::int64_t burn(Time start) const;
 };
 /// The parts of a callback's jobs, in order; the last one ends with the job.
 [[nodiscard]] std::vector<WorkPart> parts_of(WorkMode mode, const Callback& callback,
-                                             const CrunchScale& scale);
+                                             double divisions_per_us);
 
 }  // namespace hotpath
