@@ -14,8 +14,8 @@ bool same_rule(const Publication& a, const Publication& b) {
 }
 
 bool Callback::waits_for_sets() const {
-  const auto waits = [](const Publication& p) { return p.rule == PublishRule::all_new; };
-  return !publishes.empty() && std::all_of(publishes.begin(), publishes.end(), waits);
+  return !publishes.empty() &&
+         std::ranges::count(publishes, PublishRule::all_new, &Publication::rule) == std::ssize(publishes);
 }
 
 std::vector<Duration> values_of(const std::vector<DurationQuantile>& quantiles) {
@@ -47,11 +47,9 @@ bool operator==(const Callback& a, const Callback& b) {
 std::vector<Callback> callbacks_of(const Node& node) {
   std::vector<Callback> callbacks = node.callbacks;
   std::vector<bool> stored(node.inputs.size(), false);
-  for (const Callback& callback : callbacks) {
-    for (const Publication& publication : callback.publishes) {
+  for (const Callback& callback : callbacks)
+    for (const Publication& publication : callback.publishes)
       for (const std::uint32_t input : publication.of) stored[input] = true;
-    }
-  }
   for (Callback& c : callbacks) c.stores_only = c.input && stored[*c.input] && c.publishes.empty();
   return callbacks;
 }

@@ -23,8 +23,8 @@ std::vector<ChainIndex> index_chains(const Graph& graph, const GraphTasks& tasks
     for (const std::string& node : chain.nodes) c.nodes.push_back(tasks_named(graph, tasks, node));
     for (const std::string& node : chain.sources) {
       const std::vector<TaskId> named = tasks_named(graph, tasks, node);
-      const auto timer = std::find_if(named.begin(), named.end(),
-                                      [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; });
+      const auto timer =
+          std::ranges::find_if(named, [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; });
       c.sources.push_back(timer == named.end() ? named.front() : *timer);
     }
     c.sink_tasks = tasks_named(graph, tasks, chain.sink);
@@ -90,8 +90,7 @@ std::vector<ChainRecord> join_chains(const Graph& graph, const GraphTasks& tasks
                                      const std::vector<ChainObservation>& observations) {
   std::vector<const JobRecord*> jobs;
   for (const JobRecord& r : trace.jobs) jobs.push_back(&r);
-  std::stable_sort(jobs.begin(), jobs.end(),
-                   [](const JobRecord* a, const JobRecord* b) { return a->start < b->start; });
+  std::ranges::stable_sort(jobs, {}, &JobRecord::start);
   ChainJoin chains(graph, tasks);
   for (const JobRecord* r : jobs) chains.add(*r);
   std::vector<ChainRecord> records;

@@ -76,7 +76,7 @@ std::set<std::uint32_t> executors_of(const YamlValue& id, const ExecutorsOf& all
 ThreadPolicy read_policy(const YamlMap& map) {
   const YamlValue given = map.require("policy", "SCHED_OTHER");
   std::vector<std::string> words;
-  words.reserve(std::size(kPolicies));
+  words.reserve(kPolicies.size());
   for (const auto& policy : kPolicies) words.emplace_back(policy.text);
   ThreadPolicy policy{kPolicies[given.choice(words)].value};
   if (policy.scheduling_class == Class::deadline) {
@@ -98,16 +98,6 @@ ThreadPolicy read_policy(const YamlMap& map) {
     policy.priority = static_cast<int>(map.require("priority", "50").integer(1, kHighestPriority));
   }
   return policy;
-}
-
-std::vector<int> read_affinity(const YamlMap& map) {
-  std::vector<int> processors;
-  const auto given = map.find("affinity");
-  if (!given || given->is_null()) return processors;
-  for (const YamlValue& processor : given->list("a processor of " + map.what())) {
-    processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
-  }
-  return processors;
 }
 
 void write_threads(std::ostream& out, const DeployedExecutor& executor) {
@@ -148,7 +138,10 @@ Deployment read_cie(const std::string& path, const Graph& graph, const GraphTask
     map.check_keys(
         {"id", "domain_id", "affinity", "policy", "priority", "nice", "runtime", "deadline", "period"});
     if (!ids.insert(text).second) id.fail("callback group " + text + " occurs twice", "keep one");
-    const DeployedExecutor threads{text, "", read_policy(map), read_affinity(map), map.line()};
+    DeployedExecutor threads{text, "", read_policy(map), {}, map.line()};
+    if (const auto given = map.find("affinity"); given && !given->is_null())
+      for (const YamlValue& processor : given->list("a processor of " + map.what()))
+        threads.processors.push_back(static_cast<int>(processor.integer(0, kMaxProcessor)));
     check_affinity(threads, path);
     for (const std::uint32_t e : executors_of(id, all, graph)) {
       DeployedExecutor& executor = deployment.executors[e];

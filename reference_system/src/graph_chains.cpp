@@ -21,8 +21,7 @@ std::vector<TaskId> next_of(const GraphTasks& tasks, TaskId id) {
   std::erase_if(next, [&](TaskId other) {
     const std::vector<TaskId>& theirs = tasks.set[other].feeds;
     return tasks.origin[other].node == tasks.origin[id].node && !theirs.empty() &&
-           std::all_of(theirs.begin(), theirs.end(),
-                       [&](TaskId fed) { return std::find(own.begin(), own.end(), fed) != own.end(); });
+           std::ranges::all_of(theirs, [&](TaskId fed) { return std::ranges::count(own, fed) > 0; });
   });
   return next;
 }
@@ -71,21 +70,15 @@ std::vector<Path> largest_paths(const GraphTasks& tasks, const std::vector<std::
   return paths;
 }
 
-/// The task's name if its node is of type `callbacks`, otherwise the node's name.
-std::string name_in_chain(const Graph& graph, const GraphTasks& tasks, TaskId id) {
-  const Node& node = graph.nodes[tasks.origin[id].node];
-  return node.type == NodeType::callbacks ? tasks.set[id].name : node.name;
-}
-
+/// Names the tasks of nodes of type `callbacks`, and otherwise nodes.
 Chain chain_along(const Graph& graph, const GraphTasks& tasks, const Path& path, std::size_t number) {
   Chain chain;
   chain.name = "chain_" + std::to_string(number);
   for (const TaskId id : path.tasks) {
-    const std::string name = name_in_chain(graph, tasks, id);
+    const Node& node = graph.nodes[tasks.origin[id].node];
+    const std::string& name = node.type == NodeType::callbacks ? tasks.set[id].name : node.name;
     // A cyclic node has two tasks on the path.
-    if (std::find(chain.nodes.begin(), chain.nodes.end(), name) == chain.nodes.end()) {
-      chain.nodes.push_back(name);
-    }
+    if (std::ranges::count(chain.nodes, name) == 0) chain.nodes.push_back(name);
   }
   chain.sources = {chain.nodes.front()};
   chain.sink = chain.nodes.back();
@@ -102,8 +95,7 @@ std::vector<Chain> find_chains(const Graph& graph, const GraphTasks& tasks, std:
     if (tasks.set[id].kind != TaskKind::timer) continue;
     for (Path& path : largest_paths(tasks, downstream, id)) paths.push_back(std::move(path));
   }
-  std::stable_sort(paths.begin(), paths.end(),
-                   [](const Path& a, const Path& b) { return a.is_larger_than(b); });
+  std::ranges::stable_sort(paths, &Path::is_larger_than);
   if (paths.size() > most) paths.resize(most);
   std::vector<Chain> chains;
   chains.reserve(paths.size());
@@ -123,10 +115,9 @@ ChainLimits chain_limits(const Graph& graph, const Chain& chain) {
     for (const TaskId id : members.back()) most = std::max(most, tasks.set[id].wcet);
   }
   const auto leads_to = [&](std::size_t from, std::size_t to) {
-    return std::any_of(members[from].begin(), members[from].end(), [&](TaskId id) {
+    return std::ranges::any_of(members[from], [&](TaskId id) {
       const std::vector<TaskId> next = tasks.downstream(id);
-      return std::find_first_of(next.begin(), next.end(), members[to].begin(), members[to].end()) !=
-             next.end();
+      return std::ranges::find_first_of(next, members[to]) != next.end();
     });
   };
   // A chain has no cycle: a node's longest branch is its own work plus that of its longest
@@ -136,7 +127,7 @@ ChainLimits chain_limits(const Graph& graph, const Chain& chain) {
     if (const auto known = longest.find(node); known != longest.end()) return known->second;
     longest[node] = Duration::zero();  // a source's own inputs are not part of the chain
     Duration start{};
-    if (std::find(chain.sources.begin(), chain.sources.end(), chain.nodes[node]) == chain.sources.end()) {
+    if (std::ranges::count(chain.sources, chain.nodes[node]) == 0) {
       for (std::size_t before = 0; before < members.size(); ++before) {
         if (before != node && leads_to(before, node)) start = std::max(start, finish(before));
       }
@@ -144,10 +135,7 @@ ChainLimits chain_limits(const Graph& graph, const Chain& chain) {
     return longest[node] = start + work[node];
   };
 
-  ChainLimits limits;
-  limits.one_core_per_branch = finish(sink);
-  limits.one_thread = std::accumulate(work.begin(), work.end(), Duration{});
-  return limits;
+  return {finish(sink), std::accumulate(work.begin(), work.end(), Duration{})};
 }
 
 }  // namespace hotpath

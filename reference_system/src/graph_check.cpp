@@ -43,15 +43,12 @@ class Check {
   }
 
   void node_names() {
-    for (std::size_t n = 0; n < graph_.nodes.size(); ++n) {
-      const std::string& name = graph_.nodes[n].name;
-      const auto previous = std::ranges::find(names_, name);
-      if (previous != names_.end()) {
-        const NodeLines& first = source_.nodes[static_cast<std::size_t>(previous - names_.begin())];
-        fail(source_.nodes[n].node, "there are two nodes with the name " + name,
-             "rename this node or the node in line " + std::to_string(first.node));
-      }
-      names_.push_back(name);
+    names_ = graph_.node_names();
+    for (std::size_t n = 0; n < names_.size(); ++n) {
+      const auto first = static_cast<std::size_t>(std::ranges::find(names_, names_[n]) - names_.begin());
+      if (first == n) continue;
+      fail(source_.nodes[n].node, "there are two nodes with the name " + names_[n],
+           "rename this node or the node in line " + std::to_string(source_.nodes[first].node));
     }
   }
 
@@ -110,13 +107,12 @@ class Check {
       const std::string subject = "`delivery` of topic " + topic;
       const int line = source_.rules.at(topic).delivery_line;
       std::vector<std::string> left = subscribers_of(graph_, topic);  // not yet listed
-      const auto refuse = [&](const std::string& node, const std::string& reason, const std::string& remedy) {
-        fail(line, std::string(subject).append(" lists node ").append(node).append(reason), remedy);
-      };
       for (const std::string& node : order.nodes) {
         if (std::erase(left, node) > 0) continue;
-        if (std::ranges::count(order.nodes, node) > 1) refuse(node, " twice", "list each subscriber once");
-        refuse(node, ", which does not subscribe to it", suggest(node, left));
+        const std::string listed = std::string(subject).append(" lists node ").append(node);
+        if (std::ranges::count(order.nodes, node) > 1)
+          fail(line, listed + " twice", "list each subscriber once");
+        fail(line, listed + ", which does not subscribe to it", suggest(node, left));
       }
       if (!left.empty())
         fail(line, subject + " lacks subscriber " + left.front(),
@@ -141,12 +137,12 @@ class Check {
         changed = true;
       }
     }
-    TaskId id = 0;
-    while (id < count && !left[id]) ++id;
-    if (id == count) return;
+    const auto first = std::ranges::find(left, true);
+    if (first == left.end()) return;
 
     // Each remaining task has a remaining upstream task, so walking upstream ends in the cycle.
     std::vector<TaskId> walk;
+    auto id = static_cast<TaskId>(first - left.begin());
     while (std::ranges::find(walk, id) == walk.end()) {
       walk.push_back(id);
       id = *std::ranges::find_if(upstream[id], is_left);
@@ -249,13 +245,12 @@ class Check {
     }
     const auto require_member = [&](const std::string& name, int line) {
       std::vector<TaskId> named = tasks_of(name, subject, line);
-      if (std::find(chain.nodes.begin(), chain.nodes.end(), name) == chain.nodes.end())
+      if (std::ranges::find(chain.nodes, name) == chain.nodes.end())
         fail(line, "node " + name + " is missing in `nodes` of " + subject, "list it there");
       return named;
     };
     const std::vector<TaskId> sink = require_member(chain.sink, lines.sink);
-    const auto stores_only = [&](TaskId id) { return tasks_.callbacks[id].stores_only; };
-    if (std::all_of(sink.begin(), sink.end(), stores_only)) {
+    if (std::ranges::all_of(sink, [&](TaskId id) { return tasks_.callbacks[id].stores_only; })) {
       fail(lines.sink,
            "sink " + chain.sink + " of " + subject + " only stores its samples for other callbacks",
            "name the node, or the task that publishes them");

@@ -67,10 +67,8 @@ bool covers(const GraphPosition& a, const GraphPosition& b, const GraphPosition&
 }  // namespace
 
 bool on_hot_path(const Graph& graph, const Node& node) {
-  if (graph.chains.empty()) return false;
-  const std::vector<std::string>& nodes = graph.chains.front().nodes;
-  return std::any_of(nodes.begin(), nodes.end(),
-                     [&](const std::string& name) { return graph.find(name) == &node; });
+  const auto is_it = [&](const std::string& name) { return graph.find(name) == &node; };
+  return !graph.chains.empty() && std::ranges::any_of(graph.chains.front().nodes, is_it);
 }
 
 std::vector<GraphEdge> graph_edges(const Graph& graph) {
@@ -107,11 +105,9 @@ std::size_t crossings(const std::vector<GraphEdge>& edges, const std::vector<Gra
   std::size_t count = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const GraphPosition &a = positions[edges[i].source], &b = positions[edges[i].target];
-    for (std::size_t k = i + 1; k < edges.size(); ++k) {
+    for (std::size_t k = i + 1; k < edges.size(); ++k)
       count += cross(a, b, positions[edges[k].source], positions[edges[k].target]);
-    }
-    count += static_cast<std::size_t>(std::count_if(positions.begin(), positions.end(),
-                                                    [&](const auto& node) { return covers(a, b, node); }));
+    for (const GraphPosition& node : positions) count += covers(a, b, node);
   }
   return count;
 }
@@ -144,15 +140,12 @@ std::vector<GraphPosition> graph_layout(const Graph& graph) {
         }
         mean[node] = count > 0 ? sum / count : positions[node].row;
       }
-      std::stable_sort(column.begin(), column.end(),
-                       [&](std::uint32_t a, std::uint32_t b) { return mean[a] < mean[b]; });
+      std::ranges::stable_sort(column, {}, [&](std::uint32_t node) { return mean[node]; });
       place(columns, positions);
     }
     const std::size_t now = crossings(edges, positions);
-    if (now < fewest) {
-      fewest = now;
-      best = positions;
-    }
+    if (now < fewest) best = positions;
+    fewest = std::min(fewest, now);
   }
   return best;
 }

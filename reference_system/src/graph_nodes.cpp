@@ -184,7 +184,8 @@ class LongForm {
     if (const auto given = map_.find("groups")) {
       const YamlMap groups(*given, "`groups` of " + what_);
       node_.group_names = groups.keys();
-      for (const YamlValue& kind : groups.values()) node_.groups.push_back(kind.choice<CallbackGroup>());
+      for (const std::string& group : node_.group_names)
+        node_.groups.push_back(groups.find(group)->choice<CallbackGroup>());
     }
     std::vector<GraphMap> maps;
     for (const YamlValue& value : map_.needed("callbacks").list("a callback of " + what_)) {

@@ -10,56 +10,42 @@ namespace hotpath {
 
 namespace {
 
-/// A copy of a graph's parts with other names.
-class Renamed {
- public:
-  Renamed(const Graph& graph, std::string suffix) : graph_(graph), suffix_(std::move(suffix)) {}
+/// Renames `Node`, `Node/topic`, or, for nodes of type callbacks, `Node/callback`, whose last part is not a
+/// topic. `graph` has the old names.
+void rename_task(std::string& name, const Graph& graph, const std::string& suffix) {
+  const std::size_t slash = name.find('/');
+  const Node* const node = graph.find(name);
+  if (slash != std::string::npos && !(node != nullptr && node->type == NodeType::callbacks)) name += suffix;
+  name.insert(std::min(slash, name.size()), suffix);
+}
 
-  Node node(Node n) const {
-    for (Callback& callback : n.callbacks) {
-      callback.task = task(callback.task);
-      for (Publication& publication : callback.publishes) publication.topic += suffix_;
+/// Adds a copy of the graph `one` with other names.
+void add_copy(Graph& graph, const Graph& one, const std::string& suffix) {
+  for (Node node : one.nodes) {
+    for (Callback& callback : node.callbacks) {
+      rename_task(callback.task, one, suffix);
+      for (Publication& publication : callback.publishes) publication.topic += suffix;
     }
-    n.name += suffix_;
-    if (n.name.size() > kMaxNameBytes) {
-      throw std::invalid_argument("the name " + n.name + " would have more than " +
+    node.name += suffix;
+    if (node.name.size() > kMaxNameBytes)
+      throw std::invalid_argument("the name " + node.name + " would have more than " +
                                   std::to_string(kMaxNameBytes) + " bytes");
-    }
-    for (Input& input : n.inputs) input.topic += suffix_;
-    for (std::string& output : n.outputs) output += suffix_;
-    return n;
+    for (Input& input : node.inputs) input.topic += suffix;
+    for (std::string& output : node.outputs) output += suffix;
+    graph.nodes.push_back(std::move(node));
   }
-
-  std::pair<std::string, DeliveryOrder> delivery(std::pair<std::string, DeliveryOrder> of_topic) const {
-    of_topic.first += suffix_;
-    for (std::string& node : of_topic.second.nodes) node += suffix_;
-    return of_topic;
+  for (Chain chain : one.chains) {
+    chain.name += suffix;
+    for (std::string& name : chain.nodes) rename_task(name, one, suffix);
+    for (std::string& name : chain.sources) rename_task(name, one, suffix);
+    rename_task(chain.sink, one, suffix);
+    graph.chains.push_back(std::move(chain));
   }
-
-  [[nodiscard]] std::string topic(const std::string& name) const { return name + suffix_; }
-
-  Chain chain(Chain c) const {
-    c.name += suffix_;
-    for (std::string& name : c.nodes) name = task(name);
-    for (std::string& name : c.sources) name = task(name);
-    c.sink = task(c.sink);
-    return c;
-  }
-
- private:
-  /// Renames `Node`, `Node/topic`, or, for nodes of type callbacks, `Node/callback`, whose last
-  /// part is not a topic.
-  std::string task(const std::string& name) const {
-    const std::size_t slash = name.find('/');
-    if (slash == std::string::npos) return name + suffix_;
-    const Node* const node = graph_.find(name.substr(0, slash));
-    const bool callbacks = node != nullptr && node->type == NodeType::callbacks;
-    return name.substr(0, slash) + suffix_ + name.substr(slash) + (callbacks ? "" : suffix_);
-  }
-
-  const Graph& graph_;
-  const std::string suffix_;
-};
+  for (const auto& [topic, order] : one.delivery)
+    for (DeliveryOrder& copy = graph.delivery[topic + suffix]; const std::string& node : order.nodes)
+      copy.nodes.push_back(node + suffix);
+  for (const std::string& topic : one.intra_process) graph.intra_process.insert(topic + suffix);
+}
 
 std::set<std::string> names_of(const Graph& graph) {
   std::set<std::string> names;
@@ -109,13 +95,7 @@ void scale_rates(Graph& graph, double percent) {
 void make_copies(Graph& graph, unsigned copies) {
   const Graph one = graph;
   const std::string between = separator(one, copies);
-  for (unsigned n = 2; n <= copies; ++n) {
-    const Renamed renamed(one, between + std::to_string(n));
-    for (const Node& node : one.nodes) graph.nodes.push_back(renamed.node(node));
-    for (const Chain& chain : one.chains) graph.chains.push_back(renamed.chain(chain));
-    for (const auto& order : one.delivery) graph.delivery.insert(renamed.delivery(order));
-    for (const std::string& topic : one.intra_process) graph.intra_process.insert(renamed.topic(topic));
-  }
+  for (unsigned n = 2; n <= copies; ++n) add_copy(graph, one, between + std::to_string(n));
 }
 
 }  // namespace hotpath

@@ -14,9 +14,9 @@ void SimulatedMessagePool::give_back(SimulatedMessage& message) { free_.push_bac
 
 Platform make_platform(const Graph& graph, const ExecutorEntry& executor) {
   Platform p = graph.platform;
-  const TimerThread timer_thread = graph.platform.timer_thread;
-  p.raised_releaser = timer_thread == TimerThread::by_executor ? default_platform(executor).raised_releaser
-                                                               : timer_thread == TimerThread::raised;
+  p.raised_releaser = graph.platform.timer_thread == TimerThread::raised;
+  if (graph.platform.timer_thread == TimerThread::by_executor)
+    p.raised_releaser = default_platform(executor).raised_releaser;
   p.other_entities = kEntitiesOfANode * static_cast<std::uint32_t>(graph.nodes.size());
   p.wall_clock_work = graph.work == WorkMode::wall;
   return p;
@@ -38,9 +38,8 @@ std::vector<std::vector<TaskId>> sources_of_chains(const GraphTasks& tasks, cons
       const TaskId id = reached[i];
       for (std::size_t s = 0; s < chain.sources.size(); ++s)
         sources[id].push_back(history.entry(c, s, chain.sources[s]));
-      for (const TaskId before : upstream[id]) {
-        if (std::find(reached.begin(), reached.end(), before) == reached.end()) reached.push_back(before);
-      }
+      for (const TaskId before : upstream[id])
+        if (std::ranges::count(reached, before) == 0) reached.push_back(before);
     }
   }
   return sources;
@@ -243,8 +242,7 @@ Trace working_jobs(const GraphTasks& tasks, const Trace& trace) {
             tasks.origin[other].node != tasks.origin[id].node)) {
       ++other;
     }
-    const std::size_t measured = working.jobs.size();
-    for (std::size_t i = 0; i < measured; ++i) {
+    for (std::size_t i = 0, measured = working.jobs.size(); i < measured; ++i) {
       if (working.jobs[i].job.task != other) continue;
       working.jobs.push_back(JobRecord(working.jobs[i]));
       working.jobs.back().job.task = id;

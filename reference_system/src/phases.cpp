@@ -80,84 +80,16 @@ namespace {
 
 const std::string kWidePrefix = "created_ms_";
 
-class PhasesFile {
+/// The first timestamps that a file gives.
+class GivenPhases {
  public:
-  PhasesFile(const std::string& path, const Graph& graph) : path_(path), tasks_(make_tasks(graph)) {
-    for (const Task& task : tasks_.set.tasks) {
+  GivenPhases(const std::string& path, const Graph& graph)
+      : path_(path), tasks_(make_tasks(graph)), first_(tasks_.set.size()), lines_(tasks_.set.size(), 0) {
+    for (const Task& task : tasks_.set.tasks)
       if (task.kind == TaskKind::timer) timers_.push_back(task.name);
-    }
-    first_.resize(tasks_.set.size());
-    known_.resize(tasks_.set.size(), 0);
   }
 
-  std::vector<Duration> read(const std::string& executor) {
-    std::ifstream in = open_input(path_, "give the path of a readable file of phases");
-    LineReader lines(in, path_);
-    if (lines.next() && is_golden_trace(lines.text())) {
-      read_golden_header();
-    } else {
-      read_csv(executor);
-    }
-    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
-      if (tasks_.set[id].kind == TaskKind::timer && known_[id] == 0) {
-        throw InputError(path_, last_line_, "no phase for the timer of node " + tasks_.set[id].name,
-                         "give one for each timer");
-      }
-    }
-    return std::move(first_);
-  }
-
- private:
-  void read_golden_header() {
-    const GoldenTrace trace = read_golden_trace(path_);
-    for (const Task& task : trace.set.tasks) set(++last_line_, task.name, format_ms(task.phase), false);
-  }
-
-  void read_csv(const std::string& executor) {
-    using Names = std::vector<std::string>;
-    CsvReader rows(std::filesystem::path(path_), CsvLayout::by_hand);
-    if (rows.header().empty()) {
-      throw InputError(path_, 0, "the file of phases is empty",
-                       "begin with the line `task,first_release_ms`");
-    }
-    const bool created = rows.header() == Names{"task", "created_ms"};
-    if (created || rows.header() == Names{"task", "first_release_ms"}) {
-      while (rows.next()) set(rows.line(), std::string(rows.text(0)), std::string(rows.text(1)), created);
-      last_line_ = rows.line();
-    } else if (rows.find_column("executor")) {
-      last_line_ = rows.line();  // the line to which a missing column would belong
-      read_executor(rows, executor);
-    } else {
-      rows.fail("the columns do not describe phases",
-                "begin with `task,first_release_ms`, `task,created_ms`, or columns `executor` and "
-                "`created_ms_NODE`");
-    }
-  }
-
-  /// Reads the row with the executor's name, or else the first row of the executor under any rule.
-  void read_executor(CsvReader& rows, const std::string& executor) {
-    using Fields = std::vector<std::string>;
-    const std::size_t names = rows.column("executor"), header_line = rows.line();
-    std::size_t chosen_line = 0;
-    Fields chosen, executors;
-    while (rows.next()) {
-      const std::string name(rows.text(names));
-      executors.push_back(name.substr(0, name.find(" (")));
-      if (name != executor && (chosen_line > 0 || executors.back() != executor)) continue;
-      chosen_line = rows.line();
-      chosen.clear();
-      for (std::size_t c = 0; c < rows.header().size(); ++c) chosen.emplace_back(rows.text(c));
-    }
-    if (chosen_line == 0) {
-      throw InputError(path_, header_line, "no row for executor " + executor, suggest(executor, executors));
-    }
-    for (std::size_t c = 0; c < chosen.size(); ++c) {
-      const std::string& column = rows.header()[c];
-      if (!column.starts_with(kWidePrefix)) continue;
-      set(chosen_line, column.substr(kWidePrefix.size()), chosen[c], true);
-    }
-  }
-
+  /// A value of the file. `created`: the instant of creation.
   void set(std::size_t line, const std::string& name, const std::string& number, bool created) {
     const auto fail = [&](const std::string& problem, const std::string& remedy) {
       throw InputError(path_, line, problem, remedy);
@@ -166,31 +98,88 @@ class PhasesFile {
     while (id < tasks_.set.size() && (tasks_.set[id].name != name || tasks_.set[id].kind != TaskKind::timer))
       ++id;
     if (id == tasks_.set.size()) fail("the graph has no timer " + name, suggest(name, timers_));
-    if (known_[id] != 0) {
+    if (lines_[id] != 0)
       fail("timer " + name + " has a second phase",
-           "keep one (the other is in line " + std::to_string(known_[id]) + ")");
-    }
+           "keep one (the other is in line " + std::to_string(lines_[id]) + ")");
     const std::optional<Duration> instant = parse_ms(number);
-    if (!instant || *instant < Duration::zero()) {
+    if (!instant || *instant < Duration::zero())
       fail("the phase of timer " + name + " is `" + number + "`",
            "give decimal milliseconds such as 4.2, not negative");
-    }
     first_[id] = *instant + (created ? tasks_.set[id].period : Duration::zero());
-    known_[id] = line;
+    lines_[id] = line;
   }
 
-  std::string path_;
-  GraphTasks tasks_;
+  /// By task. `last_line`: to which a missing phase would belong.
+  std::vector<Duration> all(std::size_t last_line) {
+    for (TaskId id = 0; id < tasks_.set.size(); ++id) {
+      if (tasks_.set[id].kind != TaskKind::timer || lines_[id] != 0) continue;
+      throw InputError(path_, last_line, "no phase for the timer of node " + tasks_.set[id].name,
+                       "give one for each timer");
+    }
+    return std::move(first_);
+  }
+
+ private:
+  const std::string path_;
+  const GraphTasks tasks_;
   std::vector<std::string> timers_;
-  std::size_t last_line_ = 0;  ///< The line to which a missing phase would belong.
   std::vector<Duration> first_;
-  std::vector<std::size_t> known_;  ///< Line with the phase of each task; 0: none yet.
+  std::vector<std::size_t> lines_;  ///< By task: the line with its phase; 0: none yet.
 };
+
+/// Reads the row with the executor's name, or else the first row of the executor under any rule.
+void read_executor(CsvReader& rows, const std::string& path, const std::string& executor,
+                   GivenPhases& phases) {
+  const std::size_t names = rows.column("executor"), header_line = rows.line();
+  std::size_t chosen_line = 0;
+  std::vector<std::string> chosen, executors;
+  while (rows.next()) {
+    const std::string name(rows.text(names));
+    executors.push_back(name.substr(0, name.find(" (")));
+    if (name != executor && (chosen_line > 0 || executors.back() != executor)) continue;
+    chosen_line = rows.line();
+    chosen.clear();
+    for (std::size_t c = 0; c < rows.header().size(); ++c) chosen.emplace_back(rows.text(c));
+  }
+  if (chosen_line == 0)
+    throw InputError(path, header_line, "no row for executor " + executor, suggest(executor, executors));
+  for (std::size_t c = 0; c < chosen.size(); ++c) {
+    const std::string& column = rows.header()[c];
+    if (column.starts_with(kWidePrefix))
+      phases.set(chosen_line, column.substr(kWidePrefix.size()), chosen[c], true);
+  }
+}
 
 }  // namespace
 
 std::vector<Duration> read_phases(const std::string& path, const Graph& graph, const std::string& executor) {
-  return PhasesFile(path, graph).read(executor);
+  GivenPhases phases(path, graph);
+  std::ifstream in = open_input(path, "give the path of a readable file of phases");
+  LineReader lines(in, path);
+  if (lines.next() && is_golden_trace(lines.text())) {
+    const GoldenTrace trace = read_golden_trace(path);
+    std::size_t line = 0;
+    for (const Task& task : trace.set.tasks)
+      phases.set(++line, task.name, format_ms(task.phase), false);
+    return phases.all(line);
+  }
+  CsvReader rows(std::filesystem::path(path), CsvLayout::by_hand);
+  if (rows.header().empty())
+    throw InputError(path, 0, "the file of phases is empty", "begin with the line `task,first_release_ms`");
+  using Names = std::vector<std::string>;
+  const bool created = rows.header() == Names{"task", "created_ms"};
+  if (created || rows.header() == Names{"task", "first_release_ms"}) {
+    while (rows.next())
+      phases.set(rows.line(), std::string(rows.text(0)), std::string(rows.text(1)), created);
+    return phases.all(rows.line());
+  }
+  if (!rows.find_column("executor"))
+    rows.fail("the columns do not describe phases",
+              "begin with `task,first_release_ms`, `task,created_ms`, or columns `executor` and "
+              "`created_ms_NODE`");
+  const std::size_t header = rows.line();
+  read_executor(rows, path, executor, phases);
+  return phases.all(header);
 }
 
 std::string phases_csv(const TaskSet& set, const std::vector<Duration>& first) {

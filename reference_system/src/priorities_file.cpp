@@ -25,10 +25,8 @@ void read_callbacks(const YamlMap& map, std::vector<GivenPriority>& priorities) 
   for (std::size_t at = first; at < text.size();) {
     const std::size_t end = std::min(text.find('@', at + 1), text.size());
     const std::string callback = node + text.substr(at, end - at);
-    const auto same = [&](const GivenPriority& given) { return given.id == callback; };
-    if (std::any_of(priorities.begin(), priorities.end(), same)) {
+    if (std::ranges::count(priorities, callback, &GivenPriority::id) > 0)
       id.fail(callback + " occurs twice", "keep one");
-    }
     priorities.push_back({callback, priority, id.line()});
     at = end;
   }

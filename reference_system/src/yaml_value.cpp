@@ -30,11 +30,9 @@ std::string kind_of(const YAML::Node& node) {
       return "a list";
     case YAML::NodeType::Map:
       return "a map";
-    case YAML::NodeType::Null:
-    case YAML::NodeType::Undefined:
-      break;
+    default:
+      return "empty";
   }
-  return "empty";
 }
 
 }  // namespace
@@ -128,32 +126,20 @@ YamlMap::YamlMap(const YamlValue& value, std::string what)
   if (!value.node_.IsMap())
     value.fail(what_ + " is " + kind_of(value.node_), "give a map of `key: value` lines");
   for (const auto& entry : value.node_) {
-    const int line = line_of(entry.first, line_);
-    if (!entry.first.IsScalar()) {
-      throw InputError(*file_, line, "a key of " + what_ + " is " + kind_of(entry.first), "keys are words");
-    }
-    const std::string& key = entry.first.Scalar();
-    if (!is_utf8(key))
-      throw InputError(*file_, line, "a key of " + what_ + " is not valid UTF-8", kUtf8Remedy);
-    const auto [previous, is_new] =
-        values_.emplace(key, std::pair(line_of(entry.second, line), YAML::Node(entry.second)));
-    if (!is_new) {
-      throw InputError(*file_, line, "`" + key + "` occurs twice in " + what_,
-                       "keep one (the other is in line " + std::to_string(previous->second.first) + ")");
-    }
-    keys_.push_back(key);
+    const YamlValue key(*file_, entry.first, "a key of " + what_, line_of(entry.first, line_));
+    if (!key.is_text()) key.fail(key.what_ + " is " + kind_of(key.node_), "keys are words");
+    keys_.push_back(key.text());
+    const int line = line_of(entry.second, key.line_);
+    const auto [previous, is_new] = values_.emplace(keys_.back(), std::pair(line, YAML::Node(entry.second)));
+    if (!is_new)
+      key.fail("`" + keys_.back() + "` occurs twice in " + what_,
+               "keep one (the other is in line " + std::to_string(previous->second.first) + ")");
   }
 }
 
 YamlMap::YamlMap(const std::string& file, const std::string& text, const std::string& what,
                  const std::string& remedy)
     : YamlMap(YamlValue(file, read_yaml(file, text, remedy), what, 1), what) {}
-
-std::vector<YamlValue> YamlMap::values() const {
-  std::vector<YamlValue> values;
-  for (const std::string& key : keys_) values.push_back(*find(key));
-  return values;
-}
 
 std::optional<YamlValue> YamlMap::find(const std::string& key) const {
   const auto entry = values_.find(key);

@@ -87,7 +87,6 @@ class YamlMap {
   const std::string& what() const { return what_; }
   void set_what(std::string what) { what_ = std::move(what); }
 
-  std::vector<YamlValue> values() const;
   std::vector<std::string> keys() const { return keys_; }
 
   std::optional<YamlValue> find(const std::string& key) const;
