@@ -159,8 +159,7 @@ std::vector<Duration> read_phases(const std::string& path, const Graph& graph, c
   if (lines.next() && is_golden_trace(lines.text())) {
     const GoldenTrace trace = read_golden_trace(path);
     std::size_t line = 0;
-    for (const Task& task : trace.set.tasks)
-      phases.set(++line, task.name, format_ms(task.phase), false);
+    for (const Task& task : trace.set.tasks) phases.set(++line, task.name, format_ms(task.phase), false);
     return phases.all(line);
   }
   CsvReader rows(std::filesystem::path(path), CsvLayout::by_hand);

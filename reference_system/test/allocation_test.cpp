@@ -9,10 +9,8 @@
 #include <thread>
 #include <utility>
 
-#include "hotpath/live/clock.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/live_system.hpp"
-#include "hotpath/reference_system/phases.hpp"
+#include "live_fixture.hpp"
 
 namespace {
 
@@ -68,20 +66,9 @@ struct Counts {
 Counts run(const std::string& executor, TransportKind transport, const char* name) {
   Graph graph = load_graph(find_graph(name));
   scale_to_load(graph, 0);
-  GraphTasks tasks = make_tasks(graph);
-  const std::vector<Duration> phases = make_phases(graph, tasks, Phases::creation);
-  for (TaskId id = 0; id < tasks.set.size(); ++id) tasks.set.tasks[id].phase = phases[id];
-
-  LiveOptions options;
-  const ExecutorEntry& entry = *find_executor(executor);
-  options.executors = {{&entry, {}, default_options(entry)}};
-  options.transport = transport;
-  options.fastdds.partition = "allocation_test";
-  options.calibration.divisions_per_us = 300;
-  RunMemory memory({tasks.set.size(), worker_count(entry, {}), 10'000, 1'000});
-  LiveSystem system(graph, tasks, options, memory);
-  system.wait_until_matched(now() + std::chrono::seconds(20));
-
+  const GraphTasks tasks = tasks_with(graph, Phases::creation);
+  ConnectedSystem connected(graph, tasks, executor, transport);
+  LiveSystem& system = connected.system;
   const Time epoch = now() + std::chrono::milliseconds(50);
   system.start(epoch, epoch + std::chrono::milliseconds(700));
   std::this_thread::sleep_until(epoch + std::chrono::milliseconds(300));
@@ -92,7 +79,7 @@ Counts run(const std::string& executor, TransportKind transport, const char* nam
   system.close(system.join());
 
   Counts counts{all_allocations.exchange(0), own_allocations.exchange(0)};
-  for (const auto& log : memory.jobs()) counts.jobs += log.contents().size();
+  for (const auto& log : connected.memory.jobs()) counts.jobs += log.contents().size();
   return counts;
 }
 

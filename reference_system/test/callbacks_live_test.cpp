@@ -10,9 +10,7 @@
 
 #include "graph_fixture.hpp"
 #include "hotpath/core/accounting.hpp"
-#include "hotpath/live/clock.hpp"
-#include "hotpath/reference_system/live_system.hpp"
-#include "hotpath/reference_system/phases.hpp"
+#include "live_fixture.hpp"
 
 namespace hotpath {
 namespace {
@@ -27,27 +25,17 @@ struct Live {
 Live run(Graph graph, const std::string& executor, TransportKind transport, double load_percent = 0) {
   scale_to_load(graph, load_percent);
   Live live;
-  live.tasks = make_tasks(graph);
-  const std::vector<Duration> first = make_phases(graph, live.tasks, Phases::synchronous, {});
-  for (TaskId id = 0; id < first.size(); ++id) live.tasks.set.tasks[id].phase = first[id];
-  LiveOptions options;
-  const ExecutorEntry& entry = *find_executor(executor);
-  options.executors = {{&entry, {}, default_options(entry)}};
-  options.transport = transport;
-  options.fastdds.partition = "callbacks_live_test";
-  options.calibration.divisions_per_us = 300;
-  RunMemory memory({live.tasks.set.size(), worker_count(entry, {}), 10'000, 1'000});
-  {
-    LiveSystem system(graph, live.tasks, options, memory);
-    system.wait_until_matched(now() + std::chrono::seconds(20));
-    live.trace.epoch = now() + std::chrono::milliseconds(20);
-    system.start(live.trace.epoch, live.trace.epoch + std::chrono::milliseconds(600));
-    live.trace.end = system.join();
-    const Time limit = now() + std::chrono::seconds(2);
-    for (TaskId id = 0; id < live.tasks.set.size(); ++id) {
-      while (system.arrived(id) < memory.published()[id].load() && now() < limit) std::this_thread::yield();
-    }
-  }
+  live.tasks = tasks_with(graph, Phases::synchronous);
+  ConnectedSystem connected(graph, live.tasks, executor, transport);
+  LiveSystem& system = connected.system;
+  const RunMemory& memory = connected.memory;
+  live.trace.epoch = now() + std::chrono::milliseconds(20);
+  system.start(live.trace.epoch, live.trace.epoch + std::chrono::milliseconds(600));
+  live.trace.end = system.join();
+  const Time limit = now() + std::chrono::seconds(2);
+  for (TaskId id = 0; id < live.tasks.set.size(); ++id)
+    while (system.arrived(id) < memory.published()[id].load() && now() < limit) std::this_thread::yield();
+  system.close(live.trace.end);
   for (const auto& published : memory.published()) live.trace.published.push_back(published.load());
   for (const auto& log : memory.jobs()) {
     for (const JobRecord& record : log.contents()) live.trace.jobs.push_back(record);

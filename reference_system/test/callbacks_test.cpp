@@ -13,8 +13,9 @@ namespace {
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 
+Graph graph_of(const std::string& nodes) { return load("name: g\nnodes:\n" + nodes); }
 Simulated simulate_text(const std::string& nodes, Duration duration) {
-  return simulate_graph(load("name: g\nnodes:\n" + nodes), "events-ro", duration);
+  return simulate_graph(graph_of(nodes), "events-ro", duration);
 }
 
 /// A node of type `callbacks` with these callbacks.
@@ -28,6 +29,9 @@ std::string sensor(const std::string& name, int period_ms) {
 }
 std::string command(const std::string& name, const std::string& input) {
   return "  - {name: " + name + ", type: command, input: " + input + "}\n";
+}
+std::string chain(const std::string& nodes, const std::string& sources, const std::string& sink) {
+  return "chains:\n  - {name: c, nodes: [" + nodes + "], sources: [" + sources + "], sink: " + sink + "}\n";
 }
 
 struct RuleCase {
@@ -64,24 +68,23 @@ TEST(Callbacks, PublishByTheirRules) {
 
 /// A takes S's samples 0, 2, 4 and 7, and publishes with the second and the fourth.
 TEST(Callbacks, AMessageCountsTheLossesSinceTheOneBefore) {
-  const Graph g =
-      load("name: g\nnodes:\n" + sensor("S", 10) +
-           node_of("A", {"subscription: S, execution_time_ms: 24, publishes: {topic: a, every: 2}"}) +
-           command("C", "a") + "chains:\n  - {name: c, nodes: [S, A, C], sources: [S], sink: C}\n");
-  const Simulated s = simulate_graph(g, "events-ro", 100ms);
+  const std::string every =
+      node_of("A", {"subscription: S, execution_time_ms: 24, publishes: {topic: a, every: 2}"});
+  const Simulated s =
+      simulate_text(sensor("S", 10) + every + command("C", "a") + chain("S, A, C", "S", "C"), 100ms);
   ASSERT_EQ(s.trace.chains.size(), 2U);
   EXPECT_EQ(s.trace.chains[1].dropped, 3U);
-  const std::string cyclic = "  - {name: N, type: cyclic, period_ms: 30, inputs: [S]}\n" + command("C", "N") +
-                             "chains:\n  - {name: c, nodes: [S, N, C], sources: [S], sink: C}\n";
-  EXPECT_EQ(simulate_text(sensor("S", 10) + cyclic, 100ms).trace.chains.at(1).dropped, 2U);
+  const std::string cyclic = "  - {name: N, type: cyclic, period_ms: 30, inputs: [S]}\n" + command("C", "N");
+  const std::string nodes = sensor("S", 10) + cyclic + chain("S, N, C", "S", "C");
+  EXPECT_EQ(simulate_text(nodes, 100ms).trace.chains.at(1).dropped, 2U);
 }
 
 /// A works from 0 to 10 ms and publishes x after 2 ms, y after 6.5 ms and z at its end.
 TEST(Callbacks, AJobPublishesAtSeveralInstantsBeforeItsEnd) {
-  Graph g = load("name: g\nnodes:\n" +
-                 node_of("A", {"timer: t, period_ms: 20, execution_time_ms: 10, publishes: [z, {topic: y, "
-                               "at_percent: 65}, {topic: x, at_percent: 20}]"}) +
-                 command("X", "x") + command("Y", "y") + command("Z", "z"));
+  Graph g =
+      graph_of(node_of("A", {"timer: t, period_ms: 20, execution_time_ms: 10, publishes: [z, {topic: y, "
+                             "at_percent: 65}, {topic: x, at_percent: 20}]"}) +
+               command("X", "x") + command("Y", "y") + command("Z", "z"));
   const Simulated one = simulate_graph(g, "events-ro", 20ms);
   EXPECT_THAT(one.starts("X/x"), ElementsAre(10)) << "the only thread is busy";
   std::map<std::string, Time> published;
@@ -97,15 +100,11 @@ TEST(Callbacks, AJobPublishesAtSeveralInstantsBeforeItsEnd) {
 }
 
 TEST(Callbacks, ChainsBeginAtTheTimerThatTheyName) {
-  const Graph g = load(
-      "name: g\nnodes:\n"
-      "  - name: D\n    type: callbacks\n    callbacks:\n"
-      "      - {timer: slow, period_ms: 40, execution_time_ms: 3, publishes: {topic: x, every: 2}}\n"
-      "      - {timer: fast, period_ms: 10, execution_time_ms: 1, publishes: y}\n"
-      "  - name: C\n    type: callbacks\n    callbacks:\n"
-      "      - {subscription: x, execution_time_ms: 1}\n"
-      "      - {subscription: y, execution_time_ms: 1}\n"
-      "chains:\n  - {name: c, nodes: [D/slow, C/x], sources: [D/slow], sink: C/x}\n");
+  const Graph g = graph_of(
+      node_of("D", {"timer: slow, period_ms: 40, execution_time_ms: 3, publishes: {topic: x, every: 2}",
+                    "timer: fast, period_ms: 10, execution_time_ms: 1, publishes: y"}) +
+      node_of("C", {"subscription: x, execution_time_ms: 1", "subscription: y, execution_time_ms: 1"}) +
+      chain("D/slow, C/x", "D/slow", "C/x"));
   const Simulated s = simulate_graph(g, "rm-ro", 100ms);
   // The second slow job: its timestamp is 40 ms, and the fast timer's job runs before it.
   ASSERT_EQ(s.trace.chains.size(), 1U);
@@ -114,13 +113,11 @@ TEST(Callbacks, ChainsBeginAtTheTimerThatTheyName) {
 }
 
 TEST(Callbacks, ChainsMayBeginAtASubscription) {
-  const Graph g = load(
-      "name: g\nnodes:\n  - {name: S, type: sensor, period_ms: 10, execution_time_ms: 2}\n"
-      "  - name: A\n    type: callbacks\n    callbacks:\n"
-      "      - {subscription: S, execution_time_ms: 3, publishes: x}\n"
-      "  - {name: C, type: command, input: x, execution_time_ms: 1}\n"
-      "chains:\n  - {name: c, nodes: [A/S, C], sources: [A/S], sink: C}\n");
-  const Simulated s = simulate_graph(g, "events-ro", 95ms);
+  const Simulated s = simulate_text(
+      "  - {name: S, type: sensor, period_ms: 10, execution_time_ms: 2}\n" +
+          node_of("A", {"subscription: S, execution_time_ms: 3, publishes: x"}) +
+          "  - {name: C, type: command, input: x, execution_time_ms: 1}\n" + chain("A/S, C", "A/S", "C"),
+      95ms);
   ASSERT_EQ(s.trace.chains.size(), 9U);
   for (const ChainRecord& c : s.trace.chains) {
     EXPECT_EQ(c.hot_path_latency, 3ms);
@@ -129,25 +126,22 @@ TEST(Callbacks, ChainsMayBeginAtASubscription) {
 }
 
 TEST(Callbacks, ATimersMessageMayReturnToItAndItsOldEntryIsRemoved) {
-  const Graph g = load(
-      "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
-      "      - {subscription: b}\n"
-      "      - {timer: t, period_ms: 10, execution_time_ms: 1, publishes: {topic: a, last_of: [b]}}\n"
-      "  - name: B\n    type: callbacks\n    callbacks:\n"
-      "      - {subscription: a, execution_time_ms: 2, publishes: b}\n"
-      "chains:\n  - {name: c, nodes: [A/t, B/a], sources: [A/t], sink: B/a}\n");
-  const Simulated s = simulate_graph(g, "events-ro", 95ms);
+  const std::string timer =
+      "timer: t, period_ms: 10, execution_time_ms: 1, publishes: {topic: a, last_of: [b]}";
+  const Simulated s =
+      simulate_text(node_of("A", {"subscription: b", timer}) +
+                        node_of("B", {"subscription: a, execution_time_ms: 2, publishes: b"}) +
+                        chain("A/t, B/a", "A/t", "B/a"),
+                    95ms);
   ASSERT_EQ(s.trace.chains.size(), 10U);
   for (const ChainRecord& c : s.trace.chains) EXPECT_EQ(c.hot_path_latency, 1ms);
 }
 
 TEST(Callbacks, NamesMayBeLong) {
   const std::string name(200, 'n'), timer(200, 't');
-  const Simulated s =
-      simulate_text("  - name: " + name + "\n    type: callbacks\n    callbacks:\n      - {timer: " + timer +
-                        ", period_ms: 10, publishes: x}\n  - name: C\n    type: callbacks\n" +
-                        "    callbacks:\n      - {subscription: x}\n",
-                    30ms);
+  const Simulated s = simulate_text(node_of(name, {"timer: " + timer + ", period_ms: 10, publishes: x"}) +
+                                        node_of("C", {"subscription: x"}),
+                                    30ms);
   EXPECT_EQ(s.starts(name + "/" + timer).size(), 3U);
   EXPECT_EQ(s.starts("C/x").size(), 3U);
 }
@@ -158,29 +152,23 @@ TEST(Callbacks, MessagesRememberAHundredNodes) {
   for (const std::string branch : {"A", "B"}) {
     for (int i = 0; i < 50; ++i) {
       const std::string name = branch + std::to_string(i), before = branch + std::to_string(i - 1);
-      nodes += "  - name: " + name + "\n    type: callbacks\n    callbacks:\n      - {" +
-               (i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before) +
-               ", execution_time_ms: 0.1, publishes: " + name + "}\n";  // NOLINT(performance-*)
+      const std::string start = i == 0 ? "timer: t, period_ms: 100" : "subscription: " + before;
+      nodes += node_of(name, {start + ", execution_time_ms: 0.1, publishes: " + name});
       names += name + ", ";
     }
   }
-  const std::string set = "publishes: {topic: f, when: all_new, of: [A49, B49]}";
-  nodes += "  - name: F\n    type: callbacks\n    callbacks:\n      - {subscription: A49, " + set +
-           "}\n      - {subscription: B49, " + set + "}\n  - {name: C, type: command, input: f}\n";
-  const Graph g = load("name: g\nnodes:\n" + nodes + "chains:\n  - {name: c, nodes: [" + names +
-                       "F, C], sources: [A0, B0], sink: C}\n");
-  const Simulated s = simulate_graph(g, "events-ro", 250ms);
+  const std::string set = ", publishes: {topic: f, when: all_new, of: [A49, B49]}";
+  nodes += node_of("F", {"subscription: A49" + set, "subscription: B49" + set}) + command("C", "f");
+  const Simulated s = simulate_text(nodes + chain(names + "F, C", "A0, B0", "C"), 250ms);
   ASSERT_EQ(s.observations.size(), 3U);
   for (const ChainObservation& o : s.observations) EXPECT_EQ(o.sources_seen, 3U);
   EXPECT_EQ(s.trace.chains[2].end_to_end_latency, 10ms);
 }
 
 TEST(Callbacks, MeasuredTimesAreDrawnUniformlyFromTheGivenValues) {
-  const Graph g = load(
-      "name: g\nnodes:\n  - name: A\n    type: callbacks\n    callbacks:\n"
-      "      - {timer: t, period_ms: 10, execution_time_ms: {measured: [1, 2, 4]}}\n"
-      "      - {timer: u, period_ms: 10, execution_time_ms: {min: 1, max: 2}}\n");
-  const GraphTasks tasks = make_tasks(g);
+  const GraphTasks tasks =
+      make_tasks(graph_of(node_of("A", {"timer: t, period_ms: 10, execution_time_ms: {measured: [1, 2, 4]}",
+                                        "timer: u, period_ms: 10, execution_time_ms: {min: 1, max: 2}"})));
   EXPECT_EQ(tasks.set[0].wcet, 4ms);
   EXPECT_EQ(tasks.set[0].bcet, 1ms);
   const MeasuredTimes times(tasks.set, {tasks.callbacks[0].measured, nullptr}, 7);
