@@ -59,13 +59,10 @@ TEST_F(Deployments, AreWrittenAsTheyAreRead) {
     const Deployment read = find(File("written.yaml", deployment_yaml(graph, tasks, d)).path());
     EXPECT_EQ(read.executor_of, d.executor_of) << name;
     EXPECT_EQ(read.description, d.description) << name;
-    ASSERT_EQ(read.executors.size(), d.executors.size()) << name;
-    for (std::size_t e = 0; e < d.executors.size(); ++e) {
-      EXPECT_EQ(read.executors[e].name, d.executors[e].name);
-      EXPECT_EQ(read.executors[e].executor, d.executors[e].executor);
-      EXPECT_EQ(read.executors[e].policy, d.executors[e].policy);
-      EXPECT_EQ(read.executors[e].processors, d.executors[e].processors);
-    }
+    const auto threads = [](const DeployedExecutor& e) {
+      return std::tuple(e.name, e.executor, e.policy, e.processors);
+    };
+    EXPECT_TRUE(std::ranges::equal(read.executors, d.executors, {}, threads, threads)) << name;
   }
 }
 
@@ -76,8 +73,8 @@ TEST_F(Deployments, ThatSplitACallbackGroupCannotBeWritten) {
 TEST_F(Deployments, ListedFilesComeWithDescriptionOrErrorAndPresetsHideThem) {
   const Folder removed;
   const std::filesystem::path folder = removed.path();
-  std::ofstream(folder / "single.yaml") << "name: single\nexecutors:\n  - {name: a, owns: rest}\n";
-  std::ofstream(folder / "plain.yaml") << "name: plain\nexecutors:\n  - {name: a, owns: rest}\n";
+  for (const char* name : {"single.yaml", "plain.yaml"})
+    std::ofstream(folder / name) << "name: n\nexecutors:\n  - {name: a, owns: rest}\n";
   std::ofstream(folder / "broken.yaml") << "name: broken\nexecuters: []\n";
   setenv("HOTPATH_DEPLOYMENTS", folder.c_str(), 1);
   const auto listings = list_deployment_files();
@@ -198,14 +195,15 @@ TEST_F(CieFile, IsWrittenAsItIsRead) {
   const Deployment read = find("cie:" + File("written.yaml", first.str()).path());
   write_cie(second, graph, tasks, read);
   EXPECT_EQ(first.str(), second.str());
-  for (std::size_t e = 0; e < read.executors.size(); ++e) {
+  for (std::size_t e = 0; e < read.executors.size(); ++e)
     EXPECT_EQ(read.executors[e].policy, changed.executors[e].policy);
-  }
   EXPECT_THROW(write_cie(second, graph, tasks, find("single")), std::invalid_argument);
 }
 
 TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
   const std::string imu = "  - id: /Visualizer@Timer(60000000)\n    policy: ";
+  const std::string budget =
+      "SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n    period: 10000000\n";
   const std::vector<Mistake> mistakes = {
       {"  - {id: /Visualizer@Timer(6000000), policy: SCHED_OTHER}\n",
        2,
@@ -214,9 +212,7 @@ TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
       {imu + "SCHED_FIFO\n", kAnyLine, {"`priority` is missing"}},
       {imu + "SCHED_FIFO\n    priority: 100\n", 4},
       {imu + "FIFO\n", 3, {"SCHED_FIFO"}},
-      {imu + "SCHED_DEADLINE\n    runtime: 20000000\n    deadline: 10000000\n    period: 10000000\n",
-       kAnyLine,
-       {"at most the deadline"}},
+      {imu + budget, kAnyLine, {"at most the deadline"}},
       {imu + "SCHED_OTHER\n    colour: red\n", kAnyLine, {"unknown key `colour`"}},
       {imu + "SCHED_OTHER\n" + imu + "SCHED_OTHER\n", 4, {"occurs twice"}},
   };
@@ -224,25 +220,20 @@ TEST_F(CieFile, MistakesAreReportedWithTheirLine) {
 }
 
 TEST_F(Deployments, MistakesAreReportedWithTheirLine) {
+  const std::string a = "  - {name: a, ", b = "  - {name: b, ", rest = "owns: rest}\n";
   const std::vector<Mistake> mistakes = {
-      {"  - {name: a, owns: [FrontLidarDrivr]}\n", 3, {"no node FrontLidarDrivr", "did you mean"}},
-      {"  - {name: a, owns: [Visualizer]}\n  - {name: b, owns: [Visualizer]}\n",
-       4,
-       {"to executor a already"}},
-      {"  - {name: a, owns: [FrontLidarDriver]}\n",
-       kAnyLine,
-       {"no executor owns all callback groups of node"}},
-      {"  - {name: a, owns: rest}\n  - {name: b, owns: rest}\n", kAnyLine, {"two executors own the rest"}},
-      {"  - {name: a, owns: rest}\n  - {name: a, owns: [Visualizer]}\n", kAnyLine, {"occurs twice"}},
-      {"  - {name: a, policy: 'fifo:100', owns: rest}\n", 3, {"fifo:100"}},
-      {"  - {name: a, policy: deadline, owns: rest}\n", kAnyLine, {"is not one of other"}},
-      {"  - {name: a, policy: 'deadline:20/10/10', owns: rest}\n", 3, {"at most the deadline"}},
-      {"  - {name: a, policy: 'deadline:1/10/10', processors: [0], owns: rest}\n",
-       3,
-       {"cannot pin SCHED_DEADLINE threads"}},
-      {"  - {name: a, processors: [-1], owns: rest}\n", 3},
-      {"  - {name: a, processors: [0, 0], owns: rest}\n", kAnyLine, {"occurs twice"}},
-      {"  - {name: a, thread: 1, owns: rest}\n", kAnyLine, {"thread"}},
+      {a + "owns: [FrontLidarDrivr]}\n", 3, {"no node FrontLidarDrivr", "did you mean"}},
+      {a + "owns: [Visualizer]}\n" + b + "owns: [Visualizer]}\n", 4, {"to executor a already"}},
+      {a + "owns: [FrontLidarDriver]}\n", kAnyLine, {"no executor owns all callback groups of node"}},
+      {a + rest + b + rest, kAnyLine, {"two executors own the rest"}},
+      {a + rest + a + "owns: [Visualizer]}\n", kAnyLine, {"occurs twice"}},
+      {a + "policy: 'fifo:100', " + rest, 3, {"fifo:100"}},
+      {a + "policy: deadline, " + rest, kAnyLine, {"is not one of other"}},
+      {a + "policy: 'deadline:20/10/10', " + rest, 3, {"at most the deadline"}},
+      {a + "policy: 'deadline:1/10/10', processors: [0], " + rest, 3, {"cannot pin SCHED_DEADLINE threads"}},
+      {a + "processors: [-1], " + rest, 3},
+      {a + "processors: [0, 0], " + rest, kAnyLine, {"occurs twice"}},
+      {a + "thread: 1, " + rest, kAnyLine, {"thread"}},
   };
   for (const Mistake& m : mistakes) expect_error(error(m.text), m.line, m.parts);
   EXPECT_THROW(static_cast<void>(find("isolatd")), InputError);

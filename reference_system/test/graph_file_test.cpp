@@ -20,6 +20,16 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 const std::string kSensor = "- {name: S, type: sensor, period_ms: 10}\n";
+const std::string kN = "- {name: N, type: sensor, period_ms: 10, ";
+
+/// The line once for each number from `first` to `last`, which replaces `#`; the one before replaces `@`.
+std::string numbered(int first, int last, const std::string& line) {
+  std::string text;
+  for (int i = first; i <= last; ++i)
+    for (const char c : line)
+      text += c == '#' ? std::to_string(i) : c == '@' ? std::to_string(i - 1) : std::string{c};
+  return text;
+}
 
 /// Loads nodes in flow style, one per line from line 3 on.
 Graph load_nodes(const std::string& lines) { return load("name: g\nnodes:\n" + lines); }
@@ -136,7 +146,7 @@ TEST(GraphFile, MistakesInNodesAreRefused) {
       {"- {name: T, type: transform, input: S, period_ms: 5}",
        4,
        {"`period_ms` is not a key of transform T"}},
-      {"- {name: N, type: sensor, period_ms: 10, inputs: [S]}", 4, {"`inputs` is not a key of sensor N"}},
+      {kN + "inputs: [S]}", 4, {"`inputs` is not a key of sensor N"}},
       {"- {name: C, type: command, input: S, output: x}", 4, {"`output` is not a key of command C"}},
       {"- name: N\n  type: sensor\n  period_ms: 10\n  period_ms: 11\n", 7, {"twice", "line 6"}},
       {"- {type: sensor, period_ms: 10}", 4, {"`name` is missing"}},
@@ -152,24 +162,20 @@ TEST(GraphFile, MistakesInNodesAreRefused) {
       {"- {name: N, type: sensor, period_ms: 1e3}", 4, {"is `1e3`"}},
       {"- {name: N, type: sensor, period_ms: 0.0000001}", 4, {"at most six digits after the point"}},
       {"- {name: N, type: sensor, period_ms: 99999999999}", 4, {"up to 999999999"}},
-      {"- {name: N, type: sensor, period_ms: 10, priority: high}", 4, {"give a whole number"}},
-      {"- {name: N, type: sensor, period_ms: 10, callback_group: none}",
-       4,
-       {"mutually_exclusive, reentrant"}},
+      {kN + "priority: high}", 4, {"give a whole number"}},
+      {kN + "callback_group: none}", 4, {"mutually_exclusive, reentrant"}},
       {"- name: N\n  type: sensr\n",
        5,
        {"sensor, transform, fusion, cyclic, intersection, command", "`sensor`?"}},
       {"- {name: N, type: sensor, period_ms: 0}", 4, {"is 0", "more than 0"}},
       {"- {name: N, type: sensor, period_ms: -10}", 4, {"is negative", "more than 0"}},
-      {"- {name: N, type: sensor, period_ms: 10, deadline_ms: 0}", 4, {"is 0"}},
-      {"- {name: N, type: sensor, period_ms: 10, deadline_ms: -1}", 4, {"is negative"}},
-      {"- {name: N, type: sensor, period_ms: 10, phase_ms: -0.5}", 4, {"is negative", "0 or more"}},
-      {"- {name: N, type: sensor, period_ms: 10, execution_time_ms: -0.5}", 4, {"is negative"}},
-      {"- {name: N, type: sensor, period_ms: 10, best_case_execution_time_ms: -0.5}", 4, {"is negative"}},
-      {"- {name: N, type: sensor, period_ms: 10, release_jitter_ms: -0.5}", 4, {"is negative"}},
-      {"- {name: N, type: sensor, period_ms: 10, release_jitter_ms: 10}",
-       4,
-       {"jitter of sensor N is not below"}},
+      {kN + "deadline_ms: 0}", 4, {"is 0"}},
+      {kN + "deadline_ms: -1}", 4, {"is negative"}},
+      {kN + "phase_ms: -0.5}", 4, {"is negative", "0 or more"}},
+      {kN + "execution_time_ms: -0.5}", 4, {"is negative"}},
+      {kN + "best_case_execution_time_ms: -0.5}", 4, {"is negative"}},
+      {kN + "release_jitter_ms: -0.5}", 4, {"is negative"}},
+      {kN + "release_jitter_ms: 10}", 4, {"jitter of sensor N is not below"}},
       {"- {name: N, type: sensor, period_ms: 9, execution_time_ms: 2, best_case_execution_time_ms: 2.1}",
        4,
        {"best case of node N"}},
@@ -239,22 +245,18 @@ TEST(GraphFile, WhatIsJustAllowed) {
 
 TEST(GraphFile, TextsAreUtf8) {
   EXPECT_EQ(load("name: g\ndescription: Größe → 4 kB \U0001F916\nnodes:\n" + kSensor).name, "g");
-  // A lone continuation byte, Latin-1, a truncated sequence, an overlong one, a surrogate, beyond
-  // Unicode.
-  const auto text = [](const std::string& before, const std::string& bad, const std::string& after) {
-    return before + bad + after + "nodes:\n" + kSensor;
-  };
-  for (const std::string bad : {"\x80", "\xE4", "\xE2\x82", "\xC0\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80"}) {
-    const auto refused = [](int line) {
-      return AllOf(StartsWith(":" + std::to_string(line) + ": "),
-                   HasSubstr("is not valid UTF-8; save the file"));
-    };
-    EXPECT_THAT(error_of_nodes("- {name: N" + bad + ", type: sensor, period_ms: 1}\n"), refused(3));
-    EXPECT_THAT(error_of_nodes("- {name: N, type: sensor, period_ms: 1, output: t" + bad + "}\n"),
-                refused(3));
-    EXPECT_THAT(error_of(text("name: g", bad, "\n")), refused(1));
-    EXPECT_THAT(error_of(text("name: g\ndescription: d", bad, "\n")), refused(2));
-    EXPECT_THAT(error_of(text("name: g\ntopics:\n  t", bad, ": {publishers: many}\n")), refused(3));
+  const std::vector<std::pair<std::string, int>> places = {
+      {"name: g\nnodes:\n- {name: N!, type: sensor, period_ms: 1}\n", 3},
+      {"name: g\nnodes:\n- {name: N, type: sensor, period_ms: 1, output: t!}\n", 3},
+      {"name: g!\nnodes:\n" + kSensor, 1},
+      {"name: g\ndescription: d!\nnodes:\n" + kSensor, 2},
+      {"name: g\ntopics:\n  t!: {publishers: many}\nnodes:\n" + kSensor, 3}};
+  // A lone continuation byte, Latin-1, a truncated sequence, an overlong one, a surrogate, beyond Unicode.
+  for (const char* bad : {"\x80", "\xE4", "\xE2\x82", "\xC0\xAF", "\xED\xA0\x80", "\xF4\x90\x80\x80"}) {
+    for (auto [text, line] : places) {
+      text.replace(text.find('!'), 1, bad);
+      expect_error(error_of(text), line, {"is not valid UTF-8; save the file"});
+    }
   }
 }
 
@@ -279,33 +281,26 @@ TEST(GraphFile, TheOrderOfDeliveryNamesEachSubscriberOnce) {
 
 TEST(GraphFile, AMessageHasRoomForTheStatisticsOf63Nodes) {
   const auto line_of_nodes = [](int nodes) {
-    std::string text = "- {name: N0, type: sensor, period_ms: 10}\n";
-    for (int i = 1; i < nodes; ++i) {
-      text +=
-          "- {name: N" + std::to_string(i) + ", type: transform, input: N" + std::to_string(i - 1) + "}\n";
-    }
-    return text;
+    return "- {name: N0, type: sensor, period_ms: 10}\n" +
+           numbered(1, nodes - 1, "- {name: N#, type: transform, input: N@}\n");
   };
   EXPECT_EQ(load_nodes(line_of_nodes(63)).nodes.size(), 63U);
   expect_error(error_of_nodes(line_of_nodes(64)), 66, {"node N63", "64"});
 }
 
 TEST(GraphFile, OneMessageDescendsFromOneOfManyPublishers) {
-  std::string sensors;
-  for (int i = 0; i < 70; ++i) {
-    sensors += "- {name: S" + std::to_string(i) + ", type: sensor, period_ms: 10, output: Data}\n";
-  }
-  const std::string rest =
-      "- {name: T, type: transform, input: Data}\n- {name: C, type: command, input: T}\n";
-  EXPECT_EQ(load("name: g\ntopics: {Data: {publishers: many}}\nnodes:\n" + sensors + rest).nodes.size(), 72U);
+  EXPECT_EQ(load_nodes(numbered(1, 70, "- {name: S#, type: sensor, period_ms: 10, output: Data}\n") +
+                       "- {name: T, type: transform, input: Data}\n- {name: C, type: command, input: T}\n" +
+                       "topics: {Data: {publishers: many}}\n")
+                .nodes.size(),
+            72U);
 }
 
 TEST(GraphFile, ACyclicNodePassesOnTheHistoryOfItsInputs) {
-  std::string text = "- {name: Y, type: cyclic, period_ms: 10, inputs: [S0";
-  for (int i = 1; i < 63; ++i) text += ", S" + std::to_string(i);
-  text += "]}\n";
-  for (int i = 0; i < 63; ++i) text += "- {name: S" + std::to_string(i) + ", type: sensor, period_ms: 10}\n";
-  expect_error(error_of_nodes(text), 3, {"node Y", "64"});
+  expect_error(
+      error_of_nodes("- {name: Y, type: cyclic, period_ms: 10, inputs: [S0" + numbered(1, 62, ", S#") +
+                     "]}\n" + numbered(0, 62, "- {name: S#, type: sensor, period_ms: 10}\n")),
+      3, {"node Y", "64"});
 }
 
 TEST(ChainOf, KnownNodesFromTimersToAReachableSink) {
