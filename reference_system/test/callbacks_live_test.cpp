@@ -4,16 +4,19 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <optional>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 #include "graph_fixture.hpp"
 #include "hotpath/core/accounting.hpp"
+#include "hotpath/reference_system/message.hpp"
 #include "live_fixture.hpp"
 
 namespace hotpath {
 namespace {
+
+Time at(int ms) { return Time{} + std::chrono::milliseconds(ms); }
 
 struct Live {
   GraphTasks tasks;
@@ -37,12 +40,10 @@ Live run(Graph graph, const std::string& executor, TransportKind transport, doub
     while (system.arrived(id) < memory.published()[id].load() && now() < limit) std::this_thread::yield();
   system.close(live.trace.end);
   for (const auto& published : memory.published()) live.trace.published.push_back(published.load());
-  for (const auto& log : memory.jobs()) {
+  for (const auto& log : memory.jobs())
     for (const JobRecord& record : log.contents()) live.trace.jobs.push_back(record);
-  }
-  for (const auto& log : memory.chains()) {
+  for (const auto& log : memory.chains())
     for (const ChainObservation& o : log.contents()) live.observations.push_back(o);
-  }
   live.trace.chains = join_chains(graph, live.tasks, live.trace, live.observations);
   live.accounts = account(live.tasks.set, live.trace);
   return live;
@@ -76,11 +77,9 @@ TEST(LiveDelivery, FollowsTheGraph) {
 /// Each sample carries the instant of its publication, within the job that published it.
 TEST(LivePublications, FollowTheirInstantsWithinTheJob) {
   Graph g = load_graph(find_graph("callbacks"));
-  for (Node& node : g.nodes) {
-    for (Callback& callback : node.callbacks) {
+  for (Node& node : g.nodes)
+    for (Callback& callback : node.callbacks)
       for (Publication& p : callback.publishes) p.at = 0.25;
-    }
-  }
   g.work = WorkMode::wall;
   const Live live = run(g, "multi", TransportKind::intra_process, 20);
   std::map<std::pair<TaskId, std::uint64_t>, const JobRecord*> jobs;
@@ -117,46 +116,30 @@ TEST(LiveCallbacksChain, MessagesRememberMoreNodesThanFastDdsExpectsOfASequence)
   }
 }
 
-/// By output of fusion F: the number of the oldest job of S in it, among the jobs of S that ran,
-/// recomputed from the jobs in their order on one thread. F joins S with cyclic node N, which reads S.
-std::vector<std::uint64_t> oldest_sources(const Live& live) {
-  std::vector<JobRecord> jobs = live.trace.jobs;
-  std::erase_if(jobs, [](const JobRecord& r) { return r.outcome != Outcome::ran; });
-  std::ranges::stable_sort(jobs, {}, &JobRecord::start);
-  std::optional<std::uint64_t> read, by_s, by_n;  // jobs of S in the slots of N and of F
-  std::map<std::uint64_t, std::optional<std::uint64_t>> sent;
-  std::map<std::uint64_t, std::uint64_t> number;  // by sequence, which also counts skipped timestamps
-  std::vector<std::uint64_t> oldest;
-  bool has_n = false;
-  for (const JobRecord& r : jobs) {
-    const std::string& task = live.tasks.set[r.job.task].name;
-    if (task == "S") number.emplace(r.job.sequence, number.size());
-    if (task == "N/S") read = number.at(r.job.parent.sequence);
-    if (task == "N") sent[r.job.sequence] = std::exchange(read, std::nullopt);
-    if (task == "F/S") by_s = number.at(r.job.parent.sequence);
-    if (task == "F/N") by_n = sent.at(r.job.parent.sequence), has_n = true;
-    if (!by_s || !has_n) continue;
-    oldest.push_back(std::min(*by_s, by_n.value_or(*by_s)));
-    by_s.reset(), has_n = false;
+/// Of a source that arrives by two paths. The live messages of graphs without nodes of type `callbacks`.
+TEST(Message4kb, KeepsTheOldestJobOfANode) {
+  const Graph g =
+      load("name: g\nnodes: [{name: S, type: sensor, period_ms: 10}, {name: N, type: sensor, period_ms: 9}]");
+  const Message4kbHistory history(g, make_tasks(g));
+  const TaskId s = 0, n = 1;
+  const auto with = [&](const std::vector<Stat>& entries) {
+    msg::Message4kb message;
+    for (const Stat& entry : entries)
+      history.append(message, entry, static_cast<std::uint32_t>(entry.sequence));
+    return message;
+  };
+  const msg::Message4kb direct = with({{s, 0, 7, at(70)}}),
+                        by_n = with({{s, 2, 4, at(40)}, {n, 0, 3, at(71)}});
+  for (const auto& [first, second] : {std::pair(&direct, &by_n), std::pair(&by_n, &direct)}) {
+    msg::Message4kb joined = with({});
+    history.merge(joined, *first, n);
+    history.merge(joined, *second, n);
+    EXPECT_EQ(joined.size(), 2U);
+    Stat oldest;
+    history.find(joined, std::span(&s, 1), [&](const Stat& stat) { oldest = stat; });
+    EXPECT_EQ(std::tuple(oldest.sequence, oldest.dropped, oldest.start), std::tuple(4U, 2U, at(40)));
   }
-  return oldest;
-}
-
-TEST(LiveHistory, KeepsTheOldestJobOfASourceThatArrivesByTwoPaths) {
-  const Graph g = load(R"(
-name: g
-nodes:
-- {name: S, type: sensor, period_ms: 10}
-- {name: N, type: cyclic, period_ms: 10, inputs: [S]}
-- {name: F, type: fusion, inputs: [S, N]}
-chains:
-- {name: c, nodes: [S, F], sources: [S], sink: F}
-)");
-  const Live live = run(g, "events-ro", TransportKind::intra_process);
-  std::vector<std::uint64_t> oldest;
-  for (const ChainObservation& o : live.observations) oldest.push_back(o.source_sequence[0]);
-  EXPECT_GT(oldest.size(), 0U);
-  EXPECT_EQ(oldest, oldest_sources(live));
+  EXPECT_EQ(Message4kbHistory::publication(by_n), 3U);
 }
 
 }  // namespace

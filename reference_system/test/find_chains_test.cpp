@@ -26,10 +26,8 @@ TEST(FindChains, TakesTheLongestOfAutowareFirst) {
 
 TEST(FindChains, OfEquallyLongOnesTakesThatWithMostWork) {
   const Graph graph = load(
-      "name: g\nnodes:\n"
-      "  - {name: S, type: sensor, period_ms: 10}\n"
-      "  - {name: A, type: command, input: S, execution_time_ms: 2}\n"
-      "  - {name: B, type: command, input: S, execution_time_ms: 1}\n");
+      "name: g\nnodes: [{name: S, type: sensor, period_ms: 10}, {name: A, type: command, input: S, "
+      "execution_time_ms: 2}, {name: B, type: command, input: S, execution_time_ms: 1}]");
   EXPECT_THAT(find_chains(graph, make_tasks(graph), 1).front().nodes, ElementsAre("S", "A"));
 }
 

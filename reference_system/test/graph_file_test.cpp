@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 
 #include "graph_fixture.hpp"
 #include "hotpath/reference_system/graph_keys.hpp"
@@ -14,6 +15,7 @@
 namespace hotpath {
 namespace {
 
+using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -39,11 +41,11 @@ TEST(GraphFile, GivesUpstreamsDefaults) {
   const Graph graph = load_nodes(kSensor + "- {name: T, type: transform, input: S, execution_time_ms: 2}\n" +
                                  "- {name: C, type: command, input: T}\n");
   EXPECT_EQ(graph.work, WorkMode::cpu_time);
-  EXPECT_EQ(graph.nodes[0].callbacks[0].deadline, std::chrono::milliseconds(10));
+  EXPECT_EQ(graph.nodes[0].callbacks[0].deadline, 10ms);
   EXPECT_FALSE(graph.nodes[0].callbacks[0].phase);
   EXPECT_THAT(graph.nodes[0].outputs, ElementsAre("S"));
   EXPECT_EQ(graph.nodes[1].inputs[0].depth, 1U);
-  EXPECT_EQ(graph.nodes[1].callbacks[0].best, std::chrono::milliseconds(2));
+  EXPECT_EQ(graph.nodes[1].callbacks[0].best, 2ms);
   EXPECT_EQ(graph.nodes[2].inputs[0].depth, 10U);
   EXPECT_TRUE(graph.nodes[2].outputs.empty());
 }
@@ -53,21 +55,17 @@ TEST(GraphFile, ReadsEveryKey) {
   const Callback& sensor = graph.nodes[0].callbacks[0];
   EXPECT_EQ(graph.work, WorkMode::fixed);
   EXPECT_EQ(graph.description, "all that a graph can say: # it");
-  EXPECT_EQ(sensor.period, std::chrono::microseconds(12500));
-  EXPECT_EQ(sensor.phase, std::chrono::microseconds(250));
-  EXPECT_EQ(sensor.release_jitter, std::chrono::microseconds(1500));
-  EXPECT_EQ(sensor.deadline, std::chrono::milliseconds(7));
+  EXPECT_EQ(std::tuple(sensor.period, *sensor.phase, sensor.release_jitter, sensor.deadline),
+            std::tuple(12'500us, 250us, 1'500us, 7ms));
   EXPECT_EQ(sensor.priority, -3);
-  EXPECT_EQ(sensor.best, Duration(1));
+  EXPECT_EQ(sensor.best, 1ns);
   EXPECT_THAT(graph.nodes[0].groups, ElementsAre(CallbackGroup::reentrant));
   EXPECT_EQ(graph.nodes[2].inputs[0].depth, 5U);
   EXPECT_EQ(graph.nodes[2].callbacks[0].priority, 9);
   EXPECT_THAT(graph.nodes[2].outputs, ElementsAre("a", "b"));
   EXPECT_THAT(graph.chains[0].nodes, ElementsAre("S", "I", "K/a"));  // creation order
   const GraphTasks tasks = make_tasks(graph);
-  const auto entity_of = [&](const std::string& name) {
-    return std::ranges::find(tasks.set.tasks, name, &Task::name)->entity;
-  };
+  const auto entity_of = [&](const char* name) { return tasks.set[task_named(tasks, name)].entity; };
   EXPECT_EQ(entity_of("K/a"), EntityKind::service);
   EXPECT_EQ(entity_of("K/b"), EntityKind::client);
   EXPECT_EQ(entity_of("W/l"), EntityKind::waitable);
@@ -76,12 +74,9 @@ TEST(GraphFile, ReadsEveryKey) {
   EXPECT_EQ(platform.cores, 2U);
   EXPECT_EQ(platform.timer_thread, TimerThread::equal);
   EXPECT_EQ(platform.execution_times, ExecutionTimeModel::uniform);
-  EXPECT_EQ(platform.release_cost, Duration(12'500));
-  EXPECT_EQ(platform.pass_cost, std::chrono::microseconds(3));
-  EXPECT_EQ(platform.timer_dispatch_cost, Duration(1));
-  EXPECT_EQ(platform.subscription_dispatch_cost, std::chrono::microseconds(7));
-  EXPECT_EQ(platform.wake_up_latency, std::chrono::microseconds(190));
-  EXPECT_EQ(platform.delivery_delay, std::chrono::milliseconds(1));
+  std::vector<std::int64_t> costs;
+  for (const PlatformCost& cost : kPlatformCosts) costs.push_back((platform.*cost.value).count());
+  EXPECT_THAT(costs, ElementsAre(12'500, 3'000, 1, 1, 7'000, 41'000, 25, 190'000, 1'000'000));
 }
 
 TEST(GraphFile, TakesMillisecondsExactlyToTheNanosecond) {
@@ -350,10 +345,10 @@ TEST(ValuesToSet, ReplaceThoseOfTheFile) {
   const Graph graph =
       load_graph(file.path(), {"Lidar.period_ms=0.5", "Lidar.priority=3", "K/t.execution_time_ms=2",
                                "K/Lidar.depth=4", "Lidar.period_ms=2.5"});
-  EXPECT_EQ(graph.nodes[0].callbacks[0].period, std::chrono::microseconds(2500));
+  EXPECT_EQ(graph.nodes[0].callbacks[0].period, 2'500us);
   EXPECT_EQ(graph.nodes[0].callbacks[0].priority, 3);
-  EXPECT_EQ(graph.nodes[1].callbacks[0].period, std::chrono::milliseconds(10)) << "its alias";
-  EXPECT_EQ(graph.nodes[2].callbacks[0].worst, std::chrono::milliseconds(2));
+  EXPECT_EQ(graph.nodes[1].callbacks[0].period, 10ms) << "its alias";
+  EXPECT_EQ(graph.nodes[2].callbacks[0].worst, 2ms);
   EXPECT_EQ(graph.nodes[2].inputs[0].depth, 4U);
   const auto error = [&](const std::string& setting) {
     try {
