@@ -9,8 +9,7 @@
 #include "program/table.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "results/checked_run.hpp"
-#include "results/recovered_run.hpp"
+#include "results/stored_summary.hpp"
 #include "results/summary_table.hpp"
 
 namespace hotpath::commands {

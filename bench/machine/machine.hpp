@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "hotpath/core/time.hpp"
+#include "program/json_record.hpp"
 #include "program/latency_histogram.hpp"
 
 namespace hotpath::machine {
@@ -17,6 +17,12 @@ struct Hiccups {
   Duration p99{}, p999{}, max{};  ///< Of the gaps between two readings; within 1 % (LatencyHistogram).
   double lost_percent = 0;        ///< Share of the time spent in gaps of 10 microseconds or more.
 };
+void fields(auto& visit, program::MaybeConst<Hiccups> auto& part) {
+  HOTPATH_VISIT(cpu, lost_percent)
+  visit.ns("p99_ns", part.p99);
+  visit.ns("p999_ns", part.p999);
+  visit.ns("max_ns", part.max);
+}
 
 /// How the machine disturbs a measurement.
 struct Noise {
@@ -26,6 +32,12 @@ struct Noise {
   double clock_cost_ns = 0;      ///< One reading of CLOCK_MONOTONIC.
   double cpu_clock_cost_ns = 0;  ///< One reading of a thread's CPU time.
 };
+void fields(auto& visit, program::MaybeConst<Noise> auto& part) {
+  HOTPATH_VISIT(clock_cost_ns, cpu_clock_cost_ns)
+  visit.ms("watched_ms", part.length);
+  visit("hiccups", part.cores);
+  visit.ns("clock_resolution_ns", part.clock_resolution);
+}
 
 /// Gaps between consecutive readings of a clock.
 class HiccupHistogram {
@@ -72,14 +84,17 @@ struct Machine {
   std::vector<std::string> real_time_threads;  ///< Of other programs: `name (fifo:50)`.
   Noise noise;
 };
+void fields(auto& visit, program::MaybeConst<Machine> auto& part) {
+  HOTPATH_VISIT(cpu_model, processors, kernel, preempt_rt, distribution, governor, hypervisor, rt_runtime_us,
+                rt_period_us, load_average, compiler, build_type, turbo, clock_source, timer_slack_ns,
+                stolen_percent, real_time_threads, noise)
+  visit.if_stored("boot_parameters", part.boot_parameters);
+}
 
 /// The observation time of read_machine() for a result folder.
 inline constexpr Duration kBriefNoise = std::chrono::milliseconds(200);
 
 Machine read_machine(Duration watch = kBriefNoise);
-void to_json(nlohmann::json& j, const Machine& machine);
-/// Throws nlohmann's exceptions and std::out_of_range.
-void from_json(const nlohmann::json& j, Machine& machine);
 
 /// Sentences about possible disturbances of a measurement.
 std::vector<std::string> warnings(const Machine& machine);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <ctime>
 #include <exception>
+#include <future>
 #include <latch>
-#include <thread>
 
 #include "hotpath/live/clock.hpp"
 #include "hotpath/live/thread_setup.hpp"
@@ -53,33 +53,26 @@ Noise measure_noise(Duration length) {
   const std::vector<int> cpus = allowed_cpus();
   noise.cores.resize(cpus.size());
   std::latch together(static_cast<std::ptrdiff_t>(cpus.size()));
-  std::vector<std::exception_ptr> failures(cpus.size());
-  const auto fail = [&](std::size_t i) {
-    failures[i] = std::current_exception();
-    together.count_down();
-  };
   const auto work = [&](std::size_t i) {
     try {
       pin_to_cpus({cpus[i]});
     } catch (const std::exception&) {
-      return fail(i);
+      together.count_down();
+      throw;
     }
     together.arrive_and_wait();
     noise.cores[i] = watch(length).summary(cpus[i]);
   };
-  std::vector<std::thread> watchers;
-  watchers.reserve(cpus.size());
+  std::vector<std::future<void>> watchers;  // whose destructors join the threads
   for (std::size_t i = 0; i < cpus.size(); ++i) {
     try {
-      watchers.emplace_back(work, i);
+      watchers.push_back(std::async(std::launch::async, work, i));
     } catch (const std::exception&) {
-      fail(i);
+      together.count_down(static_cast<std::ptrdiff_t>(cpus.size() - i));
+      throw;
     }
   }
-  for (std::thread& w : watchers) w.join();
-  for (const std::exception_ptr& failure : failures) {
-    if (failure) std::rethrow_exception(failure);
-  }
+  for (std::future<void>& w : watchers) w.get();
   return noise;
 }
 

@@ -58,29 +58,26 @@ std::vector<std::string> processes() {
 
 namespace {
 
-/// A line of /proc/stat: `cpu` or `cpuN`, and its ticks by use.
-struct ProcessorTicks {
-  explicit ProcessorTicks(const std::string& line) {
-    std::istringstream fields(line);
-    fields >> name;
-    for (long long& count : ticks) fields >> count;
-  }
-  std::string name;
-  std::array<long long, 8> ticks{};  ///< user nice system idle iowait irq softirq steal
-  long long stolen() const { return ticks.back(); }
-  long long busy() const { return ticks[0] + ticks[1] + ticks[2] + ticks[5] + ticks[6]; }
-};
+/// Clock ticks: user nice system idle iowait irq softirq steal.
+using Ticks = std::array<long long, 8>;
+constexpr int kAllCpus = -1;
+
+long long busy(const Ticks& t) { return t[0] + t[1] + t[2] + t[5] + t[6]; }
 
 Duration of_ticks(long long ticks) {
   return Duration(std::chrono::seconds(1)) * ticks / sysconf(_SC_CLK_TCK);
 }
 
-std::map<int, ProcessorTicks> ticks_by_cpu(const std::string& proc_stat) {
+/// By number of the CPU; kAllCpus: their sum.
+std::map<int, Ticks> ticks_by_cpu(const std::string& proc_stat) {
   std::istringstream stat(proc_stat);
-  std::map<int, ProcessorTicks> all;
+  std::map<int, Ticks> all;
   for (std::string line; std::getline(stat, line) && line.starts_with("cpu");) {
-    const ProcessorTicks processor(line);
-    if (processor.name != "cpu") all.emplace(std::atoi(processor.name.c_str() + 3), processor);
+    std::istringstream words(line);
+    std::string name;
+    words >> name;
+    Ticks& ticks = all[name == "cpu" ? kAllCpus : std::atoi(name.c_str() + 3)];
+    for (long long& count : ticks) words >> count;
   }
   return all;
 }
@@ -104,17 +101,18 @@ Duration throttled_time(const std::vector<int>& cpus) {
 
 std::map<int, Duration> stolen_times(const std::string& proc_stat) {
   std::map<int, Duration> stolen;
-  for (const auto& [cpu, ticks] : ticks_by_cpu(proc_stat)) stolen[cpu] = of_ticks(ticks.stolen());
+  for (const auto& [cpu, ticks] : ticks_by_cpu(proc_stat)) stolen[cpu] = of_ticks(ticks.back());
+  stolen.erase(kAllCpus);
   return stolen;
 }
 
 ProcessorTimes processor_times(const std::string& proc_stat, const std::vector<int>& cpus) {
   ProcessorTimes times;
   for (const auto& [cpu, ticks] : ticks_by_cpu(proc_stat)) {
-    if (!cpus.empty() && std::ranges::find(cpus, cpu) == cpus.end()) continue;
+    if (cpu == kAllCpus || (!cpus.empty() && std::ranges::count(cpus, cpu) == 0)) continue;
     ++times.cpus;
-    times.busy += of_ticks(ticks.busy());
-    times.stolen += of_ticks(ticks.stolen());
+    times.busy += of_ticks(busy(ticks));
+    times.stolen += of_ticks(ticks.back());
   }
   return times;
 }
@@ -129,9 +127,9 @@ ProcessorTimes processor_times(const std::vector<int>& cpus) {
 }
 
 double stolen_percent() {
-  const ProcessorTicks all(first_line("/proc/stat"));
-  const long long total = std::accumulate(all.ticks.begin(), all.ticks.end(), 0LL);
-  return total > 0 ? 100 * static_cast<double>(all.stolen()) / static_cast<double>(total) : 0;
+  const Ticks all = ticks_by_cpu(first_line("/proc/stat"))[kAllCpus];
+  const long long total = std::accumulate(all.begin(), all.end(), 0LL);
+  return total > 0 ? 100 * static_cast<double>(all.back()) / static_cast<double>(total) : 0;
 }
 
 }  // namespace hotpath::machine

@@ -43,12 +43,12 @@ class SharedMemoryWatch {
  private:
   static std::set<std::string> fast_dds_files() {
     std::set<std::string> files;
-    std::error_code ignored;
-    for (std::filesystem::directory_iterator it("/dev/shm", ignored), end; it != end; it.increment(ignored)) {
+    for (const std::string& name : names_in("/dev/shm")) {
+      const std::string file = "/dev/shm/" + name;
       struct stat facts {};
-      const bool ours = stat(it->path().c_str(), &facts) == 0 && facts.st_uid == geteuid();
-      if (ours && it->path().filename().string().find("fastrtps_") != std::string::npos)
-        files.insert(it->path());
+      if (name.find("fastrtps_") != std::string::npos && stat(file.c_str(), &facts) == 0 &&
+          facts.st_uid == geteuid())
+        files.insert(file);
     }
     return files;
   }
@@ -61,13 +61,12 @@ class SharedMemoryWatch {
         files.insert(text.substr(path));
       }
     };
-    std::ifstream maps("/proc/" + process + "/maps");
+    const std::string folder = "/proc/" + process;
+    std::ifstream maps(folder + "/maps");
     for (std::string line; std::getline(maps, line);) add(line);
     std::error_code ignored;
-    for (std::filesystem::directory_iterator it("/proc/" + process + "/fd", ignored), end; it != end;
-         it.increment(ignored)) {
-      add(std::filesystem::read_symlink(it->path(), ignored));
-    }
+    for (const std::string& open : names_in(folder + "/fd"))
+      add(std::filesystem::read_symlink(folder + "/fd/" + open, ignored));
     return files;
   }
 

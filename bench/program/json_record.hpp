@@ -128,6 +128,14 @@ class JsonReader {
   const nlohmann::json& object_;
 };
 
+/// Visits members of `part` whose keys are their names, in a function with arguments `visit` and `part`.
+#define HOTPATH_VISIT(...) NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(HOTPATH_VISIT_ONE, __VA_ARGS__))
+#define HOTPATH_VISIT_ONE(member) visit(#member, part.member);
+/// Defines fields() of a type whose keys are all names of members. End with a semicolon.
+#define HOTPATH_FIELDS(Type, ...)                                                                        \
+  void fields(auto& visit, hotpath::program::MaybeConst<Type> auto& part) { HOTPATH_VISIT(__VA_ARGS__) } \
+  static_assert(true)
+
 /// A type with `fields()`.
 template <class T>
 concept JsonRecord = requires(JsonWriter& writer, const T& value) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "results/checked_run.hpp"
+#include "results/stored_summary.hpp"
 
 #include <fstream>
 #include <optional>
@@ -11,7 +11,6 @@
 #include "hotpath/core/trace_csv.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
-#include "results/stored_run.hpp"
 
 namespace hotpath::results {
 

@@ -1,39 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "results/executor_measures.hpp"
 
-#include "results/executor_label.hpp"
-
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 #include "hotpath/core/registry.hpp"
+#include "program/text.hpp"
+#include "results/executor_label.hpp"
 
 namespace hotpath::results {
 namespace {
 
 LatencySummary latency_summary(const RepeatedSamples& samples, const BootstrapOptions& options) {
   LatencySummary summary{.quantiles = quantiles(samples.pooled()), .low = {}, .high = {}};
-  for (const auto& [key, probability, of, has_interval] : kQuantiles) {
-    if (!has_interval) continue;
-    const Estimate estimate = estimate_quantiles(samples, {&probability, 1}, options).front();
-    if (estimate.interval)
-      summary.low.*of = estimate.interval->low, summary.high.*of = estimate.interval->high;
+  for (const QuantileTraits& of : kQuantiles) {
+    if (!of.has_interval) continue;
+    const Estimate estimate = estimate_quantiles(samples, {&of.probability, 1}, options).front();
+    if (!estimate.interval) continue;
+    summary.low.*of.of = estimate.interval->low;
+    summary.high.*of.of = estimate.interval->high;
   }
   return summary;
-}
-
-/// The baseline of an executor: `default` on the same stack, such as `default@rclcpp` for
-/// `rm-ro@rclcpp`.
-std::string baseline_of(const std::string& executor) {
-  ExecutorLabel baseline(kBaselineExecutor);
-  baseline.stack = ExecutorLabel(executor).stack;
-  return baseline.text();
 }
 
 /// The quantiles of the samples, which are freed.
 Quantiles quantiles_of(std::deque<double>& samples) {
   const std::deque<double> taken = std::exchange(samples, {});
   return quantiles({taken.begin(), taken.end()});
+}
+
+double greatest(const std::vector<double>& samples) {
+  return samples.empty() ? kNoValue : std::ranges::max(samples);
 }
 
 /// Compares a latency with that of the baseline, which may be the same.
@@ -53,16 +51,36 @@ void compare(LatencySummary& latency, const RepeatedSamples& own, const Repeated
 
 }  // namespace
 
+std::vector<std::string> disturbances(const ProcessUsage& usage) {
+  struct Limit {
+    Duration ProcessUsage::*time;
+    double percent;  ///< Of the length of the repetition.
+    const char* words;
+  };
+  constexpr Limit kLimits[] = {{&ProcessUsage::stolen, 0.5, "stolen by the hypervisor"},
+                               {&ProcessUsage::throttled, 0.5, "throttled by a quota or by heat"},
+                               {&ProcessUsage::others, 5, "used by other processes"}};
+  // Three ticks of the kernel's clock: less says nothing.
+  constexpr Duration kLeast = std::chrono::milliseconds(30);
+  std::vector<std::string> marks;
+  for (const auto& [time, most, words] : kLimits) {
+    if (usage.wall <= Duration::zero() || usage.*time < kLeast) continue;
+    const double percent = usage.percent(usage.*time);
+    if (percent > most) marks.push_back(program::text("%.1f %% of the time %s", percent, words));
+  }
+  return marks;
+}
+
 ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, const SummaryOptions& options)
     : set_(set),
       options_(options),
       timers_only_(timers_only(set)),
       responses_(set.size()),
-      authors_(timers_only_ ? set.size() : 0),
+      authors_(set.size()),
       periods_(set.size()),
       latencies_(options.chains.size()) {
   summary_.executor = std::move(executor);
-  summary_.chains.resize(options.chains.size());
+  for (const std::string& chain : options.chains) summary_.chains.emplace_back().chain = chain;
   for (const Task& task : set.tasks) {
     TaskSummary& t = summary_.tasks.emplace_back();
     t.task = task.name;
@@ -73,9 +91,8 @@ ExecutorMeasures::ExecutorMeasures(std::string executor, const TaskSet& set, con
 }
 
 void ExecutorMeasures::begin(Time epoch, Time end) {
-  const Time counted_from = epoch + options_.warm_up;
   length_ += end - epoch;
-  current_.emplace(Current{counted_from, end, {}, std::nullopt});
+  current_.emplace(Current{epoch + options_.warm_up, end, {}, std::nullopt});
   current_->of_timers.resize(set_.size());
   if (timers_only_) current_->next_calls.emplace(set_);
 }
@@ -102,28 +119,34 @@ void ExecutorMeasures::end_timer(TaskId timer, std::vector<CountedJob> jobs) {
   for (std::size_t k = 1; k < jobs.size(); ++k) periods_[timer].push_back(jobs[k].start - jobs[k - 1].start);
 }
 
-void ExecutorMeasures::end(std::uint32_t place, std::uint32_t repetition, const ProcessUsage& usage,
-                           std::uint64_t lost_records, const std::vector<TaskAccount>& accounts) {
+void ExecutorMeasures::end(std::uint32_t repetition, const ProcessUsage& usage, std::uint64_t lost_records,
+                           const std::vector<TaskAccount>& accounts) {
   if (current_->next_calls) current_->next_calls->sort();
   for (TaskId id = 0; id < set_.size(); ++id) end_timer(id, std::move(current_->of_timers[id]));
   current_.reset();
-  Ended& ended = ended_[place] = {usage, lost_records, {repetition}, {}};
+  summary_.usage += usage;
+  summary_.lost_records += lost_records;
+  if (std::vector<std::string> marks = disturbances(usage); !marks.empty())
+    summary_.disturbed.push_back({repetition, std::move(marks)});
+  RepetitionMeasures& measures = summary_.each.emplace_back();
+  measures.repetition = repetition;
+  measures.chains.resize(options_.chains.size());
   std::uint64_t overruns = 0;
   for (const TaskSummary& task : summary_.tasks) overruns += task.after_warm_up.deadline_overruns;
-  ended.measures.deadline_overruns = overruns - std::exchange(overruns_before_, overruns);
+  measures.deadline_overruns = overruns - std::exchange(overruns_before_, overruns);
   for (const TaskAccount& a : accounts) {
     auto& sum = summary_.tasks[a.task].account.count;
     std::ranges::transform(sum, a.count, sum.begin(), std::plus());
-    ended.measures.skipped += a[Outcome::skipped];
-    ended.measures.overwritten += a[Outcome::overwritten];
-    ended.measures.never_ran += results::never_ran(a);
-    if (a.balanced()) continue;
-    ended.unbalanced.push_back({repetition, set_[a.task].name, a.accounted(), a.expected});
+    measures.skipped += a[Outcome::skipped];
+    measures.overwritten += a[Outcome::overwritten];
+    measures.never_ran += results::never_ran(a);
+    if (!a.balanced())
+      summary_.unbalanced.push_back({repetition, set_[a.task].name, a.accounted(), a.expected});
   }
 }
 
-void ExecutorMeasures::add(std::uint32_t place, const ChainRecord& r) {
-  Latencies& latencies = latencies_[r.chain][place];
+void ExecutorMeasures::add(std::uint32_t repetition, const ChainRecord& r) {
+  Latencies& latencies = latencies_[r.chain][repetition];
   latencies.hot_path.push_back(to_ms(r.hot_path_latency));
   if (r.end_to_end_latency.count() >= 0) latencies.end_to_end.push_back(to_ms(r.end_to_end_latency));
   if (r.disparity.count() >= 0) latencies.disparity.push_back(to_ms(r.disparity));
@@ -131,89 +154,99 @@ void ExecutorMeasures::add(std::uint32_t place, const ChainRecord& r) {
   summary_.chains[r.chain].drops += r.dropped;
 }
 
-ChainSummary ExecutorMeasures::finish_chain(std::size_t chain, std::vector<ChainSamples>& all) {
-  std::vector<std::vector<double>> hot, end_to_end;  // by repetition
+void ExecutorMeasures::finish_chain(std::size_t chain) {
+  std::vector<std::vector<double>> hot_path, end_to_end;  // by repetition
   std::vector<double> intervals, disparities;
-  for (auto& [place, latencies] : latencies_[chain]) {
-    hot.push_back(std::move(latencies.hot_path));
-    end_to_end.push_back(std::move(latencies.end_to_end));
-    std::ranges::copy(latencies.disparity, std::back_inserter(disparities));
-    std::vector<Time>& finishes = latencies.finishes;
-    std::ranges::sort(finishes);
-    for (std::size_t k = 1; k < finishes.size(); ++k)
-      intervals.push_back(to_ms(finishes[k] - finishes[k - 1]));
+  for (auto& [repetition, of] : latencies_[chain]) {
+    std::ranges::find(summary_.each, repetition, &RepetitionMeasures::repetition)->chains[chain] = {
+        of.hot_path.size(), greatest(of.hot_path), greatest(of.end_to_end)};
+    hot_path.push_back(std::move(of.hot_path));
+    end_to_end.push_back(std::move(of.end_to_end));
+    std::ranges::copy(of.disparity, std::back_inserter(disparities));
+    std::ranges::sort(of.finishes);
+    for (std::size_t k = 1; k < of.finishes.size(); ++k)
+      intervals.push_back(to_ms(of.finishes[k] - of.finishes[k - 1]));
   }
-  ChainSummary summary = std::move(summary_.chains[chain]);
-  summary.chain = options_.chains[chain];
-  all.push_back({RepeatedSamples(std::move(hot)), RepeatedSamples(std::move(end_to_end))});
-  const ChainSamples& samples = all.back();
+  const ChainSamples& samples = samples_.emplace_back(
+      ChainSamples{RepeatedSamples(std::move(hot_path)), RepeatedSamples(std::move(end_to_end))});
+  ChainSummary& summary = summary_.chains[chain];
   summary.hot_path = latency_summary(samples.hot_path, options_.bootstrap);
   summary.end_to_end = latency_summary(samples.end_to_end, options_.bootstrap);
   summary.interval_ms = quantiles(std::move(intervals));
   summary.disparity_ms = quantiles(std::move(disparities));
-  return summary;
 }
 
-ExecutorSummary ExecutorMeasures::finish(std::vector<ChainSamples>& all) && {
-  summary_.repetitions = ended_.size();
-  for (TaskId id = 0; id < set_.size(); ++id) {
-    TaskSummary& task = summary_.tasks[id];
-    const double jobs = static_cast<double>(task.account[Outcome::ran]);
-    task.busy_share = jobs * to_ms(set_[id].wcet) / std::max(to_ms(length_), 1e-9);
-    task.response_ms = quantiles_of(responses_[id]);
-    if (timers_only_) task.response_authors_ms = quantiles_of(authors_[id]);
-    if (task.kind == TaskKind::timer) {
-      std::vector<double> periods, deviations;
-      for (const Duration period : std::exchange(periods_[id], {})) {
-        periods.push_back(to_ms(period));
-        deviations.push_back(to_ms(period_deviation(set_[id], period)));
-      }
-      task.period_ms = quantiles(std::move(periods));
-      task.period_deviation_ms = quantiles(std::move(deviations));
+void ExecutorMeasures::finish_task(TaskId id) {
+  TaskSummary& task = summary_.tasks[id];
+  const double jobs = static_cast<double>(task.account[Outcome::ran]);
+  task.busy_share = jobs * to_ms(set_[id].wcet) / std::max(to_ms(length_), 1e-9);
+  task.response_ms = quantiles_of(responses_[id]);
+  if (timers_only_) task.response_authors_ms = quantiles_of(authors_[id]);
+  if (task.kind == TaskKind::timer) {
+    std::vector<double> periods, deviations;
+    for (const Duration period : std::exchange(periods_[id], {})) {
+      periods.push_back(to_ms(period));
+      deviations.push_back(to_ms(period_deviation(set_[id], period)));
     }
-    summary_.executed += task.account[Outcome::ran];
-    summary_.skipped += task.account[Outcome::skipped];
-    summary_.overwritten += task.account[Outcome::overwritten];
-    summary_.after_warm_up += task.after_warm_up;
+    task.period_ms = quantiles(std::move(periods));
+    task.period_deviation_ms = quantiles(std::move(deviations));
   }
-  for (auto& [place, ended] : ended_) {
-    if (std::vector<std::string> marks = disturbances(ended.usage); !marks.empty())
-      summary_.disturbed.push_back({ended.measures.repetition, std::move(marks)});
-    summary_.usage += ended.usage;
-    summary_.lost_records += ended.lost_records;
-    for (const auto& of_chain : latencies_) {
-      const auto of = of_chain.find(place);
-      RepetitionMeasures::OfChain& chain = ended.measures.chains.emplace_back();
-      if (of == of_chain.end()) continue;
-      chain.outputs = of->second.hot_path.size();
-      chain.worst_hot_path_ms = std::ranges::max(of->second.hot_path);
-      const std::vector<double>& ages = of->second.end_to_end;
-      if (!ages.empty()) chain.worst_age_ms = std::ranges::max(ages);
-    }
-    summary_.each.push_back(std::move(ended.measures));
-    std::ranges::move(ended.unbalanced, std::back_inserter(summary_.unbalanced));
-  }
+  summary_.executed += task.account[Outcome::ran];
+  summary_.skipped += task.account[Outcome::skipped];
+  summary_.overwritten += task.account[Outcome::overwritten];
+  summary_.after_warm_up += task.after_warm_up;
+}
+
+void ExecutorMeasures::finish() {
+  // Stored repetitions of a live run are in the order in which they ran.
+  std::ranges::stable_sort(summary_.each, {}, &RepetitionMeasures::repetition);
+  std::ranges::stable_sort(summary_.disturbed, {}, &DisturbedRepetition::repetition);
+  std::ranges::stable_sort(summary_.unbalanced, {}, &Imbalance::repetition);
+  summary_.repetitions = summary_.each.size();
+  for (TaskId id = 0; id < set_.size(); ++id) finish_task(id);
+  for (std::size_t c = 0; c < options_.chains.size(); ++c) finish_chain(c);
   if (summary_.executed > 0 && summary_.usage.wall > Duration{}) {  // a simulation uses no CPU time
     summary_.cpu_per_callback_us =
         static_cast<double>(summary_.usage.cpu_time.count()) / 1e3 / static_cast<double>(summary_.executed);
   }
-  for (std::size_t c = 0; c < options_.chains.size(); ++c) summary_.chains[c] = finish_chain(c, all);
-  return std::move(summary_);
 }
 
-void compare_with_baseline(Summary& summary, const std::vector<std::vector<ChainSamples>>& samples) {
-  for (std::size_t e = 0; e < summary.executors.size(); ++e) {
-    const std::string name = baseline_of(summary.executors[e].executor);
-    const auto base = std::ranges::find(summary.executors, name, &ExecutorSummary::executor);
-    if (base == summary.executors.end()) continue;
-    const auto baseline = static_cast<std::size_t>(base - summary.executors.begin());
-    for (std::size_t c = 0; c < samples[e].size(); ++c) {
-      const ChainSamples &own = samples[e][c], &of_baseline = samples[baseline][c];
+Summary ExecutorMeasures::summary(std::vector<ExecutorMeasures> all, const SummaryOptions& options) {
+  Summary summary{options.warm_up, options.bootstrap, {}};
+  for (ExecutorMeasures& m : all) {
+    m.finish();
+    summary.executors.push_back(std::move(m.summary_));
+  }
+  for (std::size_t e = 0; e < all.size(); ++e) {
+    // `default` on the same stack, such as `default@rclcpp` for `rm-ro@rclcpp`.
+    ExecutorLabel baseline(kBaselineExecutor);
+    baseline.stack = ExecutorLabel(summary.executors[e].executor).stack;
+    const auto found = std::ranges::find(summary.executors, baseline.text(), &ExecutorSummary::executor);
+    if (found == summary.executors.end()) continue;
+    const std::vector<ChainSamples>& samples =
+        all[static_cast<std::size_t>(found - summary.executors.begin())].samples_;
+    for (std::size_t c = 0; c < samples.size(); ++c) {
       ChainSummary& chain = summary.executors[e].chains[c];
-      compare(chain.hot_path, own.hot_path, of_baseline.hot_path, summary.bootstrap);
-      compare(chain.end_to_end, own.end_to_end, of_baseline.end_to_end, summary.bootstrap);
+      compare(chain.hot_path, all[e].samples_[c].hot_path, samples[c].hot_path, options.bootstrap);
+      compare(chain.end_to_end, all[e].samples_[c].end_to_end, samples[c].end_to_end, options.bootstrap);
     }
   }
+  return summary;
+}
+
+Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs, const SummaryOptions& options) {
+  std::vector<ExecutorMeasures> all;
+  all.reserve(runs.size());
+  for (const ExecutorRuns& of_executor : runs) {
+    ExecutorMeasures& measures = all.emplace_back(of_executor.executor, set, options);
+    for (const auto& [trace, usage, accounts] : of_executor.repetitions) {
+      measures.begin(trace.epoch, trace.end);
+      for (const JobRecord& r : trace.jobs) measures.add(r);
+      measures.end(trace.repetition, usage, trace.lost_records, accounts);
+      for (const ChainRecord& r : trace.chains) measures.add(trace.repetition, r);
+    }
+  }
+  return ExecutorMeasures::summary(std::move(all), options);
 }
 
 }  // namespace hotpath::results

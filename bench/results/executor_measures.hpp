@@ -5,18 +5,12 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "results/schedule.hpp"
 #include "results/summary.hpp"
 
 namespace hotpath::results {
-
-/// The latencies of one chain under one executor, in milliseconds.
-struct ChainSamples {
-  RepeatedSamples hot_path, end_to_end;
-};
 
 /// Collects the summary of one executor job by job, in 8 bytes per counted job, 8 more per counted job of a
 /// timer, and 24 per counted job of a timer in the current repetition, for sets without subscriptions 40. A
@@ -26,19 +20,17 @@ class ExecutorMeasures {
   /// The arguments must outlive it.
   ExecutorMeasures(std::string executor, const TaskSet& set, const SummaryOptions& options);
 
-  const std::string& executor() const { return summary_.executor; }
-
   /// Begins a repetition, whose jobs follow.
   void begin(Time epoch, Time end);
   void add(const JobRecord& job);
-  /// Ends the repetition. `place`: its position among the repetitions, as in add().
-  void end(std::uint32_t place, std::uint32_t repetition, const ProcessUsage& usage,
-           std::uint64_t lost_records, const std::vector<TaskAccount>& accounts);
-  /// Adds an output of a chain.
-  void add(std::uint32_t place, const ChainRecord& output);
+  /// Ends the repetition of this number, which no other one has.
+  void end(std::uint32_t repetition, const ProcessUsage& usage, std::uint64_t lost_records,
+           const std::vector<TaskAccount>& accounts);
+  /// Adds an output of a chain in a repetition that has ended.
+  void add(std::uint32_t repetition, const ChainRecord& output);
 
-  /// The summary without comparisons. Appends the latencies of each chain to `all`.
-  ExecutorSummary finish(std::vector<ChainSamples>& all) &&;
+  /// The summary of all executors, with the comparisons with the baseline.
+  [[nodiscard]] static Summary summary(std::vector<ExecutorMeasures> all, const SummaryOptions& options);
 
  private:
   struct CountedJob {
@@ -50,21 +42,21 @@ class ExecutorMeasures {
     std::vector<std::vector<CountedJob>> of_timers;  // by task
     std::optional<NextCalls> next_calls;             // for sets without subscriptions
   };
-  struct Ended {
-    ProcessUsage usage;
-    std::uint64_t lost_records = 0;
-    RepetitionMeasures measures;
-    std::vector<Imbalance> unbalanced;
-  };
   /// Latencies of one repetition, in milliseconds.
   struct Latencies {
     std::vector<double> hot_path, end_to_end, disparity;
     std::vector<Time> finishes;
   };
+  struct ChainSamples {
+    RepeatedSamples hot_path, end_to_end;
+  };
 
   /// Adds the measures of a timer's counted jobs in the repetition that ends.
   void end_timer(TaskId timer, std::vector<CountedJob> jobs);
-  ChainSummary finish_chain(std::size_t chain, std::vector<ChainSamples>& all);
+  /// Completes the summary, without comparisons.
+  void finish();
+  void finish_task(TaskId id);
+  void finish_chain(std::size_t chain);
 
   const TaskSet& set_;
   const SummaryOptions& options_;
@@ -75,11 +67,8 @@ class ExecutorMeasures {
   std::uint64_t overruns_before_ = 0;                          // deadline overruns of ended repetitions
   std::vector<std::deque<double>> responses_, authors_;        // ms, by task
   std::vector<std::deque<Duration>> periods_;                  // by task
-  std::map<std::uint32_t, Ended> ended_;                       // by place
-  std::vector<std::map<std::uint32_t, Latencies>> latencies_;  // by chain, then by place
+  std::vector<std::map<std::uint32_t, Latencies>> latencies_;  // by chain, then by repetition
+  std::vector<ChainSamples> samples_;                          // by chain, after finish()
 };
-
-/// Adds the comparisons with the baseline. `samples`: by executor and chain, from finish().
-void compare_with_baseline(Summary& summary, const std::vector<std::vector<ChainSamples>>& samples);
 
 }  // namespace hotpath::results

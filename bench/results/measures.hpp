@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hotpath/core/trace.hpp"
+#include "program/json_record.hpp"
 
 namespace hotpath::results {
 
@@ -85,6 +86,10 @@ struct TimerCounts {
   /// timestamps.
   [[nodiscard]] double dropped_percent() const { return percent_of(skipped, reached); }
 };
+void fields(auto& visit, const TimerCounts& part) {
+  HOTPATH_VISIT(reached, ran, skipped, deadline_overruns)
+  visit("dropped_percent", part.dropped_percent());
+}
 
 /// The measures of a task's jobs that need no samples.
 struct TaskTotals {

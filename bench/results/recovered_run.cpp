@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "results/recovered_run.hpp"
+#include "results/stored_summary.hpp"
 
 #include <unistd.h>
 
@@ -11,7 +11,6 @@
 #include "program/errors.hpp"
 #include "program/whole_file.hpp"
 #include "results/run_folder.hpp"
-#include "results/stored_summary.hpp"
 
 namespace hotpath::results {
 

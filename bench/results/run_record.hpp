@@ -38,23 +38,14 @@ struct InputRecord {
 
   friend bool operator==(const InputRecord&, const InputRecord&) = default;
 };
-void fields(auto& visit, program::MaybeConst<InputRecord> auto& input) {
-  visit("kind", input.kind);
-  visit("file", input.file);
-  visit("original", input.original);
-  visit("hash", input.hash);
-}
+HOTPATH_FIELDS(InputRecord, kind, file, original, hash);
 
 struct GraphRecord {
   std::string name;
   std::size_t nodes = 0;
   std::string file;  ///< The name or path that was given.
 };
-void fields(auto& visit, program::MaybeConst<GraphRecord> auto& graph) {
-  visit("name", graph.name);
-  visit("nodes", graph.nodes);
-  visit("file", graph.file);
-}
+HOTPATH_FIELDS(GraphRecord, name, nodes, file);
 
 /// One executor of a deployment.
 struct DeployedExecutorRecord {
@@ -66,27 +57,15 @@ struct DeployedExecutorRecord {
   std::uint32_t first_worker = 0, workers = 0;  ///< Range of the column `worker`.
   std::vector<std::string> tasks;
 };
-void fields(auto& visit, program::MaybeConst<DeployedExecutorRecord> auto& executor) {
-  visit("name", executor.name);
-  visit("executor", executor.executor);
-  visit("policy", executor.policy);
-  visit("processors", executor.processors);
-  visit("process", executor.process);
-  visit("first_worker", executor.first_worker);
-  visit("workers", executor.workers);
-  visit("tasks", executor.tasks);
-}
+HOTPATH_FIELDS(DeployedExecutorRecord, name, executor, policy, processors, process, first_worker, workers,
+               tasks);
 
 struct DeploymentRecord {
   std::string name;
   std::string file;  ///< Empty for a preset.
   std::vector<DeployedExecutorRecord> executors;
 };
-void fields(auto& visit, program::MaybeConst<DeploymentRecord> auto& deployment) {
-  visit("name", deployment.name);
-  visit("file", deployment.file);
-  visit("executors", deployment.executors);
-}
+HOTPATH_FIELDS(DeploymentRecord, name, file, executors);
 
 /// A line in figures of the first chain (ChainLimits).
 struct LimitRecord {
@@ -105,11 +84,9 @@ struct BoundRecord {
   Duration response{};
   std::string method;
 };
-void fields(auto& visit, program::MaybeConst<BoundRecord> auto& bound) {
-  visit("executor", bound.executor);
-  visit("task", bound.task);
-  visit.ms("ms", bound.response);
-  visit("method", bound.method);
+void fields(auto& visit, program::MaybeConst<BoundRecord> auto& part) {
+  HOTPATH_VISIT(executor, task, method)
+  visit.ms("ms", part.response);
 }
 
 /// One repetition of one executor, besides its rows in the CSV files.
@@ -129,17 +106,11 @@ struct RepetitionRecord {
   /// Throws std::out_of_range for a task that it does not have.
   [[nodiscard]] std::uint64_t expected_of(const std::string& task) const;
 };
-void fields(auto& visit, program::MaybeConst<RepetitionRecord> auto& repetition) {
-  visit("executor", repetition.executor);
-  visit("repetition", repetition.repetition);
-  visit.ms("first_timestamps_ms", repetition.first_timestamps);
-  visit("expected", repetition.expected);
-  visit("hot_path_drops", repetition.hot_path_drops);
-  visit("usage", repetition.usage);
-  visit("lost_records", repetition.lost_records);
-  visit("failure", repetition.failure);
-  visit.if_any("thread_policies", repetition.thread_policies);
-  visit.if_any("live", repetition.published);
+void fields(auto& visit, program::MaybeConst<RepetitionRecord> auto& part) {
+  HOTPATH_VISIT(executor, repetition, expected, hot_path_drops, usage, lost_records, failure)
+  visit.ms("first_timestamps_ms", part.first_timestamps);
+  visit.if_any("thread_policies", part.thread_policies);
+  visit.if_any("live", part.published);
 }
 
 /// What run.json stores of a repetition. `set` has its phases; `chains` are those of its chain records.
@@ -176,22 +147,16 @@ struct LiveRecord {
   std::optional<Calibration> calibration;  ///< For a fixed amount of work.
   machine::Machine machine;
 };
-void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& live) {
-  visit("date", live.date);
-  visit("transport", live.transport);
-  visit("stacks", live.stacks);
-  visit("network", live.network);
-  visit("processes", live.processes);
-  visit.if_stored("domain", live.domain);
-  visit.if_stored("all_interfaces", live.all_interfaces);
-  visit.if_stored("executor_policy", live.executor_policy);
-  visit.if_stored("timer_policy", live.timer_policy);
-  visit.if_stored("lock_memory", live.lock_memory);
-  visit.if_stored("cpu_time", live.cpu_time);
-  visit("cpus", live.cpus);
-  visit.if_stored("live_cpus", live.live_cpus);
-  visit.if_any("calibration", live.calibration);
-  visit("machine", live.machine);
+void visit_fields(auto& visit, program::MaybeConst<LiveRecord> auto& part) {
+  HOTPATH_VISIT(date, transport, stacks, network, processes, cpus, machine)
+  visit.if_stored("domain", part.domain);
+  visit.if_stored("all_interfaces", part.all_interfaces);
+  visit.if_stored("executor_policy", part.executor_policy);
+  visit.if_stored("timer_policy", part.timer_policy);
+  visit.if_stored("lock_memory", part.lock_memory);
+  visit.if_stored("cpu_time", part.cpu_time);
+  visit.if_stored("live_cpus", part.live_cpus);
+  visit.if_any("calibration", part.calibration);
 }
 
 /// The options of a run that run.json stores as they are.
@@ -245,41 +210,23 @@ struct RunRecord : RunOptions {
   /// `command` as a shell takes it.
   [[nodiscard]] std::string command_line() const;
 };
-void visit_fields(auto& visit, program::MaybeConst<RunRecord> auto& run) {
-  visit("kind", run.kind);
-  visit("version", run.version);
-  visit("complete", run.complete);
-  visit("partial", run.partial);
-  visit.unless({}, "command", run.command);
-  visit("graph", run.graph);
-  visit.unless({}, "set", run.set);
-  visit("chains", run.chains);
-  visit("load_percent", run.load_percent);
-  visit("load_given", run.load_given);
-  visit.if_any("rate_percent", run.rate_percent);
-  visit.unless(1, "copies", run.copies);
-  visit("work", run.work);
-  visit("executors", run.executors);
-  visit.if_stored("deployments", run.deployments);
-  visit("rule", run.rule);
-  visit("ties", run.ties);
-  visit.if_stored("entity_order", run.entity_order);
-  visit.unless({}, "inputs", run.inputs);
-  visit.unless({}, "revision", run.revision);
-  visit.unless({}, "entity_tasks", run.entity_tasks);
-  visit("repetitions", run.repetitions);
+void visit_fields(auto& visit, program::MaybeConst<RunRecord> auto& part) {
+  HOTPATH_VISIT(kind, version, complete, partial, graph, chains, load_percent, load_given, work, executors,
+                rule, ties, repetitions, seed, phases, limits, bounds, runs, warnings, failures)
   constexpr double kLongestS = 1e9;
-  visit.up_to(kLongestS, "duration_s", run.duration_s);
-  visit.up_to(kLongestS, "warm_up_s", run.warm_up_s);
-  visit("seed", run.seed);
-  visit("phases", run.phases);
-  visit.unless({}, "phases_file", run.phases_file);
-  visit.if_any("phase_step_ms", run.phase_step_ms);
-  visit("limits", run.limits);
-  visit("bounds", run.bounds);
-  visit("runs", run.runs);
-  visit("warnings", run.warnings);
-  visit("failures", run.failures);
+  visit.up_to(kLongestS, "duration_s", part.duration_s);
+  visit.up_to(kLongestS, "warm_up_s", part.warm_up_s);
+  visit.unless({}, "command", part.command);
+  visit.unless({}, "set", part.set);
+  visit.if_any("rate_percent", part.rate_percent);
+  visit.unless(1, "copies", part.copies);
+  visit.if_stored("deployments", part.deployments);
+  visit.if_stored("entity_order", part.entity_order);
+  visit.unless({}, "inputs", part.inputs);
+  visit.unless({}, "revision", part.revision);
+  visit.unless({}, "entity_tasks", part.entity_tasks);
+  visit.unless({}, "phases_file", part.phases_file);
+  visit.if_any("phase_step_ms", part.phase_step_ms);
 }
 
 /// The second throws nlohmann's exceptions or std::out_of_range for what is no run.json. What an older

@@ -14,95 +14,73 @@ namespace hotpath::results {
 
 namespace {
 
-/// The executor's position in run.json, and the repetition.
-using RepetitionKey = std::pair<std::size_t, std::uint32_t>;
-
 /// The place of an executor among those of run.json; behind all of them if it is not there.
 std::size_t place_of(const StoredRun& run, std::string_view executor) {
   return static_cast<std::size_t>(std::ranges::find(run.executors(), executor) - run.executors().begin());
 }
 
+/// Whether the row belongs to the repetition, if there is one.
+bool is_of(const JobRow& row, const RepetitionRecord* repetition) {
+  return repetition != nullptr && row.repetition == repetition->repetition &&
+         row.executor == repetition->executor;
+}
+
 class StoredSummary {
  public:
-  StoredSummary(const StoredRun& run, const SummaryOptions& options) : run_(run), options_(options) {
-    for (const std::string& executor : run.executors()) {
-      measures_.emplace_back(executor, run.tasks(), options_);
-    }
+  StoredSummary(const StoredRun& run, const SummaryOptions& options) : run_(run) {
+    for (const std::string& executor : run.executors()) all_.emplace_back(executor, run.tasks(), options);
   }
 
   void add(const JobRow& row) {
-    if (!stored_ || row.repetition != current_.second || row.executor != executor().executor()) begin(row);
+    if (!is_of(row, stored_)) begin(row);
     accounts_[row.record.job.task].add(row.record);
-    executor().add(row.record);
+    all_[executor_].add(row.record);
   }
 
   void end_repetition() {
-    if (!stored_) return;
+    if (stored_ == nullptr) return;
     const RepetitionRecord& stored = *std::exchange(stored_, nullptr);
     run_.check([&] {
-      for (TaskAccount& a : accounts_) {
-        a.expected = stored.expected_of(run_.tasks()[a.task].name);
-      }
-      executor().end(current_.second, current_.second, stored.usage, stored.lost_records, accounts_);
+      for (TaskAccount& a : accounts_) a.expected = stored.expected_of(run_.tasks()[a.task].name);
     });
+    all_[executor_].end(stored.repetition, stored.usage, stored.lost_records, accounts_);
   }
 
-  void read_chains() {
-    std::set<std::pair<RepetitionKey, std::uint32_t>> seen;
-    run_.for_each_chain([&](const ChainRow& row) {
-      const RepetitionKey key = {place_of(run_, row.executor), row.repetition};
-      if (!repetitions_.contains(key)) run_.refuse_chain(row);
-      ChainRecord record = row.record;
-      // run.json has only the sum of the drops; it is assigned to the first output.
-      if (seen.emplace(key, record.chain).second) record.dropped = drops(row);
-      measures_[key.first].add(row.repetition, record);
-    });
+  void add(const ChainRow& row) {
+    const std::size_t executor = place_of(run_, row.executor);
+    const auto drops = drops_.find({executor, row.repetition});
+    if (drops == drops_.end()) run_.refuse_chain(row);
+    ChainRecord record = row.record;
+    // run.json has only the sum of the drops; it is assigned to the first output.
+    std::uint64_t& left = drops->second[run_.chains()[record.chain]];
+    record.dropped = static_cast<std::uint32_t>(std::exchange(left, 0));
+    all_[executor].add(row.repetition, record);
   }
 
-  Summary finish() && {
-    Summary summary{options_.warm_up, options_.bootstrap, {}};
-    std::vector<std::vector<ChainSamples>> samples;  // by executor and chain
-    for (ExecutorMeasures& m : measures_) {
-      summary.executors.push_back(std::move(m).finish(samples.emplace_back()));
-    }
-    compare_with_baseline(summary, samples);
-    for (const RepetitionRecord& r : run_.record().runs) {
-      const auto executor = std::ranges::find(summary.executors, r.executor, &ExecutorSummary::executor);
-      if (run_.record().simulation && executor != summary.executors.end()) executor->overload = r.failure;
-    }
-    return summary;
-  }
+  std::vector<ExecutorMeasures> measures() && { return std::move(all_); }
 
  private:
-  ExecutorMeasures& executor() { return measures_[current_.first]; }
-
   void begin(const JobRow& row) {
     end_repetition();
-    current_ = {place_of(run_, row.executor), row.repetition};
     const std::string name(row.executor);
     stored_ = &run_.run(name, row.repetition);
-    if (current_.first == measures_.size()) run_.fail("its run.json does not name the executor " + name);
-    repetitions_.insert(current_);
+    executor_ = place_of(run_, name);
+    if (executor_ == all_.size()) run_.fail("its run.json does not name the executor " + name);
+    drops_[{executor_, row.repetition}] = stored_->hot_path_drops;
     accounts_.assign(run_.tasks().size(), {});
     for (TaskId id = 0; id < accounts_.size(); ++id) accounts_[id].task = id;
     // jobs.csv lacks the end of the run. An interrupted live run was shorter than planned; a
     // simulation has no wall time.
-    executor().begin(Time{}, Time{} + run_.length_of(stored_->usage));
-  }
-
-  std::uint32_t drops(const ChainRow& row) const {
-    const auto& drops = run_.run(row.executor, row.repetition).hot_path_drops;
-    const auto of_chain = drops.find(run_.chains()[row.record.chain]);
-    return of_chain == drops.end() ? 0 : static_cast<std::uint32_t>(of_chain->second);
+    all_[executor_].begin(Time{}, Time{} + run_.length_of(stored_->usage));
   }
 
   const StoredRun& run_;
-  const SummaryOptions& options_;
-  std::vector<ExecutorMeasures> measures_;
-  std::set<RepetitionKey> repetitions_;
-  RepetitionKey current_;
+  std::vector<ExecutorMeasures> all_;
   const RepetitionRecord* stored_ = nullptr;  // the current repetition
+  std::size_t executor_ = 0;                  // of the current repetition
   std::vector<TaskAccount> accounts_;
+  /// By executor and repetition, then by chain.
+  std::map<std::pair<std::size_t, std::uint32_t>, std::map<std::string, std::uint64_t>> drops_;
 };
 
 }  // namespace
@@ -129,11 +107,16 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
 }
 
 Summary summarize(const StoredRun& run, const SummaryOptions& options) {
-  StoredSummary summary(run, options);
-  for_each_record(run, [&](const JobRow& row) { summary.add(row); });
-  summary.end_repetition();
-  summary.read_chains();
-  return std::move(summary).finish();
+  StoredSummary stored(run, options);
+  for_each_record(run, [&](const JobRow& row) { stored.add(row); });
+  stored.end_repetition();
+  run.for_each_chain([&](const ChainRow& row) { stored.add(row); });
+  Summary summary = ExecutorMeasures::summary(std::move(stored).measures(), options);
+  for (const RepetitionRecord& r : run.record().runs) {
+    const auto executor = std::ranges::find(summary.executors, r.executor, &ExecutorSummary::executor);
+    if (run.record().simulation && executor != summary.executors.end()) executor->overload = r.failure;
+  }
+  return summary;
 }
 
 nlohmann::json responses(const StoredRun& run) {
@@ -141,7 +124,7 @@ nlohmann::json responses(const StoredRun& run) {
   const RepetitionRecord* current = nullptr;
   nlohmann::json* jobs = nullptr;  // of the current repetition
   for_each_record(run, [&](const JobRow& row) {
-    if (current == nullptr || row.repetition != current->repetition || row.executor != current->executor) {
+    if (!is_of(row, current)) {
       current = &run.run(std::string(row.executor), row.repetition);
       jobs = &all[{place_of(run, row.executor), current->executor, current->repetition}];
       *jobs = {{"executor", row.executor},

@@ -22,4 +22,19 @@ void for_each_record(const StoredRun& run, const std::function<void(const JobRow
 /// jobs.csv. Throws like for_each_record(), and UsageError for a repetition that run.json lacks.
 [[nodiscard]] nlohmann::json responses(const StoredRun& run);
 
+struct CheckedRun {
+  std::uint64_t rows = 0;  ///< Rows of jobs.csv.
+  std::size_t repetitions = 0;
+};
+/// Checks jobs.csv of a stored run, row by row, against the rules of every schedule (ScheduleCheck)
+/// and against run.json: the expected timestamps and samples, and the listed repetitions. Throws
+/// RunError with the line of a violation, UsageError and InputError like StoredRun.
+CheckedRun check_run(const std::filesystem::path& folder);
+
+/// Turns the folder of a killed run into a result: keeps the repetitions that run.json names, drops
+/// the rows of the interrupted repetition, and sets `partial` in run.json. Throws UsageError if the
+/// run is still running, is whole, or had not finished a repetition; InputError for malformed
+/// files; RunError if the folder cannot be written, which then stays unchanged.
+Summary recover_run(const std::filesystem::path& folder);
+
 }  // namespace hotpath::results

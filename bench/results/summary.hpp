@@ -11,6 +11,7 @@
 #include "hotpath/analysis/statistics.hpp"
 #include "hotpath/core/accounting.hpp"
 #include "hotpath/core/trace.hpp"
+#include "program/json_record.hpp"
 #include "results/measures.hpp"
 #include "results/process_usage.hpp"
 
@@ -127,12 +128,14 @@ struct Imbalance {
   std::uint64_t accounted = 0;
   std::uint64_t expected = 0;
 };
+HOTPATH_FIELDS(Imbalance, repetition, task, accounted, expected);
 
 /// A live repetition that something disturbed.
 struct DisturbedRepetition {
   std::uint32_t repetition = 0;
   std::vector<std::string> marks;  ///< disturbances().
 };
+HOTPATH_FIELDS(DisturbedRepetition, repetition, marks);
 
 /// Measures of one repetition. Losses include those of its warm-up.
 struct RepetitionMeasures {
@@ -147,6 +150,7 @@ struct RepetitionMeasures {
   std::vector<OfChain> chains = {};  ///< In the summary's order.
   [[nodiscard]] std::uint64_t lost() const { return skipped + overwritten; }
 };
+HOTPATH_FIELDS(RepetitionMeasures, repetition, skipped, overwritten);
 
 struct ExecutorSummary {
   std::string executor;
@@ -180,7 +184,7 @@ struct Summary {
 };
 
 /// A pure function of the records. All traces and accounts refer to `set`; the traces contain only
-/// counted chain records (`counted_chains`).
+/// counted chain records (`counted_chains`), and those of an executor have different numbers.
 [[nodiscard]] Summary summarize(const TaskSet& set, const std::vector<ExecutorRuns>& runs,
                                 const SummaryOptions& options);
 

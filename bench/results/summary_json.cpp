@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/json_record.hpp"
 #include "results/summary.hpp"
-#include "results/verdict.hpp"
+#include "results/summary_table.hpp"
 
 // nlohmann's library finds these functions by argument-dependent lookup, also for elements of
 // vectors and optionals: each stands in the namespace of its type.
@@ -24,10 +23,6 @@ namespace hotpath::results {
 
 using nlohmann::json;
 
-static HOTPATH_JSON_FIELDS(RepetitionMeasures, repetition, skipped, overwritten);
-static HOTPATH_JSON_FIELDS(DisturbedRepetition, repetition, marks);
-static HOTPATH_JSON_FIELDS(Imbalance, repetition, task, accounted, expected);
-
 static void to_json(json& j, const LatencySummary& latency) {
   j = latency.quantiles;
   for (const QuantileTraits& traits : kQuantiles) {
@@ -38,8 +33,8 @@ static void to_json(json& j, const LatencySummary& latency) {
 static void to_json(json& j, const ChainSummary& chain) {
   const LatencySummary &hot_path = chain.hot_path, &age = chain.end_to_end;
   j = {{"chain", chain.chain},
-       {"hot_path_latency_ms", chain.hot_path},
-       {"end_to_end_latency_ms", chain.end_to_end},
+       {"hot_path_latency_ms", hot_path},
+       {"end_to_end_latency_ms", age},
        {"hot_path_drops", chain.drops},
        {"ratio_to_default", {{"median", hot_path.median_to_default}, {"max", hot_path.max_to_default}}},
        {"difference_to_default_ms", {{"median", hot_path.median_minus_default}}},
@@ -49,32 +44,15 @@ static void to_json(json& j, const ChainSummary& chain) {
        {"disparity_ms", chain.disparity_ms}};
 }
 
-static void to_json(json& j, const TimerCounts& counts) {
-  j = {{"reached", counts.reached},
-       {"ran", counts.ran},
-       {"skipped", counts.skipped},
-       {"dropped_percent", counts.dropped_percent()},
-       {"deadline_overruns", counts.deadline_overruns}};
-}
-
-static void to_json(json& j, const ExecutorSummary& executor) {
-  j = {{"executor", executor.executor},
-       {"repetitions", executor.repetitions},
-       {"callbacks_executed", executor.executed},
-       {"skipped", executor.skipped},
-       {"overwritten", executor.overwritten},
-       {"losses", executor.each},
-       {"deadline_overruns", executor.after_warm_up.deadline_overruns},
-       {"after_warm_up", executor.after_warm_up},
-       {"lost_records", executor.lost_records},
-       {"cpu_per_callback_us", executor.cpu_per_callback_us},
-       {"usage", executor.usage},
-       {"chains", executor.chains},
-       {"tasks", executor.tasks},
-       {"disturbed", executor.disturbed},
-       {"overload", executor.overload},
-       {"starved", starved(executor)},
-       {"loss_equations", {{"hold", executor.unbalanced.empty()}, {"unbalanced", executor.unbalanced}}}};
+static void to_json(json& j, const ExecutorSummary& part) {
+  program::JsonWriter visit(j);
+  HOTPATH_VISIT(executor, repetitions, skipped, overwritten, after_warm_up, lost_records, cpu_per_callback_us,
+                usage, chains, tasks, disturbed, overload)
+  visit("callbacks_executed", part.executed);
+  visit("losses", part.each);
+  visit("deadline_overruns", part.after_warm_up.deadline_overruns);
+  visit("starved", starved(part));
+  j["loss_equations"] = {{"hold", part.unbalanced.empty()}, {"unbalanced", part.unbalanced}};
 }
 
 void to_json(json& j, const Summary& summary) {

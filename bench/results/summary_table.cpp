@@ -11,22 +11,20 @@
 
 #include "program/table.hpp"
 #include "program/text.hpp"
-#include "results/verdict.hpp"
 
 namespace hotpath::results {
 namespace {
-
-std::string number(double x) { return shown_number(x); }
 
 /// A quantile with its difference to `default`, if that was measured, and its interval below. A star: beyond
 /// noise.
 program::Value cell(const LatencySummary& latency, double Quantiles::*of,
                     const std::optional<Estimate>& ratio) {
   const auto& [value, interval] = latency.estimate(of);
-  std::string shown = number(value);
+  std::string shown = shown_number(value);
   if (ratio && ratio->value != 1) shown += " (" + shown_difference(ratio->value) + ")";
   if (beyond_noise(ratio)) shown += "*";
-  return {shown, interval ? "[" + number(interval->low) + "," + number(interval->high) + "]" : ""};
+  return {shown,
+          interval ? "[" + shown_number(interval->low) + "," + shown_number(interval->high) + "]" : ""};
 }
 
 std::string chain_title(const Summary& summary, std::size_t chain) {
@@ -74,8 +72,8 @@ program::Table outputs_table(const Summary& summary, std::size_t chain) {
   for (const ExecutorSummary& e : summary.executors) {
     const ChainSummary& c = e.chains[chain];
     if (e.overload.empty())
-      table.add_row({e.executor, c.hot_path.quantiles.n, number(c.interval_ms.p50), number(c.interval_ms.max),
-                     number(c.disparity_ms.max),
+      table.add_row({e.executor, c.hot_path.quantiles.n, shown_number(c.interval_ms.p50),
+                     shown_number(c.interval_ms.max), shown_number(c.disparity_ms.max),
                      cell(c.hot_path, &Quantiles::p50, c.hot_path.median_to_default),
                      cell(c.hot_path, &Quantiles::p99, std::nullopt)});
   }
@@ -96,8 +94,9 @@ program::Table jobs_table(const Summary& summary) {
       worst_ms = std::fmax(worst_ms, task.response_ms.max);
       worst_authors_ms = std::fmax(worst_authors_ms, task.response_authors_ms.value_or(Quantiles()).max);
     }
-    table.add_row({e.executor, e.executed, e.skipped, e.overwritten, number(e.cpu_per_callback_us),
-                   e.after_warm_up.deadline_overruns, number(worst_ms), number(worst_authors_ms)});
+    table.add_row({e.executor, e.executed, e.skipped, e.overwritten, shown_number(e.cpu_per_callback_us),
+                   e.after_warm_up.deadline_overruns, shown_number(worst_ms),
+                   shown_number(worst_authors_ms)});
   }
   return table;
 }
@@ -106,7 +105,6 @@ program::Table jobs_table(const Summary& summary) {
 void write_periods(std::ostream& out, const Summary& summary) {
   program::Table table("period of the timer that varies most, in ms from start to start",
                        {"executor", "timer", "period", "least", "greatest", "p99 off\nby"});
-  bool any = false;
   for (const ExecutorSummary& e : summary.executors) {
     const TaskSummary* most = nullptr;
     for (const TaskSummary& task : e.tasks) {
@@ -114,53 +112,48 @@ void write_periods(std::ostream& out, const Summary& summary) {
       if (std::isfinite(range) && (most == nullptr || range > most->period_range_ms())) most = &task;
     }
     if (most == nullptr) continue;
-    any = true;
-    table.add_row({e.executor, most->task, number(to_ms(most->period)), number(most->period_ms->min),
-                   number(most->period_ms->max), number(most->period_deviation_ms->p99)});
+    table.add_row({e.executor, most->task, shown_number(to_ms(most->period)),
+                   shown_number(most->period_ms->min), shown_number(most->period_ms->max),
+                   shown_number(most->period_deviation_ms->p99)});
   }
-  if (any) out << table << '\n';
+  if (!table.rows.empty()) out << table << '\n';
 }
 
-/// One sentence for each fact without which the numbers above could mislead.
-void write_notes(std::ostream& out, const Summary& summary) {
-  constexpr std::size_t kMostExamples = 3;
-  for (const ExecutorSummary& e : summary.executors) {
-    for (const Imbalance& i : std::span(e.unbalanced).first(std::min(kMostExamples, e.unbalanced.size()))) {
-      out << "Loss equation broken: " << e.executor << ", repetition " << i.repetition << ", " << i.task
-          << ": " << i.accounted << " accounted for, " << i.expected << " expected.\n";
-    }
-    if (e.unbalanced.size() > kMostExamples) {
-      out << "Loss equation broken: " << e.executor << ", " << e.unbalanced.size() - kMostExamples
-          << " more, see summary.json.\n";
-    }
-    if (e.lost_records > 0) {
-      out << "Records lost: " << e.executor << " had no room for " << e.lost_records << " records.\n";
-    }
-    for (const ChainSummary& c : e.chains) {
-      if (c.drops == 0) continue;
-      out << e.executor << " replaced " << c.drops << " samples along " << c.chain
-          << " by newer ones before they were read (hot-path drops; normal where rates differ).\n";
-    }
+/// The first lines, each after `start`, and how many more there are.
+void write_first(std::ostream& out, const std::string& start, const std::vector<std::string>& lines,
+                 std::size_t most, const char* more) {
+  for (const std::string& line : std::span(lines).first(std::min(most, lines.size())))
+    out << start << line << "\n";
+  if (lines.size() > most) out << start << program::text(more, lines.size() - most) << "\n";
+}
+
+/// A line for each fact without which the numbers above could mislead.
+void write_notes(std::ostream& out, const ExecutorSummary& e) {
+  std::vector<std::string> unbalanced;
+  for (const auto& [repetition, task, accounted, expected] : e.unbalanced)
+    unbalanced.push_back(program::concat("repetition ", repetition, ", ", task, ": ", accounted,
+                                         " accounted for, ", expected, " expected."));
+  write_first(out, "Loss equation broken: " + e.executor + ", ", unbalanced, 3,
+              "%zu more, see summary.json.");
+  if (e.lost_records > 0)
+    out << "Records lost: " << e.executor << " had no room for " << e.lost_records << " records.\n";
+  for (const ChainSummary& c : e.chains) {
+    if (c.drops == 0) continue;
+    out << e.executor << " replaced " << c.drops << " samples along " << c.chain
+        << " by newer ones before they were read (hot-path drops; normal where rates differ).\n";
   }
 }
 
 /// A line for each disturbed repetition.
 void write_disturbed(std::ostream& out, const ExecutorSummary& e) {
-  constexpr std::size_t kMostLines = 5;
-  for (const DisturbedRepetition& r :
-       std::span(e.disturbed).first(std::min(kMostLines, e.disturbed.size()))) {
-    out << "Disturbed: " << e.executor << ", repetition " << r.repetition << ": " << program::joined(r.marks)
-        << ".\n";
-  }
-  if (e.disturbed.size() > kMostLines) {
-    out << "Disturbed: " << e.executor << ", " << e.disturbed.size() - kMostLines
-        << " more repetitions, see summary.json.\n";
-  }
+  std::vector<std::string> lines;
+  for (const auto& [repetition, marks] : e.disturbed)
+    lines.push_back(program::concat("repetition ", repetition, ": ", program::joined(marks), "."));
+  write_first(out, "Disturbed: " + e.executor + ", ", lines, 5, "%zu more repetitions, see summary.json.");
 }
 
 /// A line for each task that starved, and for each timer that waited longer than its period, the worst first.
 void write_starved(std::ostream& out, const ExecutorSummary& e) {
-  constexpr std::size_t kMostLines = 10;
   std::vector<std::string> lines = starved(e);
   std::vector<const TaskSummary*> late;
   for (const TaskSummary& task : e.tasks) {
@@ -171,13 +164,9 @@ void write_starved(std::ostream& out, const ExecutorSummary& e) {
   };
   std::ranges::stable_sort(late, std::greater(), severity);
   for (const TaskSummary* task : late)
-    lines.push_back(program::concat(task->task, " waited up to ", number(to_ms(task->longest_wait)),
+    lines.push_back(program::concat(task->task, " waited up to ", shown_number(to_ms(task->longest_wait)),
                                     " ms (period ", to_ms(task->period), " ms)"));
-  for (const std::string& line : std::span(lines).first(std::min(kMostLines, lines.size())))
-    out << e.executor << ": " << line << "\n";
-  if (lines.size() > kMostLines) {
-    out << e.executor << ": and " << lines.size() - kMostLines << " more, see summary.json\n";
-  }
+  write_first(out, e.executor + ": ", lines, 10, "and %zu more, see summary.json");
 }
 
 bool any_beyond_noise(const Summary& summary) {
@@ -224,7 +213,7 @@ void write_table(std::ostream& out, const Summary& summary, Detail detail) {
     write_starved(out, e);
   }
   for (const ExecutorSummary& e : summary.executors) write_disturbed(out, e);
-  write_notes(out, summary);
+  for (const ExecutorSummary& e : summary.executors) write_notes(out, e);
 }
 
 }  // namespace hotpath::results

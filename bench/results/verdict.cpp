@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "results/verdict.hpp"
+#include "results/summary_table.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -57,6 +57,7 @@ class Filler {
   void if_any(const char*, auto& value) { fill(value.emplace()); }
   void up_to(double, const char*, double& value) { fill(value); }
   void ms(const char*, auto& value) { fill(value); }
+  void ns(const char*, Duration& value) { fill(value); }
 
  private:
   template <class T>

@@ -345,7 +345,9 @@ TEST(SummaryJson, NamesUnitsInItsKeys) {
   r.usage.cpu_time = milliseconds(250);
   r.usage.wall = milliseconds(500);
   r.usage.others = milliseconds(50);
-  const nlohmann::json j = results::summarize(small_set(), {{"default", {r, r}}}, options(0));
+  results::Repetition second = r;
+  second.trace.repetition = 1;
+  const nlohmann::json j = results::summarize(small_set(), {{"default", {r, second}}}, options(0));
   const auto& executor = j.at("executors").at(0);
   EXPECT_EQ(executor.at("usage").at("cpu_use_percent"), 50.0);
   EXPECT_EQ(executor.at("cpu_per_callback_us"), 250000.0);
