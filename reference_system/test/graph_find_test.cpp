@@ -29,20 +29,14 @@ class FindGraph : public testing::Test {
 TEST_F(FindGraph, LooksUpBareNamesInTheUsersFoldersAndThoseOfTheProgram) {
   EXPECT_EQ(find_graph("mine"), folder_ / "mine.yaml");
   EXPECT_EQ(fs::path(find_graph("autoware")).filename(), "autoware.yaml");
-}
-
-TEST_F(FindGraph, TakesTheUsersFileFirst) {
   fs::copy_file(folder_ / "mine.yaml", folder_ / "autoware.yaml");
-  EXPECT_EQ(find_graph("autoware"), folder_ / "autoware.yaml");
+  EXPECT_EQ(find_graph("autoware"), folder_ / "autoware.yaml") << "the user's first";
 }
 
-TEST_F(FindGraph, LeavesPathsAsTheyAre) {
+TEST_F(FindGraph, LeavesPathsAsTheyAreAndSuggestsTheNearestName) {
   EXPECT_EQ(find_graph((folder_ / "mine.yaml").string()), folder_ / "mine.yaml");
   EXPECT_THROW((void)find_graph((folder_ / "none.yaml").string()), InputError);
   EXPECT_THROW((void)find_graph("mine.yaml"), InputError);  // not in the working directory
-}
-
-TEST_F(FindGraph, SuggestsTheNearestName) {
   EXPECT_THAT([] { (void)find_graph("autowear"); },
               testing::ThrowsMessage<InputError>(testing::HasSubstr("did you mean `autoware`?")));
 }

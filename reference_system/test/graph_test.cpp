@@ -29,10 +29,19 @@ std::vector<std::string> names(const GraphTasks& tasks, const std::vector<TaskId
   return result;
 }
 
-TEST(Autoware, CreatesNodesInTheOrderOfUpstreamsSystemBuilder) {
-  std::vector<std::string> order;
-  for (const Node& node : graph_named("autoware").nodes) order.push_back(node.name);
-  EXPECT_THAT(order,
+class Autoware : public testing::Test {
+ protected:
+  TaskId task(const std::string& name) const { return task_named(tasks, name); }
+  std::vector<std::string> fed(const std::string& name) const {
+    return names(tasks, tasks.set[task(name)].feeds);
+  }
+
+  const Graph graph = graph_named("autoware");
+  const GraphTasks tasks = make_tasks(graph);
+};
+
+TEST_F(Autoware, CreatesNodesInTheOrderOfUpstreamsSystemBuilder) {
+  EXPECT_THAT(graph.node_names(),
               ElementsAre("FrontLidarDriver", "RearLidarDriver", "PointCloudMap", "Visualizer", "Lanelet2Map",
                           "EuclideanClusterSettings", "PointsTransformerFront", "PointsTransformerRear",
                           "VoxelGridDownsampler", "PointCloudMapLoader", "RayGroundFilter",
@@ -42,14 +51,13 @@ TEST(Autoware, CreatesNodesInTheOrderOfUpstreamsSystemBuilder) {
                           "VehicleDBWSystem", "IntersectionOutput"));
 }
 
-TEST(Autoware, HasTheSubscriberCountsOfUpstreamsTestRequirements) {
+TEST_F(Autoware, HasTheSubscriberCountsOfUpstreamsTestRequirements) {
   // The others have one or none.
   const std::map<std::string, int> several = {{"PointCloudFusion", 2},
                                               {"NDTLocalizer", 2},
                                               {"Lanelet2GlobalPlanner", 2},
                                               {"BehaviorPlanner", 2},
                                               {"Lanelet2MapLoader", 3}};
-  const Graph graph = graph_named("autoware");
   std::map<std::string, int> publishers, subscribers;
   for (const Node& node : graph.nodes) {
     for (const std::string& topic : node.outputs) ++publishers[topic];
@@ -60,8 +68,7 @@ TEST(Autoware, HasTheSubscriberCountsOfUpstreamsTestRequirements) {
   EXPECT_EQ(subscribers, several);
 }
 
-TEST(Autoware, SubscriptionsInheritTheHighestUpstreamRateOfEachCallback) {
-  const GraphTasks tasks = make_tasks(graph_named("autoware"));
+TEST_F(Autoware, SubscriptionsInheritTheHighestUpstreamRateOfEachCallback) {
   const std::map<std::string, int> period_ms = {{"EuclideanClusterSettings", 25},
                                                 {"IntersectionOutput/EuclideanIntersection", 25},
                                                 {"Lanelet2MapLoader/Lanelet2GlobalPlanner", 60},
@@ -71,17 +78,13 @@ TEST(Autoware, SubscriptionsInheritTheHighestUpstreamRateOfEachCallback) {
                                                 {"BehaviorPlanner/ObjectCollisionEstimator", 100},
                                                 {"NDTLocalizer/PointCloudMapLoader", 120}};
   const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::rm);
-  for (const auto& [name, period] : period_ms) {
-    EXPECT_EQ(level[task_named(tasks, name)], period * 1'000'000) << name;
-  }
+  for (const auto& [name, period] : period_ms) EXPECT_EQ(level[task(name)], period * 1'000'000) << name;
 }
 
-TEST(Autoware, FixedPrioritiesPutTheHotPathFirst) {
-  const Graph graph = graph_named("autoware");
-  const GraphTasks tasks = make_tasks(graph);
+TEST_F(Autoware, FixedPrioritiesPutTheHotPathFirst) {
   const std::vector<std::int64_t> level = inherited_levels(tasks.set, Policy::fp);
-  EXPECT_EQ(level[task_named(tasks, "FrontLidarDriver")], 1);
-  EXPECT_EQ(level[task_named(tasks, "ObjectCollisionEstimator/EuclideanClusterDetector")], 1);
+  EXPECT_EQ(level[task("FrontLidarDriver")], 1);
+  EXPECT_EQ(level[task("ObjectCollisionEstimator/EuclideanClusterDetector")], 1);
   for (TaskId id = 0; id < tasks.set.size(); ++id) {
     const std::string& name = tasks.set[id].name;
     if (tasks.set[id].kind != TaskKind::timer || name.find("LidarDriver") != std::string::npos) continue;
@@ -89,9 +92,7 @@ TEST(Autoware, FixedPrioritiesPutTheHotPathFirst) {
   }
 }
 
-TEST(Autoware, Crunches190TimesASecondAndFillsOneCoreTo80Percent) {
-  const Graph graph = graph_named("autoware");
-  const GraphTasks tasks = make_tasks(graph);
+TEST_F(Autoware, Crunches190TimesASecondAndFillsOneCoreTo80Percent) {
   const std::vector<double> rates = activation_rates(tasks);
   double of_workers = 0;
   for (TaskId id = 0; id < tasks.set.size(); ++id)
@@ -100,15 +101,13 @@ TEST(Autoware, Crunches190TimesASecondAndFillsOneCoreTo80Percent) {
   EXPECT_THAT(load_percent(graph), DoubleNear(79.8, 1e-9));
   // A fusion fires with its slowest input: the 120 ms of PointCloudMap reach Lanelet2MapLoader
   // through two more fusions.
-  EXPECT_THAT(rates[task_named(tasks, "ParkingPlanner/Lanelet2MapLoader")], DoubleNear(1 / 0.12, 1e-9));
-  EXPECT_THAT(rates[task_named(tasks, "BehaviorPlanner/LanePlanner")], DoubleNear(1 / 0.12, 1e-9));
-  EXPECT_THAT(rates[task_named(tasks, "PointCloudFusion/PointsTransformerRear")], DoubleNear(5, 1e-9));
-  EXPECT_THAT(rates[task_named(tasks, "EuclideanClusterDetector/EuclideanClusterSettings")],
-              DoubleNear(40, 1e-9));
+  EXPECT_THAT(rates[task("ParkingPlanner/Lanelet2MapLoader")], DoubleNear(1 / 0.12, 1e-9));
+  EXPECT_THAT(rates[task("BehaviorPlanner/LanePlanner")], DoubleNear(1 / 0.12, 1e-9));
+  EXPECT_THAT(rates[task("PointCloudFusion/PointsTransformerRear")], DoubleNear(5, 1e-9));
+  EXPECT_THAT(rates[task("EuclideanClusterDetector/EuclideanClusterSettings")], DoubleNear(40, 1e-9));
 }
 
-TEST(Autoware, DeclaresUpstreamsHotPath) {
-  const Graph graph = graph_named("autoware");
+TEST_F(Autoware, DeclaresUpstreamsHotPath) {
   ASSERT_EQ(graph.chains.size(), 1U);
   const Chain& chain = graph.chains.front();
   EXPECT_EQ(chain.name, "hot_path");
@@ -119,11 +118,7 @@ TEST(Autoware, DeclaresUpstreamsHotPath) {
                                        "PointCloudFusion", "EuclideanClusterDetector"));
 }
 
-TEST(Tasks, FeedTheSubscriptionsOfTheirOwnOutputOnly) {
-  const GraphTasks tasks = make_tasks(graph_named("autoware"));
-  const auto fed = [&](const std::string& task) {
-    return names(tasks, tasks.set[task_named(tasks, task)].feeds);
-  };
+TEST_F(Autoware, TasksFeedTheSubscriptionsOfTheirOwnOutputOnly) {
   EXPECT_THAT(fed("EuclideanClusterDetector/RayGroundFilter"),
               ElementsAre("ObjectCollisionEstimator/EuclideanClusterDetector"));
   EXPECT_THAT(fed("EuclideanClusterDetector/EuclideanClusterSettings"),
@@ -135,12 +130,10 @@ TEST(Tasks, FeedTheSubscriptionsOfTheirOwnOutputOnly) {
   EXPECT_THAT(fed("VehicleDBWSystem/VehicleInterface"), ElementsAre());
 }
 
-TEST(Tasks, ListSubscriptionsInInputOrderAndThenTheTimerOfANode) {
-  const Graph graph = graph_named("autoware");
-  const GraphTasks tasks = make_tasks(graph);
-  const TaskId timer = task_named(tasks, "BehaviorPlanner");
-  EXPECT_EQ(task_named(tasks, "BehaviorPlanner/ObjectCollisionEstimator"), timer - 6);
-  EXPECT_EQ(task_named(tasks, "BehaviorPlanner/LanePlanner"), timer - 1);
+TEST_F(Autoware, ListsSubscriptionsInInputOrderAndThenTheTimerOfANode) {
+  const TaskId timer = task("BehaviorPlanner");
+  EXPECT_EQ(task("BehaviorPlanner/ObjectCollisionEstimator"), timer - 6);
+  EXPECT_EQ(task("BehaviorPlanner/LanePlanner"), timer - 1);
   EXPECT_EQ(tasks.origin[timer - 1].input, 5U);
   EXPECT_FALSE(tasks.origin[timer].input);
   EXPECT_EQ(graph.nodes[tasks.origin[timer].node].name, "BehaviorPlanner");
@@ -152,12 +145,11 @@ TEST(Tasks, ListSubscriptionsInInputOrderAndThenTheTimerOfANode) {
 
 TEST(Load, OfZeroLeavesNoWorkAndIsNeverNegative) {
   Graph graph = graph_named("autoware");
+  EXPECT_THROW(scale_to_load(graph, -1), std::invalid_argument);
   scale_to_load(graph, 0);
   EXPECT_EQ(load_percent(graph), 0);
   EXPECT_NO_THROW(scale_to_load(graph, 0));
   EXPECT_THROW(scale_to_load(graph, 80), std::invalid_argument);
-  Graph loaded = graph_named("autoware");
-  EXPECT_THROW(scale_to_load(loaded, -1), std::invalid_argument);
 }
 
 // The sums of execution time over period in the paper's lists and in the authors' builders.
@@ -247,13 +239,9 @@ TEST(TimersOnlyGraphs, AreThePapersTaskSetsAsWrittenInTheLibrary) {
     return std::tuple(t.name, t.kind, t.period, t.deadline, t.wcet, t.bcet, t.group);
   };
   for (const int utilisation : kPaperUtilisations) {
-    const TaskSet in_file =
-        make_tasks(load_graph(find_graph("timers_only_" + std::to_string(utilisation)))).set;
+    const TaskSet in_file = make_tasks(graph_named("timers_only_" + std::to_string(utilisation))).set;
     const TaskSet in_library = paper_timers(utilisation);
-    ASSERT_EQ(in_file.size(), in_library.size());
-    for (TaskId id = 0; id < in_file.size(); ++id) {
-      EXPECT_EQ(fields(in_file[id]), fields(in_library[id])) << in_file[id].name;
-    }
+    EXPECT_TRUE(std::ranges::equal(in_file.tasks, in_library.tasks, {}, fields, fields)) << utilisation;
     EXPECT_EQ(in_file.groups, in_library.groups);
   }
 }

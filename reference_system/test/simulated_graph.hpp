@@ -21,10 +21,9 @@ struct Simulated {
   /// The start times of a task's jobs, in milliseconds.
   std::vector<double> starts(const std::string& task) const {
     std::vector<double> starts;
-    for (const JobRecord& r : trace.jobs) {
+    for (const JobRecord& r : trace.jobs)
       if (r.outcome == Outcome::ran && tasks.set[r.job.task].name == task)
         starts.push_back(to_ms(r.start - Time{}));
-    }
     return starts;
   }
 };
@@ -44,9 +43,8 @@ inline Simulated simulate_graph(const Graph& graph, const std::string& executor,
   options.duration = duration;
   s.trace = simulate_trace(s.tasks.set, entry, scheduling, workload, options);
   s.trace.chains = join_chains(graph, s.tasks, s.trace, s.observations);
-  for (const TaskAccount& account : account(s.tasks.set, s.trace)) {
+  for (const TaskAccount& account : account(s.tasks.set, s.trace))
     EXPECT_TRUE(account.balanced()) << s.tasks.set[account.task].name;
-  }
   return s;
 }
 
