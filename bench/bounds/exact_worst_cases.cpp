@@ -204,7 +204,7 @@ void explore_graph(Graph graph, const GraphTasks& tasks, const Scheduler& schedu
 }
 
 /// The ages in the schedules that an exploration met before it ended early.
-std::string at_least(const Graph& graph, const GraphBounds& met) {
+std::string at_least(const CallbackGraph& graph, const GraphBounds& met) {
   std::string text;
   for (std::size_t c = 0; c < met.chains.size(); ++c) {
     if (!met.chains[c]) continue;
@@ -263,7 +263,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
     }
     add_subscriptions(graph, tasks, *scheduler, options, bounds, reached);
   } catch (const ExplorationRefused& error) {
-    const std::string lower_bounds = at_least(graph, bounds);
+    const std::string lower_bounds = at_least(callback_graph(graph, tasks, true), bounds);
     bounds = none;
     bounds.refusal = error.what();
     if (error.why == ExplorationRefused::Why::states) *bounds.refusal += exact.more_states;

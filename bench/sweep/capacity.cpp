@@ -64,7 +64,8 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
       std::optional<double>& limit_ms = name == "age:" ? r.age_ms : r.latency_ms;
       limit_ms = hotpath::parse<double>(std::string_view(word).substr(name.size()));
       if (!(limit_ms > 0.0))
-        throw program::UsageError("--require: `" + word + "` has no limit; write " + name + "60 for 60 ms");
+        throw program::UsageError(
+            program::concat("--require: `", word, "` has no limit; write ", name, "60 for 60 ms"));
     } else {
       throw program::UsageError("--require: `" + word + "` is not no-loss, deadlines, age:MS or latency:MS");
     }

@@ -77,6 +77,22 @@ TEST(ExactWorstCases, JitterUnderATimerThreadThatJobsWakeUpNeedsItToBeReadyAtOnc
   EXPECT_EQ(refusal("", late), "");
 }
 
+/// A chain that begins inside another has no age of its own.
+TEST(ExactWorstCases, WhatAnExplorationMetBeforeItsLimitIsSaidOfTheRightChain) {
+  const Graph graph = load(
+      "name: g\nnodes:\n"
+      "  - {name: S, type: sensor, period_ms: 10, execution_time_ms: 1}\n"
+      "  - {name: R, type: sensor, period_ms: 7, execution_time_ms: 1, best_case_execution_time_ms: 0.1}\n"
+      "  - name: T\n    type: callbacks\n    callbacks:\n"
+      "      - {subscription: S, execution_time_ms: 1, publishes: T}\n"
+      "chains:\n"
+      "  - {name: tail, nodes: [T/S], sources: [T/S], sink: T/S}\n"
+      "  - {name: whole, nodes: [S, T/S], sources: [S], sink: T/S}\n");
+  const GraphBounds bounds = bounds::exact_worst_cases(graph, make_tasks(graph), *find_executor("events-ro"),
+                                                       {}, {.max_states = 20});
+  EXPECT_THAT(bounds.refusal.value(), testing::EndsWith(" ms in whole"));
+}
+
 TEST(ExactWorstCases, EarlyPublicationsAreNotCovered) {
   const GraphBounds bounds = bounds_of(
       "  - name: A\n    type: callbacks\n    callbacks:\n"
