@@ -73,8 +73,7 @@ void add_commands(CLI::App& app) {
 
 void check_outputs(const CLI::App& command) {
   namespace fs = std::filesystem;
-  static const std::set<std::string> kOutputs = {"--output", "--csv",    "--junit",  "--markdown",
-                                                 "--page",   "--record", "--witness"};
+  static const std::set<std::string> kOutputs = {"--output", "--csv", "--junit", "--markdown", "--witness"};
   std::error_code error;
   const auto canonical = [&error](const std::string& path) {
     const fs::path found = fs::weakly_canonical(fs::absolute(path, error), error);

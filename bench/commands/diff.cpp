@@ -14,13 +14,12 @@ struct DiffArguments {
   std::vector<std::string> runs;
   bool simulated = false;
   comparison::Options options;
-  std::string output;
 };
 
 void diff(DiffArguments& a) {
-  if (a.simulated) return validation::validate_runs(a.runs, a.output);
+  if (a.simulated) return validation::validate_runs(a.runs, a.options.output);
   if (a.runs.size() != 2) throw program::UsageError("diff: give OLD and NEW, or one RUN with --simulated");
-  if (!a.options.page.empty()) program::check_output_folder(a.options.page, "report.html", "--page");
+  if (!a.options.output.empty()) program::check_output_folder(a.options.output, "report.html", "--output");
   a.options.old = a.runs[0];
   a.options.now = a.runs[1];
   if (comparison::compare(a.options)) throw CLI::RuntimeError();
@@ -45,25 +44,22 @@ void add_diff_command(CLI::App& app) {
                                           "Exit with code 1 if NEW has a significant regression,\n"
                                           "corrected for multiple comparisons")
                                 ->excludes(csv);
-  CLI::Option* const page =
-      add_text(command, "--page", o.options.page, "FOLDER",
-               "Also write report.html, a page with both distributions, and\nreport.md into this folder");
+  add_text(command, "--output", o.options.output, "FOLDER",
+           "Also write report.html, a page with both distributions, and\n"
+           "report.md into this folder; with --simulated: new folder for\n"
+           "the results, by default runs/DATE-validate");
   add_json_option(command);
   add_output_file(command, "--junit", o.options.junit, kJunitHelp)->needs(gate);
   add_output_file(command, "--markdown", o.options.markdown, kMarkdownHelp)->needs(gate);
-  CLI::Option* const simulated = command
-                                     .add_flag("--simulated", o.simulated,
-                                               "Compare runs with simulations of their phases, measured\n"
-                                               "execution times and costs and, for graphs of the reference\n"
-                                               "measurements, with the real ROS 2 stack")
-                                     ->excludes(across)
-                                     ->excludes(csv)
-                                     ->excludes(gate)
-                                     ->excludes(page);
-  add_text(command, "--output", o.output, "FOLDER",
-           "New folder for the results of --simulated; by default\nruns/DATE-validate")
-      ->needs(simulated);
-  show_first(command, {"--across-loads", "--gate", "--page", "--simulated", "--csv"});
+  command
+      .add_flag("--simulated", o.simulated,
+                "Compare runs with simulations of their phases, measured\n"
+                "execution times and costs and, for graphs of the reference\n"
+                "measurements, with the real ROS 2 stack")
+      ->excludes(across)
+      ->excludes(csv)
+      ->excludes(gate);
+  show_first(command, {"--across-loads", "--gate", "--output", "--simulated", "--csv"});
 }
 
 const Command kDiff("Understand", 150, add_diff_command);

@@ -31,17 +31,17 @@ void add_watch_command(CLI::App& app) {
                                   "Compare the jobs with this contract (docs/contract.md)");
   add_choice(command, "--fail-on", o.fail_on, "Exit with code 3 if a term of the contract is broken")
       ->needs(contract);
-  auto* const record = add_text(command, "--record", o.record, "FOLDER",
+  auto* const record = add_text(command, "--output", o.record, "FOLDER",
                                 "Keep the last events, and write them as CTF into a subfolder at\neach of "
                                 "the first 20 incidents and on "
                                 "SIGUSR1");
-  add_number(command, "--keep", o.keep, {1, 600}, "SECONDS", "Events that --record keeps; by default 10")
+  add_number(command, "--keep", o.keep, {1, 600}, "SECONDS", "Events that --output keeps; by default 10")
       ->needs(record);
   command.add_flag("--json", o.json,
                    "Print a line of JSON for each report and, without --once,\neach incident");
-  show_first(command, {"--print-environment", "--for", "--once", "--contract", "--record"});
+  show_first(command, {"--print-environment", "--for", "--once", "--contract", "--output"});
   exclude(command, "--print-environment",
-          {"COMMAND", "--for", "--once", "--contract", "--fail-on", "--record", "--keep", "--json"});
+          {"COMMAND", "--for", "--once", "--contract", "--fail-on", "--output", "--keep", "--json"});
 }
 
 const Command kWatch("Your robot", 120, add_watch_command);

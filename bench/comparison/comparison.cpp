@@ -22,47 +22,42 @@ namespace {
 
 constexpr double kToldDropPoints = 0.1;
 
-/// What a side has, besides losses, and the loads of that.
-std::set<Key> keys_of(const Side& side) {
-  std::set<Key> keys;
-  for (const auto& [key, _] : side.samples) keys.insert(key);
-  for (const auto& [of, _] : side.counts) {
-    if (of.first != Measure::losses) keys.insert(of.second);
-  }
-  return keys;
-}
-
-std::set<std::string> settings_of(const Side& side) {
-  std::set<std::string> settings;
-  for (const Key& key : keys_of(side)) settings.insert(key.setting);
-  return settings;
-}
-
 Key with_setting(Key key, const std::string& setting) {
   key.setting = setting;
   return key;
 }
 
+/// What a side has, besides losses, by load.
+std::map<std::string, std::set<Key>> keys_of(const Side& side) {
+  std::map<std::string, std::set<Key>> keys;
+  for (const auto& [key, _] : side.samples) keys[key.setting].insert(with_setting(key, ""));
+  for (const auto& [of, _] : side.counts) {
+    if (of.first != Measure::losses) keys[of.second.setting].insert(with_setting(of.second, ""));
+  }
+  return keys;
+}
+
+std::string loads_of(const Side& side) {
+  std::vector<std::string> loads;
+  for (const auto& [load, _] : keys_of(side)) loads.push_back(load);
+  return program::joined(loads);
+}
+
 /// Gives both sides one setting. Throws UsageError if a side has several.
 void set_common_load(Side& before, Side& after) {
-  std::vector<std::string> all;
+  std::string both;
   for (const Side* const side : {&before, &after}) {
-    const std::set<std::string> settings = settings_of(*side);
-    if (settings.size() > 1) {
-      throw program::UsageError("--across-loads compares runs of one load each, and one side has " +
-                                program::joined(settings));
-    }
-    for (const std::string& setting : settings) {
-      if (std::ranges::count(all, setting) == 0) all.push_back(setting);
-    }
+    const std::string load = loads_of(*side);
+    if (keys_of(*side).size() > 1)
+      throw program::UsageError("--across-loads compares runs of one load each, and one side has " + load);
+    if (load != both) both += (both.empty() || load.empty() ? "" : " to ") + load;
   }
-  const std::string both = program::joined(all, " to ");
   for (Side* const side : {&before, &after}) {
-    Side renamed = {{}, {}, side->draws, side->length, side->mode, side->graph};
-    for (auto& [key, samples] : side->samples) renamed.samples[with_setting(key, both)] = std::move(samples);
-    for (auto& [of, series] : side->counts)
-      renamed.counts[{of.first, with_setting(of.second, both)}] = std::move(series);
-    *side = std::move(renamed);
+    auto samples = std::exchange(side->samples, {});
+    auto counts = std::exchange(side->counts, {});
+    for (auto& [key, of] : samples) side->samples[with_setting(key, both)] = std::move(of);
+    for (auto& [of, series] : counts)
+      side->counts[{of.first, with_setting(of.second, both)}] = std::move(series);
   }
 }
 
@@ -86,14 +81,13 @@ std::vector<std::string> other_graphs(const Side& before, const Side& after) {
 
 /// Throws the error for sides that have nothing in common, with a hint if only the loads differ.
 [[noreturn]] void refuse(const Options& o, const Side& before, const Side& after) {
-  const std::set<std::string> loads = settings_of(before), other_loads = settings_of(after);
-  std::set<Key> others;
-  for (const Key& key : keys_of(after)) others.insert(with_setting(key, ""));
-  const auto differs_in_load = [&](const Key& key) { return others.contains(with_setting(key, "")); };
-  if (loads != other_loads && std::ranges::any_of(keys_of(before), differs_in_load)) {
-    throw program::UsageError(o.old.string() + " has load " + program::joined(loads) + ", " + o.now.string() +
-                              " " + program::joined(other_loads) + "; compare them with --across-loads");
-  }
+  std::set<Key> old, both;
+  for (const auto& [_, keys] : keys_of(before)) old.insert(keys.begin(), keys.end());
+  for (const auto& [_, keys] : keys_of(after))
+    std::ranges::set_intersection(old, keys, std::inserter(both, both.end()));
+  if (loads_of(before) != loads_of(after) && !both.empty())
+    throw program::UsageError(o.old.string() + " has load " + loads_of(before) + ", " + o.now.string() + " " +
+                              loads_of(after) + "; compare them with --across-loads");
   throw program::UsageError(o.old.string() + " and " + o.now.string() +
                             " have no executor and setting in common, there is nothing to compare" +
                             (before.graph == after.graph ? "" : ". " + other_graphs(before, after).front()));
@@ -117,13 +111,12 @@ std::vector<std::string> other_differences(const Options& o) {
     });
   };
   of_both("claims.json", [&](const json& old, const json& now) {
-    std::map<std::string, std::string> before, verdicts;
-    for (const json& claim : old) before[claim.at("claim")] = claim.at("verdict");
-    for (const json& claim : now) verdicts[claim.at("claim")] = claim.at("verdict");
-    for (const auto& [claim, verdict] : before) {
-      const auto found = verdicts.find(claim);
-      if (found == verdicts.end() || found->second == verdict) continue;
-      sentences.push_back("verdict of " + claim + ": " + verdict + " before, " + found->second + " now");
+    std::map<std::string, std::pair<std::string, std::string>> verdicts;  // by claim: before, now
+    for (const json& claim : old) verdicts[claim.at("claim")].first = claim.at("verdict");
+    for (const json& claim : now) verdicts[claim.at("claim")].second = claim.at("verdict");
+    for (const auto& [claim, of] : verdicts) {
+      if (of.first.empty() || of.second.empty() || of.first == of.second) continue;
+      sentences.push_back("verdict of " + claim + ": " + of.first + " before, " + of.second + " now");
     }
   });
   of_both("facts.json", [&](const json& old, const json& now) {
@@ -163,7 +156,7 @@ void compare_percentiles(const Options& o) {
     sentences.insert(sentences.end(), more.begin(), more.end());
   std::cout << program::joined(sentences, "\n") << "\n\n" << shown;
   program::show_json(json_of(stored));
-  if (o.page.empty()) return;
+  if (o.output.empty()) return;
   shown.header = {"", "percentile", "old ms", "new ms", "difference ms", "95 % interval", ""};
   write_page(o, before, after, sentences, "Differences", shown);
 }
@@ -209,7 +202,7 @@ bool run_gate(const Options& o) {
   program::show_json(json_of(judgements));
   if (!o.junit.empty()) program::write_output_file(o.junit, "--junit", junit_of(judgements));
   if (!o.markdown.empty()) program::write_output_file(o.markdown, "--markdown", markdown_of(judgements, o));
-  if (!o.page.empty()) write_page(o, before, after, sentences, "Verdicts", rows_of(judgements, true));
+  if (!o.output.empty()) write_page(o, before, after, sentences, "Verdicts", rows_of(judgements, true));
   return std::ranges::count(judgements, Verdict::worse, &Judgement::verdict) > 0;
 }
 

@@ -11,7 +11,7 @@ struct Options {
   std::filesystem::path old, now;
   bool gate = false;          ///< Judge whether anything became worse, instead of showing percentiles.
   bool across_loads = false;  ///< Also compare different loads.
-  std::string csv = {}, page = {}, junit = {}, markdown = {};
+  std::string csv = {}, output = {}, junit = {}, markdown = {};
 };
 
 /// Compares two runs, reproductions, or folders of runs (or, without `gate`, results of `hotpath bench`):

@@ -49,7 +49,7 @@ std::string name_of(const fs::path& folder) {
 void write_page(const Options& options, const Side& before, const Side& after,
                 const std::vector<std::string>& sentences, const std::string& title,
                 const program::Table& table) {
-  const fs::path folder = options.page;
+  const fs::path folder = options.output;
   const bool are_runs = fs::exists(options.old / "run.json") && fs::exists(options.now / "run.json");
   json facts = {"Old: " + options.old.string(), "New: " + options.now.string()};
   for (const std::string& sentence : sentences) facts.push_back(sentence);
@@ -58,8 +58,8 @@ void write_page(const Options& options, const Side& before, const Side& after,
     json& texts = cells.emplace_back();
     for (const program::Value& value : row) texts.push_back(value.text());
   }
-  program::create_folder(folder, "--page");
-  program::write_whole_file(folder / "comparison.json", "--page",
+  program::create_folder(folder, "--output");
+  program::write_whole_file(folder / "comparison.json", "--output",
                             json{{"version", 1},
                                  {"title", name_of(options.old) + " against " + name_of(options.now)},
                                  {"facts", facts},

@@ -37,7 +37,7 @@ void compare_counters(const Options& options);
 [[nodiscard]] std::string junit_of(const std::vector<Judgement>& judgements);
 [[nodiscard]] std::string markdown_of(const std::vector<Judgement>& judgements, const Options& options);
 
-/// Writes `options.page`: comparison.json and, by the Python package, report.html and report.md from it.
+/// Writes `options.output`: comparison.json and, by the Python package, report.html and report.md from it.
 /// The page reads runs itself; of others it has the distributions. Throws UsageError and RunError.
 void write_page(const Options& options, const Side& before, const Side& after,
                 const std::vector<std::string>& sentences, const std::string& title,

@@ -120,7 +120,7 @@ class Replay {
     for (std::int64_t tick = 0; now < end_ && program::interrupted() == 0; ++tick) {
       std::this_thread::sleep_until(started + tick * kClockPeriod);
       const Duration elapsed = hotpath::now() - started;
-      now = std::min(start_ + from_ms(to_ms(elapsed) * options_.speed), end_);
+      now = std::min(start_ + from_ms(to_ms(elapsed) * speed_), end_);
       telemetry::Clock clock;
       clock.run_id(info.run_id());
       clock.time_ns(info.epoch_ns() + (now - Time{}).count());
@@ -140,7 +140,7 @@ class Replay {
   }
 
  private:
-  Duration real_time(Time until) const { return from_ms(to_ms(until - start_) / options_.speed); }
+  Duration real_time(Time until) const { return from_ms(to_ms(until - start_) / speed_); }
 
   telemetry::RunInfo run_info() const {
     telemetry::RunInfo info =
@@ -148,7 +148,7 @@ class Replay {
     const results::RunRecord& record = run_.record();
     info.transport(record.live ? to_string(record.live->transport) : "simulated");
     info.origin("replay");
-    info.speed(options_.speed);
+    info.speed(speed_);
     nlohmann::json facts = record;
     facts.erase("runs");
     info.facts(facts.dump());
@@ -177,6 +177,7 @@ class Replay {
   }
 
   const ReplayOptions options_;
+  const double speed_ = options_.rate_percent / 100;
   results::StoredRun run_;
   const std::string executor_;
   const setup::StoredSystem system_;

@@ -11,7 +11,7 @@ namespace hotpath::telemetry {
 struct ReplayOptions {
   std::string run, executor, graph;  ///< Empty executor: the run's first. Empty graph: the run's own.
   std::uint32_t repetition = 0, domain = 0;
-  double speed = 1, start_s = 0;
+  double rate_percent = 100, start_s = 0;
   std::optional<double> duration_s;
   bool all_interfaces = false;
 };

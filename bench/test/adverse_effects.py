@@ -160,7 +160,7 @@ EFFECTS = {
 """,
     "replay": """
 --executors --repetition --graph --from @ adverse_tables.py
---speed --duration --domain @ live_test.py
+--duration --domain @ live_test.py
 --all-interfaces @ it needs another machine
 """,
     "graph --graph autoware": """
@@ -191,7 +191,7 @@ EFFECTS = {
     "diff {stock}/tiny {stock}/tiny": """
 --gate
 --across-loads @ diff_test.py
---page @ result_pages_test.py
+--output @ result_pages_test.py
 --simulated --csv --junit --markdown @ adverse_tables.py
 """,
     "import ctf {stock}/exported/default-0 --output out": """
@@ -207,7 +207,7 @@ EFFECTS = {
 --from 300
 --to 300
 """,
-    "watch": "--for --once --contract --fail-on --record --keep --print-environment @ watch_test.py",
+    "watch": "--for --once --contract --fail-on --output --keep --print-environment @ watch_test.py",
     # Of its measured values, which always differ, none counts.
     "run {one} --load 1 --transport intra_process --duration 0.1 --warm-up 0 --output out": f"""{COMMON}
 --executors default

@@ -83,7 +83,7 @@ export perfetto {stock}/timers --from 5 --to 4 --output x | --to must lie after 
 replay {stock}/tiny --executors best | best | rm-ro (repetition 0)
 replay {stock}/tiny --repetition 1 | repetition 1 | rm-ro (repetition 0)
 replay {stock}/tiny --from 5 | after the end of the run
-replay {stock}/tiny --speed 0 | --speed
+replay {stock}/tiny --rate 0 | --rate
 replay {stock}/tiny --graph sequences | no task | another graph
 simulate --cores 0 | --cores | from 1 to 64
 simulate --platform release_cost_us=-1 | --platform | release_cost_us
@@ -146,11 +146,11 @@ paper waters --sets 1000000 --output | waters.csv
 paper golden --output
 bench --output
 report {stock}/run --output | report.html
-diff {stock}/run {stock}/run --page | report.html
+diff {stock}/run {stock}/run --output | report.html
 advise --duration 3000 --output
 import ctf {stock}/ctf/rm-ro-0 --output
 export ctf {stock}/run --output
-watch --once true --record
+watch --once true --output
 """
 # Options that take a file or folder to read, and those whose targets are tested elsewhere.
 INPUTS = {"--against", "--deployments", "--phases"}
@@ -253,7 +253,7 @@ diff run --simulated --output v | 2 | has no task
 report run --output page | 0 |
 export perfetto run --from 1000 --to 1100 --output chart.json | 0 |
 diff run run | 0 |
-diff run run --gate --junit gate.xml --markdown gate.md --page gate | 0 |
+diff run run --gate --junit gate.xml --markdown gate.md --output gate | 0 |
 """
 
 # What this machine or this user refuses: given | words | parts of the sentence.

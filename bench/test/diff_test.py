@@ -132,7 +132,7 @@ class Diff(CommandTest):
             for seed in (1, 2, 3):
                 words = f"simulate autoware --executors rm-ro --duration 1 --load {load} --seed {seed}"
                 self.accepted(*words.split(), "--phases", "random", "--output", f"{side}/000{seed}")
-        code, out, _ = self.gate("old", "new", "--across-loads", "--page", "page")
+        code, out, _ = self.gate("old", "new", "--across-loads", "--output", "page")
         self.assertEqual(code, 1)
         self.assertIn("equal draws pair by pair", out)
         self.assertIn("| worse |", (self.folder / "page" / "report.md").read_text())

@@ -146,7 +146,7 @@ class Live(LiveTest):
         folder, live = self.check_live("intra_process")
         self.assertEqual(live.run["topic_prefix"], "")
         listener = self.listen()
-        self.replay("--speed", 2)
+        self.replay("--rate", 200)
         replayed = self.received(listener)
         self.check_run(replayed, folder, "replay", "intra_process")
         self.check_statistics(replayed)
@@ -225,7 +225,7 @@ class Faults(LiveTest):
             "run", *ONE, "--transport", "intra_process", "--load", 5, "--duration", 0.5, "--warm-up", 0
         )
         listener = self.listen()
-        process = self.start("replay", "run", "--domain", self.domain, "--speed", 0.01)
+        process = self.start("replay", "run", "--domain", self.domain, "--rate", 1)
         next(line for line in listener.stdout if '"clock"' in line)
         process.send_signal(signal.SIGINT)
         code, out, err = self.finish(process)
@@ -238,7 +238,7 @@ class Replay(LiveTest):
     def test_a_part_of_a_simulated_run(self) -> None:
         folder = self.measure("simulate", "--executors", "rm-ro,default", "--duration", 4, "--warm-up", 1)
         listener = self.listen()
-        self.replay("--executor", "default", "--from", 2, "--duration", 1, "--speed", 4)
+        self.replay("--executor", "default", "--from", 2, "--duration", 1, "--rate", 400)
         received = self.received(listener)
         self.assertEqual((received.run["executor"], received.run["transport"]), ("default", "simulated"))
         self.assertAlmostEqual(received.last["run_time_s"], 3)
@@ -257,7 +257,7 @@ class Replay(LiveTest):
         graph = Path(__file__).with_name("field") / "fusion_sink.yaml"
         folder = self.measure("simulate", graph, "--executors", "rm-ro", "--duration", 2, "--warm-up", 0)
         listener = self.listen()
-        self.replay("--speed", 4)
+        self.replay("--rate", 400)
         received = self.received(listener)
         starts: dict[str, dict[int, int]] = {"F/t": {}, "F/s": {}}
         for job in folder.jobs()["rm-ro", 0]:
@@ -276,7 +276,7 @@ class SlowReader(LiveTest):
         self.assertGreater(len(rows), kept + 500)
 
         stopped, healthy = self.listen(), self.listen()
-        process = self.start("replay", "run", "--domain", self.domain, "--speed", 60)
+        process = self.start("replay", "run", "--domain", self.domain, "--rate", 6000)
         next(line for line in stopped.stdout if '"clock"' in line)
         stopped.send_signal(signal.SIGSTOP)
         received = self.received(healthy)

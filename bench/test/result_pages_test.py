@@ -210,7 +210,7 @@ class Distributions(CommandTest):
         for name, load in (("old", 80), ("new", 85)):
             words = ("--executors", "default,rm-ro", "--load", load, "--duration", 2, "--repetitions", 3)
             self.accepted("simulate", *words, "--phases", "random", "--output", name)
-        compare = ("diff", "old", "new", "--across-loads", "--page", "page")
+        compare = ("diff", "old", "new", "--across-loads", "--output", "page")
         code, judged, errors = self.command(*compare, "--gate")
         self.assertEqual(code, 1, errors)
         browser = opened(self, self.folder / "page" / "report.html", dark=True)

@@ -142,7 +142,7 @@ class WatchTest(CommandTest):
 
     def test_states_an_incident_at_once(self) -> None:
         process = self.start(
-            *("watch", "--json", "--record", "record", "--contract", self.contract(4)),
+            *("watch", "--json", "--output", "record", "--contract", self.contract(4)),
             *("--", TRACED_SYSTEM, 1_000_000, 1, 10, 5),
         )
         reports = []
@@ -243,7 +243,7 @@ class WatchTest(CommandTest):
 
     def test_records_on_request_the_last_events(self) -> None:
         process = self.start(
-            "watch", "--json", "--record", "record", "--keep", 1, "--", TRACED_SYSTEM, 1_000_000, 1, 10
+            "watch", "--json", "--output", "record", "--keep", 1, "--", TRACED_SYSTEM, 1_000_000, 1, 10
         )
         reports = [json.loads(process.stdout.readline()) for _ in range(3)]
         self.assertGreater(reports[-1]["callbacks"][0]["jobs"], 0)
@@ -252,12 +252,12 @@ class WatchTest(CommandTest):
         self.assertIn("requested by SIGUSR1", self.terminated(process)[1])
         out = self.accepted("import", "ctf", "record/snapshot_1", "--output", "imported")
         self.assertIn("2 nodes, 2 tasks", out)
-        self.assertEqual(self.command("watch", "--record", "record", "--", "true")[0], 2, "it is not empty")
+        self.assertEqual(self.command("watch", "--output", "record", "--", "true")[0], 2, "it is not empty")
 
     def test_a_snapshot_follows_one_that_is_being_written(self) -> None:
         """The program stops the watcher, which then meets a request and an incident at once."""
         script = f"kill -STOP $PPID; {TRACED_SYSTEM} 30 1 10 5; kill -USR1 $PPID; kill -CONT $PPID"
-        record = ("--record", "record", "--contract", self.contract(4))
+        record = ("--output", "record", "--contract", self.contract(4))
         code, lines, err = self.watched(*record, "--", "sh", "-c", script)
         self.assertEqual(code, 0)
         [event, *_] = [line for line in lines if "event" in line]

@@ -70,8 +70,8 @@ Duration realtime_now() {
 
 std::unique_ptr<FlightRecorder> recorder_of(const WatchOptions& options) {
   if (options.record.empty()) return nullptr;
-  program::check_output_folder(options.record, "", "--record");
-  program::create_folder(options.record, "--record");
+  program::check_output_folder(options.record, "", "--output");
+  program::create_folder(options.record, "--output");
   std::signal(SIGUSR1, [](int) { snapshot_requested = 1; });
   return std::make_unique<FlightRecorder>(from_ms(options.keep.value_or(kDefaultKeep_s) * 1000));
 }

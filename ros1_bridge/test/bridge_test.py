@@ -124,7 +124,7 @@ class WholeRun(BridgeTest):
         bridge.says("waiting for a benchmark")
         listener = self.listen({**TOPICS, "/clock": CLOCK})
         replay = self.start_process(
-            [partners.HOTPATH, "replay", "run", "--domain", self.domain, "--speed", 4]
+            [partners.HOTPATH, "replay", "run", "--domain", self.domain, "--rate", 400]
         )
         self.assertEqual(replay.wait(), 0, replay.output)
         self.await_last(listener, expected)

@@ -236,7 +236,7 @@ def write_comparison(folder: str) -> None:
     """Writes report.html and report.md of `hotpath diff` from comparison.json: both sides' distributions (of two runs
     also their outputs and timelines), and the table of differences or of the gate. Raises InputError."""
     place = Path(folder)
-    content: dict[str, Any] = read_json(place / "comparison.json", "hotpath diff --page")
+    content: dict[str, Any] = read_json(place / "comparison.json", "hotpath diff --output")
     of, folders, targets = content["table"], content["folders"], content["targets"]
     table = Table(of["title"], of["columns"], of["cells"], numbers=True)
     text = "The distributions above show the same samples; their bands are 95 % intervals."

@@ -195,7 +195,7 @@ class WatchTest(unittest.TestCase):
         for middleware in middlewares():
             with self.subTest(middleware=middleware):
                 folder = self.folder / middleware
-                options = ("--contract", str(contract), "--record", str(folder), "--keep", "600")
+                options = ("--contract", str(contract), "--output", str(folder), "--keep", "600")
                 with self.watch(middleware, "rm-ro", str(SAMPLES), options=options) as watched:
                     report = watched.reports[-1]
                     self.check_terms(report, "held" if report["late"] == 0 else "not observable")
@@ -271,7 +271,7 @@ class WatchTest(unittest.TestCase):
             for executor in ("single", "rm-ro"):
                 with self.subTest(middleware=middleware, executor=executor):
                     folder = self.folder / f"{middleware}.{executor}"
-                    options = ("--record", str(folder / "watch"), "--keep", "600")
+                    options = ("--output", str(folder / "watch"), "--keep", "600")
                     folder.mkdir()
                     with lttng_session.recording(folder / "lttng", *(f"ros2:{name}" for name in RUNNING)):
                         with self.watch(middleware, executor, str(SAMPLES), options=options) as watched:
