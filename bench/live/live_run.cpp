@@ -46,6 +46,8 @@ std::string random_name() {
   return program::text("run-%08x%08x%08x%08x", random(), random(), random(), random());
 }
 
+void say(const std::string& sentence) { std::cerr << "note: " << sentence << "\n"; }
+
 class LiveRun {
  public:
   explicit LiveRun(const Options& options) : options_(options), plan_(options.plan) {
@@ -99,11 +101,10 @@ class LiveRun {
     }
 
     const results::Summary summary = results::summarize(tasks_.set, runs_, counting_);
-    const json summary_json = summary;
     run_.partial = partial_;
-    folder.close(run_, summary_json);
+    folder.close(run_, summary);
     report(folder, summary);
-    program::show_json(summary_json);
+    program::show_json(summary);
   }
 
  private:
@@ -156,13 +157,20 @@ class LiveRun {
     check_memory();
   }
 
+  /// The plan of all repetitions of an executor.
+  Plan plan_of(const setup::ExecutorSpec& executor) const {
+    Plan p = plan_;
+    p.executor = executor;
+    if (executor.deployment)
+      p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
+    return p;
+  }
+
   /// Rejects a run without memory for the traces of all repetitions and the buffers of one.
   void check_memory() const {
     double buffers = 0;
     for (const setup::ExecutorSpec& e : executors_) {
-      Plan p = plan_;
-      p.executor = e;
-      if (e.deployment) p.processes = static_cast<std::uint32_t>(e.deployment->plan.processes.size());
+      const Plan p = plan_of(e);
       double own = 0;
       for (std::uint32_t process = 0; process < p.processes; ++process) {
         own += static_cast<double>(RunMemory::bytes(memory_size(p, process)));
@@ -179,29 +187,24 @@ class LiveRun {
     Duration longest{};
     for (const Task& task : tasks_.set.tasks) longest = std::max(longest, task.wcet);
     if (longest == Duration{}) return;
-    if (graph_.work == WorkMode::cpu_time) {
-      plan_.measure_cpu_time |= std::ranges::any_of(
-          executors_, [](const setup::ExecutorSpec& e) { return e.stack == setup::Stack::native; });
-    }
+    if (graph_.work == WorkMode::cpu_time)
+      plan_.measure_cpu_time |=
+          std::ranges::count(executors_, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
     if (graph_.work != WorkMode::fixed) return;
     const std::vector<int> before = allowed_cpus();
     if (!plan_.cpus.empty()) pin_to_cpus(plan_.cpus);
     calibration_ = plan_.calibration = calibrate(longest);
     if (!plan_.cpus.empty()) pin_to_cpus(before);
-    if (plan_.calibration.disturbed) {
+    if (plan_.calibration.disturbed)
       warn(
           "No two consecutive calibrations of the number cruncher agreed within 2 %: something disturbs this "
           "machine.");
-    }
   }
 
   Plan plan(std::uint32_t repetition, const setup::ExecutorSpec& executor) const {
-    Plan p = plan_;
+    Plan p = plan_of(executor);
     setup::set_phases(p.tasks.set,
                       setup::phases_of_repetition(options_, graph_, tasks_, executor, repetition));
-    p.executor = executor;
-    if (executor.deployment)
-      p.processes = static_cast<std::uint32_t>(executor.deployment->plan.processes.size());
     p.repetition = repetition;
     if (options_.live) {
       json facts = run_;
@@ -224,10 +227,6 @@ class LiveRun {
       const auto [repetition, e] = order[i];
       progress.begin(program::concat(executors_[e].label, ", repetition ", repetition));
       measure_one(folder, progress, e, repetition);
-    }
-    for (results::ExecutorRuns& r : runs_) {
-      std::ranges::sort(r.repetitions, {},
-                        [](const results::Repetition& repetition) { return repetition.trace.repetition; });
     }
   }
 
@@ -321,10 +320,7 @@ class LiveRun {
   }
 
   void report(const results::RunFolder& folder, const results::Summary& summary) {
-    if (nothing_measured()) {
-      warn("Interrupted before anything was measured.");
-      return;
-    }
+    if (nothing_measured()) return warn("Interrupted before anything was measured.");
     folder.show([&] {
       results::write_table(std::cout, summary);
       draw(folder, summary);
@@ -347,8 +343,6 @@ class LiveRun {
       say("No output of a chain was counted, so there is no figure; measure longer.");
     }
   }
-
-  static void say(const std::string& sentence) { std::cerr << "note: " << sentence << "\n"; }
 
   void warn(const std::string& sentence) {
     run_.warnings.push_back(sentence);

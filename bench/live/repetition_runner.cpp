@@ -52,11 +52,6 @@ class Coordinator {
   }
 
  private:
-  struct Child {
-    ForkedProcess process;
-    bool ended = false;
-  };
-
   void start(std::uint32_t process) {
     ForkedProcess child = fork_process([&](const Channel& coordinator) {
       children_.clear();  // closes the channels of the other processes
@@ -68,9 +63,9 @@ class Coordinator {
     });
     if (child.id < 0) {
       fail("cannot start a process: " + std::string(std::strerror(errno)));
-      return;
+    } else {
+      children_.push_back(std::move(child));
     }
-    children_.push_back({std::move(child)});
   }
 
   /// If the publisher cannot start, the run continues without it.
@@ -117,13 +112,13 @@ class Coordinator {
 
   void note_shared_memory() {
     if (plan_.fastdds.network != FastDdsOptions::Network::shared_memory) return;
-    for (const Child& c : children_) {
-      if (!c.ended) shared_memory_.note(c.process.id);
+    for (const ForkedProcess& c : children_) {
+      if (c.id > 0) shared_memory_.note(c.id);
     }
   }
 
   void tell_all(Kind kind, const ChannelMessage::Numbers& numbers = {}) {
-    for (const Child& c : children_) c.process.channel.send({kind, numbers});
+    for (const ForkedProcess& c : children_) c.channel.send({kind, numbers});
   }
 
   /// Waits for `kind` from every process. False: a failure, or an interruption before the run
@@ -138,7 +133,7 @@ class Coordinator {
           note_shared_memory();  // so that the files of a process that dies later are known
         }
         const auto message =
-            children_[p].process.channel.receive(std::min(now() + std::chrono::milliseconds(100), limit));
+            children_[p].channel.receive(std::min(now() + std::chrono::milliseconds(100), limit));
         if (message && message->kind == Kind::closed) return fail(death(p));
         if (message && message->kind == Kind::failed) {
           result_.setup_failed = true;
@@ -197,9 +192,11 @@ class Coordinator {
 
   std::string death(std::uint32_t p) {
     int status = 0;
-    children_[p].ended = program::await_process(children_[p].process.id, &status) == children_[p].process.id;
+    pid_t& id = children_[p].id;
+    const bool ended = program::await_process(id, &status) == id;
+    if (ended) id = -1;
     if (began_) end_ = std::min(end_, now());
-    return name(p) + " " + (children_[p].ended ? program::how_it_ended(status) : "closed its channel");
+    return name(p) + " " + (ended ? program::how_it_ended(status) : "closed its channel");
   }
 
   bool fail(const std::string& failure) {
@@ -211,19 +208,15 @@ class Coordinator {
     const bool orderly = result_.failure.empty() && !(result_.interrupted && !began_);
     // A process that has sent `done` is only cleaning up and gets time for it.
     const Time limit = now() + (orderly ? set_up_limit(plan_) : Duration::zero());
-    for (Child& c : children_) {
-      while (!c.ended && now() < limit) {
-        c.ended = program::await_process(c.process.id, nullptr, WNOHANG) != 0;
-        if (!c.ended) usleep(500);
+    for (ForkedProcess& c : children_) {
+      for (; c.id > 0 && now() < limit; usleep(500)) {
+        if (program::await_process(c.id, nullptr, WNOHANG) != 0) c.id = -1;
       }
     }
     note_shared_memory();
-    for (const Child& c : children_) {
-      if (!c.ended) kill(c.process.id, SIGKILL);
-    }
-    for (const Child& c : children_) {
-      if (!c.ended) program::await_process(c.process.id, nullptr);
-    }
+    std::erase_if(children_, [](const ForkedProcess& c) { return c.id < 0; });
+    for (const ForkedProcess& c : children_) kill(c.id, SIGKILL);
+    for (const ForkedProcess& c : children_) program::await_process(c.id, nullptr);
     shared_memory_.remove_orphans();
   }
 
@@ -269,7 +262,7 @@ class Coordinator {
   const std::function<void(Duration)>& progress_;
   const std::vector<std::uint32_t> process_of_node_;
   std::deque<RunMemory> memories_;
-  std::vector<Child> children_;
+  std::vector<ForkedProcess> children_;  // one that has ended has the id -1
   std::optional<Publisher> publisher_;
   machine::SharedMemoryWatch shared_memory_;
   std::int64_t refused_ = 0;  // samples of other programs

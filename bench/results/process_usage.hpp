@@ -62,17 +62,19 @@ inline void to_json(nlohmann::json& j, const ProcessUsage& usage) {
 }
 inline void from_json(const nlohmann::json& j, ProcessUsage& usage) {
   // Ten days, so that the sum over 10000 repetitions does not overflow.
-  constexpr double kMostMs = 9e8;
-  constexpr std::int64_t kMost = 1'000'000'000'000;
-  usage = {.cpu_time = from_ms(program::number_up_to(kMostMs, j, "cpu_time_ms")),
-           .peak_memory_kib = program::number_up_to(kMost, j, "peak_memory_kib"),
-           .voluntary_switches = program::number_up_to(kMost, j, "voluntary_context_switches"),
-           .involuntary_switches = program::number_up_to(kMost, j, "involuntary_context_switches"),
-           .stolen = from_ms(program::number_up_to(kMostMs, j, "stolen_ms")),
-           .wall = from_ms(program::number_up_to(kMostMs, j, "wall_ms"))};
+  const auto ms = [&](const char* key) { return from_ms(program::number_up_to(9e8, j, key)); };
+  const auto count = [&](const char* key) {
+    return program::number_up_to<std::int64_t>(1'000'000'000'000, j, key);
+  };
+  usage = {.cpu_time = ms("cpu_time_ms"),
+           .peak_memory_kib = count("peak_memory_kib"),
+           .voluntary_switches = count("voluntary_context_switches"),
+           .involuntary_switches = count("involuntary_context_switches"),
+           .stolen = ms("stolen_ms"),
+           .wall = ms("wall_ms")};
   if (!j.contains("others_ms")) return;  // of an older version
-  usage.throttled = from_ms(program::number_up_to(kMostMs, j, "throttled_ms"));
-  usage.others = from_ms(program::number_up_to(kMostMs, j, "others_ms"));
+  usage.throttled = ms("throttled_ms");
+  usage.others = ms("others_ms");
 }
 
 }  // namespace hotpath::results

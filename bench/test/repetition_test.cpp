@@ -104,8 +104,10 @@ TEST_F(RepetitionTest, JobsStandInTheOrderInWhichTheyStartedAndCauseComesBeforeE
   EXPECT_GT(started.size(), 0U);
 }
 
-TEST_F(RepetitionTest, EveryOutputOfTheChainHasItsRecord) {
+TEST_F(RepetitionTest, EveryOutputOfTheChainHasItsRecordAndNoProcessIsLeft) {
   const live::Result result = run();
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
   const auto& accounts = result.repetition.accounts;
   EXPECT_GT(accounts[3][Outcome::ran], 0U);
   EXPECT_EQ(result.repetition.trace.chains.size(), accounts[3][Outcome::ran] + accounts[3][Outcome::running]);
@@ -122,12 +124,6 @@ TEST_F(RepetitionTest, ProcessThatCannotBeSetUpIsAFailureOfThePlan) {
   EXPECT_FALSE(result.measured);
   EXPECT_THAT(result.failure, HasSubstr("100000"));
   EXPECT_THAT(result.repetition.trace.jobs, IsEmpty());
-}
-
-TEST_F(RepetitionTest, NoProcessIsLeft) {
-  run();
-  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
-  EXPECT_EQ(errno, ECHILD);
 }
 
 /// A process that maps one new file of /dev/shm and holds another open, until it is killed.

@@ -93,6 +93,9 @@ TEST_F(RunFolderTest, FolderThatHoldsARunIsRefusedAndLeftAlone) {
   EXPECT_THAT(refusal(base_), HasSubstr("holds files already")) << "of somebody else";
   std::filesystem::create_directory(base_ / "empty");
   EXPECT_EQ(refusal(base_ / "empty"), "accepted");
+  std::ofstream(base_ / "file") << "text";
+  EXPECT_THAT(refusal(base_ / "file"), HasSubstr("cannot be created"));
+  EXPECT_THAT(refusal(base_ / "file" / "below"), AllOf(HasSubstr("Not a directory"), HasSubstr("--output")));
 }
 
 TEST_F(RunFolderTest, ARunThatWasInterruptedOrFailedIsNotComplete) {
@@ -117,12 +120,6 @@ TEST_F(RunFolderTest, ARunningRunIsLocked) {
   const int lock = results::RunFolder::lock(base_ / "run");
   EXPECT_GE(lock, 0) << "it was killed";
   close(lock);
-}
-
-TEST_F(RunFolderTest, FolderThatCannotBeMadeIsRefused) {
-  std::ofstream(base_ / "file") << "text";
-  EXPECT_THAT(refusal(base_ / "file"), HasSubstr("cannot be created"));
-  EXPECT_THAT(refusal(base_ / "file" / "below"), AllOf(HasSubstr("Not a directory"), HasSubstr("--output")));
 }
 
 /// Emulates a full disk: a limit prevents files from growing.

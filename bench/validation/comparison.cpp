@@ -4,8 +4,6 @@
 #include <utility>
 
 #include "hotpath/core/job_order.hpp"
-#include "hotpath/core/simulator.hpp"
-#include "results/summary.hpp"
 #include "validation/rows.hpp"
 
 namespace hotpath::validation {
@@ -99,10 +97,14 @@ LatencyQuantiles real_latencies(const CsvReader& row) {
           quantile("hot_path_max_ms")};
 }
 
-MedianComparison compare_medians(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
+nlohmann::json compare_latencies(const LatencyQuantiles& measured, std::vector<double> simulated_ms,
                                  double tolerance) {
-  return {measured.p50 == 0 ? kNoValue : 100 * (simulated.p50 / measured.p50 - 1),
-          std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50};
+  const LatencyQuantiles simulated = latency_quantiles(std::move(simulated_ms));
+  const double differs = measured.p50 == 0 ? kNoValue : 100 * (simulated.p50 / measured.p50 - 1);
+  const bool agrees = std::abs(simulated.p50 - measured.p50) <= tolerance * measured.p50;
+  return {{"measured_ms", measured},
+          {"simulated_ms", simulated},
+          {"median", {{"differs_percent", differs}, {"agrees", agrees}}}};
 }
 
 double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first) {
@@ -111,24 +113,5 @@ double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duratio
     largest = std::max(largest, std::abs(to_ms(set[id].phase - first[id])));
   return largest;
 }
-
-results::Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
-                                 Duration duration) {
-  platform.wall_clock_work = true;
-  const WorstCaseTimes times(set);
-  PublishingWorkload workload(times);
-  SimulationOptions options;
-  options.platform = platform;
-  options.duration = duration;
-  return results::schedule_of(set, simulate_trace(set, executor, {}, workload, options));
-}
-
-static HOTPATH_JSON_FIELDS(ScheduleSide, jobs, lost_percent, start_lateness_ms, response_ms,
-                           response_authors_ms);
-static HOTPATH_JSON_FIELDS(ScheduleComparison::Difference, place, at_ms, measured, other);
-HOTPATH_JSON_FIELDS(ScheduleComparison, similarity, similarity_by_period, first_difference,
-                    largest_loss_difference_percent, agrees, measured, other);
-HOTPATH_JSON_FIELDS(LatencyQuantiles, n, p10, p50, p90, p99, max);
-HOTPATH_JSON_FIELDS(MedianComparison, differs_percent, agrees);
 
 }  // namespace hotpath::validation

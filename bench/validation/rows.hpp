@@ -18,12 +18,9 @@ namespace hotpath::validation {
 /// Shares of lost jobs agree up to this difference in percentage points.
 inline constexpr double kSameLoss_percent = 2;
 
-/// The simulated median compared with the measured one.
-struct MedianComparison {
-  double differs_percent = kNoValue;  ///< Of the measured median; kNoValue if this is 0.
-  bool agrees = false;                ///< Within a tolerance.
-};
-MedianComparison compare_medians(const LatencyQuantiles& measured, const LatencyQuantiles& simulated,
+/// {measured_ms, simulated_ms, median: {differs_percent, agrees}}: the simulated median is compared with the
+/// measured one (null if this is 0), and agrees within a tolerance, a share of it.
+nlohmann::json compare_latencies(const LatencyQuantiles& measured, std::vector<double> simulated_ms,
                                  double tolerance);
 
 /// The latencies in a row of rclcpp_autoware_phases.csv.
@@ -31,15 +28,6 @@ LatencyQuantiles real_latencies(const CsvReader& row);
 
 /// The largest difference between the phases of `set` and other first timestamps, by task.
 double largest_phase_difference_ms(const TaskSet& set, const std::vector<Duration>& first);
-
-/// Simulates timers whose jobs work until an instant of the clock, as in the golden programs and
-/// the authors' nodes.
-results::Schedule predict_timers(const TaskSet& set, const ExecutorEntry& executor, Platform platform,
-                                 Duration duration);
-
-void to_json(nlohmann::json& j, const ScheduleComparison& comparison);
-void to_json(nlohmann::json& j, const LatencyQuantiles& quantiles);
-void to_json(nlohmann::json& j, const MedianComparison& comparison);
 
 /// The simulator against the real stack, job by job, for the golden traces REFERENCE/traces/SET.EXECUTOR.csv.
 nlohmann::json golden_rows(const std::filesystem::path& reference);

@@ -100,12 +100,8 @@ json row_of(const Trace& trace, const results::StoredRun& run, const setup::Stor
               {"latencies", nullptr},
               {"golden", nullptr}};
   if (const std::vector<double> measured = latencies_ms(trace); !measured.empty()) {
-    const LatencyQuantiles ours = latency_quantiles(measured),
-                           again = latency_quantiles(latencies_ms(simulated));
-    json& latencies = row["latencies"] = real(system, trace.executor, tasks.set, reference);
-    latencies["measured_ms"] = ours;
-    latencies["simulated_ms"] = again;
-    latencies["median"] = compare_medians(ours, again, 0.05);
+    row["latencies"] = real(system, trace.executor, tasks.set, reference);
+    row["latencies"].update(compare_latencies(latency_quantiles(measured), latencies_ms(simulated), 0.05));
   } else if (executor != nullptr) {
     row["golden"] = against_golden(reference, graph.name, schedule, *executor);
   }

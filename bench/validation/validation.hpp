@@ -2,13 +2,13 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "hotpath/analysis/statistics.hpp"
+#include "program/json_record.hpp"
 #include "results/schedule.hpp"
+#include "results/summary.hpp"
 
 /// The comparisons of `hotpath diff --simulated` and `paper golden`; the template validation.txt.j2 of
 /// hotpath_report explains their quality and limits.
@@ -22,6 +22,7 @@ struct ScheduleSide {
   Quantiles response_ms;                       ///< Finish minus timestamp.
   Quantiles response_authors_ms;               ///< Timers.
 };
+HOTPATH_FIELDS(ScheduleSide, jobs, lost_percent, start_lateness_ms, response_ms, response_authors_ms);
 
 /// Two runs of one task set side by side: a measured one, and another one.
 struct ScheduleComparison {
@@ -38,6 +39,9 @@ struct ScheduleComparison {
   bool agrees = false;
   ScheduleSide measured, other;
 };
+HOTPATH_FIELDS(ScheduleComparison::Difference, place, at_ms, measured, other);
+HOTPATH_FIELDS(ScheduleComparison, similarity, similarity_by_period, first_difference,
+               largest_loss_difference_percent, agrees, measured, other);
 ScheduleComparison compare_schedules(const results::Schedule& measured, const results::Schedule& other);
 
 /// Hot-path latencies (ms) of a simulation, a run or the real stack.
@@ -45,6 +49,7 @@ struct LatencyQuantiles {
   std::optional<std::size_t> n;  ///< None: unknown.
   double p10 = kNoValue, p50 = kNoValue, p90 = kNoValue, p99 = kNoValue, max = kNoValue;
 };
+HOTPATH_FIELDS(LatencyQuantiles, n, p10, p50, p90, p99, max);
 LatencyQuantiles latency_quantiles(std::vector<double> samples_ms);
 
 /// Validates stored runs; stores the result in `output` (by default a new folder of runs/), prints
