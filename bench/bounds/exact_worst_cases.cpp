@@ -13,22 +13,34 @@ namespace hotpath::bounds {
 
 namespace {
 
+constexpr std::size_t kNoRow = ~std::size_t{0};
+
+/// The row of each chain in GraphBounds: a chain that begins inside other chains has none.
+std::vector<std::size_t> rows_of_chains(const GraphTasks& tasks, const std::vector<ChainIndex>& chains) {
+  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
+  std::vector<std::size_t> rows;
+  std::size_t next = 0;
+  for (const ChainIndex& chain : chains)
+    rows.push_back(std::ranges::all_of(chain.sources, is_timer) ? next++ : kNoRow);
+  return rows;
+}
+
 /// Keeps the worst of what an exploration meets.
 class WorstCases final : public ExplorationObserver {
  public:
   WorstCases(const Graph& graph, const GraphTasks& tasks, GraphBounds& bounds)
-      : tasks_(tasks), chains_(index_chains(graph, tasks)), bounds_(bounds) {
+      : tasks_(tasks),
+        chains_(index_chains(graph, tasks)),
+        row_(rows_of_chains(tasks, chains_)),
+        bounds_(bounds) {
     bounds_.tasks.resize(tasks.set.size());
     tracked_.resize(tasks.set.size());
-    const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
-    for (const ChainIndex& chain : chains_) {
-      row_.push_back(kNoRow);
-      if (!std::ranges::all_of(chain.sources, is_timer)) continue;  // begins inside other chains
-      row_.back() = bounds_.chains.size();
+    for (std::size_t c = 0; c < chains_.size(); ++c) {
+      if (row_[c] == kNoRow) continue;
       bounds_.chains.emplace_back();
       bounds_.no_chain_bound.emplace_back("no data of its sources ever reach its sink");
-      for (const TaskId source : chain.sources) tracked_[source] = true;
-      for (const TaskId sink : chain.sink_tasks) tracked_[sink] = true;
+      for (const TaskId source : chains_[c].sources) tracked_[source] = true;
+      for (const TaskId sink : chains_[c].sink_tasks) tracked_[sink] = true;
     }
   }
 
@@ -119,11 +131,9 @@ class WorstCases final : public ExplorationObserver {
       instant.keep(slot_of_hot_path(chain), from_sources, hot_path);
   }
 
-  static constexpr std::size_t kNoRow = ~std::size_t{0};
-
   const GraphTasks& tasks_;
   const std::vector<ChainIndex> chains_;
-  std::vector<std::size_t> row_;  // of bounds_, by chain
+  const std::vector<std::size_t> row_;  // of bounds_, by chain
   GraphBounds& bounds_;
   std::vector<bool> tracked_;
   std::vector<ChainObservation> observations_;
@@ -204,12 +214,13 @@ void explore_graph(Graph graph, const GraphTasks& tasks, const Scheduler& schedu
 }
 
 /// The ages in the schedules that an exploration met before it ended early.
-std::string at_least(const CallbackGraph& graph, const GraphBounds& met) {
+std::string at_least(const Graph& graph, const std::vector<std::size_t>& rows, const GraphBounds& met) {
   std::string text;
-  for (std::size_t c = 0; c < met.chains.size(); ++c) {
-    if (!met.chains[c]) continue;
+  for (std::size_t c = 0; c < graph.chains.size(); ++c) {
+    if (rows[c] >= met.chains.size() || !met.chains[rows[c]]) continue;  // none, or not begun
     text += text.empty() ? "; the schedules that it met reach an age of " : ", ";
-    text += program::text("%.3f ms", to_ms(Duration(met.chains[c]->latency))) + " in " + graph.chains[c].name;
+    text += program::text("%.3f ms", to_ms(Duration(met.chains[rows[c]]->latency))) + " in " +
+            graph.chains[c].name;
   }
   return text;
 }
@@ -263,7 +274,8 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
     }
     add_subscriptions(graph, tasks, *scheduler, options, bounds, reached);
   } catch (const ExplorationRefused& error) {
-    const std::string lower_bounds = at_least(callback_graph(graph, tasks, true), bounds);
+    const std::string lower_bounds =
+        at_least(graph, rows_of_chains(tasks, index_chains(graph, tasks)), bounds);
     bounds = none;
     bounds.refusal = error.what();
     if (error.why == ExplorationRefused::Why::states) *bounds.refusal += exact.more_states;

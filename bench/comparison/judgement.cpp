@@ -70,13 +70,16 @@ class Judge {
  public:
   Judge(const Side& before, const Side& after, bool interleaved)
       : before_(before), after_(after), interleaved_(interleaved) {
-    for (const Side* const side : {&before, &after}) {
-      for (const auto& [of, series] : side->counts) {
+    const auto plan = [this](const Side& side, Series Planned::*numbers) {
+      for (const auto& [of, series] : side.counts) {
         Planned& planned = planned_[{of.second.source, of.second.setting, of.second.executor}];
-        if (of.first == Measure::losses) continue;
-        for (const auto& [number, _] : series) (side == &before ? planned.first : planned.second)[number] = 0;
+        for (const auto& [number, _] : series) {
+          if (of.first != Measure::losses) (planned.*numbers)[number] = 0;
+        }
       }
-    }
+    };
+    plan(before, &Planned::first);
+    plan(after, &Planned::second);
   }
 
   /// Everything to compare.

@@ -160,7 +160,7 @@ EFFECTS = {
 """,
     "replay": """
 --executors --repetition --graph --from @ adverse_tables.py
---duration --domain @ live_test.py
+--rate --duration --domain @ live_test.py
 --all-interfaces @ it needs another machine
 """,
     "graph --graph autoware": """
