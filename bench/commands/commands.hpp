@@ -47,4 +47,7 @@ void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& options)
 /// to write instead: the new name of an old one, or the most similar one.
 [[nodiscard]] std::string unknown_word(const CLI::App& app);
 
+/// What to use in place of a command or an option `word` of an earlier version, as a sentence; empty: none.
+[[nodiscard]] std::string what_became_of(const std::string& command, const std::string& word);
+
 }  // namespace hotpath::commands

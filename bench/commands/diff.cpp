@@ -47,7 +47,7 @@ void add_diff_command(CLI::App& app) {
   add_text(command, "--output", o.options.output, "FOLDER",
            "Also write report.html, a page with both distributions, and\n"
            "report.md into this folder; with --simulated: new folder for\n"
-           "the results, by default runs/DATE-validate");
+           "the results, by default runs/DATE-diff");
   add_json_option(command);
   add_output_file(command, "--junit", o.options.junit, kJunitHelp)->needs(gate);
   add_output_file(command, "--markdown", o.options.markdown, kMarkdownHelp)->needs(gate);

@@ -35,7 +35,7 @@ program::Table facts(const machine::Machine& m) {
   row("processor", m.cpu_model + ", " + std::to_string(m.processors) + " cores");
   row("kernel", m.kernel + (m.preempt_rt ? ", PREEMPT_RT" : ""));
   row("distribution", m.distribution);
-  row("virtual machine", m.hypervisor.empty() ? "no" : m.hypervisor);
+  row("virtual machine", m.hypervisor.empty() ? "no" : "yes, " + m.hypervisor);
   row("frequency governor", m.governor.empty() ? "none" : m.governor);
   row("turbo", m.turbo);
   row("boot parameters", m.boot_parameters.empty() ? "none for scheduling" : m.boot_parameters);
@@ -72,6 +72,10 @@ void examine_machine(const DoctorArguments& arguments) {
 
 void recover(const std::string& run) {
   const results::Summary summary = results::recover_run(run);
+  std::size_t recovered = 0;
+  for (const results::ExecutorSummary& e : summary.executors) recovered += e.repetitions;
+  std::cout << "Recovered " << recovered << (recovered == 1 ? " repetition" : " repetitions")
+            << " of a run that was killed.\n\n";
   results::write_table(std::cout, summary);
   program::show_json(summary);
 }

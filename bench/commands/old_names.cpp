@@ -24,10 +24,11 @@ constexpr std::array kOldNames = {
     OldName{"check", "`doctor RUN` now"},
     OldName{"recover", "`doctor RUN --recover` now"},
     OldName{"summarize", "`report RUN --summary` now"},
-    OldName{"timeline", "part of the page of `report`, and `export perfetto RUN`, now"},
+    OldName{"timeline", "gone: the page of `report RUN` has it; or `export perfetto RUN --from MS --to MS`"},
     OldName{"compare-results", "`diff OLD NEW` now"},
     OldName{"validate", "`diff RUN --simulated` now, and `paper golden` without a run"},
     OldName{"experiment", "`paper table1` and `paper waters` now"},
+    OldName{"caret", "gone: record with LTTng, and `import ctf` the trace"},
     OldName{"completion", "gone: the package installs completions for bash"},
     OldName{"--phases-file", "`--phases FILE` now"},
     OldName{"--phases-of", "`--phases RUN` now"},
@@ -48,6 +49,7 @@ constexpr std::array kOldNames = {
     OldName{"--ros2-runner", "the variable HOTPATH_ROS2_RUNNER now"},
     OldName{"--coarse", "gone: a search begins with 12 levels"},
     OldName{"--rank-time-out", "gone: a dead rank ends the sweep, and the same command resumes it"},
+    OldName{"--repeat-disturbed", "gone: disturbed repetitions are marked; measure with more --repetitions"},
     OldName{"--budget", "`--time-out` now"},
     OldName{"--draws", "`--repetitions` now"},
     OldName{"--rule", "a variant of an executor now, as in rm-ro:first"},
@@ -63,6 +65,8 @@ constexpr std::array kOldNames = {
     OldName{"capacity --live", "gone: confirm a level with `run`, or `sweep` live cells"},
     OldName{"watch --record", "`--output FOLDER` now"},
     OldName{"diff --page", "`--output FOLDER` now"},
+    OldName{"capacity --live-options", "gone: confirm a level with `run`, or `sweep` live cells"},
+    OldName{"analyze --chain", "gone: give the graph file a chain"},
     OldName{"analyze --page", "gone: `--csv` has the bounds, and the page of `report RUN` marks them"},
     OldName{"figures --list", "`hotpath list figures` now"},
     OldName{"bench --compare", "gone: use `diff OLD NEW`, and compare.py of Google Benchmark for times"},
@@ -85,6 +89,14 @@ std::string plural(const std::string& word) {
   return word;
 }
 
+std::string what_became_of(const std::string& command, const std::string& word) {
+  for (const OldName& old : kOldNames) {
+    if (old.name == word || old.name == program::concat(command, " ", word))
+      return program::concat("`", word, "` is ", old.now);
+  }
+  return "";
+}
+
 std::string unknown_word(const CLI::App& app) {
   const CLI::App* command = &app;
   std::string path;
@@ -103,10 +115,7 @@ std::string unknown_word(const CLI::App& app) {
   }
   if (wants_command && words.empty()) return "a command is missing; available: " + program::joined(names);
   const std::string word = wants_command ? words.front() : option->substr(0, option->find('='));
-  for (const OldName& old : kOldNames) {
-    if (old.name == word || old.name == program::concat(path, " ", word))
-      return program::concat("`", word, "` is ", old.now);
-  }
+  if (const std::string now = what_became_of(path, word); !now.empty()) return now;
   if (wants_command) return text_of("command", word, names);
   for (const CLI::Option* known : command->get_options()) {
     for (const std::string& name : known->get_lnames()) names.push_back("--" + name);

@@ -200,8 +200,7 @@ void add_golden(CLI::App& paper) {
       "hotpath paper golden",
       [](const GoldenArguments& a) { validation::validate_simulator(a.reference, a.output); });
   add_text(golden, "FOLDER", o.reference, "", "Reference measurements; by default as installed with hotpath");
-  add_text(golden, "--output", o.output, "FOLDER",
-           "New folder for the results; by default runs/DATE-validate");
+  add_text(golden, "--output", o.output, "FOLDER", "New folder for the results; by default runs/DATE-golden");
   add_json_option(golden);
 }
 
@@ -238,7 +237,8 @@ void add_figures(CLI::App& paper) {
 }  // namespace
 
 void add_paper_command(CLI::App& app) {
-  CLI::App& paper = *app.add_subcommand("paper", "Reproduce the tables and figures of the paper");
+  CLI::App& paper =
+      *app.add_subcommand("paper", "Reproduce the paper's tables and figures; check the simulator");
   paper.footer("Example:  hotpath paper table1");
   paper.require_subcommand(1);
   add_figures(paper);

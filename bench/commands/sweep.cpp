@@ -161,8 +161,9 @@ class SweepCells {
     for (const CLI::Option* option : known.table.get_options()) {
       for (const std::string& long_name : option->get_lnames()) names.push_back(long_name);
     }
+    const std::string now = what_became_of(design_.command, "--" + name);
     throw InputError(design_.file, line, "`" + design_.command + "` has no option --" + name,
-                     "it has " + program::joined(names));
+                     now.empty() ? suggest(name, names) : now);
   }
 
   void check_cell(const std::vector<sweep::Option>& at, int line) const {
@@ -287,10 +288,10 @@ class Sweep {
     const double took = left * each / (crew.ranks() * crew.threads());
     const double size =
         bytes / static_cast<double>(timed) * static_cast<double>(design_.cells()) * 2;  // journal and table
-    std::cout << program::text(
-                     "%.0f cells of `%s` to do, about %s on %u rank(s) with %u thread(s) each; about %.1f MB",
-                     left, design_.command.c_str(), duration_text(took).c_str(), crew.ranks(), crew.threads(),
-                     size / 1e6)
+    std::cout << program::text("%.0f of %llu cells of `%s` to do, about %s on %u thread(s); about %.1f MB",
+                               left, static_cast<unsigned long long>(design_.cells()),
+                               design_.command.c_str(), duration_text(took).c_str(),
+                               crew.ranks() * crew.threads(), size / 1e6)
               << (design_.keep ? " plus the kept folders\n" : "\n") << std::flush;
     if (arguments_.yes || (took < kLongest_s && size < kLargest_bytes)) return;
     throw program::UsageError(
@@ -330,8 +331,7 @@ class Sweep {
 void add_sweep_command(CLI::App& app) {
   auto [sweep, o] = add_command<SweepArguments>(
       app, "sweep", "Run a parameter sweep of runs or simulations and collect one table",
-      "hotpath sweep sweeps/autoware_load.yaml",
-      [](const SweepArguments& arguments) { Sweep(arguments).run(); });
+      "hotpath sweep autoware_load.yaml", [](const SweepArguments& arguments) { Sweep(arguments).run(); });
   add_text(sweep, "FILE", o.file, "", "Sweep file: fixed and varied options (docs/sweeps.md)")->required();
   add_text(sweep, "--output", o.output, "FOLDER",
            "Folder for the table; resumes an unfinished sweep in it. By\ndefault runs/sweep-FILE");

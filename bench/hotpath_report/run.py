@@ -94,8 +94,7 @@ class Run:
         how += [f"{self['load_percent']:.3g} % load", *self.work()[:1], f"phases: {self['phases']}"]
         length = f"{self['repetitions']} × {self['duration_s']:.3g} s"
         if disturbed := len(self.disturbances()):
-            planned = self["repetitions"] * len(self.executors)
-            length += f", {disturbed} of {planned} repetitions disturbed"
+            length += f", {disturbed} of {len(self['runs'])} repetitions disturbed"
         if self.recorded:
             where = ["read from a trace of ros2_tracing"]
         elif self.live:

@@ -43,9 +43,12 @@ def check_lines(path: Path) -> None:
 
 def unreadable(path: Path, error: OSError, made_by: str = "hotpath") -> InputError:
     """The error for an input file that cannot be read, as bench's C++ words it."""
-    return InputError(
-        f"{path}: cannot be read ({error.strerror or error}); give a folder written by `{made_by}`"
-    )
+    remedy = f"give a folder written by `{made_by}`"
+    if path.with_name(f"{path.name}.part").exists():
+        remedy = (
+            "the run goes on or was killed: `hotpath doctor RUN --recover` saves its finished repetitions"
+        )
+    return InputError(f"{path}: cannot be read ({error.strerror or error}); {remedy}")
 
 
 def read_json(path: Path, made_by: str = "hotpath") -> Any:

@@ -26,7 +26,7 @@ bool has_flag(const std::string& flag) {
 std::string hypervisor() {
   if (!has_flag("hypervisor")) return "";
   const std::string product = first_line("/sys/class/dmi/id/product_name");
-  return product.empty() ? "unknown" : product;
+  return product.empty() ? "of unknown kind" : product;
 }
 
 std::string turbo() {

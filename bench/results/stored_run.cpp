@@ -54,8 +54,10 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
 }
 
 std::ifstream StoredRun::open(const char* file) const {
-  const char* const remedy =
-      "give the folder of a complete run, as written by `hotpath run` or `simulate` without --no-trace";
+  const std::string remedy =
+      fs::exists(folder_ / (std::string(file) + ".part"))
+          ? "the run goes on or was killed: `hotpath doctor RUN --recover` saves its finished repetitions"
+          : "give the folder of a complete run, as written by `hotpath run` or `simulate` without --no-trace";
   try {
     return open_input(folder_ / file, remedy);
   } catch (const InputError& error) {

@@ -90,6 +90,9 @@ json row_of(const Trace& trace, const results::StoredRun& run, const setup::Stor
   const Graph graph = graph_of(trace, run, system.graph);
   const Trace simulated = simulate_again(trace, run, system, graph, tasks);
   const results::Schedule schedule = results::schedule_of(tasks.set, trace);
+  const results::ProcessUsage& usage = run.run(trace.executor, trace.repetition).usage;
+  const std::vector<std::string> disturbed =
+      run.record().live ? results::disturbances(usage) : std::vector<std::string>();
   json row = {{"run", run.folder().string()},
               {"executor", trace.executor},
               {"repetition", trace.repetition},
@@ -97,6 +100,7 @@ json row_of(const Trace& trace, const results::StoredRun& run, const setup::Stor
                {{"dispatch", to_us(graph.platform.timer_dispatch_cost)},
                 {"wake_up", to_us(graph.platform.wake_up_latency)}}},
               {"comparison", compare_schedules(schedule, results::schedule_of(tasks.set, simulated))},
+              {"disturbed", disturbed},
               {"latencies", nullptr},
               {"golden", nullptr}};
   if (const std::vector<double> measured = latencies_ms(trace); !measured.empty()) {
@@ -127,8 +131,9 @@ fs::path find_reference(const std::string& folder) {
 }
 
 /// Stores, prints and draws the rows that `add` gets from the reference.
-void validate(const std::string& output, const std::string& reference_folder, const auto& add) {
-  const fs::path folder = setup::output_folder(output, "validate");
+void validate(const std::string& output, const char* name, const std::string& reference_folder,
+              const auto& add) {
+  const fs::path folder = setup::output_folder(output, name);
   program::check_output_folder(folder);
   const fs::path reference = find_reference(reference_folder);
   json content = {{"kind", "validation"},         {"version", HOTPATH_VERSION}, {"golden", json::array()},
@@ -143,7 +148,7 @@ void validate(const std::string& output, const std::string& reference_folder, co
 }  // namespace
 
 void validate_runs(const std::vector<std::string>& runs, const std::string& output) {
-  validate(output, "", [&](json& content, const fs::path& reference) {
+  validate(output, "diff", "", [&](json& content, const fs::path& reference) {
     for (const std::string& run : runs) {
       for (json& row : run_rows(run, reference)) content["runs"].push_back(std::move(row));
     }
@@ -151,7 +156,7 @@ void validate_runs(const std::vector<std::string>& runs, const std::string& outp
 }
 
 void validate_simulator(const std::string& reference_folder, const std::string& output) {
-  validate(output, reference_folder, [](json& content, const fs::path& reference) {
+  validate(output, "golden", reference_folder, [](json& content, const fs::path& reference) {
     content["golden"] = golden_rows(reference);
     content["timers_only"] = timers_only_rows(reference);
     content["autoware"] = autoware_rows(reference);

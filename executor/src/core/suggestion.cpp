@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <numeric>
 #include <vector>
 
@@ -48,6 +49,11 @@ std::optional<std::string> nearest(std::string_view word, std::span<const std::s
 std::string suggest(std::string_view word, std::span<const std::string> candidates) {
   if (const auto best = nearest(word, candidates)) return "did you mean `" + *best + "`?";
   if (candidates.empty()) return "none are available";
+  std::vector<std::string> longer;
+  if (word.size() > 1)
+    std::ranges::copy_if(candidates, std::back_inserter(longer),
+                         [&](const std::string& candidate) { return candidate.starts_with(word); });
+  if (!longer.empty() && longer.size() < 4) return "did you mean `" + joined(longer, "` or `") + "`?";
   return "choose one of: " + joined(candidates, ", ");
 }
 
