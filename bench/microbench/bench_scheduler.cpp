@@ -8,7 +8,7 @@
 #include <random>
 #include <span>
 
-#include "hotpath/core/priority_events_queue.hpp"
+#include "hotpath/core/events_queue.hpp"
 #include "hotpath/core/registry.hpp"
 #include "microbench/measurement.hpp"
 

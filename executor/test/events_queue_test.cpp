@@ -4,8 +4,7 @@
 
 #include <random>
 
-#include "hotpath/core/priority_events_queue.hpp"
-#include "hotpath/core/simple_events_queue.hpp"
+#include "hotpath/core/events_queue.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "released_order.hpp"
-
 namespace hotpath {
 
 CallbackGroupScheduler::CallbackGroupScheduler(const TaskSet& set, unsigned workers, Requeue requeue)
@@ -127,7 +125,7 @@ void CallbackGroupScheduler::released_by(Time now) {
 
 Arrival CallbackGroupScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
   Arrival arrival;
-  arrival.overwritten = unread_.add(task, sample);
+  arrival.overwritten = add_unread(task, sample);
   arrival.wake = add_event(task, now);
   return arrival;
 }
@@ -161,7 +159,7 @@ Job CallbackGroupScheduler::take(const Job& event, Time now) {
   if (set_.tasks[event.task].kind == TaskKind::timer) {
     job = timers_[timer_index_[event.task]].call(now);
   } else if (unread_.count(event.task) > 0) {
-    job = unread_.take(event.task);
+    job = unread_.pop(event.task);
   } else {
     job.empty = true;
   }

@@ -29,8 +29,8 @@ WorkerSet EventsScheduler::executors() const {
 void EventsScheduler::begin(Time epoch) { timers_.begin(set_, epoch); }
 
 Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
-  const std::optional<Job> overwritten = unread_.add(task, sample);
-  Job job = unread_.newest(task);
+  const std::optional<Job> overwritten = add_unread(task, sample);
+  Job job = unread_.peek(task, unread_.count(task) - 1);
   job.release = now;
   events_->push(job);
   if (set_[task].service) services_.arrived(task, now);
@@ -53,7 +53,7 @@ Decision EventsScheduler::next_event(Time now) {
     // If the history overflowed, that sample may be younger than the one that raised the event.
     const Time release = job.release;
     if (unread_.count(job.task) > 0) {
-      job = unread_.take(job.task);
+      job = unread_.pop(job.task);
       job.release = std::max(release, job.timestamp);
     } else {
       job.empty = true;

@@ -7,8 +7,6 @@
 
 #include "hotpath/core/callback_group_scheduler.hpp"
 #include "hotpath/core/events_scheduler.hpp"
-#include "hotpath/core/priority_events_queue.hpp"
-#include "hotpath/core/simple_events_queue.hpp"
 #include "hotpath/core/wait_set_scheduler.hpp"
 
 namespace hotpath {

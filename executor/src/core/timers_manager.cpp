@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cassert>
 
-#include "released_order.hpp"
-
 namespace hotpath {
 
 void TimersManager::begin(const TaskSet& set, Time epoch) {

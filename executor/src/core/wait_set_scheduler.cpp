@@ -6,7 +6,7 @@
 namespace hotpath {
 
 Arrival WaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
-  return {is_waited_for(task) ? wait_mutex_.waiting() : WorkerSet{}, unread_.add(task, sample)};
+  return {is_waited_for(task) ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};
 }
 
 std::optional<Job> WaitSetScheduler::pick(Time now) {
@@ -58,7 +58,7 @@ Effect WaitSetScheduler::finished(Worker, const Job& job, Time) {
 }
 
 Arrival StaticScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
-  return {WorkerSet::of(0), unread_.add(task, sample)};
+  return {WorkerSet::of(0), add_unread(task, sample)};
 }
 
 std::optional<Job> StaticScheduler::next_ready(Time now) {
@@ -100,7 +100,7 @@ void RebuiltWaitSetScheduler::describe(StateWords& words) const {
 }
 
 Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
-  return {is_waited_for_[task] ? wait_mutex_.waiting() : WorkerSet{}, unread_.add(task, sample)};
+  return {is_waited_for_[task] ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};
 }
 
 WorkerSet RebuiltWaitSetScheduler::joined(TaskId) {

@@ -4,8 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include "hotpath/core/events_queue.hpp"
 #include "hotpath/core/explored_scheduler.hpp"
-#include "hotpath/core/simple_events_queue.hpp"
+#include "hotpath/core/timers_manager.hpp"
 
 namespace hotpath {
 

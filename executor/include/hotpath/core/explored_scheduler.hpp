@@ -4,14 +4,15 @@
 #include <algorithm>
 #include <cassert>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "hotpath/core/sample_rings.hpp"
 #include "hotpath/core/scheduler.hpp"
 #include "hotpath/core/state_words.hpp"
 #include "hotpath/core/timer.hpp"
-#include "hotpath/core/unread_samples.hpp"
 
 namespace hotpath {
 
@@ -34,7 +35,8 @@ class ExploredScheduler : public Scheduler {
   [[nodiscard]] std::uint32_t unread(TaskId task) const final { return unread_.count(task); }
   void unfinished(Time now, const Visitor& visit) const override {
     for (const Timer& timer : timers()) visit_due(timer, now, visit);
-    for (TaskId id = 0; id < unread_.tasks(); ++id) visit_unread(id, visit);
+    for (TaskId id = 0; id < unread_.tasks(); ++id)
+      for (std::uint32_t i = 0; i < unread_.count(id); ++i) visit(unread_.peek(id, i), Outcome::queued);
   }
 
   /// A copy in the same state; none: it is not explored.
@@ -64,6 +66,7 @@ class ExploredScheduler : public Scheduler {
       : own_set_(std::make_shared<TaskSet>(set)),
         set_(*own_set_),
         unread_(set),
+        arrived_(set.size(), 0),
         roles_(executors, WorkerRole::executor) {
     if (has_releaser) roles_.push_back(WorkerRole::timer_management);
     assert(executors >= 1 && roles_.size() <= kMaxWorkers);
@@ -72,6 +75,7 @@ class ExploredScheduler : public Scheduler {
   TaskId join_set(const JoiningTask& joining) {
     const TaskId id = join(changed_set(), joining);
     unread_.add_task(set_[id]);
+    arrived_.push_back(0);
     return id;
   }
   /// Not of a clone, nor after it was cloned.
@@ -79,9 +83,16 @@ class ExploredScheduler : public Scheduler {
     assert(own_set_.use_count() == 1 && "clones share their tasks");
     return *own_set_;
   }
+  /// Returns the sample that the new one replaced if the history was full.
+  std::optional<Job> add_unread(TaskId task, const SampleInfo& sample) {
+    return unread_.push(task, {.task = task,
+                               .sequence = arrived_[task]++,
+                               .timestamp = sample.published,
+                               .deadline = sample.deadline,
+                               .parent = sample.parent});
+  }
   void drop_unread(TaskId task, const Visitor& dropped) {
-    visit_unread(task, dropped);
-    unread_.clear(task);
+    while (unread_.count(task) > 0) dropped(unread_.pop(task), Outcome::queued);
   }
   static void visit_due(const Timer& timer, Time now, const Visitor& visit) {
     if (timer.next_call() > now) return;
@@ -91,13 +102,10 @@ class ExploredScheduler : public Scheduler {
 
   const std::shared_ptr<TaskSet> own_set_;  // shared with clones
   const TaskSet& set_;
-  UnreadSamples unread_;
+  SampleRings<Job> unread_;  // of every subscription, as jobs that have no release yet
 
  private:
-  void visit_unread(TaskId task, const Visitor& visit) const {
-    for (std::uint32_t i = 0; i < unread_.count(task); ++i) visit(unread_.peek(task, i), Outcome::queued);
-  }
-
+  std::vector<std::uint64_t> arrived_;  // by task
   std::vector<WorkerRole> roles_;
 };
 

@@ -17,7 +17,7 @@ struct JobRef {
 struct SampleInfo {
   Time published{};        ///< Instant of the publication.
   Time deadline = kNever;  ///< Absolute deadline of the job that published it.
-  JobRef parent;           ///< The job that published it.
+  JobRef parent{};         ///< The job that published it.
 };
 
 /// One activation of a task. It holds no sample: the driver owns samples.
@@ -28,7 +28,7 @@ struct Job {
   Time timestamp{};           ///< Nominal release instant (timer) or publication instant (subscription).
   Time release{};             ///< When the job entered the ready queue (events) or the wait set's snapshot.
   Time deadline = kNever;     ///< Absolute; a subscription's job inherits the deadline of the publishing job.
-  JobRef parent;              ///< Subscriptions: the publishing job.
+  JobRef parent{};            ///< Subscriptions: the publishing job.
   std::uint32_t skipped = 0;  ///< Timers: timestamps after this one for which no job is ever released.
   bool empty = false;         ///< Subscriptions: no sample is left for this event.
 

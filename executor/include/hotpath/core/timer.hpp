@@ -62,7 +62,18 @@ class Timer {
   /// Returns the job of the next timestamp and advances to the following timestamp: by one period,
   /// and, if that is not strictly after `now`, by further whole periods until it is. The timestamps
   /// passed over are skipped.
-  Job call(Time now);
+  Job call(Time now) {
+    Job job{.task = task_,
+            .sequence = sequence_,
+            .timestamp = next_call_,
+            .release = now,
+            .deadline = always_due_ ? kNever : next_call_ + deadline_,
+            .skipped = would_skip(now)};
+    next_call_ = always_due_ ? kNever : next_call_ + period_ * (1 + std::int64_t{job.skipped});
+    sequence_ += 1 + job.skipped;
+    wait();
+    return job;
+  }
 
   /// The job of an always-due timer has ended.
   void ended(Time now) { next_call_ = due_ = now; }
@@ -77,7 +88,11 @@ class Timer {
   }
 
   /// Timestamps at or before `now` that a call at `now` would skip.
-  [[nodiscard]] std::uint32_t would_skip(Time now) const;
+  [[nodiscard]] std::uint32_t would_skip(Time now) const {
+    const Time following = next_call_ + period_;
+    if (following > now || always_due_) return 0;
+    return static_cast<std::uint32_t>(1 + (now - following) / period_);
+  }
 
   void describe(StateWords& words) const {
     words.add(next_call_);

@@ -11,7 +11,7 @@ namespace hotpath {
 /// The record of one job. The outcome determines which instants are set: `ran` both, `running` only
 /// the start, `empty` both and equal, `queued` and `overwritten` neither.
 struct JobRecord {
-  Job job;  ///< `job.skipped` counts further timestamps, each a row `skipped` of jobs.csv.
+  Job job{};  ///< `job.skipped` counts further timestamps, each a row `skipped` of jobs.csv.
   Time start{};
   Time finish{};
   Duration cpu_time{-1};  ///< CPU time of the thread over the job; -1: not measured.

@@ -75,7 +75,7 @@ class WaitSet : public ExploredScheduler {
       return action == Pick::run && !may_run(task) ? Pick::leave : action;
     });
     if (id == kNoTask) return std::nullopt;
-    Job job = set_.tasks[id].kind == TaskKind::timer ? timer(id).call(now) : unread_.take(id);
+    Job job = set_.tasks[id].kind == TaskKind::timer ? timer(id).call(now) : unread_.pop(id);
     // If a sample was overwritten since the poll, a younger sample has its place in the snapshot.
     job.release = std::max(snapshot_.added_at(id), job.timestamp);
     group_busy_[group(id)] = set_.groups[group(id)] == CallbackGroup::mutually_exclusive;

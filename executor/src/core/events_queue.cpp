@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hotpath/core/priority_events_queue.hpp"
+#include "hotpath/core/events_queue.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -7,9 +7,60 @@
 namespace hotpath {
 
 namespace {
+
 // The standard heap puts the largest element first; here the smallest key comes first.
 constexpr auto runs_later = [](const auto& a, const auto& b) { return b.key < a.key; };
+
+void describe_job(const Job& job, StateWords& words) {
+  words.add(job.task);
+  if (is_of_timer(job)) words.add(job.timestamp);
+}
+
 }  // namespace
+
+void SimpleEventsQueue::push(const Job& job) {
+  if (count_ == ring_.size()) {
+    std::vector<Job> larger(2 * ring_.size());
+    for (std::size_t i = 0; i < count_; ++i) larger[i] = ring_[(head_ + i) & (ring_.size() - 1)];
+    ring_.swap(larger);
+    head_ = 0;
+  }
+  ring_[(head_ + count_) & (ring_.size() - 1)] = job;
+  ++count_;
+}
+
+Job SimpleEventsQueue::pop() {
+  assert(count_ > 0);
+  const Job job = ring_[head_];
+  head_ = (head_ + 1) & (ring_.size() - 1);
+  --count_;
+  return job;
+}
+
+std::optional<Job> SimpleEventsQueue::pop_first(const std::function<bool(const Job&)>& may_run) {
+  std::optional<Job> first;
+  for (std::size_t left = count_; left > 0; --left) {
+    const Job job = pop();
+    !first&& may_run(job) ? static_cast<void>(first = job) : push(job);
+  }
+  return first;
+}
+
+void SimpleEventsQueue::erase(TaskId task, const std::function<void(const Job&)>& erased) {
+  for (std::size_t left = count_; left > 0; --left) {
+    const Job job = pop();
+    job.task == task ? erased(job) : push(job);
+  }
+}
+
+void SimpleEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {
+  for (std::size_t i = 0; i < count_; ++i) visit(ring_[(head_ + i) & (ring_.size() - 1)]);
+}
+
+void SimpleEventsQueue::describe(StateWords& words) const {
+  words.add(static_cast<std::int64_t>(count_));
+  for_each([&](const Job& job) { describe_job(job, words); });
+}
 
 void PriorityEventsQueue::push(const Job& job) {
   std::uint32_t slot;
@@ -109,8 +160,7 @@ void PriorityEventsQueue::describe(StateWords& words) const {
   words.add(static_cast<std::int64_t>(in_order.size()));
   for (const Entry& e : in_order) {
     const Job& job = slots_[e.slot];
-    words.add(job.task);
-    if (is_of_timer(job)) words.add(job.timestamp);
+    describe_job(job, words);
     if (by_deadline()) words.add(job.deadline);
   }
 }
