@@ -7,12 +7,11 @@
 #include <fastdds/dds/core/LoanableSequence.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <memory>
-#include <mutex>
 #include <vector>
 
 #include "hotpath/fastdds/guarded_type.hpp"
 #include "hotpath/fastdds/participant.hpp"
+#include "hotpath/live/pool.hpp"
 #include "hotpath/live/transport.hpp"
 
 namespace hotpath {
@@ -36,14 +35,14 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   /// `tasks`: number of tasks of the graph.
   FastDdsTransport(
       const FastDdsOptions& options, TaskId tasks, PrepareMessage<Message> prepare = [](Message&) {})
-      : tasks_(tasks), prepare_(std::move(prepare)), participant_(options) {
-    const eprosima::fastdds::dds::TypeSupport type(new PreparedType(prepare_));
+      : tasks_(tasks), participant_(options), messages_(prepare) {
+    const eprosima::fastdds::dds::TypeSupport type(new PreparedType(std::move(prepare)));
     loans_ = type->is_plain();
     participant_.register_type(type);
   }
 
   WriterId add_writer(const std::string& topic, std::uint32_t depth, std::uint32_t readers) override {
-    if (!loans_) add_message();
+    if (!loans_) messages_.grow(1);
     writers_.push_back(participant_.add_writer(topic, depth, readers));
     return static_cast<WriterId>(writers_.size() - 1);
   }
@@ -52,7 +51,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
                   SampleSink& sink) override {
     Reader& reader = readers_.emplace_back(task, sink, *this);
     // Unread samples, one held by a job, one in a node's slot, and one arriving.
-    reader.reserve(depth + 3);
+    reader.loans.grow(depth + 3);
     reader.endpoint = participant_.add_reader(topic, depth, writers, &reader);
   }
 
@@ -61,7 +60,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   std::uint64_t refused() const override { return refused_.load(std::memory_order_relaxed); }
 
   Message& borrow(WriterId writer) override {
-    if (!loans_) return unused_message();
+    if (!loans_) return messages_.take();
     using Initialization = eprosima::fastdds::dds::DataWriter::LoanInitializationKind;
     void* message = nullptr;
     [[maybe_unused]] const auto result =
@@ -73,9 +72,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   void publish(WriterId writer, Message& message, const hotpath::SampleInfo&) override {
     [[maybe_unused]] const bool written = writers_[writer]->write(&message);
     assert(written && "a KEEP_LAST history always has room");
-    if (loans_) return;
-    const std::lock_guard lock(mutex_);
-    unused_.push_back(&message);  // no allocation: add_message() reserved the capacity
+    if (!loans_) messages_.put_back(message);
   }
 
  private:
@@ -83,7 +80,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
 
   /// Prepares the messages that Fast DDS creates to lend to readers.
   struct PreparedType final : GuardedType<typename Traits::PubSubType> {
-    explicit PreparedType(const PrepareMessage<Message>& p) : prepare(p) {}
+    explicit PreparedType(PrepareMessage<Message> p) : prepare(std::move(p)) {}
     void* createData() override {
       void* const message = Traits::PubSubType::createData();
       prepare(*static_cast<Message*>(message));
@@ -101,71 +98,40 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   };
 
   struct Reader final : eprosima::fastdds::dds::DataReaderListener {
-    Reader(TaskId t, SampleSink& s, FastDdsTransport& o) : task(t), sink(s), owner(o) {}
-
-    void reserve(std::uint32_t count) {
-      const std::lock_guard lock(mutex);
-      while (count-- > 0) add();
-    }
+    Reader(TaskId t, SampleSink& s, FastDdsTransport& o)
+        : task(t), sink(s), owner(o), loans([this](Loan& loan) { loan.reader = this; }) {}
 
     /// Takes all available samples at once: a later arrival calls again, and a second take() that
     /// finds nothing would cost nearly as much as the first.
     void on_data_available(eprosima::fastdds::dds::DataReader* reader) override {
-      Loan* loan = acquire();
-      if (reader->take(loan->data, loan->infos) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
-        put_back(loan);
-        return;
+      Loan& loan = loans.take();
+      if (reader->take(loan.data, loan.infos) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+        return loans.put_back(loan);
       }
-      const std::int32_t count = loan->infos.length();
-      loan->in_use = count;
+      const std::int32_t count = loan.infos.length();
+      loan.in_use = count;
       for (std::int32_t i = 0; i < count; ++i) {
-        if (!loan->infos[i].valid_data) {
+        if (!loan.infos[i].valid_data || !owner.accepts(loan.infos[i], loan.data[i])) {
           release(loan);
           continue;
         }
-        const Message& message = loan->data[i];
-        if (!owner.accepts(loan->infos[i], message)) {
-          release(loan);
-          continue;
-        }
+        const Message& message = loan.data[i];
         sink.deliver(task, Traits::info(message),
-                     Sample(&message, owner, reinterpret_cast<std::uintptr_t>(loan)));
+                     Sample(&message, owner, reinterpret_cast<std::uintptr_t>(&loan)));
       }
     }
 
-    void release(Loan* loan) noexcept {
-      if (--loan->in_use > 0) return;
-      endpoint->return_loan(loan->data, loan->infos);
-      put_back(loan);
-    }
-
-    Loan* acquire() {
-      const std::lock_guard lock(mutex);
-      if (free.empty()) add();
-      Loan* loan = free.back();
-      free.pop_back();
-      return loan;
-    }
-
-    void put_back(Loan* loan) noexcept {
-      const std::lock_guard lock(mutex);
-      free.push_back(loan);
-    }
-
-    void add() {
-      Loan& loan = loans.emplace_back();
-      loan.reader = this;
-      free.reserve(loans.size());
-      free.push_back(&loan);
+    void release(Loan& loan) noexcept {
+      if (--loan.in_use > 0) return;
+      endpoint->return_loan(loan.data, loan.infos);
+      loans.put_back(loan);
     }
 
     const TaskId task;
     SampleSink& sink;
     FastDdsTransport& owner;
     eprosima::fastdds::dds::DataReader* endpoint = nullptr;
-    std::mutex mutex;
-    std::deque<Loan> loans;
-    std::vector<Loan*> free;
+    Pool<Loan> loans;
   };
 
   bool accepts(const eprosima::fastdds::dds::SampleInfo& info, const Message& message) {
@@ -175,28 +141,13 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   }
 
   void give_back(const void*, std::uintptr_t token) noexcept override {
-    Loan* loan = reinterpret_cast<Loan*>(token);
-    loan->reader->release(loan);
+    Loan& loan = *reinterpret_cast<Loan*>(token);
+    loan.reader->release(loan);
   }
 
   void lend_again(std::uintptr_t token) noexcept override { ++reinterpret_cast<Loan*>(token)->in_use; }
 
-  Message& unused_message() {
-    const std::lock_guard lock(mutex_);
-    if (unused_.empty()) add_message();
-    Message& message = *unused_.back();
-    unused_.pop_back();
-    return message;
-  }
-
-  void add_message() {
-    unused_.reserve(messages_.size() + 1);
-    unused_.push_back(&messages_.emplace_back());
-    prepare_(*unused_.back());
-  }
-
   const TaskId tasks_;
-  const PrepareMessage<Message> prepare_;
   std::atomic<std::uint64_t> refused_{0};
   // The readers must outlive the participant, which calls them.
   std::deque<Reader> readers_;
@@ -204,9 +155,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   std::vector<eprosima::fastdds::dds::DataWriter*> writers_;
 
   bool loans_ = false;
-  std::mutex mutex_;
-  std::deque<Message> messages_;  // used without loans
-  std::vector<Message*> unused_;
+  Pool<Message> messages_;  // used without loans
 };
 
 }  // namespace hotpath

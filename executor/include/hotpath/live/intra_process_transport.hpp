@@ -3,13 +3,12 @@
 
 #include <atomic>
 #include <cassert>
-#include <deque>
-#include <memory>
-#include <mutex>
+#include <cstddef>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "hotpath/live/pool.hpp"
 #include "hotpath/live/transport.hpp"
 
 namespace hotpath {
@@ -22,32 +21,27 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
   using typename Transport<Message>::WriterId;
 
   explicit IntraProcessTransport(PrepareMessage<Message> prepare = [](Message&) {})
-      : prepare_(std::move(prepare)) {}
+      : blocks_([prepare = std::move(prepare)](Block& block) { prepare(block.message); }) {}
 
   WriterId add_writer(const std::string& topic, std::uint32_t depth, std::uint32_t) override {
     writers_.push_back(&topics_[topic]);
-    grow(depth + 1);
+    blocks_.grow(depth + 1);
     return static_cast<WriterId>(writers_.size() - 1);
   }
 
   void add_reader(const std::string& topic, TaskId task, std::uint32_t depth, std::uint32_t,
                   SampleSink& sink) override {
     topics_[topic].push_back({task, &sink});
-    grow(depth + 2);  // unread, held by a job, and in the slot of a fusion or cyclic node
+    blocks_.grow(depth + 2);  // unread, held by a job, and in the slot of a fusion or cyclic node
   }
 
   void wait_until_matched(Time) override {}
 
-  Message& borrow(WriterId) override {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) add_block();
-    Block* block = free_.back();
-    free_.pop_back();
-    return block->message;
-  }
+  Message& borrow(WriterId) override { return blocks_.take().message; }
 
   void publish(WriterId writer, Message& message, const SampleInfo& info) override {
     // The message is the first member of its block.
+    static_assert(offsetof(Block, message) == 0);
     Block* block = reinterpret_cast<Block*>(&message);
     const std::vector<Reader>& readers = *writers_[writer];
     block->users.store(static_cast<std::uint32_t>(readers.size()) + 1, std::memory_order_relaxed);
@@ -76,30 +70,12 @@ class IntraProcessTransport final : public Transport<Message>, private SampleOwn
   }
 
   void release(Block* block) noexcept {
-    if (block->users.fetch_sub(1, std::memory_order_acq_rel) != 1) return;
-    const std::lock_guard lock(mutex_);
-    free_.push_back(block);  // no allocation: add_block() reserved the capacity
+    if (block->users.fetch_sub(1, std::memory_order_acq_rel) == 1) blocks_.put_back(*block);
   }
 
-  void add_block() {
-    Block& block = blocks_.emplace_back();
-    static_assert(offsetof(Block, message) == 0);
-    prepare_(block.message);
-    free_.reserve(blocks_.size());
-    free_.push_back(&block);
-  }
-
-  void grow(std::uint32_t blocks) {
-    const std::lock_guard lock(mutex_);
-    for (std::uint32_t i = 0; i < blocks; ++i) add_block();
-  }
-
-  const PrepareMessage<Message> prepare_;
   std::unordered_map<std::string, std::vector<Reader>> topics_;  // pointers to elements stay valid
   std::vector<const std::vector<Reader>*> writers_;
-  std::mutex mutex_;
-  std::deque<Block> blocks_;
-  std::vector<Block*> free_;
+  Pool<Block> blocks_;
 };
 
 }  // namespace hotpath
