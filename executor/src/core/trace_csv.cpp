@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <concepts>
 #include <optional>
 #include <ostream>
+#include <span>
 #include <string_view>
 #include <unordered_map>
 
@@ -15,251 +17,222 @@ namespace hotpath {
 
 namespace {
 
-/// Builds a line without stream formatting, which would dominate the time.
-class Line {
- public:
-  void begin() { text_.clear(); }
-  Line& text(std::string_view s) {
-    separate();
-    text_ += s;
-    return *this;
-  }
-  template <class Integer>
-  Line& number(Integer n) {
-    separate();
-    std::array<char, 24> digits;
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), n).ptr;
-    text_.append(digits.data(), end);
-    return *this;
-  }
-  Line& nothing() { return text({}); }
-  void write(std::ostream& out) {
-    text_ += '\n';
-    out.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-  }
-
- private:
-  void separate() {
-    if (!text_.empty()) text_ += ',';
-  }
-  std::string text_;
-};
-
 constexpr bool finishes(Outcome outcome) { return outcome == Outcome::ran || outcome == Outcome::empty; }
 constexpr bool starts(Outcome outcome) { return finishes(outcome) || outcome == Outcome::running; }
 
-/// A row being written.
-struct RowOut {
-  const TaskSet& set;
-  const Trace& trace;
-  const JobRecord& r;
-  Line& line;
-
-  /// Writes the number if it applies, otherwise an empty field.
-  template <class Integer>
-  void number_if(bool applies, Integer n) const {
-    applies ? line.number(n) : line.nothing();
-  }
-  void instant_if(bool applies, Time t) const { number_if(applies, (t - trace.epoch).count()); }
+// Fields that the row's other fields do not show to be what they are.
+template <class Id>
+struct TaskName {
+  explicit TaskName(Id& task) : id(task) {}
+  Id& id;
+};
+struct KindOfTask {
+  TaskId id;
+};
+template <class Number>
+struct ChainName {
+  explicit ChainName(Number& number) : chain(number) {}
+  Number& chain;
 };
 
-/// The tasks of a set by name.
-class TaskNames {
+/// Visits the columns of jobs.csv: their names and fields, and for those that may be empty, whether the field
+/// of this row is written. `run` has the executor and the repetition.
+void visit_job(auto& visit, auto&& run, auto&& r) {
+  const bool released = r.outcome != Outcome::overwritten && r.outcome != Outcome::skipped &&
+                        r.job.release >= r.job.timestamp;  // a sample still unread at the end may never be
+  visit("executor", run.executor);
+  visit("repetition", run.repetition);
+  visit("task", TaskName{r.job.task});
+  visit("kind", KindOfTask{r.job.task});
+  visit("sequence", r.job.sequence);
+  visit("outcome", r.outcome);
+  visit("timestamp_ns", r.job.timestamp);
+  visit("release_ns", r.job.release, released);
+  visit("start_ns", r.start, starts(r.outcome));
+  visit("finish_ns", r.finish, finishes(r.outcome));
+  visit("cpu_ns", r.cpu_time, r.cpu_time.count() >= 0);
+  visit("deadline_ns", r.job.deadline, r.job.deadline != kNever);
+  visit("worker", r.worker, starts(r.outcome));
+  visit("cpu", r.cpu, r.cpu >= 0);
+  visit("process", r.process);
+  visit("parent_task", TaskName{r.job.parent.task}, r.job.parent.task != kNoTask);
+  visit("parent_sequence", r.job.parent.sequence, r.job.parent.task != kNoTask);
+}
+
+/// Visits the columns of chains.csv.
+void visit_chain(auto& visit, auto&& run, auto&& r) {
+  visit("executor", run.executor);
+  visit("repetition", run.repetition);
+  visit("chain", ChainName{r.chain});
+  visit("sequence", r.sequence);
+  visit("hot_path_latency_ns", r.hot_path_latency);
+  visit("end_to_end_latency_ns", r.end_to_end_latency, r.end_to_end_latency.count() >= 0);
+  visit("sink_task", TaskName{r.sink}, r.sink != kNoTask);
+  visit("finish_ns", r.finish, r.finish != kNever);
+  visit("disparity_ns", r.disparity, r.disparity.count() >= 0);
+}
+
+/// Collects the names of the columns.
+struct Header {
+  std::string text;
+  void operator()(std::string_view name, const auto&, bool = true) {
+    text.append(text.empty() ? "" : ",").append(name);
+  }
+};
+
+/// Builds rows without stream formatting, which would dominate the time.
+class RowWriter {
  public:
-  explicit TaskNames(const TaskSet& tasks) : set(tasks) {
-    for (TaskId id = 0; id < set.size(); ++id) ids_.emplace(set[id].name, id);
+  RowWriter(std::ostream& out, const TaskSet& set, Time epoch, std::span<const std::string> chains = {})
+      : out_(out), set_(set), epoch_(epoch), chains_(chains) {}
+  void operator()(std::string_view, const auto& field, bool applies = true) {
+    if (!text_.empty()) text_ += ',';
+    if (applies) add(field);
   }
-
-  TaskId find(const CsvReader& in, std::size_t column) const {
-    const auto known = ids_.find(in.text(column));
-    if (known != ids_.end()) return known->second;
-    in.fail("the graph has no task `" + std::string(in.text(column)) + "`",
-            "give a trace of this graph, not of another graph");
+  void end_row() {
+    text_ += '\n';
+    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+    text_.clear();
   }
-  void check_kind(const CsvReader& in, std::size_t column, TaskId id) const {
-    if (in.text(column) == to_string(set[id].kind)) return;
-    in.fail("task `" + set[id].name + "` is a " + to_string(set[id].kind) + ", not a `" +
-                std::string(in.text(column)) + "`",
-            "give a trace of this graph, not of another graph");
-  }
-
-  const TaskSet& set;
 
  private:
-  struct Hash {
-    using is_transparent = void;
-    std::size_t operator()(std::string_view name) const { return std::hash<std::string_view>{}(name); }
-  };
-  std::unordered_map<std::string, TaskId, Hash, std::equal_to<>> ids_;
+  void add(std::string_view text) { text_ += text; }
+  void add(std::integral auto number) {
+    std::array<char, 24> digits;
+    text_.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+  }
+  void add(Duration duration) { add(duration.count()); }
+  void add(Time instant) { add(instant - epoch_); }
+  void add(Outcome outcome) { add(std::string_view(to_string(outcome))); }
+  void add(TaskName<const TaskId> task) { add(std::string_view(set_[task.id].name)); }
+  void add(KindOfTask task) { add(std::string_view(to_string(set_[task.id].kind))); }
+  void add(ChainName<const std::uint32_t> name) { add(std::string_view(chains_[name.chain])); }
+
+  std::ostream& out_;
+  const TaskSet& set_;
+  const Time epoch_;
+  const std::span<const std::string> chains_;
+  std::string text_;
 };
 
-/// A row being read.
-struct RowIn {
-  const CsvReader& in;
-  const TaskNames& tasks;
-  std::string_view executor{};
-  std::uint32_t repetition = 0;
-  JobRecord r{};
+/// Reads the fields of the row that `in` is at.
+class RowReader {
+ public:
+  RowReader(const CsvReader& in, const TaskSet& set, std::span<const std::string> chains = {})
+      : in_(in), set_(set), chains_(chains) {
+    for (TaskId id = 0; id < set.size(); ++id) ids_.emplace(set[id].name, id);
+  }
+  void begin_row() { column_ = 0; }
+  void operator()(std::string_view, auto&& field) { read(column_++, field); }
+  /// Leaves a field as it is if it is empty, or if the file is older than its column.
+  void operator()(std::string_view, auto&& field, bool) {
+    const std::size_t column = column_++;
+    if (column < in_.header().size() && !in_.text(column).empty()) read(column, field);
+  }
+
+ private:
+  static constexpr const char* kThisGraph = "give a trace of this graph, not of another graph";
+
+  void read(std::size_t column, std::string_view& text) const { text = in_.text(column); }
+  void read(std::size_t column, std::string& text) const { text = in_.text(column); }
+  template <std::integral Number>
+  void read(std::size_t column, Number& number) const {
+    number = in_.number<Number>(column);
+  }
+  void read(std::size_t column, Duration& duration) const { duration = in_.nanoseconds(column); }
+  void read(std::size_t column, Time& instant) const { instant = Time{} + in_.nanoseconds(column); }
+  void read(std::size_t column, Outcome& outcome) const {
+    const auto known = parse<Outcome>(in_.text(column));
+    if (!known)
+      in_.fail("unknown outcome `" + std::string(in_.text(column)) + "`", "docs/results.md lists them");
+    outcome = *known;
+  }
+  void read(std::size_t column, TaskName<TaskId> task) const {
+    const auto known = ids_.find(in_.text(column));
+    if (known == ids_.end())
+      in_.fail("the graph has no task `" + std::string(in_.text(column)) + "`", kThisGraph);
+    task.id = known->second;
+  }
+  void read(std::size_t column, KindOfTask task) const {
+    const std::string kind = to_string(set_[task.id].kind);
+    if (in_.text(column) == kind) return;
+    in_.fail(
+        "task `" + set_[task.id].name + "` is a " + kind + ", not a `" + std::string(in_.text(column)) + "`",
+        kThisGraph);
+  }
+  void read(std::size_t column, ChainName<std::uint32_t> name) const {
+    const auto known = std::ranges::find(chains_, in_.text(column));
+    if (known == chains_.end())
+      in_.fail("run.json names no chain `" + std::string(in_.text(column)) + "`",
+               "the files do not belong to one run");
+    name.chain = static_cast<std::uint32_t>(known - chains_.begin());
+  }
+
+  const CsvReader& in_;
+  const TaskSet& set_;
+  const std::span<const std::string> chains_;
+  std::unordered_map<std::string_view, TaskId> ids_;
+  std::size_t column_ = 0;
 };
 
-Outcome outcome_of(const CsvReader& in, std::size_t column) {
-  if (const auto outcome = parse<Outcome>(in.text(column))) return *outcome;
-  in.fail("unknown outcome `" + std::string(in.text(column)) + "`", "docs/results.md lists them");
-}
-
-Time instant(const RowIn& row, std::size_t column) { return Time{} + row.in.nanoseconds(column); }
-
-enum class Field { required, may_be_empty };
-
-/// A column of jobs.csv: its name, and how its field is written and read. Empty fields are not
-/// read.
-struct JobColumn {
-  const char* name;
-  Field field;
-  void (*write)(const RowOut&);
-  void (*read)(RowIn&, std::size_t column);
-};
-
-constexpr JobColumn kJobColumns[] = {
-    {"executor", Field::required, [](const RowOut& o) { o.line.text(o.trace.executor); },
-     [](RowIn& i, std::size_t c) { i.executor = i.in.text(c); }},
-    {"repetition", Field::required, [](const RowOut& o) { o.line.number(o.trace.repetition); },
-     [](RowIn& i, std::size_t c) { i.repetition = i.in.number<std::uint32_t>(c); }},
-    {"task", Field::required, [](const RowOut& o) { o.line.text(o.set[o.r.job.task].name); },
-     [](RowIn& i, std::size_t c) { i.r.job.task = i.tasks.find(i.in, c); }},
-    {"kind", Field::required, [](const RowOut& o) { o.line.text(to_string(o.set[o.r.job.task].kind)); },
-     [](RowIn& i, std::size_t c) { i.tasks.check_kind(i.in, c, i.r.job.task); }},
-    {"sequence", Field::required, [](const RowOut& o) { o.line.number(o.r.job.sequence); },
-     [](RowIn& i, std::size_t c) { i.r.job.sequence = i.in.number<std::uint64_t>(c); }},
-    {"outcome", Field::required, [](const RowOut& o) { o.line.text(to_string(o.r.outcome)); },
-     [](RowIn& i, std::size_t c) { i.r.outcome = outcome_of(i.in, c); }},
-    {"timestamp_ns", Field::required, [](const RowOut& o) { o.instant_if(true, o.r.job.timestamp); },
-     [](RowIn& i, std::size_t c) { i.r.job.timestamp = instant(i, c); }},
-    // A sample still unread at the end may never have been released.
-    {"release_ns", Field::may_be_empty,
-     [](const RowOut& o) {
-       const bool never = o.r.outcome == Outcome::overwritten || o.r.outcome == Outcome::skipped;
-       o.instant_if(!never && o.r.job.release >= o.r.job.timestamp, o.r.job.release);
-     },
-     [](RowIn& i, std::size_t c) { i.r.job.release = instant(i, c); }},
-    {"start_ns", Field::may_be_empty, [](const RowOut& o) { o.instant_if(starts(o.r.outcome), o.r.start); },
-     [](RowIn& i, std::size_t c) { i.r.start = instant(i, c); }},
-    {"finish_ns", Field::may_be_empty,
-     [](const RowOut& o) { o.instant_if(finishes(o.r.outcome), o.r.finish); },
-     [](RowIn& i, std::size_t c) { i.r.finish = instant(i, c); }},
-    {"cpu_ns", Field::may_be_empty,
-     [](const RowOut& o) { o.number_if(o.r.cpu_time.count() >= 0, o.r.cpu_time.count()); },
-     [](RowIn& i, std::size_t c) { i.r.cpu_time = i.in.nanoseconds(c); }},
-    {"deadline_ns", Field::may_be_empty,
-     [](const RowOut& o) { o.instant_if(o.r.job.deadline != kNever, o.r.job.deadline); },
-     [](RowIn& i, std::size_t c) { i.r.job.deadline = instant(i, c); }},
-    {"worker", Field::may_be_empty,
-     [](const RowOut& o) { o.number_if(starts(o.r.outcome), unsigned{o.r.worker}); },
-     [](RowIn& i, std::size_t c) { i.r.worker = i.in.number<std::uint16_t>(c); }},
-    {"cpu", Field::may_be_empty, [](const RowOut& o) { o.number_if(o.r.cpu >= 0, int{o.r.cpu}); },
-     [](RowIn& i, std::size_t c) { i.r.cpu = i.in.number<std::int16_t>(c); }},
-    {"process", Field::required, [](const RowOut& o) { o.line.number(o.r.process); },
-     [](RowIn& i, std::size_t c) { i.r.process = i.in.number<std::uint16_t>(c); }},
-    {"parent_task", Field::may_be_empty,
-     [](const RowOut& o) {
-       const TaskId parent = o.r.job.parent.task;
-       parent == kNoTask ? o.line.nothing() : o.line.text(o.set[parent].name);
-     },
-     [](RowIn& i, std::size_t c) { i.r.job.parent.task = i.tasks.find(i.in, c); }},
-    {"parent_sequence", Field::may_be_empty,
-     [](const RowOut& o) { o.number_if(o.r.job.parent.task != kNoTask, o.r.job.parent.sequence); },
-     [](RowIn& i, std::size_t c) { i.r.job.parent.sequence = i.in.number<std::uint64_t>(c); }},
-};
-
-constexpr std::size_t place_of(std::string_view name) {
-  std::size_t place = 0;
-  while (kJobColumns[place].name != name) ++place;
-  return place;
-}
-
-void write_row(const RowOut& row, std::ostream& out) {
-  row.line.begin();
-  for (const JobColumn& column : kJobColumns) column.write(row);
-  row.line.write(out);
+std::string header(const auto& visit_columns) {
+  Header columns;
+  visit_columns(columns);
+  return columns.text;
 }
 
 /// The `k`-th timestamp that the call of job `r` skipped.
 JobRecord skipped_by(const JobRecord& r, std::uint32_t k, Duration period) {
-  JobRecord skipped;
-  skipped.job.task = r.job.task;
+  JobRecord skipped{.job = {.task = r.job.task}, .outcome = Outcome::skipped, .process = r.process};
   skipped.job.sequence = r.job.sequence + k;
   skipped.job.timestamp = r.job.timestamp + k * period;
   if (r.job.deadline != kNever) skipped.job.deadline = r.job.deadline + k * period;
-  skipped.outcome = Outcome::skipped;
-  skipped.process = r.process;
   return skipped;
-}
-
-std::string jobs_csv_header() {
-  std::string header;
-  for (const JobColumn& column : kJobColumns)
-    header += (header.empty() ? "" : ",") + std::string(column.name);
-  return header;
 }
 
 }  // namespace
 
-const std::string kJobsCsvHeader = jobs_csv_header();
-constexpr std::string_view kSinkTask = "sink_task", kFinish = "finish_ns";
-const std::string kChainsCsvHeader =
-    "executor,repetition,chain,sequence,hot_path_latency_ns,end_to_end_latency_ns,sink_task,finish_ns,"
-    "disparity_ns";
+const std::string kJobsCsvHeader = header([](auto& visit) { visit_job(visit, Trace{}, JobRecord{}); });
+const std::string kChainsCsvHeader = header([](auto& visit) { visit_chain(visit, Trace{}, ChainRecord{}); });
 
 void write_jobs_csv(std::ostream& out, const TaskSet& set, const Trace& trace) {
-  Line line;
+  RowWriter writer(out, set, trace.epoch);
+  const auto write = [&](const JobRecord& r) {
+    visit_job(writer, trace, r);
+    writer.end_row();
+  };
   for (const JobRecord& r : trace.jobs) {
-    write_row({set, trace, r, line}, out);
-    for (std::uint32_t k = 1; k <= r.job.skipped; ++k) {
-      write_row({set, trace, skipped_by(r, k, set[r.job.task].period), line}, out);
-    }
+    write(r);
+    for (std::uint32_t k = 1; k <= r.job.skipped; ++k) write(skipped_by(r, k, set[r.job.task].period));
   }
 }
 
 void write_chains_csv(std::ostream& out, const TaskSet& set, const std::vector<std::string>& chain_names,
                       const Trace& trace) {
-  Line line;
+  RowWriter writer(out, set, trace.epoch, chain_names);
   for (const ChainRecord& r : trace.chains) {
-    line.begin();
-    line.text(trace.executor).number(trace.repetition).text(chain_names[r.chain]).number(r.sequence);
-    line.number(r.hot_path_latency.count());
-    r.end_to_end_latency.count() >= 0 ? line.number(r.end_to_end_latency.count()) : line.nothing();
-    r.sink != kNoTask ? line.text(set[r.sink].name) : line.nothing();
-    r.finish != kNever ? line.number((r.finish - trace.epoch).count()) : line.nothing();
-    r.disparity.count() >= 0 ? line.number(r.disparity.count()) : line.nothing();
-    line.write(out);
+    visit_chain(writer, trace, r);
+    writer.end_row();
   }
 }
 
 namespace {
 
-void check_instants(const CsvReader& in, Outcome outcome) {
-  constexpr std::size_t kStart = place_of("start_ns"), kFinish = place_of("finish_ns");
-  if (in.text(kStart).empty() != starts(outcome) && in.text(kFinish).empty() != finishes(outcome)) return;
-  in.fail(std::string("a row `") + to_string(outcome) + "` must have " + (starts(outcome) ? "a" : "no") +
-              " start_ns and " + (finishes(outcome) ? "a" : "no") + " finish_ns",
-          "restore the original file");
-}
-
 /// Adds a skipped timestamp. Its row must follow the job whose call skipped it: `last` of the
 /// repetition, if any.
-void add_skipped(const RowIn& row, JobRecord* last) {
-  if (last == nullptr || last->job.task != row.r.job.task ||
-      row.r.job.sequence != last->job.sequence + last->job.skipped + 1) {
-    row.in.fail("a `skipped` row must follow the job of the same task whose call skipped it, in sequence",
-                "keep the order of the rows");
+void add_skipped(const CsvReader& in, const TaskSet& set, const Job& skipped, JobRecord* last) {
+  if (last == nullptr || last->job.task != skipped.task ||
+      skipped.sequence != last->job.sequence + last->job.skipped + 1) {
+    in.fail("a `skipped` row must follow the job of the same task whose call skipped it, in sequence",
+            "keep the order of the rows");
   }
   Job& job = last->job;
   ++job.skipped;
   // The timestamp is not stored: it follows from the job's, if the period is known already (not 0).
-  const Duration period = row.tasks.set[job.task].period, after = row.r.job.timestamp - job.timestamp;
+  const Duration period = set[job.task].period, after = skipped.timestamp - job.timestamp;
   if (period > Duration{} && (after / period != job.skipped || after % period != Duration{})) {
-    row.in.fail("a `skipped` timestamp is not a whole number of periods after its job's timestamp",
-                "give a trace of this graph, not of another graph");
+    in.fail("a `skipped` timestamp is not a whole number of periods after its job's timestamp",
+            "give a trace of this graph, not of another graph");
   }
 }
 
@@ -276,19 +249,28 @@ Trace& trace_for(const JobRow& row, std::vector<Trace>& traces) {
   return added;
 }
 
+/// Calls `use(in, row)` for each row.
 void read_rows(std::istream& stream, const TaskSet& set, const std::string& file_name, const auto& use) {
-  const TaskNames tasks(set);
   CsvReader in(stream, file_name);
   in.require_header(kJobsCsvHeader);
+  const std::size_t start = in.column("start_ns"), finish = in.column("finish_ns");
+  RowReader reader(in, set);
   while (in.next()) {
-    RowIn row{in, tasks};
-    for (std::size_t c = 0; c < std::size(kJobColumns); ++c) {
-      if (kJobColumns[c].field == Field::may_be_empty && in.text(c).empty()) continue;
-      kJobColumns[c].read(row, c);
+    struct {
+      std::string_view executor;
+      std::uint32_t repetition;
+    } run{};
+    JobRecord r;
+    reader.begin_row();
+    visit_job(reader, run, r);
+    if (in.text(start).empty() == starts(r.outcome) || in.text(finish).empty() == finishes(r.outcome)) {
+      in.fail(std::string("a row `") + to_string(r.outcome) + "` must have " +
+                  (starts(r.outcome) ? "a" : "no") + " start_ns and " + (finishes(r.outcome) ? "a" : "no") +
+                  " finish_ns",
+              "restore the original file");
     }
-    check_instants(in, row.r.outcome);
-    row.r.job.empty = row.r.outcome == Outcome::empty;
-    use(row);
+    r.job.empty = r.outcome == Outcome::empty;
+    use(in, JobRow{run.executor, run.repetition, r, in.line()});
   }
 }
 
@@ -296,12 +278,10 @@ void read_rows(std::istream& stream, const TaskSet& set, const std::string& file
 
 void for_each_job(std::istream& in, const TaskSet& set, const std::string& file_name,
                   const std::function<void(const JobRow&)>& use) {
-  read_rows(in, set, file_name, [&](const RowIn& row) {
-    use({row.executor, row.repetition, row.r, row.in.line()});
-  });
+  read_rows(in, set, file_name, [&](const CsvReader&, const JobRow& row) { use(row); });
 }
 
-void for_each_record(std::istream& in, const TaskSet& set, const std::string& file_name,
+void for_each_record(std::istream& stream, const TaskSet& set, const std::string& file_name,
                      const std::function<void(const JobRow&)>& use) {
   std::string executor;
   std::uint32_t repetition = 0;
@@ -310,14 +290,15 @@ void for_each_record(std::istream& in, const TaskSet& set, const std::string& fi
   const auto use_last = [&] {
     if (last) use({executor, repetition, *last, line});
   };
-  read_rows(in, set, file_name, [&](const RowIn& row) {
+  read_rows(stream, set, file_name, [&](const CsvReader& in, const JobRow& row) {
     const bool same = last && row.repetition == repetition && row.executor == executor;
-    if (row.r.outcome == Outcome::skipped) return add_skipped(row, same ? &*last : nullptr);
+    if (row.record.outcome == Outcome::skipped)
+      return add_skipped(in, set, row.record.job, same ? &*last : nullptr);
     use_last();
     if (!same) executor = row.executor;
     repetition = row.repetition;
-    last = row.r;
-    line = row.in.line();
+    last = row.record;
+    line = row.line;
   });
   use_last();
 }
@@ -332,25 +313,17 @@ std::vector<Trace> read_jobs_csv(std::istream& in, const TaskSet& set, const std
 void for_each_chain(std::istream& stream, const TaskSet& set, const std::vector<std::string>& chains,
                     const std::string& file_name, const std::function<void(const ChainRow&)>& use) {
   CsvReader in(stream, file_name);
-  const auto sink_task = in.find_column(kSinkTask), finish = in.find_column(kFinish);
   // Older files end before one of these columns.
-  const std::size_t end =
-      finish ? std::string::npos : kChainsCsvHeader.find(sink_task ? kFinish : kSinkTask) - 1;
+  const std::size_t end = in.find_column("finish_ns")   ? std::string::npos
+                          : in.find_column("sink_task") ? kChainsCsvHeader.find(",finish_ns")
+                                                        : kChainsCsvHeader.find(",sink_task");
   in.require_header(kChainsCsvHeader.substr(0, end));
-  const TaskNames tasks(set);
+  RowReader reader(in, set, chains);
   while (in.next()) {
-    ChainRow row{std::string(in.text(0)), in.number<std::uint32_t>(1), in.line(), {}};
-    const auto chain = std::ranges::find(chains, in.text(2));
-    if (chain == chains.end())
-      in.fail("run.json names no chain `" + std::string(in.text(2)) + "`",
-              "the files do not belong to one run");
-    row.record.chain = static_cast<std::uint32_t>(chain - chains.begin());
-    row.record.sequence = in.number<std::uint64_t>(3);
-    row.record.hot_path_latency = in.nanoseconds(4);
-    if (!in.text(5).empty()) row.record.end_to_end_latency = in.nanoseconds(5);
-    if (sink_task && !in.text(*sink_task).empty()) row.record.sink = tasks.find(in, *sink_task);
-    if (finish && !in.text(*finish).empty()) row.record.finish = Time{} + in.nanoseconds(*finish);
-    if (finish && !in.text(*finish + 1).empty()) row.record.disparity = in.nanoseconds(*finish + 1);
+    ChainRow row;
+    row.line = in.line();
+    reader.begin_row();
+    visit_chain(reader, row, row.record);
     use(row);
   }
 }
