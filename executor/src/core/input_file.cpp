@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kFirstBytes = 1 << 14, kMostBytes = 1 << 22;
+constexpr std::size_t kMostBytes = 1 << 22;  // pages that no line reaches take no memory
 
 std::string kind_of(fs::file_type type) {
   switch (type) {
@@ -46,27 +46,24 @@ std::ifstream open_input(const fs::path& file, const std::string& remedy) {
 }
 
 LineReader::LineReader(std::istream& in, std::string file, std::size_t lines_before)
-    : in_(&in), file_(std::move(file)), line_(lines_before), buffer_(kFirstBytes, '\0') {}
+    : in_(&in),
+      file_(std::move(file)),
+      line_(lines_before),
+      buffer_(std::make_unique_for_overwrite<char[]>(kMostBytes)) {}
 
 bool LineReader::next() {
-  std::size_t bytes = 0;
-  for (;;) {
-    in_->getline(buffer_.data() + bytes, static_cast<std::streamsize>(buffer_.size() - bytes));
-    if (in_->bad())
-      refuse_input(file_, "input/output error after this line", "check the disk",
-                   static_cast<std::int64_t>(line_));
-    bytes += static_cast<std::size_t>(in_->gcount());
-    if (in_->fail() && bytes == 0) return false;
-    if (in_->eof() || !in_->fail()) break;
-    if (buffer_.size() >= kMostBytes) {
-      throw InputError(file_, static_cast<std::int64_t>(++line_), "the line has more than 4 MiB",
-                       "give a text file");
-    }
-    buffer_.resize(2 * buffer_.size());
-    in_->clear();
-  }
+  in_->getline(buffer_.get(), kMostBytes);
+  if (in_->bad())
+    refuse_input(file_, "input/output error after this line", "check the disk",
+                 static_cast<std::int64_t>(line_));
+  const auto bytes = static_cast<std::size_t>(in_->gcount());
+  if (in_->fail() && bytes == 0) return false;
   ++line_;
-  text_ = std::string_view(buffer_).substr(0, in_->eof() ? bytes : bytes - 1);
+  if (in_->fail() && !in_->eof()) {
+    throw InputError(file_, static_cast<std::int64_t>(line_), "the line has more than 4 MiB",
+                     "give a text file");
+  }
+  text_ = std::string_view(buffer_.get(), in_->eof() ? bytes : bytes - 1);
   if (text_.ends_with('\r')) text_.remove_suffix(1);
   return true;
 }

@@ -108,30 +108,19 @@ constexpr ExecutorTraits wait_set(TaskKind first, bool many_workers, bool in_pap
           .colour = colour};
 }
 
-constexpr ExecutorTraits events(TimerHandling timers, bool in_paper, ReferenceCosts reference,
+/// Of an executor with an events queue.
+constexpr ExecutorTraits events(Family family, TimerHandling timers, Policy policy, bool in_paper,
+                                std::optional<RosDistros> on_rclcpp, ReferenceCosts reference,
                                 std::string_view colour) {
-  return {.family = Family::events,
+  return {.family = family,
           .timers = timers,
-          .policy = Policy::fifo,
+          .policy = policy,
           .runs_first = std::nullopt,
-          .many_workers = false,
-          .raises_timer_thread = false,
+          .many_workers = family == Family::callback_groups,
+          .raises_timer_thread = family == Family::priority_events,
           .compared_by_paper = in_paper,
-          .on_rclcpp = RosDistros{RosDistro::iron},
-          .reference = reference,
-          .colour = colour};
-}
-
-constexpr ExecutorTraits callback_groups(std::optional<RosDistros> on_rclcpp, std::string_view colour) {
-  return {.family = Family::callback_groups,
-          .timers = TimerHandling::marked_ready,
-          .policy = Policy::fifo,
-          .runs_first = std::nullopt,
-          .many_workers = true,
-          .raises_timer_thread = false,
-          .compared_by_paper = false,
           .on_rclcpp = on_rclcpp,
-          .reference = {1, 2us, 100us, 0us, 0us},
+          .reference = reference,
           .colour = colour};
 }
 
@@ -139,25 +128,27 @@ constexpr ExecutorTraits callback_groups(std::optional<RosDistros> on_rclcpp, st
 template <Policy policy>
 constexpr ExecutorEntry priority_events(std::string_view name, std::string_view description,
                                         TimerHandling timers, std::string_view colour) {
-  const bool release_only = timers == TimerHandling::release_only;
   constexpr bool in_paper = policy == Policy::rm || policy == Policy::edf;
   constexpr bool on_rclcpp = in_paper || policy == Policy::dm || policy == Policy::fp;  // in hotpath_rclcpp
   return {name, "EventsExecutor", description,
-          ExecutorTraits{.family = Family::priority_events,
-                         .timers = timers,
-                         .policy = policy,
-                         .runs_first = std::nullopt,
-                         .many_workers = false,
-                         .raises_timer_thread = true,
-                         .compared_by_paper = in_paper,
-                         .on_rclcpp = on_rclcpp ? std::optional(RosDistros{}) : std::nullopt,
-                         .reference = kEventsCosts,
-                         .colour = colour},
-          release_only ? make_ro<policy> : make_re<policy>};
+          events(Family::priority_events, timers, policy, in_paper,
+                 on_rclcpp ? std::optional(RosDistros{}) : std::nullopt, kEventsCosts, colour),
+          timers == TimerHandling::release_only ? make_ro<policy> : make_re<policy>};
 }
 
 constexpr auto kRo = TimerHandling::release_only;
 constexpr auto kRe = TimerHandling::release_and_execute;
+
+constexpr ExecutorTraits stock_events(TimerHandling timers, bool in_paper, ReferenceCosts reference,
+                                      std::string_view colour) {
+  return events(Family::events, timers, Policy::fifo, in_paper, RosDistros{RosDistro::iron}, reference,
+                colour);
+}
+
+constexpr ExecutorTraits callback_groups(std::optional<RosDistros> on_rclcpp, std::string_view colour) {
+  return events(Family::callback_groups, TimerHandling::marked_ready, Policy::fifo, false, on_rclcpp,
+                {1, 2us, 100us, 0us, 0us}, colour);
+}
 
 constexpr std::array kExecutors = {
     ExecutorEntry{
@@ -188,9 +179,9 @@ constexpr std::array kExecutors = {
                   "cbg after rclcpp PR 3178 (2026): a reentrant group is ready again at once",
                   callback_groups(std::nullopt, "#155A64"), make_cbg<Requeue::at_dispatch>},
     ExecutorEntry{"events-ro", "EventsExecutor", "stock: FIFO events queue, timer thread only releases",
-                  events(kRo, true, kEventsCosts, "#0A9A6C"), make_stock_ro},
+                  stock_events(kRo, true, kEventsCosts, "#0A9A6C"), make_stock_ro},
     ExecutorEntry{"events-re", "EventsExecutor", "stock: FIFO events queue, timer thread runs timers",
-                  events(kRe, false, {1, 6us, 110us, 0us, 0us}, "#5FB89B"), make_stock_re},
+                  stock_events(kRe, false, {1, 6us, 110us, 0us, 0us}, "#5FB89B"), make_stock_re},
     priority_events<Policy::rm>("rm-ro", "the paper's: rate monotonic, release-only", kRo, "#2777C4"),
     priority_events<Policy::rm>("rm-re", "the paper's: rate monotonic, release-and-execute", kRe, "#62A8DE"),
     priority_events<Policy::dm>("dm-ro", "the paper's: deadline monotonic, release-only", kRo, "#5B6FC8"),

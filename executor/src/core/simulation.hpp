@@ -315,12 +315,8 @@ class Simulation {
         executor.scheduler->sample_arrived(number_there(sample.subscription), sample.info, now_);
     if (arrival.overwritten) {
       workload_->overwritten(sample.subscription, arrival.overwritten->sequence);
-      if (sink_) {
-        JobRecord r;
-        r.job = of_whole_set(executor, *arrival.overwritten);
-        r.outcome = Outcome::overwritten;
-        sink_->ended(r);
-      }
+      if (sink_)
+        sink_->ended({.job = of_whole_set(executor, *arrival.overwritten), .outcome = Outcome::overwritten});
     }
     workload_->delivered(sample.subscription, arrived_[sample.subscription]++, sample.info.parent);
     if (executor.events && ++executor.events_waiting > overload_backlog_) check_load(executor.events_waiting);
@@ -352,13 +348,11 @@ class Simulation {
   void check_load(std::uint64_t waiting) const;
 
   JobRecord record(Worker w, Outcome outcome) const {
-    JobRecord r;
-    r.job = workers_[w].job;
-    r.start = workers_[w].start;
-    r.finish = now_;
-    r.outcome = outcome;
-    r.worker = static_cast<std::uint16_t>(w);
-    return r;
+    return {.job = workers_[w].job,
+            .start = workers_[w].start,
+            .finish = outcome == Outcome::running ? Time{} : now_,
+            .outcome = outcome,
+            .worker = static_cast<std::uint16_t>(w)};
   }
 
   /// Records everything that was released, published or due before the end and did not run.

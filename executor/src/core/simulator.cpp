@@ -69,26 +69,19 @@ void Simulation::close() {
   now_ = end_ - Duration(1);
   while (!on_the_way_.empty()) arrive_next();
   if (!sink_) return;
-  const auto queued = [&](const Job& job, Outcome outcome) {
-    JobRecord r;
-    r.job = job;
-    r.outcome = outcome;
-    sink_->ended(r);
-  };
   for (Worker w = 0; w < workers_.size(); ++w) {
     const SimulatedWorkers::State& worker = workers_[w];
     if (worker.step == Step::run) {
-      JobRecord r = record(w, Outcome::running);
-      r.finish = Time{};
-      sink_->ended(r);
+      sink_->ended(record(w, Outcome::running));
     } else if ((worker.step == Step::release || worker.step == Step::dispatch) && worker.has_job &&
                !worker.job.empty) {
-      queued(worker.job, Outcome::queued);  // decided, but not started
+      sink_->ended({.job = worker.job, .outcome = Outcome::queued});  // decided, but not started
     }
   }
   for (const Executor& executor : executors_) {
-    executor.scheduler->unfinished(
-        now_, [&](const Job& job, Outcome outcome) { queued(of_whole_set(executor, job), outcome); });
+    executor.scheduler->unfinished(now_, [&](const Job& job, Outcome outcome) {
+      sink_->ended({.job = of_whole_set(executor, job), .outcome = outcome});
+    });
   }
 }
 

@@ -226,26 +226,22 @@ bool FastDdsParticipant::is_of_run(const dds::InstanceHandle_t& writer) const {
 }
 
 void FastDdsParticipant::wait_until_matched(Time deadline) const {
-  const auto missing = [this](const auto& endpoints) {
-    for (const auto& e : endpoints) {
-      if (partners_->of(e.endpoint) < e.partners) return &e;
+  const auto unmatched = [this](const std::vector<Expected>& endpoints, const std::string& kind) {
+    for (const Expected& e : endpoints) {
+      const std::int32_t matched = partners_->of(e.endpoint);
+      if (matched < e.partners)
+        return kind + " of topic " + e.topic + " matched " + std::to_string(matched) + " of " +
+               std::to_string(e.partners);
     }
-    return decltype(&endpoints.front()){};
+    return std::string();
   };
   for (;;) {
-    const auto* writer = missing(writers_);
-    const auto* reader = missing(readers_);
-    if (writer == nullptr && reader == nullptr) return;
-    if (now() >= deadline) {
-      const bool writes = writer != nullptr;
-      const std::string& name = writes ? writer->topic : reader->topic;
-      const auto matched = writes ? partners_->of(writer->endpoint) : partners_->of(reader->endpoint);
-      const auto wanted = writes ? writer->partners : reader->partners;
-      throw TransportError("discovery did not finish in time: the " +
-                           std::string(writes ? "writer" : "reader") + " of topic " + name + " matched " +
-                           std::to_string(matched) + " of " + std::to_string(wanted) +
-                           " partners in DDS domain " + std::to_string(domain_));
-    }
+    std::string missing = unmatched(writers_, "writer");
+    if (missing.empty()) missing = unmatched(readers_, "reader");
+    if (missing.empty()) return;
+    if (now() >= deadline)
+      throw TransportError("discovery did not finish in time: the " + missing + " partners in DDS domain " +
+                           std::to_string(domain_));
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }

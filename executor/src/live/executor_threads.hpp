@@ -13,8 +13,6 @@
 
 namespace hotpath {
 
-inline Duration thread_cpu_time() { return read_clock(CLOCK_THREAD_CPUTIME_ID); }
-
 template <class Sync>
 BasicExecutor<Sync>::BasicExecutor(const TaskSet& set, std::unique_ptr<Scheduler> scheduler,
                                    JobHandler& handler, Logs logs, const ExecutorOptions& options)
@@ -99,10 +97,7 @@ void BasicExecutor<Sync>::close(Time end) {
   if (std::exchange(closed_, true)) return;
   unread = inbox_.clear();
   scheduler_->unfinished(end - Duration(1), [this](const Job& job, Outcome outcome) {
-    JobRecord record;
-    record.job = job;
-    record.outcome = outcome;
-    logs_.back().append(record);
+    logs_.back().append({.job = job, .outcome = outcome});
   });
 }
 
@@ -111,8 +106,7 @@ WorkerSet BasicExecutor<Sync>::claim(WorkerSet wake) {
   WorkerSet claimed;
   while (!wake.empty()) {
     const Worker w = wake.pop_first();
-    if (!std::exchange(lanes_[w].parked, false)) continue;
-    claimed.insert(w);
+    if (std::exchange(lanes_[w].parked, false)) claimed.insert(w);
   }
   return claimed;
 }
@@ -133,12 +127,8 @@ void BasicExecutor<Sync>::deliver(TaskId task, const SampleInfo& info, Sample sa
     const Arrival arrival = scheduler_->sample_arrived(task, info, Sync::now());
     replaced = inbox_.push(task, std::move(sample));
     assert(inbox_.count(task) == scheduler_->unread(task));
-    if (arrival.overwritten) {
-      JobRecord record;
-      record.job = *arrival.overwritten;
-      record.outcome = Outcome::overwritten;
-      logs_.back().append(record);
-    }
+    if (arrival.overwritten)
+      logs_.back().append({.job = *arrival.overwritten, .outcome = Outcome::overwritten});
     claimed = claim(arrival.wake);
   }
   unpark(claimed);
@@ -192,17 +182,16 @@ void BasicExecutor<Sync>::work(Worker worker) {
 
 template <class Sync>
 void BasicExecutor<Sync>::run_job(Worker worker, const Job& job, Sample sample) {
-  JobRecord record;
-  record.job = job;
+  JobRecord record{.job = job, .start = Sync::now()};
   record.worker = static_cast<std::uint16_t>(options_.first_worker + worker);
-  record.start = Sync::now();
   if (job.empty) {
     record.outcome = Outcome::empty;
     record.finish = record.start;
   } else {
-    const Duration cpu_before = options_.measure_cpu_time ? thread_cpu_time() : Duration{};
+    const bool measures = options_.measure_cpu_time;
+    const Duration cpu_before = measures ? read_clock(CLOCK_THREAD_CPUTIME_ID) : Duration{};
     handler_.run(job, record.start, std::move(sample), record.worker);
-    if (options_.measure_cpu_time) record.cpu_time = thread_cpu_time() - cpu_before;
+    if (measures) record.cpu_time = read_clock(CLOCK_THREAD_CPUTIME_ID) - cpu_before;
     record.finish = Sync::now();
   }
   record.cpu = static_cast<std::int16_t>(sched_getcpu());

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iosfwd>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -50,7 +51,7 @@ class LineReader {
   std::istream* in_;
   std::string file_;
   std::size_t line_;
-  std::string buffer_;
+  std::unique_ptr<char[]> buffer_;
   std::string_view text_;
 };
 

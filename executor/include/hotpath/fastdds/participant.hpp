@@ -56,9 +56,8 @@ class FastDdsParticipant {
   void wait_until_matched(Time deadline) const;
 
  private:
-  template <class Endpoint>
   struct Expected {
-    Endpoint* endpoint;
+    const eprosima::fastdds::dds::DomainEntity* endpoint;
     std::string topic;
     std::int32_t partners;
   };
@@ -72,8 +71,7 @@ class FastDdsParticipant {
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
   eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
   eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
-  std::vector<Expected<eprosima::fastdds::dds::DataWriter>> writers_;
-  std::vector<Expected<eprosima::fastdds::dds::DataReader>> readers_;
+  std::vector<Expected> writers_, readers_;
 };
 
 }  // namespace hotpath
