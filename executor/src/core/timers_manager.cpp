@@ -7,38 +7,35 @@
 namespace hotpath {
 
 void TimersManager::begin(const TaskSet& set, Time epoch) {
-  timers_.clear();
-  heap_.clear();
+  *this = {};
   for (TaskId id = 0; id < set.size(); ++id) {
-    if (set[id].kind == TaskKind::timer && set[id].local) timers_.emplace_back(id, set[id], epoch);
+    if (set[id].kind == TaskKind::timer && set[id].local) manage(id, set[id], epoch);
   }
-  for (std::uint32_t i = 0; i < timers_.size(); ++i) heap_.push_back({timers_[i].due(), i});
   std::sort(heap_.begin(), heap_.end(), before);  // a sorted array is a heap
 }
 
-void TimersManager::add(TaskId id, const Task& task, Time epoch) {
-  timers_.emplace_back(id, task, epoch);
-  heap_.push_back({timers_.back().due(), static_cast<std::uint32_t>(timers_.size() - 1)});
-  std::sort(heap_.begin(), heap_.end(), before);
+void TimersManager::manage(TaskId id, const Task& task, Time epoch) {
+  const auto timer = static_cast<std::uint32_t>(timers_.size());
+  index_.resize(id + 1, 0);
+  index_[id] = timer;
+  any_delays_ |= timers_.emplace_back(id, task, epoch).has_delays();
+  heap_.push_back({timers_.back().due(), waited_++, timer});
 }
 
 Timer TimersManager::remove(TaskId id) {
-  const auto entry =
-      std::find_if(timers_.begin(), timers_.end(), [&](const Timer& t) { return t.task() == id; });
-  assert(entry != timers_.end());
-  std::erase_if(heap_, [&](const Entry& e) { return e.timer == entry - timers_.begin(); });
+  Timer& timer = timers_[index_[id]];
+  std::erase_if(heap_, [&](const Entry& e) { return e.timer == index_[id]; });
   std::sort(heap_.begin(), heap_.end(), before);
-  const Timer removed = *entry;
-  entry->cancel();
+  const Timer removed = timer;
+  timer.cancel();
   return removed;
 }
 
 void TimersManager::change(TaskId id, void (Timer::*step)(Time), Time now) {
+  Timer& timer = timers_[index_[id]];
+  (timer.*step)(now);
   for (Entry& entry : heap_) {
-    Timer& timer = timers_[entry.timer];
-    if (timer.task() != id) continue;
-    (timer.*step)(now);
-    entry.due = timer.due();
+    if (entry.timer == index_[id]) entry.due = timer.due();
   }
   std::sort(heap_.begin(), heap_.end(), before);
 }
@@ -65,21 +62,58 @@ std::optional<Job> TimersManager::call_first(Time now, const std::function<bool(
   return job;
 }
 
+TaskId TimersManager::take_head() {
+  std::pop_heap(heap_.begin(), heap_.end(), behind);
+  const TaskId task = timers_[heap_.back().timer].task();
+  heap_.pop_back();
+  return task;
+}
+
+std::vector<TimersManager::Entry> TimersManager::all_in_order() const {
+  std::vector<Entry> all = heap_;
+  for (std::uint32_t timer = 0; timer < timers_.size(); ++timer) {
+    if (std::ranges::find(heap_, timer, &Entry::timer) == heap_.end())
+      all.push_back({timers_[timer].due(), waited_ + timer, timer});
+  }
+  std::sort(all.begin(), all.end(), before);
+  return all;
+}
+
 void TimersManager::released_by(Time now) {
+  if (!any_delays_) return;
+  // Timestamps stay as they are: some schedule has this order.
+  std::vector<Entry> all = all_in_order();
+  for (std::size_t i = all.size(); i-- > 0;) {
+    Entry& entry = all[i];
+    Timer& timer = timers_[entry.timer];
+    if (!timer.is_released()) continue;
+    entry.due = std::min(entry.due, now);
+    if (i + 1 < all.size() && !before(entry, all[i + 1])) {
+      entry.due = all[i + 1].due;
+      if (!before(entry, all[i + 1])) entry.due -= Duration(1);
+    }
+    timer.release_at(entry.due);
+  }
+  for (Entry& entry : heap_) entry.due = timers_[entry.timer].due();
   std::sort(heap_.begin(), heap_.end(), before);
-  hotpath::released_by(now, heap_, timers_, before);
 }
 
 void TimersManager::describe(StateWords& words) const {
-  bool any_delays = false;
-  for (const Timer& timer : timers_) {
-    timer.describe(words);
-    any_delays |= timer.has_delays();
-  }
-  if (!any_delays) return;
-  // Those that are due were so at instants that other schedules reach in the same order.
+  for (const Timer& timer : timers_) timer.describe(words);
+  if (!any_delays_) return;
+  // Those that are due were so at instants that other schedules reach in the same order; those that do not
+  // wait may be released already, and wait as soon as their jobs have ended.
+  for (const Entry& entry : all_in_order()) words.add(entry.timer);
+}
+
+void TimersManager::describe_waiting(StateWords& words) const {
   std::vector<Entry> in_order = heap_;
   std::sort(in_order.begin(), in_order.end(), before);
+  words.add(static_cast<std::int64_t>(in_order.size()));
+  for (const Entry& entry : in_order) words.add(entry.timer);
+  if (!any_delays_) return;
+  // Decides between timers that become due at one instant.
+  std::ranges::sort(in_order, {}, &Entry::order);
   for (const Entry& entry : in_order) words.add(entry.timer);
 }
 

@@ -35,9 +35,14 @@ class CallbackGroupScheduler final : public ExploredScheduler {
   /// `workers` in [1, kMaxWorkers - 1] run events; one more manages the timers.
   CallbackGroupScheduler(const TaskSet& set, unsigned workers, Requeue requeue = Requeue::at_end);
 
-  void begin(Time epoch) override;
+  void begin(Time epoch) override { timers_.begin(set_, epoch); }
   Effect release_timers(Worker worker, Time now) override;
-  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
+  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override {
+    Arrival arrival;
+    arrival.overwritten = add_unread(task, sample);
+    arrival.wake = add_event(task, now);
+    return arrival;
+  }
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker worker, const Job& job, Time now) override;
   Joined add_task(const JoiningTask& joining, Time now) override;
@@ -46,45 +51,36 @@ class CallbackGroupScheduler final : public ExploredScheduler {
     return std::make_unique<CallbackGroupScheduler>(*this);
   }
   void describe(StateWords& words) const override;
-  [[nodiscard]] std::span<const Timer> timers() const override { return timers_; }
-  void release_at(TaskId timer, Time due) override;
-  void released_by(Time now) override;
+  [[nodiscard]] std::span<const Timer> timers() const override { return timers_.timers(); }
+  void release_at(TaskId timer, Time due) override { timers_.release_at(timer, due); }
+  void released_by(Time now) override { timers_.released_by(now); }
 
  private:
   struct Group {
     SimpleEventsQueue events{16};
     bool idle = true;  ///< An event makes it ready: it is not, and no job ended after the last event.
   };
-  /// A timer in the timer manager, ordered by Timer::due(), then by order of insertion.
-  struct Waiting {
-    Time due;
-    std::uint64_t order;
-    std::uint32_t timer;
-  };
-  static bool later(const Waiting& a, const Waiting& b) {
-    return a.due != b.due ? a.due > b.due : a.order > b.order;
-  }
-  /// Those that do not wait too, as if they began to.
-  [[nodiscard]] std::vector<Waiting> all_in_order() const;
 
   [[nodiscard]] Worker timer_manager() const { return static_cast<Worker>(workers().size() - 1); }
-  /// Inserts the timer into the timer manager; returns whether it has the earliest next call there.
-  bool manage(std::uint32_t timer);
   /// Queues an event of `task`; returns the worker to wake, if any.
   WorkerSet add_event(TaskId task, Time now);
-  WorkerSet queue_group(std::uint32_t group);
+  WorkerSet queue_group(std::uint32_t group) {
+    ready_groups_.push_back(group);
+    return wake_one();
+  }
   /// The worker to wake for a ready group, if any.
-  WorkerSet wake_one();
+  WorkerSet wake_one() {
+    if (idle_.empty() || woken_) return {};
+    const Worker worker = idle_.pop_first();
+    if (requeue_ == Requeue::at_dispatch) woken_ = worker;
+    return WorkerSet::of(worker);
+  }
   [[nodiscard]] Job take(const Job& event, Time now);
   /// Removes the event that runs next from its group, and the group from the ready groups.
   [[nodiscard]] std::optional<Job> next_event();
 
   const Requeue requeue_;
-  std::vector<Timer> timers_;
-  std::vector<std::uint32_t> timer_index_;  // by task
-  std::vector<Waiting> waiting_;            // a heap, the first that is due first
-  std::uint64_t waited_ = 0;                // insertions into waiting_ so far
-  bool any_delays_ = false;                 // of timers that may be ready later than at their timestamps
+  TimersManager timers_;
   std::vector<Group> groups_;
   std::vector<std::uint32_t> ready_groups_;  // in the order in which workers take them; each at most once
   WorkerSet idle_;                           // found nothing to run and have not been woken since
