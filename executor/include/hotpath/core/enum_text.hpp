@@ -20,6 +20,14 @@ struct EnumText {
   const char* text;
 };
 
+/// The words of an enumeration whose values count from 0: one for each, in the order of the values.
+template <class Enum, std::size_t n>
+[[nodiscard]] constexpr std::array<EnumText<Enum>, n> texts_in_order(const char* const (&words)[n]) {
+  std::array<EnumText<Enum>, n> texts{};
+  for (std::size_t i = 0; i < n; ++i) texts[i] = {static_cast<Enum>(i), words[i]};
+  return texts;
+}
+
 /// An enumeration with words: a function `enum_texts(Enum)` beside it returns an array of EnumText
 /// for all values, in the order in which they are listed to the user.
 template <class Enum>

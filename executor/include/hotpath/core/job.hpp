@@ -49,12 +49,7 @@ enum class Outcome : std::uint8_t {
 };
 
 constexpr auto enum_texts(Outcome) {
-  return std::to_array<EnumText<Outcome>>({{Outcome::ran, "ran"},
-                                           {Outcome::skipped, "skipped"},
-                                           {Outcome::overwritten, "overwritten"},
-                                           {Outcome::queued, "queued"},
-                                           {Outcome::running, "running"},
-                                           {Outcome::empty, "empty"}});
+  return texts_in_order<Outcome>({"ran", "skipped", "overwritten", "queued", "running", "empty"});
 }
 
 }  // namespace hotpath

@@ -64,13 +64,8 @@ inline constexpr auto kPolicies = enum_texts(Policy{});
 constexpr const PolicyTraits& traits_of(Policy policy) {
   return *std::ranges::find(kPolicies, policy, &PolicyTraits::value);
 }
-constexpr auto enum_texts(SubscriptionRule) {
-  return std::to_array<EnumText<SubscriptionRule>>(
-      {{SubscriptionRule::inherit, "inherit"}, {SubscriptionRule::first, "first"}});
-}
-constexpr auto enum_texts(Ties) {
-  return std::to_array<EnumText<Ties>>({{Ties::lifo, "lifo"}, {Ties::fifo, "fifo"}});
-}
+constexpr auto enum_texts(SubscriptionRule) { return texts_in_order<SubscriptionRule>({"inherit", "first"}); }
+constexpr auto enum_texts(Ties) { return texts_in_order<Ties>({"lifo", "fifo"}); }
 
 /// Position of a released job in the ready queue; smaller runs first. Two jobs never have equal keys.
 struct PriorityKey {

@@ -39,10 +39,7 @@ enum class Family : std::uint8_t {
   callback_groups,  ///< A queue of ready callback groups (EventsCBGExecutor).
 };
 constexpr auto enum_texts(Family) {
-  return std::to_array<EnumText<Family>>({{Family::wait_set, "wait_set"},
-                                          {Family::events, "events"},
-                                          {Family::priority_events, "priority_events"},
-                                          {Family::callback_groups, "callback_groups"}});
+  return texts_in_order<Family>({"wait_set", "events", "priority_events", "callback_groups"});
 }
 
 /// How an executor serves timers.
@@ -54,10 +51,7 @@ enum class TimerHandling : std::uint8_t {
                  ///< late timestamps.
 };
 constexpr auto enum_texts(TimerHandling) {
-  return std::to_array<EnumText<TimerHandling>>({{TimerHandling::polled, "polled"},
-                                                 {TimerHandling::release_only, "release_only"},
-                                                 {TimerHandling::release_and_execute, "release_and_execute"},
-                                                 {TimerHandling::marked_ready, "marked_ready"}});
+  return texts_in_order<TimerHandling>({"polled", "release_only", "release_and_execute", "marked_ready"});
 }
 
 /// Costs of an executor on the reference machine with the real ROS 2 stack
@@ -74,12 +68,7 @@ struct ReferenceCosts {
 /// ROS 2 releases, from the oldest supported one on; each has one major version of rclcpp.
 enum class RosDistro : std::uint8_t { humble, iron, jazzy, kilted, lyrical, rolling };
 constexpr auto enum_texts(RosDistro) {
-  return std::to_array<EnumText<RosDistro>>({{RosDistro::humble, "humble"},
-                                             {RosDistro::iron, "iron"},
-                                             {RosDistro::jazzy, "jazzy"},
-                                             {RosDistro::kilted, "kilted"},
-                                             {RosDistro::lyrical, "lyrical"},
-                                             {RosDistro::rolling, "rolling"}});
+  return texts_in_order<RosDistro>({"humble", "iron", "jazzy", "kilted", "lyrical", "rolling"});
 }
 
 /// The range of releases, both ends included, in which an executor can run on rclcpp.

@@ -19,28 +19,21 @@ using TaskId = std::uint32_t;
 inline constexpr TaskId kNoTask = std::numeric_limits<TaskId>::max();
 
 enum class TaskKind : std::uint8_t { timer, subscription };
-constexpr auto enum_texts(TaskKind) {
-  return std::to_array<EnumText<TaskKind>>(
-      {{TaskKind::timer, "timer"}, {TaskKind::subscription, "subscription"}});
-}
+constexpr auto enum_texts(TaskKind) { return texts_in_order<TaskKind>({"timer", "subscription"}); }
 
 /// What stands for a subscription task in rclcpp, which offers ready entities kind by kind
 /// (in_order_of_kinds). An action's server or client is a waitable, and so is a subscription within its
 /// publisher's process if the topic is delivered there without the middleware (intra-process communication).
 enum class EntityKind : std::uint8_t { subscription, service, client, waitable };
 constexpr auto enum_texts(EntityKind) {
-  return std::to_array<EnumText<EntityKind>>({{EntityKind::subscription, "subscription"},
-                                              {EntityKind::service, "service"},
-                                              {EntityKind::client, "client"},
-                                              {EntityKind::waitable, "waitable"}});
+  return texts_in_order<EntityKind>({"subscription", "service", "client", "waitable"});
 }
 
 /// rclcpp's callback groups: tasks of one mutually exclusive group never overlap in a multi-threaded
 /// executor.
 enum class CallbackGroup : std::uint8_t { mutually_exclusive, reentrant };
 constexpr auto enum_texts(CallbackGroup) {
-  return std::to_array<EnumText<CallbackGroup>>(
-      {{CallbackGroup::mutually_exclusive, "mutually_exclusive"}, {CallbackGroup::reentrant, "reentrant"}});
+  return texts_in_order<CallbackGroup>({"mutually_exclusive", "reentrant"});
 }
 
 /// What a graph states of a timer, and its task keeps. Subscriptions have zeros.

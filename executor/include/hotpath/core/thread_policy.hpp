@@ -27,12 +27,7 @@ struct ThreadPolicy {
 };
 
 constexpr auto enum_texts(ThreadPolicy::Class) {
-  return std::to_array<EnumText<ThreadPolicy::Class>>({{ThreadPolicy::Class::other, "other"},
-                                                       {ThreadPolicy::Class::batch, "batch"},
-                                                       {ThreadPolicy::Class::idle, "idle"},
-                                                       {ThreadPolicy::Class::fifo, "fifo"},
-                                                       {ThreadPolicy::Class::rr, "rr"},
-                                                       {ThreadPolicy::Class::deadline, "deadline"}});
+  return texts_in_order<ThreadPolicy::Class>({"other", "batch", "idle", "fifo", "rr", "deadline"});
 }
 
 inline constexpr int kHighestPriority = 99;

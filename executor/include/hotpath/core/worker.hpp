@@ -19,10 +19,7 @@ enum class WorkerRole : std::uint8_t {
   timer_management,  ///< The releaser (the paper's *timer management thread*); in RE it also runs the timers'
                      ///< jobs.
 };
-constexpr auto enum_texts(WorkerRole) {
-  return std::to_array<EnumText<WorkerRole>>(
-      {{WorkerRole::executor, "executor"}, {WorkerRole::timer_management, "timer_mgmt"}});
-}
+constexpr auto enum_texts(WorkerRole) { return texts_in_order<WorkerRole>({"executor", "timer_mgmt"}); }
 
 /// A set of workers.
 class WorkerSet {

@@ -25,8 +25,7 @@ struct FastDdsOptions {
   bool loopback_only = true;  ///< Restricts traffic to the loopback interface.
 };
 constexpr auto enum_texts(FastDdsOptions::Network) {
-  return std::to_array<EnumText<FastDdsOptions::Network>>(
-      {{FastDdsOptions::Network::udp, "udp"}, {FastDdsOptions::Network::shared_memory, "shared_memory"}});
+  return texts_in_order<FastDdsOptions::Network>({"udp", "shared_memory"});
 }
 
 }  // namespace hotpath
