@@ -3,9 +3,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "hotpath/core/job.hpp"
 
@@ -27,39 +27,28 @@ class SampleOwner {
 class Sample {
  public:
   Sample() = default;
-  Sample(const void* data, SampleOwner& owner, std::uintptr_t token)
-      : data_(data), owner_(&owner), token_(token) {}
-  Sample(Sample&& other) noexcept
-      : data_(std::exchange(other.data_, nullptr)), owner_(other.owner_), token_(other.token_) {}
-  Sample& operator=(Sample&& other) noexcept {
-    if (this != &other) {
-      reset();
-      data_ = std::exchange(other.data_, nullptr);
-      owner_ = other.owner_;
-      token_ = other.token_;
-    }
-    return *this;
-  }
-  ~Sample() { reset(); }
+  Sample(const void* data, SampleOwner& owner, std::uintptr_t token) : data_(data, Loan{&owner, token}) {}
 
-  void reset() noexcept {
-    if (data_ != nullptr) owner_->give_back(std::exchange(data_, nullptr), token_);
-  }
+  void reset() noexcept { data_.reset(); }
   explicit operator bool() const { return data_ != nullptr; }
   /// Returns another handle to the same message. This handle must hold one.
   [[nodiscard]] Sample share() const noexcept {
-    owner_->lend_again(token_);
-    return {data_, *owner_, token_};
+    const auto& [owner, token] = data_.get_deleter();
+    owner->lend_again(token);
+    return {data_.get(), *owner, token};
   }
   template <class Message>
   [[nodiscard]] const Message& as() const {
-    return *static_cast<const Message*>(data_);
+    return *static_cast<const Message*>(data_.get());
   }
 
  private:
-  const void* data_ = nullptr;
-  SampleOwner* owner_ = nullptr;
-  std::uintptr_t token_ = 0;
+  struct Loan {
+    SampleOwner* owner;
+    std::uintptr_t token;
+    void operator()(const void* data) const noexcept { owner->give_back(data, token); }
+  };
+  std::unique_ptr<const void, Loan> data_;
 };
 
 /// The destination of arriving samples: the executor. Called from any thread, also from within a
