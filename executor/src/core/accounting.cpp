@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hotpath/core/accounting.hpp"
 
-#include <numeric>
-
 namespace hotpath {
-
-std::uint64_t TaskAccount::accounted() const {
-  return std::accumulate(count.begin(), count.end(), std::uint64_t{0}) - (*this)[Outcome::empty];
-}
 
 std::uint64_t timestamps_in(const Task& timer, Time epoch, Time end) {
   const Time first = epoch + timer.phase;

@@ -53,10 +53,6 @@ void SimpleEventsQueue::erase(TaskId task, const std::function<void(const Job&)>
   }
 }
 
-void SimpleEventsQueue::for_each(const std::function<void(const Job&)>& visit) const {
-  for (std::size_t i = 0; i < count_; ++i) visit(ring_[(head_ + i) & (ring_.size() - 1)]);
-}
-
 void SimpleEventsQueue::describe(StateWords& words) const {
   words.add(static_cast<std::int64_t>(count_));
   for_each([&](const Job& job) { describe_job(job, words); });
@@ -85,11 +81,6 @@ PriorityEventsQueue::Entry PriorityEventsQueue::take_first(std::vector<Entry>& h
 void PriorityEventsQueue::insert(std::vector<Entry>& heap, const Entry& entry) {
   heap.push_back(entry);
   std::push_heap(heap.begin(), heap.end(), runs_later);
-}
-
-Job PriorityEventsQueue::job_of(const Entry& entry) {
-  free_.push_back(entry.slot);
-  return slots_[entry.slot];
 }
 
 void PriorityEventsQueue::gather() {

@@ -20,14 +20,6 @@ void EventsScheduler::describe(StateWords& words) const {
   }
 }
 
-WorkerSet EventsScheduler::executors() const {
-  WorkerSet all;
-  for (Worker w = 0; w < timer_management(); ++w) all.insert(w);
-  return all;
-}
-
-void EventsScheduler::begin(Time epoch) { timers_.begin(set_, epoch); }
-
 Arrival EventsScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time now) {
   const std::optional<Job> overwritten = add_unread(task, sample);
   Job job = unread_.peek(task, unread_.count(task) - 1);
@@ -142,19 +134,6 @@ Effect ReleaseOnlyScheduler::release_timers(Worker worker, Time now) {
   return effect;
 }
 
-Decision ReleaseOnlyScheduler::decide(Worker worker, Time now) {
-  if (worker != timer_management()) return next_event(now);
-  return {std::nullopt, timers_.next_due(), {}};
-}
-
-Decision ReleaseAndExecuteScheduler::decide(Worker worker, Time now) {
-  if (worker == kExecutor) return next_event(now);
-  if (!timers_.due(now)) return {std::nullopt, timers_.next_due(), {}};
-  if (!follows()) return {timers_.call_head(now), kNever, {}};
-  const auto job = timers_.call_first(now, [this](TaskId timer) { return may_run(timer); });
-  return {job, job ? kNever : timers_.next_due(), {}};
-}
-
 Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
   Effect effect;
   if (worker != kTimerManagement) return effect;
@@ -163,17 +142,6 @@ Effect TimerReadyQueueScheduler::release_timers(Worker worker, Time now) {
     ++effect.released;
   }
   return effect;
-}
-
-Decision TimerReadyQueueScheduler::decide(Worker worker, Time now) {
-  if (worker == kExecutor) return next_event(now);
-  const std::optional<Job> job = next_of(*timer_ready_);
-  return {job, job ? kNever : timers_.next_due(), {}};
-}
-
-void TimerReadyQueueScheduler::unfinished(Time now, const Visitor& visit) const {
-  timer_ready_->for_each([&](const Job& job) { visit(job, Outcome::queued); });
-  EventsScheduler::unfinished(now, visit);
 }
 
 }  // namespace hotpath

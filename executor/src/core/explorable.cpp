@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "explorable.hpp"
+#include "explored_state.hpp"
 
 #include <algorithm>
 #include <string>

@@ -5,8 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "explorable.hpp"
-#include "explored_deliveries.hpp"
 #include "explored_paths.hpp"
 #include "explored_state.hpp"
 #include "met_states.hpp"

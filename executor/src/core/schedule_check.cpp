@@ -31,10 +31,6 @@ std::string ScheduleCheck::problem(const JobRecord& r, const auto&... parts) con
 ScheduleCheck::ScheduleCheck(const TaskSet& set, Time epoch, Time end, bool live)
     : set_(set), epoch_(epoch), end_(end), live_(live), tasks_(set.size()), last_start_(epoch) {}
 
-bool ScheduleCheck::in_order(TaskId id) const {
-  return set_.groups[set_[id].group] == CallbackGroup::mutually_exclusive;
-}
-
 std::string ScheduleCheck::add(const JobRecord& r) {
   if (r.outcome == Outcome::empty) return {};  // its sample has its own record
   std::string message = account(r);

@@ -6,11 +6,44 @@
 #include <cmath>
 #include <vector>
 
-#include "earliest_time.hpp"
 #include "hotpath/core/platform.hpp"
 #include "hotpath/core/scheduler.hpp"
 
 namespace hotpath {
+
+/// A tournament tree: holds a time for each number below a limit, initially kNever, and finds the
+/// earliest. A change costs at most O(log limit).
+class EarliestTime {
+ public:
+  /// Forgets all times.
+  void resize(std::size_t limit) {
+    leaves_ = std::bit_ceil(std::max<std::size_t>(limit, 1));
+    tree_.assign(2 * leaves_, kNever);
+  }
+
+  void set(std::size_t number, Time time) {
+    std::size_t at = leaves_ + number;
+    tree_[at] = time;
+    for (at /= 2; at > 0; at /= 2) {
+      const Time earlier = std::min(tree_[2 * at], tree_[2 * at + 1]);
+      if (tree_[at] == earlier) break;
+      tree_[at] = earlier;
+    }
+  }
+
+  [[nodiscard]] Time time() const { return tree_[1]; }
+
+  /// The smallest number with this time.
+  [[nodiscard]] std::size_t number() const {
+    std::size_t at = 1;
+    while (at < leaves_) at = 2 * at + (tree_[2 * at] == tree_[at] ? 0 : 1);
+    return at - leaves_;
+  }
+
+ private:
+  std::size_t leaves_ = 1;
+  std::vector<Time> tree_ = {kNever, kNever};  // nodes 2 i and 2 i + 1 are the children of node i
+};
 
 /// The simulated operating system: decides which workers, across all executors, occupy the cores,
 /// and until when. Everything is inline, because this is half of the simulator's inner loop.
@@ -56,10 +89,32 @@ class SimulatedWorkers {
     }
   };
 
-  explicit SimulatedWorkers(const Platform& platform);
+  explicit SimulatedWorkers(const Platform& platform)
+      : cores_(std::min(platform.cores, 64U)),
+        slice_(platform.time_slice),
+        wake_up_latency_(platform.wake_up_latency),
+        wall_clock_work_(platform.wall_clock_work) {}
 
   /// Adds worker `number` of `executor`.
-  void add(std::uint32_t executor, Worker number, const SimulatedThread& thread);
+  void add(std::uint32_t executor, Worker number, const SimulatedThread& thread) {
+    State& s = states_.emplace_back();
+    s.executor = executor;
+    s.number = number;
+    s.thread = thread;
+    s.priority = thread.priority;
+    // Linux's weights: one nice level is a factor of 1.25.
+    s.slice = thread.nice == 0
+                  ? slice_
+                  : std::max(Duration(1),
+                             std::chrono::duration_cast<Duration>(slice_ * std::pow(1.25, -thread.nice)));
+    const std::uint64_t all = cores_ >= 64 ? ~std::uint64_t{0} : bit(static_cast<unsigned>(cores_)) - 1;
+    s.thread.processors &= all;
+    cores_differ_ |= s.thread.processors != all;
+    sleepers_.resize(states_.size());
+    ready_.reserve(states_.size());
+    running_.reserve(states_.size());
+    owner_.assign(cores_, kNobody);
+  }
 
   Worker size() const { return static_cast<Worker>(states_.size()); }
   State& operator[](Worker w) { return states_[w]; }
@@ -70,38 +125,185 @@ class SimulatedWorkers {
   Worker running(std::size_t i) const { return cores_differ_ ? running_[i] : ready_[i]; }
 
   /// Starts the next step of a ready worker.
-  void begin_step(Worker w, Step step, Duration length, Time now);
+  void begin_step(Worker w, Step step, Duration length, Time now) {
+    State& s = states_[w];
+    s.step = step;
+    s.until = s.step_end = now + length;
+    s.remaining = length;
+  }
+
   /// Makes the worker compete for a core to take a turn, behind the workers of equal priority.
-  void make_ready(Worker w, Time now);
+  void make_ready(Worker w, Time now) {
+    State& s = states_[w];
+    if (s.step == Step::asleep) sleepers_.set(w, kNever);
+    s.step = Step::turn;
+    s.remaining = Duration{};
+    s.slice_left = s.slice;
+    assign_cores(insert(w), now);
+  }
+
   /// A ready worker gives up its core.
-  void leave(Worker w, Time now);
+  void leave(Worker w, Time now) {
+    states_[w].on_core = false;
+    erase(w);
+    assign_cores(0, now);
+  }
+
   /// The worker sleeps until `wake_at` or until it is woken.
-  void sleep(Worker w, Time wake_at, Time now);
-  void wake(Worker w, Time now);
+  void sleep(Worker w, Time wake_at, Time now) {
+    states_[w].step = Step::asleep;
+    sleep_until(w, wake_at == kNever ? kNever : wake_at + wake_up_latency_);
+    leave(w, now);
+  }
+
+  void wake(Worker w, Time now) {
+    State& s = states_[w];
+    s.woken = true;
+    if (s.step != Step::asleep) return;
+    const Time until = std::min(s.until, now + (s.queues ? Duration{} : wake_up_latency_));
+    until <= now ? make_ready(w, now) : sleep_until(w, until);
+  }
+
   /// Changes when a sleeping worker wakes.
-  void sleep_until(Worker w, Time until);
+  void sleep_until(Worker w, Time until) {
+    states_[w].until = until;
+    sleepers_.set(w, until);
+  }
+
   /// Makes sleeping workers ready whose wake-up time has come.
-  void wake_sleepers(Time now);
+  void wake_sleepers(Time now) {
+    while (sleepers_.time() <= now) make_ready(static_cast<Worker>(sleepers_.number()), now);
+  }
+
   /// Changes the priority of a ready worker.
-  void change_priority(Worker w, int priority, Time now);
+  void change_priority(Worker w, int priority, Time now) {
+    if (states_[w].priority == priority) return;
+    // As in Linux, a worker whose priority falls does not give up the core to workers of that
+    // priority.
+    const bool falls = priority < states_[w].priority;
+    states_[w].priority = priority;
+    erase(w);
+    assign_cores(insert(w, falls), now);
+  }
 
   /// The earliest of: a step ends, a sleeper wakes, a time slice ends for which other workers wait.
-  Time next_instant(Time now) const;
+  Time next_instant(Time now) const {
+    Time next = sleepers_.time();
+    for (std::size_t i = 0; i < on_core(); ++i) next = std::min(next, states_[running(i)].until);
+    if (ready_.size() > on_core()) {
+      for (std::size_t i = 0; i < on_core(); ++i) {
+        const Worker w = running(i);
+        if (others_wait_for_core_of(w)) next = std::min(next, std::max(now, states_[w].slice_end));
+      }
+    }
+    return next;
+  }
+
   /// Replaces workers of the ordinary policy whose time slice is over by waiting ones.
-  void rotate_expired(Time now);
+  void rotate_expired(Time now) {
+    for (std::size_t i = 0; i < on_core() && ready_.size() > on_core();) {
+      const Worker w = running(i);
+      if (states_[w].slice_end > now || !others_wait_for_core_of(w)) {
+        ++i;
+        continue;
+      }
+      erase(w);
+      assign_cores(insert(w), now);
+      states_[w].slice_left = states_[w].slice;
+    }
+  }
 
  private:
   /// Whether a worker of the ordinary policy waits for the core of `w`, also of that policy.
-  bool others_wait_for_core_of(Worker w) const;
+  bool others_wait_for_core_of(Worker w) const {
+    const State& s = states_[w];
+    if (s.priority != 0 || ready_.size() == on_core()) return false;
+    if (!cores_differ_) return states_[ready_[cores_]].priority == 0;
+    return std::any_of(ready_.begin(), ready_.end(), [&](Worker other) {
+      const State& o = states_[other];
+      return !o.on_core && o.priority == 0 && (o.thread.processors & bit(s.core)) != 0;
+    });
+  }
+
   /// Updates the cores after position `changed` in ready_ received another worker or was removed.
-  void assign_cores(std::size_t changed, Time now);
-  void assign_core(std::size_t position, Time now);
-  void choose_running();
-  bool place(Worker w);
-  void give_core(Worker w, Time now);
-  void take_core(Worker w, Time now);
+  void assign_cores(std::size_t changed, Time now) {
+    if (!cores_differ_) {
+      // At most one other worker has moved to the last position with a core, or to the first without.
+      for (const std::size_t position : {changed, cores_ - 1, cores_}) assign_core(position, now);
+      return;
+    }
+    // A worker that changes cores continues without a pause.
+    for (const Worker w : running_) {
+      if (states_[w].on_core) take_core(w, now);  // otherwise it has left
+    }
+    choose_running();
+    for (const Worker w : running_) give_core(w, now);
+  }
+
+  void assign_core(std::size_t position, Time now) {
+    if (position >= ready_.size()) return;
+    const bool gets_core = position < cores_;
+    if (states_[ready_[position]].on_core == gets_core) return;
+    gets_core ? give_core(ready_[position], now) : take_core(ready_[position], now);
+  }
+
+  void choose_running() {
+    running_.clear();
+    std::fill(owner_.begin(), owner_.end(), kNobody);
+    for (const Worker w : ready_) {
+      tried_ = 0;
+      if (running_.size() < cores_ && place(w)) running_.push_back(w);
+    }
+  }
+
+  bool place(Worker w) {
+    State& s = states_[w];
+    const auto take = [&](unsigned core) {
+      owner_[core] = w;
+      s.core = core;
+      return true;
+    };
+    const std::uint64_t allowed = s.thread.processors;
+    if ((allowed & bit(s.core)) != 0 && owner_[s.core] == kNobody) return take(s.core);
+    for (std::uint64_t left = allowed; left != 0; left &= left - 1) {
+      const auto core = static_cast<unsigned>(std::countr_zero(left));
+      if (owner_[core] == kNobody) return take(core);
+    }
+    // A worker of the same or a higher priority that was placed before may be able to move to another
+    // core.
+    for (std::uint64_t left = allowed & ~tried_; left != 0; left &= left - 1) {
+      const auto core = static_cast<unsigned>(std::countr_zero(left));
+      if ((tried_ & bit(core)) != 0) continue;
+      tried_ |= bit(core);
+      const Worker moved = owner_[core];
+      if (place(moved)) return take(core);
+    }
+    return false;
+  }
+
+  void give_core(Worker w, Time now) {
+    State& s = states_[w];
+    s.on_core = true;
+    s.until = wall_clock_work_ && s.step == Step::run ? std::max(now, s.step_end) : now + s.remaining;
+    s.slice_end = now + s.slice_left;
+  }
+
+  void take_core(Worker w, Time now) {
+    State& s = states_[w];
+    s.on_core = false;
+    s.remaining = s.until - now;
+    s.slice_left = std::max(Duration{}, s.slice_end - now);
+  }
+
   /// Inserts behind or in front of the workers of equal priority; returns the position.
-  std::size_t insert(Worker w, bool in_front = false);
+  std::size_t insert(Worker w, bool in_front = false) {
+    const int priority = states_[w].priority + (in_front ? 1 : 0);
+    const auto place = std::find_if(ready_.begin(), ready_.end(),
+                                    [&](Worker other) { return states_[other].priority < priority; });
+    const auto inserted = ready_.insert(place, w);  // before begin(), since it may move all elements
+    return static_cast<std::size_t>(inserted - ready_.begin());
+  }
+
   void erase(Worker w) { ready_.erase(std::find(ready_.begin(), ready_.end(), w)); }
   static std::uint64_t bit(unsigned core) { return std::uint64_t{1} << core; }
 
@@ -118,198 +320,5 @@ class SimulatedWorkers {
   std::vector<Worker> owner_;    // by core, if cores differ
   std::uint64_t tried_ = 0;      // cores that place() has tried
 };
-
-inline SimulatedWorkers::SimulatedWorkers(const Platform& platform)
-    : cores_(std::min(platform.cores, 64U)),
-      slice_(platform.time_slice),
-      wake_up_latency_(platform.wake_up_latency),
-      wall_clock_work_(platform.wall_clock_work) {}
-
-inline void SimulatedWorkers::add(std::uint32_t executor, Worker number, const SimulatedThread& thread) {
-  State& s = states_.emplace_back();
-  s.executor = executor;
-  s.number = number;
-  s.thread = thread;
-  s.priority = thread.priority;
-  // Linux's weights: one nice level is a factor of 1.25.
-  s.slice = thread.nice == 0
-                ? slice_
-                : std::max(Duration(1),
-                           std::chrono::duration_cast<Duration>(slice_ * std::pow(1.25, -thread.nice)));
-  const std::uint64_t all = cores_ >= 64 ? ~std::uint64_t{0} : bit(static_cast<unsigned>(cores_)) - 1;
-  s.thread.processors &= all;
-  cores_differ_ |= s.thread.processors != all;
-  sleepers_.resize(states_.size());
-  ready_.reserve(states_.size());
-  running_.reserve(states_.size());
-  owner_.assign(cores_, kNobody);
-}
-
-inline std::size_t SimulatedWorkers::insert(Worker w, bool in_front) {
-  const int priority = states_[w].priority + (in_front ? 1 : 0);
-  const auto place = std::find_if(ready_.begin(), ready_.end(),
-                                  [&](Worker other) { return states_[other].priority < priority; });
-  const auto inserted = ready_.insert(place, w);  // before begin(), since it may move all elements
-  return static_cast<std::size_t>(inserted - ready_.begin());
-}
-
-inline void SimulatedWorkers::begin_step(Worker w, Step step, Duration length, Time now) {
-  State& s = states_[w];
-  s.step = step;
-  s.until = s.step_end = now + length;
-  s.remaining = length;
-}
-
-inline void SimulatedWorkers::make_ready(Worker w, Time now) {
-  State& s = states_[w];
-  if (s.step == Step::asleep) sleepers_.set(w, kNever);
-  s.step = Step::turn;
-  s.remaining = Duration{};
-  s.slice_left = s.slice;
-  assign_cores(insert(w), now);
-}
-
-inline void SimulatedWorkers::leave(Worker w, Time now) {
-  states_[w].on_core = false;
-  erase(w);
-  assign_cores(0, now);
-}
-
-inline void SimulatedWorkers::sleep_until(Worker w, Time until) {
-  states_[w].until = until;
-  sleepers_.set(w, until);
-}
-
-inline void SimulatedWorkers::sleep(Worker w, Time wake_at, Time now) {
-  states_[w].step = Step::asleep;
-  sleep_until(w, wake_at == kNever ? kNever : wake_at + wake_up_latency_);
-  leave(w, now);
-}
-
-inline void SimulatedWorkers::wake(Worker w, Time now) {
-  State& s = states_[w];
-  s.woken = true;
-  if (s.step != Step::asleep) return;
-  const Time until = std::min(s.until, now + (s.queues ? Duration{} : wake_up_latency_));
-  until <= now ? make_ready(w, now) : sleep_until(w, until);
-}
-
-inline void SimulatedWorkers::wake_sleepers(Time now) {
-  while (sleepers_.time() <= now) make_ready(static_cast<Worker>(sleepers_.number()), now);
-}
-
-inline void SimulatedWorkers::change_priority(Worker w, int priority, Time now) {
-  if (states_[w].priority == priority) return;
-  // As in Linux, a worker whose priority falls does not give up the core to workers of that
-  // priority.
-  const bool falls = priority < states_[w].priority;
-  states_[w].priority = priority;
-  erase(w);
-  assign_cores(insert(w, falls), now);
-}
-
-inline bool SimulatedWorkers::place(Worker w) {
-  State& s = states_[w];
-  const auto take = [&](unsigned core) {
-    owner_[core] = w;
-    s.core = core;
-    return true;
-  };
-  const std::uint64_t allowed = s.thread.processors;
-  if ((allowed & bit(s.core)) != 0 && owner_[s.core] == kNobody) return take(s.core);
-  for (std::uint64_t left = allowed; left != 0; left &= left - 1) {
-    const auto core = static_cast<unsigned>(std::countr_zero(left));
-    if (owner_[core] == kNobody) return take(core);
-  }
-  // A worker of the same or a higher priority that was placed before may be able to move to another
-  // core.
-  for (std::uint64_t left = allowed & ~tried_; left != 0; left &= left - 1) {
-    const auto core = static_cast<unsigned>(std::countr_zero(left));
-    if ((tried_ & bit(core)) != 0) continue;
-    tried_ |= bit(core);
-    const Worker moved = owner_[core];
-    if (place(moved)) return take(core);
-  }
-  return false;
-}
-
-inline void SimulatedWorkers::choose_running() {
-  running_.clear();
-  std::fill(owner_.begin(), owner_.end(), kNobody);
-  for (const Worker w : ready_) {
-    tried_ = 0;
-    if (running_.size() < cores_ && place(w)) running_.push_back(w);
-  }
-}
-
-inline void SimulatedWorkers::take_core(Worker w, Time now) {
-  State& s = states_[w];
-  s.on_core = false;
-  s.remaining = s.until - now;
-  s.slice_left = std::max(Duration{}, s.slice_end - now);
-}
-
-inline void SimulatedWorkers::give_core(Worker w, Time now) {
-  State& s = states_[w];
-  s.on_core = true;
-  s.until = wall_clock_work_ && s.step == Step::run ? std::max(now, s.step_end) : now + s.remaining;
-  s.slice_end = now + s.slice_left;
-}
-
-inline void SimulatedWorkers::assign_core(std::size_t position, Time now) {
-  if (position >= ready_.size()) return;
-  const bool gets_core = position < cores_;
-  if (states_[ready_[position]].on_core == gets_core) return;
-  gets_core ? give_core(ready_[position], now) : take_core(ready_[position], now);
-}
-
-inline void SimulatedWorkers::assign_cores(std::size_t changed, Time now) {
-  if (!cores_differ_) {
-    // At most one other worker has moved to the last position with a core, or to the first without.
-    for (const std::size_t position : {changed, cores_ - 1, cores_}) assign_core(position, now);
-    return;
-  }
-  // A worker that changes cores continues without a pause.
-  for (const Worker w : running_) {
-    if (states_[w].on_core) take_core(w, now);  // otherwise it has left
-  }
-  choose_running();
-  for (const Worker w : running_) give_core(w, now);
-}
-
-inline bool SimulatedWorkers::others_wait_for_core_of(Worker w) const {
-  const State& s = states_[w];
-  if (s.priority != 0 || ready_.size() == on_core()) return false;
-  if (!cores_differ_) return states_[ready_[cores_]].priority == 0;
-  return std::any_of(ready_.begin(), ready_.end(), [&](Worker other) {
-    const State& o = states_[other];
-    return !o.on_core && o.priority == 0 && (o.thread.processors & bit(s.core)) != 0;
-  });
-}
-
-inline Time SimulatedWorkers::next_instant(Time now) const {
-  Time next = sleepers_.time();
-  for (std::size_t i = 0; i < on_core(); ++i) next = std::min(next, states_[running(i)].until);
-  if (ready_.size() > on_core()) {
-    for (std::size_t i = 0; i < on_core(); ++i) {
-      const Worker w = running(i);
-      if (others_wait_for_core_of(w)) next = std::min(next, std::max(now, states_[w].slice_end));
-    }
-  }
-  return next;
-}
-
-inline void SimulatedWorkers::rotate_expired(Time now) {
-  for (std::size_t i = 0; i < on_core() && ready_.size() > on_core();) {
-    const Worker w = running(i);
-    if (states_[w].slice_end > now || !others_wait_for_core_of(w)) {
-      ++i;
-      continue;
-    }
-    erase(w);
-    assign_cores(insert(w), now);
-    states_[w].slice_left = states_[w].slice;
-  }
-}
 
 }  // namespace hotpath

@@ -85,20 +85,6 @@ void Simulation::close() {
   }
 }
 
-void TraceRecorder::started(const JobRecord& record) {
-  if (record.worker >= open_.size()) open_.resize(record.worker + 1U);
-  open_[record.worker] = trace_.jobs.size();
-  trace_.jobs.push_back(record);
-}
-
-void TraceRecorder::ended(const JobRecord& record) {
-  if (record.started()) {
-    trace_.jobs[open_[record.worker]] = record;
-  } else {
-    trace_.jobs.push_back(record);
-  }
-}
-
 SimulationSummary simulate(const TaskSet& set, Scheduler& scheduler, Workload& workload,
                            const SimulationOptions& options, JobSink* sink) {
   std::vector<SimulatedThread> threads(scheduler.workers().size());

@@ -2,15 +2,67 @@
 #include "hotpath/core/wait_set_scheduler.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace hotpath {
 
-Arrival WaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
-  return {is_waited_for(task) ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};
+WaitSet::WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first,
+                 const std::vector<TaskId>& entity_order)
+    : ExploredScheduler(set, workers, false),
+      runs_first_(runs_first),
+      timer_index_(set.size(), 0),
+      snapshot_(set.size()),
+      group_busy_(set.groups.size(), false) {
+  assert(entity_order.empty() || entity_order.size() == set.size());
+  entities_ = in_order_of_kinds(set_, entity_order, runs_first);
+  std::erase_if(entities_, [this](TaskId id) { return !set_[id].local; });
+  snapshot_.reserve(entities_.size());
 }
 
-std::optional<Job> WaitSetScheduler::pick(Time now) {
-  return take(now, [this](TaskId id) { return group_free(id) ? Pick::run : Pick::leave; });
+Joined WaitSet::add_task(const JoiningTask& joining, Time now) {
+  const TaskId id = join_set(joining);
+  group_busy_.resize(set_.groups.size(), false);
+  timer_index_.push_back(static_cast<std::uint32_t>(timers_.size()));
+  if (set_[id].kind == TaskKind::timer) timers_.emplace_back(id, set_[id], now);
+  const auto behind = std::ranges::find_if(entities_, [&](TaskId other) {
+    return place_of_kind(set_[other], runs_first_) > place_of_kind(set_[id], runs_first_);
+  });
+  entities_.insert(behind, id);
+  snapshot_.add_task();
+  snapshot_.reserve(entities_.size());
+  return {id, joined(id)};
+}
+
+void WaitSet::remove_task(TaskId task, Time now, const Visitor& dropped) {
+  if (set_[task].kind == TaskKind::timer) {
+    visit_due(timer(task), now, dropped);
+    timers_.erase(timers_.begin() + timer_index_[task]);
+    for (std::uint32_t i = 0; i < timers_.size(); ++i) timer_index_[timers_[i].task()] = i;
+  }
+  std::erase(entities_, task);
+  drop_unread(task, dropped);
+  snapshot_.erase(task);
+  leave(changed_set(), task);
+  left(task);
+}
+
+void WaitSet::describe(StateWords& words) const {
+  for (const Timer& timer : timers_) timer.describe(words);
+  for (const TaskId id : entities_) {
+    if (unread_.is_subscription(id)) words.add(unread_.count(id));
+  }
+  for (const TaskId id : snapshot_.tasks()) words.add(id);
+  words.add(-1);
+  for (const bool busy : group_busy_) words.add(busy ? 1 : 0);
+}
+
+void WaitSet::begin(Time epoch) {
+  timers_.clear();
+  for (const TaskId id : entities_) {
+    if (set_[id].kind != TaskKind::timer) continue;
+    timer_index_[id] = static_cast<std::uint32_t>(timers_.size());
+    timers_.emplace_back(id, set_[id], epoch);
+  }
 }
 
 Decision WaitSetScheduler::decide(Worker worker, Time now) {
@@ -22,12 +74,12 @@ Decision WaitSetScheduler::decide(Worker worker, Time now) {
     return decision;
   }
   const bool slept = wait_mutex_.enter(worker);
-  if (slept) poll(now, [this](TaskId id) { return is_waited_for(id); });
+  if (slept) poll(entities(), now, [this](TaskId id) { return is_waited_for(id); });
   decision.job = pick(now);
   if (!decision.job && shared) return begin_wait(worker, now);
   if (!decision.job) {
     if (blocked_ == Blocked::forgotten) forget_snapshot();
-    const std::uint32_t tasks = poll(now, [this](TaskId id) { return group_free(id); });
+    const std::uint32_t tasks = poll(entities(), now, [this](TaskId id) { return group_free(id); });
     decision.job = pick(now);
     if (decision.job && !slept) decision.waited_for = tasks;
   }
@@ -45,27 +97,11 @@ Decision WaitSetScheduler::begin_wait(Worker worker, Time now) {
   left_out_ = busy_groups();
   const auto in_free_group = [this](TaskId id) { return group_free(id); };
   Decision decision;
-  decision.waited_for = static_cast<std::uint32_t>(timer_ids().size() + subscription_ids().size());
-  const bool has_sample = std::ranges::any_of(
-      subscription_ids(), [&](TaskId id) { return unread_.count(id) > 0 && group_free(id); });
+  decision.waited_for = static_cast<std::uint32_t>(entities().size());
+  const bool has_sample =
+      std::ranges::any_of(entities(), [&](TaskId id) { return unread_.count(id) > 0 && group_free(id); });
   decision.wake_at = has_sample ? now : next_timer(in_free_group);
   return decision;
-}
-
-Effect WaitSetScheduler::finished(Worker, const Job& job, Time) {
-  free_group(job.task);
-  return {wait_mutex_.waiting()};  // as joined(), so that the next wait includes the group again
-}
-
-Arrival StaticScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
-  return {WorkerSet::of(0), add_unread(task, sample)};
-}
-
-std::optional<Job> StaticScheduler::next_ready(Time now) {
-  return take(now, [this, now](TaskId id) {
-    // rclcpp checks a timer again, although no other thread calls it.
-    return is_ready(id, now) ? Pick::run : Pick::leave;
-  });
 }
 
 Decision StaticScheduler::decide(Worker, Time now) {
@@ -73,7 +109,7 @@ Decision StaticScheduler::decide(Worker, Time now) {
   decision.job = next_ready(now);
   if (!decision.job) {
     forget_snapshot();
-    const std::uint32_t tasks = poll(now, [](TaskId) { return true; });
+    const std::uint32_t tasks = poll(entities(), now, [](TaskId) { return true; });
     decision.job = next_ready(now);
     if (!sleeps_ && decision.job) decision.waited_for = tasks;
   }
@@ -85,70 +121,38 @@ Decision StaticScheduler::decide(Worker, Time now) {
 RebuiltWaitSetScheduler::RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers,
                                                  const std::vector<TaskId>& entity_order)
     : WaitSet(set, workers, TaskKind::timer, entity_order),
-      waited_timers_(timer_ids()),
-      waited_subscriptions_(subscription_ids()),
+      waited_(entities()),
       is_waited_for_(set.size(), true) {}
 
 void RebuiltWaitSetScheduler::describe(StateWords& words) const {
   WaitSet::describe(words);
   wait_mutex_.describe(words);
   words.add((interrupted_ ? 1 : 0) + (needs_rebuild_ ? 2 : 0));
-  for (const std::vector<TaskId>& waited : {waited_timers_, waited_subscriptions_}) {
-    words.add(static_cast<std::int64_t>(waited.size()));
-    for (const TaskId id : waited) words.add(id);
-  }
-}
-
-Arrival RebuiltWaitSetScheduler::sample_arrived(TaskId task, const SampleInfo& sample, Time) {
-  return {is_waited_for_[task] ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};
-}
-
-WorkerSet RebuiltWaitSetScheduler::joined(TaskId) {
-  is_waited_for_.push_back(false);
-  interrupted_ = true;  // the wait set is rebuilt before the next wait
-  return wait_mutex_.waiting();
-}
-
-void RebuiltWaitSetScheduler::left(TaskId task) {
-  is_waited_for_[task] = false;
-  std::erase(waited_timers_, task);
-  std::erase(waited_subscriptions_, task);
-}
-
-void RebuiltWaitSetScheduler::rebuild(std::vector<TaskId>& waited, const std::vector<TaskId>& all) {
-  std::erase_if(waited, [this](TaskId id) {
-    if (group_free(id)) return false;
-    is_waited_for_[id] = false;
-    return true;
-  });
-  const auto before = static_cast<std::ptrdiff_t>(waited.size());
-  for (const TaskId id : all) {
-    if (is_waited_for_[id] || !group_free(id)) continue;
-    is_waited_for_[id] = true;
-    waited.push_back(id);
-  }
-  std::sort(waited.begin() + before, waited.end(), std::greater<>());
-  std::ranges::stable_sort(waited, {},
-                           [this](TaskId id) { return place_of_kind(set_[id], TaskKind::timer); });
+  words.add(static_cast<std::int64_t>(waited_.size()));
+  for (const TaskId id : waited_) words.add(id);
 }
 
 void RebuiltWaitSetScheduler::rebuild() {
   needs_rebuild_ = false;
-  rebuild(waited_timers_, timer_ids());
-  rebuild(waited_subscriptions_, subscription_ids());
-}
-
-std::optional<Job> RebuiltWaitSetScheduler::pick(Time now) {
-  return take(now, [this](TaskId id) {
-    if (group_free(id)) return Pick::run;
-    return set_.tasks[id].kind == TaskKind::timer ? Pick::leave : Pick::forget;
+  std::erase_if(waited_, [this](TaskId id) {
+    if (group_free(id)) return false;
+    is_waited_for_[id] = false;
+    return true;
   });
+  const auto before = static_cast<std::ptrdiff_t>(waited_.size());
+  for (const TaskId id : entities()) {
+    if (is_waited_for_[id] || !group_free(id)) continue;
+    is_waited_for_[id] = true;
+    waited_.push_back(id);
+  }
+  std::sort(waited_.begin() + before, waited_.end(), std::greater<>());
+  std::ranges::stable_sort(waited_, {},
+                           [this](TaskId id) { return place_of_kind(set_[id], TaskKind::timer); });
 }
 
 std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
   forget_snapshot();
-  for (const TaskId id : waited_timers_) poll_task(id, now);
-  for (const TaskId id : waited_subscriptions_) poll_task(id, now);
+  poll(waited_, now, [](TaskId) { return true; });
   if (std::exchange(interrupted_, false)) needs_rebuild_ = true;
   return pick(now);
 }
@@ -159,7 +163,7 @@ Decision RebuiltWaitSetScheduler::decide(Worker worker, Time now) {
   decision.job = wait_mutex_.enter(worker) ? wait(now) : pick(now);
   while (!decision.job) {
     if (needs_rebuild_) rebuild();
-    decision.waited_for = static_cast<std::uint32_t>(waited_timers_.size() + waited_subscriptions_.size());
+    decision.waited_for = static_cast<std::uint32_t>(waited_.size());
     decision.job = wait(now);
     if (!needs_rebuild_) break;
   }

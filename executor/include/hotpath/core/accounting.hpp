@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,9 @@ struct TaskAccount {
     count[static_cast<std::size_t>(Outcome::skipped)] += r.job.skipped;
   }
   /// Timers: ran + skipped + queued + running. Subscriptions: ran + overwritten + queued + running.
-  [[nodiscard]] std::uint64_t accounted() const;
+  [[nodiscard]] std::uint64_t accounted() const {
+    return std::accumulate(count.begin(), count.end(), std::uint64_t{0}) - (*this)[Outcome::empty];
+  }
   [[nodiscard]] bool balanced() const { return accounted() == expected; }
 };
 

@@ -27,13 +27,13 @@ class EventsQueue {
   [[nodiscard]] virtual std::optional<Job> pop_free(const TaskSet& set, const std::vector<bool>& busy) {
     return pop_first([&](const Job& job) { return !busy[set[job.task].group]; });
   }
-  virtual void group_freed(std::uint32_t group) { static_cast<void>(group); }
+  virtual void group_freed(std::uint32_t /*group*/) {}
   [[nodiscard]] bool empty() const { return size() == 0; }
   [[nodiscard]] virtual std::size_t size() const = 0;
   /// Removes the jobs of a task and visits them, in no particular order.
   virtual void erase(TaskId task, const std::function<void(const Job&)>& erased) = 0;
   /// Orders jobs pushed from now on by this set; queued jobs keep their place.
-  virtual void tasks_changed(const TaskSet& set) { static_cast<void>(set); }
+  virtual void tasks_changed(const TaskSet& /*set*/) {}
   /// Visits all jobs, in no particular order.
   virtual void for_each(const std::function<void(const Job&)>& visit) const = 0;
   [[nodiscard]] virtual std::unique_ptr<EventsQueue> clone() const = 0;
@@ -53,7 +53,9 @@ class SimpleEventsQueue final : public EventsQueue {
   std::optional<Job> pop_first(const std::function<bool(const Job&)>& may_run) override;
   std::size_t size() const override { return count_; }
   void erase(TaskId task, const std::function<void(const Job&)>& erased) override;
-  void for_each(const std::function<void(const Job&)>& visit) const override;
+  void for_each(const std::function<void(const Job&)>& visit) const override {
+    for (std::size_t i = 0; i < count_; ++i) visit(ring_[(head_ + i) & (ring_.size() - 1)]);
+  }
   std::unique_ptr<EventsQueue> clone() const override { return std::make_unique<SimpleEventsQueue>(*this); }
   void describe(StateWords& words) const override;
 
@@ -99,7 +101,10 @@ class PriorityEventsQueue final : public EventsQueue {
   static Entry take_first(std::vector<Entry>& heap);
   static void insert(std::vector<Entry>& heap, const Entry& entry);
   /// Frees the slot of an entry that is in no heap any more.
-  Job job_of(const Entry& entry);
+  Job job_of(const Entry& entry) {
+    free_.push_back(entry.slot);
+    return slots_[entry.slot];
+  }
   /// Puts all jobs that were set aside back into the heap.
   void gather();
 

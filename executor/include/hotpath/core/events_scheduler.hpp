@@ -22,7 +22,7 @@ class EventsScheduler : public ExploredScheduler {
   static constexpr Worker kExecutor = 0;
   static constexpr Worker kTimerManagement = 1;  ///< With one executor worker; see timer_management().
 
-  void begin(Time epoch) final;
+  void begin(Time epoch) final { timers_.begin(set_, epoch); }
   Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) final;
   Effect finished(Worker worker, const Job& job, Time now) final;
   void unfinished(Time now, const Visitor& visit) const override;
@@ -45,7 +45,11 @@ class EventsScheduler : public ExploredScheduler {
   /// `executors` in [1, kMaxWorkers - 1].
   EventsScheduler(const TaskSet& set, std::unique_ptr<EventsQueue> events, unsigned executors = 1);
   [[nodiscard]] Worker timer_management() const { return static_cast<Worker>(workers().size() - 1); }
-  [[nodiscard]] WorkerSet executors() const;
+  [[nodiscard]] WorkerSet executors() const {
+    WorkerSet all;
+    for (Worker w = 0; w < timer_management(); ++w) all.insert(w);
+    return all;
+  }
   /// An executor worker's decision.
   Decision next_event(Time now);
   /// Takes the first job that may run from a queue.
@@ -79,7 +83,10 @@ class ReleaseOnlyScheduler final : public EventsScheduler {
       : EventsScheduler(set, std::move(events), executors), release_(release) {}
 
   Effect release_timers(Worker worker, Time now) override;
-  Decision decide(Worker worker, Time now) override;
+  Decision decide(Worker worker, Time now) override {
+    if (worker != timer_management()) return next_event(now);
+    return {std::nullopt, timers_.next_due(), {}};
+  }
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return timer_management() == 1 ? std::make_unique<ReleaseOnlyScheduler>(*this) : nullptr;
   }
@@ -96,7 +103,13 @@ class ReleaseAndExecuteScheduler final : public EventsScheduler {
       : EventsScheduler(set, std::move(events)) {}
 
   Effect release_timers(Worker, Time) override { return {}; }
-  Decision decide(Worker worker, Time now) override;
+  Decision decide(Worker worker, Time now) override {
+    if (worker == kExecutor) return next_event(now);
+    if (!timers_.due(now)) return {std::nullopt, timers_.next_due(), {}};
+    if (!follows()) return {timers_.call_head(now), kNever, {}};
+    const auto job = timers_.call_first(now, [this](TaskId timer) { return may_run(timer); });
+    return {job, job ? kNever : timers_.next_due(), {}};
+  }
 };
 
 /// The paper's release-and-execute (Section IV): due timers move into a prioritised timer ready
@@ -109,8 +122,15 @@ class TimerReadyQueueScheduler final : public EventsScheduler {
       : EventsScheduler(set, std::move(events)), timer_ready_(std::move(timer_ready)) {}
 
   Effect release_timers(Worker worker, Time now) override;
-  Decision decide(Worker worker, Time now) override;
-  void unfinished(Time now, const Visitor& visit) const override;
+  Decision decide(Worker worker, Time now) override {
+    if (worker == kExecutor) return next_event(now);
+    const std::optional<Job> job = next_of(*timer_ready_);
+    return {job, job ? kNever : timers_.next_due(), {}};
+  }
+  void unfinished(Time now, const Visitor& visit) const override {
+    timer_ready_->for_each([&](const Job& job) { visit(job, Outcome::queued); });
+    EventsScheduler::unfinished(now, visit);
+  }
 
  private:
   void for_each_queue(const std::function<void(EventsQueue&)>& visit) override {

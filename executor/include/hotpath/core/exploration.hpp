@@ -63,7 +63,7 @@ class ExplorationObserver {
   /// timer's job is that of all schedules.
   virtual void ended(const JobRecord& record, ExploredInstant& instant) = 0;
   /// The workload's finish() of the job that ended last is done.
-  virtual void published(ExploredInstant& instant) { static_cast<void>(instant); }
+  virtual void published(ExploredInstant& /*instant*/) {}
 };
 
 struct ExplorationOptions {

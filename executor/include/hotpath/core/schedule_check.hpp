@@ -43,7 +43,9 @@ class ScheduleCheck {
   std::string account(const JobRecord& r);
   std::string check_instants(const JobRecord& r) const;
   std::string check_order(const JobRecord& r);
-  [[nodiscard]] bool in_order(TaskId id) const;
+  [[nodiscard]] bool in_order(TaskId id) const {
+    return set_.groups[set_[id].group] == CallbackGroup::mutually_exclusive;
+  }
 
   const TaskSet& set_;
   const Time epoch_, end_;

@@ -90,8 +90,8 @@ class Scheduler {
 
   /// Changes the given priority of a task and the tasks that it feeds: jobs released from now on
   /// are ordered accordingly. Has no effect if the scheduler's order does not depend on them.
-  virtual void change_task(TaskId task, const std::optional<std::int64_t>& priority,
-                           const std::vector<TaskId>& feeds);
+  virtual void change_task(TaskId /*task*/, const std::optional<std::int64_t>& /*priority*/,
+                           const std::vector<TaskId>& /*feeds*/) {}
 
   /// Makes decisions follow a recorded schedule: from now on a decision takes the first job, in the
   /// scheduler's own order, for whose task `may_run` is true, and none if there is no such job.
@@ -116,6 +116,12 @@ struct Turn {
   std::uint32_t released = 0;
 };
 /// Calls release_timers() and decide(); the result's `wake` includes both but not `worker` itself.
-Turn take_turn(Scheduler& scheduler, Worker worker, Time now);
+inline Turn take_turn(Scheduler& scheduler, Worker worker, Time now) {
+  const Effect effect = scheduler.release_timers(worker, now);
+  Turn turn{scheduler.decide(worker, now), effect.released};
+  turn.decision.wake |= effect.wake;
+  turn.decision.wake.erase(worker);
+  return turn;
+}
 
 }  // namespace hotpath

@@ -44,7 +44,7 @@ class JobSink {
   virtual ~JobSink() = default;
 
   /// A job starts: `finish` and `outcome` are not set yet. Not called for empty events.
-  virtual void started(const JobRecord& record) { static_cast<void>(record); }
+  virtual void started(const JobRecord& /*record*/) {}
 
   /// The record is complete. Called as soon as the outcome is known: `ran` at the finish,
   /// `overwritten` at the delivery of the newer sample, `empty` when the event finds no sample,
@@ -57,8 +57,18 @@ class JobSink {
 class TraceRecorder final : public JobSink {
  public:
   explicit TraceRecorder(Trace& trace) : trace_(trace) {}
-  void started(const JobRecord& record) override;
-  void ended(const JobRecord& record) override;
+  void started(const JobRecord& record) override {
+    if (record.worker >= open_.size()) open_.resize(record.worker + 1U);
+    open_[record.worker] = trace_.jobs.size();
+    trace_.jobs.push_back(record);
+  }
+  void ended(const JobRecord& record) override {
+    if (record.started()) {
+      trace_.jobs[open_[record.worker]] = record;
+    } else {
+      trace_.jobs.push_back(record);
+    }
+  }
 
  private:
   Trace& trace_;

@@ -1,12 +1,172 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
-#include "hotpath/core/wait_set.hpp"
+#include "hotpath/core/explored_scheduler.hpp"
 
 namespace hotpath {
+
+/// The common part of rclcpp's executors that poll a wait set: the timers and subscriptions of this
+/// process in entity order, and the snapshot: the tasks that the last poll found ready and that
+/// have not run since, in execution order.
+class WaitSet : public ExploredScheduler {
+ public:
+  void begin(Time epoch) final;
+  Effect release_timers(Worker, Time) final { return {}; }
+  Joined add_task(const JoiningTask& joining, Time now) final;
+  void remove_task(TaskId task, Time now, const Visitor& dropped) final;
+  void describe(StateWords& words) const override;
+  [[nodiscard]] std::span<const Timer> timers() const final { return timers_; }
+  void release_at(TaskId id, Time due) final { timer(id).release_at(due); }
+  void released_by(Time now) final {
+    for (Timer& timer : timers_) timer.released_by(now);
+  }
+
+ protected:
+  /// The task has been appended to the entity order. Returns the workers to wake.
+  virtual WorkerSet joined(TaskId task) = 0;
+  /// The task has been removed from the entity order.
+  virtual void left(TaskId /*task*/) {}
+
+  /// What to do with a task of the snapshot when a worker looks for its next job.
+  enum class Pick : std::uint8_t {
+    run,
+    leave,   ///< Continue with the next task; this one stays in the snapshot.
+    forget,  ///< Continue with the next task; this one waits for the next poll.
+  };
+
+  /// A snapshot is in_order_of_kinds().
+  WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first, const std::vector<TaskId>& entity_order);
+
+  /// Appends those tasks of the wait set to the snapshot that are ready and for which `eligible(TaskId)` is
+  /// true. Returns the number of tasks in the wait set.
+  template <class Eligible>
+  std::uint32_t poll(const std::vector<TaskId>& wait_set, Time now, Eligible&& eligible) {
+    for (const TaskId id : wait_set) {
+      if (is_ready(id, now) && eligible(id)) snapshot_.add(id, now);
+    }
+    return static_cast<std::uint32_t>(wait_set.size());
+  }
+
+  void forget_snapshot() { snapshot_.clear(); }
+
+  /// The job of the first task in the snapshot for which `pick(TaskId)` returns `run`: the timer is
+  /// called or the subscription's oldest sample is taken. A mutually exclusive group is then busy
+  /// until free_group().
+  template <class Decide>
+  std::optional<Job> take(Time now, Decide&& pick) {
+    const TaskId id = snapshot_.take_first([&](TaskId task) {
+      const Pick action = pick(task);
+      return action == Pick::run && !may_run(task) ? Pick::leave : action;
+    });
+    if (id == kNoTask) return std::nullopt;
+    Job job = set_.tasks[id].kind == TaskKind::timer ? timer(id).call(now) : unread_.pop(id);
+    // If a sample was overwritten since the poll, a younger sample has its place in the snapshot.
+    job.release = std::max(snapshot_.added_at(id), job.timestamp);
+    group_busy_[group(id)] = set_.groups[group(id)] == CallbackGroup::mutually_exclusive;
+    return job;
+  }
+
+  [[nodiscard]] bool group_free(TaskId task) const { return !group_busy_[group(task)]; }
+  void free_group(TaskId task) { group_busy_[group(task)] = false; }
+  /// By callback group.
+  [[nodiscard]] const std::vector<bool>& busy_groups() const { return group_busy_; }
+
+  /// When the first of the eligible timers is due.
+  template <class Eligible>
+  [[nodiscard]] Time next_timer(Eligible&& eligible) const {
+    Time next = kNever;
+    for (const Timer& timer : timers_) {
+      if (eligible(timer.task())) next = std::min(next, timer.due());
+    }
+    return next;
+  }
+
+  [[nodiscard]] Timer& timer(TaskId id) { return timers_[timer_index_[id]]; }
+  [[nodiscard]] bool is_ready(TaskId id, Time now) const {
+    return unread_.is_subscription(id) ? unread_.count(id) > 0 : timers_[timer_index_[id]].is_ready(now);
+  }
+  /// All tasks of the wait set, in the order of kinds.
+  [[nodiscard]] const std::vector<TaskId>& entities() const { return entities_; }
+
+ private:
+  /// A list optimised for removal at the front.
+  class Snapshot {
+   public:
+    explicit Snapshot(TaskId tasks) : contains_(tasks, false), added_at_(tasks) {}
+    void reserve(std::size_t n) { tasks_.reserve(n); }
+    void add_task() {
+      contains_.push_back(false);
+      added_at_.emplace_back();
+    }
+    void erase(TaskId task) {
+      if (contains_[task])
+        remove(static_cast<std::size_t>(
+            std::find(tasks_.begin() + static_cast<std::ptrdiff_t>(next_), tasks_.end(), task) -
+            tasks_.begin()));
+    }
+    void clear() {
+      for (std::size_t at = next_; at < tasks_.size(); ++at) contains_[tasks_[at]] = false;
+      tasks_.clear();
+      next_ = 0;
+    }
+    void add(TaskId task, Time now) {
+      if (contains_[task]) return;
+      contains_[task] = true;
+      added_at_[task] = now;
+      if (tasks_.size() == tasks_.capacity()) {
+        tasks_.erase(tasks_.begin(), tasks_.begin() + static_cast<std::ptrdiff_t>(next_));
+        next_ = 0;
+      }
+      tasks_.push_back(task);
+    }
+    [[nodiscard]] std::span<const TaskId> tasks() const { return std::span(tasks_).subspan(next_); }
+    /// When the task was last added.
+    [[nodiscard]] Time added_at(TaskId task) const { return added_at_[task]; }
+    template <class Decide>
+    TaskId take_first(Decide&& pick) {
+      for (std::size_t at = next_; at < tasks_.size();) {
+        const TaskId task = tasks_[at];
+        const Pick action = pick(task);
+        if (action == Pick::leave) {
+          ++at;
+          continue;
+        }
+        remove(at);
+        at = std::max(at, next_);
+        if (action == Pick::run) return task;
+      }
+      return kNoTask;
+    }
+
+   private:
+    void remove(std::size_t at) {
+      contains_[tasks_[at]] = false;
+      if (at == next_) {
+        ++next_;
+      } else {
+        tasks_.erase(tasks_.begin() + static_cast<std::ptrdiff_t>(at));
+      }
+    }
+
+    std::vector<TaskId> tasks_;
+    std::size_t next_ = 0;
+    std::vector<std::uint8_t> contains_;  // by task
+    std::vector<Time> added_at_;          // by task
+  };
+
+  [[nodiscard]] std::uint32_t group(TaskId task) const { return set_.tasks[task].group; }
+
+  const TaskKind runs_first_;
+  std::vector<TaskId> entities_;
+  std::vector<Timer> timers_;               // in the order of entities_
+  std::vector<std::uint32_t> timer_index_;  // by task
+  Snapshot snapshot_;
+  std::vector<bool> group_busy_;
+};
 
 /// The mutex under which the workers of rclcpp's MultiThreadedExecutor look for work and wait for
 /// it (multi_threaded_executor.cpp): one idle worker sleeps in rcl_wait and keeps the mutex, the
@@ -75,9 +235,14 @@ class WaitSetScheduler final : public WaitSet {
                    const std::vector<TaskId>& entity_order = {})
       : WaitSet(set, workers, TaskKind::timer, entity_order), blocked_(blocked) {}
 
-  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
+  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time) override {
+    return {is_waited_for(task) ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};
+  }
   Decision decide(Worker worker, Time now) override;
-  Effect finished(Worker worker, const Job& job, Time now) override;
+  Effect finished(Worker, const Job& job, Time) override {
+    free_group(job.task);
+    return {wait_mutex_.waiting()};  // as joined(), so that the next wait includes the group again
+  }
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
     return std::make_unique<WaitSetScheduler>(*this);
   }
@@ -91,7 +256,9 @@ class WaitSetScheduler final : public WaitSet {
  private:
   /// The interrupt guard condition ends the wait, so that the next one includes the task.
   WorkerSet joined(TaskId) override { return wait_mutex_.waiting(); }
-  std::optional<Job> pick(Time now);
+  std::optional<Job> pick(Time now) {
+    return take(now, [this](TaskId id) { return group_free(id) ? Pick::run : Pick::leave; });
+  }
   /// A worker of several asks again at the end of the wait, because only then rcl_wait looks what is
   /// ready: samples of other workers arrive meanwhile.
   Decision begin_wait(Worker worker, Time now);
@@ -115,7 +282,9 @@ class StaticScheduler final : public WaitSet {
   explicit StaticScheduler(const TaskSet& set, const std::vector<TaskId>& entity_order = {})
       : WaitSet(set, 1, TaskKind::subscription, entity_order) {}
 
-  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
+  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time) override {
+    return {WorkerSet::of(0), add_unread(task, sample)};
+  }
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker, const Job&, Time) override { return {}; }
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
@@ -124,7 +293,12 @@ class StaticScheduler final : public WaitSet {
 
  private:
   WorkerSet joined(TaskId) override { return WorkerSet::of(0); }
-  std::optional<Job> next_ready(Time now);
+  std::optional<Job> next_ready(Time now) {
+    return take(now, [this, now](TaskId id) {
+      // rclcpp checks a timer again, although no other thread calls it.
+      return is_ready(id, now) ? Pick::run : Pick::leave;
+    });
+  }
 
   bool sleeps_ = false;  // whether the worker sleeps in rcl_wait
 };
@@ -146,7 +320,9 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   /// insertion.
   RebuiltWaitSetScheduler(const TaskSet& set, unsigned workers, const std::vector<TaskId>& entity_order = {});
 
-  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time now) override;
+  Arrival sample_arrived(TaskId task, const SampleInfo& sample, Time) override {
+    return {is_waited_for_[task] ? wait_mutex_.waiting() : WorkerSet{}, add_unread(task, sample)};
+  }
   Decision decide(Worker worker, Time now) override;
   Effect finished(Worker worker, const Job& job, Time now) override;
   [[nodiscard]] std::unique_ptr<ExploredScheduler> clone() const override {
@@ -155,16 +331,27 @@ class RebuiltWaitSetScheduler final : public WaitSet {
   void describe(StateWords& words) const override;
 
  private:
-  WorkerSet joined(TaskId task) override;
-  void left(TaskId task) override;
-  std::optional<Job> pick(Time now);
+  WorkerSet joined(TaskId) override {
+    is_waited_for_.push_back(false);
+    interrupted_ = true;  // the wait set is rebuilt before the next wait
+    return wait_mutex_.waiting();
+  }
+  void left(TaskId task) override {
+    is_waited_for_[task] = false;
+    std::erase(waited_, task);
+  }
+  std::optional<Job> pick(Time now) {
+    return take(now, [this](TaskId id) {
+      if (group_free(id)) return Pick::run;
+      return set_.tasks[id].kind == TaskKind::timer ? Pick::leave : Pick::forget;
+    });
+  }
   std::optional<Job> wait(Time now);
   void rebuild();
-  void rebuild(std::vector<TaskId>& waited, const std::vector<TaskId>& all);
 
-  std::vector<TaskId> waited_timers_, waited_subscriptions_;  // in the order of the wait set
-  std::vector<bool> is_waited_for_;                           // by task
-  bool interrupted_ = false;                                  // whether the guard condition is triggered
+  std::vector<TaskId> waited_;       // in the order of the wait set
+  std::vector<bool> is_waited_for_;  // by task
+  bool interrupted_ = false;         // whether the guard condition is triggered
   bool needs_rebuild_ = false;
   WaitMutex wait_mutex_;
 };

@@ -31,10 +31,7 @@ class Workload {
   /// When `job` ends among those that end at one instant. In a round the jobs end, in the order of their
   /// threads, and then threads take their next jobs. n > 0: in the n-th round of that instant which begins
   /// after its start; 0: as soon as its time has passed.
-  [[nodiscard]] virtual std::uint32_t end_round(const Job& job) const {
-    static_cast<void>(job);
-    return 0;
-  }
+  [[nodiscard]] virtual std::uint32_t end_round(const Job& /*job*/) const { return 0; }
 
   /// `job` of `task` publishes, and ends unless rest() says otherwise; returns the subset of
   /// `task.feeds` to which it publishes now. The span is valid until the next finish().
@@ -46,23 +43,16 @@ class Workload {
 
   /// The message published by job `parent` has reached `subscription` with number `sequence` (0, 1,
   /// ...). Messages of one publisher arrive in the order of publication.
-  virtual void delivered(TaskId subscription, std::uint64_t sequence, JobRef parent) {
-    static_cast<void>(subscription);
-    static_cast<void>(sequence);
-    static_cast<void>(parent);
-  }
+  virtual void delivered(TaskId /*subscription*/, std::uint64_t /*sequence*/, JobRef /*parent*/) {}
 
   /// For exploration.hpp. A copy in the same state, which may share what it observes with this one; none: it
   /// is not explored.
   [[nodiscard]] virtual std::unique_ptr<Workload> clone() const { return nullptr; }
   /// Adds all that its later answers depend on, with the data that they hand on.
-  virtual void describe(StateWords& words) const { static_cast<void>(words); }
+  virtual void describe(StateWords& /*words*/) const {}
 
   /// Message `sequence` of `subscription` was never taken; the message delivered next replaces it.
-  virtual void overwritten(TaskId subscription, std::uint64_t sequence) {
-    static_cast<void>(subscription);
-    static_cast<void>(sequence);
-  }
+  virtual void overwritten(TaskId /*subscription*/, std::uint64_t /*sequence*/) {}
 };
 
 /// Source of delivery delays.
@@ -81,10 +71,7 @@ class ExecutionTimes {
   /// Execution time of `job`, >= 0; the same at every call.
   [[nodiscard]] virtual Duration of(const Job& job) const = 0;
   /// See Workload.
-  [[nodiscard]] virtual std::uint32_t end_round(const Job& job) const {
-    static_cast<void>(job);
-    return 0;
-  }
+  [[nodiscard]] virtual std::uint32_t end_round(const Job& /*job*/) const { return 0; }
   /// When the jobs of timers with release_jitter become ready (Task::release_delays); none: at their
   /// timestamps.
   [[nodiscard]] virtual const ReleaseDelays* release_delays() const { return releases_.get(); }

@@ -3,6 +3,8 @@
 
 #include <pthread.h>
 
+#include <system_error>
+
 namespace hotpath {
 
 /// A mutex with priority inheritance: a preempted executor thread never delays the timer management
@@ -11,7 +13,14 @@ namespace hotpath {
 class PiMutex {
  public:
   /// Throws std::system_error.
-  PiMutex();
+  PiMutex() {
+    pthread_mutexattr_t attributes;
+    pthread_mutexattr_init(&attributes);
+    int refused = pthread_mutexattr_setprotocol(&attributes, PTHREAD_PRIO_INHERIT);
+    if (refused == 0) refused = pthread_mutex_init(&mutex_, &attributes);
+    pthread_mutexattr_destroy(&attributes);
+    if (refused != 0) throw std::system_error(refused, std::generic_category(), "cannot create a mutex");
+  }
   ~PiMutex() { pthread_mutex_destroy(&mutex_); }
   PiMutex(const PiMutex&) = delete;
   PiMutex& operator=(const PiMutex&) = delete;
