@@ -2,7 +2,6 @@
 #include "import/delivery_orders.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <unordered_map>
 
 #include "program/text.hpp"
@@ -203,23 +202,6 @@ std::vector<std::string> delivery_notes(const tracing::System& system, const Rec
   note(other,
        "Not all messages were read in the graph's order of delivery: ", ". Another executor may have run.");
   return notes;
-}
-
-nlohmann::json deliveries_json(const tracing::System& system, const RecordedDeliveries& deliveries) {
-  nlohmann::json all = nlohmann::json::array();
-  for (const auto& [topic, delivery] : deliveries) {
-    nlohmann::json nodes = nlohmann::json::array();
-    for (const std::uint32_t c : delivery.subscriptions) {
-      const std::uint32_t node = system.callbacks[c].node;
-      nodes.push_back(node == kNone ? "?" : system.nodes[node]);
-    }
-    all.push_back({{"topic", system.topics[topic].name},
-                   {"subscribers", std::move(nodes)},
-                   {"source", to_string(delivery.source)},
-                   {"messages", delivery.messages},
-                   {"agreeing", delivery.agreeing}});
-  }
-  return all;
 }
 
 }  // namespace hotpath::imports

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <utility>
@@ -60,9 +59,5 @@ using RecordedDeliveries = std::map<std::uint32_t, RecordedDelivery>;
 /// Sentences about orders that are unknown or that not all messages have.
 [[nodiscard]] std::vector<std::string> delivery_notes(const tracing::System& system,
                                                       const RecordedDeliveries& deliveries);
-
-/// All orders with their sources, as an array.
-[[nodiscard]] nlohmann::json deliveries_json(const tracing::System& system,
-                                             const RecordedDeliveries& deliveries);
 
 }  // namespace hotpath::imports

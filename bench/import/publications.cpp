@@ -222,10 +222,9 @@ bool is_regular(const std::vector<Time>& at, Duration mean) {
 }
 
 /// Whether the arrivals go on: they fill half of the recording, or enough of them last until its end.
-bool go_on(const std::vector<Time>& at, Duration mean, const RecordedTime& recorded) {
-  const auto n = static_cast<std::int64_t>(at.size());
-  return 2 * n * mean >= recorded.length() ||
-         (at.size() >= kFewestRecurring && recorded.end - at.back() <= 2 * mean);
+bool go_on(const std::vector<Time>& at, Duration mean, Time begin, Time end) {
+  return 2 * std::ssize(at) * mean >= end - begin ||
+         (at.size() >= kFewestRecurring && end - at.back() <= 2 * mean);
 }
 
 std::string in_ms(Duration time) { return program::concat(program::fixed(to_ms(time), 1), " ms"); }
@@ -290,19 +289,18 @@ std::string rule_text(const tracing::System& system, const InferredRule& rule) {
   return {};
 }
 
-EarlyPublications early_publications(const RecordedGraph& graph, std::span<const tracing::Job> jobs) {
+EarlyPublications early_publications(std::span<const tracing::Job> jobs) {
   struct Instants {
     std::vector<Duration> before_end;
     std::vector<double> share;
   };
-  std::map<std::pair<TaskId, std::uint32_t>, Instants> all;  // by task and topic
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Instants> all;
   for (const tracing::Job& job : jobs) {
-    const TaskId task = graph.task(job.ref);
-    if (task == kNoTask || !job.ended || job.finish <= job.start) continue;
+    if (!job.ended || job.finish <= job.start) continue;
     std::map<std::uint32_t, Time> last;  // by topic: a job that publishes twice sends its last message
     for (const tracing::Publication& p : job.published) last[p.topic] = p.at;
     for (const auto& [topic, at] : last) {
-      Instants& instants = all[{task, topic}];
+      Instants& instants = all[{job.ref.callback, topic}];
       instants.before_end.push_back(job.finish - at);
       instants.share.push_back(to_ms(at - job.start) / to_ms(job.finish - job.start));
     }
@@ -362,22 +360,22 @@ std::vector<std::string> synchronised_chains(const RecordedSystem& recorded, con
   return all;
 }
 
-OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded) {
+OutsideReleases outside_releases(const std::vector<Time>& at, Time begin, Time end) {
   const auto n = static_cast<std::int64_t>(at.size());
   const Duration mean = std::max(Duration(1000), (at.back() - at.front()) / std::max<std::int64_t>(1, n - 1));
-  const bool goes_on = go_on(at, mean, recorded);
+  const bool goes_on = go_on(at, mean, begin, end);
   if (goes_on && is_regular(at, mean))
     return {{at.front()}, mean, {}, program::concat("a timer of ", in_ms(mean))};
   if (at.size() < kFewestRecurring)
     return {
         at, kOnce, {}, program::concat(n, n == 1 ? " timer" : " timers", " for one release, at its arrival")};
   if (at.size() <= kMostTimers) {
-    const Duration period = std::max(n * mean, recorded.length());
+    const Duration period = std::max(n * mean, end - begin);
     return {at, period, {}, program::concat(n, " timers of ", in_ms(period), ", one for each arrival")};
   }
   OutsideReleases releases = goes_on ? with_jitter(at, mean) : OutsideReleases{};
   if (!releases.first.empty()) return releases;
-  const Duration rate = goes_on ? mean : std::max(mean, recorded.length() / n);
+  const Duration rate = goes_on ? mean : std::max(mean, (end - begin) / n);
   return {{at.front()},
           rate,
           {},

@@ -104,6 +104,18 @@ Verdict verdict_of(const Recognition& r) {
   return leaders.size() == 1 ? Verdict::recognised : Verdict::tie;
 }
 
+/// The tasks of `graph` in the order that they have in a graph of that order.
+std::vector<TaskId> tasks_in(const ServiceOrder& order, const tracing::System& system,
+                             const RecordedGraph& graph) {
+  std::vector<TaskId> tasks;
+  for (const std::uint32_t node : order.nodes)
+    for (const std::uint32_t c : order.callbacks)
+      if (system.callbacks[c].node == node) tasks.push_back(graph.task_of[c]);
+  for (TaskId id = 0; id < graph.callback_of.size(); ++id)
+    if (graph.callback_of[id] == kNone) tasks.push_back(id);
+  return tasks;
+}
+
 class Recogniser {
  public:
   Recogniser(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps)
@@ -275,6 +287,46 @@ std::vector<std::uint32_t> in_order(std::vector<std::uint32_t> left, Ahead&& ahe
   return order;
 }
 
+std::string share_of(const Score& score, const Recognition& r) {
+  return program::text("%.1f %% of %zu contested decisions", 100 * score.agreement, r.contested);
+}
+
+std::string next_one(const Recognition& r) {
+  if (r.ranking.size() == 1) return "; no other known executor has such threads.";
+  if (r.leading >= r.ranking.size()) return ".";
+  const Score& next = r.ranking[r.leading];
+  return program::text("; the next one, %s, explains %.1f %%.", next.hypothesis.label.c_str(),
+                       100 * next.agreement);
+}
+
+std::string tie(const Recognition& r) {
+  const std::vector<std::string> unlikely = r.names(true);
+  std::vector<std::string> likely = r.names();
+  std::erase_if(likely, [&](const std::string& name) { return std::ranges::count(unlikely, name) > 0; });
+  std::string all = program::concat(
+      program::joined(likely, ", "),
+      likely.size() == 1 ? " explains the recording best, " : " explain the recording equally well, ",
+      share_of(r.ranking.front(), r));
+  if (!unlikely.empty())
+    all += program::concat("; ", program::joined(unlikely, ", "), " cannot be excluded, but ",
+                           unlikely.size() == 1 ? "makes" : "make",
+                           " the recording a thousand times less likely");
+  return all + next_one(r);
+}
+
+std::string undecided(const Recognition& r, const std::string& names) {
+  std::size_t differing = 0;
+  for (const Score& score : std::span(r.ranking).first(r.leading))
+    differing = std::max(differing, score.differing());
+  const std::string known = r.contested == 0 ? "No" : program::concat("Only ", r.contested);
+  return differing == 0 || r.contested < 20
+             ? program::concat(known, " of ", r.decisions,
+                               " judged decisions had a choice, too few to tell executors apart (possible: ",
+                               names, "). Record at a load at which callbacks wait for each other.")
+             : program::concat("The recording does not tell ", names, " apart: they differ in at most ",
+                               differing, " of ", r.contested, " contested decisions.");
+}
+
 }  // namespace
 
 std::vector<std::string> Recognition::names(bool unlikely_only) const {
@@ -282,6 +334,27 @@ std::vector<std::string> Recognition::names(bool unlikely_only) const {
   for (const Score& score : std::span(ranking).first(leading))
     if (score.unlikely || !unlikely_only) names.push_back(score.hypothesis.label);
   return names;
+}
+
+std::string sentence(const Recognition& r) {
+  if (r.ranking.empty()) return "No known executor runs such threads.";
+  const std::string names = program::joined(r.names(), ", ");
+  const Score& best = r.ranking.front();
+  if (!r.stated.empty())
+    return program::concat("The executor calls itself ", r.stated, ", which explains ", share_of(best, r),
+                           ".");
+  switch (r.verdict) {
+    case Verdict::recognised:
+      return program::concat(names, " explains ", share_of(best, r), next_one(r));
+    case Verdict::tie:
+      return tie(r);
+    case Verdict::undecided:
+      return undecided(r, names);
+    case Verdict::none_fits:
+      return program::concat("No known executor fits: the best one, ", best.hypothesis.label, ", explains ",
+                             share_of(best, r), r.breaks.empty() ? "" : ". It first breaks ", r.breaks, ".");
+  }
+  return {};
 }
 
 Recognition recognise(const tracing::System& system, const RecordedGraph& graph, const RecordedSteps& steps,
@@ -312,17 +385,6 @@ ServiceOrder service_order(const tracing::System& system, const RecordedGraph& g
           in_order(callbacks, [&](std::uint32_t a, std::uint32_t b) {
             return system.callbacks[a].node == system.callbacks[b].node ? ahead(a, b) : 0;
           })};
-}
-
-std::vector<TaskId> tasks_in(const ServiceOrder& order, const tracing::System& system,
-                             const RecordedGraph& graph) {
-  std::vector<TaskId> tasks;
-  for (const std::uint32_t node : order.nodes)
-    for (const std::uint32_t c : order.callbacks)
-      if (system.callbacks[c].node == node) tasks.push_back(graph.task_of[c]);
-  for (TaskId id = 0; id < graph.callback_of.size(); ++id)
-    if (graph.callback_of[id] == kNone) tasks.push_back(id);
-  return tasks;
 }
 
 }  // namespace hotpath::imports

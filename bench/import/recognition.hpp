@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -67,14 +66,8 @@ struct Recognition {
 /// Nodes and callbacks in the order that agrees with most evidence; equals in the order of creation.
 [[nodiscard]] ServiceOrder service_order(const tracing::System& system, const RecordedGraph& graph,
                                          const OrderEvidence& evidence);
-/// The tasks of `graph` in the order that they have in a graph of that order.
-[[nodiscard]] std::vector<TaskId> tasks_in(const ServiceOrder& order, const tracing::System& system,
-                                           const RecordedGraph& graph);
 
 /// One or two sentences: the verdict, its evidence, and what would decide an open one.
 [[nodiscard]] std::string sentence(const Recognition& recognition);
-
-/// Verdict, names, and the ranking with scores.
-[[nodiscard]] nlohmann::json recognition_json(const Recognition& recognition);
 
 }  // namespace hotpath::imports

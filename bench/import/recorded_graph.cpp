@@ -53,8 +53,12 @@ void add_publication(const Publication& p, Node& node, Callback& publisher) {
 
 class Builder {
  public:
-  Builder(const RecordedSystem& recorded, const std::string& name, const ServiceOrder& order, bool other)
-      : recorded_(recorded), order_(order), other_(other), uses_(system_.callbacks.size()) {
+  Builder(const RecordedSystem& recorded, const std::string& name, const Shown& shown)
+      : recorded_(recorded),
+        shown_(shown),
+        order_(shown.order),
+        uses_(system_.callbacks.size()),
+        is_task_(uses_.size(), false) {
     result_.missing = recorded_.missing;
     result_.graph.name = printable(graph_name(name, true), kMaxNameBytes);
     if (!order_.nodes.empty()) return;
@@ -63,18 +67,17 @@ class Builder {
   }
 
   RecordedGraph build() {
-    name_nodes();
+    std::set<std::string> used = {kOutside};
+    for (const std::string& node : system_.nodes)
+      result_.node_names.push_back(name_in_graph(node, true, used));
     choose_tasks();
-    std::vector<bool> is_task;
-    for (const Use& use : uses_) is_task.push_back(use.is_task);
-    overlaps_ = overlaps_of(recorded_, is_task);
-    result_.rules = infer_rules(system_, recorded_.jobs, is_task, other_);
+    find_overlaps();
+    result_.rules = infer_rules(system_, recorded_.jobs, is_task_, shown_.other);
     drop_silent_inputs();
     name_topics();
     find_undecided();
     for (const std::uint32_t n : order_.nodes) add_node(n);
     cut_cycles();
-    find_unpublished();
     add_outside();
     if (result_.graph.nodes.empty())
       throw program::UsageError("the trace has no timer and no subscription for a graph; record for longer");
@@ -85,15 +88,16 @@ class Builder {
  private:
   /// What becomes of a callback.
   struct Use {
-    bool is_task = false;
     std::uint32_t copy = 1;  ///< 1, or the number of its topic's copy.
+    bool overlaps = false;   ///< It overlapped one of its node, with which it shares no exclusive group.
+    bool overlaps_itself = false;
   };
 
   void note(const auto&... parts) { result_.notes.push_back(concat(parts...)); }
   void leave_out(const auto&... parts) { result_.missing.push_back(concat(parts...)); }
   const tracing::Callback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
-  const std::string& topic_of(std::uint32_t c) const { return system_.topics[callback(c).topic].name; }
-  bool reads(std::uint32_t c) const { return uses_[c].is_task && callback(c).topic != kNone; }
+  const std::string& topic_of(std::uint32_t c) const { return recorded_.topic_of(c); }
+  bool reads(std::uint32_t c) const { return is_task_[c] && callback(c).topic != kNone; }
   /// The topic in the graph: a node has one input for each, so that further ones read a copy.
   const std::string& input_name(std::uint32_t c) const {
     return result_.topic_names[callback(c).topic][uses_[c].copy - 1];
@@ -105,12 +109,6 @@ class Builder {
     if (name != plain)
       note("The graph has another ", kind, plain, "; ", kind, ros_name, " is called ", name, " in it.");
     return name;
-  }
-
-  void name_nodes() {
-    std::set<std::string> used = {kOutside};
-    for (const std::string& node : system_.nodes)
-      result_.node_names.push_back(name_in_graph(node, true, used));
   }
 
   void choose_tasks() {
@@ -128,10 +126,10 @@ class Builder {
         leave_out("A timer of node ", system_.nodes[node], " has a period of ", to_ms(period),
                   " ms and is left out.");
       } else if (!is_beside_topics(kind)) {
-        uses_[c].is_task = kind == CallbackKind::timer || !is_housekeeping(topic_of(c));
-        if (kind == CallbackKind::subscription && uses_[c].is_task) uses_[c].copy = ++same;
+        is_task_[c] = kind == CallbackKind::timer || !is_housekeeping(topic_of(c));
+        if (kind == CallbackKind::subscription && is_task_[c]) uses_[c].copy = ++same;
       } else if (node != kNone && jobs > 0 && recorded_.executor_of[c] != kNone) {
-        uses_[c].is_task = std::exchange(same, std::max(same, 1U)) == 0;
+        is_task_[c] = std::exchange(same, std::max(same, 1U)) == 0;
       } else if (node != kNone && jobs > 0) {
         ++elsewhere;
         jobs_elsewhere += jobs;
@@ -143,12 +141,28 @@ class Builder {
     if (unknown > 0)
       leave_out(unknown, " callbacks with ", jobs_of_unknown,
                 " jobs have no initialisation event and are left out; start the recording before the nodes.");
-    if (std::ranges::count(uses_, true, &Use::is_task) > 0) return;
+    if (std::ranges::count(is_task_, true) > 0) return;
     throw program::UsageError(
         jobs_of_unknown > 0
             ? "the trace has callbacks but no initialisation events (such as ros2:rcl_node_init); start the "
               "recording before the nodes, and keep all events `ros2:*`"
             : "the trace has no callback of a node; record `ros2:*` while the nodes start and run");
+  }
+
+  void find_overlaps() {
+    std::map<std::uint32_t, std::vector<const tracing::Job*>> open;  // by node
+    for (const tracing::Job& job : recorded_.jobs) {
+      const std::uint32_t c = job.ref.callback;
+      if (!job.ended || c >= uses_.size() || !is_task_[c]) continue;
+      auto& others = open[callback(c).node];
+      std::erase_if(others, [&](const tracing::Job* o) { return o->finish <= job.start; });
+      for (const tracing::Job* other : others) {
+        if (other->thread == job.thread) continue;
+        uses_[c].overlaps = uses_[other->ref.callback].overlaps = true;
+        if (other->ref.callback == c) uses_[c].overlaps_itself = true;
+      }
+      others.push_back(&job);
+    }
   }
 
   /// Drops subscriptions without samples.
@@ -157,12 +171,12 @@ class Builder {
     for (const InferredRule& rule : result_.rules) published.insert(rule.topic);
     for (std::uint32_t c = 0; c < uses_.size(); ++c) {
       if (!reads(c) || callback(c).jobs > 0 || published.contains(callback(c).topic)) continue;
-      uses_[c].is_task = false;
+      is_task_[c] = false;
       leave_out("Nobody published ", topic_of(c), ", to which node ", result_.node_names[callback(c).node],
                 " subscribes; the subscription is left out.");
     }
     for (InferredRule& rule : result_.rules)
-      std::erase_if(rule.of, [&](std::uint32_t c) { return !uses_[c].is_task; });
+      std::erase_if(rule.of, [&](std::uint32_t c) { return !is_task_[c]; });
   }
 
   /// Names the topics of the graph. They keep their names before services and copies of topics.
@@ -202,7 +216,7 @@ class Builder {
                    rule_text(system_, rule.as_good.front()));
     std::set<std::uint32_t> nodes;
     for (std::uint32_t c = 0; c < uses_.size(); ++c)
-      if (overlaps_.others[c] && !overlaps_.itself[c] && nodes.insert(callback(c).node).second)
+      if (uses_[c].overlaps && !uses_[c].overlaps_itself && nodes.insert(callback(c).node).second)
         leave_open("callbacks of node ", system_.nodes[callback(c).node],
                    " that overlapped have groups of their own, or a reentrant one");
   }
@@ -210,9 +224,9 @@ class Builder {
   void add_node(std::uint32_t n) {
     std::vector<std::uint32_t> own;
     for (const std::uint32_t c : order_.callbacks)
-      if (uses_[c].is_task && callback(c).node == n) own.push_back(c);
+      if (is_task_[c] && callback(c).node == n) own.push_back(c);
     if (own.empty()) return;
-    Node node;
+    Node& node = result_.graph.nodes.emplace_back();
     node.name = result_.node_names[n];
     std::map<std::uint32_t, std::uint32_t> input_of;  // by callback
     std::set<std::string> used;
@@ -237,13 +251,13 @@ class Builder {
       added.entity = entity_of(callback(c));
       added.task = concat(node.name, "/", name);
       added.period = added.deadline = callback(c).period;
+      if (shown_.priorities.contains(c)) added.priority = shown_.priorities.at(c);
       add_publications(c, input_of, node, added);
       added.group = group_of(c, name, node);
       result_.callback_of.push_back(c);
       node.callbacks.push_back(std::move(added));
     }
     if (node.group_names == std::vector<std::string>{"default"}) node.group_names.clear();
-    result_.graph.nodes.push_back(std::move(node));
   }
 
   void add_publications(std::uint32_t c, const std::map<std::uint32_t, std::uint32_t>& input_of, Node& node,
@@ -253,6 +267,7 @@ class Builder {
       const bool set = rule.rule == PublishRule::all_new;
       if (std::ranges::count(set ? rule.of : rule.publishers, c) == 0) continue;
       Publication p{.topic = {}, .rule = rule.rule, .of = {}, .n = rule.n, .first = rule.first};
+      if (const auto early = early_.find({c, rule.topic}); early != early_.end()) p.at = early->second;
       for (const std::uint32_t from : rule.of) p.of.push_back(input_of.at(from));
       std::ranges::sort(p.of);
       if (p.rule == PublishRule::last_of && p.of.empty()) p.rule = PublishRule::always;
@@ -267,19 +282,19 @@ class Builder {
   std::uint32_t group_of(std::uint32_t c, const std::string& callback_name, Node& node) const {
     std::set<std::uint32_t> executors;
     for (std::uint32_t other = 0; other < uses_.size(); ++other)
-      if (uses_[other].is_task && callback(other).node == callback(c).node)
+      if (is_task_[other] && callback(other).node == callback(c).node)
         executors.insert(recorded_.executor_of[other]);
     executors.erase(kNone);
     std::string name = "default";
     if (executors.size() > 1)
       name = concat("e", recorded_.executor_of[c] == kNone ? *executors.begin() : recorded_.executor_of[c]);
-    if (overlaps_.others[c]) name = "own_" + callback_name;
+    if (uses_[c].overlaps) name = "own_" + callback_name;
     std::ranges::replace(name, '/', '.');
     const auto at = std::ranges::find(node.group_names, name);
     const auto group = static_cast<std::uint32_t>(at - node.group_names.begin());
     if (at != node.group_names.end()) return group;
     using enum CallbackGroup;
-    const bool several = overlaps_.itself[c] || (other_ && overlaps_.others[c]);
+    const bool several = uses_[c].overlaps_itself || (shown_.other && uses_[c].overlaps);
     node.groups.push_back(several ? reentrant : mutually_exclusive);
     node.group_names.push_back(name);
     return group;
@@ -287,15 +302,21 @@ class Builder {
 
   /// Adds timers without work for each topic without a publisher.
   void add_outside() {
-    if (outside_.empty()) return;
-    const std::span<const tracing::Job> jobs = recorded_.jobs;  // not empty: an input has jobs
-    const RecordedTime recorded{jobs.front().start,
-                                std::ranges::max_element(jobs, {}, &tracing::Job::finish)->finish};
-    Node node;
+    std::set<std::string> published;
+    std::set<std::uint32_t> topics_outside;
+    for (const Node& node : result_.graph.nodes)
+      for (const Callback& c : node.callbacks)
+        for (const Publication& p : c.publishes) published.insert(p.topic);
+    for (std::uint32_t c = 0; c < uses_.size(); ++c)
+      if (reads(c) && !published.contains(input_name(c))) topics_outside.insert(callback(c).topic);
+    if (topics_outside.empty()) return;
+    const std::vector<tracing::Job>& jobs = recorded_.jobs;  // not empty: an input has jobs
+    const Time end = std::ranges::max_element(jobs, {}, &tracing::Job::finish)->finish;
+    Node& node = result_.graph.nodes.emplace_back();
     node.name = kOutside;
     node.groups = {CallbackGroup::mutually_exclusive};
     std::set<std::string> used;
-    for (const std::uint32_t topic : outside_) {
+    for (const std::uint32_t topic : topics_outside) {
       std::uint32_t reader = kNone;
       for (std::uint32_t c = 0; c < uses_.size(); ++c)
         if (reads(c) && callback(c).topic == topic && (reader == kNone || callback(reader).jobs == 0))
@@ -303,9 +324,9 @@ class Builder {
       std::vector<Time> at;
       for (const tracing::Job& job : jobs)
         if (job.ref.callback == reader && job.has_sample) at.push_back(job.sample.published);
-      if (at.empty()) at = {recorded.begin};
+      if (at.empty()) at = {jobs.front().start};
       std::ranges::sort(at);
-      const OutsideReleases releases = outside_releases(at, recorded);
+      const OutsideReleases releases = outside_releases(at, jobs.front().start, end);
       const std::vector<std::string>& topics = result_.topic_names[topic];
       const std::string name = graph_name(topics.front(), true);
       for (std::size_t i = 0; i < releases.first.size(); ++i) {
@@ -316,7 +337,7 @@ class Builder {
         timer.release_jitter = releases.jitter;
         timer.phase = releases.first[i] - Time{};
         for (const std::string& topic_name : topics)
-          if (!published_.contains(topic_name)) add_publication({.topic = topic_name, .of = {}}, node, timer);
+          if (!published.contains(topic_name)) add_publication({.topic = topic_name, .of = {}}, node, timer);
         result_.callback_of.push_back(kNone);
         node.callbacks.push_back(std::move(timer));
       }
@@ -326,7 +347,6 @@ class Builder {
                                          : "No callback of the trace publishes topic ",
                 system_.topics[topic].name, "; in the graph it comes from ", releases.timers, ".");
     }
-    result_.graph.nodes.push_back(std::move(node));
   }
 
   /// A cycle without a timer cannot be simulated: its subscription with the fewest jobs gets nothing from it.
@@ -346,15 +366,6 @@ class Builder {
     }
   }
 
-  /// A graph has a publisher for each input.
-  void find_unpublished() {
-    for (const Node& node : result_.graph.nodes)
-      for (const Callback& c : node.callbacks)
-        for (const Publication& p : c.publishes) published_.insert(p.topic);
-    for (std::uint32_t c = 0; c < uses_.size(); ++c)
-      if (reads(c) && !published_.contains(input_name(c))) outside_.insert(callback(c).topic);
-  }
-
   void index_tasks() {
     result_.tasks = make_tasks(result_.graph);
     result_.task_of.assign(uses_.size(), kNoTask);
@@ -370,20 +381,19 @@ class Builder {
 
   const RecordedSystem& recorded_;
   const tracing::System& system_ = recorded_.system;
+  const Shown& shown_;
   ServiceOrder order_;
-  const bool other_;
-  std::vector<Use> uses_;  // by callback
-  Overlaps overlaps_;
-  std::set<std::uint32_t> outside_;  // topics
-  std::set<std::string> published_;  // topics of the graph
+  const EarlyPublications early_ = early_publications(recorded_.jobs);
+  std::vector<Use> uses_;      // by callback
+  std::vector<bool> is_task_;  // by callback
   RecordedGraph result_;
 };
 
 }  // namespace
 
 RecordedGraph make_recorded_graph(const RecordedSystem& recorded, const std::string& name,
-                                  const ServiceOrder& order, bool other) {
-  return Builder(recorded, name, order, other).build();
+                                  const Shown& shown) {
+  return Builder(recorded, name, shown).build();
 }
 
 }  // namespace hotpath::imports

@@ -58,10 +58,17 @@ struct ServiceOrder {
   std::vector<std::uint32_t> nodes, callbacks;
 };
 
-/// Callbacks that overlapped, or whose executors differ, are in different callback groups. Throws UsageError
-/// if no task is left for a graph. `other`: the second reading of what the recording leaves undecided.
+/// What recognised executors show of a graph.
+struct Shown {
+  ServiceOrder order = {};
+  std::map<std::uint32_t, std::int64_t> priorities = {};  ///< Of timers, by callback.
+  bool other = false;                                     ///< The second reading of what is undecided.
+};
+
+/// Callbacks that overlapped, or whose executors differ, are in different callback groups. A task publishes
+/// early if it usually does so in its jobs. Throws UsageError if no task is left for a graph.
 [[nodiscard]] RecordedGraph make_recorded_graph(const RecordedSystem& recorded, const std::string& name,
-                                                const ServiceOrder& order = {}, bool other = false);
+                                                const Shown& shown = {});
 
 /// Tries hypotheses on all jobs of every node: every job publishes, every n-th job, or the job that completes
 /// a set of inputs with new samples. The one that explains most jobs wins; among equals the largest set of
@@ -82,10 +89,9 @@ struct ServiceOrder {
 /// the recorded callbacks: of the others no output can have been recorded.
 [[nodiscard]] std::vector<Chain> recorded_chains_of(const Graph& graph, const GraphTasks& tasks);
 
-/// By task and topic of the trace: the median share of its jobs before their last message, if early.
-using EarlyPublications = std::map<std::pair<TaskId, std::uint32_t>, double>;
-[[nodiscard]] EarlyPublications early_publications(const RecordedGraph& graph,
-                                                   std::span<const tracing::Job> jobs);
+/// By callback and topic: the median share of its jobs before their last message, if early.
+using EarlyPublications = std::map<std::pair<std::uint32_t, std::uint32_t>, double>;
+[[nodiscard]] EarlyPublications early_publications(std::span<const tracing::Job> jobs);
 
 /// Whether every node has the topic, so that graphs leave it out: /rosout, /parameter_events.
 [[nodiscard]] inline bool is_housekeeping(const std::string& topic) {
@@ -109,14 +115,9 @@ struct OutsideReleases {
   std::string timers;           ///< Names them in a sentence.
 };
 
-/// The time that a trace covers.
-struct RecordedTime {
-  Time begin, end;
-  [[nodiscard]] Duration length() const { return end - begin; }
-};
-
 /// Regular samples that go on have one timer. A few others are repeated once, more of them recur in the
 /// recorded order, and of very many the timers' jitter covers the arrivals. `at`: ascending, at least one.
-[[nodiscard]] OutsideReleases outside_releases(const std::vector<Time>& at, const RecordedTime& recorded);
+/// `begin`, `end`: of the recording.
+[[nodiscard]] OutsideReleases outside_releases(const std::vector<Time>& at, Time begin, Time end);
 
 }  // namespace hotpath::imports

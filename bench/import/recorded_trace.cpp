@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "hotpath/core/timer.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
 
@@ -21,6 +22,9 @@ constexpr Duration kIdle = std::chrono::microseconds(200);
 
 /// With more releases, and more per job, the trace's clock must have jumped.
 constexpr double kManyReleases = 1e6, kReleasesPerJob = 1e3;
+
+/// A sample may stay unread for this many jobs of its publisher.
+constexpr std::size_t kRemembered = 1024;
 
 /// The instant nearest to `about` that whole periods separate from `due`.
 Time on_grid(Time about, Time due, Duration period) {
@@ -98,6 +102,19 @@ void refuse_jumps(const Task& task, Time first, std::size_t jobs, Time end) {
       task.name.c_str(), to_ms(task.period), releases, span_ms / 1e3, jobs));
 }
 
+/// The row of a job, without what its sample or timer tell.
+JobRecord row_of(const tracing::System& system, const tracing::Job& job) {
+  JobRecord r;
+  r.start = job.start;
+  r.finish = job.ended ? job.finish : Time{};
+  r.outcome = job.ended ? Outcome::ran : Outcome::running;
+  r.worker = static_cast<std::uint16_t>(job.thread);
+  const auto process = system.processes.find(system.threads[job.thread].process);
+  r.process = static_cast<std::uint16_t>(std::distance(system.processes.begin(), process));
+  r.cpu = static_cast<std::int16_t>(job.processor);
+  return r;
+}
+
 }  // namespace
 
 RecordedTimers recorded_timers(const tracing::System& system, const RecordedGraph& graph,
@@ -119,84 +136,55 @@ RecordedTimers recorded_timers(const tracing::System& system, const RecordedGrap
   return timers;
 }
 
-RecordedTrace::RecordedTrace(const tracing::System& system, const RecordedGraph& graph,
-                             const RecordedTimers& timers, std::vector<bool> release_only)
-    : system_(system),
-      graph_(graph),
-      release_only_(std::move(release_only)),
-      recorded_timers_(timers),
-      sequences_(graph.tasks.set.size()) {
-  for (TaskId id = 0; id < timers.first.size(); ++id) timers_.push_back(timer_of(id, graph, timers));
-  for (auto& of_task : sequences_) of_task.resize(kRemembered);
-}
-
-JobRecord RecordedTrace::job(const tracing::Job& job) {
-  const TaskId task = graph_.task(job.ref);
-  JobRecord r;
-  if (graph_.tasks.set[task].kind == TaskKind::timer) {
-    r.job = timer_job(task, job.start);
-    if (job.release > Time{}) r.job.release = std::clamp(job.release, r.job.timestamp, job.start);
-  } else {
-    r.job = subscription_job(task, job.sample);
+RecordedRows recorded_rows(const RecordedSystem& recorded, const RecordedGraph& graph,
+                           const RecordedTimers& first, const std::vector<bool>& release_only) {
+  const TaskSet& set = graph.tasks.set;
+  std::vector<Timer> timers;  // by task
+  timers.reserve(set.size());
+  for (TaskId id = 0; id < set.size(); ++id) timers.push_back(timer_of(id, graph, first));
+  // By task, by number: of the latest jobs.
+  std::vector<std::vector<std::uint64_t>> sequences(set.size(), std::vector<std::uint64_t>(kRemembered));
+  const auto of_timer = [&](TaskId task, const tracing::Job& job) {
+    const Time next = timers[task].next_call(), due = next == first.first[task] ? first.begin : next;
+    Job called = timers[task].call(release_only[task] ? due : job.start);
+    called.timestamp = std::min(next, job.start);
+    called.deadline = called.timestamp + set[task].deadline;
+    called.release = release_only[task] ? called.timestamp : job.start;
+    if (job.release > Time{}) called.release = std::clamp(job.release, called.timestamp, job.start);
+    return called;
+  };
+  const auto of_sample = [&](TaskId task, const tracing::Sample& sample) {
+    Job job{task, sample.sequence, sample.published, sample.published, kNever, {}};
+    const TaskId parent = graph.task(sample.parent);
+    if (parent != kNoTask) job.parent = {parent, sequences[parent][sample.parent.number % kRemembered]};
+    return job;
+  };
+  RecordedRows rows;
+  rows.jobs.reserve(recorded.jobs.size());
+  for (const tracing::Job& job : recorded.jobs) {
+    JobRecord& r = rows.jobs.emplace_back();
+    const TaskId task = graph.task(job.ref);
+    if (task == kNoTask) continue;
+    r = row_of(recorded.system, job);
+    r.job = set[task].kind == TaskKind::timer ? of_timer(task, job) : of_sample(task, job.sample);
+    sequences[task][job.ref.number % kRemembered] = r.job.sequence;
   }
-  sequences_[task][job.ref.number % kRemembered] = r.job.sequence;
-  r.start = job.start;
-  r.finish = job.ended ? job.finish : Time{};
-  r.outcome = job.ended ? Outcome::ran : Outcome::running;
-  r.worker = static_cast<std::uint16_t>(job.thread);
-  const std::uint32_t process = system_.threads[job.thread].process;
-  r.process =
-      static_cast<std::uint16_t>(std::distance(system_.processes.begin(), system_.processes.find(process)));
-  r.cpu = static_cast<std::int16_t>(job.processor);
-  return r;
-}
-
-std::vector<JobRecord> RecordedTrace::jobs(std::span<const tracing::Job> jobs) {
-  std::vector<JobRecord> rows;
-  for (const tracing::Job& job : jobs)
-    rows.push_back(graph_.task(job.ref) != kNoTask ? this->job(job) : JobRecord{});
-  return rows;
-}
-
-Job RecordedTrace::timer_job(TaskId task, Time start) {
-  Timer& timer = timers_[task];
-  const Time next = timer.next_call();
-  const Time released = next == recorded_timers_.first[task] ? recorded_timers_.begin : next;
-  Job job = timer.call(release_only_[task] ? released : start);
-  job.timestamp = std::min(next, start);
-  job.deadline = job.timestamp + graph_.tasks.set[task].deadline;
-  job.release = release_only_[task] ? job.timestamp : start;
-  return job;
-}
-
-JobRecord RecordedTrace::lost(const tracing::LostSample& lost) const {
-  JobRecord r;
-  r.job = subscription_job(graph_.task_of[lost.subscription], lost.sample);
-  r.outcome = lost.queued ? Outcome::queued : Outcome::overwritten;
-  return r;
-}
-
-std::vector<JobRecord> RecordedTrace::due(Time end) const {
-  std::vector<JobRecord> due;
-  for (const TaskId id : timers_of(graph_)) {
-    for (Timer timer = timers_[id]; timer.next_call() < end;) {
-      JobRecord& r = due.emplace_back();
-      r.outcome = Outcome::queued;
-      r.job = timer.call(release_only_[id] ? timer.next_call() : end - Duration(1));
-      r.job.release = r.job.timestamp;
+  const auto add = [&](Outcome outcome, const Job& job) {
+    JobRecord& r = rows.others.emplace_back();
+    r.job = job;
+    r.outcome = outcome;
+  };
+  for (const tracing::LostSample& lost : recorded.lost)
+    if (const TaskId task = graph.task_of[lost.subscription]; task != kNoTask)
+      add(lost.queued ? Outcome::queued : Outcome::overwritten, of_sample(task, lost.sample));
+  for (const TaskId id : timers_of(graph)) {
+    while (timers[id].next_call() < recorded.end) {
+      Job job = timers[id].call(release_only[id] ? timers[id].next_call() : recorded.end - Duration(1));
+      job.release = job.timestamp;
+      add(Outcome::queued, job);
     }
   }
-  return due;
-}
-
-Job RecordedTrace::subscription_job(TaskId task, const tracing::Sample& sample) const {
-  Job job;
-  job.task = task;
-  job.sequence = sample.sequence;
-  job.timestamp = job.release = sample.published;
-  const TaskId parent = graph_.task(sample.parent);
-  if (parent != kNoTask) job.parent = {parent, sequences_[parent][sample.parent.number % kRemembered]};
-  return job;
+  return rows;
 }
 
 }  // namespace hotpath::imports

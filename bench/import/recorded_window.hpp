@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "hotpath/core/registry.hpp"
-#include "hotpath/core/timer.hpp"
 #include "hotpath/core/trace.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "import/recorded_graph.hpp"
@@ -28,37 +27,17 @@ struct RecordedTimers {
 [[nodiscard]] RecordedTimers recorded_timers(const tracing::System& system, const RecordedGraph& graph,
                                              std::span<const tracing::Job> jobs, Time end);
 
-/// Converts a recording into the rows of a run. A trace lacks the timestamps of timers. If a thread releases
-/// them, the n-th job has the n-th timestamp after those skipped at the beginning. Otherwise a timer is
-/// called when its job starts, and skips timestamps by rcl's rule.
-class RecordedTrace {
- public:
-  /// `release_only`: by task. System and graph must outlive it.
-  RecordedTrace(const tracing::System& system, const RecordedGraph& graph, const RecordedTimers& timers,
-                std::vector<bool> release_only);
-
-  /// The rows of all jobs in the order of starts, in the trace's time; an empty one for those that are not in
-  /// the graph. Call it once.
-  [[nodiscard]] std::vector<JobRecord> jobs(std::span<const tracing::Job> jobs);
-  [[nodiscard]] JobRecord lost(const tracing::LostSample& lost) const;
-  /// Timestamps that are due at the end without a started job.
-  [[nodiscard]] std::vector<JobRecord> due(Time end) const;
-
- private:
-  /// The row of a job of the graph.
-  JobRecord job(const tracing::Job& job);
-  /// A sample may stay unread for this many jobs of its publisher.
-  static constexpr std::size_t kRemembered = 1024;
-  Job timer_job(TaskId task, Time start);
-  Job subscription_job(TaskId task, const tracing::Sample& sample) const;
-
-  const tracing::System& system_;
-  const RecordedGraph& graph_;
-  const std::vector<bool> release_only_;
-  const RecordedTimers recorded_timers_;
-  std::vector<Timer> timers_;                          // by task
-  std::vector<std::vector<std::uint64_t>> sequences_;  // by task, by number: of the latest jobs
+/// A recording as rows of a run, in the trace's time.
+struct RecordedRows {
+  std::vector<JobRecord> jobs;  ///< Parallel to the recorded jobs; empty for those that are not in the graph.
+  std::vector<JobRecord> others;  ///< Samples without a job, and timestamps that are due at the end.
 };
+
+/// A trace lacks the timestamps of timers. If a thread releases them, which `release_only` tells by task, the
+/// n-th job has the n-th timestamp after those skipped at the beginning. Otherwise a timer is called when its
+/// job starts, and skips timestamps by rcl's rule.
+[[nodiscard]] RecordedRows recorded_rows(const RecordedSystem& recorded, const RecordedGraph& graph,
+                                         const RecordedTimers& timers, const std::vector<bool>& release_only);
 
 /// Jobs of a recording and their records, in the order of starts.
 struct RecordedWindow {

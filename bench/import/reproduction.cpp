@@ -37,34 +37,29 @@ class Way {
       const TimerHandling timers = traits_[executor_of_[id]].timers;
       release_only.push_back(timers == TimerHandling::release_only || found_.timers.released[id]);
     }
-    RecordedTrace rows(recorded_.system, found_.graph, found_.timers, std::move(release_only));
-    std::vector<JobRecord> records = rows.jobs(recorded_.jobs);
-    const RecordedWindow window{recorded_.jobs, records};
+    RecordedRows rows = recorded_rows(recorded_, found_.graph, found_.timers, release_only);
+    const RecordedWindow window{recorded_.jobs, rows.jobs};
     const Displacement displacement = recorded_displacement(recorded_.system, window);
     const bool shared = processors_are_shared();
-    for (std::size_t i = 0; i < records.size() && shared; ++i)
-      if (records[i].outcome == Outcome::ran) records[i].cpu_time = displacement.own[i];
-    std::vector<RecordedCosts> costs = costs_of(window);
-    Trace trace = trace_of(rows, records);
-    Graph graph = graph_of(costs, trace);
-    GraphTasks tasks = make_tasks(graph);
-    setup::ExecutorSpec executor = executor_for(displacement);
-    trace.executor = executor.label;
+    for (std::size_t i = 0; i < rows.jobs.size() && shared; ++i)
+      if (rows.jobs[i].outcome == Outcome::ran) rows.jobs[i].cpu_time = displacement.own[i];
+    Reproduction made;
+    made.labels = labels_;
+    made.costs = costs_of(window);
+    if (shared) made.slices = displacement.slices;
+    made.trace = trace_of(rows);
+    made.graph = graph_of(made.costs, made.trace);
+    made.tasks = make_tasks(made.graph);
+    made.executor = executor_for(displacement);
+    made.trace.executor = made.executor.label;
     std::vector<ChainObservation> outputs = recorded_chains(recorded_.system, found_.graph, window);
     for (ChainObservation& o : outputs) {
       o.sink_start -= found_.graph.epoch - Time{};
       o.latest_source_start -= found_.graph.epoch - Time{};
     }
-    trace.chains = join_chains(graph, tasks, trace, outputs);
-    SelfCheck check = self_check(graph, tasks, executor, trace);
-    return {labels_,
-            std::move(costs),
-            shared ? displacement.slices : TimeSlices{},
-            std::move(graph),
-            std::move(tasks),
-            std::move(trace),
-            std::move(executor),
-            std::move(check)};
+    made.trace.chains = join_chains(made.graph, made.tasks, made.trace, outputs);
+    made.check = self_check(made.graph, made.tasks, made.executor, made.trace);
+    return made;
   }
 
   /// Whether Linux may let the timer thread, which has slept, preempt a busy one at once.
@@ -126,26 +121,25 @@ class Way {
     return Duration(static_cast<std::int64_t>(jobs > 0 ? sum / jobs : 0));
   }
 
-  Trace trace_of(const RecordedTrace& rows, const std::vector<JobRecord>& records) const {
+  /// The rows of tasks, relative to the epoch.
+  Trace trace_of(const RecordedRows& rows) const {
     const TaskSet& set = found_.graph.tasks.set;
     const Duration epoch = found_.graph.epoch - Time{};
     Trace trace;
     trace.end = recorded_.end - epoch;
     trace.published.resize(set.size());
-    const auto add = [&](JobRecord r) {
-      if (r.started()) r.start -= epoch;
-      if (r.outcome == Outcome::ran) r.finish -= epoch;
-      r.job.timestamp -= epoch;
-      r.job.release -= epoch;
-      if (r.job.deadline != kNever) r.job.deadline -= epoch;
-      if (set[r.job.task].kind == TaskKind::subscription) ++trace.published[r.job.task];
-      trace.jobs.push_back(r);
-    };
-    for (const JobRecord& r : records)
-      if (r.job.task != kNoTask) add(r);
-    for (const tracing::LostSample& lost : recorded_.lost)
-      if (found_.graph.task_of[lost.subscription] != kNoTask) add(rows.lost(lost));
-    for (const JobRecord& r : rows.due(recorded_.end)) add(r);
+    for (const auto* part : {&rows.jobs, &rows.others}) {
+      for (JobRecord r : *part) {
+        if (r.job.task == kNoTask) continue;
+        if (r.started()) r.start -= epoch;
+        if (r.outcome == Outcome::ran) r.finish -= epoch;
+        r.job.timestamp -= epoch;
+        r.job.release -= epoch;
+        if (r.job.deadline != kNever) r.job.deadline -= epoch;
+        if (set[r.job.task].kind == TaskKind::subscription) ++trace.published[r.job.task];
+        trace.jobs.push_back(r);
+      }
+    }
     return trace;
   }
 
@@ -175,8 +169,8 @@ class Way {
     };
     GraphPlatform platform = found_.graph.graph.platform;
     platform.cores = recorded_.cores;
-    const bool raised = timer_thread_ == TimerThread::raised;
-    platform.timer_thread = raised ? TimerThread::raised : TimerThread::by_executor;
+    platform.timer_thread =
+        timer_thread_ == TimerThread::raised ? TimerThread::raised : TimerThread::by_executor;
     platform.execution_times =
         are_correlated(times) ? ExecutionTimeModel::replayed : ExecutionTimeModel::measured;
     platform.timer_dispatch_cost = dispatch_of(TaskKind::timer);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
@@ -149,37 +148,6 @@ SelfCheck self_check(const Graph& graph, const GraphTasks& tasks, const setup::E
         program::text("Losses are %.2f %% of all timestamps and samples simulated and %.2f %% recorded.",
                       check.lost_simulated_percent, check.lost_recorded_percent));
   return check;
-}
-
-// nlohmann::json writes numbers that are not finite as null.
-static nlohmann::json json_of(const validation::LatencyQuantiles& q) {
-  return {{"n", q.n.value_or(0)}, {"p50", q.p50}, {"p90", q.p90}, {"p99", q.p99}, {"max", q.max}};
-}
-
-void to_json(nlohmann::json& j, const SelfCheck& check) {
-  using nlohmann::json;
-  json chains = json::array();
-  for (const auto& c : check.chains) {
-    chains.push_back({{"chain", c.chain},
-                      {"recorded_ms", json_of(c.recorded_ms)},
-                      {"simulated_ms", json_of(c.simulated_ms)},
-                      {"median_error_percent", c.median_error_percent},
-                      {"p99_error_percent", c.p99_error_percent}});
-  }
-  const validation::ScheduleComparison& s = check.schedule;
-  j = {
-      {"light", to_string(check.light)},
-      {"reasons", check.reasons},
-      {"similarity", s.similarity},
-      {"first_difference", s.first_difference ? json{{"at_ms", s.first_difference->at_ms},
-                                                     {"recorded", s.first_difference->measured},
-                                                     {"simulated", s.first_difference->other}}
-                                              : json()},
-      {"response_p50_ms", {{"recorded", s.measured.response_ms.p50}, {"simulated", s.other.response_ms.p50}}},
-      {"response_p99_ms", {{"recorded", s.measured.response_ms.p99}, {"simulated", s.other.response_ms.p99}}},
-      {"chains", chains},
-      {"lost_percent",
-       {{"recorded", check.lost_recorded_percent}, {"simulated", check.lost_simulated_percent}}}};
 }
 
 }  // namespace hotpath::imports

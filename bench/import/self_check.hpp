@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,7 +48,5 @@ inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossEr
 /// executors; jobs and outputs whose timestamp lies before the epoch do not count.
 [[nodiscard]] SelfCheck self_check(const Graph& graph, const GraphTasks& tasks,
                                    const setup::ExecutorSpec& executor, const Trace& recorded);
-
-void to_json(nlohmann::json& j, const SelfCheck& check);
 
 }  // namespace hotpath::imports

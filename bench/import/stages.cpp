@@ -57,6 +57,69 @@ std::pair<std::string, std::vector<Hypothesis>> stated_executor(const RecordedSy
   return {};
 }
 
+Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
+                         const RecordedDeliveries& deliveries, const Shown& shown = {}) {
+  const std::string name = std::filesystem::path(options.trace).lexically_normal().filename();
+  RecordedGraph made = make_recorded_graph(recorded, name, shown);
+  Graph& graph = made.graph;
+  graph.delivery = delivery_of_graph(deliveries, made);
+  RecordedTimers timers = recorded_timers(recorded.system, made, recorded.jobs, recorded.end);
+  set_phases(made, timers);
+  for (const std::string& text : options.chains) graph.chains.push_back(chain_of(text, graph, made.tasks));
+  if (options.chains.empty()) graph.chains = recorded_chains_of(graph, made.tasks);
+  std::optional<Deployment> deployment;
+  if (!options.deployment.empty()) deployment = find_deployment(options.deployment, graph, made.tasks);
+  return {std::move(made), std::move(timers), std::move(deployment)};
+}
+
+/// Compares the possible executors of each group of threads with its decisions, unless one describes itself.
+std::vector<Recognition> recognise_executors(const RecordedSystem& recorded, const Interpretation& found) {
+  const tracing::System& system = recorded.system;
+  const RecordedRows rows = recorded_rows(recorded, found.graph, found.timers, found.timers.released);
+  const RecordedWindow window{recorded.jobs, rows.jobs};
+  std::vector<Recognition> recognitions;
+  for (const RecordedExecutor& executor : recorded.executors) {
+    const RecordedSteps steps = recorded_steps(found.graph, window, recorded.lost, executor, kTried);
+    const bool waits =
+        std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return system.threads[t].waits > 0; });
+    auto [name, possible] = stated_executor(recorded, found.graph, executor, steps);
+    if (possible.size() != 1) name.clear();
+    if (possible.empty()) possible = possible_hypotheses(steps, waits, system.rcl_version);
+    recognitions.push_back(recognise(system, found.graph, steps, possible, name));
+  }
+  return recognitions;
+}
+
+/// The executors under which a recording is reproduced, and what their fits say.
+struct ChosenExecutors {
+  std::vector<std::string> labels;  ///< By executor.
+  OrderEvidence order;
+  std::map<std::uint32_t, std::int64_t> priorities;  ///< Of timers, by callback.
+};
+
+/// `given`: the executor that the user named, or empty. `graph`: that of the recognitions.
+ChosenExecutors choose_executors(const std::vector<Recognition>& recognitions, const RecordedGraph& graph,
+                                 const std::string& given) {
+  ChosenExecutors chosen;
+  for (const Recognition& recognition : recognitions) {
+    const auto is_it = [&](const Score& s) { return given.empty() || s.hypothesis.label == given; };
+    const auto score = std::ranges::find_if(recognition.ranking, is_it);
+    if (score == recognition.ranking.end()) {
+      chosen.labels.push_back(given.empty() ? std::string(kBaselineExecutor) : given);
+      continue;
+    }
+    const Hypothesis& hypothesis = score->hypothesis;
+    chosen.labels.push_back(hypothesis.label);
+    chosen.order.insert(score->evidence.begin(), score->evidence.end());
+    if (hypothesis.entry->traits.policy != Policy::fp) continue;
+    for (TaskId id = 0; id < graph.tasks.set.size(); ++id)
+      if (graph.callback_of[id] != kNone && graph.tasks.set[id].kind == TaskKind::timer &&
+          hypothesis.levels[id] != kLast)
+        chosen.priorities[graph.callback_of[id]] = hypothesis.levels[id];
+  }
+  return chosen;
+}
+
 /// Sentences about the graph, its order and what a trace does not show.
 std::vector<std::string> notes_of(const RecordedSystem& recorded, const RecordedGraph& graph,
                                   const ChosenExecutors& chosen, const std::vector<Recognition>& recognitions,
@@ -93,66 +156,6 @@ std::string effect_of(const Reproduction& best, const Reproduction& other) {
 }
 
 }  // namespace
-
-Interpretation interpret(const RecordedSystem& recorded, const CtfOptions& options,
-                         const RecordedDeliveries& deliveries, const Shown& shown) {
-  const std::string name = std::filesystem::path(options.trace).lexically_normal().filename();
-  RecordedGraph made = make_recorded_graph(recorded, name, shown.order, shown.other);
-  Graph& graph = made.graph;
-  graph.delivery = delivery_of_graph(deliveries, made);
-  for (const auto& [callback, priority] : shown.priorities)
-    made.callback(made.task_of[callback]).priority = priority;
-  for (const auto& [from, share] : early_publications(made, recorded.jobs))
-    for (Publication& p : made.callback(from.first).publishes)
-      if (std::ranges::count(made.topic_names[from.second], p.topic) > 0) p.at = share;
-  RecordedTimers timers = recorded_timers(recorded.system, made, recorded.jobs, recorded.end);
-  set_phases(made, timers);
-  for (const std::string& text : options.chains) graph.chains.push_back(chain_of(text, graph, made.tasks));
-  if (options.chains.empty()) graph.chains = recorded_chains_of(graph, made.tasks);
-  std::optional<Deployment> deployment;
-  if (!options.deployment.empty()) deployment = find_deployment(options.deployment, graph, made.tasks);
-  return {std::move(made), std::move(timers), std::move(deployment)};
-}
-
-std::vector<Recognition> recognise_executors(const RecordedSystem& recorded, const Interpretation& found) {
-  const tracing::System& system = recorded.system;
-  RecordedTrace rows(system, found.graph, found.timers, found.timers.released);
-  const std::vector<JobRecord> records = rows.jobs(recorded.jobs);
-  const RecordedWindow window{recorded.jobs, records};
-  std::vector<Recognition> recognitions;
-  for (const RecordedExecutor& executor : recorded.executors) {
-    const RecordedSteps steps = recorded_steps(found.graph, window, recorded.lost, executor, kTried);
-    const bool waits =
-        std::ranges::any_of(executor.threads, [&](std::uint32_t t) { return system.threads[t].waits > 0; });
-    auto [name, possible] = stated_executor(recorded, found.graph, executor, steps);
-    if (possible.size() != 1) name.clear();
-    if (possible.empty()) possible = possible_hypotheses(steps, waits, system.rcl_version);
-    recognitions.push_back(recognise(system, found.graph, steps, possible, name));
-  }
-  return recognitions;
-}
-
-ChosenExecutors choose_executors(const std::vector<Recognition>& recognitions, const RecordedGraph& graph,
-                                 const std::string& given) {
-  ChosenExecutors chosen;
-  for (const Recognition& recognition : recognitions) {
-    const auto is_it = [&](const Score& s) { return given.empty() || s.hypothesis.label == given; };
-    const auto score = std::ranges::find_if(recognition.ranking, is_it);
-    if (score == recognition.ranking.end()) {
-      chosen.labels.push_back(given.empty() ? std::string(kBaselineExecutor) : given);
-      continue;
-    }
-    const Hypothesis& hypothesis = score->hypothesis;
-    chosen.labels.push_back(hypothesis.label);
-    chosen.order.insert(score->evidence.begin(), score->evidence.end());
-    if (hypothesis.entry->traits.policy != Policy::fp) continue;
-    for (TaskId id = 0; id < graph.tasks.set.size(); ++id)
-      if (graph.callback_of[id] != kNone && graph.tasks.set[id].kind == TaskKind::timer &&
-          hypothesis.levels[id] != kLast)
-        chosen.priorities[graph.callback_of[id]] = hypothesis.levels[id];
-  }
-  return chosen;
-}
 
 Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   const RecordedDeliveries created = created_deliveries(recorded.system);

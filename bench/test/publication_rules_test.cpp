@@ -2,6 +2,8 @@
 // The rules by which callbacks publish.
 #include <gmock/gmock.h>
 
+#include <tuple>
+
 #include "recorded.hpp"
 
 namespace hotpath {
@@ -57,12 +59,10 @@ TEST(PublicationRules, TheOneThatExplainsMostJobsWins) {
        }) {
     const std::vector<InferredRule> rules = inferred(c.jobs);
     ASSERT_EQ(rules.size(), 1U) << c.name;
-    EXPECT_EQ(rules[0].rule, c.rule) << c.name;
-    EXPECT_EQ(rules[0].publishers, c.publishers) << c.name;
-    EXPECT_EQ(rules[0].of, c.of) << c.name;
-    EXPECT_EQ(rules[0].explained, c.explained) << c.name;
-    EXPECT_EQ(rules[0].n, c.n) << c.name;
-    EXPECT_EQ(rules[0].first, c.first) << c.name;
+    const InferredRule& r = rules[0];
+    EXPECT_EQ(std::tie(r.rule, r.publishers, r.of, r.explained, r.n, r.first),
+              std::tie(c.rule, c.publishers, c.of, c.explained, c.n, c.first))
+        << c.name;
   }
 }
 

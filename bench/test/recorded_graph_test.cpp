@@ -35,36 +35,33 @@ TEST(RecordedGraph, OnlyJobsOfTwoThreadsOverlap) {
   }
 }
 
-class Requests : public testing::TestWithParam<std::pair<K, EntityKind>> {};
-
-TEST_P(Requests, ComeFromOutsideAtTheirInstants) {
-  RecordedCallbacks r;
-  r.system.topics = {{"/service", {}}};
-  r.callback(K::timer);
-  r.callback(GetParam().first, 0, 0);
-  r.job(0, 0, 0ms, 1ms);
-  for (const Duration at : {10ms, 20ms, 30ms}) {
-    tracing::Job& job = r.job(1, 0, at, at + 1us);
-    job.has_sample = true;
-    job.sample.published = job.start;
+TEST(RecordedGraph, RequestsComeFromOutsideAtTheirInstants) {
+  for (const auto& [kind, entity] :
+       {std::pair(K::service, EntityKind::service), std::pair(K::client, EntityKind::client),
+        std::pair(K::unannounced, EntityKind::waitable)}) {
+    RecordedCallbacks r;
+    r.system.topics = {{"/service", {}}};
+    r.callback(K::timer);
+    r.callback(kind, 0, 0);
+    r.job(0, 0, 0ms, 1ms);
+    for (const Duration at : {10ms, 20ms, 30ms}) {
+      tracing::Job& job = r.job(1, 0, at, at + 1us);
+      job.has_sample = true;
+      job.sample.published = job.start;
+    }
+    const imports::RecordedGraph graph = r.graph();
+    EXPECT_EQ(graph.tasks.set[graph.task_of.at(1)].entity, entity);
+    const Node& outside = graph.graph.nodes.at(1);
+    EXPECT_EQ(outside.name, imports::kOutside);
+    ASSERT_EQ(outside.callbacks.size(), 1U);
+    EXPECT_EQ(outside.callbacks[0].period, 10ms);
+    EXPECT_EQ(outside.callbacks[0].phase, Duration(10ms));
+    const imports::RecordedGraph without = r.graph({1});
+    EXPECT_EQ(without.task_of.at(1), kNoTask) << "threads of no executor";
+    EXPECT_THAT(without.missing,
+                Contains(HasSubstr("1 callbacks of services and clients with 3 jobs ran on threads")));
   }
-  const imports::RecordedGraph graph = r.graph();
-  EXPECT_EQ(graph.tasks.set[graph.task_of.at(1)].entity, GetParam().second);
-  const Node& outside = graph.graph.nodes.at(1);
-  EXPECT_EQ(outside.name, imports::kOutside);
-  ASSERT_EQ(outside.callbacks.size(), 1U);
-  EXPECT_EQ(outside.callbacks[0].period, 10ms);
-  EXPECT_EQ(outside.callbacks[0].phase, Duration(10ms));
-  const imports::RecordedGraph without = r.graph({1});
-  EXPECT_EQ(without.task_of.at(1), kNoTask) << "threads of no executor";
-  EXPECT_THAT(without.missing,
-              Contains(HasSubstr("1 callbacks of services and clients with 3 jobs ran on threads")));
 }
-
-INSTANTIATE_TEST_SUITE_P(Kinds, Requests,
-                         testing::Values(std::pair(K::service, EntityKind::service),
-                                         std::pair(K::client, EntityKind::client),
-                                         std::pair(K::unannounced, EntityKind::waitable)));
 
 using Instants = std::function<Duration(int)>;
 
@@ -72,7 +69,7 @@ imports::OutsideReleases outside(int number, const Instants& at, Duration length
   std::vector<Time> all;
   all.reserve(static_cast<std::size_t>(number));
   for (int i = 0; i < number; ++i) all.push_back(Time{} + at(i));
-  return imports::outside_releases(all, {Time{}, Time{} + length});
+  return imports::outside_releases(all, Time{}, Time{} + length);
 }
 
 Duration bursts_of_five(int i) { return i / 5 * 500ms + i % 5 * 1ms; }
@@ -196,13 +193,6 @@ class Unmodelled : public testing::Test {
       graph_.task_of.push_back(c);
     }
   }
-  /// A rule by which the second node publishes /out.
-  void rule(std::uint64_t explained) {
-    graph_.rules = {{.topic = 2, .publishers = {2}, .jobs = 100, .explained = explained}};
-  }
-  void synchronise(std::size_t callback) {
-    r_.system.callbacks[callback].symbol = "message_filters::Subscriber<Image>::callback";
-  }
   std::vector<std::string> unmodelled() const { return imports::unmodelled(r_.system, graph_); }
 
   RecordedCallbacks r_;
@@ -210,7 +200,8 @@ class Unmodelled : public testing::Test {
 };
 
 TEST_F(Unmodelled, SynchronisersOfTheGraphAreNamedByNodeWithTheirTopics) {
-  for (const std::size_t c : {0U, 1U, 2U}) synchronise(c);
+  for (const std::size_t c : {0U, 1U, 2U})
+    r_.system.callbacks[c].symbol = "message_filters::Subscriber<Image>::callback";
   EXPECT_THAT(unmodelled(), ElementsAre(HasSubstr("Node /n0 passes /x, /y through message_filters"),
                                         HasSubstr("Node /n1 passes /x through message_filters")));
   for (const std::size_t c : {0U, 1U, 2U}) graph_.task_of[c] = kNoTask;
@@ -218,9 +209,9 @@ TEST_F(Unmodelled, SynchronisersOfTheGraphAreNamedByNodeWithTheirTopics) {
 }
 
 TEST_F(Unmodelled, ATopicThatNoRuleDescribesIsNamedWithTheBestOne) {
-  rule(95);
+  graph_.rules = {{.topic = 2, .publishers = {2}, .jobs = 100, .explained = 95}};
   EXPECT_THAT(unmodelled(), IsEmpty());
-  rule(94);
+  graph_.rules[0].explained = 94;
   EXPECT_THAT(unmodelled(), ElementsAre(AllOf(HasSubstr("topic /out: "), HasSubstr("94 of 100 jobs of /n1"),
                                               HasSubstr("lifecycle node"))));
 }

@@ -26,7 +26,8 @@ std::vector<imports::RecordedExecutor> executors_of(
     r.system.threads.push_back({process, id, 1, 0, {}});
     r.callback(kind, t, kind == K::timer ? tracing::kNone : 0).threads[t] = 1;
   }
-  return imports::recorded_executors(r.system);
+  r.job(0, 0, 0ms, 1ms);
+  return imports::recorded_system(r.system, r.jobs, {}, 0).executors;
 }
 
 TEST(RecordedExecutors, ThreadsOfTwoProcessesMayHaveOneId) {
@@ -63,12 +64,13 @@ class ServiceCalls : public testing::Test {
       for (const auto& [callback, start] : starts) {
         tracing::Job& job = r_.job(callback, 0, start(i), start(i) + 1ms);
         job.sample.published = job.start;
+        job.started = static_cast<std::uint64_t>(start(i).count());
       }
-    std::ranges::sort(r_.jobs, {}, &tracing::Job::start);
-    std::vector<std::string> sentences = imports::attribute_requests(r_.system, r_.jobs);
+    imports::RecordedSystem recorded = imports::recorded_system(r_.system, r_.jobs, {}, 0);
+    r_.jobs = std::move(recorded.jobs);
     for (const tracing::Job& job : r_.jobs)
       if (job.ref.callback == 0) callers_.insert(job.sample.parent.callback);
-    return sentences;
+    return recorded.notes;
   }
   static std::function<Duration(int)> after(Duration offset) {
     return [offset](int i) { return i * 50ms + offset; };

@@ -229,9 +229,10 @@ TEST(RecordedTimers, AnExecutorThatStatesInstantsGivesTheGrid) {
 TEST(RecordedTrace, SamplesThatWereNotTakenAreQueuedOrOverwritten) {
   Recorded r;
   r.tasks(0, {}, 1);
-  const imports::RecordedTrace trace(r.system, r.graph, {{Time{}}, {}, {false}}, {false});
   for (const bool queued : {false, true}) {
-    const JobRecord lost = trace.lost({0, {3, Time{} + 4ms, {}}, queued});
+    const imports::RecordedSystem system{.lost = {{0, {3, Time{} + 4ms, {}}, queued}}};
+    const JobRecord lost =
+        imports::recorded_rows(system, r.graph, {{Time{}}, {}, {false}}, {false}).others.at(0);
     EXPECT_EQ(lost.outcome, queued ? Outcome::queued : Outcome::overwritten);
     EXPECT_EQ(lost.job.sequence, 3U);
   }
@@ -247,7 +248,7 @@ std::size_t early(Duration length, const std::vector<Duration>& instants) {
     tracing::Job& job = r.job(0, 0, i * 100ms, i * 100ms, i * 100ms + length);
     for (const Duration at : instants) job.published.push_back({0, job.start + at, 0});
   }
-  return imports::early_publications(r.graph, r.jobs).size();
+  return imports::early_publications(r.jobs).size();
 }
 
 TEST(EarlyPublications, AreLongBeforeTheEndByShareAndByTime) {
