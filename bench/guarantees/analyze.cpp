@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
 #include <sstream>
@@ -162,105 +161,103 @@ class Analysis {
     Graph worst = graph_;
     worst.platform.execution_times = ExecutionTimeModel::worst;
     const setup::Utilisation load = setup::utilisation(worst, tasks_, &executor);
-    utilisation_percent_ = load.percent;
     if (!load.warnings.empty()) out_ << "\n" << program::joined(load.warnings, "\n") << "\n";
     check_phases_of_run(callbacks, executor.label);
-    CallbackGraph bounded = callbacks;
-    if (uncertainty() > Duration{}) forget_phases(bounded);
-    std::vector<GraphBounds> all = setup::bounds_of(graph_, bounded, executor);
-    GraphTasks tasks = tasks_;
-    tasks.set = callbacks.set;
+    const auto premises = setup::premises(graph_, callbacks.set, executor, callbacks.phases_known);
+    BoundRow common{.executor = executor.label};
+    common.utilisation_percent = load.percent;
+    common.rests_on = bounds::list_of(premises, true);
+    common.assumed = bounds::list_of(premises, false);
     std::vector<bounds::ReachedWorstCase> reached;
-    const bool explored = callbacks.phases_known || options_.exact;
-    if (explored) all.push_back(exact(graph_, callbacks, tasks, executor, &reached));
-    find_delivered(callbacks, bounded, tasks, executor, explored);
-    find_premises(callbacks, executor);
+    const std::vector<GraphBounds> all = bounds_of(graph_, callbacks, executor, &reached);
+    const std::vector<GraphBounds> delivered = delivered_bounds(callbacks, executor);
     const bool any = std::ranges::any_of(all, [](const GraphBounds& b) { return !b.refusal; });
     if (!any) out_ << "\n" << executor.label << ": no bound is known\n";
     for (const GraphBounds& bounds : all) {
       if (!bounds.refusal) {
-        show(executor.label, callbacks, bounds);
+        show(common, callbacks, bounds, delivered);
       } else if (!any) {
         out_ << "  " << bounds.method << ": " << *bounds.refusal << "\n";
       }
     }
     if (any) {
-      out_ << "Rests on: " << rests_on_ << ".\n";
-      if (!assumed_.empty()) out_ << "Assumed, not measured: " << assumed_ << ".\n";
+      out_ << "Rests on: " << common.rests_on << ".\n";
+      if (!common.assumed.empty()) out_ << "Assumed, not measured: " << common.assumed << ".\n";
     }
-    if (any && explored && all.back().refusal) {
+    if (any && explores(callbacks) && all.back().refusal) {
       out_ << (uncertainty() > Duration{} ? "No bounds near these phases: " : "No exact values: ")
            << *all.back().refusal << "\n";
-    } else if (any && explored && !not_delivered_.empty()) {
-      out_ << "No exact values with delivery: " << not_delivered_ << "\n";
+    } else if (any && explores(callbacks) && !delivered.empty() && delivered.back().refusal) {
+      out_ << "No exact values with delivery: " << *delivered.back().refusal << "\n";
     }
     if (!options_.witness.empty() && !reached.empty()) {
+      GraphTasks tasks = tasks_;
+      tasks.set = callbacks.set;
       out_ << write_witnesses(reached, graph_, tasks, executor, options_, options_.witness);
     }
   }
 
-  void show(const std::string& executor, const CallbackGraph& callbacks, const GraphBounds& bounds) {
-    std::vector<BoundRow> rows = bound_rows(executor, callbacks, bounds);
-    for (BoundRow& row : rows) {
-      row.rests_on = rests_on_;
-      row.assumed = assumed_;
-      row.utilisation_percent = utilisation_percent_;
-      const auto delivered = delivered_.find({bounds.method == bounds::kExactMethod, row.kind, row.name});
-      if (delivered != delivered_.end()) row.delivered_ns = delivered->second;
-      if (observed_) observed_->compare(row);
+  bool explores(const CallbackGraph& callbacks) const { return callbacks.phases_known || options_.exact; }
+
+  /// The bounds of all methods, and then of an exploration, if there is to be one.
+  std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
+                                     const setup::ExecutorSpec& executor,
+                                     std::vector<bounds::ReachedWorstCase>* reached) const {
+    CallbackGraph bounded = callbacks;
+    if (uncertainty() > Duration{}) {  // of the phases, only their distances are bounded
+      bounded.phases_known = false;
+      for (const Task& task : bounded.set.tasks)
+        bounded.creation_spread = std::max(bounded.creation_spread, task.phase + 2 * uncertainty());
     }
-    out_ << "\n" << executor << ", " << bounds.method << "\n";
+    std::vector<GraphBounds> all = setup::bounds_of(graph, bounded, executor);
+    if (explores(callbacks)) all.push_back(exact(graph, callbacks, executor, reached));
+    return all;
+  }
+
+  /// The same of the system in which samples take kSomeDelivery, if the graph states no delivery.
+  std::vector<GraphBounds> delivered_bounds(const CallbackGraph& callbacks,
+                                            const setup::ExecutorSpec& executor) const {
+    if (graph_.platform.delivery_delay > Duration{} || uncertainty() > Duration{}) return {};
+    Graph graph = graph_;
+    graph.platform.delivery_delay = kSomeDelivery;
+    return bounds_of(graph, callbacks, executor, nullptr);
+  }
+
+  void show(const BoundRow& common, const CallbackGraph& callbacks, const GraphBounds& bounds,
+            const std::vector<GraphBounds>& delivered) {
+    std::vector<BoundRow> rows = bound_rows(common, callbacks, bounds);
+    for (const GraphBounds& other : delivered) {
+      if (other.refusal || is_exact(other) != is_exact(bounds)) continue;
+      for (const BoundRow& of : bound_rows(common, callbacks, other)) {
+        const auto row = std::ranges::find_if(
+            rows, [&](const BoundRow& r) { return r.kind == of.kind && r.name == of.name; });
+        if (row != rows.end() && of.bound_ns)
+          row->delivered_ns = std::min(row->delivered_ns.value_or(*of.bound_ns), *of.bound_ns);
+      }
+    }
+    if (observed_) {
+      for (BoundRow& row : rows) observed_->compare(row);
+    }
+    out_ << "\n" << common.executor << ", " << bounds.method << "\n";
     print(out_, rows, observed_.has_value());
     if (!bounds.left_out.empty()) out_ << "No exact " << bounds.left_out << "\n";
     rows_.insert(rows_.end(), rows.begin(), rows.end());
   }
 
-  /// The smallest bounds, and the exact values, of the system in which samples take kSomeDelivery.
-  void find_delivered(const CallbackGraph& callbacks, const CallbackGraph& bounded, const GraphTasks& tasks,
-                      const setup::ExecutorSpec& executor, bool explored) {
-    delivered_.clear();
-    not_delivered_.clear();
-    if (graph_.platform.delivery_delay > Duration{} || uncertainty() > Duration{}) return;
-    Graph graph = graph_;
-    graph.platform.delivery_delay = kSomeDelivery;
-    std::vector<GraphBounds> all = setup::bounds_of(graph, bounded, executor);
-    if (explored) all.push_back(exact(graph, callbacks, tasks, executor, nullptr));
-    if (explored && all.back().refusal) not_delivered_ = *all.back().refusal;
-    for (const GraphBounds& bounds : all) {
-      if (bounds.refusal) continue;
-      for (const BoundRow& row : bound_rows(executor.label, callbacks, bounds)) {
-        if (!row.bound_ns) continue;
-        const auto [known, is_new] = delivered_.try_emplace(
-            {bounds.method == bounds::kExactMethod, row.kind, row.name}, *row.bound_ns);
-        if (!is_new) known->second = std::min(known->second, *row.bound_ns);
-      }
-    }
-  }
-
-  void find_premises(const CallbackGraph& callbacks, const setup::ExecutorSpec& executor) {
-    const auto all = setup::premises(graph_, callbacks.set, executor, callbacks.phases_known);
-    rests_on_ = bounds::list_of(all, true);
-    assumed_ = bounds::list_of(all, false);
-  }
-
-  /// Of the phases, only their distances are bounded.
-  void forget_phases(CallbackGraph& graph) const {
-    graph.phases_known = false;
-    for (const Task& task : graph.set.tasks)
-      graph.creation_spread = std::max(graph.creation_spread, task.phase + 2 * uncertainty());
-  }
+  static bool is_exact(const GraphBounds& bounds) { return bounds.method == bounds::kExactMethod; }
 
   Duration uncertainty() const { return from_ms(options_.phase_uncertainty_us.value_or(0) / 1000); }
 
-  GraphBounds exact(const Graph& graph, const CallbackGraph& callbacks, const GraphTasks& tasks,
-                    const setup::ExecutorSpec& executor,
+  /// Without `reached`, the values stand beside others, and must not take much longer than those.
+  GraphBounds exact(const Graph& graph, const CallbackGraph& callbacks, const setup::ExecutorSpec& executor,
                     std::vector<bounds::ReachedWorstCase>* reached) const {
-    // Without `reached`, they stand beside other values, and must not take much longer than these.
     GraphBounds none;
     none.method = uncertainty() > Duration{} ? bounds::kNearPhasesMethod : bounds::kExactMethod;
     if (executor.deployment) none.refusal = "several executors are not explored";
     if (!callbacks.phases_known) none.refusal = "worst cases are exact for known phases only; give --phases";
     if (none.refusal) return none;
+    GraphTasks tasks = tasks_;
+    tasks.set = callbacks.set;
     const bool many = options_.exact && reached != nullptr;
     const std::size_t most =
         executor.scheduler.workers > 1 ? bounds::kMostStatesOfThreads : bounds::kMostStates;
@@ -303,12 +300,7 @@ class Analysis {
   Graph graph_;
   GraphTasks tasks_;
   std::optional<Observed> observed_;
-  double utilisation_percent_ = 0;  // of the current executor
   std::vector<BoundRow> rows_;
-  // Of the executor at hand, by whether it is exact, by quantity and by name; and its premises.
-  std::map<std::tuple<bool, bounds::Quantity, std::string>, std::int64_t> delivered_;
-  std::string not_delivered_;  // why there are no exact values with delivery
-  std::string rests_on_, assumed_;
 };
 
 }  // namespace

@@ -15,26 +15,33 @@ namespace {
 using bounds::Quantity;
 using program::Column;
 
-std::string part(std::int64_t ns, const std::string& cause) { return in_ms(ns) + " " + cause; }
+/// Nanoseconds as milliseconds; `-` for none.
+std::string in_ms(std::optional<std::int64_t> ns) {
+  return ns ? program::fixed(to_ms(Duration(*ns)), 3) : "-";
+}
+
+/// Whether the bound is another one with kSomeDelivery.
+bool depends_on_delivery(const BoundRow& row) {
+  constexpr Duration kItself = 1000 * kSomeDelivery;  // a path of that many samples
+  return row.bound_ns && row.delivered_ns && *row.delivered_ns > *row.bound_ns + kItself.count();
+}
+
+/// Observed / bound.
+std::optional<double> tightness(const BoundRow& row) {
+  if (!row.observed_ns || row.bound_ns.value_or(0) <= 0) return std::nullopt;
+  return static_cast<double>(*row.observed_ns) / static_cast<double>(*row.bound_ns);
+}
 
 std::string consists_of(const PathParts& parts, const TaskSet& set) {
   constexpr std::size_t kMost = 5;
   std::string out;
   if (parts.blocking > 0) {
     const bool job = parts.blocker != kNoTask;
-    out += part(parts.blocking, job ? "blocked by " + set[parts.blocker].name + "; " : "waking up; ");
+    out = in_ms(parts.blocking) + (job ? " blocked by " + set[parts.blocker].name : " waking up") + "; ";
   }
-  for (std::size_t i = 0; i < std::min(kMost, parts.work.size()); ++i) {
-    out += (i > 0 ? "; " : "") + part(parts.work[i].second, set[parts.work[i].first].name);
-  }
+  for (std::size_t i = 0; i < std::min(kMost, parts.work.size()); ++i)
+    out += (i > 0 ? "; " : "") + in_ms(parts.work[i].second) + " " + set[parts.work[i].first].name;
   return out + (parts.work.size() > kMost ? "; ..." : "");
-}
-
-std::string dominated_by(const ChainAge& age, const TaskSet& set) {
-  std::string out;
-  if (age.waited_at != kNoTask) out = part(age.waiting, "ms waiting at " + set[age.waited_at].name + "; ");
-  out += part(age.response, "ms behind " + set[age.last_timer].name + "'s timestamp");
-  return age.parts.work.empty() ? out : out + ": " + consists_of(age.parts, set);
 }
 
 void add_parts(BoundRow& row, const ChainAge& age, const TaskSet& set) {
@@ -43,35 +50,39 @@ void add_parts(BoundRow& row, const ChainAge& age, const TaskSet& set) {
   row.last_timer = set[age.last_timer].name;
   row.response_ns = age.response;
   row.waiting_ns = age.waiting;
-  row.dominated_by = dominated_by(age, set);
+  if (age.waited_at != kNoTask)
+    row.dominated_by = in_ms(age.waiting) + " ms waiting at " + set[age.waited_at].name + "; ";
+  row.dominated_by += in_ms(age.response) + " ms behind " + row.last_timer + "'s timestamp";
+  if (!age.parts.work.empty()) row.dominated_by += ": " + consists_of(age.parts, set);
 }
 
 /// The columns of a printed table.
 std::vector<Column<BoundRow>> shown_columns(Quantity kind, bool compared, const std::vector<BoundRow>& rows) {
-  static const std::map<Quantity, const char*> kSubjects = {{Quantity::task, "task"},
-                                                            {Quantity::chain, "chain, end to end"},
-                                                            {Quantity::hot_path, "chain, hot path"}};
-  std::vector<Column<BoundRow>> columns = {
-      {kSubjects.at(kind), &BoundRow::name},
-      {"bound ms", [](const BoundRow& row) { return in_ms(row.bound_ns); }}};
+  std::vector<Column<BoundRow>> columns = {{kind == Quantity::task    ? "task"
+                                            : kind == Quantity::chain ? "chain, end to end"
+                                                                      : "chain, hot path",
+                                            &BoundRow::name}};
+  const auto add_ms = [&](const char* name, std::optional<std::int64_t> BoundRow::*member) {
+    columns.emplace_back(name, [member](const BoundRow& row) { return in_ms(row.*member); });
+  };
+  add_ms("bound ms", &BoundRow::bound_ns);
   if (kind == Quantity::task) {
     columns.emplace_back("deadline", [](const BoundRow& row) {
       return row.deadline_ns ? in_ms(row.deadline_ns) : std::string();
     });
   } else if (kind == Quantity::chain) {
-    columns.emplace_back("response", [](const BoundRow& row) { return in_ms(row.response_ns); });
-    columns.emplace_back("waiting", [](const BoundRow& row) { return in_ms(row.waiting_ns); });
+    add_ms("response", &BoundRow::response_ns);
+    add_ms("waiting", &BoundRow::waiting_ns);
     columns.emplace_back("last timer", &BoundRow::last_timer);
   }
-  if (std::ranges::any_of(rows, depends_on_delivery)) {
-    columns.emplace_back("with delivery", [](const BoundRow& row) { return in_ms(row.delivered_ns); });
-  }
+  if (std::ranges::any_of(rows, depends_on_delivery)) add_ms("with delivery", &BoundRow::delivered_ns);
   if (!compared) return columns;
-  columns.emplace_back("observed ms", [](const BoundRow& row) { return in_ms(row.observed_ns); });
+  add_ms("observed ms", &BoundRow::observed_ns);
   columns.emplace_back("tightness", [](const BoundRow& row) {
-    return row.tightness ? program::fixed(*row.tightness, 3) : "-";
+    const std::optional<double> value = tightness(row);
+    return value ? program::fixed(*value, 3) : "-";
   });
-  columns.emplace_back("", [](const BoundRow& row) { return row.violated ? "VIOLATED" : ""; });
+  columns.emplace_back("", [](const BoundRow& row) { return row.violated() ? "VIOLATED" : ""; });
   return columns;
 }
 
@@ -88,15 +99,6 @@ void print_verdict(std::ostream& out, const std::vector<BoundRow>& tasks) {
 
 }  // namespace
 
-bool depends_on_delivery(const BoundRow& row) {
-  constexpr Duration kItself = 1000 * kSomeDelivery;  // a path of that many samples
-  return row.bound_ns && row.delivered_ns && *row.delivered_ns > *row.bound_ns + kItself.count();
-}
-
-std::string in_ms(std::optional<std::int64_t> ns) {
-  return ns ? program::fixed(to_ms(Duration(*ns)), 3) : "-";
-}
-
 const std::vector<Column<BoundRow>>& bound_columns() {
   static const std::vector<Column<BoundRow>> columns = {
       {"executor", &BoundRow::executor},
@@ -105,8 +107,8 @@ const std::vector<Column<BoundRow>>& bound_columns() {
       {"name", &BoundRow::name},
       {"bound_ns", &BoundRow::bound_ns},
       {"observed_ns", &BoundRow::observed_ns},
-      {"tightness", &BoundRow::tightness},
-      {"violated", [](const BoundRow& row) { return row.violated ? "yes" : "no"; }},
+      {"tightness", tightness},
+      {"violated", [](const BoundRow& row) { return row.violated() ? "yes" : "no"; }},
       {"deadline_ns", &BoundRow::deadline_ns},
       {"response_ns", &BoundRow::response_ns},
       {"waiting_ns", &BoundRow::waiting_ns},
@@ -118,11 +120,15 @@ const std::vector<Column<BoundRow>>& bound_columns() {
   return columns;
 }
 
-std::vector<BoundRow> bound_rows(const std::string& executor, const CallbackGraph& graph,
+std::vector<BoundRow> bound_rows(const BoundRow& common, const CallbackGraph& graph,
                                  const GraphBounds& bounds) {
   std::vector<BoundRow> rows;
   const auto add = [&](Quantity kind, const std::string& name, std::optional<std::int64_t> bound) {
-    rows.push_back({executor, bounds.method, kind, name, bound});
+    BoundRow& row = rows.emplace_back(common);
+    row.method = bounds.method;
+    row.kind = kind;
+    row.name = name;
+    row.bound_ns = bound;
   };
   for (TaskId id = 0; id < graph.set.size(); ++id) {
     const Task& task = graph.set[id];
@@ -173,11 +179,8 @@ void Observed::compare(BoundRow& row) {
   if (values.empty()) return;
   row.observed_ns = std::ranges::max(values);
   if (!row.bound_ns) return;
-  row.violated = *row.observed_ns > *row.bound_ns;
-  if (*row.bound_ns > 0)
-    row.tightness = static_cast<double>(*row.observed_ns) / static_cast<double>(*row.bound_ns);
   compared += values.size();
-  if (row.violated && violations == 0) {
+  if (row.violated() && violations == 0) {
     first_violation =
         program::concat(to_string(row.kind), " ", row.name, " under ", row.executor, " by ", row.method);
   }

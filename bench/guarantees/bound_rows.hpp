@@ -14,12 +14,10 @@ namespace hotpath::guarantees {
 
 /// A bound of one method, beside the worst observation of a run, if there is one. In nanoseconds.
 struct BoundRow {
-  std::string executor, method;
+  std::string executor{}, method{};
   bounds::Quantity kind = bounds::Quantity::task;
-  std::string name;  ///< Of the task or chain.
+  std::string name{};  ///< Of the task or chain.
   std::optional<std::int64_t> bound_ns{}, observed_ns{};
-  std::optional<double> tightness{};  ///< Observed / bound.
-  bool violated = false;
   std::optional<std::int64_t> deadline_ns{};                ///< Of a timer.
   std::optional<std::int64_t> response_ns{}, waiting_ns{};  ///< The parts of a chain's bound.
   std::string dominated_by{};      ///< The largest parts, to reduce for a smaller bound.
@@ -29,15 +27,12 @@ struct BoundRow {
   /// its way lets a less urgent job start.
   std::optional<std::int64_t> delivered_ns{};
   std::string rests_on{}, assumed{};  ///< Premises that are stated, and those that are not.
+
+  [[nodiscard]] bool violated() const { return bound_ns && observed_ns > bound_ns; }
 };
 
 /// A delivery too short to matter but for which job starts next.
 inline constexpr Duration kSomeDelivery = std::chrono::nanoseconds(1);
-/// Whether the bound is another one with it.
-[[nodiscard]] bool depends_on_delivery(const BoundRow& row);
-
-/// Nanoseconds as milliseconds; `-` for none.
-[[nodiscard]] std::string in_ms(std::optional<std::int64_t> ns);
 
 /// For each chain that has some bound the sentence that a person would say first: how old its data may become
 /// under which of the executors, by the smallest bounds.
@@ -47,8 +42,9 @@ inline constexpr Duration kSomeDelivery = std::chrono::nanoseconds(1);
 /// The columns of the stored table.
 [[nodiscard]] const std::vector<program::Column<BoundRow>>& bound_columns();
 
-/// The rows of tasks, then of chains, then of hot paths, if the method bounds any.
-[[nodiscard]] std::vector<BoundRow> bound_rows(const std::string& executor, const CallbackGraph& graph,
+/// The rows of tasks, then of chains, then of hot paths, if the method bounds any. `common`: the executor,
+/// and what else all rows have.
+[[nodiscard]] std::vector<BoundRow> bound_rows(const BoundRow& common, const CallbackGraph& graph,
                                                const GraphBounds& bounds);
 
 /// Response times, end-to-end and hot-path latencies of a run.

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <map>
 #include <optional>
 
 #include "hotpath/reference_system/graph_writer.hpp"
 #include "program/errors.hpp"
+#include "program/table.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
 #include "results/measures.hpp"
@@ -32,37 +32,27 @@ std::string file_name(std::string name) {
   return name;
 }
 
-/// The execution times of all jobs that started, and release delays, as `simulate` reads them.
-std::string list_of(const WitnessTimes& times, const TaskSet& set, const Trace& trace,
+/// All jobs that started, as `simulate` reads them.
+std::string list_of(const GivenJobs& given, const TaskSet& set, const Trace& trace,
                     Duration longest_delivery) {
-  struct Row {
-    std::optional<Duration> time;
-    Duration delay{};
-    std::uint32_t end_round = 0;
-    std::optional<Duration> delivery{};
-  };
-  std::map<std::pair<TaskId, std::uint64_t>, Row> rows;
+  GivenJobs jobs = given;
   for (const JobRecord& r : trace.jobs) {
-    if (r.started()) rows[{r.job.task, r.job.sequence}];
+    if (r.started()) jobs[{r.job.task, r.job.sequence}];
   }
-  for (const auto& [job, time] : times.given()) rows[{job.task, job.sequence}].time = time;
-  for (const auto& [job, delay] : times.given_delays()) rows[{job.task, job.sequence}].delay = delay;
-  for (const auto& [job, round] : times.given_rounds()) rows[{job.task, job.sequence}].end_round = round;
-  for (const auto& [sample, delay] : times.given_deliveries()) rows[sample].delivery = delay;
-  const bool deliveries = !times.given_deliveries().empty();
-  const bool delays = !times.given_delays().empty(), rounds = !times.given_rounds().empty();
-  std::string list(simulated::kListedColumns);
-  if (delays) list += program::concat(",", simulated::kListedDelay);
-  if (rounds) list += program::concat(",", simulated::kListedRound);
-  if (deliveries) list += program::concat(",", simulated::kListedDelivery);
-  for (const auto& [job, row] : rows) {
-    const Task& task = set[job.first];
-    list += program::concat("\n", task.name, ",", job.second, ",", row.time.value_or(task.wcet).count());
-    if (delays) list += program::concat(",", row.delay.count());
-    if (rounds) list += program::concat(",", row.end_round);
-    if (deliveries) list += program::concat(",", row.delivery.value_or(longest_delivery).count());
-  }
-  return list + "\n";
+  using Row = GivenJobs::value_type;
+  const auto& names = simulated::kListedColumns;
+  std::vector<program::Column<Row>> columns = {
+      {names[0], [&](const Row& row) { return set[row.first.first].name; }},
+      {names[1], [](const Row& row) { return row.first.second; }},
+      {names[2], [&](const Row& row) { return row.second.time.value_or(set[row.first.first].wcet); }}};
+  const auto add_if_given = [&](const char* name, auto member, auto otherwise) {
+    if (std::ranges::any_of(jobs, [&](const Row& row) { return (row.second.*member).has_value(); }))
+      columns.emplace_back(name, [=](const Row& row) { return (row.second.*member).value_or(otherwise); });
+  };
+  add_if_given(names[3], &GivenJob::delay, Duration{});
+  add_if_given(names[4], &GivenJob::end_round, 0U);
+  add_if_given(names[5], &GivenJob::delivery, longest_delivery);
+  return csv_of(program::table_of(columns, std::vector<Row>(jobs.begin(), jobs.end())));
 }
 
 std::int64_t largest(const results::Repetition& repetition, const bounds::ReachedWorstCase& worst) {
@@ -144,7 +134,8 @@ std::string write_witnesses(const std::vector<bounds::ReachedWorstCase>& worst_c
                                               " ns under ", executor.label, " gives ", reached,
                                               " ns. Please report the graph ", own / "graph.yaml"));
     }
-    write(run.string() + ".csv", list_of(times, tasks.set, repetition.trace, graph.platform.delivery_delay));
+    write(run.string() + ".csv",
+          list_of(times.given(), tasks.set, repetition.trace, graph.platform.delivery_delay));
     store(common, run, static_cast<double>(ms) / 1000);
     lines += program::concat("Witness: ", program::fixed(to_ms(Duration(worst.value_ns)), 6), " ms, ",
                              run.string(), "\n");

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "hotpath/core/csv.hpp"
 #include "hotpath/core/events_scheduler.hpp"
+#include "hotpath/core/exploration.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
 #include "program/text.hpp"
@@ -114,89 +116,86 @@ std::unique_ptr<ExecutionTimes> replayed_times(const results::StoredRun& run, co
 
 namespace {
 
-Duration release_delay(const CsvReader& rows, std::size_t column, const Task& task) {
-  const Duration delay = rows.nanoseconds(column);
-  if (delay < Duration{} || delay > task.release_jitter) {
-    rows.fail("the release delay of " + task.name + " is " + std::string(rows.text(column)),
-              "give 0 or more, and at most the `release_jitter_ms` of the timer in the graph");
-  }
-  return delay;
-}
-
-/// Times and release delays of single jobs.
+/// Times, release delays and deliveries of single jobs.
 class ListedTimes final : public ExecutionTimes, public ReleaseDelays, public Deliveries {
  public:
-  ListedTimes(std::string file, const TaskSet& set) : file_(std::move(file)), times_(set.size()) {
-    for (const Task& task : set.tasks) names_.push_back(task.name);
+  ListedTimes(const std::string& file, const TaskSet& set) : file_(file) {
+    CsvReader rows(std::filesystem::path(file), CsvLayout::by_hand);
+    std::string header = program::joined(std::span(kListedColumns).first<3>(), ",");
+    const auto optional_column = [&](const char* name) {
+      const std::optional<std::size_t> column = rows.find_column(name);
+      if (column) header += program::concat(",", name);
+      return column;
+    };
+    const auto delay = optional_column(kListedColumns[3]), round = optional_column(kListedColumns[4]),
+               delivery = optional_column(kListedColumns[5]);
+    rows.require_header(header);
+    std::map<std::string, TaskId, std::less<>> ids;
+    for (const Task& task : set.tasks) {
+      ids.emplace(task.name, static_cast<TaskId>(names_.size()));
+      names_.push_back(task.name);
+    }
+    while (rows.next()) {
+      const auto id = ids.find(rows.text(0));
+      if (id == ids.end())
+        rows.fail(program::concat("the graph has no task ", rows.text(0)), "give task names");
+      const auto sequence = rows.number<std::uint64_t>(1);
+      const Task& task = set[id->second];
+      const Duration time = within(rows, 2, "execution time", task, task.wcet,
+                                   program::concat("its worst case, ", task.wcet.count()));
+      const auto [job, is_new] = jobs_.try_emplace({id->second, sequence});
+      if (!is_new)
+        rows.fail(program::concat("job ", sequence, " of ", task.name, " is listed twice"), "keep one row");
+      job->second.time = time;
+      if (delay)
+        job->second.delay = within(rows, *delay, "release delay", task, task.release_jitter,
+                                   "the `release_jitter_ms` of the timer in the graph");
+      if (delivery) job->second.delivery = rows.nanoseconds(*delivery);
+      if (round) job->second.end_round = rows.number<std::uint32_t>(*round);
+    }
+    has_deliveries_ = delivery && !jobs_.empty();
   }
-  /// Whether the job was not listed before.
-  bool add(JobRef job, Duration time) { return times_[job.task].emplace(job.sequence, time).second; }
-  void add_delay(JobRef job, Duration delay) { delays_[{job.task, job.sequence}] = delay; }
-  void add_delivery(JobRef job, Duration delay) { deliveries_[{job.task, job.sequence}] = delay; }
   [[nodiscard]] Duration of(TaskId subscription, std::uint64_t number, Duration longest) const override {
-    const auto listed = deliveries_.find({subscription, number});
-    return listed == deliveries_.end() ? longest : std::min(longest, listed->second);
+    return std::min(longest, given({subscription, number}).delivery.value_or(longest));
   }
-  [[nodiscard]] const Deliveries* deliveries() const override { return deliveries_.empty() ? nullptr : this; }
-  void add_round(JobRef job, std::uint32_t round) { rounds_[{job.task, job.sequence}] = round; }
+  [[nodiscard]] const Deliveries* deliveries() const override { return has_deliveries_ ? this : nullptr; }
   [[nodiscard]] std::uint32_t end_round(const Job& job) const override {
-    const auto listed = rounds_.find({job.task, job.sequence});
-    return listed == rounds_.end() ? 0 : listed->second;
+    return given(job.ref()).end_round.value_or(0);
   }
   [[nodiscard]] const ReleaseDelays* release_delays() const override { return this; }
   [[nodiscard]] Time due(JobRef job, Time timestamp) const override {
-    const auto listed = delays_.find({job.task, job.sequence});
-    return listed == delays_.end() ? timestamp : timestamp + listed->second;
+    return timestamp + given(job).delay.value_or(Duration{});
   }
   [[nodiscard]] Duration of(const Job& job) const override {
-    const auto listed = times_[job.task].find(job.sequence);
-    if (listed != times_[job.task].end()) return listed->second;
+    if (const std::optional<Duration> time = given(job.ref()).time) return *time;
     throw InputError(file_, 0,
                      program::concat("job ", job.sequence, " of ", names_[job.task], " is not listed"),
                      "list every job that starts, or shorten the run");
   }
 
  private:
+  static Duration within(const CsvReader& rows, std::size_t column, const char* what, const Task& task,
+                         Duration most, const std::string& limit) {
+    const Duration value = rows.nanoseconds(column);
+    if (value >= Duration{} && value <= most) return value;
+    rows.fail(program::concat("the ", what, " of ", task.name, " is ", rows.text(column)),
+              "give 0 or more, and at most " + limit);
+  }
+  [[nodiscard]] GivenJob given(JobRef job) const {
+    const auto listed = jobs_.find({job.task, job.sequence});
+    return listed == jobs_.end() ? GivenJob{} : listed->second;
+  }
+
   const std::string file_;
   std::vector<std::string> names_;
-  std::vector<std::map<std::uint64_t, Duration>> times_;  // by task, then by sequence
-  std::map<std::pair<TaskId, std::uint64_t>, Duration> delays_, deliveries_;
-  std::map<std::pair<TaskId, std::uint64_t>, std::uint32_t> rounds_;
+  GivenJobs jobs_;
+  bool has_deliveries_ = false;
 };
 
 }  // namespace
 
 std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set) {
-  CsvReader rows(std::filesystem::path(file), CsvLayout::by_hand);
-  const std::optional<std::size_t> delays = rows.find_column(kListedDelay);
-  const std::optional<std::size_t> rounds = rows.find_column(kListedRound);
-  std::string header(kListedColumns);
-  if (delays) header += program::concat(",", kListedDelay);
-  if (rounds) header += program::concat(",", kListedRound);
-  const std::optional<std::size_t> deliveries = rows.find_column(kListedDelivery);
-  if (deliveries) header += program::concat(",", kListedDelivery);
-  rows.require_header(header);
-  auto times = std::make_unique<ListedTimes>(file, set);
-  std::map<std::string, TaskId, std::less<>> ids;
-  for (TaskId id = 0; id < set.size(); ++id) ids[set[id].name] = id;
-  while (rows.next()) {
-    const auto id = ids.find(rows.text(0));
-    if (id == ids.end())
-      rows.fail(program::concat("the graph has no task ", rows.text(0)), "give task names");
-    const Task& task = set[id->second];
-    const JobRef job{id->second, rows.number<std::uint64_t>(1)};
-    const Duration time = rows.nanoseconds(2);
-    if (time < Duration{} || time > task.wcet) {
-      rows.fail(program::concat("the execution time of ", task.name, " is ", rows.text(2)),
-                program::concat("give 0 or more, and at most its worst case, ", task.wcet.count()));
-    }
-    if (!times->add(job, time))
-      rows.fail(program::concat("job ", job.sequence, " of ", task.name, " is listed twice"), "keep one row");
-    if (delays) times->add_delay(job, release_delay(rows, *delays, task));
-    if (deliveries) times->add_delivery(job, rows.nanoseconds(*deliveries));
-    if (rounds) times->add_round(job, rows.number<std::uint32_t>(*rounds));
-  }
-  return times;
+  return std::make_unique<ListedTimes>(file, set);
 }
 
 std::unique_ptr<ExecutionTimes> times_again(const results::StoredRun& run, const setup::StoredSystem& system,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include "hotpath/core/workload.hpp"
@@ -13,16 +14,12 @@ namespace hotpath::simulated {
 /// How errors name the run of `--execution-times replay:RUN`.
 inline constexpr const char* kReplayOption = "--execution-times replay:";
 /// The columns of the file in `--execution-times listed:FILE`: a row for each job, of which those that wait
-/// for a set take no time. The last three columns may be left out.
-inline constexpr std::string_view kListedColumns = "task,sequence,execution_time_ns";
-inline constexpr std::string_view kListedDelay = "release_delay_ns", kListedRound = "end_round",
-                                  kListedDelivery = "delivery_ns";
+/// for a set take no time. The last three columns (the other members of GivenJob) may be left out.
+inline constexpr std::array kListedColumns{"task",      "sequence",   "execution_time_ns", "release_delay_ns",
+                                           "end_round", "delivery_ns"};
 
-/// The execution times in a file of kListedColumns, each at most the worst case of its task. Every job
-/// that starts must be listed, once: of() throws InputError for others. Timers' jobs become
-/// ready as long after their timestamps as kListedDelay says, or at them; jobs end in the round
-/// (Workload::end_round()) that kListedRound says; the sample of a subscription with the row's number, in the
-/// order of publication, is on its way as long as kListedDelivery says. Throws InputError.
+/// The execution times in such a file, each at most the worst case of its task. Every job that starts must
+/// be listed, once: of() throws InputError for others. Throws InputError.
 [[nodiscard]] std::unique_ptr<ExecutionTimes> listed_times(const std::string& file, const TaskSet& set);
 
 /// Returns the measured trace with finish - start replaced by the time that each job had a core,

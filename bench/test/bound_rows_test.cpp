@@ -64,7 +64,7 @@ class BoundRowsTest : public testing::Test {
     GraphBounds bounds;
     bounds.method = "method";
     bounds.tasks = {a ? std::optional(a->count()) : std::nullopt, b.count()};
-    std::vector<guarantees::BoundRow> rows = guarantees::bound_rows("default", graph_, bounds);
+    std::vector<guarantees::BoundRow> rows = guarantees::bound_rows({.executor = "default"}, graph_, bounds);
     for (guarantees::BoundRow& row : rows) observed.compare(row);
     std::ostringstream out;
     print(out, rows, true);

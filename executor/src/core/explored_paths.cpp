@@ -67,10 +67,8 @@ ExploredPaths::Step ExploredPaths::edge_to(const End& end, const std::vector<std
 WitnessTimes::WitnessTimes(const TaskSet& set, const Witness& witness)
     : set_(set), witness_(witness), delays_left_(set.size()) {
   std::vector<std::uint64_t> sent(set.size());
-  for (const auto& [subscription, delay] : witness.deliveries) {
-    given_deliveries_[{subscription, sent[subscription]}] = delay;
-    ++sent[subscription];
-  }
+  for (const auto& [subscription, delay] : witness.deliveries)
+    given_[{subscription, sent[subscription]++}].delivery = delay;
   for (const auto& [timer, delay] : witness.delays) delays_left_[timer].push_back(delay);
 }
 
@@ -80,29 +78,30 @@ Time WitnessTimes::due(JobRef job, Time timestamp) const {
     delay = left.front();
     left.pop_front();
   }
-  given_delays_.emplace_back(job, delay);
+  given_[{job.task, job.sequence}].delay = delay;
   return timestamp + delay;
 }
 
 Duration WitnessTimes::of(const Job& job) const {
-  if (!given_.empty() && given_.back().first == job.ref()) return given_.back().second;
+  GivenJob& given = given_[{job.task, job.sequence}];
+  if (given.time) return *given.time;
   const Task& task = set_[job.task];
-  if (task.wcet == Duration{} || given_.size() == witness_.jobs.size()) return task.wcet;
-  const Witness::Started& started = witness_.jobs[given_.size()];
+  if (task.wcet == Duration{} || started_ == witness_.jobs.size()) return task.wcet;
+  const Witness::Started& started = witness_.jobs[started_++];
   if (started.task != job.task) throw std::logic_error("a witness of another system");
-  given_.emplace_back(job.ref(), started.time);
-  if (started.end_round > 0) given_rounds_.emplace_back(job.ref(), started.end_round);
+  given.time = started.time;
+  if (started.end_round > 0) given.end_round = started.end_round;
   return started.time;
 }
 
 Duration WitnessTimes::of(TaskId subscription, std::uint64_t number, Duration longest) const {
-  const auto given = given_deliveries_.find({subscription, number});
-  return given == given_deliveries_.end() ? longest : given->second;
+  const auto given = given_.find({subscription, number});
+  return given == given_.end() ? longest : given->second.delivery.value_or(longest);
 }
 
 std::uint32_t WitnessTimes::end_round(const Job& job) const {
-  const bool given = !given_rounds_.empty() && given_rounds_.back().first == job.ref();
-  return given ? given_rounds_.back().second : 0;
+  const auto given = given_.find({job.task, job.sequence});
+  return given == given_.end() ? 0 : given->second.end_round.value_or(0);
 }
 
 }  // namespace hotpath

@@ -91,12 +91,20 @@ struct Witness {
   Time instant{};
 };
 
+/// What a schedule fixes of a job.
+struct GivenJob {
+  std::optional<Duration> time;            ///< How long it works.
+  std::optional<Duration> delay;           ///< From its timestamp until it is ready; of timers.
+  std::optional<std::uint32_t> end_round;  ///< See Workload.
+  /// How long the sample of this number is on its way, in the order of publication; of subscriptions.
+  std::optional<Duration> delivery;
+};
+using GivenJobs = std::map<std::pair<TaskId, std::uint64_t>, GivenJob>;  ///< By task and sequence.
+
 /// The execution times and releases of a witness, for one simulation of the explored system; later jobs take
 /// the worst case, and become ready as late as possible.
 class WitnessTimes final : public ExecutionTimes, public ReleaseDelays, public Deliveries {
  public:
-  using Given = std::pair<JobRef, Duration>;
-  using GivenRound = std::pair<JobRef, std::uint32_t>;
   /// The arguments must outlive it.
   WitnessTimes(const TaskSet& set, const Witness& witness);
   /// A job is asked for when it starts. Throws std::logic_error if the simulated system is another one.
@@ -108,21 +116,15 @@ class WitnessTimes final : public ExecutionTimes, public ReleaseDelays, public D
   [[nodiscard]] const Deliveries* deliveries() const override {
     return witness_.deliveries.empty() ? nullptr : this;
   }
-  /// The times of the witness, and the delays of the jobs that were asked for, by job.
-  [[nodiscard]] const std::vector<Given>& given() const { return given_; }
-  [[nodiscard]] const std::vector<Given>& given_delays() const { return given_delays_; }
-  /// By subscription and number.
-  [[nodiscard]] const auto& given_deliveries() const { return given_deliveries_; }
-  /// The jobs that end in later rounds.
-  [[nodiscard]] const std::vector<GivenRound>& given_rounds() const { return given_rounds_; }
+  /// What it has given so far, and all deliveries.
+  [[nodiscard]] const GivenJobs& given() const { return given_; }
 
  private:
   const TaskSet& set_;
   const Witness& witness_;
   mutable std::vector<std::deque<Duration>> delays_left_;  // by task
-  mutable std::vector<Given> given_, given_delays_;
-  mutable std::vector<GivenRound> given_rounds_;
-  std::map<std::pair<TaskId, std::uint64_t>, Duration> given_deliveries_;
+  mutable std::size_t started_ = 0;                        // of the witness's jobs
+  mutable GivenJobs given_;
 };
 
 struct ExplorationResult {
