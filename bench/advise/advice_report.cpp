@@ -239,8 +239,8 @@ std::vector<std::string> sentences(const Advice& advice) {
   }
   const Candidate& c = *advice.best->candidate;
   const auto premises = setup::premises(c.graph, c.tasks.set, c.spec, false);
-  all.push_back("It rests on: " + bounds::list_of(premises, true) + ".");
-  all.push_back("It assumes, without a measurement: " + bounds::list_of(premises, false) + ".");
+  all.push_back("It rests on: " + premises.stated + ".");
+  all.push_back("It assumes, without a measurement: " + premises.assumed + ".");
   return all;
 }
 

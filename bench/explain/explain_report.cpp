@@ -7,6 +7,7 @@
 #include <iostream>
 #include <set>
 
+#include "hotpath/analysis/statistics.hpp"
 #include "program/shown_text.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"
@@ -103,62 +104,49 @@ std::string name_of(const TaskSet& set, JobRef job) {
   return job.task == kNoTask ? "" : concat(set[job.task].name, " ", job.sequence);
 }
 
-/// A column of the tables.
-struct Column {
-  std::string name;
-  const Totals& totals;
-};
-using Columns = std::vector<Column>;
+/// The totals of a column of the tables, and its header.
+using Columns = std::vector<std::pair<std::string, const Totals&>>;
 
-/// A row with a value of each column; `most`: the largest of them.
+/// A row with a mean of each column; `most`: the largest of them.
 struct Row {
   double most = 0;
   std::vector<program::Value> cells;
 };
-Row row_of(const std::string& name, const Columns& columns, const auto& value) {
-  Row row{0, {name}};
-  for (const Column& column : columns) {
-    row.cells.emplace_back(fixed(value(column.totals), 3));
-    row.most = std::max(row.most, value(column.totals));
-  }
-  return row;
-}
-
-Table table_of_causes(const Columns& columns, const std::vector<std::string>& header) {
-  Table table("Cause: mean in ms", header);
-  for (const CauseText& cause : kCauseTexts) {
-    const Row row = row_of(cause.phrase, columns, [&](const Totals& t) { return t.mean_ms(cause.value); });
-    if (row.most > 0) table.add_row(row.cells);
-  }
-  table.add_row(row_of("latency", columns, [](const Totals& t) { return t.mean_ms(); }).cells);
-  return table;
-}
-
-Table table_of_jobs(const TaskSet& set, const Columns& columns, const std::set<Behind>& keys,
-                    std::vector<std::string> header) {
-  header.insert(header.end(), {"cause", "because"});
-  Table table("Behind: mean in ms", header);
-  std::vector<Row> rows;
-  for (const Behind& key : keys) {
-    rows.push_back(row_of(set[key.task].name, columns, [&](const Totals& t) { return t.mean_ms(key); }));
-    rows.back().cells.emplace_back(phrase(key.cause));
-    rows.back().cells.emplace_back(to_string(key.rule));
-  }
-  std::ranges::stable_sort(rows, std::greater<>(), &Row::most);
-  rows.resize(std::min(rows.size(), kRows));
-  for (const Row& row : rows) table.add_row(row.cells);
-  return table;
-}
 
 std::string tables(const TaskSet& set, const Columns& columns) {
   std::vector<std::string> header = {""};
   std::set<Behind> keys;
-  for (const Column& column : columns) {
-    header.push_back(column.name);
-    for (const auto& [behind, sum] : column.totals.behind) keys.insert(behind);
+  for (const auto& [name, totals] : columns) {
+    header.push_back(name);
+    for (const auto& [behind, sum] : totals.behind) keys.insert(behind);
   }
-  const std::string causes = concat(table_of_causes(columns, header), "\n");
-  return keys.empty() ? causes : concat(causes, table_of_jobs(set, columns, keys, header));
+  const auto row_of = [&](const std::string& name, const auto&... key) {
+    Row row{0, {name}};
+    for (const auto& [column, totals] : columns) {
+      const double mean = totals.mean_ms(key...);
+      row.cells.emplace_back(fixed(mean, 3));
+      row.most = std::max(row.most, mean);
+    }
+    return row;
+  };
+  Table causes("Cause: mean in ms", header);
+  for (const CauseText& cause : kCauseTexts) {
+    if (const Row row = row_of(cause.phrase, cause.value); row.most > 0) causes.add_row(row.cells);
+  }
+  causes.add_row(row_of("latency").cells);
+  if (keys.empty()) return concat(causes, "\n");
+  std::vector<Row> rows;
+  for (const Behind& key : keys) {
+    Row& row = rows.emplace_back(row_of(set[key.task].name, key));
+    row.cells.emplace_back(phrase(key.cause));
+    row.cells.emplace_back(to_string(key.rule));
+  }
+  std::ranges::stable_sort(rows, std::greater<>(), &Row::most);
+  rows.resize(std::min(rows.size(), kRows));
+  header.insert(header.end(), {"cause", "because"});
+  Table jobs("Behind: mean in ms", header);
+  for (const Row& row : rows) jobs.add_row(row.cells);
+  return concat(causes, "\n", jobs);
 }
 
 std::string note_missing(const Subject& subject) {
@@ -261,6 +249,39 @@ std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, co
 }
 
 }  // namespace
+
+void Totals::add(const Explanation& explanation) {
+  ++outputs;
+  latency += explanation.latency;
+  for (const Part& part : explanation.parts) {
+    causes[static_cast<std::size_t>(part.cause)] += part.length;
+    if (part.behind.task != kNoTask) behind[{part.cause, part.rule, part.behind.task}] += part.length;
+  }
+}
+
+const Output& at_quantile(const std::vector<Output>& by_latency, double quantile) {
+  return by_latency[nearest_rank(by_latency.size(), quantile)];
+}
+
+std::vector<Output> sorted_by_latency(std::vector<Output> outputs) {
+  std::ranges::stable_sort(outputs, {}, &Output::latency);
+  return outputs;
+}
+
+Overview::Overview(const std::vector<Output>& outputs) {
+  constexpr double kBelowMedian = 0.45, kAboveMedian = 0.55;
+  const std::vector<Output> sorted = sorted_by_latency(outputs);
+  middle_from_ = at_quantile(sorted, kBelowMedian).latency;
+  middle_to_ = at_quantile(sorted, kAboveMedian).latency;
+  const auto worst = std::max(1.0, std::floor(kTail * static_cast<double>(sorted.size())));
+  tail_from_ = sorted[sorted.size() - static_cast<std::size_t>(worst)].latency;
+}
+
+void Overview::add(const Explanation& explanation) {
+  all.add(explanation);
+  if (explanation.latency >= middle_from_ && explanation.latency <= middle_to_) middle.add(explanation);
+  if (explanation.latency >= tail_from_) tail.add(explanation);
+}
 
 Report report(const Subject& subject, const Explanation& e) {
   const TaskSet& set = subject.set;

@@ -1,13 +1,70 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <compare>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "explain/totals.hpp"
+#include "explain/causes.hpp"
+#include "explain/explainer.hpp"
 
 namespace hotpath::explain {
+
+using CauseTimes = std::array<Duration, kCauses>;
+
+/// What was waited for.
+struct Behind {
+  Cause cause = Cause::unexplained;
+  Rule rule = Rule::none;
+  TaskId task = kNoTask;
+  friend auto operator<=>(const Behind&, const Behind&) = default;
+};
+
+/// Sums over many outputs.
+struct Totals {
+  std::uint64_t outputs = 0;
+  Duration latency{};
+  CauseTimes causes{};
+  std::map<Behind, Duration> behind = {};  ///< Parts with another job.
+
+  void add(const Explanation& explanation);
+  /// Means in ms; 0 without outputs.
+  [[nodiscard]] double mean_ms() const { return mean_ms(latency); }
+  [[nodiscard]] double mean_ms(Cause cause) const { return mean_ms(causes[static_cast<std::size_t>(cause)]); }
+  [[nodiscard]] double mean_ms(const Behind& key) const {
+    const auto sum = behind.find(key);
+    return sum == behind.end() ? 0 : mean_ms(sum->second);
+  }
+
+ private:
+  [[nodiscard]] double mean_ms(Duration sum) const {
+    return outputs == 0 ? 0 : to_ms(sum) / static_cast<double>(outputs);
+  }
+};
+
+/// Share of the outputs in the tail.
+inline constexpr double kTail = 0.01;
+
+/// The output at a quantile in [0, 1]: the smallest that at least this share of outputs do not
+/// exceed. `outputs` must not be empty.
+[[nodiscard]] const Output& at_quantile(const std::vector<Output>& by_latency, double quantile);
+[[nodiscard]] std::vector<Output> sorted_by_latency(std::vector<Output> outputs);
+
+/// The causes of all outputs, of those around the median, and of the worst.
+class Overview {
+ public:
+  /// `outputs` must not be empty.
+  explicit Overview(const std::vector<Output>& outputs);
+  void add(const Explanation& explanation);
+
+  Totals all, middle, tail;
+
+ private:
+  Duration middle_from_{}, middle_to_{}, tail_from_{};
+};
 
 /// The names of what was explained.
 struct Subject {

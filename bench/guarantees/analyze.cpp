@@ -166,8 +166,8 @@ class Analysis {
     const auto premises = setup::premises(graph_, callbacks.set, executor, callbacks.phases_known);
     BoundRow common{.executor = executor.label};
     common.utilisation_percent = load.percent;
-    common.rests_on = bounds::list_of(premises, true);
-    common.assumed = bounds::list_of(premises, false);
+    common.rests_on = premises.stated;
+    common.assumed = premises.assumed;
     std::vector<bounds::ReachedWorstCase> reached;
     const std::vector<GraphBounds> all = bounds_of(graph_, callbacks, executor, &reached);
     const std::vector<GraphBounds> delivered = delivered_bounds(callbacks, executor);

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "explain/totals.hpp"
+#include "explain/explain_report.hpp"
 
 namespace hotpath::page {
 

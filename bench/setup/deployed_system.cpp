@@ -72,15 +72,38 @@ std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& call
   return all;
 }
 
-std::vector<bounds::Premise> premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& spec,
-                                      bool phases_known) {
-  const std::string executor =
-      spec.entry ? program::concat("executor ", spec.entry->class_name, " (", spec.entry->description, ")")
-                 : "deployment " + spec.label;
-  std::vector<bounds::Premise> all = bounds::premises(graph, set, executor, phases_known);
+Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& spec, bool phases_known) {
+  using program::concat;
+  const Duration delivery = graph.platform.delivery_delay;
+  const bool jitter =
+      std::ranges::any_of(set.tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
+  std::vector<std::string> kinds = {"timers"}, costs, assumed;
+  for (const auto& [kind, word] : enum_texts(EntityKind{})) {
+    const auto is_one = [kind = kind](const Task& task) {
+      return task.kind == TaskKind::subscription && task.entity == kind;
+    };
+    if (std::ranges::any_of(set.tasks, is_one)) kinds.push_back(concat(word, "s"));
+  }
+  for (const PlatformCost& cost : kPlatformCosts) {
+    const Duration value = cost.in(graph.platform).value_or(Duration{});
+    if (value != Duration{} && cost.value != &Platform::delivery_delay)
+      costs.push_back(concat(cost.key, " ", to_us(value)));
+  }
+  std::vector<std::string> stated = {
+      spec.entry ? concat("executor ", spec.entry->class_name, " (", spec.entry->description, ")")
+                 : "deployment " + spec.label,
+      concat("callbacks: ", program::joined(kinds), kinds.size() == 1 ? " only" : ""),
+      "no job takes longer than the graph says", phases_known ? "the given phases" : "any phases"};
+  const auto add = [&](bool is_stated, const std::string& statement, const std::string& otherwise) {
+    is_stated ? stated.push_back(statement) : assumed.push_back(otherwise);
+  };
+  add(delivery > Duration{}, concat("delivery takes ", to_us(delivery), " us"), "delivery takes no time");
+  add(!costs.empty(), program::joined(costs), "the executor's own work takes no time");
+  add(jitter, "release jitter as in the graph", "timers have no jitter");
+  assumed.emplace_back("its threads have the processor to themselves");
   if (spec.entry && spec.entry->traits.many_workers && worker_count(*spec.entry, spec.scheduler) > 1)
-    all.push_back({"no thread idles while a callback is ready (see rclcpp issue 3240)", false});
-  return all;
+    assumed.emplace_back("no thread idles while a callback is ready (see rclcpp issue 3240)");
+  return {program::joined(stated, "; "), program::joined(assumed, "; ")};
 }
 
 std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "bounds/bounds.hpp"
-#include "bounds/premises.hpp"
 #include "hotpath/analysis/deployment_bounds.hpp"
 #include "setup/executor_spec.hpp"
 
@@ -31,9 +30,13 @@ void check_processors(const DeployedExecutor& executor, const std::string& file,
 [[nodiscard]] std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& callbacks,
                                                  const ExecutorSpec& spec);
 
-/// What those bounds rest on.
-[[nodiscard]] std::vector<bounds::Premise> premises(const Graph& graph, const TaskSet& set,
-                                                    const ExecutorSpec& spec, bool phases_known);
+/// What bounds, exact values and predictions rest on, each in a few words; separated by semicolons.
+struct Premises {
+  std::string stated;   ///< By the graph, its platform or an option.
+  std::string assumed;  ///< Not measured.
+};
+[[nodiscard]] Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& spec,
+                                bool phases_known);
 
 /// What theory guarantees for any phases; std::nullopt if no method covers the system.
 [[nodiscard]] std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include "explain/explain_report.hpp"
-#include "explain/totals.hpp"
 
 namespace hotpath::explain {
 namespace {

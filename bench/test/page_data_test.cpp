@@ -6,7 +6,7 @@
 
 #include <set>
 
-#include "explain/totals.hpp"
+#include "explain/explain_report.hpp"
 #include "page/listed_outputs.hpp"
 #include "page/stored_jobs.hpp"
 

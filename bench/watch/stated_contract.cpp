@@ -200,8 +200,8 @@ Contract stated_contract(const Graph& graph, const GraphTasks& tasks, const setu
   for (TaskId task = 0; task < tasks.set.size(); ++task)
     contract.callbacks[task].terms = terms_of(system, task, tasks.callbacks[task]);
   const auto premises = setup::premises(graph, tasks.set, executor, false);
-  contract.rests_on = bounds::list_of(premises, true);
-  contract.assumed = bounds::list_of(premises, false);
+  contract.rests_on = premises.stated;
+  contract.assumed = premises.assumed;
   return contract;
 }
 
