@@ -19,9 +19,9 @@
 #include "hotpath/analysis/analysis_error.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/core/utf8.hpp"
+#include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
-#include "program/new_files.hpp"
 #include "program/shown_text.hpp"
 
 namespace {

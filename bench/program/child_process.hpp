@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
+#include <sys/stat.h>
 
 #include <functional>
 #include <optional>
@@ -9,6 +9,15 @@
 #include <vector>
 
 namespace hotpath::program {
+
+/// The file mode creation mask with which this process was started, for programs that it starts.
+inline mode_t inherited_umask = 022;
+
+/// From now on only the user may access new files and shared memory.
+inline void restrict_new_files() {
+  inherited_umask = umask(077);
+  umask(inherited_umask | 077);
+}
 
 /// The words as an argument list for execv(); it must not outlive `words`.
 std::vector<char*> argument_list(std::vector<std::string>& words);

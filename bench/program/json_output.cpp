@@ -20,7 +20,7 @@ namespace {
 
 using nlohmann::json;
 
-int reserved = -1;  ///< Descriptor of the original standard output.
+int reserved = -1;  ///< Descriptor of the original standard output, once it is for JSON alone.
 
 [[noreturn]] void fail() {
   throw RunError(std::string("--json: standard output cannot be written (") + std::strerror(errno) + ")");
@@ -29,17 +29,15 @@ int reserved = -1;  ///< Descriptor of the original standard output.
 }  // namespace
 
 void reserve_output_for_json() {
-  if (prints_json()) return;
+  if (reserved >= 0) return;
   std::cout << std::flush;
   std::fflush(stdout);
   reserved = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
   if (reserved < 0 || dup2(STDERR_FILENO, STDOUT_FILENO) < 0) fail();
 }
 
-bool prints_json() { return reserved >= 0; }
-
 void show_json(const json& document) {
-  if (!prints_json()) return;
+  if (reserved < 0) return;
   FileStream out(fcntl(reserved, F_DUPFD_CLOEXEC, reserved));
   out << document.dump(2, ' ', false, json::error_handler_t::replace) << "\n";
   out.close();

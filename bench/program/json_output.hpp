@@ -10,7 +10,6 @@ namespace hotpath::program {
 
 /// From now on, standard output is for show_json() alone. Throws RunError.
 void reserve_output_for_json();
-[[nodiscard]] bool prints_json();
 
 /// Prints the document if reserve_output_for_json() was called. Throws RunError.
 void show_json(const nlohmann::json& document);

@@ -82,11 +82,13 @@ OutputTarget find_target(const fs::path& file) {
   return target;
 }
 
+void require(const std::error_code& error, const std::string& option, const std::string& what,
+             const char* remedy) {
+  if (error) throw UsageError(option + ": " + what + " (" + error.message() + "); name another" + remedy);
+}
+
 void check_output_file(const fs::path& file, const std::string& option) {
-  if (const std::error_code error = find_target(file).error) {
-    throw UsageError(option + ": " + file.string() + " cannot be written (" + error.message() +
-                     "); name another place");
-  }
+  require(find_target(file).error, option, file.string() + " cannot be written", " place");
 }
 
 void check_output_folder(const fs::path& folder, const std::string& mark, const std::string& option) {
@@ -99,21 +101,16 @@ void check_output_folder(const fs::path& folder, const std::string& mark, const 
   } else if (!error && !fs::is_directory(status)) {
     error = std::make_error_code(std::errc::not_a_directory);
   }
-  if (error) {
-    throw UsageError(option + ": the folder " + folder.string() + " cannot be created (" + error.message() +
-                     "); name another");
-  }
+  const std::string named = "the folder " + folder.string();
+  require(error, option, named + " cannot be created");
   if (!fs::exists(status)) return;
   const bool empty = fs::is_empty(path, error);
   if (!error && !empty && (mark.empty() || !fs::exists(path / mark, error))) {
-    throw UsageError(option + ": the folder " + folder.string() + " holds " +
-                     (mark.empty() ? "files" : "other files") + " already; name a new folder, or empty it");
+    throw UsageError(option + ": " + named + " holds " + (mark.empty() ? "files" : "other files") +
+                     " already; name a new folder, or empty it");
   }
   if (!error) error = permitted(path, W_OK | X_OK);
-  if (error) {
-    throw UsageError(option + ": the folder " + folder.string() + " cannot be written (" + error.message() +
-                     "); name another");
-  }
+  require(error, option, named + " cannot be written");
 }
 
 }  // namespace hotpath::program

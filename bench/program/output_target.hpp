@@ -21,6 +21,11 @@ struct OutputTarget {
 /// The folder that contains a file or folder.
 [[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& file);
 
+/// Throws UsageError that names `option` if there is an error: says `what` failed, and to name another
+/// `remedy`, such as ` place`.
+void require(const std::error_code& error, const std::string& option, const std::string& what,
+             const char* remedy = "");
+
 /// Throws UsageError that names `option` unless the file can be written. Call it before a long
 /// computation.
 void check_output_file(const std::filesystem::path& file, const std::string& option);

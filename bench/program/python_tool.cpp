@@ -17,9 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The package's exit code for unusable input.
-constexpr int kUnfitInput = 2;
-
 /// The folder of the package, in the source tree or the installation.
 fs::path package_folder() {
   std::istringstream folders(HOTPATH_PYTHON_DIRS);
@@ -51,7 +48,7 @@ void become_python_tool(const std::string& command, const std::vector<std::strin
 void call_python_tool(const std::string& command, const std::vector<std::string>& arguments) {
   const auto [status, message] = run_program(command_line(command, arguments));
   if (exited_with(status, 0)) return;
-  if (exited_with(status, kUnfitInput)) throw UsageError(message);
+  if (exited_with(status, 2)) throw UsageError(message);  // unusable input
   throw RunError(message);
 }
 

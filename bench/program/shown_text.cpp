@@ -95,14 +95,8 @@ void replace_terminal_line(const std::string& text) {
 std::string markdown(const std::string& text) {
   std::string shown;
   for (const char c : printable(text)) {
-    if (c == '<') {
-      shown += "&lt;";
-    } else if (c == '&') {
-      shown += "&amp;";
-    } else {
-      if (std::string_view("\\`*|[]~").find(c) != std::string_view::npos) shown += '\\';
-      shown += c;
-    }
+    const bool is_markup = std::string_view("\\`*|[]~").find(c) != std::string_view::npos;
+    shown += c == '<' ? "&lt;" : c == '&' ? "&amp;" : is_markup ? std::string{'\\', c} : std::string{c};
   }
   return shown;
 }

@@ -61,13 +61,12 @@ std::string joined(const auto& items, const char* separator = ", ") {
   return all.str();
 }
 
-/// A sentence in lines of at most 100 columns, each with its end.
-inline std::string wrapped(const std::string& sentence) {
-  constexpr std::size_t kColumns = 100;
+/// A sentence in lines of at most so many columns, each with its end.
+inline std::string wrapped(const std::string& sentence, std::size_t columns = 100) {
   std::istringstream words(sentence);
   std::string lines, line;
   for (std::string word; words >> word;) {
-    if (!line.empty() && line.size() + 1 + word.size() > kColumns) lines += std::exchange(line, "") + "\n";
+    if (!line.empty() && line.size() + 1 + word.size() > columns) lines += std::exchange(line, "") + "\n";
     line += (line.empty() ? "" : " ") + word;
   }
   return lines + line + "\n";

@@ -175,17 +175,14 @@ void write_whole_file(const fs::path& file, const FileContent& content) {
 }
 
 void write_whole_file(const fs::path& file, const std::string& option, const FileContent& content) {
-  if (const std::error_code error = replace(file, content)) {
-    throw UsageError(option + ": " + cannot_be_written(file, error) + "; name another place");
-  }
+  require(replace(file, content), option, file.string() + " cannot be written", " place");
 }
 
 void write_output_file(const fs::path& file, const std::string& option, const FileContent& content) {
   check_output_file(file, option);
   const OutputTarget target = find_target(file);
-  const std::error_code error =
-      target.in_place ? write_in_place(target, content) : replace(target.name, content);
-  if (error) throw UsageError(option + ": " + cannot_be_written(file, error) + "; name another place");
+  require(target.in_place ? write_in_place(target, content) : replace(target.name, content), option,
+          file.string() + " cannot be written", " place");
 }
 
 void write_with_folder(const fs::path& file, const std::string& text) {
@@ -194,10 +191,7 @@ void write_with_folder(const fs::path& file, const std::string& text) {
 }
 
 void create_folder(const fs::path& folder, const std::string& option) {
-  if (const std::error_code error = create_durably(folder)) {
-    throw UsageError(option + ": the folder " + folder.string() + " cannot be created (" + error.message() +
-                     "); name another");
-  }
+  require(create_durably(folder), option, "the folder " + folder.string() + " cannot be created");
 }
 
 }  // namespace hotpath::program

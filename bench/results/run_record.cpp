@@ -85,7 +85,7 @@ static TaskSet tasks_from_json(const json& tasks) {
     Task& task = set.tasks.emplace_back();
     task.group = j.value("reentrant", false) ? 1 : 0;
     task.name = j.at("task").get<std::string>();
-    program::JsonReader read(j);
+    program::JsonFields read(j);
     read("kind", task.kind);
     if (j.contains("wcet_ns")) read.ns("wcet_ns", task.wcet);  // runs of the first version lack it
     if (task.kind != TaskKind::timer) continue;
@@ -98,7 +98,7 @@ static TaskSet tasks_from_json(const json& tasks) {
 
 void to_json(json& j, const RunRecord& run) {
   j = json::object();
-  program::JsonWriter write(j);
+  program::JsonFields write(j);
   visit_fields(write, run);
   j["tasks"] = tasks_json(run.tasks);
   if (run.simulation) visit_fields(write, *run.simulation);
@@ -106,7 +106,7 @@ void to_json(json& j, const RunRecord& run) {
 }
 
 void from_json(const json& j, RunRecord& run) {
-  program::JsonReader read(j);
+  program::JsonFields read(j);
   visit_fields(read, run);
   if (j.contains("tasks")) run.tasks = tasks_from_json(j.at("tasks"));
   if (j.contains("cpus")) {

@@ -45,7 +45,7 @@ static void to_json(json& j, const ChainSummary& chain) {
 }
 
 static void to_json(json& j, const ExecutorSummary& part) {
-  program::JsonWriter visit(j);
+  program::JsonFields visit(j);
   HOTPATH_VISIT(executor, repetitions, skipped, overwritten, after_warm_up, lost_records, cpu_per_callback_us,
                 usage, chains, tasks, disturbed, overload)
   visit("callbacks_executed", part.executed);

@@ -26,7 +26,6 @@
 #include "program/errors.hpp"
 #include "program/forked_task.hpp"
 #include "program/interrupt.hpp"
-#include "program/new_files.hpp"
 #include "program/output_target.hpp"
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
