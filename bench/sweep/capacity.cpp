@@ -3,10 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <iostream>
 
 #include "hotpath/core/enum_text.hpp"
 #include "program/errors.hpp"
+#include "program/json_output.hpp"
+#include "program/output_target.hpp"
+#include "program/python_tool.hpp"
 #include "program/text.hpp"
+#include "program/whole_file.hpp"
+#include "setup/deployed_system.hpp"
+#include "sweep/rows.hpp"
 
 namespace hotpath::sweep {
 
@@ -110,5 +118,234 @@ std::optional<std::string> Requirement::failure(const results::ExecutorSummary& 
   }
   return std::nullopt;
 }
+
+namespace {
+
+/// Levels that a search tries before it bisects.
+constexpr std::size_t kCoarse = 12;
+/// A level in all its digits (Levels::at()).
+constexpr const char* kLevelFormat = "%.12g";
+std::string exact(double level) { return program::text(kLevelFormat, level); }
+
+/// Columns of every tried level, after the reason of a failure.
+constexpr const char* kMeasures[] = {"lost",         "deadline_overruns", "response_share_max",
+                                     "age_p99_ms",   "age_p99_low_ms",    "age_p99_high_ms",
+                                     "age_worst_ms", "age_worst_low_ms",  "age_worst_high_ms",
+                                     "p99_ms",       "p99_low_ms",        "p99_high_ms",
+                                     "worst_ms",     "worst_low_ms",      "worst_high_ms"};
+
+/// The measures of one level; the age and the hot path are each of the chain with the largest one.
+std::vector<program::Value> measures_of(const results::ExecutorSummary& executor) {
+  constexpr const char* kDigits = "%.6f";
+  std::vector<program::Value> values = {
+      executor.lost(), executor.after_warm_up.deadline_overruns, {response_share_max(executor), kDigits}};
+  for (const auto latency : {&results::ChainSummary::end_to_end, &results::ChainSummary::hot_path}) {
+    const auto worst = [&](const results::ChainSummary& chain) {
+      const Quantiles& q = (chain.*latency).quantiles;
+      return q.n > 0 ? q.max : -INFINITY;
+    };
+    const auto chain = std::ranges::max_element(executor.chains, {}, worst);
+    const auto of = chain == executor.chains.end() ? results::LatencySummary() : (*chain).*latency;
+    for (const auto quantile : {&Quantiles::p99, &Quantiles::max}) {
+      for (const Quantiles& q : {of.quantiles, of.low, of.high})
+        values.emplace_back(finite(q.*quantile), kDigits);
+    }
+  }
+  return values;
+}
+
+/// Why the bounds do not meet the deadlines and the required age and latency; none: they do. Sample
+/// losses are not considered: no method bounds them.
+std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, const TaskSet& set,
+                                      const Graph& graph, const Requirement& require) {
+  for (TaskId id = 0; id < set.size(); ++id) {
+    const auto& bound = guaranteed.tasks[id];
+    if (set[id].kind != TaskKind::timer || (bound && Duration(bound->ns) <= set[id].deadline)) continue;
+    return "no bound of " + set[id].name + " within its deadline";
+  }
+  for (const Chain& named : graph.chains) {
+    const bounds::ChainGuarantee* chain = guaranteed.chain(named.name);
+    const auto within = [&](std::optional<bounds::Guarantee> bounds::ChainGuarantee::*of,
+                            std::optional<double> limit_ms) {
+      return !limit_ms || (chain != nullptr && chain->*of && to_ms(Duration((chain->*of)->ns)) <= *limit_ms);
+    };
+    if (!within(&bounds::ChainGuarantee::age, require.age_ms))
+      return "no bound of " + named.name + " within the age";
+    if (!within(&bounds::ChainGuarantee::hot_path, require.latency_ms))
+      return "no bound of " + named.name + " within the latency";
+  }
+  return std::nullopt;
+}
+
+class CapacitySearch {
+ public:
+  explicit CapacitySearch(const CapacityOptions& options)
+      : options_(options),
+        over_(to_string(options.over)),
+        levels_{options.from, options.to, options.resolution},
+        found_(program::concat(options.graph, ", simulated: largest ", over_, " with ",
+                               program::joined(options.require.words), " (steps of ",
+                               exact(options.resolution), ")"),
+               {"executor", "largest " + over_, "analysis", "fails at", "why", "holds again at"}) {
+    levels_table_.header.insert(levels_table_.header.end(), std::begin(kMeasures), std::end(kMeasures));
+    if (!(options.from <= options.to)) throw program::UsageError("--from is greater than --to");
+    if (levels_.count() > 1'000'000) {
+      throw program::UsageError("--resolution: more than 1000000 levels; take a larger step");
+    }
+    const auto whole = [](double v) { return v == std::round(v) && v >= 1; };
+    if (options.over == Over::copies &&
+        !(whole(options.from) && whole(options.to) && whole(options.resolution))) {
+      throw program::UsageError("--over copies: --from, --to and --resolution must be whole numbers from 1");
+    }
+    const setup::Limits limits = options.over == Over::load   ? setup::kLoads
+                                 : options.over == Over::rate ? setup::kRates
+                                                              : setup::kCopies;
+    if (options.from < limits.least || options.to > limits.most) {
+      throw program::UsageError(program::concat("--over ", over_,
+                                                ": --from and --to must be in the range of --", over_, ", ",
+                                                limits.least, " to ", limits.most));
+    }
+    if (options.repetitions < 2) {
+      std::cerr << "note: a single repetition gives no confidence; use --repetitions 20, for example\n";
+    }
+  }
+
+  void run() {
+    const std::filesystem::path folder = setup::output_folder(options_.output, "capacity");
+    program::check_output_folder(folder);
+    check();
+    for (const simulated::Options& one : each_at(levels_.low)) search(one);
+    write(folder);
+  }
+
+ private:
+  /// Says why a level fails, and fills in its measures, if there are any.
+  using Judge = std::function<std::optional<std::string>(double level, std::vector<program::Value>&)>;
+
+  /// The options of each executor, then of each deployment, at a level.
+  std::vector<simulated::Options> each_at(double level) const {
+    simulated::Options none = at(options_, level);
+    none.executors.clear();
+    none.deployments.clear();
+    std::vector<simulated::Options> each;
+    for (const std::string& name : options_.executors) each.emplace_back(none).executors = {name};
+    for (const std::string& name : options_.deployments) each.emplace_back(none).deployments = {name};
+    return each;
+  }
+
+  simulated::Options at(simulated::Options options, double level) const {
+    if (options_.over == Over::load) options.load_given = level;
+    if (options_.over == Over::rate) options.rate_percent = level;
+    if (options_.over == Over::copies) options.copies = static_cast<unsigned>(level);
+    return options;
+  }
+
+  /// Rejects wrong use before the search, which would otherwise take it for a failing level.
+  void check() const {
+    for (const double level : {levels_.low, levels_.at(levels_.count() - 1)}) {
+      const simulated::Options all = at(options_, level);
+      const Graph graph = setup::graph_to_run(all);
+      [[maybe_unused]] const auto executors = setup::executors_to_run(all, graph, make_tasks(graph));
+      for (const simulated::Options& one : each_at(level)) simulated::check_simulation(one);
+    }
+  }
+
+  /// Adds what an executor or deployment carries to the tables.
+  void search(const simulated::Options& one) {
+    const Graph graph = setup::graph_to_run(one);
+    const std::string label = setup::executors_to_run(one, graph, make_tasks(graph)).front().label;
+    const auto text = [&](std::optional<std::size_t> level) {
+      return level ? exact(levels_.at(*level)) : std::string("-");
+    };
+    const Judge judge = [&](double level, std::vector<program::Value>& measures) {
+      std::optional<std::string> why;
+      std::cerr << label << ": " << over_ << " " << exact(level) << std::flush;
+      try {
+        const results::Summary summary = simulated::summary_of_simulation(at(one, level));
+        why = options_.require.failure(summary.executors.front());
+        measures = measures_of(summary.executors.front());
+      } catch (const program::OverloadError& error) {
+        why = error.what();
+      }
+      std::cerr << (why ? ": " + *why : " holds") << "\n";
+      return why;
+    };
+    const Capacity c = tried(label, "simulated", judge);
+    const auto fails = std::ranges::find_if(c.tried, [](const auto& t) { return t.second.has_value(); });
+    const bool failed = fails != c.tried.end();
+    std::vector<std::string> again;
+    for (const std::size_t level : c.again()) again.push_back(text(level));
+    found_.add_row({label, (c.highest == levels_.count() - 1 ? ">= " : "") + text(c.highest),
+                    analysed(one, label), failed ? text(fails->first) : "-", failed ? *fails->second : "",
+                    program::joined(again, " ")});
+  }
+
+  /// The largest level at which the bounds meet the requirement.
+  std::string analysed(const simulated::Options& one, const std::string& label) {
+    bool any = false;
+    const std::size_t before = levels_table_.rows.size();
+    const Judge judge = [&](double level, auto&) -> std::optional<std::string> {
+      const simulated::Options options = at(one, level);
+      Graph graph = setup::graph_to_run(options);
+      options.apply_to(graph.platform);
+      const GraphTasks tasks = make_tasks(graph);
+      const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
+      const auto guaranteed = setup::guarantees(graph, tasks, spec);
+      any = any || guaranteed;
+      if (!guaranteed) return "no method covers it";
+      return failure_of(*guaranteed, tasks.set, graph, options_.require);
+    };
+    const Capacity c = one.deployments.empty() ? tried(label, "analysis", judge) : Capacity();
+    if (any) return c.highest ? exact(levels_.at(*c.highest)) : "-";
+    levels_table_.rows.resize(before);
+    return "no method";
+  }
+
+  /// Adds a row of each level that a search tries.
+  Capacity tried(const std::string& label, const char* source, const Judge& judge) {
+    std::map<double, std::vector<program::Value>> measured;
+    Capacity capacity =
+        find_capacity(levels_, kCoarse, [&](double level) { return judge(level, measured[level]); });
+    for (const auto& [index, why] : capacity.tried) {
+      const double level = levels_.at(index);
+      std::vector<program::Value> row = {
+          label, source, {level, kLevelFormat}, !why, index == capacity.highest, why};
+      row.insert(row.end(), measured[level].begin(), measured[level].end());
+      row.resize(levels_table_.header.size());
+      levels_table_.add_row(std::move(row));
+    }
+    return capacity;
+  }
+
+  /// A level counts only if all repetitions hold. With 95 % confidence, at least this share of all
+  /// repetitions would hold.
+  std::string confidence() const {
+    return program::text(
+        "%u of %u repetitions of %g s must hold: with 95 %% confidence %.1f %% of all such runs do.",
+        options_.repetitions, options_.repetitions, options_.duration_s,
+        100 * std::pow(0.05, 1.0 / options_.repetitions));
+  }
+
+  void write(const std::filesystem::path& folder) const {
+    std::cout << found_ << "\n" << confidence() << "\n";
+    program::create_folder(folder);
+    const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n";
+    program::write_whole_file(folder / "capacity.md", page);
+    program::write_whole_file(folder / "levels.csv", csv_of(levels_table_));
+    program::show_json(json_of(levels_table_));
+    program::draw_figure("capacity", folder);
+    std::cout << "\nResults: " << folder.string() << "\n";
+  }
+
+  const CapacityOptions options_;
+  const std::string over_;
+  const Levels levels_;
+  program::Table found_;  ///< What is printed, and stored for a page.
+  program::Table levels_table_{"", {"executor", "source", over_, "holds", "capacity", "why"}};
+};
+
+}  // namespace
+
+void search_capacities(const CapacityOptions& options) { CapacitySearch(options).run(); }
 
 }  // namespace hotpath::sweep
