@@ -19,21 +19,21 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
   };
   advise
       .add_option_function<std::string>("--phases", set,
-                                        "Timer phases of all draws; by default random. Without a\n"
-                                        "value: choose the phases with the best guaranteed --for")
+                                        in_lines("Timer phases of all draws; by default random. Without a "
+                                                 "value: choose the phases with the best guaranteed --for"))
       ->expected(0, 1)
       ->type_name("[creation[:MS]|synchronous|given|random|FILE|chosen]")
       ->default_str(alone)  // what CLI11 passes for an option without a value
       ->group(kSystemGroup);
-  add_number(advise, "--margin", o.margin_ms, {0, 1e6}, "MS",
-             "With --phases without a value: how far offsets may be off, by default\n"
-             "1 % of the shortest period")
+  add(advise, "--margin", o.margin_ms, {0, 1e6}, "MS",
+      "With --phases without a value: how far offsets may be off, by default\n"
+      "1 % of the shortest period")
       ->group(kSystemGroup);
 }
 
 }  // namespace
 
-void add_advise_command(CLI::App& app) {
+const Command kAdvise("Your robot", 110, [](CLI::App& app) {
   auto [command, o] = add_command<advise::Options>(
       app, "advise", "Predict the best executor and deployment for a graph by simulation",
       "hotpath advise autoware --cores 2 --for hot_path:age:p99 --repetitions 20",
@@ -54,40 +54,35 @@ void add_advise_command(CLI::App& app) {
   advise.remove_option(advise.get_option("--work"));  // for live runs only
   choose_phases_option(advise, o);
   advise.option_defaults()->group("Objective and candidates");
-  add_text(advise, "--for", o.objective, "OBJECTIVE",
-           "CHAIN:age:STATISTIC (median, p99 or worst): age of the data,\n"
-           "from the oldest source's timestamp to the output's finish;\n"
-           "CHAIN:STATISTIC: hot-path latency, from the latest source's\n"
-           "start to the sink's (the paper's metric); CHAIN<MS, several\n"
-           "separated by commas: limits of the worst age; worst_lateness;\n"
-           "losses; by default hot_path:age:p99, with --phases without a\nvalue hot_path:age:worst");
-  add_text(advise, "--now", o.now, "NAME", "Current executor or deployment, the baseline");
+  add(advise, "--for", o.objective, "OBJECTIVE",
+      "CHAIN:age:STATISTIC (median, p99 or worst): age of the data, from the oldest source's timestamp to "
+      "the output's finish; CHAIN:STATISTIC: hot-path latency, from the latest source's start to the sink's "
+      "(the paper's metric); CHAIN<MS, several separated by commas: limits of the worst age; worst_lateness; "
+      "losses; by default hot_path:age:p99, with --phases without a value hot_path:age:worst");
+  add(advise, "--now", o.now, "NAME", "Current executor or deployment, the baseline");
   add_cores_option(advise, o.cores);
   const auto is_reference = [](const std::string& text) {
     if (text == "reference" || text == "graph") return text == "reference";
     throw program::UsageError("--costs: `" + text + "` is neither reference nor graph");
   };
   add_parsed(advise, "--costs", o.reference_costs, is_reference, "reference|graph",
-             "Costs of executors: measured for each on the reference\n"
-             "machine, or those of the graph's platform for all; by default\n"
-             "reference, with --phases without a value graph");
+             "Costs of executors: measured for each on the reference machine, or those of the graph's "
+             "platform for all; by default reference, with --phases without a value graph");
   add_list(advise, "--executors", o.executors, "NAMES",
            "Candidates besides --deployments, separated by commas;\nby default all that suit the graph");
   add_deployments_option(advise, o);
   advise.option_defaults()->group(kDurationGroup);
-  add_number(advise, "--repetitions", o.draws, {1, 10000}, "N", "Random draws of phases and execution times");
-  add_number(advise, "--time-out", o.budget_s, {0.1, 1e6}, "SECONDS",
-             "Time limit of all simulations; reduces the draws to fit");
-  add_number(advise, "--duration", o.duration_s, {0.1, 1e5}, "SECONDS", "Simulated time of each draw");
+  add(advise, "--repetitions", o.draws, {1, 10000}, "N", "Random draws of phases and execution times");
+  add(advise, "--time-out", o.budget_s, {0.1, 1e6}, "SECONDS",
+      "Time limit of all simulations; reduces the draws to fit");
+  add(advise, "--duration", o.duration_s, {0.1, 1e5}, "SECONDS", "Simulated time of each draw");
   add_warm_up_option(advise, o);
-  add_number(advise, "--seed", o.seed, kAnySeed, "N", "Seed of all draws");
+  add(advise, "--seed", o.seed, kAnySeed, "N", "Seed of all draws");
   advise.option_defaults()->group("Results");
   add_threads_option(advise, o.threads);
   add_output_option(advise, o);
   add_json_option(advise);
   show_first(command, {"--for", "--now", "--executors", "--deployments", "--cores", "--output"});
-}
-
-const Command kAdvise("Your robot", 110, add_advise_command);
+});
 
 }  // namespace hotpath::commands

@@ -22,26 +22,24 @@ HOTPATH_JSON_FIELDS(SuiteOptions, programs, repetitions, seed, quick, time_out_s
 
 }  // namespace
 
-void add_bench_command(CLI::App& app) {
+const Command kBench("Measure", 20, [](CLI::App& app) {
   auto [bench, o] =
       add_command<SuiteOptions>(app, "bench", "Benchmark executors and transports",
                                 "hotpath bench --output before", [](const SuiteOptions& options) {
                                   if (!options.output.empty()) program::check_output_folder(options.output);
                                   program::become_python_tool("bench", {nlohmann::json(options).dump()});
                                 });
-  bench.add_flag("--quick", o.quick, "Short run: fewer sizes, shorter measurements, 1 repetition");
-  add_number(bench, "--repetitions", o.repetitions, {1, 100}, "N",
-             "Runs of each benchmark program, each in a new process");
+  add(bench, "--quick", o.quick, "Short run: fewer sizes, shorter measurements, 1 repetition");
+  add(bench, "--repetitions", o.repetitions, {1, 100}, "N",
+      "Runs of each benchmark program, each in a new process");
   add_list(bench, "--only", o.programs, "NAMES",
-           "Benchmarks to run, separated by commas: scheduler, simulator,\n"
-           "executor, transport, hot_path; by default all");
-  add_number(bench, "--seed", o.seed, kAnySeed, "N", "Seed of the order of programs");
-  add_number(bench, "--time-out", o.time_out_s, {1, 86400}, "SECONDS",
-             "Time limit of each program; a slower one has hung and is\nkilled");
-  add_text(bench, "--output", o.output, "FOLDER", "New folder for the results; by default runs/DATE-bench");
-  exclude(bench, "--quick", {"--repetitions"});
-}
-
-const Command kBench("Measure", 20, add_bench_command);
+           "Benchmarks to run, separated by commas: scheduler, simulator, executor, transport, hot_path; by "
+           "default all");
+  add(bench, "--seed", o.seed, kAnySeed, "N", "Seed of the order of programs");
+  add(bench, "--time-out", o.time_out_s, {1, 86400}, "SECONDS",
+      "Time limit of each program; a slower one has hung and is\nkilled");
+  add(bench, "--output", o.output, "FOLDER", "New folder for the results; by default runs/DATE-bench");
+  bench.get_option("--quick")->excludes("--repetitions");
+});
 
 }  // namespace hotpath::commands

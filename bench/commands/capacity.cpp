@@ -6,7 +6,7 @@
 
 namespace hotpath::commands {
 
-void add_capacity_command(CLI::App& app) {
+const Command kCapacity("Predict", 70, [](CLI::App& app) {
   auto [capacity, o] = add_command<sweep::CapacityOptions>(
       app, "capacity", "Find the highest load, rate or number of copies that executors sustain",
       "hotpath capacity --over load --executors default,rm-ro --repetitions 20",
@@ -21,25 +21,21 @@ void add_capacity_command(CLI::App& app) {
   o.repetitions = 20;
   o.phases = Phases::random;
   capacity.option_defaults()->group("Search");
-  add_choice(capacity, "--over", o.over,
-             "Quantity to search: load in percent of one core, timer rate\n"
-             "in percent, or number of graph copies");
+  add(capacity, "--over", o.over,
+      "Quantity to search: load in percent of one core, timer rate in percent, or number of graph copies");
   const auto require = [&o = o](const auto& words) { o.require = sweep::Requirement::parse(words); };
   add_list(capacity, "--require", require, "CONDITIONS",
-           "Conditions for every repetition, separated by commas:\n"
-           "no-loss, deadlines, age:MS (limit of the age of each output's\n"
-           "data), latency:MS (of the hot path, the paper's metric)")
+           "Conditions for every repetition, separated by commas: no-loss, deadlines, age:MS (limit of the "
+           "age of each output's data), latency:MS (of the hot path, the paper's metric)")
       ->default_str(program::joined(o.require.words, ","));
-  add_number(capacity, "--from", o.from, {0, 1e6}, "LEVEL", "Lowest level");
-  add_number(capacity, "--to", o.to, {0, 1e6}, "LEVEL", "Highest level");
-  add_number(capacity, "--resolution", o.resolution, {1e-3, 1e6}, "LEVEL", "Search step between two levels");
+  add(capacity, "--from", o.from, {0, 1e6}, "LEVEL", "Lowest level");
+  add(capacity, "--to", o.to, {0, 1e6}, "LEVEL", "Highest level");
+  add(capacity, "--resolution", o.resolution, {1e-3, 1e6}, "LEVEL", "Search step between two levels");
   add_simulation_options(capacity, o);
   capacity.remove_option(capacity.get_option("--work"));  // for live runs only
   add_output_option(capacity, o, "runs/DATE-capacity");
   add_json_option(capacity);
   show_first(capacity, {"--over", "--require", "--executors", "--set", "--cores", "--output"});
-}
-
-const Command kCapacity("Predict", 70, add_capacity_command);
+});
 
 }  // namespace hotpath::commands

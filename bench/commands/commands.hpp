@@ -11,14 +11,10 @@
 
 namespace hotpath::commands {
 
-/// A command. Each is one file, which has one of these beside the function that adds the subcommand, whose
-/// callback throws UsageError or RunError.
+/// A command. Each is one file, which has one of these. `adds` adds the subcommand, whose callback throws
+/// UsageError or RunError. `group` and `place`: in the help; an empty group hides it.
 struct Command {
-  const char* group;  ///< In the help; empty: hidden.
-  int place;          ///< In the help.
-  void (*add)(CLI::App& app);
-
-  Command(const char* of, int at, void (*adds)(CLI::App& app));
+  Command(const std::string& group, int place, void (*adds)(CLI::App& app));
 };
 
 /// Writes the pages of --help and --help-all.

@@ -21,6 +21,7 @@ namespace {
 constexpr double kLargestCost_us = 1e9;
 constexpr double kLongestStep_ms = 1e6;
 constexpr std::size_t kHelpColumns = 68;  // of the 100 that --help may use
+constexpr std::size_t kBrokenColumns = 61;
 
 /// Sets one `KEY=VALUE` of --platform.
 void set_platform(setup::PlatformOptions& o, const std::string& item) {
@@ -51,23 +52,22 @@ std::vector<std::string> list_items(const std::string& list) {
   return parts;
 }
 
-/// Filled before main() begins.
-std::vector<Command>& all_commands() {
-  static std::vector<Command> all;
+/// Groups and adding functions, by place; filled before main() begins.
+std::map<int, std::pair<std::string, void (*)(CLI::App&)>>& all_commands() {
+  static std::map<int, std::pair<std::string, void (*)(CLI::App&)>> all;
   return all;
 }
 
 }  // namespace
 
-Command::Command(const char* of, int at, void (*adds)(CLI::App& app)) : group(of), place(at), add(adds) {
-  all_commands().push_back(*this);
+Command::Command(const std::string& group, int place, void (*adds)(CLI::App& app)) {
+  all_commands()[place] = {group, adds};
 }
 
 void add_commands(CLI::App& app) {
-  std::ranges::sort(all_commands(), {}, &Command::place);
-  for (const Command& command : all_commands()) {
-    command.add(app);
-    app.get_subcommands({}).back()->group(command.group);
+  for (const auto& [place, command] : all_commands()) {
+    command.second(app);
+    app.get_subcommands({}).back()->group(command.first);
   }
 }
 
@@ -133,10 +133,18 @@ CLI::Option* add_output_file(CLI::App& command, const std::string& option, std::
     if (name != "-") program::check_output_file(name, option);  // `-`: standard output
     return std::string();
   };
-  return add_text(command, option, file, "FILE", help)->check(CLI::Validator(check, ""));
+  return add(command, option, file, "FILE", help)->check(CLI::Validator(check, ""));
 }
 
-std::string with_range(const std::string& help, Limits limits) {
+std::string in_lines(const std::string& help) {
+  if (help.size() <= kHelpColumns || help.find('\n') != std::string::npos) return help;
+  std::string lines = program::wrapped(help, kBrokenColumns);
+  lines.pop_back();
+  return lines;
+}
+
+std::string with_range(const std::string& text, Limits limits) {
+  const std::string help = in_lines(text);
   if (limits.most >= kAnySeed.most) return help;
   const std::string range = program::text("[%.10g to %.10g]", limits.least, limits.most);
   const std::size_t last_line = help.size() - (help.rfind('\n') + 1);  // npos + 1 is 0
@@ -157,7 +165,7 @@ CLI::Option* add_list(CLI::App& command, const std::string& option,
     }
     set(items);
   };
-  return command.add_option_function<std::vector<std::string>>(option, read, help)
+  return command.add_option_function<std::vector<std::string>>(option, read, in_lines(help))
       ->allow_extra_args(false)  // a further argument is not a further item
       ->check(not_empty())
       ->type_name(kind);
@@ -169,22 +177,17 @@ CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<
   return add_list(command, option, set, kind, help)->default_str(program::joined(items, ","));
 }
 
-void exclude(CLI::App& command, const std::string& option, const std::vector<std::string>& others) {
-  for (const std::string& other : others) command.get_option(option)->excludes(command.get_option(other));
-}
-
 void add_graph_options(CLI::App& command, setup::CommonOptions& o) {
   command.option_defaults()->group(kSystemGroup);
-  add_graph_option(command, o.graph);
+  add(command, "GRAPH,--graph", o.graph, "NAME", kGraphHelp);
   add_scaling_options(command, o);
-  add_choice(command, "--work", o.work,
-             "A job works for an amount of its thread's CPU time, until an\n"
-             "instant of the clock, or a fixed amount; by default as in the\n"
-             "graph, whose own default is cpu_time");
-  add_phases_option(command, o,
-                    "Timer phases: staggered by node creation as in rclcpp, or by\n"
-                    "MS; all equal; given in the graph; random; of a CSV file\n"
-                    "(docs/phases.md); or of the same executor in a stored run")
+  add(command, "--work", o.work,
+      "A job works for an amount of its thread's CPU time, until an instant of the clock, or a fixed amount; "
+      "by default as in the graph, whose own default is cpu_time");
+  add_phases_option(
+      command, o,
+      "Timer phases: staggered by node creation as in rclcpp, or by MS; all equal; given in the graph; "
+      "random; of a CSV file (docs/phases.md); or of the same executor in a stored run")
       ->default_str(to_string(o.phases));
   add_entity_order_option(command, o);
 }
@@ -216,18 +219,14 @@ CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const
     set_phases(o, text);
     if (given != nullptr) *given = true;
   };
-  return command.add_option_function<std::string>("--phases", set, help)
+  return command.add_option_function<std::string>("--phases", set, in_lines(help))
       ->type_name("creation[:MS]|synchronous|given|random|FILE|RUN");
-}
-
-CLI::Option* add_graph_option(CLI::App& command, std::string& graph) {
-  return add_text(command, "GRAPH,--graph", graph, "NAME", kGraphHelp);
 }
 
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {
   add_parsed(command, "--entity-order", o.entity_order, setup::EntityOrder::parse, "creation|reverse|FILE",
-             "Order in which wait sets scan tasks; in rclcpp, the order of\n"
-             "addresses in memory. FILE has one task name per line")
+             "Order in which wait sets scan tasks; in rclcpp, the order of addresses in memory. FILE has one "
+             "task name per line")
       ->check(not_empty())
       ->default_str(o.entity_order.text());
 }
@@ -235,15 +234,15 @@ void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {
 CLI::Option* add_json_option(CLI::App& command) {
   return command
       .add_flag_callback("--json", program::reserve_output_for_json,
-                         "Print the data of the tables as JSON; other text goes to\nstandard error")
+                         in_lines("Print the data of the tables as JSON; other text goes to standard error"))
       ->group("Results");
 }
 
 CLI::Option* add_set_option(CLI::App& command, std::vector<std::string>& set) {
-  return add_list(command, "--set", set, "NODE.KEY=VALUE",
-                  "Another value for a key of a node of the graph, in the units\n"
-                  "of its file, such as Lidar.period_ms=50; of a node of type\n"
-                  "callbacks for a task: Localizer/points.execution_time_ms=3");
+  return add_list(
+      command, "--set", set, "NODE.KEY=VALUE",
+      "Another value for a key of a node of the graph, in the units of its file, such as Lidar.period_ms=50; "
+      "of a node of type callbacks for a task: Localizer/points.execution_time_ms=3");
 }
 
 void show_settings(const CLI::App& command) {
@@ -254,12 +253,11 @@ void show_settings(const CLI::App& command) {
 
 void add_scaling_options(CLI::App& command, setup::CommonOptions& o) {
   add_set_option(command, o.set);
-  add_number(command, "--load", o.load_given, setup::kLoads, "PERCENT",
-             "Load of all nodes in percent of one core; by default as in\nthe graph");
-  add_number(command, "--rate", o.rate_percent, setup::kRates, "PERCENT",
-             "Timer rates in percent of the graph's, applied after --load;\n"
-             "execution times stay the same");
-  add_number(command, "--copies", o.copies, setup::kCopies, "N", "Copies of the scaled graph, side by side");
+  add(command, "--load", o.load_given, setup::kLoads, "PERCENT",
+      "Load of all nodes in percent of one core; by default as in\nthe graph");
+  add(command, "--rate", o.rate_percent, setup::kRates, "PERCENT",
+      "Timer rates in percent of the graph's, applied after --load; execution times stay the same");
+  add(command, "--copies", o.copies, setup::kCopies, "N", "Copies of the scaled graph, side by side");
 }
 
 std::vector<std::string> given_options(const CLI::App& command, const std::vector<std::string>& without) {
@@ -276,25 +274,24 @@ std::vector<std::string> given_options(const CLI::App& command, const std::vecto
 
 void add_length_options(CLI::App& command, setup::CommonOptions& o, double longest_s) {
   command.option_defaults()->group(kDurationGroup);
-  add_number(command, "--duration", o.duration_s, {0.1, longest_s}, "SECONDS",
-             "Measured time of each repetition");
+  add(command, "--duration", o.duration_s, {0.1, longest_s}, "SECONDS", "Measured time of each repetition");
   add_warm_up_option(command, o);
-  add_number(command, "--repetitions", o.repetitions, {1, 10000}, "N", "Repetitions per executor");
-  add_number(command, "--seed", o.seed, kAnySeed, "N", "Seed of all random choices and of the bootstrap");
+  add(command, "--repetitions", o.repetitions, {1, 10000}, "N", "Repetitions per executor");
+  add(command, "--seed", o.seed, kAnySeed, "N", "Seed of all random choices and of the bootstrap");
 }
 
 void add_warm_up_option(CLI::App& command, setup::CommonOptions& o) {
-  add_number(command, "--warm-up", o.warm_up_s, {0, 3600}, "SECONDS",
-             "Time before the measurement; its latencies do not count");
+  add(command, "--warm-up", o.warm_up_s, {0, 3600}, "SECONDS",
+      "Time before the measurement; its latencies do not count");
 }
 
 void add_platform_options(CLI::App& command, setup::PlatformOptions& o) {
   command.option_defaults()->group(
       "Simulated machine, by default the graph's `platform`, otherwise one core without costs");
   add_cores_option(command, o.cores);
-  std::string help =
-      "Costs in microseconds and the timer thread, separated by\n"
-      "commas, such as release_cost_us=3,timer_thread=raised";
+  std::string help = in_lines(
+      "Costs in microseconds and the timer thread, separated by commas, such as "
+      "release_cost_us=3,timer_thread=raised");
   for (const PlatformCost& cost : kPlatformCosts) {
     const bool fits = cost.key.size() + cost.meaning.size() + 2 <= kHelpColumns;
     help += program::concat("\n", cost.key, fits ? ": " : ":\n  ", cost.meaning);
@@ -308,19 +305,17 @@ void add_platform_options(CLI::App& command, setup::PlatformOptions& o) {
 }
 
 void add_cores_option(CLI::App& command, std::optional<unsigned>& cores) {
-  add_number(command, "--cores", cores, {1, kMaxWorkers}, "N",
-             "CPU cores; by default as in the graph, otherwise 1");
+  add(command, "--cores", cores, {1, kMaxWorkers}, "N", "CPU cores; by default as in the graph, otherwise 1");
 }
 
 CLI::Option* add_threads_option(CLI::App& command, unsigned& threads) {
-  return add_number(command, "--threads", threads, {0, 1024}, "N",
-                    "Parallel threads, 0 for one per CPU; results do not depend\non it");
+  return add(command, "--threads", threads, {0, 1024}, "N",
+             "Parallel threads, 0 for one per CPU; results do not depend\non it");
 }
 
 void add_output_option(CLI::App& command, setup::CommonOptions& o, const std::string& default_folder) {
   command.option_defaults()->group("Results");
-  add_text(command, "--output", o.output, "FOLDER",
-           "New folder for the results; by default " + default_folder);
+  add(command, "--output", o.output, "FOLDER", "New folder for the results; by default " + default_folder);
   // For run.json, which depends neither on the folder nor on the number of threads.
   command.parse_complete_callback([&command, &o] {
     o.command = given_options(command, {"output", "threads", "json"});
@@ -339,9 +334,8 @@ void add_executors_option(CLI::App& command, setup::CommonOptions& o) {
 
 void add_deployments_option(CLI::App& command, setup::CommonOptions& o) {
   add_list(command, "--deployments", o.deployments, "NAMES",
-           "Deployments, separated by commas: names (`hotpath list\n"
-           "deployments`), YAML files, or cie:FILE for a configuration of\n"
-           "Autoware's CallbackIsolatedExecutor (docs/deployments.md)");
+           "Deployments, separated by commas: names (`hotpath list deployments`), YAML files, or cie:FILE "
+           "for a configuration of Autoware's CallbackIsolatedExecutor (docs/deployments.md)");
 }
 
 std::vector<std::string> executors_of(const setup::CommonOptions& options) {

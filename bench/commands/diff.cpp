@@ -27,41 +27,35 @@ void diff(DiffArguments& a) {
 
 }  // namespace
 
-void add_diff_command(CLI::App& app) {
+const Command kDiff("Understand", 150, [](CLI::App& app) {
   auto [command, o] = add_command<DiffArguments>(
       app, "diff", "Compare latencies of two results, or of a run and its simulation",
       "hotpath diff results/paper runs/paper", diff);
-  add_text(command, "RUN", o.runs, "FOLDER",
-           "OLD and NEW: folders of two runs, reproductions or benchmark\n"
-           "results; with --simulated: folders of runs")
+  add(command, "RUN", o.runs, "FOLDER",
+      "OLD and NEW: folders of two runs, reproductions or benchmark results; with --simulated: folders of "
+      "runs")
       ->required();
-  CLI::Option* const across = command.add_flag(
-      "--across-loads", o.options.across_loads,
-      "Also compare runs with different loads, rates or copies; by\ndefault only runs at the same load");
+  CLI::Option* const across =
+      add(command, "--across-loads", o.options.across_loads,
+          "Also compare runs with different loads, rates or copies; by default only runs at the same load");
   CLI::Option* const csv = add_output_file(command, "--csv", o.options.csv, "Also write the table as CSV");
-  CLI::Option* const gate = command
-                                .add_flag("--gate", o.options.gate,
-                                          "Exit with code 1 if NEW has a significant regression,\n"
-                                          "corrected for multiple comparisons")
-                                ->excludes(csv);
-  add_text(command, "--output", o.options.output, "FOLDER",
-           "Also write report.html, a page with both distributions, and\n"
-           "report.md into this folder; with --simulated: new folder for\n"
-           "the results, by default runs/DATE-diff");
+  CLI::Option* const gate =
+      add(command, "--gate", o.options.gate,
+          "Exit with code 1 if NEW has a significant regression, corrected for multiple comparisons")
+          ->excludes(csv);
+  add(command, "--output", o.options.output, "FOLDER",
+      "Also write report.html, a page with both distributions, and report.md into this folder; with "
+      "--simulated: new folder for the results, by default runs/DATE-diff");
   add_json_option(command);
   add_output_file(command, "--junit", o.options.junit, kJunitHelp)->needs(gate);
   add_output_file(command, "--markdown", o.options.markdown, kMarkdownHelp)->needs(gate);
-  command
-      .add_flag("--simulated", o.simulated,
-                "Compare runs with simulations of their phases, measured\n"
-                "execution times and costs and, for graphs of the reference\n"
-                "measurements, with the real ROS 2 stack")
+  add(command, "--simulated", o.simulated,
+      "Compare runs with simulations of their phases, measured execution times and costs and, for graphs of "
+      "the reference measurements, with the real ROS 2 stack")
       ->excludes(across)
       ->excludes(csv)
       ->excludes(gate);
   show_first(command, {"--across-loads", "--gate", "--output", "--simulated", "--csv"});
-}
-
-const Command kDiff("Understand", 150, add_diff_command);
+});
 
 }  // namespace hotpath::commands

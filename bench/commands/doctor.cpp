@@ -22,11 +22,6 @@ struct DoctorArguments {
   bool recover = false;
 };
 
-std::string throttling(const machine::Machine& m) {
-  if (m.rt_runtime_us < 0) return "off";
-  return std::to_string(m.rt_runtime_us) + " of " + std::to_string(m.rt_period_us) + " us";
-}
-
 program::Table facts(const machine::Machine& m) {
   program::Table table("", {"", ""});
   const auto row = [&](const char* name, const std::string& value) {
@@ -39,7 +34,8 @@ program::Table facts(const machine::Machine& m) {
   row("frequency governor", m.governor.empty() ? "none" : m.governor);
   row("turbo", m.turbo);
   row("boot parameters", m.boot_parameters.empty() ? "none for scheduling" : m.boot_parameters);
-  row("real-time throttling", throttling(m));
+  row("real-time throttling",
+      m.rt_runtime_us < 0 ? "off" : program::concat(m.rt_runtime_us, " of ", m.rt_period_us, " us"));
   row("real-time threads", m.real_time_threads.empty() ? "no others" : program::joined(m.real_time_threads));
   row("timer slack", std::to_string(m.timer_slack_ns) + " ns");
   row("clock",
@@ -70,17 +66,18 @@ void examine_machine(const DoctorArguments& arguments) {
   if (!arguments.output.empty()) program::write_output_file(arguments.output, "--output", nlohmann::json(m));
 }
 
-void recover(const std::string& run) {
-  const results::Summary summary = results::recover_run(run);
-  std::size_t recovered = 0;
-  for (const results::ExecutorSummary& e : summary.executors) recovered += e.repetitions;
-  std::cout << "Recovered " << recovered << (recovered == 1 ? " repetition" : " repetitions")
-            << " of a run that was killed.\n\n";
-  results::write_table(std::cout, summary);
-  program::show_json(summary);
-}
-
-void examine_run(const std::string& run) {
+void examine(const DoctorArguments& arguments) {
+  const std::string& run = arguments.run;
+  if (run.empty()) return examine_machine(arguments);
+  if (arguments.recover) {
+    const results::Summary summary = results::recover_run(run);
+    std::size_t recovered = 0;
+    for (const results::ExecutorSummary& e : summary.executors) recovered += e.repetitions;
+    std::cout << "Recovered " << recovered << (recovered == 1 ? " repetition" : " repetitions")
+              << " of a run that was killed.\n\n";
+    results::write_table(std::cout, summary);
+    return program::show_json(summary);
+  }
   const results::CheckedRun checked = results::check_run(run);
   std::cout << run << ": " << checked.rows << " rows of jobs.csv, " << checked.repetitions
             << (checked.repetitions == 1 ? " repetition" : " repetitions")
@@ -89,30 +86,23 @@ void examine_run(const std::string& run) {
   program::show_json({{"rows", checked.rows}, {"repetitions", checked.repetitions}});
 }
 
-void examine(const DoctorArguments& arguments) {
-  if (arguments.run.empty()) return examine_machine(arguments);
-  arguments.recover ? recover(arguments.run) : examine_run(arguments.run);
-}
-
 }  // namespace
 
-void add_doctor_command(CLI::App& app) {
+const Command kDoctor("Measure", 30, [](CLI::App& app) {
   auto [doctor, o] = add_command<DoctorArguments>(
       app, "doctor", "Examine this machine, or a stored run; recover a killed run",
       "hotpath doctor runs/first", examine);
-  CLI::Option* const run = add_text(doctor, "RUN", o.run, "FOLDER",
-                                    "Folder of a run: check that its jobs form a valid schedule; by\n"
-                                    "default report this machine's configuration and how it disturbs\n"
-                                    "measurements");
-  doctor.add_flag("--recover", o.recover, "Write the summary of a killed run from its finished repetitions")
+  CLI::Option* const run = add(doctor, "RUN", o.run, "FOLDER",
+                               "Folder of a run: check that its jobs form a valid schedule; by\n"
+                               "default report this machine's configuration and how it disturbs\n"
+                               "measurements");
+  add(doctor, "--recover", o.recover, "Write the summary of a killed run from its finished repetitions")
       ->needs(run);
-  add_number(doctor, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to record hiccups on all cores")
+  add(doctor, "--duration", o.seconds, {0.01, 60}, "SECONDS", "Time to record hiccups on all cores")
       ->excludes(run);
   add_output_file(doctor, "--output", o.output, "Also write the report on the machine as JSON")
       ->excludes(run);
   add_json_option(doctor);
-}
-
-const Command kDoctor("Measure", 30, add_doctor_command);
+});
 
 }  // namespace hotpath::commands

@@ -12,17 +12,9 @@ namespace hotpath::commands {
 
 namespace {
 
-void add_export_ctf_command(CLI::App& parent) {
-  struct Options {
-    std::string run, output;
-  };
-  auto [ctf, o] =
-      add_command<Options>(parent, "ctf", "Export a run as a trace of ros2_tracing (CTF 1.8)",
-                           "hotpath export ctf runs/first --output traces/first",
-                           [](const Options& options) { imports::export_ctf(options.run, options.output); });
-  add_text(ctf, "RUN", o.run, "FOLDER", kRunHelp)->required();
-  add_text(ctf, "--output", o.output, "FOLDER", "New folder for the trace")->required();
-}
+struct CtfOptions {
+  std::string run, output;
+};
 
 struct PerfettoOptions {
   std::string run, executor, output;
@@ -43,28 +35,27 @@ void export_perfetto(const PerfettoOptions& o) {
   std::cout << o.output << "\n";
 }
 
-void add_export_perfetto_command(CLI::App& parent) {
-  auto [perfetto, o] = add_command<PerfettoOptions>(
-      parent, "perfetto", "Export jobs and messages of a run for ui.perfetto.dev",
-      "hotpath export perfetto runs/first --output first.json --to 1000", export_perfetto);
-  add_text(perfetto, "RUN", o.run, "FOLDER", kRunHelp)->required();
-  add_output_file(perfetto, "--output", o.output, "File in Chrome's Trace Event Format")->required();
-  add_text(perfetto, "--executors", o.executor, "NAME", kRunExecutorHelp);
-  add_number(perfetto, "--repetition", o.repetition, {0, 1e9}, "N", kRunRepetitionHelp);
-  add_number(perfetto, "--from", o.from_ms, {0, 1e12}, "MS", "Start of the window, after the run's epoch");
-  add_number(perfetto, "--to", o.to_ms, {0, 1e12}, "MS", "End of the window; by default the end of the run");
-}
-
 }  // namespace
 
-void add_export_command(CLI::App& app) {
+const Command kExport("Understand", 170, [](CLI::App& app) {
   CLI::App& parent = *app.add_subcommand("export", "Export a run to the format of another tool");
   parent.footer("Example:  hotpath export perfetto runs/first --output first.json");
   parent.require_subcommand(1);
-  add_export_ctf_command(parent);
-  add_export_perfetto_command(parent);
-}
-
-const Command kExport("Understand", 170, add_export_command);
+  auto [ctf, copied] = add_command<CtfOptions>(
+      parent, "ctf", "Export a run as a trace of ros2_tracing (CTF 1.8)",
+      "hotpath export ctf runs/first --output traces/first",
+      [](const CtfOptions& options) { imports::export_ctf(options.run, options.output); });
+  add(ctf, "RUN", copied.run, "FOLDER", kRunHelp)->required();
+  add(ctf, "--output", copied.output, "FOLDER", "New folder for the trace")->required();
+  auto [perfetto, o] = add_command<PerfettoOptions>(
+      parent, "perfetto", "Export jobs and messages of a run for ui.perfetto.dev",
+      "hotpath export perfetto runs/first --output first.json --to 1000", export_perfetto);
+  add(perfetto, "RUN", o.run, "FOLDER", kRunHelp)->required();
+  add_output_file(perfetto, "--output", o.output, "File in Chrome's Trace Event Format")->required();
+  add(perfetto, "--executors", o.executor, "NAME", kRunExecutorHelp);
+  add(perfetto, "--repetition", o.repetition, {0, 1e9}, "N", kRunRepetitionHelp);
+  add(perfetto, "--from", o.from_ms, {0, 1e12}, "MS", "Start of the window, after the run's epoch");
+  add(perfetto, "--to", o.to_ms, {0, 1e12}, "MS", "End of the window; by default the end of the run");
+});
 
 }  // namespace hotpath::commands

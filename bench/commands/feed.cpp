@@ -70,10 +70,8 @@ void feed(const NoOptions&) {
 
 }  // namespace
 
-void add_feed_command(CLI::App& app) {
+const Command kFeed("", 190, [](CLI::App& app) {
   add_command<NoOptions>(app, "feed", "Data and statistics for the Python package", "", feed).first.group("");
-}
-
-const Command kFeed("", 190, add_feed_command);
+});
 
 }  // namespace hotpath::commands

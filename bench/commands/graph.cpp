@@ -112,22 +112,20 @@ void print_graph(const GraphOptions& options) {
 
 }  // namespace
 
-void add_graph_command(CLI::App& app) {
+const Command kGraph("Predict", 80, [](CLI::App& app) {
   auto [graph, o] = add_command<GraphOptions>(app, "graph", "Check a graph file and print or draw the graph",
                                               "hotpath graph --new robot.yaml", print_graph);
-  add_graph_option(graph, o.graph);
-  add_text(graph, "--new", o.new_file, "FILE", "Write a commented example of a graph into this new file");
+  add(graph, "GRAPH,--graph", o.graph, "NAME", kGraphHelp);
+  add(graph, "--new", o.new_file, "FILE", "Write a commented example of a graph into this new file");
   add_set_option(graph, o.set);
-  add_choice(graph, "--as", o.as,
-             "Write the graph for Graphviz with its hot path marked, or as YAML\n"
-             "for Autoware's CallbackIsolatedExecutor, to standard output");
-  add_text(graph, "--deployments", o.deployment, "NAME",
-           "Deployment (`hotpath list deployments`, or a YAML file) that\n"
-           "colours the nodes of --as dot, or gives --as cie its threads");
+  add(graph, "--as", o.as,
+      "Write the graph for Graphviz with its hot path marked, or as YAML\n"
+      "for Autoware's CallbackIsolatedExecutor, to standard output");
+  add(graph, "--deployments", o.deployment, "NAME",
+      "Deployment (`hotpath list deployments`, or a YAML file) that colours the nodes of --as dot, or gives "
+      "--as cie its threads");
   show_first(graph, {"--new", "--set", "--as", "--deployments"});
-  exclude(graph, "--new", {"--graph", "--set", "--as", "--deployments"});
-}
-
-const Command kGraph("Predict", 80, add_graph_command);
+  graph.get_option("--new")->excludes("--graph", "--set", "--as", "--deployments");
+});
 
 }  // namespace hotpath::commands

@@ -125,16 +125,14 @@ void write_man_pages(const CLI::App& app, const std::string& name, const std::fi
     write_man_pages(*command, name + " " + command->get_name(), folder);
 }
 
-void add_man_command(CLI::App& app) {
+const Command kMan("", 195, [](CLI::App& app) {
   auto [command, folder] =
       add_command<std::string>(app, "man", "Write the man pages", "", [&app](const std::string& of) {
         program::create_folder(of);
         write_man_pages(app, "hotpath", of);
       });
-  add_text(command, "FOLDER", folder, "FOLDER", "Folder of the pages")->required();
-}
-
-const Command kMan("", 195, add_man_command);
+  add(command, "FOLDER", folder, "FOLDER", "Folder of the pages")->required();
+});
 
 }  // namespace
 

@@ -62,7 +62,7 @@ void print_deployments() {
 
 }  // namespace
 
-void add_list_command(CLI::App& app) {
+const Command kList("Predict", 90, [](CLI::App& app) {
   CLI::App* list =
       app.add_subcommand("list", "List the available executors, graphs, deployments or figures of the paper");
   list->footer("Example:  hotpath list executors");
@@ -79,8 +79,6 @@ void add_list_command(CLI::App& app) {
   list->add_subcommand("figures", "Items of `hotpath paper figures` with their durations")
       ->footer("Example:  hotpath list figures")
       ->callback([] { program::become_python_tool("reproduction-items", {}); });
-}
-
-const Command kList("Predict", 90, add_list_command);
+});
 
 }  // namespace hotpath::commands

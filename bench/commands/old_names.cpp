@@ -33,17 +33,7 @@ constexpr std::array kOldNames = {
     OldName{"--phases-file", "`--phases FILE` now"},
     OldName{"--phases-of", "`--phases RUN` now"},
     OldName{"--phase-step", "`--phases creation:MS` now"},
-    OldName{"--timer-thread", kPlatform},
-    OldName{"--release-cost-us", kPlatform},
     OldName{"--delta-us", "`--platform release_cost_us=US` now"},
-    OldName{"--pass-cost-us", kPlatform},
-    OldName{"--dispatch-cost-us", kPlatform},
-    OldName{"--timer-dispatch-cost-us", kPlatform},
-    OldName{"--subscription-dispatch-cost-us", kPlatform},
-    OldName{"--wait-cost-us", kPlatform},
-    OldName{"--wait-cost-per-entity-us", kPlatform},
-    OldName{"--wake-up-us", kPlatform},
-    OldName{"--delivery-delay-us", kPlatform},
     OldName{"--live-alternate", "gone: use --live in one of two runs, and `diff` them"},
     OldName{"--live-cpus", "gone: the publishing process runs where --cpus leaves processors free"},
     OldName{"--ros2-runner", "the variable HOTPATH_ROS2_RUNNER now"},
@@ -117,6 +107,10 @@ std::string unknown_word(const CLI::App& app) {
   const std::string word = wants_command ? words.front() : option->substr(0, option->find('='));
   if (const std::string now = what_became_of(path, word); !now.empty()) return now;
   if (wants_command) return text_of("command", word, names);
+  std::string key = word.substr(2);
+  std::ranges::replace(key, '-', '_');
+  if (key == "timer_thread" || std::ranges::count(kPlatformCosts, key, &PlatformCost::key) > 0)
+    return program::concat("`", word, "` is ", kPlatform);
   for (const CLI::Option* known : command->get_options()) {
     for (const std::string& name : known->get_lnames()) names.push_back("--" + name);
   }

@@ -55,12 +55,15 @@ T plain(const T& value);
 template <class T>
 T plain(const std::optional<T>& value);
 
+/// `help`, in several lines if it is longer than one and has no line breaks of its own.
+[[nodiscard]] std::string in_lines(const std::string& help);
+
 /// An option whose text `parse` turns into its value, or refuses by CLI::ValidationError or UsageError.
 template <class Value>
 CLI::Option* add_parsed(CLI::App& command, const std::string& option, Value& value, const auto& parse,
                         const std::string& kind, const std::string& help) {
   const auto set = [&value, parse](const std::string& text) { value = parse(text); };
-  return command.add_option_function<std::string>(option, set, help)->type_name(kind);
+  return command.add_option_function<std::string>(option, set, in_lines(help))->type_name(kind);
 }
 
 /// `; did you mean ...?` with the candidate most similar to the word; empty if none is similar.
@@ -74,30 +77,32 @@ Enum value_of(const std::string& option, const std::string& word) {
                                          did_you_mean(word, words<Enum>()));
 }
 
-/// An option that takes a word of an enumeration; the help lists the words.
+/// Adds an option, or a position if its name has no dashes, that sets `value`: a flag, or a word of an
+/// enumeration, whose words the help lists.
 template <class Value>
-CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& value, const std::string& help) {
+CLI::Option* add(CLI::App& command, const std::string& option, Value& value, const std::string& help) {
   using Enum = decltype(plain(value));
-  const auto read = [option](const std::string& word) { return value_of<Enum>(option, word); };
-  CLI::Option* const added =
-      add_parsed(command, option, value, read, program::joined(words<Enum>(), "|"), help);
-  if constexpr (std::is_same_v<Value, Enum>) added->default_str(to_string(value));
-  return added;
+  if constexpr (std::is_same_v<Enum, bool>) {
+    return command.add_flag(option, value, in_lines(help));
+  } else {
+    const auto read = [option](const std::string& word) { return value_of<Enum>(option, word); };
+    CLI::Option* const added =
+        add_parsed(command, option, value, read, program::joined(words<Enum>(), "|"), help);
+    if constexpr (std::is_same_v<Value, Enum>) added->default_str(to_string(value));
+    return added;
+  }
 }
 
 /// Rejects an empty text, which commands treat like a missing option.
 CLI::Validator not_empty();
 
-/// An option with a value that is not a number. `kind` names the value in the help. The initial
-/// text of `value` is its default.
+/// One with a text, or several texts. `kind` names the value in the help. The initial text of `value` is its
+/// default.
 template <class Value>
-CLI::Option* add_text(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
-                      const std::string& help) {
-  static_assert(!std::is_arithmetic_v<decltype(plain(value))>, "add_number() checks numbers");
-  CLI::Option* const added = command.add_option(option, value, help)->type_name(kind);
-  constexpr bool texts =
-      std::is_same_v<Value, std::string> || std::is_same_v<Value, std::vector<std::string>>;
-  if constexpr (texts) added->check(not_empty());
+CLI::Option* add(CLI::App& command, const std::string& option, Value& value, const std::string& kind,
+                 const std::string& help) {
+  CLI::Option* const added = command.add_option(option, value, in_lines(help))->type_name(kind);
+  if constexpr (!std::is_same_v<Value, std::optional<std::string>>) added->check(not_empty());
   return std::is_same_v<Value, std::string> ? added->capture_default_str() : added;
 }
 
@@ -125,10 +130,10 @@ Number value_of(const std::string& option, const std::string& text, Limits limit
                                                                        : program::concat(kMost)));
 }
 
-/// A number within limits; a whole number for an integer `value`, which may be optional.
+/// One with a number within limits, a whole number for an integer `value`, which may be optional.
 template <class Value>
-CLI::Option* add_number(CLI::App& command, const std::string& option, Value& value, Limits limits,
-                        const std::string& unit, const std::string& help) {
+CLI::Option* add(CLI::App& command, const std::string& option, Value& value, Limits limits,
+                 const std::string& unit, const std::string& help) {
   using Number = decltype(plain(value));
   const auto read = [option, limits](const std::string& text) {
     return value_of<Number>(option, text, limits);
@@ -146,10 +151,6 @@ CLI::Option* add_list(CLI::App& command, const std::string& option,
 /// The same for a list of texts.
 CLI::Option* add_list(CLI::App& command, const std::string& option, std::vector<std::string>& items,
                       const std::string& kind, const std::string& help);
-
-/// Rejects `option` together with any of `others`, which it would contradict or which would be
-/// ignored.
-void exclude(CLI::App& command, const std::string& option, const std::vector<std::string>& others);
 
 /// Option groups in the help.
 inline constexpr const char* kSystemGroup = "Graph and executors";
@@ -179,8 +180,6 @@ void add_scaling_options(CLI::App& command, setup::CommonOptions& options);
 
 /// Adds the graph, its scaling, --work, --phases and --entity-order; `options` must outlive the parse.
 void add_graph_options(CLI::App& command, setup::CommonOptions& options);
-/// Adds the graph, as a position or as --graph.
-CLI::Option* add_graph_option(CLI::App& command, std::string& graph);
 /// Adds --phases: a word, the step of `creation`, a file or a run. `given`, if any, becomes true with it.
 CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& options, const std::string& help,
                                bool* given = nullptr);

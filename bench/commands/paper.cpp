@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <vector>
 
+#include "bounds/exact_worst_cases.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
-#include "commands/paper_threads.hpp"
 #include "hotpath/analysis/waters_statistics.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "hotpath/campaign/crew.hpp"
+#include "hotpath/reference_system/graph_file.hpp"
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
@@ -20,6 +23,7 @@
 #include "program/table.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
+#include "setup/deployed_system.hpp"
 #include "validation/validation.hpp"
 
 namespace hotpath::commands {
@@ -141,7 +145,14 @@ std::vector<program::Column<WatersSummary>> summary_columns() {
   return columns;
 }
 
-void write_waters(const WatersArguments& arguments, const WatersResult& result) {
+void run_waters_experiment(WatersArguments& arguments) {
+  program::check_output_folder(arguments.output, "waters.csv");
+  arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
+                               WatersMethod::davis_duerr, WatersMethod::davis_kloda,
+                               WatersMethod::davis_guenzel};
+  Crew crew(arguments.options.threads);
+  const WatersResult result = run_waters(arguments.options, crew);
+  if (!crew.coordinates()) return;
   const std::filesystem::path folder = arguments.output;
   program::create_folder(folder);
   const std::vector<WatersSummary> summaries = summarise_waters(arguments.options, result);
@@ -169,40 +180,9 @@ void write_waters(const WatersArguments& arguments, const WatersResult& result) 
   std::cout << "\nResults: " << folder.string() << "\n";
 }
 
-void run_waters_experiment(WatersArguments& arguments) {
-  program::check_output_folder(arguments.output, "waters.csv");
-  arguments.options.methods = {WatersMethod::brueggen_davare, WatersMethod::davis_davare,
-                               WatersMethod::davis_duerr, WatersMethod::davis_kloda,
-                               WatersMethod::davis_guenzel};
-  Crew crew(arguments.options.threads);
-  const WatersResult result = run_waters(arguments.options, crew);
-  if (crew.coordinates()) write_waters(arguments, result);
-}
-
-void add_waters(CLI::App& paper) {
-  auto [waters, o] = add_command<WatersArguments>(paper, "waters",
-                                                  "Section VII-B: end-to-end bounds on WATERS 2015 task sets",
-                                                  "hotpath paper waters --sets 10", run_waters_experiment);
-  add_number(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets per utilisation");
-  add_number(waters, "--seed", o.options.seed, kAnySeed, "N", "Seed of the task sets");
-  add_threads_option(waters, o.options.threads);
-  add_text(waters, "--output", o.output, "FOLDER", "Folder for the tables");
-  add_json_option(waters);
-}
-
 struct GoldenArguments {
   std::string reference, output;
 };
-
-void add_golden(CLI::App& paper) {
-  auto [golden, o] = add_command<GoldenArguments>(
-      paper, "golden", "The simulator against schedules and latencies of the real ROS 2 stack",
-      "hotpath paper golden",
-      [](const GoldenArguments& a) { validation::validate_simulator(a.reference, a.output); });
-  add_text(golden, "FOLDER", o.reference, "", "Reference measurements; by default as installed with hotpath");
-  add_text(golden, "--output", o.output, "FOLDER", "New folder for the results; by default runs/DATE-golden");
-  add_json_option(golden);
-}
 
 struct FigureArguments {
   std::string live, output = "runs/paper";
@@ -222,39 +202,133 @@ void add_figures(CLI::App& paper) {
       });
   figures
       .add_option("--live", o.live,
-                  "Also measure: takes hours, resumable (with --quick: minutes);\n"
-                  "full: as long as the paper's runs, 300 s and 600 s")
+                  in_lines("Also measure: takes hours, resumable (with --quick: minutes); full: as long as "
+                           "the paper's runs, 300 s and 600 s"))
       ->expected(0, 1)
       ->default_str("standard")
       ->check(CLI::IsMember({"standard", "full"}).description(""))
       ->type_name("[standard|full]");
-  figures.add_flag("--quick", o.quick, "All items with short runs");
+  add(figures, "--quick", o.quick, "All items with short runs");
   add_list(figures, "--only", o.only, "ITEMS",
            "Only these items (`hotpath list figures`), separated by commas");
-  add_text(figures, "--output", o.output, "FOLDER", "Folder for results and for resuming");
+  add(figures, "--output", o.output, "FOLDER", "Folder for results and for resuming");
+}
+
+constexpr std::size_t kChainCount = 3;
+const std::string kThreeChains = "three_chains", kTwoThreads = "multi:2";
+
+/// Values in ms that are published as upper bounds on the latencies of the chains.
+struct Published {
+  const char* source;
+  bool any_phases;  ///< False: all timers begin at one instant.
+  std::array<double, kChainCount> ms;
+};
+constexpr std::array kPublished = {
+    Published{"Radulescu 2025, schedule-abstraction graph", false, {45.449, 56.099, 62.299}},
+    Published{"Jiang 2022, as the artifact of Radulescu 2025 computes it", true, {54.1, 76.1, 104.0}},
+    Published{"Jiang 2022, with the last chain's part", true, {103.3, 103.3, 103.3}}};
+
+/// Phases under which some chain lasts long, found by a search over random phases; first those of the graph.
+const std::vector<std::vector<std::string>> kLongPhases = {
+    {},
+    {"N/a1.phase_ms=73.8", "N/b1.phase_ms=71", "N/c1.phase_ms=71"},
+    {"N/a1.phase_ms=29.4", "N/b1.phase_ms=11.7", "N/c1.phase_ms=129.2"},
+    {"N/a1.phase_ms=11.1", "N/b1.phase_ms=2.1", "N/c1.phase_ms=152.3"}};
+
+struct ReachedAge {
+  std::int64_t ns = 0;
+  std::size_t phases = 0;  ///< Index into kLongPhases.
+};
+
+std::string in_ms(std::int64_t ns) { return program::fixed(static_cast<double>(ns) / 1e6, 3); }
+
+/// The exact worst cases by chain: with the phases of the graph, and with those of kLongPhases under which it
+/// lasts longest.
+std::array<std::array<ReachedAge, kChainCount>, 2> reached_ages(const setup::ExecutorSpec& executor) {
+  std::array<std::array<ReachedAge, kChainCount>, 2> reached{};
+  for (std::size_t p = 0; p < kLongPhases.size(); ++p) {
+    Graph graph = load_graph(find_graph(kThreeChains), kLongPhases[p]);
+    graph.platform.cores = worker_count(*executor.entry, executor.scheduler);
+    const GraphBounds exact =
+        bounds::exact_worst_cases(graph, make_tasks(graph), *executor.entry, executor.scheduler);
+    if (exact.refusal) throw AnalysisError(*exact.refusal);
+    for (std::size_t c = 0; c < kChainCount; ++c) {
+      const std::int64_t age = exact.chains[c]->latency;
+      if (p == 0) reached[0][c] = {age, 0};
+      if (age > reached[1][c].ns) reached[1][c] = {age, p};
+    }
+  }
+  return reached;
+}
+
+/// A value is refuted by a longer schedule, and confirmed by an upper bound that it does not undercut.
+std::string verdict(std::int64_t published, std::int64_t reached, std::int64_t most) {
+  if (reached > published) return "refuted";
+  return published >= most ? "confirmed" : "open";
+}
+
+/// Prints published bounds for executors with several threads beside exact values and bounds of hotpath.
+void judge_published_threads() {
+  const setup::ExecutorSpec executor = setup::parse_executor(kTwoThreads, {});
+  Graph graph = load_graph(find_graph(kThreeChains));
+  graph.platform.cores = worker_count(*executor.entry, executor.scheduler);
+  const auto bounds = setup::guarantees(graph, make_tasks(graph), executor);
+  const auto reached = reached_ages(executor);
+  program::Table table(
+      "Published bounds on chains under " + kTwoThreads + ", execution times in [C/2, C], in ms",
+      {"source", "phases", "chain", "published", "reached", "at most", "verdict", "schedule"});
+  for (const Published& p : kPublished) {
+    for (std::size_t c = 0; c < kChainCount; ++c) {
+      const ReachedAge& longest = reached[p.any_phases ? 1 : 0][c];
+      const std::int64_t most = p.any_phases ? bounds.value().chains[c].age.value().ns : longest.ns;
+      const std::int64_t published = std::llround(p.ms[c] * 1e6);
+      table.add_row({p.source, p.any_phases ? "any" : "all 0", graph.chains[c].name, in_ms(published),
+                     in_ms(longest.ns), in_ms(most), verdict(published, longest.ns, most),
+                     static_cast<std::int64_t>(longest.phases)});
+    }
+  }
+  std::cout << table << "\nThe schedules, as runs that `hotpath report` and `hotpath explain` read:\n";
+  for (std::size_t p = 0; p < kLongPhases.size(); ++p) {
+    std::cout << p << ": hotpath analyze " << kThreeChains << " --executors " << kTwoThreads
+              << " --cores 2 --phases given" << (kLongPhases[p].empty() ? "" : " --set ")
+              << program::joined(kLongPhases[p], ",") << " --witness schedule" << p << "\n";
+  }
+  program::show_json(json_of(table));
 }
 
 }  // namespace
 
-void add_paper_command(CLI::App& app) {
-  CLI::App& paper =
-      *app.add_subcommand("paper", "Reproduce the paper's tables and figures; check the simulator");
+const Command kPaper("Paper", 180, [](CLI::App& app) {
+  CLI::App& paper = *app.add_subcommand("paper", "Reproduce the paper's tables and figures; check the simulator");
   paper.footer("Example:  hotpath paper table1");
   paper.require_subcommand(1);
   add_figures(paper);
   auto [table, output] = add_command<std::string>(
       paper, "table1", "Table I: analytical worst-case response times", "hotpath paper table1", print_table1);
-  add_text(table, "--output", output, "FOLDER", "Folder for the table and this machine's release cost (CSV)");
+  add(table, "--output", output, "FOLDER", "Folder for the table and this machine's release cost (CSV)");
   add_json_option(table);
-  add_waters(paper);
-  add_golden(paper);
+  auto [waters, o] = add_command<WatersArguments>(paper, "waters",
+                                                  "Section VII-B: end-to-end bounds on WATERS 2015 task sets",
+                                                  "hotpath paper waters --sets 10", run_waters_experiment);
+  add(waters, "--sets", o.options.sets, {1, 1e6}, "N", "Task sets per utilisation");
+  add(waters, "--seed", o.options.seed, kAnySeed, "N", "Seed of the task sets");
+  add_threads_option(waters, o.options.threads);
+  add(waters, "--output", o.output, "FOLDER", "Folder for the tables");
+  add_json_option(waters);
+  auto [golden, measured] = add_command<GoldenArguments>(
+      paper, "golden", "The simulator against schedules and latencies of the real ROS 2 stack",
+      "hotpath paper golden",
+      [](const GoldenArguments& a) { validation::validate_simulator(a.reference, a.output); });
+  add(golden, "FOLDER", measured.reference, "",
+      "Reference measurements; by default as installed with hotpath");
+  add(golden, "--output", measured.output, "FOLDER",
+      "New folder for the results; by default runs/DATE-golden");
+  add_json_option(golden);
   struct None {};
   auto [threads, none] =
       add_command<None>(paper, "threads", "Published bounds for several threads against exact worst cases",
                         "hotpath paper threads", [](const None&) { judge_published_threads(); });
   add_json_option(threads);
-}
-
-const Command kPaper("Paper", 180, add_paper_command);
+});
 
 }  // namespace hotpath::commands

@@ -48,22 +48,19 @@ void report(const ReportArguments& a) {
 
 }  // namespace
 
-void add_report_command(CLI::App& app) {
+const Command kReport("Understand", 140, [](CLI::App& app) {
   auto [command, o] = add_command<ReportArguments>(
       app, "report", "Write a page about one or more runs, or recompute a summary",
       "hotpath report runs/live runs/simulated --output page", report);
-  add_text(command, "RUN", o.runs, "FOLDER", "Folders of live or simulated runs, or of a reproduction")
+  add(command, "RUN", o.runs, "FOLDER", "Folders of live or simulated runs, or of a reproduction")
       ->required();
-  CLI::Option* const output = add_text(command, "--output", o.output, "FOLDER",
-                                       "Folder for the page; by default report/ in the first RUN");
-  CLI::Option* const summary = command
-                                   .add_flag("--summary", o.summary,
-                                             "Instead of a page: recompute the run's summary with this\n"
-                                             "version's measures, store it as its summary.json and print it")
+  CLI::Option* const output = add(command, "--output", o.output, "FOLDER",
+                                  "Folder for the page; by default report/ in the first RUN");
+  CLI::Option* const summary = add(command, "--summary", o.summary,
+                                   "Instead of a page: recompute the run's summary with this version's "
+                                   "measures, store it as its summary.json and print it")
                                    ->excludes(output);
   add_json_option(command)->needs(summary);
-}
-
-const Command kReport("Understand", 140, add_report_command);
+});
 
 }  // namespace hotpath::commands

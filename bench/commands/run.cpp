@@ -21,51 +21,33 @@ void add_where_options(CLI::App& command, live::Options& o) {
     for (const std::string& name : names) o.stacks.push_back(value_of<setup::Stack>("--stack", name));
   };
   add_list(command, "--stack", set_stacks, "native|rclcpp",
-           "hotpath's own executors (native), or the ROS 2 stack of a\n"
-           "sourced workspace (rclcpp), or both")
+           "hotpath's own executors (native), or the ROS 2 stack of a sourced workspace (rclcpp), or both")
       ->default_str(to_string(setup::Stack::native));
   add_list(command, "--rmw", o.rmw, "NAMES",
-           "Middlewares of --stack rclcpp, separated by commas, such as\n"
-           "fastrtps,cyclonedds: each executor runs on each of them; by\n"
-           "default that of RMW_IMPLEMENTATION or of ROS 2");
-  add_choice(command, "--transport", o.plan.transport,
-             "Message transport: DDS, or pointers within one process");
-  add_number(command, "--processes", o.plan.processes, {1, 100}, "N",
-             "Processes that share the nodes (fastdds only)");
-  add_choice(command, "--network", o.plan.fastdds.network, "DDS transport between processes");
-  command.add_flag("--all-interfaces", o.all_interfaces, kAllInterfacesHelp);
-  add_number(command, "--domain", o.plan.fastdds.domain, {0, 232}, "N", kDomainHelp);
+           "Middlewares of --stack rclcpp, separated by commas, such as fastrtps,cyclonedds: each executor "
+           "runs on each of them; by default that of RMW_IMPLEMENTATION or of ROS 2");
+  add(command, "--transport", o.plan.transport, "Message transport: DDS, or pointers within one process");
+  add(command, "--processes", o.plan.processes, {1, 100}, "N",
+      "Processes that share the nodes (fastdds only)");
+  add(command, "--network", o.plan.fastdds.network, "DDS transport between processes");
+  add(command, "--all-interfaces", o.all_interfaces, kAllInterfacesHelp);
+  add(command, "--domain", o.plan.fastdds.domain, {0, 232}, "N", kDomainHelp);
   add_parsed(command, "--cpus", o.plan.cpus, live::parse_cpus, "LIST",
              "CPUs to run on, such as 1 or 0,2-3; by default all")
       ->check(not_empty());
   add_parsed(command, "--executor-policy", o.plan.executor_policy, live::parse_policy, "POLICY",
-             "Scheduling class of executor threads: other, fifo:N or rr:N;\nby default other")
+             "Scheduling class of executor threads: other, fifo:N or rr:N; by default other")
       ->check(not_empty());
   add_parsed(command, "--timer-policy", o.plan.timer_policy, live::parse_policy, "POLICY",
-             "Scheduling class of the timer management thread; by default\n"
-             "fifo:90 under the paper's executors if permitted")
+             "Scheduling class of the timer management thread; by default fifo:90 under the paper's "
+             "executors if permitted")
       ->check(not_empty());
-  command.add_flag("--lock-memory", o.plan.lock_memory, "Lock all memory in RAM (mlockall)");
-}
-
-void add_live_options(CLI::App& command, live::Options& o) {
+  add(command, "--lock-memory", o.plan.lock_memory, "Lock all memory in RAM (mlockall)");
   command.option_defaults()->group("Live publishing");
-  command.add_flag("--live", o.live,
-                   "Publish statistics and every hot-path sample over Fast DDS\n"
-                   "during the run, from a separate low-priority process; topics\n"
-                   "hotpath/run, hotpath/statistics and hotpath/chain_samples in\n"
-                   "the domain of --domain");
-}
-
-void add_two_builds_options(CLI::App& run, RunOptions& o) {
-  run.option_defaults()->group("Two builds");
-  CLI::Option* const against = add_text(run, "--against", o.against, "HOTPATH",
-                                        "Another build of this program: alternate the repetitions of\n"
-                                        "both builds, then run `diff --gate` with the other build as\n"
-                                        "baseline; exit code 1 on a regression");
-  exclude(run, "--against", {"--quick", "--json"});
-  add_output_file(run, "--junit", o.junit, kJunitHelp)->needs(against);
-  add_output_file(run, "--markdown", o.markdown, kMarkdownHelp)->needs(against);
+  add(command, "--live", o.live,
+      "Publish statistics and every hot-path sample over Fast DDS during the run, from a separate "
+      "low-priority process; topics hotpath/run, hotpath/statistics and hotpath/chain_samples in the domain "
+      "of --domain");
 }
 
 /// Alternates between two builds, each repetition in its own process and folder, then runs the
@@ -106,21 +88,27 @@ void add_run_options(CLI::App& run, RunOptions& o) {
   add_executors_option(run, o);
   o.repetitions = 3;
   add_graph_options(run, o);
-  run.add_flag("--quick", o.quick, "Short run: 1 repetition of 2 s after 0.5 s of warm-up")
+  add(run, "--quick", o.quick, "Short run: 1 repetition of 2 s after 0.5 s of warm-up")
       ->group(kDurationGroup);
   add_length_options(run, o, 86400);
-  exclude(run, "--quick", {"--duration", "--warm-up", "--repetitions"});
-  add_number(run, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
-             "Lateness after which a process counts as hung and its\n"
-             "repetition fails; raise it for thousands of nodes");
+  run.get_option("--quick")->excludes("--duration", "--warm-up", "--repetitions");
+  add(run, "--time-out", o.time_out_s, {0.1, 3600}, "SECONDS",
+      "Lateness after which a process counts as hung and its repetition fails; raise it for thousands of "
+      "nodes");
   add_where_options(run, o);
-  add_live_options(run, o);
   add_output_option(run, o);
   add_json_option(run);
-  add_two_builds_options(run, o);
+  run.option_defaults()->group("Two builds");
+  CLI::Option* const against =
+      add(run, "--against", o.against, "HOTPATH",
+          "Another build of this program: alternate the repetitions of both builds, then run `diff --gate` "
+          "with the other build as baseline; exit code 1 on a regression");
+  run.get_option("--against")->excludes("--quick", "--json");
+  add_output_file(run, "--junit", o.junit, kJunitHelp)->needs(against);
+  add_output_file(run, "--markdown", o.markdown, kMarkdownHelp)->needs(against);
 }
 
-void add_run_command(CLI::App& app) {
+const Command kRun("Measure", 10, [](CLI::App& app) {
   auto [run, o] = add_command<RunOptions>(
       app, "run", "Measure a graph live under several executors, repetitions interleaved",
       "hotpath run autoware --executors default,rm-ro,edf-ro --duration 10",
@@ -135,8 +123,6 @@ void add_run_command(CLI::App& app) {
   run.alias("compare");
   add_run_options(run, o);
   show_first(run, {"--executors", "--set", "--quick", "--duration", "--stack", "--output"});
-}
-
-const Command kRun("Measure", 10, add_run_command);
+});
 
 }  // namespace hotpath::commands

@@ -16,10 +16,8 @@ constexpr double kLongestSimulation_s = 1e9;
 void add_simulate_options(CLI::App& simulate, simulated::Options& o) {
   o.duration_s = 60;
   add_simulation_options(simulate, o);
-  simulate
-      .add_flag("--no-trace", o.no_trace,
-                "Store no jobs: no jobs.csv and no quantiles of response\n"
-                "times, but nearly constant memory")
+  add(simulate, "--no-trace", o.no_trace,
+      "Store no jobs: no jobs.csv and no quantiles of response times, but nearly constant memory")
       ->group("Results");
   add_output_option(simulate, o);
   add_json_option(simulate);
@@ -29,8 +27,8 @@ void add_simulation_options(CLI::App& simulate, simulated::Options& o) {
   add_executors_option(simulate, o);
   add_graph_options(simulate, o);
   add_length_options(simulate, o, kLongestSimulation_s);
-  add_number(simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
-             "Queued jobs above which the system counts as overloaded; by\ndefault 100 per task");
+  add(simulate, "--max-backlog", o.max_backlog, {1, 1e9}, "JOBS",
+      "Queued jobs above which the system counts as overloaded; by default 100 per task");
   add_platform_options(simulate, o);
   const auto source = [](const std::string& text) {
     if (const auto times = setup::TimesSource::parse(text)) return *times;
@@ -49,7 +47,7 @@ void add_simulation_options(CLI::App& simulate, simulated::Options& o) {
   add_threads_option(simulate, o.threads)->group("Results");
 }
 
-void add_simulate_command(CLI::App& app) {
+const Command kSimulate("Predict", 40, [](CLI::App& app) {
   auto [simulate, o] = add_command<simulated::Options>(
       app, "simulate", "Simulate a graph under several executors in deterministic virtual time",
       "hotpath simulate autoware --cores 2 --set FrontLidarDriver.period_ms=50",
@@ -59,8 +57,6 @@ void add_simulate_command(CLI::App& app) {
       });
   add_simulate_options(simulate, o);
   show_first(simulate, {"--executors", "--set", "--cores", "--duration", "--output", "--json"});
-}
-
-const Command kSimulate("Predict", 40, add_simulate_command);
+});
 
 }  // namespace hotpath::commands

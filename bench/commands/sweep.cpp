@@ -328,18 +328,17 @@ class Sweep {
 
 }  // namespace
 
-void add_sweep_command(CLI::App& app) {
+const Command kSweep("Predict", 60, [](CLI::App& app) {
   auto [sweep, o] = add_command<SweepArguments>(
       app, "sweep", "Run a parameter sweep of runs or simulations and collect one table",
-      "hotpath sweep autoware_load.yaml", [](const SweepArguments& arguments) { Sweep(arguments).run(); });
-  add_text(sweep, "FILE", o.file, "", "Sweep file: fixed and varied options (docs/sweeps.md)")->required();
-  add_text(sweep, "--output", o.output, "FOLDER",
-           "Folder for the table; resumes an unfinished sweep in it. By\ndefault runs/sweep-FILE");
-  add_number(sweep, "--threads", o.threads, {0, 1024}, "N",
-             "Parallel cells per rank, 0 for one per CPU; live cells run\none at a time");
-  sweep.add_flag("--yes", o.yes, "Start even if the sweep takes more than 1 hour or 1 GB");
-}
-
-const Command kSweep("Predict", 60, add_sweep_command);
+      "hotpath sweep autoware_load.yaml",
+      [](const SweepArguments& arguments) { Sweep(arguments).run(); });
+  add(sweep, "FILE", o.file, "", "Sweep file: fixed and varied options (docs/sweeps.md)")->required();
+  add(sweep, "--output", o.output, "FOLDER",
+      "Folder for the table; resumes an unfinished sweep in it. By default runs/sweep-FILE");
+  add(sweep, "--threads", o.threads, {0, 1024}, "N",
+      "Parallel cells per rank, 0 for one per CPU; live cells run one at a time");
+  add(sweep, "--yes", o.yes, "Start even if the sweep takes more than 1 hour or 1 GB");
+});
 
 }  // namespace hotpath::commands

@@ -12,13 +12,11 @@ constexpr const char* kGroup =
 
 }  // namespace
 
-void add_unbuilt_commands(CLI::App& app) {
+const Command kUnbuilt(kGroup, 200, [](CLI::App& app) {
   for (const std::string name : {HOTPATH_UNBUILT}) {
     CLI::App& command = *app.add_subcommand(name)->group(kGroup)->allow_extras();
     command.callback([name] { throw program::UsageError("`" + name + "`: " + kGroup); });
   }
-}
-
-const Command kUnbuilt(kGroup, 200, add_unbuilt_commands);
+});
 
 }  // namespace hotpath::commands

@@ -7,7 +7,7 @@
 
 namespace hotpath::commands {
 
-void add_watch_command(CLI::App& app) {
+const Command kWatch("Your robot", 120, [](CLI::App& app) {
   auto [command, o] = add_command<watch::WatchOptions>(
       app, "watch", "Watch the callbacks of a running ROS 2 program",
       "hotpath watch -- ros2 launch my_robot robot.launch.py", [](const watch::WatchOptions& options) {
@@ -20,30 +20,27 @@ void add_watch_command(CLI::App& app) {
                   "its standard output goes to standard error. Without one, attach\n"
                   "to programs that run with --print-environment")
       ->type_name("");
-  command.add_flag("--print-environment", o.print_environment,
-                   "Only print the variables with which programs run so that\n"
-                   "`hotpath watch` without COMMAND can attach to them:\n"
-                   "env $(hotpath watch --print-environment) PROGRAM");
-  add_number(command, "--for", o.seconds, {0.1, 1e7}, "SECONDS",
-             "Stop the program after this time; by default watch until it exits");
-  command.add_flag("--once", o.once, "Report once, at the end, instead of every second");
-  auto* const contract = add_text(command, "--contract", o.contract, "FILE",
-                                  "Compare the jobs with this contract (docs/contract.md)");
-  add_choice(command, "--fail-on", o.fail_on, "Exit with code 3 if a term of the contract is broken")
+  add(command, "--print-environment", o.print_environment,
+      "Only print the variables with which programs run so that\n"
+      "`hotpath watch` without COMMAND can attach to them:\n"
+      "env $(hotpath watch --print-environment) PROGRAM");
+  add(command, "--for", o.seconds, {0.1, 1e7}, "SECONDS",
+      "Stop the program after this time; by default watch until it exits");
+  add(command, "--once", o.once, "Report once, at the end, instead of every second");
+  auto* const contract = add(command, "--contract", o.contract, "FILE",
+                             "Compare the jobs with this contract (docs/contract.md)");
+  add(command, "--fail-on", o.fail_on, "Exit with code 3 if a term of the contract is broken")
       ->needs(contract);
-  auto* const record = add_text(command, "--output", o.record, "FOLDER",
-                                "Keep the last events, and write them as CTF into a subfolder at\neach of "
-                                "the first 20 incidents and on "
-                                "SIGUSR1");
-  add_number(command, "--keep", o.keep, {1, 600}, "SECONDS", "Events that --output keeps; by default 10")
+  auto* const record = add(command, "--output", o.record, "FOLDER",
+                           "Keep the last events, and write them as CTF into a subfolder at\neach of "
+                           "the first 20 incidents and on "
+                           "SIGUSR1");
+  add(command, "--keep", o.keep, {1, 600}, "SECONDS", "Events that --output keeps; by default 10")
       ->needs(record);
-  command.add_flag("--json", o.json,
-                   "Print a line of JSON for each report and, without --once,\neach incident");
+  add(command, "--json", o.json, "Print a line of JSON for each report and, without --once, each incident");
   show_first(command, {"--print-environment", "--for", "--once", "--contract", "--output"});
-  exclude(command, "--print-environment",
-          {"COMMAND", "--for", "--once", "--contract", "--fail-on", "--output", "--keep", "--json"});
-}
-
-const Command kWatch("Your robot", 120, add_watch_command);
+  command.get_option("--print-environment")
+      ->excludes("COMMAND", "--for", "--once", "--contract", "--fail-on", "--output", "--keep", "--json");
+});
 
 }  // namespace hotpath::commands

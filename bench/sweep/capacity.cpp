@@ -321,7 +321,7 @@ class CapacitySearch {
   /// repetitions would hold.
   std::string confidence() const {
     return program::text(
-        "%u of %u repetitions of %g s must hold: with 95 %% confidence %.1f %% of all such runs do.",
+        "%u of %u repetitions of %g s must hold: with 95 %% confidence at least %.1f %% of all such runs do.",
         options_.repetitions, options_.repetitions, options_.duration_s,
         100 * std::pow(0.05, 1.0 / options_.repetitions));
   }
