@@ -18,8 +18,6 @@ namespace {
 
 using nlohmann::json;
 
-struct NoOptions {};
-
 /// Answers what the Python package asks: [QUESTION, ARGUMENTS...]. Samples are given once; later questions
 /// name them by their number.
 class Feed {

@@ -28,6 +28,9 @@ void show_settings(const CLI::App& command);
 /// The options that --help of a command shows; --help-all shows the others, too.
 void show_first(const CLI::App& command, const std::vector<std::string>& options);
 
+/// Of a command without options.
+struct NoOptions {};
+
 /// Adds a subcommand. After parsing it calls `run` with its options, which live as long as the
 /// command, or with the command and its options.
 template <class Options, class Run>

@@ -261,12 +261,6 @@ std::array<std::array<ReachedAge, kChainCount>, 2> reached_ages(const setup::Exe
   return reached;
 }
 
-/// A value is refuted by a longer schedule, and confirmed by an upper bound that it does not undercut.
-std::string verdict(std::int64_t published, std::int64_t reached, std::int64_t most) {
-  if (reached > published) return "refuted";
-  return published >= most ? "confirmed" : "open";
-}
-
 /// Prints published bounds for executors with several threads beside exact values and bounds of hotpath.
 void judge_published_threads() {
   const setup::ExecutorSpec executor = setup::parse_executor(kTwoThreads, {});
@@ -282,9 +276,12 @@ void judge_published_threads() {
       const ReachedAge& longest = reached[p.any_phases ? 1 : 0][c];
       const std::int64_t most = p.any_phases ? bounds.value().chains[c].age.value().ns : longest.ns;
       const std::int64_t published = std::llround(p.ms[c] * 1e6);
+      // A longer schedule refutes a value; an upper bound that it does not undercut confirms it.
+      const char* const verdict = longest.ns > published ? "refuted"
+                                  : published >= most    ? "confirmed"
+                                                         : "open";
       table.add_row({p.source, p.any_phases ? "any" : "all 0", graph.chains[c].name, in_ms(published),
-                     in_ms(longest.ns), in_ms(most), verdict(published, longest.ns, most),
-                     static_cast<std::int64_t>(longest.phases)});
+                     in_ms(longest.ns), in_ms(most), verdict, static_cast<std::int64_t>(longest.phases)});
     }
   }
   std::cout << table << "\nThe schedules, as runs that `hotpath report` and `hotpath explain` read:\n";
@@ -324,10 +321,9 @@ const Command kPaper("Paper", 180, [](CLI::App& app) {
   add(golden, "--output", measured.output, "FOLDER",
       "New folder for the results; by default runs/DATE-golden");
   add_json_option(golden);
-  struct None {};
-  auto [threads, none] =
-      add_command<None>(paper, "threads", "Published bounds for several threads against exact worst cases",
-                        "hotpath paper threads", [](const None&) { judge_published_threads(); });
+  auto [threads, none] = add_command<NoOptions>(
+      paper, "threads", "Published bounds for several threads against exact worst cases",
+      "hotpath paper threads", [](const NoOptions&) { judge_published_threads(); });
   add_json_option(threads);
 });
 
