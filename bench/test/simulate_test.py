@@ -70,31 +70,6 @@ class Experiments(SimulateTest):
         other = self.simulate(*options[:-6], "--seed", 6, *BRIEF, output="other_seed")
         self.assertNotEqual(one["jobs.csv"], self.files(other, "jobs.csv")["jobs.csv"])
 
-    def test_rate_monotonic_drops_nothing_and_default_does(self) -> None:
-        run = self.simulate("--graph", "timers_only_90", "--executors", "default,rm-ro", "--duration", 42)
-        skipped = {e["executor"]: e["skipped"] for e in run.summary()["executors"]}
-        for executor in run.summary()["executors"]:
-            for task in executor["tasks"]:
-                # The authors' response time starts at the latest release: a job's own or, with
-                # backlog, a later one.
-                self.assertEqual(task["response_authors_ms"]["n"], task["response_ms"]["n"])
-                self.assertLessEqual(task["response_authors_ms"]["max"], task["response_ms"]["max"])
-        self.assertEqual(skipped["rm-ro"], 0)
-        self.assertGreater(skipped["default"], 100)
-
-    def test_costs_and_cores_change_the_schedule(self) -> None:
-        graph = self.write("chain.yaml", TINY_CHAIN % 4)
-        of = ("--graph", graph, "--executors", "events-ro", *BRIEF)
-        for options, latency_us in (
-            ((), 4000),
-            (("--platform", "dispatch_cost_us=10"), 4020),
-            (("--platform", "delivery_delay_us=100"), 4200),
-            (("--load", 80), 8000),
-        ):
-            run = self.simulate(*of, *options, output=f"cost{latency_us}")
-            (chains,) = run.chains().values()
-            self.assertEqual({latency for _, _, latency, _ in chains}, {latency_us * 1000}, options)
-
     def test_the_platform_of_a_graph_is_what_options_override(self) -> None:
         platform = (
             "platform: {cores: 2, dispatch_cost_us: 10, delivery_delay_us: 100, execution_times: uniform}\n"
