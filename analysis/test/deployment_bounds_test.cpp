@@ -87,6 +87,7 @@ TEST(DeploymentBounds, ThreadsOfOneTimerAreClassicalResponseTimeAnalysis) {
   EXPECT_THAT(preemptive({{26, 70}, {62, 100}}), ElementsAre(26, 118));
   // schedcat, the test of preemptive fixed-priority response times.
   EXPECT_THAT(preemptive({{1, 4}, {1, 5}, {3, 9}, {3, 18}}), ElementsAre(1, 2, 7, 18));
+  EXPECT_THAT(preemptive({{5, 10}, {6, 10}}), ElementsAre(5, -1)) << "overloaded";
 }
 
 TEST(DeploymentBounds, EqualPrioritiesTakeTurnsInAnyOrder) {
@@ -244,10 +245,6 @@ TEST(DeploymentBounds, WhatIsNotCoveredIsRefusedByName) {
               }),
               HasSubstr("wakes up"));
   EXPECT_THAT(refusal([](Deployed& s) { s.platform().release_cost = 1ns; }), HasSubstr("release costs"));
-}
-
-TEST(DeploymentBounds, AnOverloadedThreadHasNoBoundAndThoseAboveItDo) {
-  EXPECT_THAT(preemptive({{5, 10}, {6, 10}}), ElementsAre(5, -1));
 }
 
 }  // namespace
