@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The sockets and multicast groups of processes, from the kernel's tables."""
 
-import os
-import re
 import socket
 import struct
 from pathlib import Path
@@ -21,23 +19,6 @@ def sockets_in(tables: Any) -> Any:
             fields = line.split()
             found[fields[9]] = (protocol, fields[1].rpartition(":")[0])
     return found
-
-
-def sockets_of(session: int) -> set[Any]:
-    """(protocol, address) of all internet sockets held by processes of the session."""
-    inodes = set()
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            fields = (process / "stat").read_text().rpartition(")")[2].split()
-            if int(fields[3]) != session:
-                continue
-            for file in (process / "fd").iterdir():
-                found = re.match(r"socket:\[(\d+)\]", os.readlink(file))
-                if found:
-                    inodes.add(found[1])
-        except OSError:
-            continue
-    return {socket_ for inode, socket_ in sockets_in("/proc/net").items() if inode in inodes}
 
 
 def dotted(address: Any) -> Any:
