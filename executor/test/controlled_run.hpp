@@ -20,24 +20,14 @@ using namespace std::chrono_literals;
 /// ready at once.
 inline TaskSet timer_and_two_subscriptions(bool shared_group) {
   TaskSet set;
-  set.tasks.resize(3);
-  set.groups.assign(3, CallbackGroup::mutually_exclusive);
-  for (TaskId id = 0; id < 3; ++id) {
-    set.tasks[id].group = id;
-    set.tasks[id].depth = 10;
-  }
-  set.tasks[0].name = "timer";
-  set.tasks[0].period = set.tasks[0].deadline = 400ns;
-  set.tasks[0].phase = 100ns;
-  set.tasks[0].feeds = {1};
+  const TaskId timer = add_timer(set, 400ns, 0ns, 100ns);
+  const TaskId a = add_subscription(set, {timer}, 0ns, 10);
+  const TaskId b = add_subscription(set, {}, 0ns, 10);
   if (shared_group) {
     set.groups.pop_back();
-    set.tasks[2].group = 1;
-    set.tasks[0].feeds.push_back(2);
+    set.tasks[b].group = set.tasks[a].group;
+    set.tasks[timer].feeds.push_back(b);
   }
-  for (TaskId id : {1, 2}) set.tasks[id].kind = TaskKind::subscription;
-  set.tasks[1].name = "a/timer";
-  set.tasks[2].name = "b/outside";
   return set;
 }
 

@@ -11,11 +11,7 @@ namespace hotpath::test {
 namespace {
 
 Job job(TaskId task, std::uint64_t sequence = 0, Time deadline = kNever) {
-  Job j;
-  j.task = task;
-  j.sequence = sequence;
-  j.deadline = deadline;
-  return j;
+  return {.task = task, .sequence = sequence, .deadline = deadline};
 }
 
 std::vector<JobRef> drain(EventsQueue& queue) {

@@ -28,13 +28,6 @@ class EventsExecutor : public testing::Test {
 };
 class PaperExecutor : public EventsExecutor {};
 
-TEST_F(EventsExecutor, HasAnExecutorAndATimerManagementWorker) {
-  start("events-ro");
-  ASSERT_EQ(scheduler->workers().size(), 2U);
-  EXPECT_EQ(scheduler->workers()[kExecutor], WorkerRole::executor);
-  EXPECT_EQ(scheduler->workers()[kReleaser], WorkerRole::timer_management);
-}
-
 TEST_F(EventsExecutor, ReleaseOnlyReleasesOneTimerPerTurnAndWakesTheExecutorAfterEach) {
   add_timer(set, 10ms, 0ms);
   add_timer(set, 10ms, 0ms);

@@ -4,24 +4,18 @@
 // --gtest_filter=*EveryProperty* chooses, and GTEST_TOTAL_SHARDS distributes them.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "properties.hpp"
 #include "task_sets.hpp"
 
 namespace hotpath::test {
 namespace {
 
-std::uint64_t number(const char* variable, std::uint64_t otherwise) {
-  const char* given = std::getenv(variable);
-  return given == nullptr ? otherwise : std::strtoull(given, nullptr, 10);
-}
-
 class EveryProperty : public testing::TestWithParam<Property> {};
 
 TEST_P(EveryProperty, HoldsForRandomCases) {
   const Property& property = GetParam();
-  const std::uint64_t cases = number("HOTPATH_CASES", property.cases), first = number("HOTPATH_SEED", 0);
+  const std::uint64_t cases = from_environment("HOTPATH_CASES", property.cases),
+                      first = from_environment("HOTPATH_SEED", 0);
   std::size_t jobs = 0;
   for (std::uint64_t seed = first; seed < first + cases; ++seed) {
     const CaseResult result = property.check(seed);

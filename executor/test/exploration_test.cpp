@@ -55,10 +55,9 @@ void expect_reached(const Worst& worst, const std::vector<std::optional<Witness>
     const WitnessTimes times(held, *witnesses[timer]);
     const TaskSet set = with_releases(held, times);
     PublishingWorkload workload(times);
-    SimulationOptions options;
-    options.platform = platform;
-    options.duration = witnesses[timer]->instant - Time{} + 1ns;
-    options.deliveries = times.deliveries();
+    const SimulationOptions options{.platform = platform,
+                                    .duration = witnesses[timer]->instant - Time{} + 1ns,
+                                    .deliveries = times.deliveries()};
     Worst reached;
     take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), reached);
     EXPECT_EQ(reached[timer], response) << executor << ", task " << timer;
@@ -69,13 +68,10 @@ Worst explored(const TaskSet& given, const std::string& executor, const Platform
                unsigned threads = 1) {
   const HeldReleases by_exploration;
   const TaskSet set = with(given, by_exploration);
-  SchedulerOptions scheduling;
-  scheduling.workers = threads;
+  const SchedulerOptions scheduling{.workers = threads};
   const WorstCaseTimes times(set);
   WorstResponses worst;
-  ExplorationOptions options;
-  options.platform = platform;
-  options.witnesses = set.size();
+  const ExplorationOptions options{.platform = platform, .tracked = {}, .witnesses = set.size()};
   const ExplorationResult result = explore(set, *find_executor(executor)->make(set, scheduling),
                                            PublishingWorkload(times), options, worst);
   expect_reached(worst.worst(), result.witnesses, set, executor, scheduling, platform);
@@ -134,8 +130,7 @@ struct ChosenDelays final : ReleaseDelays {
 Worst enumerated(const TaskSet& given, const std::string& executor, Duration duration, std::uint64_t jobs,
                  const Platform& platform, unsigned threads = 1) {
   Worst worst;
-  SchedulerOptions scheduling;
-  scheduling.workers = threads;
+  const SchedulerOptions scheduling{.workers = threads};
   std::vector<Duration> jitter, beyond_best;
   for (const Task& task : given.tasks) {
     jitter.push_back(task.release_jitter);
@@ -155,10 +150,7 @@ Worst enumerated(const TaskSet& given, const std::string& executor, Duration dur
   do {
     do {
       PublishingWorkload workload(times);
-      SimulationOptions options;
-      options.platform = platform;
-      options.duration = duration;
-      options.deliveries = &deliveries;
+      const SimulationOptions options{.platform = platform, .duration = duration, .deliveries = &deliveries};
       take_worst(simulate_trace(set, *find_executor(executor), scheduling, workload, options), worst);
     } while (next_times());
   } while (delays.delays.next());

@@ -46,12 +46,6 @@ struct Case {
 };
 std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.executor << '_' << c.level; }
 
-std::string name(const testing::TestParamInfo<Case>& info) {
-  std::string n = std::string(info.param.executor) + "_" + info.param.level;
-  std::replace(n.begin(), n.end(), '-', '_');
-  return n;
-}
-
 class IdenticalOrder : public testing::TestWithParam<Case> {};
 
 TEST_P(IdenticalOrder, WithoutAnyCosts) {
@@ -65,7 +59,10 @@ INSTANTIATE_TEST_SUITE_P(GoldenTrace, IdenticalOrder,
                                          Case{"90", "events-ro"}, Case{"60", "edf-ro"}, Case{"80", "edf-ro"},
                                          Case{"90", "edf-ro"}, Case{"60", "events-re"},
                                          Case{"90", "events-re"}, Case{"90", "default"}),
-                         name);
+                         [](const auto& test_case) {
+                           return identifier(test_case.param.executor +
+                                             ("_" + std::string(test_case.param.level)));
+                         });
 
 class IdenticalUpToTies : public testing::TestWithParam<const char*> {};
 
@@ -116,15 +113,12 @@ Trace measured_times(const GoldenTrace& real) {
   std::vector<Time> called;
   for (const Task& task : real.set.tasks) called.push_back(Time{} + task.phase);
   for (const GoldenJob& job : real.jobs) {
-    JobRecord r;
-    r.job.task = job.task;
     const Task& task = real.set[job.task];
-    r.job.sequence = static_cast<std::uint64_t>((called[job.task] - Time{} - task.phase) / task.period);
-    r.start = job.start;
-    r.finish = job.finish;
-    r.outcome = Outcome::ran;
-    r.job.skipped = static_cast<std::uint32_t>((job.next_call - called[job.task]) / task.period - 1);
-    trace.jobs.push_back(r);
+    const auto sequence = static_cast<std::uint64_t>((called[job.task] - Time{} - task.phase) / task.period);
+    const auto skips = static_cast<std::uint32_t>((job.next_call - called[job.task]) / task.period - 1);
+    trace.jobs.push_back({.job = {.task = job.task, .sequence = sequence, .skipped = skips},
+                          .start = job.start,
+                          .finish = job.finish});
     called[job.task] = job.next_call;
   }
   return trace;
@@ -145,11 +139,10 @@ Trace replay(const GoldenTrace& real, const Trace& measured, const Recorded& rec
   const ExecutorEntry& executor = *find_executor(recorded.executor);
   const ReplayedTimes times(real.set, measured);
   PublishingWorkload workload(times);
-  SimulationOptions options;
-  options.platform = reference_platform(executor, real.set.size());
-  options.platform.cores = std::max(1U, recorded.workers);
-  options.duration = real.jobs.back().start - Time{} + 1ns;
-  return simulate_trace(real.set, executor, scheduling(recorded, real.set), workload, options);
+  Platform platform = reference_platform(executor, real.set.size());
+  platform.cores = std::max(1U, recorded.workers);
+  return simulate_trace(real.set, executor, scheduling(recorded, real.set), workload,
+                        {.platform = platform, .duration = real.jobs.back().start - Time{} + 1ns});
 }
 
 class SecondSet : public testing::TestWithParam<Recorded> {};
@@ -183,12 +176,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Recorded{"traces_jazzy/timers_96.cbg_1", "cbg", 1, {}},
                     Recorded{"traces_jazzy/timers_60.cbg_2", "cbg", 2, {}},
                     Recorded{"traces_jazzy/timers_84.cbg_2", "cbg", 2, {}}),
-    [](const auto& recorded) {
-      std::string n = recorded.param.file;
-      std::replace_if(
-          n.begin(), n.end(), [](char c) { return !std::isalnum(c); }, '_');
-      return n;
-    });
+    [](const auto& recorded) { return identifier(recorded.param.file); });
 
 /// The order in which `scheduler` runs the tasks of a trace when its workers look for work, and
 /// finish it, at the recorded instants.

@@ -9,7 +9,6 @@
 // launch_scripts/nightly.sh stores them.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <random>
 
 #include "controlled_run.hpp"
@@ -64,11 +63,6 @@ constexpr ControlledRun::Plan kLong[] = {{1500ns, 4, 1400ns}, {1500ns, 4, 1400ns
 
 constexpr std::uint64_t kDefaultCount = 2000;
 
-std::uint64_t number(const char* variable, std::uint64_t otherwise) {
-  const char* given = std::getenv(variable);
-  return given == nullptr ? otherwise : std::strtoull(given, nullptr, 10);
-}
-
 struct Explored {
   std::uint64_t interleavings = 0;
   bool complete = false;          ///< Whether all interleavings were explored.
@@ -84,8 +78,8 @@ struct Broken {
 
 Explored explore_all(const std::string& executor, const ControlledRun::Plan& plan, Broken broken = {}) {
   Explored explored;
-  AllChoices choices(number("HOTPATH_PREEMPTIONS", 1) + broken.preemptions);
-  const std::uint64_t most = number("HOTPATH_INTERLEAVINGS", kDefaultCount);
+  AllChoices choices(from_environment("HOTPATH_PREEMPTIONS", 1) + broken.preemptions);
+  const std::uint64_t most = from_environment("HOTPATH_INTERLEAVINGS", kDefaultCount);
   do {
     World world(choices, broken.fault, broken.lost);
     explored.defect = ControlledRun(executor, world, plan).run();
@@ -124,7 +118,7 @@ TEST_P(Interleavings, ThoseWithFewPreemptionsAreAccepted) {
 
 TEST_P(Interleavings, RandomOnesAreAccepted) {
   const Explored explored =
-      explore_at_random(std::string(GetParam()), number("HOTPATH_INTERLEAVINGS", kDefaultCount));
+      explore_at_random(std::string(GetParam()), from_environment("HOTPATH_INTERLEAVINGS", kDefaultCount));
   EXPECT_EQ(explored.defect, "") << "with seed " << explored.interleavings;
   total_random += explored.interleavings;
 }
@@ -164,7 +158,7 @@ class Counts final : public testing::Environment {
     const auto record = [](const char* name, std::uint64_t count) {
       testing::Test::RecordProperty(name, std::to_string(count));
     };
-    record("preemptions", number("HOTPATH_PREEMPTIONS", 1));
+    record("preemptions", from_environment("HOTPATH_PREEMPTIONS", 1));
     record("systematic", total_systematic);
     record("complete", complete);
     record("random", total_random);

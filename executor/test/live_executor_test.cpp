@@ -17,33 +17,22 @@
 namespace hotpath {
 namespace {
 
+using namespace std::chrono_literals;
+
 void burn(Duration d) {
   const Time until = now() + d;
   while (now() < until) {
   }
 }
 
-/// fast (2 ms) -> a -> b, slow (10 ms), each callback in a separate group.
+constexpr TaskId kSlow = 3;
+
+/// A timer of 2 ms, a sequence of two subscriptions to it, and the timer kSlow of 10 ms.
 TaskSet two_timers_and_a_sequence() {
-  const auto timer = [](const char* name, int period_ms) {
-    Task t;
-    t.name = name;
-    t.period = t.deadline = std::chrono::milliseconds(period_ms);
-    t.phase = std::chrono::milliseconds(1);
-    return t;
-  };
-  const auto subscription = [](const char* name) {
-    Task t;
-    t.name = name;
-    t.kind = TaskKind::subscription;
-    return t;
-  };
   TaskSet set;
-  set.tasks = {timer("fast", 2), subscription("a/fast"), subscription("b/a"), timer("slow", 10)};
-  set.tasks[0].feeds = {1};
-  set.tasks[1].feeds = {2};
-  set.groups.assign(4, CallbackGroup::mutually_exclusive);
-  for (TaskId id = 0; id < 4; ++id) set.tasks[id].group = id;
+  const TaskId fast = test::add_timer(set, 2ms, 0ms, 1ms);
+  test::add_subscription(set, {test::add_subscription(set, {fast}, 0ms)}, 0ms);
+  test::add_timer(set, 10ms, 0ms, 1ms);
   return set;
 }
 
@@ -64,7 +53,7 @@ class Chain final : public JobHandler {
     if (subscription) {
       EXPECT_EQ(sample.as<JobRef>(), job.parent) << "not the sample that the scheduler took";
     }
-    burn(std::chrono::microseconds(job.task == 3 ? 1500 : 200));
+    burn(job.task == kSlow ? 1500us : 200us);
     if (set_[job.task].feeds.empty()) return;
     JobRef& message = transport_.borrow(writer_[job.task]);
     message = job.ref();
@@ -101,7 +90,7 @@ Trace run(const std::string& executor, const TaskSet& set, Duration length,
 
   Trace trace;
   trace.executor = executor;
-  trace.epoch = now() + std::chrono::milliseconds(50);
+  trace.epoch = now() + 50ms;
   live.start(trace.epoch, trace.epoch + length);
   if (stop_after != Duration::max()) {
     burn(trace.epoch + stop_after - now());
@@ -129,8 +118,7 @@ TEST_P(LiveExecutor, AccountsForEveryTimestampAndSample) {
   const TaskSet set = two_timers_and_a_sequence();
   // The machine may stall for longer than a short run.
   bool all_ran = false;
-  for (auto length = std::chrono::milliseconds(200); !all_ran && length < std::chrono::seconds(15);
-       length *= 4) {
+  for (auto length = 200ms; !all_ran && length < 15s; length *= 4) {
     const Trace trace = run(std::string(GetParam()), set, length);
     all_ran = true;
     for (const TaskAccount& a : account(set, trace)) {
@@ -143,8 +131,8 @@ TEST_P(LiveExecutor, AccountsForEveryTimestampAndSample) {
 
 TEST_P(LiveExecutor, EndsEarlyOnRequestAndStillAccountsForEverything) {
   const TaskSet set = two_timers_and_a_sequence();
-  const Trace trace = run(std::string(GetParam()), set, std::chrono::hours(1), std::chrono::milliseconds(50));
-  EXPECT_LT(trace.end, trace.epoch + std::chrono::hours(1));
+  const Trace trace = run(std::string(GetParam()), set, 1h, 50ms);
+  EXPECT_LT(trace.end, trace.epoch + 1h);
   for (const TaskAccount& a : account(set, trace)) EXPECT_EQ(a.accounted(), a.expected) << set[a.task].name;
 }
 
@@ -155,11 +143,9 @@ INSTANTIATE_TEST_SUITE_P(Registry, LiveExecutor, testing::ValuesIn(test::executo
 // never passed over.
 TEST(LivePriorityExecutor, NeverStartsAJobWhileOneOfHigherPriorityWaits) {
   const TaskSet set = two_timers_and_a_sequence();
-  Trace trace = run("rm-ro", set, std::chrono::milliseconds(200));
+  Trace trace = run("rm-ro", set, 200ms);
   const PriorityOrder order(set, Policy::rm, SubscriptionRule::inherit, Ties::lifo);
   std::erase_if(trace.jobs, [](const JobRecord& r) { return r.outcome != Outcome::ran; });
-  std::sort(trace.jobs.begin(), trace.jobs.end(),
-            [](const auto& a, const auto& b) { return a.start < b.start; });
   for (std::size_t i = 1; i < trace.jobs.size(); ++i) {
     // The decision for this job came after the previous job's finish: all jobs released by then
     // were available.

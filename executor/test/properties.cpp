@@ -17,8 +17,9 @@ constexpr Duration kRun = 400ms;
 constexpr std::size_t kFewestJobs = 10;
 
 bool coin(Random& random) { return uniform(random, 0, 1) == 0; }
-int number(Random& random, int lowest, int highest) {
-  return static_cast<int>(uniform(random, lowest, highest));
+template <class Number = int>
+Number number(Random& random, int lowest, int highest) {
+  return static_cast<Number>(uniform(random, lowest, highest));
 }
 /// A utilisation between `lowest` and `highest` tenths.
 double tenths(Random& random, int lowest, int highest) { return 0.1 * number(random, lowest, highest); }
@@ -28,10 +29,7 @@ Trace run_random(const TaskSet& set, const ExecutorEntry& executor, std::uint64_
                  const Platform& platform, const SchedulerOptions& scheduling = {}) {
   const UniformTimes times(set, seed);
   PublishingWorkload workload(times);
-  SimulationOptions options;
-  options.platform = platform;
-  options.duration = kRun;
-  return simulate_trace(set, executor, scheduling, workload, options);
+  return simulate_trace(set, executor, scheduling, workload, {.platform = platform, .duration = kRun});
 }
 
 std::string policy_of(const ExecutorEntry& executor) { return to_string(*executor.traits.policy); }
@@ -51,7 +49,7 @@ TaskSet random_groups(Random& random, TaskSet set) {
 
 Platform random_platform(Random& random) {
   Platform platform;
-  platform.cores = static_cast<unsigned>(uniform(random, 1, 3));
+  platform.cores = number<unsigned>(random, 1, 3);
   platform.raised_releaser = coin(random);
   platform.time_slice = uniform(random, 100, 4000) * 1us;
   platform.wall_clock_work = coin(random);
@@ -77,13 +75,11 @@ CaseResult legal_and_nothing_lost(const ExecutorEntry& executor, std::uint64_t s
   SchedulerOptions scheduling;
   scheduling.rule = coin(random) ? SubscriptionRule::inherit : SubscriptionRule::first;
   scheduling.ties = coin(random) ? Ties::lifo : Ties::fifo;
-  scheduling.workers = static_cast<unsigned>(uniform(random, 1, 4));
+  scheduling.workers = number<unsigned>(random, 1, 4);
   const Trace trace = run_random(set, executor, seed, platform, scheduling);
   std::string problem = legal(set, trace);
   if (problem.empty()) problem = balanced(set, trace);
-  if (problem.empty() && executor.traits.many_workers) {
-    problem = groups_exclusive(set, trace);
-  }
+  if (problem.empty() && executor.traits.many_workers) problem = groups_exclusive(set, trace);
   return result(trace, std::move(problem));
 }
 
@@ -133,14 +129,7 @@ Trace run_deployment(const TaskSet& set, const std::vector<DrawnExecutor>& drawn
     schedulers.push_back(entry->make(own, scheduling));
     simulated.push_back({schedulers.back().get(), threads, 0, ids});
   }
-  const UniformTimes times(set, seed);
-  PublishingWorkload workload(times);
-  Trace trace;
-  TraceRecorder recorder(trace);
-  SimulationSummary summary = simulate(set, simulated, executor_of, workload, options, &recorder);
-  trace.end = summary.end;
-  trace.published = std::move(summary.published);
-  return trace;
+  return run(set, simulated, executor_of, UniformTimes(set, seed), options);
 }
 
 /// Distributes callback groups at random over executors; their threads have random priorities and
@@ -161,10 +150,9 @@ CaseResult deployment_legal_and_nothing_lost(std::uint64_t seed) {
   bool exclusive = true;  // whether all executors respect callback groups
   for (std::uint32_t e = 0; e < parts; ++e) {
     DrawnExecutor& executor = drawn.emplace_back();
-    executor.entry = &executors()[static_cast<std::size_t>(
-        uniform(random, 0, static_cast<std::int64_t>(executors().size()) - 1))];
+    executor.entry = &executors()[number<std::size_t>(random, 0, static_cast<int>(executors().size()) - 1)];
     exclusive &= executor.entry->traits.many_workers || worker_count(*executor.entry, {}) == 1;
-    executor.scheduling.workers = static_cast<unsigned>(uniform(random, 1, 3));
+    executor.scheduling.workers = number<unsigned>(random, 1, 3);
     for (std::uint32_t w = 0; w < worker_count(*executor.entry, executor.scheduling); ++w) {
       executor.threads.push_back(random_thread(random, options.platform.cores));
     }
@@ -198,9 +186,7 @@ CaseResult works_while_a_job_waits(const ExecutorEntry& executor, std::uint64_t 
 CaseResult runs_for_the_execution_time(const ExecutorEntry& executor, std::uint64_t seed) {
   Random random(seed);
   const TaskSet set = random_graph(random, 4, 6, 0.8);
-  Platform platform;
-  platform.cores = 4;
-  const Trace trace = run_random(set, executor, seed, platform, {.workers = 4});
+  const Trace trace = run_random(set, executor, seed, {.cores = 4}, {.workers = 4});
   const UniformTimes times(set, seed);
   for (const JobRecord& r : trace.jobs) {
     if (r.outcome == Outcome::ran && r.finish - r.start != times.of(r.job)) {
@@ -214,9 +200,7 @@ CaseResult reentrant_groups_leave_no_worker_idle(const ExecutorEntry& multi, std
   Random random(seed);
   TaskSet set = random_graph(random, 5, 6, 2.0, 1);
   for (CallbackGroup& group : set.groups) group = CallbackGroup::reentrant;
-  Platform platform;
-  platform.cores = 3;
-  const Trace trace = run_random(set, multi, seed, platform, {.workers = 3});
+  const Trace trace = run_random(set, multi, seed, {.cores = 3}, {.workers = 3});
   return result(trace, work_conserving(trace, 3));
 }
 
@@ -225,9 +209,7 @@ CaseResult reentrant_groups_leave_no_worker_idle(const ExecutorEntry& multi, std
 CaseResult nobody_is_overtaken_for_ever(const ExecutorEntry& fair, std::uint64_t seed) {
   Random random(seed);
   const TaskSet set = random_groups(random, random_graph(random, 5, 4, tenths(random, 5, 30)));
-  Platform platform;
-  platform.cores = 3;
-  const Trace trace = run_random(set, fair, seed, platform, {.workers = 3});
+  const Trace trace = run_random(set, fair, seed, {.cores = 3}, {.workers = 3});
   for (const JobRecord& waits : trace.jobs) {
     if (!waits.started() && waits.outcome != Outcome::queued) continue;
     const Time until = waits.started() ? waits.start : trace.end;
@@ -264,9 +246,7 @@ CaseResult follows_priorities(const ExecutorEntry& executor, std::uint64_t seed)
   for (TaskId id = 0; id < set.size(); ++id) {
     if (set[id].kind == TaskKind::timer) worker[id] = static_cast<int>(executor.traits.timer_worker());
   }
-  Platform platform;
-  platform.cores = static_cast<unsigned>(uniform(random, 1, 2));
-  const Trace trace = run_random(set, executor, seed, platform);
+  const Trace trace = run_random(set, executor, seed, {.cores = number<unsigned>(random, 1, 2)});
   return result(trace, priority_driven(trace, PriorityByTheBook(set, policy_of(executor)), worker));
 }
 

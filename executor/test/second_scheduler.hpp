@@ -48,10 +48,7 @@ class SecondScheduler {
       if (now >= end) break;
       schedule.push_back({job.task, job.sequence, start, now});
       for (const TaskId fed : set_[job.task].feeds) {
-        Job sample;
-        sample.task = fed;
-        sample.sequence = samples_[fed]++;
-        sample.deadline = job.deadline;
+        const Job sample{.task = fed, .sequence = samples_[fed]++, .deadline = job.deadline};
         unread_[fed].push_back(sample);
         if (unread_[fed].size() > set_[fed].depth) unread_[fed].pop_front();
         released_.push_back({sample, activations_++});
@@ -95,11 +92,9 @@ class SecondScheduler {
       const Duration next = next_timestamp();
       for (TaskId id = 0; id < set_.size(); ++id) {
         if (set_[id].kind != TaskKind::timer || timestamp(id) != next) continue;
-        Job job;
-        job.task = id;
-        job.sequence = timestamps_[id]++;
-        job.deadline = at(next + set_[id].deadline);
-        released_.push_back({job, activations_++});
+        const Time deadline = at(next + set_[id].deadline);
+        released_.push_back(
+            {{.task = id, .sequence = timestamps_[id]++, .deadline = deadline}, activations_++});
       }
     }
   }

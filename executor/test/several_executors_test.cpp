@@ -24,15 +24,8 @@ Trace one_executor_each(const TaskSet& set, const std::vector<SimulatedThread>& 
     schedulers.push_back(find_executor("default")->make(own, {}));
     executors.push_back({schedulers.back().get(), {threads[id]}});
   }
-  const WorstCaseTimes times(set);
-  PublishingWorkload workload(times);
-  SimulationOptions options;
-  options.platform.cores = cores;
-  options.duration = duration;
-  Trace trace;
-  TraceRecorder recorder(trace);
-  simulate(set, executors, executor_of, workload, options, &recorder);
-  return trace;
+  return run(set, executors, executor_of, WorstCaseTimes(set),
+             {.platform = {.cores = cores}, .duration = duration});
 }
 
 /// Whether the threads can run at the same time, each on a core allowed to it.
@@ -114,15 +107,8 @@ TEST(PriorityInheritance, LastsAsLongAsTheLock) {
   const TaskId subscription = add_subscription(set, {first}, 3ms);
   const auto scheduler = find_executor("rm-re")->make(set, {});
   const SimulatedExecutor executor{scheduler.get(), {{2}, {1}}};
-  const WorstCaseTimes times(set);
-  PublishingWorkload workload(times);
-  SimulationOptions options;
-  options.platform.release_cost = 1ms;
-  options.platform.delivery_delay = 500us;
-  options.duration = 20ms;
-  Trace trace;
-  TraceRecorder recorder(trace);
-  simulate(set, {&executor, 1}, std::vector<std::uint32_t>(set.size(), 0), workload, options, &recorder);
+  const Trace trace = run(set, {&executor, 1}, std::vector<std::uint32_t>(set.size(), 0), WorstCaseTimes(set),
+                          {.platform = {.release_cost = 1ms, .delivery_delay = 500us}, .duration = 20ms});
   // At 2.5 ms the executor thread waits for the timer thread, which releases the second timer until 3 ms.
   EXPECT_EQ(schedule(trace),
             (std::vector<Ran>{{first, 0, 1ms, 2ms}, {subscription, 0, 3ms, 6ms}, {second, 0, 6ms, 7ms}}));

@@ -55,10 +55,8 @@ TEST(Simulator, SummaryWithoutSinkEqualsTheTrace) {
   const Trace trace = run(set, "edf-ro", 500ms);
   const WorstCaseTimes times(set);
   PublishingWorkload workload(times);
-  SimulationOptions options;
-  options.duration = 500ms;
   const auto scheduler = find_executor("edf-ro")->make(set, {});
-  const SimulationSummary summary = simulate(set, *scheduler, workload, options);
+  const SimulationSummary summary = simulate(set, *scheduler, workload, {.platform = {}, .duration = 500ms});
   EXPECT_EQ(summary.published, trace.published);
   EXPECT_EQ(summary.jobs, schedule(trace).size());
 }
@@ -145,10 +143,7 @@ TEST(UniformTimes, CoverBcetToWcetAndDependOnSeedTaskAndSequenceOnly) {
   std::vector<int> seen(10, 0);
   int differ_by_task = 0, differ_by_seed = 0;
   for (std::uint64_t i = 0; i < 6000; ++i) {
-    Job a, b;
-    a.task = 0;
-    b.task = 1;
-    a.sequence = b.sequence = i;
+    const Job a{.task = 0, .sequence = i}, b{.task = 1, .sequence = i};
     ++seen.at(static_cast<std::size_t>(times.of(a).count()));
     EXPECT_EQ(times.of(a), again.of(a));
     differ_by_task += times.of(a) != times.of(b);
@@ -171,26 +166,13 @@ TEST(ReplayedTimes, RepeatTheTraceAndFallBackToTheLastEarlierJob) {
   add_timer(set, 10ms, 8ms);
   Trace trace;
   for (const auto& [sequence, time] : {std::pair{5U, 2ms}, std::pair{3U, 1ms}}) {
-    JobRecord r;
-    r.job.task = 0;
-    r.job.sequence = sequence;
-    r.start = at(100ms);
-    r.finish = at(100ms + time);
-    trace.jobs.push_back(r);
+    trace.jobs.push_back(
+        {.job = {.task = 0, .sequence = sequence}, .start = at(100ms), .finish = at(100ms + time)});
   }
   const ReplayedTimes times(set, trace);
-  const auto of = [&](TaskId task, std::uint64_t sequence) {
-    Job job;
-    job.task = task;
-    job.sequence = sequence;
-    return times.of(job);
-  };
-  EXPECT_EQ(of(0, 3), 1ms);
-  EXPECT_EQ(of(0, 4), 1ms);
-  EXPECT_EQ(of(0, 5), 2ms);
-  EXPECT_EQ(of(0, 6), 2ms);
-  EXPECT_EQ(of(0, 0), 1ms);
-  EXPECT_EQ(of(1, 0), 8ms);
+  for (const auto& [task, sequence, time] :
+       {std::tuple{0U, 3U, 1ms}, {0U, 4U, 1ms}, {0U, 5U, 2ms}, {0U, 6U, 2ms}, {0U, 0U, 1ms}, {1U, 0U, 8ms}})
+    EXPECT_EQ(times.of({.task = task, .sequence = sequence}), time) << task << " #" << sequence;
 }
 
 class Refusal : public testing::Test {

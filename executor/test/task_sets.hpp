@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cstdlib>
 #include <random>
 #include <string>
 #include <string_view>
@@ -17,17 +18,22 @@ using namespace std::chrono_literals;
 
 inline Time at(Duration since_epoch) { return Time{} + since_epoch; }
 
-/// Adds a timer with an implicit deadline in a new callback group; returns its id.
-inline TaskId add_timer(TaskSet& set, Duration period, Duration wcet, Duration phase = 0ms) {
-  Task t;
-  t.name = "T" + std::to_string(set.size());
-  t.kind = TaskKind::timer;
-  t.period = t.deadline = period;
-  t.phase = phase;
+/// Adds a task in a new callback group.
+inline Task& add_task(TaskSet& set, TaskKind kind, Duration wcet) {
+  Task& t = set.tasks.emplace_back();
+  t.name = (kind == TaskKind::timer ? "T" : "S") + std::to_string(set.size() - 1);
+  t.kind = kind;
   t.wcet = t.bcet = wcet;
   t.group = static_cast<std::uint32_t>(set.groups.size());
   set.groups.push_back(CallbackGroup::mutually_exclusive);
-  set.tasks.push_back(t);
+  return t;
+}
+
+/// Adds a timer with an implicit deadline in a new callback group; returns its id.
+inline TaskId add_timer(TaskSet& set, Duration period, Duration wcet, Duration phase = 0ms) {
+  Task& t = add_task(set, TaskKind::timer, wcet);
+  t.period = t.deadline = period;
+  t.phase = phase;
   return set.size() - 1;
 }
 
@@ -35,14 +41,7 @@ inline TaskId add_timer(TaskSet& set, Duration period, Duration wcet, Duration p
 /// id.
 inline TaskId add_subscription(TaskSet& set, const std::vector<TaskId>& publishers, Duration wcet,
                                std::uint32_t depth = 1) {
-  Task t;
-  t.name = "S" + std::to_string(set.size());
-  t.kind = TaskKind::subscription;
-  t.wcet = t.bcet = wcet;
-  t.depth = depth;
-  t.group = static_cast<std::uint32_t>(set.groups.size());
-  set.groups.push_back(CallbackGroup::mutually_exclusive);
-  set.tasks.push_back(t);
+  add_task(set, TaskKind::subscription, wcet).depth = depth;
   for (const TaskId p : publishers) set.tasks[p].feeds.push_back(set.size() - 1);
   return set.size() - 1;
 }
@@ -52,10 +51,21 @@ inline Trace run(const TaskSet& set, const std::string& executor, Duration durat
                  const Platform& platform = {}, const SchedulerOptions& scheduling = {}) {
   const WorstCaseTimes times(set);
   PublishingWorkload workload(times);
-  SimulationOptions options;
-  options.platform = platform;
-  options.duration = duration;
-  return simulate_trace(set, *find_executor(executor), scheduling, workload, options);
+  return simulate_trace(set, *find_executor(executor), scheduling, workload,
+                        {.platform = platform, .duration = duration});
+}
+
+/// Simulates several executors.
+inline Trace run(const TaskSet& set, std::span<const SimulatedExecutor> executors,
+                 const std::vector<std::uint32_t>& executor_of, const ExecutionTimes& times,
+                 const SimulationOptions& options) {
+  PublishingWorkload workload(times);
+  Trace trace;
+  TraceRecorder recorder(trace);
+  SimulationSummary summary = simulate(set, executors, executor_of, workload, options, &recorder);
+  trace.end = summary.end;
+  trace.published = std::move(summary.published);
+  return trace;
 }
 
 /// A finished job, reduced to the fields that schedule tests compare.
@@ -80,9 +90,8 @@ inline std::vector<Ran> schedule(const Trace& trace) {
 }
 
 inline std::size_t count(const Trace& trace, TaskId task, Outcome outcome) {
-  return static_cast<std::size_t>(
-      std::count_if(trace.jobs.begin(), trace.jobs.end(),
-                    [&](const JobRecord& r) { return r.job.task == task && r.outcome == outcome; }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      trace.jobs, [&](const JobRecord& r) { return r.job.task == task && r.outcome == outcome; }));
 }
 
 inline std::uint64_t skipped(const Trace& trace, TaskId task) {
@@ -103,6 +112,12 @@ inline std::vector<std::string_view> executor_names() {
   std::vector<std::string_view> names;
   for (const ExecutorEntry& executor : executors()) names.push_back(executor.name);
   return names;
+}
+
+/// The number in an environment variable.
+inline std::uint64_t from_environment(const char* variable, std::uint64_t otherwise) {
+  const char* given = std::getenv(variable);
+  return given == nullptr ? otherwise : std::strtoull(given, nullptr, 10);
 }
 
 using Random = std::mt19937_64;

@@ -12,10 +12,7 @@ namespace hotpath::test {
 namespace {
 
 Timer timer(Duration period, Duration phase, Time epoch) {
-  TaskSet set;
-  set.tasks.resize(3);
-  set.tasks.push_back({});
-  Task& t = set.tasks.back();
+  Task t;
   t.period = period;
   t.phase = phase;
   t.deadline = period / 2;
@@ -57,14 +54,6 @@ TEST(RclTimer, EveryTimestampIsReleasedOrSkippedExactlyOnce) {
       ASSERT_LE(t.next_call() - period, now);
     }
   }
-}
-
-TEST(TimersManager, WithoutTimersItIsNeverDue) {
-  TaskSet set;
-  TimersManager manager;
-  manager.begin(set, Time{});
-  EXPECT_EQ(manager.next_due(), kNever);
-  EXPECT_FALSE(manager.due(at(1000h)));
 }
 
 TEST(TimersManager, ReleasesAllTimestampsOfRandomTimersInOrder) {
