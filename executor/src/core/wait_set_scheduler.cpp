@@ -74,12 +74,12 @@ Decision WaitSetScheduler::decide(Worker worker, Time now) {
     return decision;
   }
   const bool slept = wait_mutex_.enter(worker);
-  if (slept) poll(entities(), now, [this](TaskId id) { return is_waited_for(id); });
+  if (slept) poll(now, [this](TaskId id) { return is_waited_for(id); });
   decision.job = pick(now);
   if (!decision.job && shared) return begin_wait(worker, now);
   if (!decision.job) {
     if (blocked_ == Blocked::forgotten) forget_snapshot();
-    const std::uint32_t tasks = poll(entities(), now, [this](TaskId id) { return group_free(id); });
+    const std::uint32_t tasks = poll(now, [this](TaskId id) { return group_free(id); });
     decision.job = pick(now);
     if (decision.job && !slept) decision.waited_for = tasks;
   }
@@ -109,7 +109,7 @@ Decision StaticScheduler::decide(Worker, Time now) {
   decision.job = next_ready(now);
   if (!decision.job) {
     forget_snapshot();
-    const std::uint32_t tasks = poll(entities(), now, [](TaskId) { return true; });
+    const std::uint32_t tasks = poll(now, [](TaskId) { return true; });
     decision.job = next_ready(now);
     if (!sleeps_ && decision.job) decision.waited_for = tasks;
   }
@@ -152,7 +152,7 @@ void RebuiltWaitSetScheduler::rebuild() {
 
 std::optional<Job> RebuiltWaitSetScheduler::wait(Time now) {
   forget_snapshot();
-  poll(waited_, now, [](TaskId) { return true; });
+  for (const TaskId id : waited_) poll_task(id, now);
   if (std::exchange(interrupted_, false)) needs_rebuild_ = true;
   return pick(now);
 }

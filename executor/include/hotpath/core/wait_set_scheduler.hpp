@@ -41,14 +41,21 @@ class WaitSet : public ExploredScheduler {
   /// A snapshot is in_order_of_kinds().
   WaitSet(const TaskSet& set, unsigned workers, TaskKind runs_first, const std::vector<TaskId>& entity_order);
 
-  /// Appends those tasks of the wait set to the snapshot that are ready and for which `eligible(TaskId)` is
-  /// true. Returns the number of tasks in the wait set.
+  /// Appends the ready tasks for which `eligible(TaskId)` is true to the snapshot. Returns the
+  /// number of tasks in the wait set.
   template <class Eligible>
-  std::uint32_t poll(const std::vector<TaskId>& wait_set, Time now, Eligible&& eligible) {
-    for (const TaskId id : wait_set) {
-      if (is_ready(id, now) && eligible(id)) snapshot_.add(id, now);
+  std::uint32_t poll(Time now, Eligible&& eligible) {
+    const Timer* timer = timers_.data();
+    for (const TaskId id : entities_) {
+      const bool ready = unread_.is_subscription(id) ? unread_.count(id) > 0 : timer++->is_ready(now);
+      if (ready && eligible(id)) snapshot_.add(id, now);
     }
-    return static_cast<std::uint32_t>(wait_set.size());
+    return static_cast<std::uint32_t>(entities_.size());
+  }
+
+  /// Adds only `task`, if it is ready.
+  void poll_task(TaskId task, Time now) {
+    if (is_ready(task, now)) snapshot_.add(task, now);
   }
 
   void forget_snapshot() { snapshot_.clear(); }
