@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 
 #include "bounds/bounds.hpp"
 #include "bounds/exact_worst_cases.hpp"
@@ -51,6 +52,10 @@ std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
     return std::nullopt;
   }
 }
+
+/// A task, chain or hot path, by its number; and values in ns.
+using Which = std::pair<bounds::Quantity, std::uint32_t>;
+using Values = std::map<Which, std::int64_t>;
 
 class BoundCase {
  public:
@@ -163,81 +168,62 @@ class BoundCase {
     if (!run) return;
     const Trace& trace = *run;
     result_.jobs += trace.jobs.size();
-    tasks_seen_.resize(tasks_.set.size());
-    chains_seen_.resize(graph_.chains.size());
-    hot_paths_seen_.resize(graph_.chains.size());
-    for (const JobRecord& r : trace.jobs) {
-      if (r.outcome != Outcome::ran) continue;
-      std::int64_t& largest = tasks_seen_[r.job.task];
-      largest = std::max(largest, (r.finish - r.job.timestamp).count());
-    }
+    const auto see = [&](bounds::Quantity kind, std::uint32_t number, Duration value) {
+      std::int64_t& largest = seen_[{kind, number}];
+      largest = std::max(largest, value.count());
+    };
+    for (const JobRecord& r : trace.jobs)
+      if (r.outcome == Outcome::ran) see(bounds::Quantity::task, r.job.task, r.finish - r.job.timestamp);
     for (const ChainRecord& c : join_chains(graph_, tasks_, trace, observations)) {
-      chains_seen_[c.chain] = std::max(chains_seen_[c.chain], c.end_to_end_latency.count());
-      hot_paths_seen_[c.chain] = std::max(hot_paths_seen_[c.chain], c.hot_path_latency.count());
+      see(bounds::Quantity::chain, c.chain, c.end_to_end_latency);
+      see(bounds::Quantity::hot_path, c.chain, c.hot_path_latency);
     }
   }
 
   /// The witness of a worst case reaches it to the nanosecond.
   void expect_reached(const bounds::ReachedWorstCase& worst) {
-    const bool of_task = worst.kind == bounds::Quantity::task;
-    std::vector<std::int64_t>& seen = of_task                                 ? tasks_seen_
-                                      : worst.kind == bounds::Quantity::chain ? chains_seen_
-                                                                              : hot_paths_seen_;
-    std::ranges::fill(seen, 0);
+    seen_.clear();
     simulate(tasks_, WitnessTimes(tasks_.set, worst.witness), worst.witness.instant - Time{} + 1ns);
-    if (worst.number < seen.size() && seen[worst.number] == worst.value_ns) return;
-    wrong(std::string(to_string(worst.kind)) + " of its witness",
-          of_task ? tasks_.set[worst.number].name : graph_.chains[worst.number].name,
-          worst.number < seen.size() ? seen[worst.number] : 0, worst.value_ns);
+    const Which which{worst.kind, worst.number};
+    if (seen_[which] != worst.value_ns) wrong("its witness", which, seen_[which], worst.value_ns);
   }
 
+  static Values values(const GraphBounds& b) {
+    Values all;
+    for (TaskId id = 0; id < b.tasks.size(); ++id)
+      if (b.tasks[id]) all[{bounds::Quantity::task, id}] = *b.tasks[id];
+    for (std::uint32_t c = 0; c < b.chains.size(); ++c) {
+      if (!b.chains[c]) continue;
+      all[{bounds::Quantity::chain, c}] = b.chains[c]->latency;
+      if (b.chains[c]->hot_path) all[{bounds::Quantity::hot_path, c}] = *b.chains[c]->hot_path;
+    }
+    return all;
+  }
+
+  /// No sound bound lies below an observation or the exact worst case.
   void compare() {
     for (const GraphBounds& b : bounds_) {
-      for (TaskId id = 0; id < b.tasks.size() && id < tasks_seen_.size(); ++id) {
-        const bool service = graph_.service_wait > Duration{} && tasks_.set[id].service;
-        const std::string method = b.method + (service ? ", service" : "");
-        if (b.tasks[id]) compare(method, tasks_.set[id].name, tasks_seen_[id], *b.tasks[id]);
-      }
-      for (std::size_t c = 0; c < b.chains.size() && c < chains_seen_.size(); ++c) {
-        if (!b.chains[c]) continue;
-        compare(b.method + ", chain", graph_.chains[c].name, chains_seen_[c], b.chains[c]->latency);
-        if (b.chains[c]->hot_path) {
-          compare(b.method + ", hot path", graph_.chains[c].name, hot_paths_seen_[c], *b.chains[c]->hot_path);
-        }
-      }
-      if (exact_) compare_with_exact(b, bounds_[*exact_]);
+      compare(b, seen_, b.method);
+      if (exact_) compare(b, values(bounds_[*exact_]), b.method + " below the exact value");
     }
   }
 
-  /// No sound bound lies below the exact worst case.
-  void compare_with_exact(const GraphBounds& b, const GraphBounds& exact) {
-    const std::string method = b.method + " below the exact value";
-    for (TaskId id = 0; id < b.tasks.size(); ++id) {
-      if (b.tasks[id] && exact.tasks[id]) {
-        compare(method, tasks_.set[id].name, *exact.tasks[id], *b.tasks[id]);
-      }
-    }
-    for (std::size_t c = 0; c < b.chains.size(); ++c) {
-      if (b.chains[c] && exact.chains[c]) {
-        compare(method, graph_.chains[c].name, exact.chains[c]->latency, b.chains[c]->latency);
-        if (b.chains[c]->hot_path && exact.chains[c]->hot_path) {
-          compare(method + ", hot path", graph_.chains[c].name, *exact.chains[c]->hot_path,
-                  *b.chains[c]->hot_path);
-        }
-      }
+  void compare(const GraphBounds& b, const Values& reached, const std::string& method) {
+    for (const auto& [which, bound] : values(b)) {
+      const auto value = reached.find(which);
+      if (value != reached.end() && value->second > bound) wrong(method, which, value->second, bound);
     }
   }
 
-  void compare(const std::string& method, const std::string& name, std::int64_t seen, std::int64_t bound) {
-    if (seen > bound) wrong(method, name, seen, bound);
-  }
-
-  void wrong(const std::string& method, const std::string& name, std::int64_t seen, std::int64_t bound) {
+  void wrong(const std::string& method, const Which& which, std::int64_t seen, std::int64_t bound) {
     if (!result_.wrong.empty()) return;
+    const auto& [kind, number] = which;
+    const std::string& name =
+        kind == bounds::Quantity::task ? tasks_.set[number].name : graph_.chains[number].name;
     result_.wrong =
-        executor_.label + ", " + method + ": " + name + " was observed with " + std::to_string(seen) +
-        " ns, against " + std::to_string(bound) + " ns, seed " + std::to_string(seed_) +
-        (phases_known_ ? ", phases known" : ", phases unknown") +
+        executor_.label + ", " + method + ": " + std::string(to_string(kind)) + " " + name +
+        " was observed with " + std::to_string(seen) + " ns, against " + std::to_string(bound) +
+        " ns, seed " + std::to_string(seed_) + (phases_known_ ? ", phases known" : ", phases unknown") +
         (uncertainty_ > Duration{} ? " up to " + std::to_string(uncertainty_.count()) + " ns" : "") +
         ". Graph:\n" + graph_yaml(graph_) + deployment_text(executor_, tasks_.set);
   }
@@ -255,7 +241,7 @@ class BoundCase {
   std::vector<GraphBounds> bounds_;
   std::optional<std::size_t> exact_;  // of bounds_
   std::vector<bounds::ReachedWorstCase> reached_;
-  std::vector<std::int64_t> tasks_seen_, chains_seen_, hot_paths_seen_;
+  Values seen_;  // the largest observations
   CaseResult result_;
 };
 

@@ -8,8 +8,8 @@
 #include "explained.hpp"
 #include "hotpath/reference_system/graph_chains.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 #include "random_graphs.hpp"
+#include "reference_nodes.hpp"
 #include "results/measures.hpp"
 
 namespace hotpath::explain {
@@ -160,23 +160,15 @@ TEST(Explain, CausesSumToTheLatencyInEveryDeployment) {
 
 /// A timer with a period of 100 ms, if not given otherwise.
 ReferenceNode timer(const std::string& name, Duration work, Duration period = 100ms, Duration phase = 0ms) {
-  ReferenceNode node;
-  node.name = name;
-  node.period = node.deadline = period;
+  ReferenceNode node = reference_node(name, NodeType::sensor, {}, period, work);
   node.phase = phase;
-  node.outputs = {name};
-  node.execution_time = node.best_case_execution_time = work;
   return node;
 }
 Node follower(const std::string& name, const std::vector<std::string>& inputs, Duration work,
               std::uint32_t depth = 1) {
-  ReferenceNode node;
-  node.name = name;
-  node.type = inputs.size() > 1 ? NodeType::fusion : NodeType::transform;
-  for (const std::string& input : inputs) node.inputs.push_back({input, depth, std::nullopt});
-  node.outputs = {name};
-  node.execution_time = node.best_case_execution_time = work;
-  return node;
+  std::vector<ReferenceInput> all;
+  for (const std::string& input : inputs) all.push_back({input, depth, std::nullopt});
+  return reference_node(name, all.size() > 1 ? NodeType::fusion : NodeType::transform, all, {}, work);
 }
 Graph graph_of(std::vector<Node> nodes, std::vector<std::string> sources, const std::string& sink) {
   Graph graph;

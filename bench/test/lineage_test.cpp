@@ -9,8 +9,8 @@
 #include <tuple>
 
 #include "explained.hpp"
-#include "hotpath/reference_system/reference_node.hpp"
 #include "random_graphs.hpp"
+#include "reference_nodes.hpp"
 
 namespace hotpath::explain {
 namespace {
@@ -28,13 +28,8 @@ void vary_rules(Graph& graph, test::Random& random) {
   std::vector<Node> readers;
   for (Node& node : graph.nodes) {
     if (node.type == NodeType::cyclic && test::chance(random, 60)) {
-      ReferenceNode fusion;
-      fusion.name = "F" + node.name;
-      fusion.type = NodeType::fusion;
-      for (const std::string& topic : {node.outputs.front(), node.inputs.back().topic})
-        fusion.inputs.push_back({topic, 1, std::nullopt});
-      fusion.outputs = {"f" + node.name};
-      readers.push_back(fusion);
+      const std::string &own = node.outputs.front(), &input = node.inputs.back().topic;
+      readers.push_back(reference_node("F" + node.name, NodeType::fusion, {{own, 1, {}}, {input, 1, {}}}));
     }
     if (node.type == NodeType::sensor || node.outputs.empty() || !test::chance(random, 60)) continue;
     node.type = NodeType::callbacks;
@@ -53,11 +48,7 @@ void vary_rules(Graph& graph, test::Random& random) {
       const bool waits = callback.input && !second.of.empty() && test::chance(random, 50);
       if (waits) second.of.insert(std::ranges::lower_bound(second.of, *callback.input), *callback.input);
       if (!second.of.empty()) second.rule = waits ? PublishRule::all_new : PublishRule::last_of;
-      ReferenceNode reader;
-      reader.name = "R" + second.topic;
-      reader.type = NodeType::command;
-      reader.inputs.push_back({second.topic, 1, std::nullopt});
-      readers.push_back(reader);
+      readers.push_back(reference_node("R" + second.topic, NodeType::command, {{second.topic, 1, {}}}));
       node.outputs.push_back(second.topic);
       callback.publishes.push_back(second);
     }
