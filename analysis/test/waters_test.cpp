@@ -16,12 +16,6 @@ const std::vector<WatersMethod> kAll = {WatersMethod::brueggen_davare, WatersMet
                                         WatersMethod::davis_duerr, WatersMethod::davis_kloda,
                                         WatersMethod::davis_guenzel};
 
-TEST(Waters2015, SharesOfTheTableLeaveFifteenPercentAngleSynchronous) {
-  double sum = 0;
-  for (const WatersPeriod& p : kWatersPeriods) sum += p.share;
-  EXPECT_DOUBLE_EQ(sum, 85);
-}
-
 TEST(Waters2015, RunnablesHaveSharesAndMeanExecutionTimesOfTheFacts) {
   constexpr int kRunnables = 300'000;
   RandomStream random(9, {0});
@@ -142,18 +136,6 @@ TEST(WatersExperiment, ALevelsSetsDoNotDependOnTheOtherLevels) {
   const WatersResult alone = run_waters(options);
   ASSERT_EQ(all.rows.size(), alone.rows.size());
   for (std::size_t i = 0; i < alone.rows.size(); ++i) EXPECT_EQ(all.rows[i].bound, alone.rows[i].bound);
-}
-
-TEST(WatersExperiment, EachMethodIsAtLeastAsTightAsTheOneBefore) {
-  for (const WatersRow& row : run_waters(small(30)).rows) {
-    if (row.bound[1] < 0) continue;
-    if (row.bound[0] >= 0) {
-      EXPECT_GE(row.bound[0], row.bound[1]);
-    }
-    EXPECT_GE(row.bound[1], row.bound[2]);
-    EXPECT_GE(row.bound[2], row.bound[3]);
-    EXPECT_GE(row.bound[2], row.bound[4]);
-  }
 }
 
 /// Half width beyond which two independent runs of `ours` and `theirs` task sets differ by chance

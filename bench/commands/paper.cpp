@@ -296,7 +296,8 @@ void judge_published_threads() {
 }  // namespace
 
 const Command kPaper("Paper", 180, [](CLI::App& app) {
-  CLI::App& paper = *app.add_subcommand("paper", "Reproduce the paper's tables and figures; check the simulator");
+  CLI::App& paper =
+      *app.add_subcommand("paper", "Reproduce the paper's tables and figures; check the simulator");
   paper.footer("Example:  hotpath paper table1");
   paper.require_subcommand(1);
   add_figures(paper);

@@ -331,8 +331,7 @@ class Sweep {
 const Command kSweep("Predict", 60, [](CLI::App& app) {
   auto [sweep, o] = add_command<SweepArguments>(
       app, "sweep", "Run a parameter sweep of runs or simulations and collect one table",
-      "hotpath sweep autoware_load.yaml",
-      [](const SweepArguments& arguments) { Sweep(arguments).run(); });
+      "hotpath sweep autoware_load.yaml", [](const SweepArguments& arguments) { Sweep(arguments).run(); });
   add(sweep, "FILE", o.file, "", "Sweep file: fixed and varied options (docs/sweeps.md)")->required();
   add(sweep, "--output", o.output, "FOLDER",
       "Folder for the table; resumes an unfinished sweep in it. By default runs/sweep-FILE");

@@ -45,9 +45,7 @@ def unreadable(path: Path, error: OSError, made_by: str = "hotpath") -> InputErr
     """The error for an input file that cannot be read, as bench's C++ words it."""
     remedy = f"give a folder written by `{made_by}`"
     if path.with_name(f"{path.name}.part").exists():
-        remedy = (
-            "the run goes on or was killed: `hotpath doctor RUN --recover` saves its finished repetitions"
-        )
+        remedy = "if the run was killed, `hotpath doctor RUN --recover` saves what it has finished"
     return InputError(f"{path}: cannot be read ({error.strerror or error}); {remedy}")
 
 

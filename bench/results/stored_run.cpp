@@ -56,7 +56,7 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
 std::ifstream StoredRun::open(const char* file) const {
   const std::string remedy =
       fs::exists(folder_ / (std::string(file) + ".part"))
-          ? "the run goes on or was killed: `hotpath doctor RUN --recover` saves its finished repetitions"
+          ? "if the run was killed, `hotpath doctor RUN --recover` saves what it has finished"
           : "give the folder of a complete run, as written by `hotpath run` or `simulate` without --no-trace";
   try {
     return open_input(folder_ / file, remedy);
