@@ -202,7 +202,8 @@ std::string excess_of_tail(const TaskSet& set, const Overview& o) {
   if (tail <= median || grown.empty()) return "No output takes longer than the median.";
   const Items shrunk = causes([&](Cause cause) { return -more(cause); }, excess / 100);
   const Items jobs = waits(set, o.tail, more);
-  const bool equals = static_cast<double>(o.tail.outputs) > 2 * kTail * static_cast<double>(o.all.outputs);
+  const bool equals =
+      static_cast<double>(o.tail.outputs) > 2 + 2 * kTail * static_cast<double>(o.all.outputs);
   const std::string worst = concat(worst_share(), equals ? " and equal ones (" : " (", o.tail.outputs, " of ",
                                    o.all.outputs, " outputs, on average ", ms(tail), ")");
   if (!shrunk.empty() || (!jobs.empty() && jobs.front().ms > excess)) {
