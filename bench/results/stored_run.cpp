@@ -55,7 +55,7 @@ StoredRun::StoredRun(std::filesystem::path folder, std::string option)
 
 std::ifstream StoredRun::open(const char* file) const {
   const std::string remedy =
-      fs::exists(folder_ / (std::string(file) + ".part"))
+      std::filesystem::exists(folder_ / (std::string(file) + ".part"))
           ? "if the run was killed, `hotpath doctor RUN --recover` saves what it has finished"
           : "give the folder of a complete run, as written by `hotpath run` or `simulate` without --no-trace";
   try {
