@@ -17,7 +17,7 @@ class Check(CommandTest):
     def setUp(self) -> None:
         super().setUp()
         self.run_folder = self.measure(*RUN)
-        self.rows = self.run_folder.rows("jobs.csv")[1]
+        self.rows = self.run_folder.rows("jobs.csv")
 
     def write(self) -> None:
         with open(self.run_folder.path / "jobs.csv", "w", newline="", encoding="utf-8") as file:

@@ -22,9 +22,7 @@ class Diff(CommandTest):
 
     @classmethod
     def setUpClass(cls) -> None:
-        folder = tempfile.TemporaryDirectory(prefix="hotpath_diff_")
-        cls.addClassCleanup(folder.cleanup)
-        cls.shared = Path(folder.name)
+        cls.shared = Path(cls.enterClassContext(tempfile.TemporaryDirectory(prefix="hotpath_diff_")))
 
     def simulate(self, more: str = "", of: str = TWO) -> str:
         output = self.shared / f"{of} {more}".replace(" ", "").replace("/", "")
@@ -86,9 +84,8 @@ class Diff(CommandTest):
         self.assertIn("not comparable (too few samples)", out)
         out = self.accepted("diff", one, self.simulate("", f"{few.replace('rm-ro', 'edf-ro,rm-ro')} 1"))
         self.assertRegex(out, r"\nNot comparable, only in .*: edf-ro\n")
-        self.rejected(
-            "diff", one, self.simulate("1", few.replace("autoware", "sequences")), says="The graphs differ"
-        )
+        other = self.simulate("1", few.replace("autoware", "sequences"))
+        self.rejected("diff", one, other, says="The graphs differ")
 
     def test_compares_other_loads_only_on_request(self) -> None:
         for more in ("--gate", ""):
@@ -97,7 +94,7 @@ class Diff(CommandTest):
 
     def test_counts_losses_without_jobs(self) -> None:
         overloaded = "--load 140", "--load 140 --no-trace --max-backlog 1000000"
-        jobs = RunFolder(self.simulate(overloaded[0])).rows("jobs.csv")[1]
+        jobs = RunFolder(self.simulate(overloaded[0])).rows("jobs.csv")
         lost = Counter(row["executor"] for row in jobs if row["outcome"] in ("skipped", "overwritten"))
         self.assertGreater(sum(lost.values()), 10)
         for more in overloaded:
@@ -137,9 +134,8 @@ class Diff(CommandTest):
         self.assertIn("equal draws pair by pair", out)
         self.assertIn("| worse |", (self.folder / "page" / "report.md").read_text())
         curves = json.loads((self.folder / "page" / "comparison.json").read_text())["targets"][0]["curves"]
-        self.assertEqual(
-            [(c["side"], c["executor"], c["repetitions"]) for c in curves], [(0, "rm-ro", 3), (1, "rm-ro", 3)]
-        )
+        found = [(c["side"], c["executor"], c["repetitions"]) for c in curves]
+        self.assertEqual(found, [(0, "rm-ro", 3), (1, "rm-ro", 3)])
 
     def test_writes_the_rows_as_text_csv_and_json(self) -> None:
         words: Any = ("diff", self.simulate(), self.simulate("--seed 11"))

@@ -18,9 +18,8 @@ BURST = graph_text(SENSOR.format("Hog", 4000, 2000), SENSOR.format("Fast", 2, 0.
 
 
 class FieldTest(CommandTest):
-    def simulate(self, output: str, *arguments: object) -> Any:
-        self.accepted("simulate", *arguments, "--output", output)
-        return RunFolder(self.folder / output)
+    def simulate(self, output: str, *arguments: object) -> RunFolder:
+        return self.stored("simulate", *arguments, output=output)
 
     def rows(self, name: str) -> list[Any]:
         return csv_rows(self.folder / name)
@@ -120,7 +119,7 @@ class Judgements(FieldTest):
         run = self.simulate("run", "--graph", graph, *words.split())
         self.assertEqual(run.run["load_percent"], 90)
         (executor,) = run.summary()["executors"]
-        self.assertTrue(executor["loss_equations"]["hold"])
+        self.assertTrue(run.accounts_for_all())
         names = [task["task"] for task in executor["tasks"]]
         self.assertEqual(len(names), len(set(names)))
         ran = sorted(t["ran"] for t in executor["tasks"] if t["kind"] == "subscription")

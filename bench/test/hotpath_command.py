@@ -77,10 +77,8 @@ class RunFolder:
     def files(self) -> set[Any]:
         return {f.name for f in self.path.iterdir()}
 
-    def rows(self, name: str) -> tuple[Any, list[Any]]:
-        with open(self.path / name, newline="") as file:
-            reader = csv.DictReader(file, strict=True)
-            return reader.fieldnames, list(reader)
+    def rows(self, name: str) -> list[dict[str, str]]:
+        return csv_rows(self.path / name)
 
     def summary(self) -> Any:
         """summary.json, which must name executors: checks that loop over them would pass otherwise."""
@@ -88,22 +86,28 @@ class RunFolder:
         assert summary["executors"], f"{self.path}/summary.json names no executor"
         return summary
 
-    def jobs(self) -> Any:
-        """{(executor, repetition): jobs in file order}"""
-        runs: dict[Any, Any] = {}
-        for row in self.rows("jobs.csv")[1]:
-            runs.setdefault((row["executor"], int(row["repetition"])), []).append(Job(row))
+    def accounts_for_all(self) -> bool:
+        """Whether each sample ran, waits, or is counted as lost, under all executors."""
+        return all(executor["loss_equations"]["hold"] for executor in self.summary()["executors"])
+
+    def by_repetition(self, name: str, read: Callable[[Any], Any]) -> dict[tuple[str, int], list[Any]]:
+        """{(executor, repetition): what `read` makes of the rows of a file, in their order}"""
+        runs: dict[tuple[str, int], list[Any]] = {}
+        for row in self.rows(name):
+            runs.setdefault((row["executor"], int(row["repetition"])), []).append(read(row))
         return runs
+
+    def jobs(self) -> Any:
+        return self.by_repetition("jobs.csv", Job)
 
     def chains(self) -> Any:
         """{(executor, repetition): [(chain, sequence, hot path latency, end-to-end latency)]}"""
-        runs: dict[Any, Any] = {}
-        for row in self.rows("chains.csv")[1]:
+
+        def output(row: Any) -> tuple[Any, ...]:
             end_to_end = int(row["end_to_end_latency_ns"]) if row["end_to_end_latency_ns"] else None
-            runs.setdefault((row["executor"], int(row["repetition"])), []).append(
-                (row["chain"], int(row["sequence"]), int(row["hot_path_latency_ns"]), end_to_end)
-            )
-        return runs
+            return row["chain"], int(row["sequence"]), int(row["hot_path_latency_ns"]), end_to_end
+
+        return self.by_repetition("chains.csv", output)
 
 
 def csv_rows(path: Path) -> list[dict[str, str]]:
@@ -123,6 +127,14 @@ def processes_of(session: int) -> Any:
         if int(fields[3]) == session and fields[0] != "Z":
             found.append(stat.parent.name)
     return found
+
+
+def children(process: Any) -> list[int]:
+    """Processes that a living process started."""
+    try:
+        return [int(p) for p in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()]
+    except OSError:
+        return []
 
 
 def commands_below(*above: str) -> dict[tuple[str, ...], str]:
@@ -238,14 +250,16 @@ class CommandTest(unittest.TestCase):
         err = self.rejected(*arguments, says=says, given=given)
         self.assertEqual(state_of(self.folder), before, err)
 
-    def measure(self, *arguments: object, **options: Any) -> Any:
+    def stored(self, *arguments: object, output: str | Path = "run") -> RunFolder:
         """The folder of a run that must succeed."""
-        output = self.folder / "run"
-        code, _, err = self.command(*arguments, "--output", output, **options)
-        self.assertEqual(code, 0, err)
-        return self.checked(output)
+        self.accepted(*arguments, "--output", self.folder / output)
+        return RunFolder(self.folder / output)
 
-    def checked(self, output: str | Path) -> Any:
+    def measure(self, *arguments: object, output: str | Path = "run") -> RunFolder:
+        """The same if `hotpath check` also accepts its schedule."""
+        return self.checked(self.stored(*arguments, output=output).path)
+
+    def checked(self, output: str | Path) -> RunFolder:
         """The folder of a run whose schedule `hotpath check` accepts."""
         self.accepted("doctor", self.folder / output)
         return RunFolder(self.folder / output)

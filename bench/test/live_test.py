@@ -11,7 +11,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from hotpath_command import CommandTest, ONE, RunFolder
+from hotpath_command import CommandTest, ONE, RunFolder, children
 
 LISTENER = os.environ.get("TELEMETRY_LISTENER", "telemetry_listener")
 SHORT = ("--load", 20, "--duration", 1.2, "--warm-up", 0.3)
@@ -110,9 +110,8 @@ class LiveTest(CommandTest):
         self.assertEqual([s["number"] for s in received.statistics], list(range(len(received.statistics))))
         stamps = [s["stamp_ns"] for s in received.statistics]
         self.assertEqual(stamps, sorted(stamps))
-        self.assertEqual(
-            {s["run_id"] for s in received.statistics + received.samples}, {received.run["run_id"]}
-        )
+        runs = {s["run_id"] for s in received.statistics + received.samples}
+        self.assertEqual(runs, {received.run["run_id"]})
         for before, after in zip(received.statistics, received.statistics[1:]):
             for a, b in zip(before["nodes"], after["nodes"], strict=True):
                 for count in ("ran", "skipped", "overwritten", "overruns"):
@@ -139,7 +138,7 @@ class Live(LiveTest):
         self.check_statistics(received)
         self.check_samples(received, folder)
         self.check_last_statistics(received, folder)
-        self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
+        self.assertTrue(folder.accounts_for_all())
         return folder, received
 
     def test_intra_process_and_its_replay(self) -> None:
@@ -186,10 +185,9 @@ class Live(LiveTest):
 
 class Faults(LiveTest):
     def child_named(self, process: Any, name: str) -> Any:
-        for child in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split():
-            if Path(f"/proc/{child}/comm").read_text() == name + "\n":
-                return int(child)
-        return None
+        return next(
+            (c for c in children(process) if Path(f"/proc/{c}/comm").read_text() == name + "\n"), None
+        )
 
     def start_live(self, *arguments: object) -> Any:
         process = self.start("run", *ONE, "--live", "--domain", self.domain, "--output", "run", *arguments)
@@ -204,8 +202,7 @@ class Faults(LiveTest):
         self.assertEqual(code, 0, err)
         self.assertIn("Live publishing stopped (its process was ended by a signal (Killed))", err)
         folder = self.checked("run")
-        self.assertTrue(folder.run["complete"])
-        self.assertTrue(folder.summary()["executors"][0]["loss_equations"]["hold"])
+        self.assertTrue(folder.run["complete"] and folder.accounts_for_all())
 
     def test_a_killed_run_ends_its_sender(self) -> None:
         listener = self.listen()
@@ -215,23 +212,18 @@ class Faults(LiveTest):
         process.kill()
         self.finish(process)
         self.wait_for(lambda: not os.path.exists(f"/proc/{sender}"), "the sender lives on")
-        self.assertTrue(json.loads(self.received_lines(listener)[-1])["last"])
-
-    def received_lines(self, listener: Any) -> Any:
-        return listener.communicate(timeout=60)[0].splitlines()
+        self.assertTrue(json.loads(listener.communicate(timeout=60)[0].splitlines()[-1])["last"])
 
     def test_an_interrupted_replay_ends_in_order(self) -> None:
-        self.measure(
-            "run", *ONE, "--transport", "intra_process", "--load", 5, "--duration", 0.5, "--warm-up", 0
-        )
+        brief = ("--load", 5, "--duration", 0.5, "--warm-up", 0)
+        self.measure("run", *ONE, "--transport", "intra_process", *brief)
         listener = self.listen()
         process = self.start("replay", "run", "--domain", self.domain, "--rate", 1)
         next(line for line in listener.stdout if '"clock"' in line)
         process.send_signal(signal.SIGINT)
         code, out, err = self.finish(process)
         self.assertEqual((code, out, err), (128 + signal.SIGINT, "", ""))
-        lines = [json.loads(line) for line in self.received_lines(listener)]
-        self.assertTrue([s for s in lines if s["kind"] == "statistics"][-1]["last"])
+        self.assertTrue(self.received(listener).statistics[-1]["last"])
 
 
 class Replay(LiveTest):
@@ -243,13 +235,11 @@ class Replay(LiveTest):
         self.assertEqual((received.run["executor"], received.run["transport"]), ("default", "simulated"))
         self.assertAlmostEqual(received.last["run_time_s"], 3)
         jobs = folder.jobs()["default", 0]
-        sink = {
-            j.sequence: j.finish for j in jobs if j.node == "ObjectCollisionEstimator" and j.outcome == "ran"
-        }
-        self.assertEqual(
-            received.values(), [c for c in folder.chains()["default", 0] if 2e9 <= sink[c[1]] <= 3e9]
-        )
-        finished = collections.Counter(j.node for j in jobs if j.outcome == "ran" and j.finish <= 3e9)
+        ran = [j for j in jobs if j.outcome == "ran"]
+        sink = {j.sequence: j.finish for j in ran if j.node == "ObjectCollisionEstimator"}
+        outputs = [c for c in folder.chains()["default", 0] if 2e9 <= sink[c[1]] <= 3e9]
+        self.assertEqual(received.values(), outputs)
+        finished = collections.Counter(j.node for j in ran if j.finish <= 3e9)
         for node, last in zip(received.run["nodes"], received.last["nodes"], strict=True):
             self.assertEqual(last["ran"], finished[node["name"]], node["name"])
 

@@ -28,7 +28,7 @@ QUANTILES = {"p50": 0.5, "p90": 0.9, "p99": 0.99, "max": 1}
 def jobs_of(folder: str, executor: str, repetition: int) -> Any:
     """The started jobs of one repetition, whose file does not change; reading it takes longer than
     most checks."""
-    rows = RunFolder(folder).rows("jobs.csv")[1]
+    rows = RunFolder(folder).rows("jobs.csv")
     found = [row for row in rows if (row["executor"], row["repetition"]) == (executor, str(repetition))]
     return [Job(row) for row in found if row["start_ns"]]
 
@@ -41,9 +41,7 @@ class Page(CommandTest):
 
     @classmethod
     def setUpClass(cls) -> None:
-        holder = tempfile.TemporaryDirectory(prefix="hotpath_page_")
-        cls.addClassCleanup(holder.cleanup)
-        cls.place = Path(holder.name)
+        cls.place = Path(cls.enterClassContext(tempfile.TemporaryDirectory(prefix="hotpath_page_")))
 
     def setUp(self) -> None:
         super().setUp()
@@ -353,16 +351,13 @@ class Page(CommandTest):
         self.assertEqual(timelines, 2)
 
     def test_hostile_names_are_text(self) -> None:
-        self.accepted("simulate", "--graph", "sequences", "--executors", "default,rm-ro", "--duration", 2,
-                      "--output", "hostile")  # fmt: skip
+        words = ("--graph", "sequences", "--executors", "default,rm-ro", "--duration", 2)
+        run = self.folder / self.simulated("hostile", *words)
         hostile = "<script>hotpathEvil=1</script>`|\x1b[2J\u202e\u200f<img src=x onerror=hotpathEvil=1>"
         for name in ("run.json", "summary.json", "jobs.csv", "chains.csv"):
-            text = (self.folder / "hostile" / name).read_text()
             as_written = json.dumps(hostile)[1:-1] if name.endswith(".json") else hostile
-            text = text.replace("LidarDriver", as_written).replace(
-                "localization", as_written[:12] + "localization"
-            )
-            (self.folder / "hostile" / name).write_text(text)
+            text = (run / name).read_text().replace("localization", as_written[:12] + "localization")
+            (run / name).write_text(text.replace("LidarDriver", as_written))
         browser = self.page("hostile")
         names = browser.run("return [...document.querySelectorAll('#target option')].map((o) => o.text)")
         self.assertTrue(any("<script>hotpathEvil" in name for name in names), names)
@@ -382,7 +377,7 @@ class Page(CommandTest):
         words = ("--executors", "default,rm-ro,multi:2,events-ro", "--load", 40, "--duration", 80)
         browser = self.page(self.simulated("long", *words))
         run = RunFolder(self.folder / "long")
-        started = sum(bool(row["start_ns"]) for row in run.rows("jobs.csv")[1])
+        started = sum(bool(row["start_ns"]) for row in run.rows("jobs.csv"))
         self.assertGreater(started, 100_000)
         kept = browser.run(
             "return hotpathPage.store.document.runs[0].repetitions.map((r) => r.jobs[0].length)"

@@ -17,19 +17,17 @@ from typing import Any
 from evidence import publish_on_request
 from hotpath_command import CommandTest, RunFolder, processes_of
 
-WRONG_USE = 2
 KILLS = int(os.environ.get("HOTPATH_KILLS", "6"))
 RUN = ("compare", "--executors", "default,rm-ro", "--repetitions", 4, "--transport", "intra_process",
        "--load", 1, "--duration", 0.1, "--warm-up", 0)  # fmt: skip
 
 
 class Recover(CommandTest):
-    holder: tempfile.TemporaryDirectory[str]
+    shared: Path
 
     @classmethod
     def setUpClass(cls) -> None:
-        cls.holder = tempfile.TemporaryDirectory(prefix="hotpath_recover_")
-        cls.addClassCleanup(cls.holder.cleanup)
+        cls.shared = Path(cls.enterClassContext(tempfile.TemporaryDirectory(prefix="hotpath_recover_")))
 
     def kill_after(self, seconds: float, output: Path) -> None:
         """Starts a run, kills it after `seconds`, and waits until its children have ended."""
@@ -50,14 +48,13 @@ class Recover(CommandTest):
         run = RunFolder(folder)
         if run.run["complete"] or not run.run["partial"]:
             return "it is not marked partial"
-        if {f for f in run.files() if f.endswith(".part")}:
+        if any(f.endswith(".part") for f in run.files()):
             return "parts are left"
         if set(run.jobs()) != {(r["executor"], r["repetition"]) for r in run.run["runs"]}:
             return "rows and run.json name other repetitions"
-        if not all(e["loss_equations"]["hold"] for e in run.summary()["executors"]):
+        if not run.accounts_for_all():
             return "rows are missing"
-        code, _, err = self.command("doctor", folder)
-        return err if code != 0 else ""
+        return self.command("doctor", folder)[2]
 
     def test_killed_at_random_instants(self) -> None:
         instants = random.Random(KILLS)
@@ -70,13 +67,12 @@ class Recover(CommandTest):
             self.kill_after(instants.uniform(0, whole_s), folder)
             if (folder / "run.json").exists() and RunFolder(folder).run["complete"]:
                 continue  # it ended before the kill
-            code, _, err = self.command("doctor", "--recover", folder)
             if self.named_runs(folder):
-                self.assertEqual((code, self.defect_of(folder)), (0, ""), err)
+                self.accepted("doctor", "--recover", folder)
+                self.assertEqual(self.defect_of(folder), "")
                 recovered += 1
             else:
-                self.assertEqual(code, WRONG_USE, err)
-                self.assertIn("hotpath: doctor --recover", err)
+                self.rejected("doctor", "--recover", folder, says="hotpath: doctor --recover")
                 self.assertFalse((folder / "jobs.csv").exists())
                 refused += 1
         print(f"{recovered} recovered, {refused} killed before anything was stored")
@@ -87,7 +83,7 @@ class Recover(CommandTest):
 
     def whole_run(self) -> Any:
         """A copy of one run, made by the first test that needs it."""
-        kept = Path(self.holder.name) / "run"
+        kept = self.shared / "run"
         if not kept.exists():
             self.accepted(*RUN, "--output", kept)
         shutil.copytree(kept, self.folder / "run")
@@ -121,9 +117,7 @@ class Recover(CommandTest):
         for run in facts["runs"]:
             run["failure"] = "It was killed."
         (folder / "run.json").write_text(json.dumps(facts))
-        code, _, err = self.command("doctor", "--recover", folder)
-        self.assertEqual(code, WRONG_USE)
-        self.assertIn("before its first repetition ended", err)
+        self.rejected("doctor", "--recover", folder, says="before its first repetition ended")
 
     def test_the_check_finds_rows_that_were_not_on_disk(self) -> None:
         """Emulates a run.json that names a repetition whose rows were not stored yet."""
@@ -140,13 +134,8 @@ class Recover(CommandTest):
         self.assertEqual(self.defect_of(whole.path), "")
 
     def test_nothing_to_recover(self) -> None:
-        whole = self.whole_run()
-        code, _, err = self.command("doctor", "--recover", whole.path)
-        self.assertEqual(code, WRONG_USE)
-        self.assertIn("`hotpath report --summary`", err)
-        code, _, err = self.command("doctor", "--recover", self.folder)
-        self.assertEqual(code, WRONG_USE)
-        self.assertIn("run.json", err)
+        self.rejected("doctor", "--recover", self.whole_run().path, says="`hotpath report --summary`")
+        self.rejected("doctor", "--recover", self.folder, says="run.json")
 
     def test_results_are_the_users_alone(self) -> None:
         whole = self.whole_run()

@@ -14,8 +14,8 @@ class WithoutFastDds(CommandTest):
                     "run", *ONE, "--graph", graph, "--transport", "intra_process", *length, "--output", output
                 )
                 run = self.checked(output)
-                self.assertGreater(len(run.rows("jobs.csv")[1]), 50)
-                self.assertGreater(len(run.rows("chains.csv")[1]), 5)
+                self.assertGreater(len(run.rows("jobs.csv")), 50)
+                self.assertGreater(len(run.rows("chains.csv")), 5)
 
     def test_says_what_it_lacks(self) -> None:
         self.refused("run", "--duration", 1, says="--transport intra_process")
