@@ -30,12 +30,8 @@ def of_wrong_types(path: Path) -> str:
     wrong types to every item."""
 
     def changed(token: re.Match[str]) -> str:
-        text = token[0]
-        return (
-            text
-            if text[-1] == ":"
-            else {"[": '{"0": [', "]": "]}", '"': "5", "n": "5"}.get(text[0], '"text"')
-        )
+        swapped = {"[": '{"0": [', "]": "]}", '"': "5", "n": "5"}
+        return token[0] if token[0][-1] == ":" else swapped.get(token[0][0], '"text"')
 
     text = path.read_text(errors="replace")
     if path.suffix == ".json":

@@ -70,7 +70,6 @@ AMENT_PREFIX_PATH=/ HOTPATH_ROS2_RUNNER=/no/where run --stack rclcpp {brief} | n
 ROS_DISTRO=kilted {ros2} --executors static | static@rclcpp | ROS 2 kilted | events-re
 ROS_DISTRO=humble {ros2} --executors events-re | events-re@rclcpp | ROS 2 humble | static, multi, rm-ro
 run {brief} --output /proc/x | /proc/x | --output
-import ctf {stock}/ctf/rm-ro-0 --deployments {stock}/nobody.yaml --output new | Nobody
 explain {stock}/timers --executors static | no executor static
 explain {stock}/run --executors rm-ro,rm-ro | the same
 explain {stock}/autoware --executors rm-ro --chain hot | hot_path

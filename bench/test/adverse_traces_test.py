@@ -3,7 +3,6 @@
 their number). Each fault gives one warning, and the import uses the rest, or one sentence and exit code 2.
 With HOTPATH_PUBLISH=1, the counts are published as results/reliability/mutations.json."""
 
-import json
 import os
 import random
 import shutil
@@ -67,9 +66,7 @@ FAULTS: list[tuple[Any, dict[str, Any], str, int]] = [
 
 def imported(shell: CommandTest, trace: Path, *options: str) -> Any:
     """Content of import.json of an import that must succeed, into the folder `TRACE_imported`."""
-    output = trace.with_name(f"{trace.name}_imported")
-    shell.accepted("import", "ctf", trace, "--output", output, *options)
-    return json.loads((output / "import.json").read_text())
+    return ImportTest.imported(shell, trace, *options)[0]  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("change, options, words, jobs", FAULTS)
@@ -151,7 +148,8 @@ def test_a_chain_without_outputs_is_not_green(shell: CommandTest) -> None:
 
 def test_a_failed_import_keeps_an_empty_folder(shell: CommandTest) -> None:
     (shell.folder / "old").mkdir()
-    shell.refused("import ctf {stock}/ctf/rm-ro-0 --deployments {stock}/nobody.yaml --output old")
+    line = "import ctf {stock}/ctf/rm-ro-0 --deployments {stock}/nobody.yaml --output old"
+    shell.refused(line, says="has no node Nobody")
 
 
 def test_jobs_after_the_first_ones(shell: CommandTest) -> None:
