@@ -3,11 +3,10 @@
 
 import json
 import signal
-import subprocess
 from pathlib import Path
 
 from analyze_case import FUSION, RANGE, SENSOR, AnalyzeCase
-from hotpath_command import HOTPATH, csv_rows
+from hotpath_command import csv_rows
 
 
 class ExactTest(AnalyzeCase):
@@ -126,12 +125,11 @@ class ExactTest(AnalyzeCase):
     def test_an_interrupt_leaves_the_bounds(self) -> None:
         nodes = [RANGE.format("A", 10.000019, "{min: 0.1, max: 2}"), RANGE.format("B", 7.919, 1)]
         words = "--executors default,rm-ro --phases synchronous --exact"
-        command = [HOTPATH, "analyze", str(self.graph(*nodes)), *words.split()]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        process = self.start("analyze", self.graph(*nodes), *words.split())
         stat = Path(f"/proc/{process.pid}/stat")
         self.wait_for(lambda: int(stat.read_text().rpartition(")")[2].split()[11]) > 50, "it does not work")
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 128 + signal.SIGINT)
+        code, out, _ = self.finish(process)
+        self.assertEqual(code, 128 + signal.SIGINT)
         self.assertEqual(out.count("No exact values: it was interrupted"), 2)
         self.assertIn("processing windows", out)

@@ -9,7 +9,7 @@ import tempfile
 import unittest
 from typing import Any
 
-from hotpath_command import CommandTest, HOTPATH, ONE
+from hotpath_command import CommandTest, ONE
 from sockets import groups_in, is_local, sockets_in
 from strangers_test import STRANGER
 
@@ -52,15 +52,9 @@ class SecondHost(CommandTest):
             raise unittest.SkipTest(f"cannot make a second host (ip netns, as root): {error}")
 
     def start_here(self, *arguments: object) -> Any:
-        process = subprocess.Popen(
-            [*inside(HERE), HOTPATH, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            text=True, cwd=self.folder, env=self.environment, start_new_session=True,
-        )  # fmt: skip
+        process = self.start(*arguments, given=f"exec {' '.join(inside(HERE))}")
         self.addCleanup(process.kill)
         return process
-
-    def stored_run(self) -> None:
-        self.accepted("simulate", "--duration", 0.5, "--warm-up", 0, "--output", "stored")
 
     def network_of(self, *arguments: object) -> tuple[Any, Any]:
         """(sockets, multicast groups) seen on this host while the command ran. No other program
@@ -84,7 +78,7 @@ class SecondHost(CommandTest):
         return sockets, groups
 
     def test_nothing_listens_beyond_the_loopback(self) -> None:
-        self.stored_run()
+        self.accepted("simulate", "--duration", 0.5, "--warm-up", 0, "--output", "stored")
         for name, arguments in NETWORKED.items():
             with self.subTest(name):
                 output = () if name == "replay" else ("--output", name.replace(" ", "_"))
@@ -107,9 +101,8 @@ class SecondHost(CommandTest):
                 stdout=log, stderr=log,
             )  # fmt: skip
             try:
-                code, _, err = self.finish(
-                    self.start_here("run", *ONE, *RUN[:-1], 2, "--output", "run", *arguments)
-                )
+                process = self.start_here("run", *ONE, *RUN[:-1], 2, "--output", "run", *arguments)
+                code, _, err = self.finish(process)
             finally:
                 stranger.send_signal(signal.SIGTERM)
                 stranger.wait()

@@ -14,6 +14,8 @@ import signal
 import subprocess
 from pathlib import Path
 from typing import Any
+
+from analyze_case import COMMAND, SENSOR, TRANSFORM, graph_text
 from hotpath_command import CommandTest, HOTPATH, ONE, RunFolder
 
 TRACED_SYSTEM = os.environ["TRACED_SYSTEM"]
@@ -149,14 +151,11 @@ class WatchTest(CommandTest):
         while "event" not in (event := json.loads(process.stdout.readline())):
             reports.append(event)
         self.assertEqual((event["event"], event["number"]), ("incident", 1))
-        self.assertRegex(
-            event["incident"],
-            r"^\d\d:\d\d:\d\d\.\d{3} source \(timer\) (ran|has run for) .* ms.*, budget 4.000",
-        )
+        says = r"^\d\d:\d\d:\d\d\.\d{3} source \(timer\) (ran|has run for) .* ms.*, budget 4.000"
+        self.assertRegex(event["incident"], says)
         self.assertEqual(event["snapshot"], "record/snapshot_1")
-        self.assertEqual(
-            [r["contract"]["incidents"] for r in reports], [[]] * len(reports), "it is stated first"
-        )
+        stated = [incident for r in reports for incident in r["contract"]["incidents"]]
+        self.assertEqual(stated, [], "it is stated first")
         self.terminated(process)
         if not shutil.which("babeltrace2"):
             self.skipTest("left out: babeltrace2 was not found")
@@ -166,12 +165,9 @@ class WatchTest(CommandTest):
 
     def test_watches_a_live_run(self) -> None:
         """hotpath's own executors are watched like those of ROS 2."""
-        graph = self.file(
-            "name: small\nnodes:",
-            "- {name: source, type: sensor, period_ms: 20, execution_time_ms: 1}",
-            "- {name: sink, type: command, input: source, execution_time_ms: 1}",
-            "chains: [{name: path, nodes: [source, sink], sources: [source], sink: sink}]",
-        )
+        path = "chains: [{name: path, nodes: [source, sink], sources: [source], sink: sink}]"
+        nodes = SENSOR.format("source", 20, 1), COMMAND.format("sink", "source", 1)
+        graph = self.file(graph_text(*nodes, more=path))
         self.accepted("analyze", graph, "--executors", "rm-ro", "--contract", "contract.yaml")
         run = ("run", "--graph", graph, *map(str, ONE), "--transport", "intra_process", "--output", "live")
         _, reports, _ = self.watched(
@@ -195,11 +191,8 @@ class WatchTest(CommandTest):
         self.assertTrue(all(thread["policy"] and thread["processors"] for thread in threads))
 
     def test_the_contract_of_an_analysis(self) -> None:
-        graph = self.file(
-            "name: small\nnodes:",
-            "- {name: source, type: sensor, period_ms: 100, execution_time_ms: 2}",
-            "- {name: space.sink, type: transform, input: source, execution_time_ms: 1}",
-        )
+        nodes = SENSOR.format("source", 100, 2), TRANSFORM.format("space.sink", "source", 1)
+        graph = self.file(graph_text(*nodes))
         analyze = ("analyze", graph, "--contract", "contract.yaml")
         self.accepted(*analyze, "--executors", "rm-ro")
         code, reports, _ = self.watched(
@@ -227,11 +220,8 @@ class WatchTest(CommandTest):
             self.refused(*analyze, *wrong, says="--contract")
 
     def test_the_contract_of_a_recorded_run(self) -> None:
-        graph = self.file(
-            "name: small\nnodes:",
-            "- {name: source, type: sensor, period_ms: 100, execution_time_ms: 2}",
-            "- {name: sink, type: command, input: source, execution_time_ms: 1}",
-        )
+        nodes = SENSOR.format("source", 100, 2), COMMAND.format("sink", "source", 1)
+        graph = self.file(graph_text(*nodes))
         self.accepted("simulate", "--graph", graph, *map(str, ONE), "--output", "run", "--duration", 3)
         analyze = ("analyze", graph, "--contract", "contract.yaml", "--margin", 300)
         self.accepted(*analyze, "--trace", "run")

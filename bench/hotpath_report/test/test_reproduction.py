@@ -12,9 +12,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
-import unittest
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -22,6 +20,7 @@ from unittest import mock
 import browser
 import package
 import pandas as pd
+from hotpath_command import CommandTest
 
 from hotpath_report.paper import cells, checks
 from hotpath_report.paper import evidence as evidence_of
@@ -30,7 +29,6 @@ from hotpath_report.paper.checks import NO_DATA, NOT, PARTLY, REPRODUCED
 from hotpath_report.paper.cells import NAMES
 
 BENCH = Path(__file__).resolve().parents[2]  # holds the package
-HOTPATH = os.environ.get("HOTPATH", "hotpath")
 TIME_LIMIT_S = 100
 ITEMS = ("dropped-jobs", "wcrt-table", "hot-path")
 
@@ -40,18 +38,9 @@ def reproduce(output: Path, *only: str) -> list[Any]:
     return [sys.executable, "-I", "-B", str(BENCH), "reproduce", json.dumps(options)]
 
 
-def call(words: Any, **options: Any) -> Any:
-    return subprocess.run(words, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False, **options)
-
-
 def call_here(words: Any) -> Any:
     """Runs a command line of the package in this process: a new one takes a second for imports."""
     return package.call(Path(), dict(os.environ), *words[words.index(str(BENCH)) + 1 :])
-
-
-def hotpath(*words: object) -> Any:
-    # These tests need no figures of runs.
-    return call([HOTPATH, *map(str, words)], env={**os.environ, "HOTPATH_FIGURES": "none"})
 
 
 @contextlib.contextmanager
@@ -67,17 +56,6 @@ def finished_cells(output: Path) -> dict[Any, Any]:
     return {f.parent.name: f.stat().st_mtime_ns for f in Path(output).glob("cells/[!.]*/cell.json")}
 
 
-class ReproductionTest(unittest.TestCase):
-    def folder(self) -> Any:
-        return Path(self.enterContext(tempfile.TemporaryDirectory(prefix="hotpath_reproduction_")))
-
-    def wait_for(self, condition: Callable[[], Any], what: str) -> None:
-        limit = time.monotonic() + TIME_LIMIT_S
-        while not condition():
-            self.assertLess(time.monotonic(), limit, what)
-            time.sleep(0.01)
-
-
 def as_if(frame: Any, study: str, executor: str, other: Any) -> Any:
     """The frame with what `other` did in the study `timers` in place of an executor's rows of a
     study."""
@@ -86,7 +64,7 @@ def as_if(frame: Any, study: str, executor: str, other: Any) -> Any:
     return pd.concat([frame[~mine], rows.assign(study=study, executor=executor)], ignore_index=True)
 
 
-class Simulated(ReproductionTest):
+class Simulated(CommandTest):
     """Tests on one short simulated reproduction."""
 
     output: Path
@@ -97,7 +75,8 @@ class Simulated(ReproductionTest):
     def setUpClass(cls) -> None:
         holder = cls.enterClassContext(tempfile.TemporaryDirectory(prefix="hotpath_reproduction_"))
         cls.output = Path(holder) / "paper"
-        cls.first = call(reproduce(cls.output, *ITEMS))
+        words = reproduce(cls.output, *ITEMS)
+        cls.first = subprocess.run(words, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=False)
         studies = ("timers", "timers_with_release_cost", "autoware", "wcrt")
         every = cells.all_cells(cells.MODES["quick"], 1)
         wanted = [c for c in every if c.source != "live" and c.study in studies]
@@ -187,7 +166,7 @@ class Simulated(ReproductionTest):
     def test_claims_are_judged_again_from_stored_data(self) -> None:
         # Figures are not compared: drawing them takes most of the time.
         with mock.patch("hotpath_report.paper.results.make_figure", package.blank_figure):
-            again = call_here([str(BENCH), "report", self.output, "--output", self.folder()])
+            again = call_here([str(BENCH), "report", self.output, "--output", self.folder])
         self.assertEqual(again.returncode, 0, again.stderr)
         page = Path(again.stdout.split()[0]).parent
         self.assertEqual((page / "claims.json").read_bytes(), (self.output / "claims.json").read_bytes())
@@ -201,17 +180,14 @@ class Simulated(ReproductionTest):
         self.assertEqual(finished_cells(self.output), before)
 
     def test_compare_results_with_itself_and_with_another_folder(self) -> None:
-        same = hotpath("diff", self.output, self.output)
-        self.assertEqual(same.returncode, 0, same.stderr)
-        self.assertNotIn("differs", same.stdout)
-        self.assertRegex(same.stdout, r"By hot path: no difference beyond noise \(all \d+ percentiles\)")
+        same = self.accepted("diff", self.output, self.output)
+        self.assertNotIn("differs", same)
+        self.assertRegex(same, r"By hot path: no difference beyond noise \(all \d+ percentiles\)")
         for other in (self.output / "cells", self.output / "nowhere"):
-            refused = hotpath("diff", self.output, other)
-            self.assertEqual(refused.returncode, 2, refused.stderr)
-            self.assertEqual(refused.stderr.count("\n"), 1)
+            self.rejected("diff", self.output, other)
 
     def test_compare_results_sees_another_executor(self) -> None:
-        other = self.folder() / "other"
+        other = self.folder / "other"
         shutil.copytree(self.output / "data", other / "data")
         changed = dataclasses.replace(self.evidence)
         frame = changed.hot_path
@@ -222,11 +198,10 @@ class Simulated(ReproductionTest):
         changed.store(other / "data")
         claims = json.loads((self.output / "claims.json").read_text(encoding="utf-8"))
         (other / "claims.json").write_text(json.dumps([{**c, "verdict": NOT} for c in claims]))
-        result = hotpath("diff", self.output, other)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertRegex(result.stdout, r"autoware simulated 80 % rm-ro +max .*(differs|worse)")
-        self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result.stdout)
-        self.assertIn("verdict of no-drops: reproduced before, not now", result.stdout)
+        result = self.accepted("diff", self.output, other)
+        self.assertRegex(result, r"autoware simulated 80 % rm-ro +max .*(differs|worse)")
+        self.assertIn("dropped jobs, timers simulated 90 % rm-ro imu: 0.00 % before", result)
+        self.assertIn("verdict of no-drops: reproduced before, not now", result)
 
     def test_page_in_a_browser(self) -> None:
         """At a phone's width: no fetches, no console messages, no overflow."""
@@ -235,11 +210,11 @@ class Simulated(ReproductionTest):
         self.assertEqual(shown.run(overflow), 0, "wider than the screen")
 
 
-class Resumption(ReproductionTest):
+class Resumption(CommandTest):
     """Uses the many short cells of `load` and `phases`."""
 
     def interrupted(self, number: int) -> tuple[Any, Any, Any, Any, Any]:
-        output = self.folder() / "paper"
+        output = self.folder / "paper"
         words = reproduce(output, "load", "phases")
         process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.wait_for(lambda: process.poll() is not None or len(finished_cells(output)) >= 2, "no cell ended")
@@ -274,7 +249,7 @@ class Resumption(ReproductionTest):
             self.goes_on(output, done, plan)
 
 
-class WrongUse(ReproductionTest):
+class WrongUse(CommandTest):
     def assert_refused(self, words: Any, *parts: str) -> None:
         result = call_here(words)
         self.assertEqual(result.returncode, 2, result.stderr)
@@ -282,24 +257,20 @@ class WrongUse(ReproductionTest):
             self.assertIn(part, result.stderr)
 
     def test_messages_name_the_problem(self) -> None:
-        folder = self.folder()
-        self.assert_refused(reproduce(folder, "violins"), "violins", "dropped-jobs")
-        both = hotpath("paper", "figures", "--quick", "--live", "full", "--output", folder)
-        self.assertEqual(both.returncode, 2)
-        self.assertIn("--quick", both.stderr)
+        self.assert_refused(reproduce(self.folder, "violins"), "violins", "dropped-jobs")
+        both = ("paper", "figures", "--quick", "--live", "full", "--output", self.folder)
+        self.rejected(*both, says="--quick")
         with mock.patch.dict(os.environ, {"HOTPATH": "/nowhere"}):
-            self.assert_refused(reproduce(folder), "/nowhere", "build")
+            self.assert_refused(reproduce(self.folder), "/nowhere", "build")
 
     def test_two_at_a_time_in_one_folder(self) -> None:
-        folder = self.folder()
-        with open(folder / ".lock", "w", encoding="ascii") as file:
+        with open(self.folder / ".lock", "w", encoding="ascii") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
-            self.assert_refused(reproduce(folder, "overhead"), "another reproduction")
+            self.assert_refused(reproduce(self.folder, "overhead"), "another reproduction")
 
     def test_another_mode_cannot_resume(self) -> None:
-        folder = self.folder()
-        (folder / "plan.json").write_text(json.dumps({"mode": "standard", "order": []}))
-        self.assert_refused(reproduce(folder, "overhead"), "standard")
+        (self.folder / "plan.json").write_text(json.dumps({"mode": "standard", "order": []}))
+        self.assert_refused(reproduce(self.folder, "overhead"), "standard")
 
     def test_list_names_every_item(self) -> None:
         result = call_here([str(BENCH), "reproduction-items"])
