@@ -212,7 +212,7 @@ class Faults(LiveTest):
         process.kill()
         self.finish(process)
         self.wait_for(lambda: not os.path.exists(f"/proc/{sender}"), "the sender lives on")
-        self.assertTrue(json.loads(listener.communicate(timeout=60)[0].splitlines()[-1])["last"])
+        self.assertTrue(self.received(listener).statistics[-1]["last"])
 
     def test_an_interrupted_replay_ends_in_order(self) -> None:
         brief = ("--load", 5, "--duration", 0.5, "--warm-up", 0)
