@@ -55,7 +55,8 @@ TEST(ExecutorSpec, MultiTakesItsNumberOfThreads) {
 }
 
 TEST(ExecutorSpec, UnknownNamesAreRefusedWithThoseThatThereAre) {
-  EXPECT_THAT(refusal("rm"), AllOf(HasSubstr("no executor `rm`"), HasSubstr("rm-ro"), HasSubstr("default")));
+  EXPECT_THAT(refusal("best"), AllOf(HasSubstr("no executor `best`"), HasSubstr("rm-ro"), HasSubstr("cbg")));
+  EXPECT_THAT(refusal("rm"), HasSubstr("no executor `rm`; did you mean `rm-ro` or `rm-re`?"));
   EXPECT_THAT(refusal("edf-or"), HasSubstr("no executor `edf-or`; did you mean `edf-ro`?"));
   EXPECT_THAT(refusal(""), HasSubstr("no executor ``"));
   EXPECT_THAT(refusal(":first"), HasSubstr("no executor ``"));

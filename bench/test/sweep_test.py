@@ -171,7 +171,7 @@ class Capacities(SweepTest):
         held = [{float(r["load"]) for r in levels if (r["source"], r["holds"]) == (s, "1")} for s in sources]
         self.assertGreaterEqual(max(held[0]), max(held[1]))
         self.assertGreater(max(held[1]), 60)
-        says = "3 of 3 repetitions of 2 s must hold: with 95 % confidence 36.8 % of all such runs do"
+        says = "3 of 3 repetitions of 2 s must hold: with 95 % confidence at least 36.8 % of all such runs do"
         self.assertIn(says, out)
 
     def test_rates_and_copies_multiply_the_load(self) -> None:
