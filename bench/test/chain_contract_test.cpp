@@ -33,6 +33,32 @@ TEST_F(Watching, MeasuresChains) {
   EXPECT_EQ(incident(), "");
 }
 
+TEST(WatchingTwoSources, MeasuresTheAgeOfTheOldest) {
+  Observer observer(parse_contract("a contract", R"(
+callbacks:
+- {node: other, publishes: [{topic: b}]}
+- {node: source, topic: b, publishes: []}
+- {node: source, publishes: [{topic: a, with: [b]}]}
+- {node: space.sink, topic: a, publishes: []}
+chains:
+- {name: path, sources: [other (timer), source (timer)], sinks: [space.sink/a]}
+)"),
+                    nullptr);
+  WatchedSystem system;
+  system.add(K::node_init, 0, {5, 6}, {"other", "/"});
+  system.add(K::publisher_init, 0, {33, 5, 34, 1}, {"/b", ""});
+  system.create_timer(0, 30, 5'000'000, 5);
+  system.create_subscription(0, 50, 1, "/b");
+  system.add(K::callback_start, 5, {31});
+  system.add(K::rcl_publish, 6, {33, 99});
+  system.add(K::rmw_publish, 6, {34, 99, 100});
+  system.add(K::callback_end, 6, {31});
+  system.take(6, 100, 1, 51);
+  system.run(10, 1);
+  for (const tracing::Event& event : system.events) observer.event(event);
+  EXPECT_EQ(observer.chains()[0].age.max(), from_ms(7));
+}
+
 TEST_F(Watching, FindsTheSystemInAnotherNamespace) {
   system.events[0].text[1] = "/robot1";
   system.events[1].text[0] = "/robot1/a";
