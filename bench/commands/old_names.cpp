@@ -84,6 +84,11 @@ std::string what_became_of(const std::string& command, const std::string& word) 
     if (old.name == word || old.name == program::concat(command, " ", word))
       return program::concat("`", word, "` is ", old.now);
   }
+  if (!word.starts_with("--")) return "";
+  std::string key = word.substr(2);
+  std::ranges::replace(key, '-', '_');
+  if (key == "timer_thread" || std::ranges::count(kPlatformCosts, key, &PlatformCost::key) > 0)
+    return program::concat("`", word, "` is ", kPlatform);
   return "";
 }
 
@@ -107,10 +112,6 @@ std::string unknown_word(const CLI::App& app) {
   const std::string word = wants_command ? words.front() : option->substr(0, option->find('='));
   if (const std::string now = what_became_of(path, word); !now.empty()) return now;
   if (wants_command) return text_of("command", word, names);
-  std::string key = word.substr(2);
-  std::ranges::replace(key, '-', '_');
-  if (key == "timer_thread" || std::ranges::count(kPlatformCosts, key, &PlatformCost::key) > 0)
-    return program::concat("`", word, "` is ", kPlatform);
   for (const CLI::Option* known : command->get_options()) {
     for (const std::string& name : known->get_lnames()) names.push_back("--" + name);
   }
