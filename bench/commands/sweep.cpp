@@ -11,6 +11,7 @@
 #include "commands/option_helpers.hpp"
 #include "hotpath/campaign/crew.hpp"
 #include "hotpath/core/input_file.hpp"
+#include "hotpath/core/suggestion.hpp"
 #include "program/child_process.hpp"
 #include "program/errors.hpp"
 #include "program/interrupt.hpp"
