@@ -21,7 +21,7 @@ run() {
   local log="build-$1.log"
   echo "== $1"
   { cmake --preset "$1" -DCMAKE_UNITY_BUILD=ON && cmake --build --preset "$1" --target $2; } >"$log" 2>&1 || { tail -40 "$log"; exit 1; }
-  ctest --preset "$1" -R "$3" -E "${4:-^$}" --output-on-failure --no-tests=error
+  ctest --preset "$1" -R "$3" -E "${4:-^$}" --output-on-failure --no-tests=error --parallel $(nproc)
 }
 
 run tsan hotpath_executor_live_test '^hotpath_executor_live_test$'
@@ -32,5 +32,5 @@ if [ "${1:-}" = --all ]; then
   export HOTPATH_MUTATIONS=0
   run asan all . 'bench_(adverse_runs|failing_calls|second_host)_test'
 else
-  run asan 'hotpath_executor_core_test hotpath_executor_live_test' '^hotpath_executor_(core|live)_test$'
+  run asan 'hotpath_executor_core_test hotpath_executor_live_test' '^hotpath_executor_(core_test_.|live_test)$'
 fi
