@@ -10,11 +10,12 @@ case "$#:${1:-}" in
   *) wrong_use "unknown arguments $*" ;;
 esac
 
+# munkres: else Debian's fonttools, of matplotlib, installs SciPy with the headers of Python and OpenBLAS.
 packages=(
   build-essential cmake ninja-build
   libfastrtps-dev libfastcdr-dev fastddsgen default-jre-headless
   libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libboost-dev zlib1g-dev pkg-config
-  python3-matplotlib python3-pandas python3-jinja2 python3-tqdm
+  python3-matplotlib python3-munkres python3-pandas python3-jinja2 python3-tqdm
 )
 [ "${1:-}" = first ] || packages+=(libbabeltrace2-dev libopenmpi-dev openmpi-bin graphviz)
 ros=(
