@@ -200,7 +200,7 @@ class Account {
       return was_running ? Rule::already_running : Rule::before_release;
     }
     // Other threads were free to run it.
-    if (w.executor.many_threads && system_.share_group(first.job.task, w.job.job.task))
+    if (w.executor.many_threads() && system_.share_group(first.job.task, w.job.job.task))
       return Rule::same_group;
     if (w.of_wait_set()) {
       if (system_.kind == results::RunKind::recorded) return Rule::recorded;  // traces lack the snapshots
@@ -276,7 +276,7 @@ class Account {
     }
     add(Cause::overhead, w.step, overhead);
     // An idle thread waits for a wait set that was built before.
-    const bool old_wait_set = w.of_wait_set() && w.executor.many_threads && from < w.job.job.release;
+    const bool old_wait_set = w.of_wait_set() && w.executor.many_threads() && from < w.job.job.release;
     add(old_wait_set ? Cause::snapshot : Cause::unexplained, w.step, left - overhead);
   }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "hotpath/core/enum_text.hpp"
@@ -80,14 +81,27 @@ struct Part {
   Duration length{};     ///< > 0.
 };
 
+/// A wait of a job on a path for threads or a callback group that other jobs had.
+struct ThreadsInWait {
+  struct Ran {
+    JobRef job;
+    Time start, finish;       ///< kNever: it was running at the end of the run.
+    bool same_group = false;  ///< It had the callback group of the waiting job.
+  };
+  std::size_t step = 0;  ///< Index into Explanation::path.
+  Time from{}, to{};
+  std::map<std::size_t, std::vector<Ran>> threads;  ///< By worker: what ran in [from, to), in order of start.
+};
+
 /// The account of one latency.
 struct Explanation {
   std::uint32_t repetition = 0;
   Duration latency{};
   /// From the source to the sink, or a single job. Incomplete if jobs are missing in the trace.
   std::vector<JobRecord> path;
-  bool complete = true;     ///< The path begins with the source's job.
-  std::vector<Part> parts;  ///< In order of time; they sum to the latency.
+  bool complete = true;                   ///< The path begins with the source's job.
+  std::vector<Part> parts;                ///< In order of time; they sum to the latency.
+  std::vector<ThreadsInWait> waits = {};  ///< In order of time; of executors with several threads.
 };
 
 }  // namespace hotpath::explain

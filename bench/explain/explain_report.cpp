@@ -17,7 +17,7 @@ namespace hotpath::explain {
 namespace {
 
 using nlohmann::json;
-using program::concat, program::fixed, program::Table;
+using program::concat, program::fixed, program::joined, program::Table;
 
 constexpr std::size_t kNamed = 3;  // jobs named in a sentence
 constexpr std::size_t kRows = 12;  // of a table of jobs
@@ -157,7 +157,7 @@ std::string note_missing(const Subject& subject) {
 }
 
 std::string warnings_of(const Subject& subject) {
-  return subject.warnings.empty() ? "" : concat("\n", program::joined(subject.warnings, "\n"), "\n");
+  return subject.warnings.empty() ? "" : concat("\n", joined(subject.warnings, "\n"), "\n");
 }
 
 json causes_json(const CauseTimes& times) {
@@ -192,6 +192,28 @@ json subject_json(const Subject& subject) {
 
 json job_json(const TaskSet& set, JobRef job) {
   return job.task == kNoTask ? json() : json{{"task", set[job.task].name}, {"sequence", job.sequence}};
+}
+
+/// A sentence for each wait, in ms from the beginning of the latency: what every thread did.
+std::vector<std::string> wait_sentences(const Subject& subject, const Explanation& e) {
+  const JobRecord& sink = e.path.back();
+  const Time begin = (subject.hot_path ? sink.start : sink.finish) - e.latency;
+  const auto from_to = [&](Time from, Time to) {
+    return concat(ms(from - begin), " to ", to == kNever ? "the end of the run" : ms(to - begin));
+  };
+  std::vector<std::string> sentences;
+  for (const ThreadsInWait& wait : e.waits) {
+    std::string threads;
+    for (const auto& [worker, ran] : wait.threads) {
+      threads += concat(threads.empty() ? "" : "; ", "thread ", worker, " ran ", ran.empty() ? "no job" : "");
+      for (const ThreadsInWait::Ran& r : ran)
+        threads += concat(&r == &ran.front() ? "" : ", ", name_of(subject.set, r.job), " (",
+                          from_to(r.start, r.finish), r.same_group ? ", in its callback group)" : ")");
+    }
+    sentences.push_back(concat(name_of(subject.set, e.path[wait.step].job.ref()), " waited from ",
+                               from_to(wait.from, wait.to), " ms: ", threads, "."));
+  }
+  return sentences;
 }
 
 /// The sentence about the outputs in the tail.
@@ -331,7 +353,10 @@ Report report(const Subject& subject, const Explanation& e) {
                                {"ns", part.length.count()}});
     from += part.length;
   }
-  r.text = concat(table, e.complete ? "" : kIncomplete, warnings_of(subject));
+  const std::vector<std::string> waits = wait_sentences(subject, e);
+  if (!waits.empty()) r.data["waits"] = waits;
+  r.text = concat(table, waits.empty() ? "" : concat("\n", joined(waits, "\n"), "\n"),
+                  e.complete ? "" : kIncomplete, warnings_of(subject));
   return r;
 }
 
@@ -377,7 +402,7 @@ Report report(const Subject& a, const Totals& of_a, const Subject& b, const Tota
 
 void show(const Report& report, bool as_json) {
   if (!as_json) {
-    std::cout << program::joined(report.sentences, "\n") << "\n\n" << report.text;
+    std::cout << joined(report.sentences, "\n") << "\n\n" << report.text;
     return;
   }
   json data = report.data;

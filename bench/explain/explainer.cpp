@@ -11,6 +11,30 @@ namespace {
 
 auto key_of(const Output& output) { return std::pair(output.repetition, output.sequence); }
 
+/// The waits in an explanation of a latency that begins at `at`, each from when others ran on.
+std::vector<ThreadsInWait> waits_of(const System& system, const JobWindow& window, const Explanation& e,
+                                    Time at) {
+  std::vector<ThreadsInWait> waits;
+  for (const Part& part : e.parts) {
+    const Time from = std::exchange(at, at + part.length);
+    const JobRecord& waiting = e.path[part.step];
+    const ServingExecutor& executor = system.executor_of(waiting.job.task);
+    const bool for_others = part.behind.task != kNoTask || part.cause == Cause::snapshot;
+    const bool known = !waits.empty() && waits.back().step == part.step;
+    if (!executor.many_threads() || !for_others || known || from >= waiting.start) continue;
+    ThreadsInWait& wait = waits.emplace_back(ThreadsInWait{part.step, from, waiting.start, {}});
+    for (std::size_t w = executor.first_worker; w < executor.first_worker + executor.threads; ++w) {
+      std::vector<ThreadsInWait::Ran>& ran = wait.threads[w];
+      for (const Seen* seen : window.of_worker(w, from, waiting.start)) {
+        const JobRecord& r = seen->record;
+        if (r.finish == r.start) continue;
+        ran.push_back({r.job.ref(), r.start, r.finish, system.share_group(r.job.task, waiting.job.task)});
+      }
+    }
+  }
+  return waits;
+}
+
 }  // namespace
 
 Explainer::Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs,
@@ -84,10 +108,10 @@ bool Explainer::explain_output(const Seen& job, const Output& output) {
   const Surroundings around{system_, window_, times_};
   Explanation explanation{repetition_, output.latency, {}, true, {}};
   std::vector<const Seen*> path = {&job};
+  const Time begin = (hot_path_ ? job.record.start : job.record.finish) - output.latency;
   if (chain_ == nullptr) {
     explanation.parts = parts_of_response(around, job);
   } else {
-    const Time begin = (hot_path_ ? job.record.start : job.record.finish) - output.latency;
     path = paths_.from_source(job, begin, hot_path_);
     explanation.complete = !path.empty();
     if (path.empty() && output.sink == kNoTask && chain_->sink_tasks.size() > 1) return false;
@@ -95,6 +119,7 @@ bool Explainer::explain_output(const Seen& job, const Output& output) {
     explanation.parts = parts_of_path(around, path, begin, hot_path_);
   }
   for (const Seen* seen : path) explanation.path.push_back(seen->record);
+  explanation.waits = waits_of(system_, window_, explanation, begin);
   ++explained_;
   use_(explanation);
   return true;

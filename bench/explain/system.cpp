@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "simulated/simulated_system.hpp"
@@ -20,6 +21,7 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
       cores_(cores >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << cores) - 1),
       executor_of_(spec.deployment ? spec.deployment->plan.executor_of
                                    : std::vector<std::uint32_t>(tasks.set.size(), 0)) {
+  std::uint32_t next_worker = 0;
   for (const setup::ExecutorSpec& part : setup::parts(spec)) {
     ServingExecutor& executor = executors_.emplace_back();
     executor.traits = part.entry->traits;
@@ -27,8 +29,9 @@ System::System(const setup::ExecutorSpec& spec, const Graph& graph, const GraphT
       executor.order.emplace(tasks.set, *executor.traits.policy, part.scheduler.rule, part.scheduler.ties);
       executor.service_wait = part.scheduler.service_wait;
     }
-    const unsigned timer_threads = executor.traits.timers == TimerHandling::polled ? 0 : 1;
-    executor.many_threads = worker_count(*part.entry, part.scheduler) > 1 + timer_threads;
+    executor.threads = job_threads(part);
+    executor.first_worker =
+        std::exchange(next_worker, next_worker + worker_count(*part.entry, part.scheduler));
   }
   if (!simulated) return;
   const simulated::System system(spec, graph, tasks);

@@ -48,6 +48,11 @@ ExecutorSpec parse_executor(const std::string& label, const SchedulerOptions& de
   return spec;
 }
 
+unsigned job_threads(const ExecutorSpec& executor) {
+  const bool timer_thread = executor.entry->traits.timers != TimerHandling::polled;
+  return worker_count(*executor.entry, executor.scheduler) - (timer_thread ? 1 : 0);
+}
+
 std::span<const ExecutorSpec> parts(const ExecutorSpec& spec) {
   return spec.deployment ? std::span(spec.deployment->executors) : std::span(&spec, 1);
 }

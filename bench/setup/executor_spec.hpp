@@ -42,6 +42,9 @@ struct Deployed {
 /// All executors of `spec`: one, or the executors of the deployment.
 [[nodiscard]] std::span<const ExecutorSpec> parts(const ExecutorSpec& spec);
 
+/// The threads of an executor that is no deployment, without its timer thread.
+[[nodiscard]] unsigned job_threads(const ExecutorSpec& executor);
+
 /// The deployment of that name or file. Throws InputError with the line of an unknown executor.
 [[nodiscard]] ExecutorSpec deploy(const std::string& name_or_path, const Graph& graph,
                                   const GraphTasks& tasks, const SchedulerOptions& defaults);

@@ -105,7 +105,7 @@ std::vector<Threads> threads_of(const Graph& graph, const ExecutorSpec& spec, co
     Threads& threads = all.emplace_back();
     threads.server.name = spec.deployment ? "executor " + plan.name : "it";
     threads.timers.name = (spec.deployment ? threads.server.name + "'s" : "its") + " timer thread";
-    threads.count = worker_count(*part.entry, part.scheduler) - (timers == TimerHandling::polled ? 0 : 1);
+    threads.count = job_threads(part);
     threads.server.at_once =
         std::min(threads.count, plan.processors.empty() ? graph.platform.cores
                                                         : static_cast<unsigned>(plan.processors.size()));

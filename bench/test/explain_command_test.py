@@ -3,6 +3,7 @@
 measured latency, and what cannot be explained is refused."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -80,8 +81,7 @@ class Explain(CommandTest):
         self.assertEqual((one["causes_ns"]["join"], one["causes_ns"]["running"]), (17_000_000, 4_000_000))
 
     def test_the_instant_of_a_displacement(self) -> None:
-        deployment = FIELD / "displaced_deployment.yaml"
-        self.field("displaced", f"--deployments {deployment} --phases given")
+        self.field("displaced", f"--deployments {FIELD}/displaced_deployment.yaml --phases given")
         parts = self.explained("run", "--sequence", 2, "--hot-path")["parts"]
         causes = [(p["cause"], p["ns"]) for p in parts[:2]]
         self.assertEqual(causes, [("running", 2_000_000), ("displaced", 1_000_000)])
@@ -94,6 +94,15 @@ class Explain(CommandTest):
             of = ("--chain", "t2", "--executor", executor, "--hot-path")
             (behind,) = self.explained("run", *of)["all"]["behind"]
             self.assertEqual(behind["rule"], rule)
+            waits = "".join(self.explained("run", *of, "--worst").get("waits", []))
+            held = r": thread \d ran .*consumer_node/topic_1 \d+ \(\S+ to \S+, in its callback group\)"
+            self.assertEqual(len(re.findall(held, waits)), executor == "cbg:2", waits)
+
+    def test_what_every_thread_did_during_a_wait(self) -> None:
+        self.simulated("--graph three_chains --executors multi:2 --cores 2 --phases synchronous")
+        threads = "thread 0 ran N/c 0 (23.100 to 34.100); thread 1 ran N/b 0 (22.300 to 40.200)"
+        wait = f"\n\nN/a 0 waited from 23.100 to 34.100 ms: {threads}.\n"
+        self.assertIn(wait, self.accepted("explain", "run", "--sequence", 0))
 
     def test_a_latency_of_zero(self) -> None:
         self.field("exclusive", "--executors multi:2 --cores 2")
