@@ -72,10 +72,11 @@ Table ranking_table(const Advice& advice, const json& ranking) {
     }
     if (chains) row.emplace_back(fixed(p["chains_ms"][subject][objective.age ? statistic : of_age], 1));
     if (lateness) row.emplace_back(fixed(p["objective"], 1));
-    row.insert(
-        row.end(),
-        {fixed(p["lost_percent"], 1), p["timers_late"], p["never_ran"] > 0 ? p["never_ran"] : json(),
-         p["threads"], fixed(p["cores_used"], 2), p["bound_ms"].is_null() ? "" : fixed(p["bound_ms"], 1)});
+    row.insert(row.end(),
+               {fixed(p["lost_percent"], 1), p["timers_late"], p["never_ran"] > 0 ? p["never_ran"] : json(),
+                p["threads"], fixed(p["cores_used"], 2)});
+    row.emplace_back(p["bound_ms"].is_null() ? "" : fixed(p["bound_ms"], 1),
+                     p["bound_method"] == bounds::kExactMethod ? "exact" : "");
     table.add_row(row);
   }
   return table;
@@ -93,6 +94,8 @@ void write_excluded(std::ostream& out, const Advice& advice) {
           .push_back(name_of(p));
     if (const auto tasks = results::starved(p.summary); !tasks.empty())
       causes["starves callbacks: " + joined(tasks)].push_back(name_of(p));
+    if (!p.refusal.empty())
+      causes[concat(p.bound ? "not exact: " : "without a bound: ", p.refusal)].push_back(name_of(p));
     if (!p.keeps_up() || (&p != advice.best && &p != advice.now)) continue;
     for (const std::string& sentence : p.candidate->load.warnings) out << sentence << "\n";
   }
@@ -238,7 +241,7 @@ std::vector<std::string> sentences(const Advice& advice) {
     if (const std::string sentence = part(advice); !sentence.empty()) all.push_back(sentence);
   }
   const Candidate& c = *advice.best->candidate;
-  const auto premises = setup::premises(c.graph, c.tasks.set, c.spec, false);
+  const auto premises = setup::premises(c.graph, c.tasks.set, c.spec, advice.best->exact());
   all.push_back("It rests on: " + premises.stated + ".");
   all.push_back("It assumes, without a measurement: " + premises.assumed + ".");
   return all;
@@ -266,6 +269,7 @@ json row_json(const Advice& advice, const Prediction& p) {
   row["cores_used"] = p.cores_used;
   row["bound_ms"] = p.bound ? json(to_ms(Duration(p.bound->ns))) : json();
   row["bound_method"] = p.bound ? p.bound->method : "";
+  if (!p.refusal.empty()) row["bound_refusal"] = p.refusal;
   row["bound_of"] = advice.objective.age ? "end to end" : "hot path";
   row["periods_ms"] = json::object();
   for (const results::TaskSummary& t : p.summary.tasks) {

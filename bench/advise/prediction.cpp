@@ -119,10 +119,11 @@ std::vector<Prediction> predict(const std::vector<Candidate>& candidates, const 
   return predictions;
 }
 
-void add_bound(Prediction& prediction, const Objective& objective) {
+void add_bound(Prediction& prediction, const Objective& objective, const setup::CommonOptions& options) {
   const Candidate& candidate = *prediction.candidate;
   if (candidate.graph.chains.empty()) return;
-  const auto all = setup::guarantees(candidate.graph, candidate.tasks, candidate.spec);
+  const auto all =
+      setup::guarantees(candidate.graph, candidate.tasks, candidate.spec, &options, &prediction.refusal);
   const bounds::ChainGuarantee* const chain =
       all ? all->chain(candidate.graph.chains[objective.chain].name) : nullptr;
   if (chain != nullptr) prediction.bound = objective.age ? chain->age : chain->hot_path;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "advise/candidates.hpp"
-#include "bounds/bounds.hpp"
+#include "bounds/exact_worst_cases.hpp"
 #include "hotpath/core/workload.hpp"
 #include "setup/run_setup.hpp"
 
@@ -22,10 +22,12 @@ struct Prediction {
   results::ExecutorSummary summary;
   double cores_used = 0;                ///< Mean work of the jobs that ran.
   std::optional<std::string> overload;  ///< Why there is no summary; none: there is one.
-  /// Of the objective's chain for any phases: of Objective::latency().
+  /// Of the objective's chain: of Objective::latency(). For any phases, unless it is exact.
   std::optional<bounds::Guarantee> bound;
+  std::string refusal;  ///< Of several threads: why it is not exact, or there is none.
 
   [[nodiscard]] bool keeps_up() const { return !overload; }
+  [[nodiscard]] bool exact() const { return bound && bound->method == bounds::kExactMethod; }
 };
 
 /// Simulates all candidates that can keep up, over Options::draws draws of phases and execution times; draw i
@@ -47,8 +49,9 @@ struct SimulatedDraw {
 [[nodiscard]] SimulatedDraw simulate_draw(const Candidate& candidate, const setup::CommonOptions& options,
                                           std::uint32_t d);
 
-/// Adds the tightest bound of the objective's chain, if a method covers the candidate.
-void add_bound(Prediction& prediction, const Objective& objective);
+/// Adds the tightest bound of the objective's chain, if a method covers the candidate; with several threads
+/// and known phases its exact worst case.
+void add_bound(Prediction& prediction, const Objective& objective, const setup::CommonOptions& options);
 
 /// Why a candidate that keeps up cannot be recommended; none: it can. Empty for timer_beside_group(). A
 /// candidate may lose up to one percent more than the current executor, or anything if that is overloaded.

@@ -38,7 +38,7 @@ struct ChainGuarantee {
   std::optional<Guarantee> hot_path;  ///< Hot-path latency.
 };
 
-/// What theory guarantees for a graph under one executor with any phases.
+/// What theory guarantees for a graph under one executor: for any phases, unless a method says for which.
 struct Guarantees {
   std::vector<std::optional<Guarantee>> tasks;  ///< Response times, by task.
   std::vector<ChainGuarantee> chains;           ///< Those that begin in timers.

@@ -218,7 +218,7 @@ std::string at_least(const Graph& graph, const std::vector<std::size_t>& rows, c
   std::string text;
   for (std::size_t c = 0; c < graph.chains.size(); ++c) {
     if (rows[c] >= met.chains.size() || !met.chains[rows[c]]) continue;  // none, or not begun
-    text += text.empty() ? "; the schedules that it met reach an age of " : ", ";
+    text += text.empty() ? "; lower bounds on the ages, from the schedules that it met: " : ", ";
     text += program::text("%.3f ms", to_ms(Duration(met.chains[rows[c]]->latency))) + " in " +
             graph.chains[c].name;
   }

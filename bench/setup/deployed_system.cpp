@@ -5,9 +5,11 @@
 #include <iterator>
 #include <numeric>
 
+#include "bounds/exact_worst_cases.hpp"
 #include "hotpath/core/input_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/text.hpp"
+#include "setup/run_setup.hpp"
 
 namespace hotpath::setup {
 
@@ -106,11 +108,24 @@ Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& sp
   return {program::joined(stated, "; "), program::joined(assumed, "; ")};
 }
 
-std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,
-                                             const ExecutorSpec& spec) {
+std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& given,
+                                             const ExecutorSpec& spec, const CommonOptions* options,
+                                             std::string* refusal) {
   try {
-    const CallbackGraph callbacks = bounds::callback_graph(graph, tasks, false);
-    return bounds::smallest_of(callbacks, bounds_of(graph, callbacks, spec));
+    const CallbackGraph callbacks = bounds::callback_graph(graph, given, false);
+    std::vector<GraphBounds> all = bounds_of(graph, callbacks, spec);
+    if (options != nullptr && !spec.deployment && job_threads(spec) > 1) {
+      const bool known = options->phases != Phases::random && options->phases_of.empty();
+      if (known) {
+        GraphTasks tasks = given;
+        set_phases(tasks.set, phases_of_repetition(*options, graph, given, spec, 0));
+        all.push_back(bounds::exact_worst_cases(graph, tasks, *spec.entry, spec.scheduler,
+                                                {.max_states = bounds::usual_state_limit(tasks.set)}));
+      }
+      const GraphBounds& last = all.back();  // the exploration, or the method for several threads
+      if (last.refusal) *refusal = (known ? "exploration" : last.method) + ": " + *last.refusal;
+    }
+    return bounds::smallest_of(callbacks, all);
   } catch (const AnalysisError&) {
     return std::nullopt;  // no method covers the rules by which some node publishes
   }

@@ -12,6 +12,8 @@
 
 namespace hotpath::setup {
 
+struct CommonOptions;
+
 /// Throws InputError with the executor's line if the simulated machine lacks one of its processors.
 void check_processors(const DeployedExecutor& executor, const std::string& file, unsigned cores);
 
@@ -38,8 +40,13 @@ struct Premises {
 [[nodiscard]] Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& spec,
                                 bool phases_known);
 
-/// What theory guarantees for any phases; std::nullopt if no method covers the system.
+/// What theory guarantees for any phases; std::nullopt if no method covers the system. With `options` that
+/// have the same phases for all repetitions: of an executor with several threads also its exact worst cases,
+/// as far as the usual limit of states allows. `refusal` gets why such an executor has no exact values, with
+/// the ages that the exploration met, or, for any phases, no bounds.
 [[nodiscard]] std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTasks& tasks,
-                                                           const ExecutorSpec& spec);
+                                                           const ExecutorSpec& spec,
+                                                           const CommonOptions* options = nullptr,
+                                                           std::string* refusal = nullptr);
 
 }  // namespace hotpath::setup

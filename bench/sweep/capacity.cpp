@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "bounds/exact_worst_cases.hpp"
 #include "hotpath/core/enum_text.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
@@ -282,7 +283,8 @@ class CapacitySearch {
 
   /// The largest level at which the bounds meet the requirement.
   std::string analysed(const simulated::Options& one, const std::string& label) {
-    bool any = false;
+    bool any = false, for_these = false;
+    std::string refused;  // the first level without exact values, or bounds, of several threads
     const std::size_t before = levels_table_.rows.size();
     const Judge judge = [&](double level, auto&) -> std::optional<std::string> {
       const simulated::Options options = at(one, level);
@@ -290,13 +292,21 @@ class CapacitySearch {
       options.apply_to(graph.platform);
       const GraphTasks tasks = make_tasks(graph);
       const setup::ExecutorSpec spec = setup::executors_to_run(options, graph, tasks).front();
-      const auto guaranteed = setup::guarantees(graph, tasks, spec);
+      std::string refusal;
+      const auto guaranteed = setup::guarantees(graph, tasks, spec, &options, &refusal);
       any = any || guaranteed;
-      if (!guaranteed) return "no method covers it";
+      if (refused.empty() && !refusal.empty())
+        refused = program::concat("\n", label, ", ", over_, " ", exact(level), ": ", refusal, "\n");
+      for_these |= guaranteed && std::ranges::any_of(guaranteed->tasks, [](const auto& task) {
+                     return task && task->method == bounds::kExactMethod;
+                   });
+      if (!guaranteed) return refusal.empty() ? "no method covers it" : refusal;
       return failure_of(*guaranteed, tasks.set, graph, options_.require);
     };
     const Capacity c = one.deployments.empty() ? tried(label, "analysis", judge) : Capacity();
-    if (any) return c.highest ? exact(levels_.at(*c.highest)) : "-";
+    notes_ += refused;
+    const std::string found = c.highest ? exact(levels_.at(*c.highest)) : "-";
+    if (any) return found + (for_these ? " for these phases" : "");
     levels_table_.rows.resize(before);
     return "no method";
   }
@@ -327,9 +337,9 @@ class CapacitySearch {
   }
 
   void write(const std::filesystem::path& folder) const {
-    std::cout << found_ << "\n" << confidence() << "\n";
+    std::cout << found_ << "\n" << confidence() << "\n" << notes_;
     program::create_folder(folder);
-    const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n";
+    const std::string page = markdown_of(found_, {1, 2, 3}) + "\n" + confidence() + "\n" + notes_;
     program::write_whole_file(folder / "capacity.md", page);
     program::write_whole_file(folder / "levels.csv", csv_of(levels_table_));
     program::show_json(json_of(levels_table_));
@@ -341,6 +351,7 @@ class CapacitySearch {
   const std::string over_;
   const Levels levels_;
   program::Table found_;  ///< What is printed, and stored for a page.
+  std::string notes_;     ///< Below it.
   program::Table levels_table_{"", {"executor", "source", over_, "holds", "capacity", "why"}};
 };
 

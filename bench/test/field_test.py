@@ -96,8 +96,20 @@ class Judgements(FieldTest):
         for k, expected in enumerate((42.0, 53.0, 55.7), 1):
             value = int(exact["chain", f"chain{k}", True]["bound_ns"]) / 1e6
             self.assertAlmostEqual(value, expected, delta=1.5e-6)  # 1 ns: jobs that end at one instant
-        _, out, _ = self.command("analyze", graph, "--executors", "cbg:2", "--cores", 3)
-        self.assertIn("no reentrant groups under `cbg`", out)
+
+    def test_searches_and_advice_have_the_exact_values_of_several_threads(self) -> None:
+        words = "three_chains --cores 3 --executors multi:2,cbg:2 --duration 1 --repetitions 1".split()
+        levels = "--require age:56 --from 90 --to 96 --resolution 1".split()
+        for phases, multi, cbg in (("synchronous", "93 for t", "- for t"), ("random", "- ", "no method ")):
+            out = self.accepted("capacity", *words, *levels, "--phases", phases, "--output", phases)
+            self.assertRegex(out, rf"(?s)\nmulti:2 [ >=]+\d+ +{multi}.*\ncbg:2 +- +{cbg}")
+        self.assertIn("\ncbg:2, load 90: chains on several threads: it covers no reentrant groups", out)
+        known = (*words, "--now", "multi:2", "--phases", "synchronous")
+        out = self.accepted("advise", *known, "--costs", "graph", "--output", "exact")
+        self.assertIn("never exceeds 42.0 ms (exploration: exact for these phases).", out)
+        self.assertIn("; the given phases", out)
+        out = self.accepted("advise", *known, "--output", "costs")
+        self.assertRegex(out, r"\nmulti:2.* without a bound: exploration: .* it covers no costs")
 
     def test_published_values_for_several_threads(self) -> None:
         code, out, _ = self.command("paper", "threads", "--json")
