@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Costs of the simulator without a trace: the paper's task set and Autoware for ten minutes, and a
-// large graph.
+// large graph; and the growth of the exploration of several threads.
 #include <numeric>
 
+#include "bounds/exact_worst_cases.hpp"
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
@@ -98,24 +99,68 @@ void simulate_universe(benchmark::State& state) {
   }
 }
 
+/// The chains of three_chains, or the first and the last, once or twice. Execution times are
+/// at least `least` of the worst case.
+Graph reentrant_chains(std::size_t chains, double least) {
+  Graph graph = load_graph(find_graph("three_chains"));
+  if (chains != 3) {
+    graph.chains.erase(graph.chains.begin() + 1);
+    std::erase_if(graph.nodes.front().callbacks, [](const Callback& c) { return c.task.starts_with("N/b"); });
+  }
+  for (Callback& c : graph.nodes.front().callbacks)
+    c.best = round<Duration>(least * std::chrono::duration<double, std::nano>(c.worst));
+  if (chains == 4) make_copies(graph, 2);
+  graph.platform.cores = 4;
+  return graph;
+}
+
+/// An exploration under `multi`, which counts states up to the limit of `hotpath analyze --exact`.
+void explore_threads(benchmark::State& state, unsigned threads, const Graph& graph) {
+  struct NoObserver final : ExplorationObserver {
+    void ended(const JobRecord&, ExploredInstant&) override {}
+  };
+  const ExecutorEntry& executor = *find_executor("multi");
+  GraphTasks tasks = make_tasks(graph);
+  setup::set_phases(tasks.set, make_phases(graph, tasks, Phases::synchronous));
+  const WorstCaseTimes times(tasks.set);
+  ExplorationOptions options;
+  options.platform = make_platform(graph, executor);
+  options.max_states = bounds::kMostStatesOfThreads;
+  const auto scheduler = executor.make(tasks.set, {.workers = threads});
+  for (auto _ : state) {
+    NoObserver observer;
+    const GraphWorkload workload(graph, tasks, times);
+    const std::size_t states = explore(tasks.set, *scheduler, workload, options, observer).states;
+    state.counters["states"] = static_cast<double>(states);
+  }
+}
+
 }  // namespace
 
 void register_all(bool quick) {
   const double min_time = quick ? 0.02 : 0.5;
+  const auto add = [](const std::string& name, auto measure) {
+    return benchmark::RegisterBenchmark(name.c_str(), measure)->Unit(benchmark::kMillisecond);
+  };
   for (const char* graph : {"timers_only_90", "autoware"}) {
     const auto subject = std::make_shared<Subject>(graph);
     for (const ExecutorEntry& executor : executors()) {
-      const std::string name = std::string("simulate_600s/") + graph + "/" + std::string(executor.name);
-      benchmark::RegisterBenchmark(
-          name.c_str(),
-          [subject, &executor](benchmark::State& s) { graph_for_ten_minutes(s, *subject, executor); })
-          ->MinTime(min_time)
-          ->Unit(benchmark::kMillisecond);
+      add(program::concat("simulate_600s/", graph, "/", executor.name), [subject, &executor](auto& state) {
+        graph_for_ten_minutes(state, *subject, executor);
+      })->MinTime(min_time);
     }
   }
-  benchmark::RegisterBenchmark("simulate_10s/autoware_universe", simulate_universe)
-      ->MinTime(min_time)
-      ->Unit(benchmark::kMillisecond);
+  add("simulate_10s/autoware_universe", simulate_universe)->MinTime(min_time);
+  for (const unsigned threads : {2U, 3U}) {
+    for (const std::size_t chains : {2, 3, 4}) {
+      for (const int width : {0, 10, 50}) {  // of the intervals, in percent of the worst case
+        const Graph graph = reentrant_chains(chains, 1 - width / 100.0);
+        add(program::concat("explore/multi:", threads, "/chains:", chains, "/width:", width),
+            [=](auto& state) { explore_threads(state, threads, graph); })
+            ->Iterations(1);
+      }
+    }
+  }
 }
 
 }  // namespace hotpath::microbench
