@@ -8,6 +8,10 @@ namespace hotpath::program {
 /// it twice.
 void catch_interrupts();
 
+/// Until catch_interrupts(), SIGINT and SIGTERM end the program with this line on standard error, which must
+/// live as long, and exit code 128 + signal.
+void end_on_interrupt(const char* line);
+
 /// The signal that requested the end; 0: none so far.
 int interrupted();
 

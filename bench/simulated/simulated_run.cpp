@@ -10,6 +10,7 @@
 #include "hotpath/core/simulator.hpp"
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/errors.hpp"
+#include "program/interrupt.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/parallel.hpp"
@@ -100,7 +101,9 @@ class SimulatedRun {
 
   void run() {
     program::check_output_folder(setup::output_folder(options_, graph_));
+    program::end_on_interrupt("hotpath: interrupted; the simulation was stopped, and nothing was stored\n");
     const results::Summary all = summary(true);
+    program::catch_interrupts();  // from here on, the run is stored whole
     std::vector<std::string> notes = setup::idle_options(options_, executors_);
     notes.insert(notes.end(), warnings_.begin(), warnings_.end());
     for (const std::string& sentence : notes) std::cerr << "note: " << sentence << "\n";

@@ -9,6 +9,7 @@
 #include "bounds/exact_worst_cases.hpp"
 #include "hotpath/core/enum_text.hpp"
 #include "program/errors.hpp"
+#include "program/interrupt.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
 #include "program/python_tool.hpp"
@@ -215,7 +216,9 @@ class CapacitySearch {
     const std::filesystem::path folder = setup::output_folder(options_.output, "capacity");
     program::check_output_folder(folder);
     check();
+    program::end_on_interrupt("hotpath: interrupted; the search was stopped, and nothing was stored\n");
     for (const simulated::Options& one : each_at(levels_.low)) search(one);
+    program::catch_interrupts();
     write(folder);
   }
 
