@@ -138,10 +138,8 @@ void answer(Advice& advice) {
 std::string write_contract(const Advice& advice) {
   if (advice.best == nullptr || !advice.options.contract) return "";
   const Candidate& c = *advice.best->candidate;
-  Graph stated = c.graph;
-  stated.platform = advice.graph.platform;
   const std::filesystem::path file = advice.folder / "contract.yaml";
-  program::write_whole_file(file, advice.options.contract(stated, c.tasks, c.spec));
+  program::write_whole_file(file, advice.options.contract(c.graph, c.tasks, c.spec));
   return file.string();
 }
 

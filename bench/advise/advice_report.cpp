@@ -52,7 +52,7 @@ Table ranking_table(const Advice& advice, const json& ranking) {
   const std::string statistic = to_string(objective.statistic);
   const std::string of_age = statistic == "worst" ? "age" : "age_" + statistic;
   Table table(concat(subject, ": ", chains ? concat(metric_text(objective.age), " in ms") : "jobs",
-                     ", best first by ", order_of(objective)),
+                     ", best first by ", order_of(objective), "; simulated, but for the bound"),
               {""});
   const auto add = [&](const std::vector<std::string>& names) {
     table.header.insert(table.header.end(), names.begin(), names.end());
@@ -149,8 +149,13 @@ std::string confidence(const Advice& advice) {
                                : ", a difference within noise");
   }
   if (!best.bound) return text + "; theory gives no bound.";
-  return concat(text, "; by theory the ", metric_text(advice.objective.age), " never exceeds ",
-                fixed(to_ms(Duration(best.bound->ns)), 1), " ms (", best.bound->method, ").");
+  const double bound_ms = to_ms(Duration(best.bound->ns));
+  text += concat("; by theory the ", metric_text(advice.objective.age), " never exceeds ", fixed(bound_ms, 1),
+                 " ms (", best.bound->method, ")");
+  if (advice.objective.requirements.empty()) return text + ".";
+  const auto& [chain, most_ms] = advice.objective.requirements.front();
+  return concat(text, ", so ", advice.graph.chains[chain].name, " within ", most_ms, " ms is ",
+                bound_ms <= most_ms ? "" : "not ", "guaranteed.");
 }
 
 /// The metric that the objective is not about.

@@ -195,9 +195,9 @@ Question::Question(const Options& given)
     : options(given),
       graph(graph_of(given)),
       tasks(make_tasks(graph)),
-      objective(parse_objective(
-          given.objective.value_or(graph.chains.empty() ? "worst_lateness" : "hot_path:age"), graph,
-          given.choose_phases ? Objective::Statistic::worst : Objective::Statistic::p99)),
+      objective(
+          parse_objective(given.objective, graph,
+                          given.choose_phases ? Objective::Statistic::worst : Objective::Statistic::p99)),
       folder(setup::output_folder(given, graph)) {
   for (const std::string& sentence : setup::utilisation(graph, tasks, nullptr).warnings)
     std::cerr << "note: " << sentence << "\n";

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <sstream>
 
 #include "hotpath/core/enum_text.hpp"
@@ -28,19 +29,22 @@ std::size_t chain_named(const std::string& name, const Graph& graph) {
   for (const Chain& chain : graph.chains) names.push_back(chain.name);
   const auto place = std::ranges::find(names, name);
   if (place != names.end()) return static_cast<std::size_t>(place - names.begin());
-  if (name == "hot_path" && !names.empty()) return 0;
+  if (name == "hot_path" && !names.empty()) {
+    std::cerr << "note: --for: the graph has no chain hot_path; its first chain is meant, " << names.front()
+              << "\n";
+    return 0;
+  }
   throw program::UsageError(
       program::concat("--for: the graph has no chain ", name, "; ",
                       names.empty() ? "it names none, and none was found: take worst_lateness or losses"
                                     : "it has " + program::joined(names)));
 }
 
-Objective latency_of(const std::string& chain, const std::string& words, const Graph& graph,
-                     Statistic usual) {
+Objective latency_of(std::size_t chain, const std::string& words, const Graph& graph, Statistic usual) {
   const bool age = words == "age" || words.starts_with("age:");
   const auto statistic = words == "age" ? usual : parse<Statistic>(age ? words.substr(4) : words);
   if (!statistic) refuse(words);
-  Objective objective{.statistic = *statistic, .age = age, .chain = chain_named(chain, graph)};
+  Objective objective{.statistic = *statistic, .age = age, .chain = chain};
   objective.text = program::concat(metric_text(age), " of ", graph.chains[objective.chain].name, " (",
                                    to_string(*statistic), ")");
   return objective;
@@ -77,12 +81,14 @@ const QuantileTraits& quantile_of(Statistic statistic) {
 
 const char* metric_text(bool age) { return age ? "age of the data" : "hot-path latency"; }
 
-Objective parse_objective(const std::string& text, const Graph& graph, Statistic usual) {
+Objective parse_objective(const std::optional<std::string>& given, const Graph& graph, Statistic usual) {
+  if (!given && !graph.chains.empty()) return latency_of(0, "age", graph, usual);
+  const std::string text = given.value_or("worst_lateness");
   if (text == "losses") return {.kind = Kind::losses, .text = "lost jobs and samples"};
   if (text == "worst_lateness") return {.kind = Kind::worst_lateness, .text = "worst lateness of timers"};
   const std::size_t colon = text.find(':');
   if (colon != std::string::npos)
-    return latency_of(text.substr(0, colon), text.substr(colon + 1), graph, usual);
+    return latency_of(chain_named(text.substr(0, colon), graph), text.substr(colon + 1), graph, usual);
   Objective objective{.kind = Kind::requirements, .statistic = Statistic::worst};
   std::istringstream items(text);
   for (std::string item; std::getline(items, item, ',');) {

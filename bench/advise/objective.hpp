@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <compare>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,8 +47,9 @@ constexpr auto enum_texts(Objective::Statistic) {
 
 /// Parses `CHAIN:age:p99` (also median, worst; `CHAIN:age`: `usual`) of the age, `CHAIN:p99` of the hot-path
 /// latency, a list of `CHAIN<MS` with commas, `worst_lateness`, or `losses`. The chain `hot_path` is the
-/// first one if no other has that name. Throws UsageError, also if the graph lacks the chain.
-[[nodiscard]] Objective parse_objective(const std::string& text, const Graph& graph,
+/// first one, with a note, if no other has that name. By default the age of the first chain or, without
+/// chains, `worst_lateness`. Throws UsageError, also if the graph lacks the chain.
+[[nodiscard]] Objective parse_objective(const std::optional<std::string>& given, const Graph& graph,
                                         Objective::Statistic usual = Objective::Statistic::p99);
 /// `age of the data` or `hot-path latency`.
 [[nodiscard]] const char* metric_text(bool age);

@@ -58,7 +58,7 @@ const Command kAdvise("Your robot", 110, [](CLI::App& app) {
       "CHAIN:age:STATISTIC (median, p99 or worst): age of the data, from the oldest source's timestamp to "
       "the output's finish; CHAIN:STATISTIC: hot-path latency, from the latest source's start to the sink's "
       "(the paper's metric); CHAIN<MS, several separated by commas: limits of the worst age; worst_lateness; "
-      "losses; by default hot_path:age:p99, with --phases without a value hot_path:age:worst");
+      "losses; by default CHAIN:age:p99 of the first chain, with --phases without a value CHAIN:age:worst");
   add(advise, "--now", o.now, "NAME", "Current executor or deployment, the baseline");
   add_cores_option(advise, o.cores);
   const auto is_reference = [](const std::string& text) {

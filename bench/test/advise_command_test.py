@@ -31,7 +31,7 @@ class Advise(CommandTest):
         self.assertEqual(p99, sorted(p99))
         self.assertLess(rows["rm-ro"]["p99_ms"]["value"], rows["default"]["p99_ms"]["value"])
         self.assertGreater(rows["rm-ro"]["bound_ms"], rows["rm-ro"]["worst_ms"]["value"])
-        self.assertIn("hot_path: age of the data in ms, best first by p99", out)
+        self.assertIn("age of the data in ms, best first by p99; simulated, but for the bound", out)
         self.assertRegex(advice["sentences"][1], r"^Its hot-path latency, .*\(the paper's metric\): p99 \d")
         beside = [s for s in advice["sentences"] if "beside the executor thread" in s]
         self.assertEqual(len(beside), advice["recommended"].endswith("-re"))
@@ -53,6 +53,8 @@ class Advise(CommandTest):
     def test_writes_the_options_of_the_executor_on_the_robot(self) -> None:
         out, advice = self.advise("autoware", "--executors default,rm-ro:first --repetitions 1 --duration 2")
         self.assertEqual(advice["recommended"], "rm-ro:first")
+        (premises,) = (s for s in advice["sentences"] if s.startswith("It rests on: ") and "_us 1" in s)
+        self.assertIn(premises[13:-1], (self.folder / "advice" / "contract.yaml").read_text())
         folder = self.folder / "advice"
         for use in ('from_file("{}")', '"config": "{}"', "HOTPATH_EXECUTOR={}\n"):
             self.assertIn(use.format(folder / "executor.yaml"), out)
@@ -102,6 +104,8 @@ class Advise(CommandTest):
                 _, advice = self.advise(graph, f"{common} --for {objective} --repetitions {draws}")
                 self.assertEqual(advice["recommended"], "rm-ro", (objective, draws))
                 self.assertEqual(advice["change"], "")
+                guaranteed = ", so hot_path within 50 ms is guaranteed." in advice["sentences"][2]
+                self.assertEqual(guaranteed, objective == "hot_path<50")
                 self.assertFalse((self.folder / "advice" / "deployment.yaml").exists())
                 shutil.rmtree(self.folder / "advice")
 
@@ -136,14 +140,14 @@ class Advise(CommandTest):
         limits = "--repetitions 1000 --duration 30 --time-out 0.1"
         out, advice = self.advise("autoware", f"{limits} --executors default,rm-ro")
         self.assertLess(advice["draws"], 1000)
+        rows = csv_rows(self.folder / "advice" / "latencies.csv")
+        drawn = {(row["executor"], int(row["repetition"])) for row in rows}
+        self.assertEqual(drawn, {(e, d) for e in ("default", "rm-ro") for d in range(advice["draws"])})
         self.assertIn("draws: the budget ended", out)
 
     def test_wrong_use_is_refused(self) -> None:
-        for message, words in (
-            ("has no chain", "autoware --for nothing:p99"),
-            ("there is no graph", "nothing"),
-            ("neither reference nor graph", "autoware --costs none"),
-            ("there is no executor", "autoware --executors nothing"),
-            ("no deployment of this name", "autoware --now nothing"),
-        ):
-            self.rejected("advise", *words.split(), says=message)
+        self.rejected("advise nothing", says="there is no graph")
+        self.rejected("advise --for nothing:p99", says="has no chain")
+        self.rejected("advise --costs none", says="neither reference nor graph")
+        self.rejected("advise --executors nothing", says="there is no executor")
+        self.rejected("advise --now nothing", says="no deployment of this name")

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Objectives, candidates, and predictions that depend only on the seed.
+// Objectives, candidates, and the files of the recommended one.
 #include <gmock/gmock.h>
 
 #include <map>
 
 #include "advise/advice_files.hpp"
 #include "advise/candidates.hpp"
-#include "advise/prediction.hpp"
 #include "graph_fixture.hpp"
 #include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
@@ -33,6 +32,10 @@ TEST(Objectives, AreReadAndRefusedWithWhatWouldBeRight) {
            {"lane_detection:age:worst", "age of the data of lane_detection (worst)"}})
     EXPECT_EQ(parse_objective(words, graph).text, text);
   EXPECT_EQ(parse_objective("lane_detection:worst", graph).chain, 1U);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(parse_objective(std::nullopt, graph).text, parse_objective("hot_path:age", graph).text);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "note: --for: the graph has no chain hot_path; its first chain is meant, localization\n");
   const advise::Objective both = parse_objective("localization<90,lane_detection<50.5", graph);
   ASSERT_EQ(both.requirements.size(), 2U);
   EXPECT_EQ(both.requirements[1].most_ms, 50.5);
@@ -92,16 +95,12 @@ TEST(Scores, CountLossesOfAllJobsAndTimersThatNeverRanAsLate) {
   EXPECT_EQ(advise::score({.kind = advise::Objective::Kind::worst_lateness}, summary).value, INFINITY);
 }
 
-std::vector<advise::Candidate> all_candidates(const Graph& graph) {
-  const advise::Objective objective =
-      graph.chains.empty() ? advise::Objective{} : advise::parse_objective("hot_path:p99", graph);
-  return advise::make_candidates(graph, objective, {});
-}
-
 /// The candidates by name.
 std::map<std::string, advise::Candidate> candidates_of(const Graph& graph) {
   std::map<std::string, advise::Candidate> candidates;
-  for (advise::Candidate& c : all_candidates(graph)) candidates.emplace(c.name, std::move(c));
+  const advise::Objective objective = advise::parse_objective(std::nullopt, graph);
+  for (advise::Candidate& c : advise::make_candidates(graph, objective, {}))
+    candidates.emplace(c.name, std::move(c));
   return candidates;
 }
 
@@ -147,39 +146,6 @@ TEST(ExecutorFiles, HaveTheServiceWaitOfThePrediction) {
     }
   }
   EXPECT_THAT(read_text_file((folder / "executor.yaml").string()), Not(HasSubstr("service_wait_ms")));
-}
-
-TEST(Predictions, DependOnTheSeedAndNotOnThreads) {
-  const auto candidates = all_candidates(graph_named("autoware", 2));
-  advise::Options options;
-  options.phases = Phases::random;
-  options.duration_s = 2;
-  options.warm_up_s = 0.5;
-  options.draws = 2;
-  options.budget_s = 3600;
-  const auto medians = [&](unsigned threads, std::uint64_t seed) {
-    options.threads = threads;
-    options.seed = seed;
-    std::vector<double> all;
-    for (const advise::Prediction& p : advise::predict(candidates, options, {}, [] {}))
-      all.push_back(p.summary.chains.at(0).hot_path.quantiles.p50);
-    return all;
-  };
-  EXPECT_EQ(medians(1, 1), medians(3, 1));
-  EXPECT_NE(medians(1, 1), medians(1, 2));
-}
-
-TEST(Predictions, StopAfterTheDrawInWhichTheBudgetEnds) {
-  const auto candidates = all_candidates(graph_named("sequences"));
-  advise::Options options;
-  options.duration_s = 1;
-  options.draws = 5;
-  options.budget_s = 0;
-  int finished = 0;
-  const auto predictions = advise::predict(candidates, options, {}, [&] { ++finished; });
-  EXPECT_EQ(finished, 1);
-  EXPECT_FALSE(predictions.empty());
-  for (const advise::Prediction& p : predictions) EXPECT_EQ(p.draws.size(), 1U);
 }
 
 }  // namespace
