@@ -74,9 +74,36 @@ void scale_counts(Side& side, const Side& other) {
   }
 }
 
-std::vector<std::string> other_graphs(const Side& before, const Side& after) {
-  if (before.graph == after.graph) return {};
-  return {"The graphs differ (" + before.graph + ", " + after.graph + "): tasks and chains pair up by name"};
+/// Names the repetitions of a side without any output of a chain.
+void add_empty(const fs::path& folder, const Side& side, std::vector<std::string>& sentences) {
+  for (const auto& [of, series] : side.counts) {
+    std::vector<std::string> empty;
+    std::size_t repetition = 0;
+    for (const auto& [_, count] : series) {
+      if (count == 0) empty.push_back(program::concat(repetition));
+      ++repetition;
+    }
+    if (of.first != Measure::outputs || empty.empty()) continue;
+    sentences.push_back(program::concat(
+        "No output of ", of.second.study, " under ", of.second.executor, " in ",
+        empty.size() == series.size() ? "any repetition" : "repetition " + program::joined(empty), " of ",
+        folder.string()));
+  }
+}
+
+/// What makes the sides unequal: graphs, lengths, and repetitions without outputs.
+std::vector<std::string> cautions(const Options& o, const Side& before, const Side& after) {
+  std::vector<std::string> sentences;
+  if (before.graph != after.graph)
+    sentences.push_back("The graphs differ (" + before.graph + ", " + after.graph +
+                        "): tasks and chains pair up by name");
+  if (before.length && after.length && before.length->second != after.length->second)
+    sentences.push_back(program::concat(o.old.string(), " lasts ", before.length->second, " s, ",
+                                        o.now.string(), " ", after.length->second,
+                                        " s: maxima grow with the length, counts are scaled to the shorter"));
+  add_empty(o.old, before, sentences);
+  add_empty(o.now, after, sentences);
+  return sentences;
 }
 
 /// Throws the error for sides that have nothing in common, with a hint if only the loads differ.
@@ -90,7 +117,7 @@ std::vector<std::string> other_graphs(const Side& before, const Side& after) {
                               loads_of(after) + "; compare them with --across-loads");
   throw program::UsageError(o.old.string() + " and " + o.now.string() +
                             " have no executor and setting in common, there is nothing to compare" +
-                            (before.graph == after.graph ? "" : ". " + other_graphs(before, after).front()));
+                            (before.graph == after.graph ? "" : ". " + cautions(o, before, after).front()));
 }
 
 /// Sentences about other differences of two reproductions: dropped jobs, verdicts and modes.
@@ -151,7 +178,7 @@ void compare_percentiles(const Options& o) {
   for (const auto& [quantity, counts] : verdicts)
     sentences.push_back(
         program::concat("By ", to_string(quantity), ": ", verdict_of(counts, "percentiles"), ")"));
-  for (const auto& more : {other_graphs(before, after), only_in(o.old, before, after),
+  for (const auto& more : {cautions(o, before, after), only_in(o.old, before, after),
                            only_in(o.now, after, before), other_differences(o)})
     sentences.insert(sentences.end(), more.begin(), more.end());
   std::cout << program::joined(sentences, "\n") << "\n\n" << shown;
@@ -191,13 +218,20 @@ bool run_gate(const Options& o) {
   const auto around = [](const fs::path& folder) { return fs::weakly_canonical(folder / ".").parent_path(); };
   const bool by_turns =
       !parts_of(o.old).empty() && !parts_of(o.now).empty() && around(o.old) == around(o.now);
-  const std::vector<Judgement> judgements = judge(before, after, by_turns);
+  const std::vector<std::string> unequal = cautions(o, before, after);
+  std::vector<Judgement> judgements;
+  try {
+    judgements = judge(before, after, by_turns);
+  } catch (const program::UsageError& error) {
+    throw program::UsageError(
+        program::concat(error.what(), unequal.empty() ? "" : ". ", program::joined(unequal, ". ")));
+  }
   if (judgements.empty()) {
     throw program::UsageError(o.old.string() +
                               ": no output and no job after the warm-up, there is nothing to judge");
   }
   std::vector<std::string> sentences = {verdict_of(judgements), power_of(judgements)};
-  std::ranges::move(other_graphs(before, after), std::back_inserter(sentences));
+  sentences.insert(sentences.end(), unequal.begin(), unequal.end());
   std::cout << program::joined(sentences, "\n") << "\n\n" << rows_of(judgements, false);
   program::show_json(json_of(judgements));
   if (!o.junit.empty()) program::write_output_file(o.junit, "--junit", junit_of(judgements));

@@ -55,9 +55,9 @@ class Diff(CommandTest):
         code, out, _ = self.gate(self.simulate(), self.simulate("--warm-up 1"))
         self.assertIn("independent repetitions", out)
         self.assertEqual(code, 0, out)
-        of = f"{FIELD}/jittered_timers.yaml --executors default --duration 2"
-        runs = [self.simulate(f"--seed {n}", of) for n in (1, 2)]
-        self.rejected("diff", *runs, "--gate", says="the gate needs 3 repetitions", out=None)
+        of = f"{FIELD}/jittered_timers.yaml --executors default"
+        runs = [self.simulate(f"--seed {n} --duration {n}", of) for n in (1, 2)]
+        self.rejected("diff", *runs, "--gate", says=("the gate needs 3 repetitions", "lasts 1 s"), out=None)
 
     def test_the_same_simulation_is_no_change(self) -> None:
         for more in ("--threads 1", "--no-trace"):
@@ -81,6 +81,7 @@ class Diff(CommandTest):
         one, two = self.simulate("1", few), self.simulate("2", few)
         out = self.accepted("diff", one, two)
         self.assertTrue(out.startswith("By age: not comparable (all 3 percentiles)\n"), out)
+        self.assertIn(f"\n{one} lasts 1 s, {less} 3 s: maxima grow", self.accepted("diff", one, less))
         self.assertIn("not comparable (too few samples)", out)
         out = self.accepted("diff", one, self.simulate("", f"{few.replace('rm-ro', 'edf-ro,rm-ro')} 1"))
         self.assertRegex(out, r"\nNot comparable, only in .*: edf-ro\n")
@@ -122,6 +123,7 @@ class Diff(CommandTest):
         code, out, _ = self.gate(old, new)
         self.assertEqual(code, 1)
         self.assertRegex(out, r"age x .* outputs +49.2 +0 .* worse")
+        self.assertIn(f"\nNo output of x under fp-ro in any repetition of {new}\n", out)
         self.assertEqual(self.gate(new, old)[0], 0)
 
     def test_parts_of_a_build_are_one_side(self) -> None:
