@@ -7,7 +7,6 @@
 #include <iostream>
 #include <set>
 
-#include "hotpath/analysis/statistics.hpp"
 #include "program/shown_text.hpp"
 #include "program/table.hpp"
 #include "program/text.hpp"
@@ -90,14 +89,29 @@ std::string apart(const Items& items, const char* joint, const char* after = "")
 }
 
 /// A sentence that ends with the jobs behind which most time passed, if there are any.
-void add_waits(std::vector<std::string>& sentences, const char* beginning, const Items& items) {
+void add_waits(std::vector<std::string>& sentences, const std::string& beginning, const Items& items,
+               const char* joint = " behind ") {
   const std::string list =
-      listed(items, kNamed, [](const Item& i) { return concat(ms(i.ms), " behind ", i.text); });
+      listed(items, kNamed, [&](const Item& i) { return concat(ms(i.ms), joint, i.text); });
   if (!list.empty()) sentences.push_back(concat(beginning, list, "."));
 }
 void add_waits(std::vector<std::string>& sentences, const char* beginning, const TaskSet& set,
                const Totals& totals) {
   add_waits(sentences, beginning, waits(set, totals, [&](const Behind& key) { return totals.mean_ms(key); }));
+}
+
+/// If running on the path is a part of the difference: whose jobs are only on one path, or take longer there.
+void add_paths(std::vector<std::string>& sentences, const TaskSet& set, const std::string& of_a,
+               const Totals& a, const std::string& of_b, const Totals& b) {
+  const double least = std::abs(a.mean_ms() - b.mean_ms()) / 100;
+  if (std::abs(a.mean_ms(Cause::running) - b.mean_ms(Cause::running)) < least || least == 0) return;
+  for (const auto& [of, more, less] : {std::tuple(of_a, &a, &b), {of_b, &b, &a}}) {
+    Items longer;
+    for (const auto& [task, sum] : more->running)
+      longer.push_back({more->running_ms(task) - less->running_ms(task), set[task].name});
+    add_waits(sentences, concat("On average, the path ", of, " has "), largest(std::move(longer), least),
+              " more of ");
+  }
 }
 
 std::string name_of(const TaskSet& set, JobRef job) {
@@ -231,7 +245,7 @@ std::string excess_of_tail(const TaskSet& set, const Overview& o) {
   if (!shrunk.empty() || (!jobs.empty() && jobs.front().ms > excess)) {
     return concat("Compared with the median (", ms(median), "), the ", worst, " spend ",
                   apart(grown, " on ", " more"),
-                  shrunk.empty() ? "" : concat("; and ", apart(shrunk, " on ", " less")), ".",
+                  shrunk.empty() ? "" : concat(", but ", apart(shrunk, " on ", " less")), ".",
                   jobs.empty() ? ""
                                : concat(" The wait that grows most is ", ms(jobs.front().ms),
                                         " longer, behind ", jobs.front().text, "."));
@@ -269,6 +283,7 @@ std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, co
   Items shorter;
   for (const auto& [task, difference] : by_task) shorter.push_back({difference, slow.set[task].name});
   add_waits(all, "An output waits less: ", largest(std::move(shorter)));
+  add_paths(all, slow.set, "under " + slow.executor, more, "under " + fast.executor, less);
   return all;
 }
 
@@ -280,16 +295,8 @@ void Totals::add(const Explanation& explanation) {
   for (const Part& part : explanation.parts) {
     causes[static_cast<std::size_t>(part.cause)] += part.length;
     if (part.behind.task != kNoTask) behind[{part.cause, part.rule, part.behind.task}] += part.length;
+    if (part.cause == Cause::running) running[explanation.path[part.step].job.task] += part.length;
   }
-}
-
-const Output& at_quantile(const std::vector<Output>& by_latency, double quantile) {
-  return by_latency[nearest_rank(by_latency.size(), quantile)];
-}
-
-std::vector<Output> sorted_by_latency(std::vector<Output> outputs) {
-  std::ranges::stable_sort(outputs, {}, &Output::latency);
-  return outputs;
 }
 
 Overview::Overview(const std::vector<Output>& outputs) {
@@ -378,6 +385,7 @@ Report report(const Subject& subject, const Overview& o) {
                                "."));
   add_waits(r.sentences, "The longest waits are, on average, ", subject.set, o.all);
   r.sentences.push_back(excess_of_tail(subject.set, o));
+  add_paths(r.sentences, subject.set, "of the " + worst_share(), o.tail, "of the median", o.middle);
   r.text = tables(subject.set, {{"all", o.all}, {"median", o.middle}, {worst_share(), o.tail}}) +
            note_missing(subject) + warnings_of(subject);
   r.data = subject_json(subject);

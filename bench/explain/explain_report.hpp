@@ -28,7 +28,8 @@ struct Totals {
   std::uint64_t outputs = 0;
   Duration latency{};
   CauseTimes causes{};
-  std::map<Behind, Duration> behind = {};  ///< Parts with another job.
+  std::map<Behind, Duration> behind = {};   ///< Parts with another job.
+  std::map<TaskId, Duration> running = {};  ///< Cause::running, by the task on the path.
 
   void add(const Explanation& explanation);
   /// Means in ms; 0 without outputs.
@@ -37,6 +38,10 @@ struct Totals {
   [[nodiscard]] double mean_ms(const Behind& key) const {
     const auto sum = behind.find(key);
     return sum == behind.end() ? 0 : mean_ms(sum->second);
+  }
+  [[nodiscard]] double running_ms(TaskId task) const {
+    const auto sum = running.find(task);
+    return sum == running.end() ? 0 : mean_ms(sum->second);
   }
 
  private:
@@ -47,11 +52,6 @@ struct Totals {
 
 /// Share of the outputs in the tail.
 inline constexpr double kTail = 0.01;
-
-/// The output at a quantile in [0, 1]: the smallest that at least this share of outputs do not
-/// exceed. `outputs` must not be empty.
-[[nodiscard]] const Output& at_quantile(const std::vector<Output>& by_latency, double quantile);
-[[nodiscard]] std::vector<Output> sorted_by_latency(std::vector<Output> outputs);
 
 /// The causes of all outputs, of those around the median, and of the worst.
 class Overview {
@@ -79,7 +79,7 @@ struct Subject {
 
 /// What is shown of an explanation: the sentences, and tables and notes as text or the data as JSON.
 struct Report {
-  std::vector<std::string> sentences;  ///< At most three.
+  std::vector<std::string> sentences;  ///< At most five.
   std::string text;
   nlohmann::json data;
 };

@@ -5,6 +5,8 @@
 #include <functional>
 #include <utility>
 
+#include "hotpath/analysis/statistics.hpp"
+
 namespace hotpath::explain {
 
 namespace {
@@ -36,6 +38,15 @@ std::vector<ThreadsInWait> waits_of(const System& system, const JobWindow& windo
 }
 
 }  // namespace
+
+const Output& at_quantile(const std::vector<Output>& by_latency, double quantile) {
+  return by_latency[nearest_rank(by_latency.size(), quantile)];
+}
+
+std::vector<Output> sorted_by_latency(std::vector<Output> outputs) {
+  std::ranges::stable_sort(outputs, {}, &Output::latency);
+  return outputs;
+}
 
 Explainer::Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs,
                      Use use, bool hot_path)

@@ -38,6 +38,11 @@ struct Output {
   TaskId sink = kNoTask;       ///< The task of that job; kNoTask: any of the chain's sink.
 };
 
+/// The output at a quantile in [0, 1]: the smallest that at least this share of outputs do not
+/// exceed. `outputs` must not be empty.
+[[nodiscard]] const Output& at_quantile(const std::vector<Output>& by_latency, double quantile);
+[[nodiscard]] std::vector<Output> sorted_by_latency(std::vector<Output> outputs);
+
 /// Explains outputs while it reads the jobs of a run.
 class Explainer {
  public:

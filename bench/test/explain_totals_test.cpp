@@ -50,7 +50,7 @@ TEST(Overviews, GiveLongerAndShorterCausesApart) {
   EXPECT_EQ(report({set, "default", "chain", "", 0}, overview).sentences.back(),
             "Compared with the median (25.0 ms), the worst 1 % (1 of 1 outputs, on average 30.0 ms) spend "
             "20.0 ms more, of which 18.0 ms (90 %) on waiting for the executor and 2.0 ms (10 %) on waiting "
-            "for a join's other input or timer; and 15.0 ms less on a wait set's snapshot taken too early.");
+            "for a join's other input or timer, but 15.0 ms less on a wait set's snapshot taken too early.");
 }
 
 TEST(Comparisons, GiveSavingsAndLossesApart) {
@@ -68,6 +68,17 @@ TEST(Comparisons, GiveSavingsAndLossesApart) {
   EXPECT_EQ(told(),
             "It saves 6.0 ms (75 %) of waiting for the executor and 2.0 ms (25 %) of a wait set's snapshot "
             "taken too early.");
+}
+
+TEST(Comparisons, NameTheJobsThatOnePathAloneHas) {
+  TaskSet set;
+  for (const char* const name : {"Lidar", "Camera", "Fusion"}) set.tasks.emplace_back().name = name;
+  Totals a = totals_of({{Cause::running, 30ms}}), b = totals_of({{Cause::running, 15ms}});
+  a.running = {{1, 20ms}, {2, 10ms}};
+  b.running = {{0, 5ms}, {2, 10ms}};
+  EXPECT_THAT(report({set, "a", "chain", "", 0}, a, {set, "b", "chain", "", 0}, b).sentences,
+              testing::IsSupersetOf({"On average, the path under a has 20.0 ms more of Camera.",
+                                     "On average, the path under b has 5.0 ms more of Lidar."}));
 }
 
 }  // namespace
