@@ -152,12 +152,14 @@ void write_disturbed(std::ostream& out, const ExecutorSummary& e) {
   write_first(out, "Disturbed: " + e.executor + ", ", lines, 5, "%zu more repetitions, see summary.json.");
 }
 
-/// A line for each task that starved, and for each timer that waited longer than its period, the worst first.
+/// A line for each task that starved or never ran, and for each timer that waited longer than its period, the
+/// worst first.
 void write_starved(std::ostream& out, const ExecutorSummary& e) {
   std::vector<std::string> lines = starved(e);
   std::vector<const TaskSummary*> late;
   for (const TaskSummary& task : e.tasks) {
-    if (!task.starved() && task.late()) late.push_back(&task);
+    if (task.starved() || !task.late()) continue;
+    task.never_ran() ? lines.push_back(task.task + " never ran") : late.push_back(&task);
   }
   const auto severity = [](const TaskSummary* task) {
     return to_ms(task->longest_wait) / to_ms(task->period);

@@ -66,10 +66,11 @@ std::string price(const Candidate& winner, const Candidate& baseline) {
   return prices.empty() ? "" : " Price: " + program::joined(prices, "; ") + ".";
 }
 
-std::string certainty(const Candidate& winner) {
+/// `to_default`: the sentence before names default.
+std::string certainty(const Candidate& winner, bool to_default) {
   const bool simulated = winner.executor->usage.wall == Duration{};
   const std::optional<Estimate>& ratio = winner.age->p99_to_default;
-  if (ratio && ratio->interval)
+  if (to_default && ratio && ratio->interval)
     return concat(simulated ? " Simulated" : " Measured", ": between ",
                   shown_difference(ratio->interval->low), " and ", shown_difference(ratio->interval->high),
                   beyond_noise(ratio) ? "." : ", so not beyond noise.");
@@ -95,20 +96,22 @@ std::string sentence(const std::string& chain, const std::vector<Candidate>& all
   if (all.size() == 1)
     return concat(chain, ": under ", best.name(), ", half of the outputs use data that is at most ",
                   shown_number(best.age->quantiles.p50), " ms old, 99 of 100 at most ",
-                  shown_number(best.p99()), ".", losses(*best.executor), certainty(best));
+                  shown_number(best.p99()), ".", losses(*best.executor), certainty(best, false));
   const auto base = std::ranges::find_if(all, [&](const Candidate& c) {
     const ExecutorLabel label(c.name());
     return label.name == kBaselineExecutor && label.stack == ExecutorLabel(best.name()).stack;
   });
-  const Candidate& rival = base == all.begin() || base == all.end() ? all[1] : *base;
+  const bool to_default = base != all.begin() && base != all.end();
+  const Candidate& rival = to_default ? *base : all[1];
   if (same(best, rival))
     return concat(chain, ": the data is as old under ", best.name(), " as under ", rival.name(), ": at most ",
-                  shown_number(best.p99()), " ms in 99 of 100 outputs.", certainty(best));
-  if (&rival == &all[1] && base != all.begin() + 1)
+                  shown_number(best.p99()), " ms in 99 of 100 outputs.", certainty(best, to_default));
+  if (!to_default)
     return concat(youngest, "; next ", all[1].name(), " (", shown_number(all[1].p99()), ").",
-                  certainty(best));
+                  certainty(best, false));
   return concat(youngest, program::text(", %.0f %% less than under ", 100 * (1 - best.p99() / base->p99())),
-                base->name(), " (", shown_number(base->p99()), ").", price(best, *base), certainty(best));
+                base->name(), " (", shown_number(base->p99()), ").", price(best, *base),
+                certainty(best, true));
 }
 
 }  // namespace
@@ -134,7 +137,15 @@ std::vector<std::string> verdict(const Summary& summary) {
   const std::size_t chains = summary.executors.empty() ? 0 : summary.executors.front().chains.size();
   for (std::size_t chain = 0; chain < chains; ++chain) {
     const std::vector<Candidate> all = candidates(summary, chain);
-    if (!all.empty()) sentences.push_back(sentence(summary.executors.front().chains[chain].chain, all));
+    std::vector<std::string> left_out;
+    for (const ExecutorSummary& e : summary.executors)
+      if (e.overload.empty() && std::ranges::count(all, &e, &Candidate::executor) == 0)
+        left_out.push_back(e.executor);
+    if (all.empty()) continue;
+    sentences.push_back(sentence(summary.executors.front().chains[chain].chain, all));
+    if (!left_out.empty())
+      sentences.back() +=
+          concat(" Left out, as outputs are missing or tasks starve: ", program::joined(left_out), ".");
   }
   std::vector<std::string> overloaded;
   for (const ExecutorSummary& e : summary.executors)

@@ -152,12 +152,17 @@ TEST(Table, NamesTheTasksThatStarvedTheWorstFirst) {
     task.account.count[static_cast<std::size_t>(Outcome::queued)] = 1;
     return task;
   };
-  s.executors[0].tasks = {timer("IMU", 100), timer("Camera", 150), timer("Lidar", 0), timer("Map", 250)};
+  s.executors[0].tasks = {timer("IMU", 100), timer("Camera", 150), timer("Lidar", 0), timer("Map", 250),
+                          timer("Radar", 0)};
+  s.executors[0].tasks.back().busy_share = 0.6;  // its own work leaves no time for more
   s.executors[1].tasks.assign(12, timer("Camera", 101));
-  EXPECT_THAT(plain(s), HasSubstr("\ndefault: Lidar never ran\n"
+  EXPECT_THAT(plain(s), HasSubstr("\ndefault: Lidar never ran\ndefault: Radar never ran\n"
                                   "default: Map waited up to 250.0 ms (period 100 ms)\n"
                                   "default: Camera waited up to 150.0 ms (period 100 ms)\nrm-ro"));
   EXPECT_THAT(plain(s), HasSubstr("rm-ro: and 2 more, see summary.json\n"));
+  EXPECT_THAT(results::verdict(s).front(),
+              testing::EndsWith(
+                  "Simulated, 5 repetitions. Left out, as outputs are missing or tasks starve: default."));
   EXPECT_THAT(plain(s), Not(HasSubstr("IMU")));
 }
 
