@@ -215,6 +215,7 @@ class Check {
         std::erase(first, to->second);
       }
     }
+    check_gap(chain, first, members, lines);
     if (chain.sink.empty() && last.size() != 1)
       fail(lines.chain,
            subject + " has no `sink`, and ends in " + (last.empty() ? "a cycle" : joined(last, " and ")),
@@ -226,6 +227,22 @@ class Check {
     if (!chain.sources.empty()) return;
     chain.sources = first;
     lines.sources.assign(first.size(), lines.chain);
+  }
+
+  /// Refuses the first node but one that no other node of the chain feeds, unless data begins there.
+  void check_gap(const Chain& chain, const std::vector<std::string>& first,
+                 const std::map<TaskId, std::string>& members, const ChainLines& lines) const {
+    for (std::size_t i = 1; i < chain.nodes.size(); ++i) {
+      const std::string &before = chain.nodes[i - 1], &name = chain.nodes[i];
+      const auto begins = [&](const auto& member) {
+        const Task& task = tasks_.set[member.first];
+        return member.second == name && (task.kind == TaskKind::timer || task.name == name);
+      };
+      if (std::ranges::count(first, name) == 0 || std::ranges::any_of(members, begins)) continue;
+      fail(lines.nodes[i],
+           "chain " + chain.name + " has a gap before " + name + ": none of its nodes feeds it",
+           "list the nodes from " + before + " to " + name + ", or what else feeds it");
+    }
   }
 
   void chain(std::size_t c) {
@@ -263,10 +280,12 @@ class Check {
       const int line = lines.sources[i];
       const std::string source = std::string("source ").append(chain.sources[i]);
       const TaskId start = start_of(require_member(chain.sources[i], line), chain.sources[i], subject, line);
-      if (!reaches(start, sink, members)) {
+      const std::vector<TaskId> reached = reached_from(start, members);
+      if (std::ranges::find_first_of(reached, sink) == reached.end()) {
         fail(line,
              std::string("sink ").append(chain.sink).append(" of ").append(subject) +
-                 " cannot be reached from " + source + " along its nodes",
+                 " cannot be reached from " + source + " along its nodes: they end at " +
+                 node_of(reached.back()).name,
              "list all nodes between them in `nodes`, or choose another sink");
       }
       if (tasks_.downstream(start).size() > tasks_.set[start].feeds.size()) {
@@ -301,15 +320,15 @@ class Check {
     return tasks.front();
   }
 
-  /// Whether data flows from a timer to one of the tasks `to`, through members only.
-  bool reaches(TaskId from, const std::vector<TaskId>& to, std::set<TaskId> members) const {
-    std::vector<TaskId> reached;
-    if (members.erase(from) > 0) reached.push_back(from);
+  /// The members to which data flows from the member `from` through members only, itself first.
+  std::vector<TaskId> reached_from(TaskId from, std::set<TaskId> members) const {
+    std::vector<TaskId> reached = {from};
+    members.erase(from);
     for (std::size_t i = 0; i < reached.size(); ++i) {
       for (const TaskId next : tasks_.downstream(reached[i]))
         if (members.erase(next) > 0) reached.push_back(next);
     }
-    return std::ranges::find_first_of(reached, to) != reached.end();
+    return reached;
   }
 
   const Node& node_of(TaskId id) const { return graph_.nodes[tasks_.origin[id].node]; }

@@ -294,7 +294,7 @@ TEST(ChainOf, KnownNodesFromTimersToAReachableSink) {
   expect_error(error("[S, T, C]", "[]", "C"), 10, {"empty list"});
   expect_error(error("[S, T, C]", "[T]", "C"), 10, {"has no timer"});
   expect_error(error("[S, T, C, Other]", "[S, Other]", "C"), 10, {"cannot be reached from source Other"});
-  expect_error(error("[S, C]", "[S]", "C"), kAnyLine, {"cannot be reached"});  // the path leads through T
+  expect_error(error("[S, C]", "[S]", "C"), kAnyLine, {"cannot be reached", "they end at S"});  // through T
   expect_error(error("[S, T]", "[S]", "C"), 11, {"missing in `nodes`"});
   expect_error(error("[S, T, T, C]", "[S]", "C"), 9, {"twice"});
 }
@@ -316,6 +316,7 @@ TEST(ChainOf, ItsEndsWithoutSourcesOrSink) {
   expect_error(error_of_nodes(nodes + "[Y, Z]}"), 10, {"ends in a cycle", "`sink: Y`"});
   expect_error(error_of_nodes(nodes + "[Y, Z], sink: Z}"), 10, {"has no `sources`", "`sources: [Y]`"});
   expect_error(error_of_nodes(nodes + "[F, C]}"), 10, {"source F of chain c has no timer"});
+  expect_error(error_of_nodes(nodes + "[O, C]}"), 10, {"a gap before C", "from O to C"});
   expect_error(error_of_nodes(nodes + "[S, FF]}"), 10, {"unknown node FF"});
 }
 
