@@ -10,9 +10,11 @@
 
 #include "commands/commands.hpp"
 #include "hotpath/core/suggestion.hpp"
+#include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
 #include "program/output_target.hpp"
+#include "program/whole_file.hpp"
 
 namespace hotpath::commands {
 
@@ -270,6 +272,15 @@ std::vector<std::string> given_options(const CLI::App& command, const std::vecto
                     (option->get_expected_max() == 0 ? "" : "=" + program::joined(option->results(), ",")));
   }
   return words;
+}
+
+void write_example(const std::string& file, const std::string& example, const char* next) {
+  program::check_output_file(file, "--new");
+  if (!is_yaml_path(file)) throw program::UsageError("--new " + file + ": give the file the extension .yaml");
+  if (std::filesystem::exists(file))
+    throw program::UsageError("--new " + file + ": the file exists; name a new one");
+  program::write_output_file(file, "--new", example);
+  std::cout << "Wrote " << file << "; next: hotpath " << next << " " << file << "\n";
 }
 
 void add_length_options(CLI::App& command, setup::CommonOptions& o, double longest_s) {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
 #include <iostream>
 
 #include "commands/commands.hpp"
@@ -7,12 +6,9 @@
 #include "hotpath/reference_system/deployment.hpp"
 #include "hotpath/reference_system/graph_file.hpp"
 #include "hotpath/reference_system/graph_picture.hpp"
-#include "hotpath/reference_system/yaml_file.hpp"
 #include "program/errors.hpp"
-#include "program/output_target.hpp"
 #include "program/shown_text.hpp"
 #include "program/text.hpp"
-#include "program/whole_file.hpp"
 #include "setup/utilisation.hpp"
 
 namespace hotpath::commands {
@@ -74,17 +70,8 @@ void print_cie(const GraphOptions& options, const Graph& graph, const GraphTasks
   }
 }
 
-void write_example(const std::string& file) {
-  program::check_output_file(file, "--new");
-  if (!is_yaml_path(file)) throw program::UsageError("--new " + file + ": give the file the extension .yaml");
-  if (std::filesystem::exists(file))
-    throw program::UsageError("--new " + file + ": the file exists; name a new one");
-  program::write_output_file(file, "--new", std::string(kExample));
-  std::cout << "Wrote " << file << "; next: hotpath simulate " << file << "\n";
-}
-
 void print_graph(const GraphOptions& options) {
-  if (!options.new_file.empty()) return write_example(options.new_file);
+  if (!options.new_file.empty()) return write_example(options.new_file, kExample, "simulate");
   if (options.graph.empty()) throw CLI::RequiredError("--graph");
   const Graph graph = load_graph(find_graph(options.graph), options.set);
   const GraphTasks tasks = make_tasks(graph);

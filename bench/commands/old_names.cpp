@@ -111,6 +111,9 @@ std::string unknown_word(const CLI::App& app) {
   if (wants_command && words.empty()) return "a command is missing; available: " + program::joined(names);
   const std::string word = wants_command ? words.front() : option->substr(0, option->find('='));
   if (std::string now = what_became_of(path, word); !now.empty()) return now;
+  if (wants_command && names.size() == 1 && did_you_mean(word, names).empty())  // it is the only command's
+    return program::concat("unknown command `", word, "`; write `hotpath ", path, " ", names.front(), " ",
+                           word, "`");
   if (wants_command) return text_of("command", word, names);
   for (const CLI::Option* known : command->get_options()) {
     for (const std::string& name : known->get_lnames()) names.push_back("--" + name);

@@ -190,6 +190,9 @@ CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& options,
 void set_phases(setup::CommonOptions& options, const std::string& text);
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& options);
 
+/// Writes an example into a new YAML file (--new), and names the command to use it with. Throws UsageError.
+void write_example(const std::string& file, const std::string& example, const char* next);
+
 /// Adds --duration up to `longest_s`, --warm-up, --repetitions and --seed.
 void add_length_options(CLI::App& command, setup::CommonOptions& options, double longest_s);
 void add_warm_up_option(CLI::App& command, setup::CommonOptions& options);

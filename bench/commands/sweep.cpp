@@ -34,8 +34,25 @@ constexpr double kLongest_s = 3600, kLargest_bytes = 1e9;
 /// Cells timed before the others, spread over the design, to estimate duration and size.
 constexpr std::size_t kTimed = 4;
 
+/// What --new writes.
+constexpr const char* kExampleSweep =
+    R"(# A sweep: `command` runs for all combinations of the values of `axes`. docs/sweeps.md has all keys.
+# Start or resume it:  hotpath sweep FILE
+command: simulate  # Or analyze, or run, which measures live.
+# Options of the command without dashes, in all cells alike.
+fixed: {graph: autoware, duration: 10, warm-up: 1, phases: random}
+axes:
+  load: {from: 20, to: 100, step: 20}
+  executors: [default, rm-ro]
+  # set.FrontLidarDriver.period_ms: [50, 100]
+  # platform.release_cost_us: [0, 10]
+repetitions: 5  # Of each combination; their random numbers follow from the seed.
+seed: 1
+keep: none  # Or all: the run folders of all cells.
+)";
+
 struct SweepArguments {
-  std::string file, output;
+  std::string file, output, new_file;
   unsigned threads = 0;
   bool yes = false;
 };
@@ -332,13 +349,19 @@ class Sweep {
 const Command kSweep("Predict", 60, [](CLI::App& app) {
   auto [sweep, o] = add_command<SweepArguments>(
       app, "sweep", "Run a parameter sweep of runs or simulations and collect one table",
-      "hotpath sweep autoware_load.yaml", [](const SweepArguments& arguments) { Sweep(arguments).run(); });
-  add(sweep, "FILE", o.file, "", "Sweep file: fixed and varied options (docs/sweeps.md)")->required();
+      "hotpath sweep autoware_load.yaml", [](const SweepArguments& arguments) {
+        if (!arguments.new_file.empty()) return write_example(arguments.new_file, kExampleSweep, "sweep");
+        if (arguments.file.empty()) throw CLI::RequiredError("FILE");
+        Sweep(arguments).run();
+      });
+  add(sweep, "FILE", o.file, "", "Sweep file: fixed and varied options (docs/sweeps.md)");
+  add(sweep, "--new", o.new_file, "FILE", "Write a commented example of a sweep into this new file");
   add(sweep, "--output", o.output, "FOLDER",
       "Folder for the table; resumes an unfinished sweep in it. By default runs/sweep-FILE");
   add(sweep, "--threads", o.threads, {0, 1024}, "N",
       "Parallel cells per rank, 0 for one per CPU; live cells run one at a time");
   add(sweep, "--yes", o.yes, "Start even if the sweep takes more than 1 hour or 1 GB");
+  sweep.get_option("--new")->excludes("FILE", "--output", "--threads", "--yes");
 });
 
 }  // namespace hotpath::commands

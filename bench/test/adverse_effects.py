@@ -146,7 +146,7 @@ EFFECTS = {
 --strict @ analyze_test.py
 --csv bounds.csv
 """,
-    "sweep {stock}/sweep.yaml --output out": "--threads --yes @ sweep_test.py",
+    "sweep {stock}/sweep.yaml --output out": "--threads --yes --new @ sweep_test.py",
     "explain {stock}/autoware": """
 --executors rm-ro
 --repetition 1

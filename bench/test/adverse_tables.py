@@ -30,6 +30,8 @@ REJECTED = """
 | a command is missing; available: run, bench
 rum | `rum` | did you mean `run`?
 simulat | simulate
+import {stock} | write `hotpath import ctf
+import ctf {stock}/tiny.yaml | is not a folder; unpack an archive
 timeline | `timeline` is | export perfetto RUN
 validate | `validate` is | `diff RUN --simulated`
 run --fast | --fast | hotpath run --help
@@ -107,6 +109,7 @@ EXCLUDED = """
 run --quick | --duration 5 | --repetitions 5
 run --transport intra_process | --network shared_memory | --domain 3 | --all-interfaces
 run --against x | --json
+sweep --new new.yaml | --threads 2 | --yes | --output x
 graph --new new.yaml | --graph autoware | --set A.b=1 | --as dot | --deployments isolated
 analyze autoware --trace x | --set A.b=1 | --rate 50 | --copies 2 | --entity-order reverse
 bench --quick | --repetitions 3
@@ -153,7 +156,12 @@ watch --once true --output
 """
 # Options that take a file or folder to read, and those whose targets are tested elsewhere.
 INPUTS = {"--against", "--deployments", "--phases"}
-ELSEWHERE = {("graph", "--new"), ("watch", "--contract"), ("paper", "figures", "--output")}
+ELSEWHERE = {
+    ("graph", "--new"),
+    ("sweep", "--new"),
+    ("watch", "--contract"),
+    ("paper", "figures", "--output"),
+}
 
 # Shell code for a folder, and the targets in it that are refused: given | targets.
 CROWDED = (
@@ -262,6 +270,7 @@ ulimit -l 0; nobody | run {brief} --lock-memory --output run | locking memory wa
 ulimit -n 8; | run {one} --duration 0.2 --warm-up 0 --output run | socket pair: Too many open files
 ulimit -n 12; | run {one} --duration 0.2 --warm-up 0 --output run | cannot be set up | Too many open files
 ulimit -f 40; | simulate --executors default --duration 20 --output run | jobs.csv.part | File too large
+timeout -s INT 2 "$@"; exit 1; | simulate --duration 1e6 --no-trace --output run | interrupted | nothing was
 ulimit -s 64; | report {stock}/run | ulimit -s
 unshare -n | run {one} --processes 2 --time-out 1 --output run | DDS domain 0 | partners
 """

@@ -55,6 +55,11 @@ class Sweeps(SweepTest):
         self.assertEqual([int(row["cell"]) for row in rows], list(range(24)))
         self.assertEqual({row["executor"] for row in rows}, {"default", "rm-ro"})
 
+    def test_the_example_runs(self) -> None:
+        self.assertIn("next: hotpath sweep new.yaml", self.accepted("sweep", "--new", "new.yaml"))
+        self.accepted("sweep", "new.yaml", "--output", "out")
+        self.assertEqual(len(self.rows("out")), 5 * 2 * 5)
+
     def test_a_key_of_a_node_is_an_axis(self) -> None:
         key = "set.FrontLidarDriver.period_ms"
         fixed = "fixed: {executors: rm-ro, duration: 2, warm-up: 0}"
@@ -206,11 +211,9 @@ class ChildrenThatRefuse(SweepTest):
 
 class TwoBuilds(CommandTest):
     def test_compare_against_the_same_build(self) -> None:
-        words = "--executors default --graph timers_only_60 --load 5 --duration 0.3 --warm-up 0".split()
-        words += ["--transport", "intra_process"]
-        reports = ["--junit", "gate.xml", "--markdown", "gate.md"]
-        words += ["--repetitions", "3", "--against", HOTPATH, "--output", "ab"]
-        code, out, err = self.command("compare", *words, *reports)
+        words = "compare --executors default --graph timers_only_60 --load 5 --duration 0.3 --warm-up 0"
+        words += " --transport intra_process --repetitions 3 --output ab --junit gate.xml --markdown gate.md"
+        code, out, err = self.command(*words.split(), "--against", HOTPATH)
         self.assertIn(code, (0, 1), err)  # noise decides on so short a run
         self.assertIn("; interleaved repetitions pair by pair; at most 1 % false alarms)", out, err)
         self.assertEqual(err.count("old build"), 3)

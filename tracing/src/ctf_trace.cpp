@@ -43,7 +43,7 @@ std::vector<fs::path> ctf_folders(const fs::path& folder) {
   std::error_code error;
   const fs::file_status status = fs::status(folder, error);
   if (error) refuse_reading(error);
-  if (!fs::is_directory(status)) refuse("is not a folder; name the folder of a trace");
+  if (!fs::is_directory(status)) refuse("is not a folder; unpack an archive, and name the folder of a trace");
   std::vector<fs::path> traces;
   // Files may vanish during the search.
   fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, error);
@@ -67,8 +67,8 @@ std::vector<fs::path> ctf_folders(const fs::path& folder) {
   if (error) refuse_reading(error);
   if (traces.empty()) {
     refuse(
-        "holds no CTF trace: there is no file `metadata` in it or below it; name the folder that "
-        "`lttng create --output` or `ros2 trace` wrote");
+        "holds no CTF trace: there is no file `metadata` in it or below it; unpack archives, and name the "
+        "folder that `lttng create --output` or `ros2 trace` wrote");
   }
   std::ranges::sort(traces);
   return traces;
