@@ -63,17 +63,15 @@ class Advise(CommandTest):
             [line for line in lines if not line.startswith("#")],
             ["executor: rm-ro:first", "threads: 1", "graph: graph.yaml", "service_wait_ms: 100"],
         )
-        words = ("--executors", "rm-ro:first", "--duration", 1)
-        self.measure("simulate", "--graph", folder / "graph.yaml", *words)
+        self.measure("simulate", folder / "graph.yaml", "--executors", "rm-ro:first", "--duration", 1)
 
     def test_ranks_as_the_real_executors_were_measured(self) -> None:
         """Uses the recorded phases, and ranks by the median for a crunch of 4.2 ms."""
         measured = {r["executor"].split()[0]: float(r["hot_path_p50_ms"]) for r in csv_rows(MEASURED)}
         variants = {"rm-ro": "rm-ro:first", "edf-ro": "edf-ro:first", "multi": "multi:2"}
         names = {name: variants.get(name, name) for name in measured}
-        options = "--cores 2 --for hot_path:median --duration 20"
-        candidates = ("--phases", MEASURED, "--executors", ",".join(names.values()))
-        _, advice = self.advise("autoware", options, *candidates)
+        options = f"--cores 2 --for hot_path:median --duration 20 --executors {','.join(names.values())}"
+        _, advice = self.advise("autoware", options, "--phases", MEASURED)
         self.assertEqual(advice["draws"], 1, "nothing is random")
         predicted = {row["name"]: row["median_ms"]["value"] for row in advice["ranking"]}
         pairs = [(a, b) for a in measured for b in measured if measured[b] > CLEAR * measured[a]]
@@ -137,8 +135,7 @@ class Advise(CommandTest):
         self.assertNotEqual(advice["recommended"], "default")
 
     def test_the_budget_ends_it_after_a_whole_draw(self) -> None:
-        limits = "--repetitions 1000 --duration 30 --time-out 0.1"
-        out, advice = self.advise("autoware", f"{limits} --executors default,rm-ro")
+        out, advice = self.advise("autoware", "--repetitions 1000 --time-out 0.1 --executors default,rm-ro")
         self.assertLess(advice["draws"], 1000)
         rows = csv_rows(self.folder / "advice" / "latencies.csv")
         drawn = {(row["executor"], int(row["repetition"])) for row in rows}
