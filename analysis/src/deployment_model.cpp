@@ -13,35 +13,32 @@ namespace hotpath {
 using exact::add;
 
 std::optional<std::string> refusal_of(const DeployedSystem& system) {
-  const Platform& p = system.platform;
-  if (p.release_cost + p.pass_cost > Duration{}) return "it does not cover release costs";
-  for (const Task& task : system.graph.set.tasks) {
-    if (task.release_jitter > Duration{}) return "it does not cover release jitter";
-  }
+  using A = Assumption;
+  constexpr std::uint32_t kCovers =
+      kAnyOrder | bits({A::subscriptions, A::unknown_phases, A::shifted_phases, A::costs, A::wake_up,
+                        A::delivery_delay, A::any_delivery});
+  // Of an ordinary thread below a raised timer thread: they delay jobs of that executor alone.
+  constexpr std::uint32_t kBelow = bits({A::several_threads, A::woken_by_jobs, A::service_wait});
+  Platform processor = system.platform;
+  processor.cores = 1;
+  processor.raised_releaser = true;
   bool any = false;
   for (const DeployedThread& thread : system.threads) {
-    if (!thread.other_policy.empty()) {
-      return "executor " + thread.name + " runs under " + thread.other_policy + "; give it fifo or other";
+    const std::string name = "executor " + thread.name;
+    const bool bounded = thread.priority > 0;
+    if (!thread.other_policy.empty())
+      return name + " runs under " + thread.other_policy + "; give it fifo or other";
+    if (!bounded && thread.timers_priority == 0) continue;
+    if (bounded && thread.processors.size() != 1) return name + " may run on several processors; give it one";
+    const std::uint32_t missing =
+        assumptions_of({system.graph, *thread.executor, thread.scheduling, processor}) &
+        ~(bounded ? kCovers : kCovers | kBelow);
+    if (missing != 0) return name + ": " + not_covered(missing);
+    if (bounded && thread.executor->traits.timers != TimerHandling::polled &&
+        thread.timers_priority <= thread.priority) {
+      return name + " has a timer thread that does not preempt it; raise that thread's priority";
     }
-    if (thread.priority == 0) continue;
-    any = true;
-    const ExecutorTraits& traits = thread.executor->traits;
-    const bool own_timers = traits.timers != TimerHandling::polled;
-    const std::string name = "executor " + thread.name + " ";
-    if (thread.processors.size() != 1) return name + "may run on several processors; give it one";
-    if (traits.timers == TimerHandling::release_and_execute ||
-        worker_count(*thread.executor, thread.scheduling) > (own_timers ? 2U : 1U)) {
-      return name + "runs jobs in several threads";
-    }
-    if (traits.timers == TimerHandling::marked_ready && p.wake_up_latency > Duration{}) {
-      return name + "has a timer thread that the end of each timer's job wakes up";
-    }
-    if (has_service_wait(*thread.executor, thread.scheduling, system.graph.set)) {
-      return name + "has services that run next after `service_wait_ms`";
-    }
-    if (own_timers && thread.timers_priority <= thread.priority) {
-      return name + "has a timer thread that does not preempt it; raise that thread's priority";
-    }
+    any = any || bounded;
   }
   if (any) return std::nullopt;
   return "no executor has a thread under SCHED_FIFO that is bound to a processor";

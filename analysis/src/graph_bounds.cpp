@@ -41,7 +41,8 @@ constexpr std::array kTexts = {
     AssumptionText{A::ties_by_activation, "jobs of equal priority in the order of their activation"},
     AssumptionText{A::unknown_phases, "unknown phases"},
     AssumptionText{A::shifted_phases, "phases other than 0"},
-    AssumptionText{A::costs, "the costs of releases, dispatches and waits"},
+    AssumptionText{A::costs, "the costs of dispatches and waits"},
+    AssumptionText{A::release_costs, "release costs"},
     AssumptionText{A::wake_up, "wake-up latencies"},
     AssumptionText{
         A::late_releases,
@@ -52,7 +53,8 @@ constexpr std::array kTexts = {
     AssumptionText{A::any_delivery, "an unknown order of delivery"},
     AssumptionText{A::release_jitter, "release jitter"},
     AssumptionText{A::service_wait, "services that run next after `service_wait_ms`"},
-    AssumptionText{A::woken_by_jobs, "a timer thread that the end of each timer's job wakes up"},
+    AssumptionText{A::woken_by_jobs,
+                   "a timer thread with a wake-up latency that the end of each timer's job wakes up"},
 };
 
 bool has_releaser(const ExecutorEntry& e) { return e.traits.timers != TimerHandling::polled; }
@@ -143,7 +145,8 @@ bool releases_first(const BoundedSystem& system, const GraphOverheads& overheads
 
 /// 0: none.
 std::int64_t service_wait(const BoundedSystem& system) {
-  const bool waits = has_service_wait(system.executor, system.scheduling, system.graph.set);
+  const bool waits = system.executor.traits.family == Family::priority_events &&
+                     std::ranges::any_of(system.graph.set.tasks, &Task::service);
   return waits ? system.scheduling.service_wait.count() : 0;
 }
 
@@ -190,7 +193,7 @@ struct Method {
   void (*bound)(const BoundedSystem&, GraphBounds&);
 };
 
-constexpr std::uint32_t kTimers = bits({A::unknown_phases, A::shifted_phases, A::costs});
+constexpr std::uint32_t kTimers = bits({A::unknown_phases, A::shifted_phases, A::costs, A::release_costs});
 constexpr std::uint32_t kGraphs =
     kTimers | bits({A::subscriptions, A::wake_up, A::late_releases, A::any_delivery});
 
@@ -271,9 +274,8 @@ const std::array kMethods = {
              bound_graph(s, topology, TighterPaths(ahead_of_timers, paths), out);
            }},
     Method{"chains on several threads",
-           bits({A::subscriptions, A::fixed_priorities, A::deadlines, A::activation_order, A::polling,
-                 A::other_order, A::several_threads, A::ties_by_activation, A::unknown_phases,
-                 A::shifted_phases, A::mixed_deadlines, A::any_delivery}),
+           kAnyOrder | bits({A::subscriptions, A::several_threads, A::unknown_phases, A::shifted_phases,
+                             A::any_delivery}),
            bound_threads},
 };
 
@@ -298,11 +300,6 @@ std::string not_covered(std::uint32_t missing) {
     text += std::string(text.back() == ' ' ? "" : ", ") + a.text;
   }
   return text;
-}
-
-bool has_service_wait(const ExecutorEntry& executor, const SchedulerOptions& scheduling, const TaskSet& set) {
-  return executor.traits.family == Family::priority_events && scheduling.service_wait > Duration{} &&
-         std::ranges::any_of(set.tasks, &Task::service);
 }
 
 OverheadAwareResponse timer_responses(const BoundedSystem& system, const ResponseTimeAnalysis& analysis) {
@@ -340,9 +337,8 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
          A::shifted_phases);
   const bool waits =
       traits.family == Family::wait_set && p.wait_cost + p.wait_cost_per_entity > Duration::zero();
-  add_if(waits || p.longest_dispatch_cost() > Duration::zero() ||
-             (releaser && release_cost(p) > Duration::zero()),
-         A::costs);
+  add_if(waits || p.longest_dispatch_cost() > Duration::zero(), A::costs);
+  add_if(releaser && release_cost(p) > Duration::zero(), A::release_costs);
   add_if(p.wake_up_latency > Duration::zero(), A::wake_up);
   add_if(timers(set) < set.size() && mixes_deadlines(system), A::mixed_deadlines);
   add_if(releaser && !runs_timers && !p.raised_releaser && p.cores == 1, A::late_releases);
@@ -350,7 +346,7 @@ std::uint32_t assumptions_of(const BoundedSystem& system) {
          A::woken_by_jobs);
   add_if(!system.graph.delivery_known, A::any_delivery);
   add_if(largest_jitter(set) > 0, A::release_jitter);
-  add_if(has_service_wait(system.executor, system.scheduling, set), A::service_wait);
+  add_if(service_wait(system) > 0, A::service_wait);
   add_if(p.delivery_delay > Duration::zero() && timers(set) < set.size(), A::delivery_delay);
   return present;
 }

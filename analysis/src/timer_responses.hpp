@@ -2,22 +2,12 @@
 #pragma once
 
 #include <functional>
-#include <initializer_list>
 
 #include "hotpath/analysis/graph_bounds.hpp"
 #include "hotpath/analysis/graph_busy_window.hpp"
 #include "hotpath/analysis/release_overhead.hpp"
 
 namespace hotpath {
-
-constexpr std::uint32_t bits(std::initializer_list<Assumption> all) {
-  std::uint32_t sum = 0;
-  for (const Assumption a : all) sum |= static_cast<std::uint32_t>(a);
-  return sum;
-}
-
-/// The reason why a method does not apply: the uncovered assumptions `missing`.
-std::string not_covered(std::uint32_t missing);
 
 /// The bounds that `bound` fills in; only the reason if an assumption is missing or `bound` throws
 /// AnalysisError.

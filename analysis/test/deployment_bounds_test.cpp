@@ -216,35 +216,33 @@ TEST(DeploymentBounds, ASampleMayArriveLateOnItsOwnProcessor) {
 }
 
 TEST(DeploymentBounds, WhatIsNotCoveredIsRefusedByName) {
-  const auto refusal = [](const auto& change) {
+  const auto refusal = [](const char* executor, const auto& change) {
     Deployed system;
-    system.timer(system.thread(5), 10, 1);
+    system.timer(system.thread(5, executor), 10, 1);
     change(system);
     return system.bounds().refusal.value_or("");
   };
-  EXPECT_EQ(refusal([](Deployed&) {}), "");
-  EXPECT_THAT(refusal([](Deployed& s) {
-                s.last_thread().processors = {0, 1};
-              }),
+  const auto as_it_is = [](Deployed&) {};
+  EXPECT_EQ(refusal("default", as_it_is), "");
+  EXPECT_THAT(refusal("multi", as_it_is), HasSubstr("several executor threads"));
+  EXPECT_THAT(refusal("rm-re", as_it_is), HasSubstr("runs timers itself"));
+  EXPECT_THAT(refusal("default", [](Deployed& s) { s.thread(0, "rm-re"); }),  // its timer thread is above
+              HasSubstr("executor thread1: it does not cover a timer thread"));
+  EXPECT_EQ(refusal("default", [](Deployed& s) { s.thread(0, "multi"); }), "");
+  EXPECT_THAT(refusal("default", [](Deployed& s) { s.last_thread().processors.push_back(1); }),
               HasSubstr("several processors"));
-  EXPECT_THAT(refusal([](Deployed& s) { s.last_thread().priority = 0; }), HasSubstr("no executor"));
-  EXPECT_THAT(refusal([](Deployed& s) { s.last_thread().other_policy = "rr:5"; }), HasSubstr("rr:5"));
-  EXPECT_THAT(refusal([](Deployed& s) { s.last_thread().executor = find_executor("multi"); }),
-              HasSubstr("several threads"));
-  EXPECT_THAT(refusal([](Deployed& s) { s.last_thread().executor = find_executor("rm-re"); }),
-              HasSubstr("several threads"));
-  EXPECT_THAT(refusal([](Deployed& s) {
-                s.last_thread().executor = find_executor("events-ro");
-                s.last_thread().timers_priority = 5;
-              }),
-              HasSubstr("timer thread"));
-  EXPECT_THAT(refusal([](Deployed& s) {
-                s.last_thread().executor = find_executor("cbg");
-                s.last_thread().scheduling.workers = 1;
-                s.platform().wake_up_latency = 1ns;
-              }),
-              HasSubstr("wakes up"));
-  EXPECT_THAT(refusal([](Deployed& s) { s.platform().release_cost = 1ns; }), HasSubstr("release costs"));
+  EXPECT_THAT(refusal("default", [](Deployed& s) { s.last_thread().priority = 0; }),
+              HasSubstr("no executor"));
+  EXPECT_THAT(refusal("default", [](Deployed& s) { s.last_thread().other_policy = "rr:5"; }),
+              HasSubstr("rr:5"));
+  EXPECT_THAT(refusal("events-ro", [](Deployed& s) { s.last_thread().timers_priority = 5; }),
+              HasSubstr("does not preempt it"));
+  EXPECT_THAT(refusal("cbg", [](Deployed& s) { s.platform().wake_up_latency = 1ns; }), HasSubstr("wakes up"));
+  const auto with_cost = [](Deployed& s) { s.platform().release_cost = 1ns; };
+  EXPECT_EQ(refusal("default", with_cost), "");
+  EXPECT_THAT(refusal("events-ro", with_cost), HasSubstr("release costs"));
+  EXPECT_THAT(refusal("default", [](Deployed& s) { s[0].release_jitter = 1ns; }),
+              HasSubstr("release jitter"));
 }
 
 }  // namespace

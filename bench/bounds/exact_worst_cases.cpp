@@ -162,20 +162,9 @@ void near_phases(TaskSet& set, Duration uncertainty) {
   }
 }
 
-void check_jitter(const TaskSet& set, const ExecutorEntry& executor, const Platform& platform) {
-  if (executor.traits.timers != TimerHandling::marked_ready) return;
-  const auto jitter =
-      std::ranges::find_if(set.tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
-  if (jitter == set.tasks.end()) return;
-  const std::string of_whom = "it does not cover the release jitter of " + jitter->name +
-                              " under a timer thread that each timer's job wakes up and that ";
-  if (platform.cores == 1 && !platform.raised_releaser) throw ExplorationRefused(of_whom + "shares the core");
-  if (platform.wake_up_latency > Duration{}) throw ExplorationRefused(of_whom + "has a wake-up latency");
-}
-
 /// Throws ExplorationRefused for what is not covered.
-void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& executor,
-           const Platform& platform, const ExactOptions& exact) {
+void check(const Graph& graph, const GraphTasks& tasks, const BoundedSystem& system, bool uncertain_phases) {
+  using A = Assumption;
   if (const auto unknown = unknown_deliveries(graph); !unknown.empty()) {
     throw ExplorationRefused("it needs the order in which samples of topic " + unknown.front() +
                              " reach its subscribers (`delivery` under `topics` in the graph)");
@@ -185,14 +174,23 @@ void check(const Graph& graph, const GraphTasks& tasks, const ExecutorEntry& exe
     throw ExplorationRefused("it does not cover callback " + early->task +
                              ", which publishes before the end of its jobs");
   }
-  if (exact.phase_uncertainty == Duration{}) return check_jitter(tasks.set, executor, platform);
-  if (executor.traits.timers == TimerHandling::marked_ready) {
+  const ExecutorTraits& traits = system.executor.traits;
+  const bool woken = traits.timers == TimerHandling::marked_ready;
+  if (uncertain_phases && woken) {
     throw ExplorationRefused(
         "it does not cover uncertain phases under a timer thread that the end of each timer's job wakes up");
   }
-  if (by_deadline(traits_of(executor.traits.policy.value_or(Policy::fifo)).levels))
+  if (uncertain_phases && by_deadline(traits_of(traits.policy.value_or(Policy::fifo)).levels))
     throw ExplorationRefused(
         "it does not cover uncertain phases under an order by deadlines, which follow the phases");
+  const std::uint32_t present = assumptions_of(system);
+  const bool woken_late = woken && (present & bits({A::release_jitter})) != 0;
+  std::uint32_t covers = kAnyOrder | bits({A::subscriptions, A::several_threads, A::shifted_phases, A::costs,
+                                           A::release_costs, A::wake_up, A::late_releases, A::delivery_delay,
+                                           A::woken_by_jobs, A::release_jitter});
+  if (woken_late) covers &= ~bits({A::late_releases, A::woken_by_jobs});
+  if ((present & ~covers) != 0)
+    throw ExplorationRefused((woken_late ? "with release jitter, " : "") + not_covered(present & ~covers));
 }
 
 /// Explores every schedule; with `observer.of_subscriptions` for response times of subscriptions alone, which
@@ -257,11 +255,13 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
   options.platform = make_platform(graph, executor);
   GraphTasks tasks = given;
   try {
-    if (has_service_wait(executor, scheduling, tasks.set)) {
-      throw ExplorationRefused("it does not cover services that run next after `service_wait_ms`");
-    }
     near_phases(tasks.set, exact.phase_uncertainty);
-    check(graph, tasks, executor, options.platform, exact);
+    CallbackGraph activations;  // for assumptions_of(): without joins and reads
+    activations.set = tasks.set;
+    activations.phases_known = true;
+    activations.delivery_known = unknown_deliveries(graph).empty();
+    check(graph, tasks, {activations, executor, scheduling, options.platform},
+          exact.phase_uncertainty > Duration{});
     const HeldReleases by_exploration;
     for (Task& task : tasks.set.tasks) {
       if (task.release_jitter > Duration{}) task.release_delays = &by_exploration;

@@ -67,12 +67,12 @@ TEST(ExactWorstCases, JitterUnderATimerThreadThatJobsWakeUpNeedsItToBeReadyAtOnc
     return bounds.refusal.value_or("");
   };
   const std::string jitter = ", release_jitter_ms: 1", late = "cores: 2, wake_up_us: 100";
-  const std::string prefix =
-      "it does not cover the release jitter of S under a timer thread that each timer's job wakes up and "
-      "that ";
-  EXPECT_EQ(refusal(jitter, late), prefix + "has a wake-up latency");
-  EXPECT_EQ(refusal(jitter, "timer_thread: raised, wake_up_us: 100"), prefix + "has a wake-up latency");
-  EXPECT_EQ(refusal(jitter, "cores: 1, wake_up_us: 0"), prefix + "shares the core");
+  const std::string wakes =
+      "with release jitter, it does not cover a timer thread with a wake-up latency that the end of each "
+      "timer's job wakes up";
+  EXPECT_EQ(refusal(jitter, late), wakes);
+  EXPECT_EQ(refusal(jitter, "timer_thread: raised, wake_up_us: 100"), wakes);
+  EXPECT_THAT(refusal(jitter, "cores: 1, wake_up_us: 0"), HasSubstr("waits for the executor thread"));
   EXPECT_EQ(refusal(jitter, "cores: 2, wake_up_us: 0"), "");
   EXPECT_EQ(refusal("", late), "");
 }

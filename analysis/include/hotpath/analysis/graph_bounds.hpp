@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -48,7 +49,7 @@ enum class Assumption : std::uint32_t {
   ties_by_activation = 1U << 8,  ///< The order among jobs of equal priority, if such jobs may exist.
   unknown_phases = 1U << 9,
   shifted_phases = 1U << 10,  ///< Phases are known, and some timer has a phase other than 0.
-  costs = 1U << 11,           ///< Costs of releases, dispatches and waits.
+  costs = 1U << 11,           ///< Costs of dispatches and waits.
   wake_up = 1U << 12,
   late_releases = 1U << 13,  ///< The timer thread waits for the executor thread on the only core.
   delivery_delay = 1U << 14,
@@ -59,14 +60,25 @@ enum class Assumption : std::uint32_t {
   release_jitter = 1U << 18,  ///< Timers' jobs become ready later than at their timestamps.
   /// A service that has waited for SchedulerOptions::service_wait runs next.
   service_wait = 1U << 19,
+  release_costs = 1U << 20,
 };
 
-/// Whether a service may run ahead of its priority (SchedulerOptions::service_wait).
-[[nodiscard]] bool has_service_wait(const ExecutorEntry& executor, const SchedulerOptions& scheduling,
-                                    const TaskSet& set);
+constexpr std::uint32_t bits(std::initializer_list<Assumption> all) {
+  std::uint32_t sum = 0;
+  for (const Assumption a : all) sum |= static_cast<std::uint32_t>(a);
+  return sum;
+}
+/// Whichever of the ready jobs an executor runs next.
+inline constexpr std::uint32_t kAnyOrder = bits(
+    {Assumption::fixed_priorities, Assumption::deadlines, Assumption::activation_order, Assumption::polling,
+     Assumption::other_order, Assumption::ties_by_activation, Assumption::mixed_deadlines});
 
-/// The properties of the system, as bits of Assumption.
+/// The properties of the system, as bits of Assumption, from its tasks and what is known of phases and
+/// delivery. Each method states the bits that it covers; a system with any other bit is refused.
 [[nodiscard]] std::uint32_t assumptions_of(const BoundedSystem& system);
+
+/// The reason why a method does not apply: the uncovered assumptions `missing`.
+[[nodiscard]] std::string not_covered(std::uint32_t missing);
 
 /// The bounds of every method. `also_covers`: bits that no method checks, for tests which prove
 /// that the check is needed.
