@@ -8,7 +8,6 @@
 #include <numeric>
 #include <tuple>
 
-#include "hotpath/reference_system/chain_observation.hpp"
 #include "program/parallel.hpp"
 #include "setup/run_setup.hpp"
 
@@ -24,12 +23,10 @@ constexpr std::array<std::int64_t, 3> kSteps = {16, 128, 1024};  // of the grids
 /// By chain of the graph: its worst hot path and age in ms; infinite: there is none.
 std::vector<std::pair<double, double>> worst_latencies(const Graph& graph, const GraphTasks& tasks,
                                                        const GraphBounds& bounds) {
-  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
-  std::vector<std::pair<double, double>> all;
-  auto bound = bounds.chains.begin();  // only of the chains that begin in timers
-  for (const ChainIndex& chain : index_chains(graph, tasks)) {
-    auto& [hot_path_ms, age_ms] = all.emplace_back(INFINITY, INFINITY);
-    if (!std::ranges::all_of(chain.sources, is_timer)) continue;
+  std::vector<std::pair<double, double>> all(graph.chains.size(), {INFINITY, INFINITY});
+  auto bound = bounds.chains.begin();
+  for (const bounds::BoundedChain& chain : bounds::bounded_chains(graph, tasks)) {
+    auto& [hot_path_ms, age_ms] = all[chain.number];
     const std::optional<ChainAge>& age = *bound++;
     if (age) age_ms = to_ms(Duration(age->latency));
     if (age && age->hot_path) hot_path_ms = to_ms(Duration(*age->hot_path));

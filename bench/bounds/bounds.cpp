@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/phases.hpp"
 
 namespace hotpath::bounds {
@@ -61,6 +60,17 @@ void keep_smaller(std::optional<Guarantee>& kept, std::optional<std::int64_t> bo
 
 }  // namespace
 
+std::vector<BoundedChain> bounded_chains(const Graph& graph, const GraphTasks& tasks) {
+  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
+  std::vector<BoundedChain> all;
+  std::uint32_t number = 0;
+  for (ChainIndex& chain : index_chains(graph, tasks)) {
+    if (std::ranges::all_of(chain.sources, is_timer)) all.push_back({std::move(chain), number});
+    ++number;
+  }
+  return all;
+}
+
 CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool phases_known) {
   CallbackGraph out;
   out.set = tasks.set;
@@ -68,12 +78,8 @@ CallbackGraph callback_graph(const Graph& graph, const GraphTasks& tasks, bool p
   out.creation_spread = std::ranges::max(creation_instants(graph, tasks, std::nullopt));
   out.delivery_known = unknown_deliveries(graph).empty();
   for (TaskId id = 0; id < tasks.set.size(); ++id) add_publications(tasks, id, out);
-  const std::vector<ChainIndex> chains = index_chains(graph, tasks);
-  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
-  for (std::size_t c = 0; c < chains.size(); ++c) {
-    if (!std::ranges::all_of(chains[c].sources, is_timer)) continue;  // begins inside other chains
-    out.chains.push_back({graph.chains[c].name, chains[c].sources, chains[c].sink_tasks});
-  }
+  for (const BoundedChain& chain : bounded_chains(graph, tasks))
+    out.chains.push_back({graph.chains[chain.number].name, chain.sources, chain.sink_tasks});
   return out;
 }
 

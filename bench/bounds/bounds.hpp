@@ -10,6 +10,7 @@
 #include "hotpath/analysis/graph_bounds.hpp"
 #include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/registry.hpp"
+#include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath::bounds {
@@ -21,6 +22,13 @@ constexpr auto enum_texts(Quantity) {
   return std::to_array<EnumText<Quantity>>(
       {{Quantity::task, "task"}, {Quantity::chain, "chain"}, {Quantity::hot_path, "hot_path"}});
 }
+
+/// A chain whose age is bounded. A chain that begins inside other chains is none.
+struct BoundedChain : ChainIndex {
+  std::uint32_t number = 0;  ///< In the graph.
+};
+/// In the order of GraphBounds::chains.
+[[nodiscard]] std::vector<BoundedChain> bounded_chains(const Graph& graph, const GraphTasks& tasks);
 
 /// The graph in the form that the analyses take. With `phases_known` it has the phases of the task
 /// set. Throws AnalysisError for nodes of type callbacks whose publication rules no method covers.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "hotpath/reference_system/graph_workload.hpp"
 #include "program/interrupt.hpp"
@@ -13,34 +14,18 @@ namespace hotpath::bounds {
 
 namespace {
 
-constexpr std::size_t kNoRow = ~std::size_t{0};
-
-/// The row of each chain in GraphBounds: a chain that begins inside other chains has none.
-std::vector<std::size_t> rows_of_chains(const GraphTasks& tasks, const std::vector<ChainIndex>& chains) {
-  const auto is_timer = [&](TaskId id) { return tasks.set[id].kind == TaskKind::timer; };
-  std::vector<std::size_t> rows;
-  std::size_t next = 0;
-  for (const ChainIndex& chain : chains)
-    rows.push_back(std::ranges::all_of(chain.sources, is_timer) ? next++ : kNoRow);
-  return rows;
-}
-
 /// Keeps the worst of what an exploration meets.
 class WorstCases final : public ExplorationObserver {
  public:
-  WorstCases(const Graph& graph, const GraphTasks& tasks, GraphBounds& bounds)
-      : tasks_(tasks),
-        chains_(index_chains(graph, tasks)),
-        row_(rows_of_chains(tasks, chains_)),
-        bounds_(bounds) {
+  WorstCases(const GraphTasks& tasks, std::vector<BoundedChain> chains, GraphBounds& bounds)
+      : tasks_(tasks), chains_(std::move(chains)), bounds_(bounds) {
     bounds_.tasks.resize(tasks.set.size());
+    bounds_.chains.resize(chains_.size());
+    bounds_.no_chain_bound.assign(chains_.size(), "no data of its sources ever reach its sink");
     tracked_.resize(tasks.set.size());
-    for (std::size_t c = 0; c < chains_.size(); ++c) {
-      if (row_[c] == kNoRow) continue;
-      bounds_.chains.emplace_back();
-      bounds_.no_chain_bound.emplace_back("no data of its sources ever reach its sink");
-      for (const TaskId source : chains_[c].sources) tracked_[source] = true;
-      for (const TaskId sink : chains_[c].sink_tasks) tracked_[sink] = true;
+    for (const BoundedChain& chain : chains_) {
+      for (const TaskId source : chain.sources) tracked_[source] = true;
+      for (const TaskId sink : chain.sink_tasks) tracked_[sink] = true;
     }
   }
 
@@ -83,9 +68,10 @@ class WorstCases final : public ExplorationObserver {
         worst.value_ns = *bounds_.tasks[slot];
         continue;
       }
-      worst.number = (slot - tasks_.set.size()) / 2;
-      const ChainAge& age = *bounds_.chains[row_[worst.number]];
-      const bool hot_path = slot_of_hot_path(worst.number) == slot;
+      const std::size_t row = (slot - tasks_.set.size()) / 2;
+      worst.number = chains_[row].number;
+      const ChainAge& age = *bounds_.chains[row];
+      const bool hot_path = slot_of_hot_path(row) == slot;
       worst.kind = hot_path ? Quantity::hot_path : Quantity::chain;
       worst.value_ns = hot_path ? *age.hot_path : age.latency;
     }
@@ -100,13 +86,14 @@ class WorstCases final : public ExplorationObserver {
     worst = value;
     return true;
   }
-  [[nodiscard]] std::size_t slot_of_age(std::size_t chain) const { return tasks_.set.size() + 2 * chain; }
-  [[nodiscard]] std::size_t slot_of_hot_path(std::size_t chain) const { return slot_of_age(chain) + 1; }
+  [[nodiscard]] std::size_t slot_of_age(std::size_t row) const { return tasks_.set.size() + 2 * row; }
+  [[nodiscard]] std::size_t slot_of_hot_path(std::size_t row) const { return slot_of_age(row) + 1; }
 
   void add(const ChainObservation& observation, ExploredInstant& instant) {
-    const std::size_t chain = observation.chain;
-    if (row_[chain] == kNoRow) return;
-    const std::vector<TaskId>& sources = chains_[chain].sources;
+    const auto chain = std::ranges::find(chains_, observation.chain, &BoundedChain::number);
+    if (chain == chains_.end()) return;
+    const std::vector<TaskId>& sources = chain->sources;
+    const auto row = static_cast<std::size_t>(chain - chains_.begin());
     Time oldest = kNever;
     std::vector<Span> from_sources;
     // The latest source is another one in other schedules. Some schedule attains this in all its spans: they
@@ -121,19 +108,17 @@ class WorstCases final : public ExplorationObserver {
       hot_path = std::min(hot_path, instant.longest(from_sources.back()));
     }
     if (oldest == kNever) return;
-    std::optional<ChainAge>& worst = bounds_.chains[row_[chain]];
+    std::optional<ChainAge>& worst = bounds_.chains[row];
     std::optional<std::int64_t> age = worst ? std::optional(worst->latency) : std::nullopt;
     if (!worst) worst.emplace();
-    if (raise(age, (instant.latest() - oldest).count())) instant.keep_longest(slot_of_age(chain), {});
+    if (raise(age, (instant.latest() - oldest).count())) instant.keep_longest(slot_of_age(row), {});
     worst->latency = worst->response = *age;
     worst->sink = observation.sink.task;
-    if (raise(worst->hot_path, hot_path.count()))
-      instant.keep(slot_of_hot_path(chain), from_sources, hot_path);
+    if (raise(worst->hot_path, hot_path.count())) instant.keep(slot_of_hot_path(row), from_sources, hot_path);
   }
 
   const GraphTasks& tasks_;
-  const std::vector<ChainIndex> chains_;
-  const std::vector<std::size_t> row_;  // of bounds_, by chain
+  const std::vector<BoundedChain> chains_;  // by row of bounds_
   GraphBounds& bounds_;
   std::vector<bool> tracked_;
   std::vector<ChainObservation> observations_;
@@ -212,13 +197,13 @@ void explore_graph(Graph graph, const GraphTasks& tasks, const Scheduler& schedu
 }
 
 /// The ages in the schedules that an exploration met before it ended early.
-std::string at_least(const Graph& graph, const std::vector<std::size_t>& rows, const GraphBounds& met) {
+std::string at_least(const Graph& graph, const std::vector<BoundedChain>& chains, const GraphBounds& met) {
   std::string text;
-  for (std::size_t c = 0; c < graph.chains.size(); ++c) {
-    if (rows[c] >= met.chains.size() || !met.chains[rows[c]]) continue;  // none, or not begun
+  for (std::size_t row = 0; row < met.chains.size(); ++row) {
+    if (!met.chains[row]) continue;
     text += text.empty() ? "; lower bounds on the ages, from the schedules that it met: " : ", ";
-    text += program::text("%.3f ms", to_ms(Duration(met.chains[rows[c]]->latency))) + " in " +
-            graph.chains[c].name;
+    text += program::text("%.3f ms", to_ms(Duration(met.chains[row]->latency))) + " in " +
+            graph.chains[chains[row].number].name;
   }
   return text;
 }
@@ -231,7 +216,7 @@ void add_subscriptions(const Graph& graph, const GraphTasks& tasks, const Schedu
   if (std::ranges::all_of(tasks.set.tasks, is_timer)) return;
   GraphBounds responses;
   try {
-    WorstCases worst(graph, tasks, responses);
+    WorstCases worst(tasks, {}, responses);
     worst.of_subscriptions = true;
     explore_graph(graph, tasks, scheduler, options, worst, reached);
     for (TaskId id = 0; id < tasks.set.size(); ++id) {
@@ -254,6 +239,7 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
   options.max_states = exact.max_states;
   options.platform = make_platform(graph, executor);
   GraphTasks tasks = given;
+  const std::vector<BoundedChain> chains = bounded_chains(graph, tasks);
   try {
     near_phases(tasks.set, exact.phase_uncertainty);
     CallbackGraph activations;  // for assumptions_of(): without joins and reads
@@ -268,14 +254,13 @@ GraphBounds exact_worst_cases(const Graph& graph, const GraphTasks& given, const
     }
     const std::unique_ptr<const Scheduler> scheduler = executor.make(tasks.set, scheduling);
     {
-      WorstCases worst(graph, tasks, bounds);
+      WorstCases worst(tasks, chains, bounds);
       worst.keeps_timestamps = exact.phase_uncertainty > Duration{};
       explore_graph(graph, tasks, *scheduler, options, worst, reached);
     }
     add_subscriptions(graph, tasks, *scheduler, options, bounds, reached);
   } catch (const ExplorationRefused& error) {
-    const std::string lower_bounds =
-        at_least(graph, rows_of_chains(tasks, index_chains(graph, tasks)), bounds);
+    const std::string lower_bounds = at_least(graph, chains, bounds);
     bounds = none;
     bounds.refusal = error.what();
     if (error.why == ExplorationRefused::Why::states) *bounds.refusal += exact.more_states;
