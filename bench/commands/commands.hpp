@@ -36,6 +36,9 @@ void add_simulation_options(CLI::App& command, simulated::Options& options);
 /// Those without --contract.
 void add_analyze_options(CLI::App& command, guarantees::AnalyzeOptions& options);
 
+/// Adds `paper threads`.
+void add_paper_threads(CLI::App& paper);
+
 /// `word`, where it is --executor or --deployment as --executors or --deployments.
 [[nodiscard]] std::string plural(const std::string& word);
 

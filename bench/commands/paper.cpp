@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <vector>
 
-#include "bounds/exact_worst_cases.hpp"
 #include "commands/commands.hpp"
 #include "commands/option_helpers.hpp"
 #include "hotpath/analysis/waters_statistics.hpp"
 #include "hotpath/analysis/wcrt_table.hpp"
 #include "hotpath/campaign/crew.hpp"
-#include "hotpath/reference_system/graph_file.hpp"
 #include "machine/release_cost.hpp"
 #include "program/errors.hpp"
 #include "program/json_output.hpp"
@@ -23,7 +19,6 @@
 #include "program/table.hpp"
 #include "program/text.hpp"
 #include "program/whole_file.hpp"
-#include "setup/deployed_system.hpp"
 #include "validation/validation.hpp"
 
 namespace hotpath::commands {
@@ -214,85 +209,6 @@ void add_figures(CLI::App& paper) {
   add(figures, "--output", o.output, "FOLDER", "Folder for results and for resuming");
 }
 
-constexpr std::size_t kChainCount = 3;
-const std::string kThreeChains = "three_chains", kTwoThreads = "multi:2";
-
-/// Values in ms that are published as upper bounds on the latencies of the chains.
-struct Published {
-  const char* source;
-  bool any_phases;  ///< False: all timers begin at one instant.
-  std::array<double, kChainCount> ms;
-};
-constexpr std::array kPublished = {
-    Published{"Radulescu 2025, schedule-abstraction graph", false, {45.449, 56.099, 62.299}},
-    Published{"Jiang 2022, as the artifact of Radulescu 2025 computes it", true, {54.1, 76.1, 104.0}},
-    Published{"Jiang 2022, with the last chain's part", true, {103.3, 103.3, 103.3}}};
-
-/// Phases under which some chain lasts long, found by a search over random phases; first those of the graph.
-const std::vector<std::vector<std::string>> kLongPhases = {
-    {},
-    {"N/a1.phase_ms=73.8", "N/b1.phase_ms=71", "N/c1.phase_ms=71"},
-    {"N/a1.phase_ms=29.4", "N/b1.phase_ms=11.7", "N/c1.phase_ms=129.2"},
-    {"N/a1.phase_ms=11.1", "N/b1.phase_ms=2.1", "N/c1.phase_ms=152.3"}};
-
-struct ReachedAge {
-  std::int64_t ns = 0;
-  std::size_t phases = 0;  ///< Index into kLongPhases.
-};
-
-std::string in_ms(std::int64_t ns) { return program::fixed(static_cast<double>(ns) / 1e6, 3); }
-
-/// The exact worst cases by chain: with the phases of the graph, and with those of kLongPhases under which it
-/// lasts longest.
-std::array<std::array<ReachedAge, kChainCount>, 2> reached_ages(const setup::ExecutorSpec& executor) {
-  std::array<std::array<ReachedAge, kChainCount>, 2> reached{};
-  for (std::size_t p = 0; p < kLongPhases.size(); ++p) {
-    Graph graph = load_graph(find_graph(kThreeChains), kLongPhases[p]);
-    graph.platform.cores = worker_count(*executor.entry, executor.scheduler);
-    const GraphBounds exact =
-        bounds::exact_worst_cases(graph, make_tasks(graph), *executor.entry, executor.scheduler);
-    if (exact.refusal) throw AnalysisError(*exact.refusal);
-    for (std::size_t c = 0; c < kChainCount; ++c) {
-      const std::int64_t age = exact.chains[c]->latency;
-      if (p == 0) reached[0][c] = {age, 0};
-      if (age > reached[1][c].ns) reached[1][c] = {age, p};
-    }
-  }
-  return reached;
-}
-
-/// Prints published bounds for executors with several threads beside exact values and bounds of hotpath.
-void judge_published_threads() {
-  const setup::ExecutorSpec executor = setup::parse_executor(kTwoThreads, {});
-  Graph graph = load_graph(find_graph(kThreeChains));
-  graph.platform.cores = worker_count(*executor.entry, executor.scheduler);
-  const auto bounds = setup::guarantees(graph, make_tasks(graph), executor);
-  const auto reached = reached_ages(executor);
-  program::Table table(
-      "Published bounds on chains under " + kTwoThreads + ", execution times in [C/2, C], in ms",
-      {"source", "phases", "chain", "published", "reached", "at most", "verdict", "schedule"});
-  for (const Published& p : kPublished) {
-    for (std::size_t c = 0; c < kChainCount; ++c) {
-      const ReachedAge& longest = reached[p.any_phases ? 1 : 0][c];
-      const std::int64_t most = p.any_phases ? bounds.value().chains[c].age.value().ns : longest.ns;
-      const std::int64_t published = std::llround(p.ms[c] * 1e6);
-      // A longer schedule refutes a value; an upper bound that it does not undercut confirms it.
-      const char* const verdict = longest.ns > published ? "refuted"
-                                  : published >= most    ? "confirmed"
-                                                         : "open";
-      table.add_row({p.source, p.any_phases ? "any" : "all 0", graph.chains[c].name, in_ms(published),
-                     in_ms(longest.ns), in_ms(most), verdict, static_cast<std::int64_t>(longest.phases)});
-    }
-  }
-  std::cout << table << "\nThe schedules, as runs that `hotpath report` and `hotpath explain` read:\n";
-  for (std::size_t p = 0; p < kLongPhases.size(); ++p) {
-    std::cout << p << ": hotpath analyze " << kThreeChains << " --executors " << kTwoThreads
-              << " --cores 2 --phases given" << (kLongPhases[p].empty() ? "" : " --set ")
-              << program::joined(kLongPhases[p], ",") << " --witness schedule" << p << "\n";
-  }
-  program::show_json(json_of(table));
-}
-
 }  // namespace
 
 const Command kPaper("Paper", 180, [](CLI::App& app) {
@@ -322,10 +238,7 @@ const Command kPaper("Paper", 180, [](CLI::App& app) {
   add(golden, "--output", measured.output, "FOLDER",
       "New folder for the results; by default runs/DATE-golden");
   add_json_option(golden);
-  auto [threads, none] = add_command<NoOptions>(
-      paper, "threads", "Published bounds for several threads against exact worst cases",
-      "hotpath paper threads", [](const NoOptions&) { judge_published_threads(); });
-  add_json_option(threads);
+  add_paper_threads(paper);
 });
 
 }  // namespace hotpath::commands
