@@ -75,11 +75,7 @@ class Candidates {
     Graph graph = std::move(candidate.graph);
     if (options_.reference_costs.value_or(!options_.choose_phases)) {
       // The simulator has one machine for all: a deployment has the costs of its first executor.
-      const ReferenceCosts& costs = setup::parts(candidate.spec).front().entry->traits.reference;
-      graph.platform.set_dispatch_costs(costs.dispatch);
-      graph.platform.wait_cost = costs.wait;
-      graph.platform.wait_cost_per_entity = costs.wait_per_entity;
-      graph.platform.wake_up_latency = costs.wake_up;
+      graph.platform.set_costs(setup::parts(candidate.spec).front().entry->traits.reference);
     }
     all_.push_back(with_graph(std::move(candidate), std::move(graph)));
   }

@@ -40,7 +40,8 @@ class WorstCases final : public ExplorationObserver {
                                " may skip timestamps, which ones depends on the exact phases");
     }
     if (of_subscriptions == is_of_timer(record.job)) return;
-    const Span until_now = of_subscriptions ? Span{publication_by(record.job.parent)} : Span{};
+    const Span until_now =
+        of_subscriptions ? Span{{record.job.parent, JobInstant::Kind::publication}} : Span{};
     const Time begin = of_subscriptions ? Time{} : record.job.timestamp;
     if (raise(bounds_.tasks[task], (Time{} + instant.longest(until_now) - begin).count()))
       instant.keep_longest(task, until_now);
@@ -104,7 +105,7 @@ class WorstCases final : public ExplorationObserver {
       const Task& timer = tasks_.set[sources[i]];
       const auto sequence = static_cast<std::int64_t>(observation.source_sequence[i]);
       oldest = std::min(oldest, Time{} + timer.phase + timer.period * sequence);
-      from_sources.push_back({{sources[i], observation.source_sequence[i]}, observation.sink});
+      from_sources.push_back({{{sources[i], observation.source_sequence[i]}}, {observation.sink}});
       hot_path = std::min(hot_path, instant.longest(from_sources.back()));
     }
     if (oldest == kNever) return;

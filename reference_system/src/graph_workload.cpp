@@ -88,7 +88,7 @@ void GraphWorkload::describe(const SimulatedSample& sample, const std::vector<Ta
     }
     const TaskId source = lane ? structure_->history.lanes().source_of(stat.task) : stat.task;
     const Task& timer = tasks_.set[source];
-    words.add_data({source, stat.sequence},
+    words.add_data({{source, stat.sequence}},
                    Time{} + timer.phase + timer.period * static_cast<std::int64_t>(stat.sequence));
   }
 }

@@ -16,9 +16,7 @@ void check_threads(const TaskSet& set, const Platform& p, std::span<const Worker
   const std::size_t cores = roles.size() > threads && !p.raised_releaser ? threads + 1 : threads;
   if (p.cores < cores)
     throw ExplorationRefused(several + "needs " + std::to_string(cores) + " cores, one each (--cores)");
-  const Duration costs = p.longest_dispatch_cost() + p.wait_cost + p.wait_cost_per_entity + p.release_cost +
-                         p.pass_cost + p.wake_up_latency + p.delivery_delay;
-  if (costs > Duration{})
+  if (std::ranges::any_of(kAllCosts, [&](auto cost) { return p.*cost > Duration{}; }))
     throw ExplorationRefused(several + "covers no costs, wake-up latencies or delivery delays");
   for (const Task& task : set.tasks) {
     if (task.release_jitter > Duration{})

@@ -117,7 +117,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     settle();
     const JobRef job = record.job.ref();
     started_.emplace_back(record.worker, job);
-    if (!options_.tracked.empty() && options_.tracked[job.task]) current_->track(job);
+    if (!options_.tracked.empty() && options_.tracked[job.task]) current_->track({job});
   }
 
   void ended(const JobRecord& record) override {
@@ -125,7 +125,7 @@ class Exploration final : public JobSink, public ExploredInstant {
     observer_.ended(record, *this);
     unsettled_ = record.outcome == Outcome::ran;
     if (options_.publications && unsettled_ && !set_[record.job.task].feeds.empty()) {
-      current_->track(publication_by(record.job.ref()));
+      current_->track({record.job.ref(), JobInstant::Kind::publication});
     }
   }
 
@@ -137,11 +137,11 @@ class Exploration final : public JobSink, public ExploredInstant {
     return Duration(current_->zone.most(coordinate_of(span.to, kNow), coordinate_of(span.from, kConstant)));
   }
 
-  [[nodiscard]] std::size_t coordinate_of(JobRef job, std::size_t otherwise) const {
-    if (job.task == kNoTask) return otherwise;
-    const std::size_t start = current_->start_of(job);
-    assert(start != kConstant && "a job, or a sample whose publication, is not tracked");
-    return start;
+  [[nodiscard]] std::size_t coordinate_of(const JobInstant& instant, std::size_t otherwise) const {
+    if (instant.job.task == kNoTask) return otherwise;
+    const std::size_t coordinate = current_->coordinate_of(instant);
+    assert(coordinate != kConstant && "a job, or a sample whose publication, is not tracked");
+    return coordinate;
   }
 
   void keep(std::size_t slot, std::span<const Span> spans, Duration at_least) override {
@@ -165,7 +165,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       const std::size_t copy = state.zone.grow();
       state.zone.assign(copy, end, 0, 0);
       std::replace(from_.coordinates.begin(), from_.coordinates.end(), std::size_t{end}, copy);
-      state.starts.push_back({kNoTask, end});
+      state.instants.push_back({{kNoTask, end}});
     }
   }
 
@@ -182,7 +182,7 @@ class Exploration final : public JobSink, public ExploredInstant {
       if (thread.step != ExploredState::Step::run || !(thread.job.ref() == job)) continue;  // it took no time
       const Task& task = set_[job.task];
       const std::int64_t longest = (thread.until - state.simulation->now()).count();
-      const std::size_t end = state.track(end_of(job));
+      const std::size_t end = state.track({job, JobInstant::Kind::end});
       state.zone.assign(end, kNow, longest - (task.wcet - task.bcet).count(), longest);
       state.begun.push_back({job.task, end, worker});
     }

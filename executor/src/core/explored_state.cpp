@@ -35,7 +35,7 @@ void choose(const ExploredState& state, const Instants& ends, std::size_t next, 
     choose(state, ends, next + 1, std::move(later), branches);
   }
   if (!branch.zone.equate(kNow, end.coordinate)) return;
-  if (end.coordinate >= kStarts && end.release == kNoTask) {
+  if (end.coordinate >= kInstants && end.release == kNoTask) {
     branch.now.push_back(end.coordinate);
   } else if (end.release != kNoTask) {
     branch.releases.push_back(end.release);
@@ -83,24 +83,24 @@ std::vector<UncertainInstant> ExploredState::uncertain() const {
   if (releases) all.push_back({kTimers});
   for (const Timer& timer : simulation->scheduler().timers()) {
     if (!timer.is_held()) continue;
-    const std::size_t coordinate = start_of(release_of(timer.next_job()));
+    const std::size_t coordinate = coordinate_of({timer.next_job(), JobInstant::Kind::release});
     if (coordinate != kConstant) all.push_back({coordinate, timer.task()});
   }
-  for (const auto& sample : simulation->on_the_way()) all.push_back({start_of(arrival_of(sample))});
+  for (const auto& sample : simulation->on_the_way()) all.push_back({coordinate_of(arrival_of(sample))});
   return all;
 }
 
 Time ExploredState::begin_to_release(bool begun_without) {
   Time next = kNever;
   for (const Timer& timer : simulation->scheduler().timers()) {
-    const JobRef release = release_of(timer.next_job());
-    if (!timer.is_held() || start_of(release) != kConstant) continue;
+    const JobInstant release{timer.next_job(), JobInstant::Kind::release};
+    if (!timer.is_held() || coordinate_of(release) != kConstant) continue;
     if (timer.next_call() > from) {
       next = std::min(next, timer.next_call());
       continue;
     }
     const std::int64_t earliest = (timer.next_call() - Time{}).count();
-    starts.push_back(release);
+    instants.push_back(release);
     zone.assign(zone.grow(), kConstant, earliest + (begun_without ? 1 : 0),
                 earliest + timer.release_jitter().count());
   }
@@ -143,13 +143,13 @@ void ExploredState::move_to(const Branch& branch, const std::vector<std::int64_t
     }
   }
   simulation->reschedule_arrivals([&](const ExploredSimulation::Sample& sample) {
-    return instant(kNow) + Duration(happens_now(start_of(arrival_of(sample))) ? 0 : 1);
+    return instant(kNow) + Duration(happens_now(coordinate_of(arrival_of(sample))) ? 0 : 1);
   });
 }
 
 std::vector<Branch> ExploredState::branches(Time others, Time change) const {
   std::vector<Branch> all;
-  const Instants instants = uncertain();
+  const Instants candidates = uncertain();
   const Time limit = std::min(others, change);
   const auto at = [&](std::size_t coordinate, std::int64_t later) {
     Branch branch{zone};
@@ -157,14 +157,14 @@ std::vector<Branch> ExploredState::branches(Time others, Time change) const {
     return branch;
   };
   if (others <= change && others != kNever)
-    choose(*this, instants, 0, at(kConstant, (others - Time{}).count()), all);
-  for (std::size_t first = 0; first < instants.size(); ++first) {
-    Branch branch = at(instants[first].coordinate, 0);
+    choose(*this, candidates, 0, at(kConstant, (others - Time{}).count()), all);
+  for (std::size_t first = 0; first < candidates.size(); ++first) {
+    Branch branch = at(candidates[first].coordinate, 0);
     bool is_first = limit == kNever || branch.zone.limit(kNow, kConstant, (limit - Time{}).count() - 1);
     for (std::size_t i = 0; i < first && is_first; ++i) {
-      is_first = branch.zone.limit(kNow, instants[i].coordinate, -after(*this));
+      is_first = branch.zone.limit(kNow, candidates[i].coordinate, -after(*this));
     }
-    if (is_first) choose(*this, instants, first, std::move(branch), all);
+    if (is_first) choose(*this, candidates, first, std::move(branch), all);
   }
   return all;
 }

@@ -15,32 +15,18 @@
 
 namespace hotpath {
 
-/// The release of a timer's job, as an instant of ExploredState::starts.
-[[nodiscard]] inline JobRef release_of(JobRef job) {
-  constexpr TaskId kRelease = TaskId{1} << 30;
-  return {job.task | kRelease, job.sequence};
-}
-
-/// The end of a job beside others, as an instant of ExploredState::starts.
-[[nodiscard]] inline JobRef end_of(JobRef job) {
-  constexpr TaskId kEndOfJob = TaskId{1} << 29;
-  return {job.task | kEndOfJob, job.sequence};
-}
-
-/// The arrival of a sample that is on its way, as an instant of ExploredState::starts.
-[[nodiscard]] inline JobRef arrival_of(const ExploredSimulation::Sample& sample) {
-  constexpr TaskId kArrival = TaskId{1} << 28;
-  return {sample.subscription | kArrival, sample.number};
+[[nodiscard]] inline JobInstant arrival_of(const ExploredSimulation::Sample& sample) {
+  return {{sample.subscription, sample.number}, JobInstant::Kind::arrival};
 }
 
 /// Coordinates of a state's zone. Those that mean nothing in a state are 0 there.
 enum Coordinate : std::size_t {
   kConstant,
-  kNow,     ///< The instant at hand.
-  kEnd,     ///< Of the executor thread's step, or of its sleep.
-  kSlice,   ///< End of the executor thread's time slice.
-  kTimers,  ///< End of the timer thread's release, or of its sleep.
-  kStarts   ///< From here on: the instants of ExploredState::starts.
+  kNow,      ///< The instant at hand.
+  kEnd,      ///< Of the executor thread's step, or of its sleep.
+  kSlice,    ///< End of the executor thread's time slice.
+  kTimers,   ///< End of the timer thread's release, or of its sleep.
+  kInstants  ///< From here on: those of ExploredState::instants.
 };
 
 /// An instant that depends on execution times, releases or deliveries.
@@ -63,9 +49,8 @@ struct ExploredState {
   static constexpr Worker kExecutor = 0, kTimerThread = 1;  // the latter if there is one
 
   Cloned<ExploredSimulation> simulation;
-  Zone zone{kStarts};
-  /// Jobs, for their starts, or publication_by(), release_of() or end_of() jobs, or arrival_of() samples.
-  std::vector<JobRef> starts{};
+  Zone zone{kInstants};
+  std::vector<JobInstant> instants{};
   Time from{};                 ///< Of all instants of the zone, none is earlier; no timestamp lies between.
   std::int64_t end_there = 0;  ///< The end of the step in `simulation`, which is one of those in `zone`.
   // Whether the ends of the executor thread's sleep, and of the timer thread's sleep or release, are
@@ -98,16 +83,18 @@ struct ExploredState {
     return all;
   }
   [[nodiscard]] std::size_t end_of_job(Worker w) const {
-    return start_of(end_of(simulation->workers()[w].job.ref()));
+    return coordinate_of({simulation->workers()[w].job.ref(), JobInstant::Kind::end});
   }
-  [[nodiscard]] std::size_t start_of(JobRef job) const {
-    const auto place = std::find(starts.begin(), starts.end(), job);
-    return place == starts.end() ? kConstant : kStarts + static_cast<std::size_t>(place - starts.begin());
+  /// kConstant: it has none.
+  [[nodiscard]] std::size_t coordinate_of(const JobInstant& instant) const {
+    const auto place = std::find(instants.begin(), instants.end(), instant);
+    return place == instants.end() ? kConstant
+                                   : kInstants + static_cast<std::size_t>(place - instants.begin());
   }
 
   /// A new instant, now; returns its coordinate.
-  std::size_t track(JobRef instant) {
-    starts.push_back(instant);
+  std::size_t track(const JobInstant& instant) {
+    instants.push_back(instant);
     const std::size_t coordinate = zone.grow();
     zone.assign(coordinate, kNow, 0, 0);
     return coordinate;
@@ -169,7 +156,8 @@ class ExploredDeliveries final : public Deliveries {
         state.zone.assign(arrival, kNow, 1, longest.count());
         for (const ExploredSimulation::Sample& earlier : on_the_way) {
           if (!earlier.goes_before(sample)) continue;
-          [[maybe_unused]] const bool any = state.zone.limit(state.start_of(arrival_of(earlier)), arrival, 0);
+          [[maybe_unused]] const bool any =
+              state.zone.limit(state.coordinate_of(arrival_of(earlier)), arrival, 0);
           assert(any && "a sample that overtakes another");
         }
       }

@@ -23,20 +23,21 @@ std::int64_t hyperperiod(const TaskSet& set) {
   return all;
 }
 
-void add_start(const ExploredState& state, JobRef job, std::vector<std::size_t>& coordinates) {
-  const std::size_t start = state.start_of(job);
-  if (start == kConstant) return;
-  if (std::find(coordinates.begin(), coordinates.end(), start) == coordinates.end()) {
-    coordinates.push_back(start);
+void add_coordinate(const ExploredState& state, const JobInstant& instant,
+                    std::vector<std::size_t>& coordinates) {
+  const std::size_t coordinate = state.coordinate_of(instant);
+  if (coordinate == kConstant) return;
+  if (std::find(coordinates.begin(), coordinates.end(), coordinate) == coordinates.end()) {
+    coordinates.push_back(coordinate);
   }
 }
 
 }  // namespace
 
 void describe_publication(JobRef job, StateWords& words) {
-  const JobRef publication = publication_by(job);
+  const JobInstant publication{job, JobInstant::Kind::publication};
   words.add_data(publication, kNever);
-  const std::vector<JobRef>& all = words.data();
+  const std::vector<JobInstant>& all = words.data();
   words.add(std::find(all.begin(), all.end(), publication) - all.begin());
 }
 
@@ -58,8 +59,8 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   StateWords words(Time{} + Duration(origin));
   state.simulation->describe(words, state.wakes, state.releases);
   for (const UncertainInstant& instant : state.uncertain()) {
-    if (instant.coordinate >= kStarts && !state.simulation->several())
-      words.add_data(state.starts[instant.coordinate - kStarts], kNever);
+    if (instant.coordinate >= kInstants && !state.simulation->several())
+      words.add_data(state.instants[instant.coordinate - kInstants], kNever);
   }
   state.simulation->scheduler().describe(words);
   state.simulation->workload().describe(words);
@@ -68,9 +69,9 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
       const Job& job = state.simulation->workers()[w].job;
       if (publications_ && !is_of_timer(job)) describe_publication(job.parent, words);
       coordinates.push_back(state.end_of_job(w));
-      add_start(state, job.ref(), coordinates);
+      add_coordinate(state, {job.ref()}, coordinates);
     }
-    for (const JobRef& job : words.data()) add_start(state, job, coordinates);
+    for (const JobInstant& instant : words.data()) add_coordinate(state, instant, coordinates);
     return words.take_words();
   }
   if (state.busy() || state.wakes) coordinates.push_back(kEnd);
@@ -79,8 +80,8 @@ std::vector<std::int64_t> MetStates::describe(const ExploredState& state, std::i
   const SimulatedWorkers::State& executor = state.executor();
   const bool has_sample = executor.has_job && !executor.job.empty && !is_of_timer(executor.job);
   if (publications_ && state.busy() && has_sample) describe_publication(executor.job.parent, words);
-  if (executor.step == ExploredState::Step::run) add_start(state, executor.job.ref(), coordinates);
-  for (const JobRef& job : words.data()) add_start(state, job, coordinates);
+  if (executor.step == ExploredState::Step::run) add_coordinate(state, {executor.job.ref()}, coordinates);
+  for (const JobInstant& instant : words.data()) add_coordinate(state, instant, coordinates);
   return words.take_words();
 }
 
@@ -113,24 +114,24 @@ void MetStates::enter(ExploredState state,
   same.push_back(met_.size());
   met_.push_back(
       {std::move(zone), std::move(coordinates), origin, std::make_unique<ExploredState>(std::move(state))});
-  forget_other_starts(met_.back());
+  forget_other_instants(met_.back());
   pending_.emplace(earliest(met_.back()), met_.size() - 1);
 }
 
-void MetStates::forget_other_starts(Met& met) {
+void MetStates::forget_other_instants(Met& met) {
   ExploredState& state = *met.state;
-  std::vector<JobRef> starts;
+  std::vector<JobInstant> kept;
   for (std::size_t& coordinate : met.coordinates) {
-    if (coordinate < kStarts) continue;
-    starts.push_back(state.starts[coordinate - kStarts]);
-    coordinate = kStarts + starts.size() - 1;
+    if (coordinate < kInstants) continue;
+    kept.push_back(state.instants[coordinate - kInstants]);
+    coordinate = kInstants + kept.size() - 1;
   }
-  state.starts = std::move(starts);
+  state.instants = std::move(kept);
   take_over_zone(met);
 }
 
 void MetStates::take_over_zone(Met& met) {
-  std::vector<std::size_t> numbers(kStarts + met.state->starts.size(), 0);
+  std::vector<std::size_t> numbers(kInstants + met.state->instants.size(), 0);
   for (std::size_t i = 0; i < met.coordinates.size(); ++i) numbers[met.coordinates[i]] = i;
   Zone absolute = met.zone;
   absolute.shift(met.origin);

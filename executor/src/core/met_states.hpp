@@ -47,8 +47,8 @@ class MetStates {
   /// What decides the state's future but for its zone; adds to `coordinates` which of the zone matter.
   [[nodiscard]] std::vector<std::int64_t> describe(const ExploredState& state, std::int64_t origin,
                                                    std::vector<std::size_t>& coordinates) const;
-  /// Only the starts that `coordinates` names still matter.
-  static void forget_other_starts(Met& met);
+  /// Only the instants that `coordinates` names still matter.
+  static void forget_other_instants(Met& met);
   /// The state's zone from what is known of it.
   static void take_over_zone(Met& met);
   /// When something happens next in the state.

@@ -29,12 +29,12 @@ void check_options(const SimulationOptions& options) {
   const Platform& p = options.platform;
   check(p.cores >= 1, "a simulation needs at least one core");
   check(p.time_slice > Duration{}, "the time slice must be positive");
-  for (const Duration d :
-       {p.release_cost, p.pass_cost, p.timer_dispatch_cost, p.subscription_dispatch_cost, p.wait_cost,
-        p.wait_cost_per_entity, p.delivery_delay, p.wake_up_latency, p.time_slice}) {
+  const auto check_range = [](Duration d) {
     check(d >= Duration{} && d <= kLongestInstant,
           "costs, delays and latencies must be between 0 and 2^60 ns");
-  }
+  };
+  check_range(p.time_slice);
+  for (const auto cost : kAllCosts) check_range(p.*cost);
   check(options.duration > Duration{}, "the duration must be positive");
   check(options.start >= Duration{} && options.start < options.duration,
         "the start of the executors must lie within the duration");

@@ -25,13 +25,8 @@ struct ExplorationRefused : std::runtime_error {
   Why why;
 };
 
-/// The instant at which a job ends and publishes, as data of a state (StateWords): what a workload with
-/// unread samples of it describes for ExplorationOptions::publications.
-[[nodiscard]] inline JobRef publication_by(JobRef job) {
-  constexpr TaskId kPublication = TaskId{1} << 31;
-  return {job.task | kPublication, job.sequence};
-}
-/// Adds the instant, and which of those before it are the same.
+/// Adds the publication of a job, which a workload with unread samples of it describes for
+/// ExplorationOptions::publications, and which of the instants before it is the same.
 void describe_publication(JobRef job, StateWords& words);
 
 /// What one instant of an exploration stands for: all schedules that reach it by the same decisions.
@@ -40,10 +35,10 @@ class ExploredInstant {
   virtual ~ExploredInstant() = default;
   /// From the start of the job `from` to that of `to`. Without `from`: from time 0 on; without `to`: up to
   /// this instant. Both are jobs of ExplorationOptions::tracked, `to` ends at this instant, and a message in
-  /// the system has data of `from`. Or `from` is publication_by() a job: from the end of that job on, while
-  /// its sample is unread, or taken by a job that has not published yet.
+  /// the system has data of `from`. Or `from` is the publication of a job: from its end on, while its sample
+  /// is unread, or taken by a job that has not published yet.
   struct Span {
-    JobRef from{}, to{};
+    JobInstant from{}, to{};
   };
   /// The span in the schedule in which it takes longest.
   [[nodiscard]] virtual Duration longest(const Span& span) const = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 
 #include "hotpath/core/registry.hpp"
@@ -70,8 +71,22 @@ struct Platform {
   constexpr void set_dispatch_costs(Duration cost) {
     timer_dispatch_cost = subscription_dispatch_cost = cost;
   }
+  /// All but the cores.
+  constexpr void set_costs(const ReferenceCosts& costs) {
+    set_dispatch_costs(costs.dispatch);
+    wait_cost = costs.wait;
+    wait_cost_per_entity = costs.wait_per_entity;
+    wake_up_latency = costs.wake_up;
+  }
   friend bool operator==(const Platform&, const Platform&) = default;
 };
+
+/// All costs, delays and latencies of a platform.
+inline constexpr std::array kAllCosts = {
+    &Platform::release_cost,        &Platform::pass_cost,
+    &Platform::timer_dispatch_cost, &Platform::subscription_dispatch_cost,
+    &Platform::wait_cost,           &Platform::wait_cost_per_entity,
+    &Platform::delivery_delay,      &Platform::wake_up_latency};
 
 /// The executor's default thread priorities of a live run; all other values are Platform's
 /// defaults.
@@ -90,12 +105,9 @@ inline constexpr std::uint32_t kEntitiesOfANode = 8;
 /// `nodes` nodes.
 inline Platform reference_platform(const ExecutorEntry& executor, std::uint32_t nodes) {
   Platform platform;
-  platform.wait_cost = executor.traits.reference.wait;
-  platform.wait_cost_per_entity = executor.traits.reference.wait_per_entity;
   platform.other_entities = kEntitiesOfANode * nodes;
   platform.cores = executor.traits.reference.cores;
-  platform.set_dispatch_costs(executor.traits.reference.dispatch);
-  platform.wake_up_latency = executor.traits.reference.wake_up;
+  platform.set_costs(executor.traits.reference);
   return platform;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <optional>
@@ -118,6 +119,9 @@ inline constexpr std::array kPlatformCosts = {
     PlatformCost{"delivery_delay_us", &Platform::delivery_delay,
                  "Delay from publication to arrival of a sample"},
 };
+static_assert(std::ranges::all_of(kAllCosts, [](auto cost) {
+  return std::ranges::count(kPlatformCosts, cost, &PlatformCost::value) > 0;
+}));
 
 /// A topic to which a node subscribes.
 struct Input {
