@@ -15,8 +15,9 @@ const Command kImport("Your robot", 100, [](CLI::App& app) {
       "hotpath import ctf ~/traces/robot --output robot", imports::import_ctf);
   add(ctf, "TRACE", o.trace, "FOLDER", "Folder of the trace, or a parent folder")->required();
   add(ctf, "--output", o.output, "FOLDER", "New folder for the results; by default imports/TRACE");
-  add(ctf, "--executors", o.executor, "NAME",
-      "Recorded executor (`hotpath list executors`), if the trace does not identify it");
+  add_list(ctf, "--executors", o.executors, "NAMES",
+           "Recorded executors (`hotpath list executors`) where the trace does not tell them, as multi from "
+           "multi-jazzy, or cbg from cbg-3178");
   add(ctf, "--deployments", o.deployment, "FILE",
       "Recorded deployment; a trace lacks thread policies and CPUs");
   add(ctf, "--chain", o.chains, "SOURCE,...:SINK",

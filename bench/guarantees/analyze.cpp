@@ -41,6 +41,7 @@ class Analysis {
       throw program::UsageError(
           "--trace: the bounds apply to the machine of this simulation; leave out options that change it");
     }
+    graph_.platform.delivery_delay = graph_.platform.longest_delivery();
     tasks_ = make_tasks(graph_);
     check_graph();
     if (trace_) observed_.emplace(*trace_, tasks_.set);

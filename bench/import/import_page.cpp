@@ -84,7 +84,7 @@ json executors_json(const Facts& facts) {
     all.push_back({{"name", executor.name},
                    {"process", executor.process},
                    {"executor", best.labels[e]},
-                   {"given", !facts.options.executor.empty()},
+                   {"given", imported.given[e]},
                    {"recognition", recognition_json(imported.recognitions[e])},
                    {"threads", threads}});
     for (const auto& [name, member] : kMeasuredCosts) {
@@ -102,6 +102,13 @@ json quantiles_us(std::vector<double> all) {
     return all[std::min(all.size() - 1, all.size() * percent / 100)];
   };
   return {{"p50", ranked(50)}, {"p90", ranked(90)}, {"p99", ranked(99)}, {"max", ranked(100)}};
+}
+
+json delivery_json(const MeasuredDelivery& delivery) {
+  return {{"n", delivery.n},
+          {"least_us", to_us(delivery.least)},
+          {"median_us", to_us(delivery.median)},
+          {"greatest_us", to_us(delivery.greatest)}};
 }
 
 /// The data of the trace about each task.
@@ -286,6 +293,7 @@ json import_json(const Facts& facts) {
           {"executors", executors_json(facts)},
           {"tried", tried},
           {"execution_times", to_string(best.graph.platform.execution_times)},
+          {"delivery", delivery_json(measured_delivery(best.costs))},
           {"deliveries", deliveries_json(system, imported.deliveries)},
           {"tasks", tasks_json(facts)},
           {"rules", rules_json(facts)},
@@ -297,6 +305,7 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   const Imported& imported = facts.imported;
   const Reproduction& best = imported.best;
   const SelfCheck& check = best.check;
+  const MeasuredDelivery delivery = measured_delivery(best.costs);
   std::vector<std::string> executors, light = check.reasons, uncertain = defects(facts);
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const Recognition& r = imported.recognitions[e];
@@ -317,6 +326,11 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
       << facts.jobs() << " jobs in " << program::fixed(seconds_of(facts.reading.length()), 1)
       << " s; executors: " << first_of(executors) << "\nUncertain: " << first_of(uncertain)
       << "\nMissing: " << first_of(imported.found.graph.missing)
+      << (delivery.n == 0 ? ""
+                          : program::text("\nDelivery: %.1f to %.1f us, median %.1f us (%zu samples that a "
+                                          "sleeping thread took)",
+                                          to_us(delivery.least), to_us(delivery.greatest),
+                                          to_us(delivery.median), delivery.n))
       << "\nReproduction: " << to_string(check.light) << " (order of jobs "
       << program::fixed(check.schedule.similarity, 3) << " similar)"
       << (light.empty() ? "" : "; " + first_of(light)) << "\nNext: "

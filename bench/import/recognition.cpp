@@ -327,6 +327,13 @@ std::string undecided(const Recognition& r, const std::string& names) {
                                differing, " of ", r.contested, " contested decisions.");
 }
 
+std::string how_to_name(const Recognition& r) {
+  const std::vector<std::string> names = r.names();
+  return names.size() < 2
+             ? ""
+             : program::concat(" To import another of them, name it: `--executors ", names[1], "`.");
+}
+
 }  // namespace
 
 std::vector<std::string> Recognition::names(bool unlikely_only) const {
@@ -347,9 +354,9 @@ std::string sentence(const Recognition& r) {
     case Verdict::recognised:
       return program::concat(names, " explains ", share_of(best, r), next_one(r));
     case Verdict::tie:
-      return tie(r);
+      return tie(r) + how_to_name(r);
     case Verdict::undecided:
-      return undecided(r, names);
+      return undecided(r, names) + how_to_name(r);
     case Verdict::none_fits:
       return program::concat("No known executor fits: the best one, ", best.hypothesis.label, ", explains ",
                              share_of(best, r), r.breaks.empty() ? "" : ". It first breaks ", r.breaks, ".");

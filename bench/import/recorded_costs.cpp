@@ -33,7 +33,14 @@ MeasuredCost cost_of(const Gaps& gaps, std::optional<TaskKind> kind = {}) {
 /// The gaps before the jobs of an executor.
 struct ExecutorGaps {
   Gaps dispatch, wait, wake_up;
+  std::vector<Duration> deliveries;
 };
+
+/// Whether a recorded callback published the job's sample, between processes or threads.
+bool is_delivered(const Task& task, const tracing::Job& job) {
+  return task.kind == TaskKind::subscription && task.entity == EntityKind::subscription &&
+         job.sample.parent.callback != kNone;
+}
 
 ExecutorGaps gaps_of(const TaskSet& set, const RecordedWindow& window, const RecordedExecutor& executor,
                      const ExecutorTraits& traits) {
@@ -70,6 +77,8 @@ ExecutorGaps gaps_of(const TaskSet& set, const RecordedWindow& window, const Rec
     } else if (busy <= ready && !(shares_waits && ready < free + kBeginning)) {
       // Neither another job on the processor delayed it, nor did the beginning wait notice it.
       gaps.wake_up.emplace_back(set[task].kind, job.start - ready);
+      const Time taken = job.decided > ready ? job.decided : job.start;
+      if (is_delivered(set[task], job)) gaps.deliveries.push_back(taken - ready);
     }
   }
   return gaps;
@@ -161,8 +170,16 @@ RecordedCosts recorded_costs(const RecordedGraph& graph, const RecordedWindow& w
     if (kind == TaskKind::timer && two_wake_ups) late /= 2;
   costs.wait = cost_of(gaps.wait);
   costs.wake_up = cost_of(gaps.wake_up);
-  costs.delivery = cost_of(gaps.wake_up, TaskKind::subscription);
+  costs.deliveries = std::move(gaps.deliveries);
   return costs;
+}
+
+MeasuredDelivery measured_delivery(std::span<const RecordedCosts> costs) {
+  std::vector<Duration> all;
+  for (const RecordedCosts& of : costs) all.insert(all.end(), of.deliveries.begin(), of.deliveries.end());
+  if (all.empty()) return {};
+  std::ranges::sort(all);
+  return {all.size(), all.front(), all[(all.size() - 1) / 2], all.back()};
 }
 
 Displacement recorded_displacement(const tracing::System& system, const RecordedWindow& window) {

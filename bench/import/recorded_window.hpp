@@ -55,19 +55,27 @@ struct MeasuredCost {
 struct RecordedCosts {
   MeasuredCost dispatch;  ///< End of a job to the start of the next ready job of the same snapshot.
   MeasuredCost timer_dispatch, subscription_dispatch;  ///< The same by kind of that next job.
-  MeasuredCost wait;      ///< The same as `dispatch` with a new wait between them, without the dispatch.
-  MeasuredCost wake_up;   ///< Release of a job to its start on a thread that slept, without the dispatch.
-  MeasuredCost delivery;  ///< The same for subscriptions only, from the publication.
+  MeasuredCost wait;     ///< The same as `dispatch` with a new wait between them, without the dispatch.
+  MeasuredCost wake_up;  ///< Release of a job to its start on a thread that slept, without the dispatch.
+  /// Publications of recorded callbacks to the instants at which threads that slept could take the samples.
+  std::vector<Duration> deliveries = {};
 
   [[nodiscard]] MeasuredCost dispatch_of(TaskKind kind) const;
 };
-inline constexpr std::array<std::pair<const char*, MeasuredCost RecordedCosts::*>, 6> kMeasuredCosts = {
+inline constexpr std::array<std::pair<const char*, MeasuredCost RecordedCosts::*>, 5> kMeasuredCosts = {
     {{"dispatch", &RecordedCosts::dispatch},
      {"timer_dispatch", &RecordedCosts::timer_dispatch},
      {"subscription_dispatch", &RecordedCosts::subscription_dispatch},
      {"wait", &RecordedCosts::wait},
-     {"wake_up", &RecordedCosts::wake_up},
-     {"delivery", &RecordedCosts::delivery}}};
+     {"wake_up", &RecordedCosts::wake_up}}};
+
+/// How long samples took until a thread that slept could take them, with its wake-up.
+struct MeasuredDelivery {
+  std::size_t n = 0;
+  Duration least{}, median{}, greatest{};
+};
+/// Of all executors.
+[[nodiscard]] MeasuredDelivery measured_delivery(std::span<const RecordedCosts> costs);
 
 /// How threads of the ordinary policy took turns on processors.
 struct TimeSlices {

@@ -177,6 +177,7 @@ class Way {
     platform.subscription_dispatch_cost = dispatch_of(TaskKind::subscription);
     platform.wait_cost = mean(costs, [](const RecordedCosts& c) { return c.wait; });
     platform.wake_up_latency = mean(costs, [](const RecordedCosts& c) { return c.wake_up; });
+    platform.measured_delivery = measured_delivery(costs).greatest;
     return platform;
   }
 

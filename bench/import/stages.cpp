@@ -93,19 +93,41 @@ std::vector<Recognition> recognise_executors(const RecordedSystem& recorded, con
 /// The executors under which a recording is reproduced, and what their fits say.
 struct ChosenExecutors {
   std::vector<std::string> labels;  ///< By executor.
+  std::vector<bool> given;          ///< By executor: the user named it.
   OrderEvidence order;
   std::map<std::uint32_t, std::int64_t> priorities;  ///< Of timers, by callback.
 };
 
-/// `given`: the executor that the user named, or empty. `graph`: that of the recognitions.
+/// The score of the executor with this name; the number of threads may be missing.
+auto place_of(const std::string& name, const std::vector<Score>& ranking) {
+  return std::ranges::find_if(ranking, [&](const Score& s) {
+    const ExecutorEntry& entry = *s.hypothesis.entry;
+    return s.hypothesis.label == name || (entry.traits.many_workers && entry.name == name);
+  });
+}
+
+/// `given`: the executors that the user named, each for the threads that it can have run; a single one that
+/// can have run none, for all. `graph`: that of the recognitions. Throws UsageError.
 ChosenExecutors choose_executors(const std::vector<Recognition>& recognitions, const RecordedGraph& graph,
-                                 const std::string& given) {
+                                 const std::vector<std::string>& given) {
+  const auto can_be = [&](const std::string& name) {
+    return std::ranges::any_of(
+        recognitions, [&](const Recognition& r) { return place_of(name, r.ranking) < r.ranking.end(); });
+  };
+  const bool believed = given.size() == 1 && !can_be(given.front());
+  for (const std::string& name : given)
+    if (!believed && !can_be(name))
+      throw program::UsageError(program::concat(
+          "--executors ", name,
+          ": no threads of the trace can be its own; without the option, import.md lists what can be"));
   ChosenExecutors chosen;
   for (const Recognition& recognition : recognitions) {
-    const auto is_it = [&](const Score& s) { return given.empty() || s.hypothesis.label == given; };
-    const auto score = std::ranges::find_if(recognition.ranking, is_it);
-    if (score == recognition.ranking.end()) {
-      chosen.labels.push_back(given.empty() ? std::string(kBaselineExecutor) : given);
+    auto score = recognition.ranking.end();
+    for (const std::string& name : given) score = std::min(score, place_of(name, recognition.ranking));
+    chosen.given.push_back(believed || score < recognition.ranking.end());
+    if (!chosen.given.back()) score = recognition.ranking.begin();
+    if (believed || score == recognition.ranking.end()) {
+      chosen.labels.push_back(believed ? given.front() : std::string(kBaselineExecutor));
       continue;
     }
     const Hypothesis& hypothesis = score->hypothesis;
@@ -139,8 +161,8 @@ std::vector<std::string> notes_of(const RecordedSystem& recorded, const Recorded
   return notes;
 }
 
-/// What another reading changes, as the end of a sentence. Both have the same chains.
-std::string effect_of(const Reproduction& best, const Reproduction& other) {
+/// What another reading changes in percent, and as the end of a sentence. Both have the same chains.
+std::pair<double, std::string> effect_of(const Reproduction& best, const Reproduction& other) {
   std::string largest = ", without effect on any chain";
   double most = -1;
   for (std::size_t i = 0; i < std::min(best.check.chains.size(), other.check.chains.size()); ++i) {
@@ -152,7 +174,47 @@ std::string effect_of(const Reproduction& best, const Reproduction& other) {
                             percent > kMedianError_percent ? "matters" : "does not matter",
                             best.check.chains[i].chain.c_str(), one, two);
   }
-  return largest;
+  return {most, largest};
+}
+
+/// Executors of the same class that the recording does not tell from this one: rclcpp's generations.
+std::vector<std::string> other_generations(const Recognition& recognition, const std::string& label) {
+  const auto leaders = std::span(recognition.ranking).first(recognition.leading);
+  const ExecutorEntry* const entry = setup::parse_executor(label, {}).entry;
+  const auto design = [](const ExecutorEntry& e) {
+    return std::tuple(e.class_name, e.traits.family, e.traits.policy, e.traits.timers);
+  };
+  std::vector<std::string> others;
+  for (const Score& score : leaders) {
+    const ExecutorEntry* const other = score.hypothesis.entry;
+    if (other != entry && design(*other) == design(*entry)) others.push_back(score.hypothesis.label);
+  }
+  return others;
+}
+
+/// What the recording leaves open about the executors that the user did not name, as phrases.
+std::vector<std::string> open_executors(const RecordedSystem& recorded,
+                                        const std::vector<Recognition>& recognitions,
+                                        const ChosenExecutors& chosen, const Interpretation& found,
+                                        const Reproduction& best) {
+  std::vector<std::string> open;
+  for (std::size_t e = 0; e < recognitions.size(); ++e) {
+    if (chosen.given[e] || found.deployment) continue;
+    const auto& [verdict, name] = std::tie(recognitions[e].verdict, recorded.executors[e].name);
+    if (verdict == Verdict::undecided || verdict == Verdict::none_fits)
+      open.push_back(program::concat("the executor of ", name, " (", to_string(verdict), ", simulated as ",
+                                     chosen.labels[e], ")"));
+    std::string which = program::concat("whether ", name, " is ", chosen.labels[e]);
+    std::pair<double, std::string> most{-2, ""};
+    for (const std::string& other : other_generations(recognitions[e], chosen.labels[e])) {
+      std::vector<std::string> labels = chosen.labels;
+      labels[e] = other;
+      most = std::max(most, effect_of(best, reproduce(recorded, found, labels, "")));
+      which += program::concat(" or ", other, " (--executors ", other, ")");
+    }
+    if (!most.second.empty()) open.push_back(which + most.second);
+  }
+  return open;
 }
 
 }  // namespace
@@ -163,7 +225,7 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   if (recorded.executors.empty())
     throw program::UsageError("the trace shows no executor: record it from the start of the nodes on");
   std::vector<Recognition> recognitions = recognise_executors(recorded, first);
-  const ChosenExecutors chosen = choose_executors(recognitions, first.graph, options.executor);
+  const ChosenExecutors chosen = choose_executors(recognitions, first.graph, options.executors);
   const Family family = setup::parse_executor(chosen.labels.front(), {}).entry->traits.family;
   auto [deliveries, more] = with_started_deliveries(created, recorded.jobs, family, recorded.executor_of);
   Shown shown{{}, chosen.priorities};
@@ -172,17 +234,13 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   Interpretation found = rearranged ? interpret(recorded, options, deliveries, shown) : first;
   const std::string deployment_file = std::filesystem::path(options.output) / "deployment.yaml";
   Reproduction best = reproduce(recorded, found, chosen.labels, deployment_file);
-  std::vector<std::string> uncertain, missing = unmodelled(recorded.system, found.graph);
-  for (std::size_t e = 0; e < recognitions.size(); ++e) {
-    const auto& [verdict, name] = std::tie(recognitions[e].verdict, recorded.executors[e].name);
-    if (!options.executor.empty() || (verdict != Verdict::undecided && verdict != Verdict::none_fits))
-      continue;
-    uncertain.push_back(program::concat("the executor of ", name, " (", to_string(verdict), ", simulated as ",
-                                        chosen.labels[e], ")"));
-    if (verdict == Verdict::none_fits)
-      best.check.doubt(program::concat(name, " is left out of the recognition, and simulated as ",
-                                       chosen.labels[e], ". ", sentence(recognitions[e])));
-  }
+  std::vector<std::string> uncertain = open_executors(recorded, recognitions, chosen, found, best);
+  std::vector<std::string> missing = unmodelled(recorded.system, found.graph);
+  for (std::size_t e = 0; e < recognitions.size(); ++e)
+    if (!chosen.given[e] && recognitions[e].verdict == Verdict::none_fits)
+      best.check.doubt(program::concat(recorded.executors[e].name,
+                                       " is left out of the recognition, and simulated as ", chosen.labels[e],
+                                       ". ", sentence(recognitions[e])));
   if (const std::vector<std::string>& what = found.graph.undecided; !what.empty()) {
     shown.other = true;
     CtfOptions plain = options;
@@ -191,19 +249,20 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
     other.graph.graph.chains = found.graph.graph.chains;
     uncertain.push_back(program::concat(
         "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
-        effect_of(best, reproduce(recorded, other, chosen.labels, deployment_file))));
+        effect_of(best, reproduce(recorded, other, chosen.labels, deployment_file)).second));
   }
   for (const std::string& chain : synchronised_chains(recorded, found.graph)) best.check.doubt(chain);
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
   if (best.slices.threads > 0) missing.push_back(sentence(best.slices, found.graph.epoch));
   std::vector<std::string> notes = notes_of(recorded, found.graph, chosen, recognitions, deliveries);
-  if (shown.other) notes.push_back(program::concat("Uncertain: ", uncertain.back(), "."));
+  for (const std::string& what : uncertain)
+    if (what.starts_with("whether ")) notes.push_back(program::concat("Uncertain: ", what, "."));
   // They explain a deviation; of a green reproduction they are remarks.
   std::ranges::copy(missing,
                     std::back_inserter(best.check.light == Light::green ? notes : best.check.reasons));
   std::ranges::move(missing, std::back_inserter(found.graph.missing));
-  return {std::move(recorded), std::move(recognitions), std::move(deliveries), std::move(found),
-          std::move(best),     std::move(notes),        std::move(uncertain)};
+  return {std::move(recorded), std::move(recognitions), chosen.given,     std::move(deliveries),
+          std::move(found),    std::move(best),         std::move(notes), std::move(uncertain)};
 }
 
 }  // namespace hotpath::imports

@@ -47,6 +47,7 @@ struct Reproduction {
 struct Imported {
   RecordedSystem recorded;
   std::vector<Recognition> recognitions;  ///< By executor.
+  std::vector<bool> given;                ///< By executor: the user named it.
   RecordedDeliveries deliveries;
   Interpretation found;
   Reproduction best;

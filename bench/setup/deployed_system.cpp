@@ -76,7 +76,8 @@ std::vector<GraphBounds> bounds_of(const Graph& graph, const CallbackGraph& call
 
 Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& spec, bool phases_known) {
   using program::concat;
-  const Duration delivery = graph.platform.delivery_delay;
+  const Duration delivery = graph.platform.longest_delivery();
+  const bool measured = delivery == graph.platform.measured_delivery;
   const bool jitter =
       std::ranges::any_of(set.tasks, [](const Task& task) { return task.release_jitter > Duration{}; });
   std::vector<std::string> kinds = {"timers"}, costs, assumed;
@@ -99,7 +100,9 @@ Premises premises(const Graph& graph, const TaskSet& set, const ExecutorSpec& sp
   const auto add = [&](bool is_stated, const std::string& statement, const std::string& otherwise) {
     is_stated ? stated.push_back(statement) : assumed.push_back(otherwise);
   };
-  add(delivery > Duration{}, concat("delivery takes ", to_us(delivery), " us"), "delivery takes no time");
+  add(delivery > Duration{},
+      concat(measured ? "delivery measured, up to " : "delivery takes ", to_us(delivery), " us"),
+      "delivery takes no time");
   add(!costs.empty(), program::joined(costs), "the executor's own work takes no time");
   add(jitter, "release jitter as in the graph", "timers have no jitter");
   assumed.emplace_back("its threads have the processor to themselves");
@@ -113,7 +116,9 @@ std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTask
                                              std::string* refusal) {
   try {
     const CallbackGraph callbacks = bounds::callback_graph(graph, given, false);
-    std::vector<GraphBounds> all = bounds_of(graph, callbacks, spec);
+    Graph delivered = graph;
+    delivered.platform.delivery_delay = graph.platform.longest_delivery();
+    std::vector<GraphBounds> all = bounds_of(delivered, callbacks, spec);
     if (options != nullptr && !spec.deployment && job_threads(spec) > 1) {
       const bool known = options->phases != Phases::random && options->phases_of.empty();
       if (known) {

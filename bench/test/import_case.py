@@ -16,6 +16,11 @@ TRACES = Path(os.environ.get("HOTPATH_TRACES", SHIPPED))
 
 
 class ImportTest(CommandTest):
+    def executors(self) -> list[str]:
+        """All executors, those of several threads with two."""
+        names = [line.split()[0] for line in self.accepted("list", "executors").splitlines() if line]
+        return [f"{name}:2" if name.startswith(("multi", "cbg")) else name for name in names]
+
     def imported(self, trace: Any, *arguments: object) -> tuple[Any, Any]:
         """(content of import.json, output folder) of an import; the folder is beside the trace."""
         output = trace.parent / f"{trace.name}_imported"

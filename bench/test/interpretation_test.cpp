@@ -150,6 +150,8 @@ TEST(Import, FindsExecutorsAndTheirDeploymentWithoutFiles) {
   const Deployment& plan = best.executor.deployment->plan;
   EXPECT_EQ(plan.executor_of, (std::vector<std::uint32_t>{0, 1}));
   EXPECT_EQ(plan.executors[0].name, "thread_1");
+  EXPECT_EQ(imports::measured_delivery(best.costs).n, 98U) << "the first job of the thread shows no idleness";
+  EXPECT_EQ(best.graph.platform.measured_delivery, 50us);
   EXPECT_EQ(plan.executors[1].processors, (std::vector<int>{1}));
   EXPECT_FALSE(std::filesystem::exists(plan.file));
 }

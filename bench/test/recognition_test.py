@@ -13,7 +13,6 @@ from import_case import ImportTest
 
 COUNT = int(os.environ.get("HOTPATH_RECOGNITIONS", "8"))
 FIRST_SEED = int(os.environ.get("HOTPATH_RECOGNITION_SEED", "1000"))
-MANY_THREADS = ("multi", "cbg")
 PERIODS = (10, 20, 25, 30, 40, 50, 50, 60, 80, 100, 100, 120, 200)
 
 
@@ -44,10 +43,6 @@ class Recognition(ImportTest):
     def recognised(self, graph: Any, executor: str, *options: object) -> Any:
         """(content of import.json) of a simulated run under the executor."""
         return self.reimported("--graph", graph, "--executors", executor, "--warm-up", 0, *options)[0]
-
-    def executors(self) -> list[str]:
-        names = [line.split()[0] for line in self.accepted("list", "executors").splitlines() if line]
-        return [f"{name}:2" if name.startswith(MANY_THREADS) else name for name in names]
 
     def test_unlikely_executors(self) -> None:
         """Executors that few decisions contradict remain in a tie, apart from those that explain all,

@@ -73,6 +73,7 @@ void read_platform(const YamlValue& value, GraphPlatform& platform) {
   for (const PlatformCost& cost : kPlatformCosts) {
     if (const auto given = map.find(std::string(cost.key))) cost.set(platform, given->microseconds());
   }
+  if (const auto given = map.find("measured_delivery_us")) platform.measured_delivery = given->microseconds();
 }
 
 /// The maps of keys that `--set` changes, by name: nodes, or the tasks of a node of type `callbacks`. Lists

@@ -77,6 +77,7 @@ class Writer : private YamlWriter {
       if (value && (cost.other_kind != nullptr || *value > Duration::zero()))
         pair(std::string(cost.key), *value * 1000);  // in microseconds
     }
+    pair(KeysOf::platform, "measured_delivery_us", p.measured_delivery * 1000);
     out << YAML::EndMap;
   }
 

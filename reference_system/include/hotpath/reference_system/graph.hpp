@@ -79,6 +79,13 @@ constexpr auto enum_texts(ExecutionTimeModel) {
 struct GraphPlatform : Platform {
   TimerThread timer_thread = TimerThread::by_executor;
   ExecutionTimeModel execution_times = ExecutionTimeModel::worst;
+  /// The longest delivery that was measured; 0: none was. Simulations have only `delivery_delay`.
+  Duration measured_delivery{};
+
+  /// The longest delivery that bounds cover.
+  [[nodiscard]] Duration longest_delivery() const {
+    return delivery_delay > Duration{} ? delivery_delay : measured_delivery;
+  }
   friend bool operator==(const GraphPlatform&, const GraphPlatform&) = default;
 };
 

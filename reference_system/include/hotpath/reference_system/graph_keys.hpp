@@ -132,6 +132,7 @@ inline constexpr auto kAll = std::to_array<GraphKey>({
     {"cores", keys_in(platform), number, "1", "", 1, kMaxWorkers},
     {"timer_thread", keys_in(platform), word, "by_executor"},
     {"execution_times", keys_in(platform), word, "worst"},
+    {"measured_delivery_us", keys_in(platform), time, "0"},
 });
 
 // The keys with one value each: readers and writers go through these lists.
