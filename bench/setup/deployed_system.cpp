@@ -124,7 +124,7 @@ std::optional<bounds::Guarantees> guarantees(const Graph& graph, const GraphTask
       if (known) {
         GraphTasks tasks = given;
         set_phases(tasks.set, phases_of_repetition(*options, graph, given, spec, 0));
-        all.push_back(bounds::exact_worst_cases(graph, tasks, *spec.entry, spec.scheduler,
+        all.push_back(bounds::exact_worst_cases(delivered, tasks, *spec.entry, spec.scheduler,
                                                 {.max_states = bounds::usual_state_limit(tasks.set)}));
       }
       const GraphBounds& last = all.back();  // the exploration, or the method for several threads
