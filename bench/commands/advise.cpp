@@ -22,7 +22,7 @@ void choose_phases_option(CLI::App& advise, advise::Options& o) {
                                         in_lines("Timer phases of all draws; by default random. Without a "
                                                  "value: choose the phases with the best guaranteed --for"))
       ->expected(0, 1)
-      ->type_name("[creation[:MS]|synchronous|given|random|FILE|chosen]")
+      ->type_name(program::concat("[", phase_words(), "|FILE|", alone, "]"))
       ->default_str(alone)  // what CLI11 passes for an option without a value
       ->group(kSystemGroup);
   add(advise, "--margin", o.margin_ms, {0, 1e6}, "MS",

@@ -210,9 +210,15 @@ void set_phases(setup::CommonOptions& o, const std::string& text) {
   } else {
     throw CLI::ValidationError(
         "--phases",
-        program::concat("`", text, "` is none of ", program::joined(words<Phases>()),
-                        ", creation:MS, and no file or folder", did_you_mean(text, words<Phases>())));
+        program::concat("`", text, "` is none of ", program::joined(words<Phases>()), ", ", kBeforeStep,
+                        "MS, and no file or folder", did_you_mean(text, words<Phases>())));
   }
+}
+
+std::string phase_words() {
+  std::vector<std::string> all = words<Phases>();
+  *std::ranges::find(all, to_string(Phases::creation)) += "[:MS]";
+  return program::joined(all, "|");
 }
 
 CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const std::string& help,
@@ -222,7 +228,7 @@ CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& o, const
     if (given != nullptr) *given = true;
   };
   return command.add_option_function<std::string>("--phases", set, in_lines(help))
-      ->type_name("creation[:MS]|synchronous|given|random|FILE|RUN");
+      ->type_name(phase_words() + "|FILE|RUN");
 }
 
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& o) {

@@ -188,6 +188,8 @@ CLI::Option* add_phases_option(CLI::App& command, setup::CommonOptions& options,
                                bool* given = nullptr);
 /// Sets what --phases names. Throws CLI::ValidationError.
 void set_phases(setup::CommonOptions& options, const std::string& text);
+/// The words that it takes, as the kind of its value.
+[[nodiscard]] std::string phase_words();
 void add_entity_order_option(CLI::App& command, setup::CommonOptions& options);
 
 /// Writes an example into a new YAML file (--new), and names the command to use it with. Throws UsageError.

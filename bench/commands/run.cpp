@@ -20,7 +20,7 @@ void add_where_options(CLI::App& command, live::Options& o) {
     o.stacks.clear();
     for (const std::string& name : names) o.stacks.push_back(value_of<setup::Stack>("--stack", name));
   };
-  add_list(command, "--stack", set_stacks, "native|rclcpp",
+  add_list(command, "--stack", set_stacks, program::joined(words<setup::Stack>(), "|"),
            "hotpath's own executors (native), or the ROS 2 stack of a sourced workspace (rclcpp), or both")
       ->default_str(to_string(setup::Stack::native));
   add_list(command, "--rmw", o.rmw, "NAMES",
