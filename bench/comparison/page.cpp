@@ -60,8 +60,7 @@ void write_page(const Options& options, const Side& before, const Side& after,
   }
   program::create_folder(folder, "--output");
   program::write_whole_file(folder / "comparison.json", "--output",
-                            json{{"version", 1},
-                                 {"title", name_of(options.old) + " against " + name_of(options.now)},
+                            json{{"title", name_of(options.old) + " against " + name_of(options.now)},
                                  {"facts", facts},
                                  {"folders", {options.old.string(), options.now.string()}},
                                  {"table", {{"title", title}, {"columns", table.header}, {"cells", cells}}},
