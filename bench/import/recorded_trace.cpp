@@ -14,11 +14,7 @@ namespace hotpath::imports {
 
 namespace {
 
-/// Most time from rcl's clock reading to the event of a timer's creation.
-constexpr Duration kCreationEvent = std::chrono::milliseconds(1);
-
-/// A thread that ran nothing for so long was idle. No event comes later by waking up alone.
-constexpr Duration kIdle = std::chrono::microseconds(200);
+using tracing::kCreationEvent, tracing::kIdleThread;
 
 /// With more releases, and more per job, the trace's clock must have jumped.
 constexpr double kManyReleases = 1e6, kReleasesPerJob = 1e3;
@@ -55,10 +51,11 @@ std::vector<Duration> most_ahead(const RecordedGraph& graph, const RecordedTimer
   for (const tracing::Job& job : jobs) {
     const Time since = std::exchange(free[job.thread], job.ended ? job.finish : job.start);
     const TaskId id = graph.task(job.ref);
-    if (id == kNoTask || graph.tasks.set[id].kind != TaskKind::timer || job.start - since < kIdle) continue;
+    if (id == kNoTask || graph.tasks.set[id].kind != TaskKind::timer || job.start - since < kIdleThread)
+      continue;
     const Duration period = graph.tasks.set[id].period;
     const Duration ahead = (period + (timers.first[id] - job.start) % period) % period;
-    most[id] = std::max(most[id], kIdle + (ahead > kCreationEvent ? Duration::zero() : ahead));
+    most[id] = std::max(most[id], kIdleThread + (ahead > kCreationEvent ? Duration::zero() : ahead));
   }
   std::ranges::replace(most, Duration::zero(), Duration(kCreationEvent));
   return most;

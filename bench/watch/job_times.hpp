@@ -85,7 +85,8 @@ class Timestamps {
   std::optional<Time> start(const tracing::Job& job, const tracing::Callback& callback,
                             const ThreadKey& thread) {
     Rounds& rounds = rounds_[thread];
-    if (!rounds.waits && rounds.open == 0 && job.start - rounds.finish > kIdle) rounds.next(rounds.finish);
+    if (!rounds.waits && rounds.open == 0 && job.start - rounds.finish > tracing::kIdleThread)
+      rounds.next(rounds.finish);
     if (rounds.last_job == Time{}) rounds.last_job = job.start;
     ++rounds.open;
     const bool service = callback.kind == tracing::CallbackKind::service;
@@ -102,12 +103,6 @@ class Timestamps {
   void forget(const ThreadKey& ended) { rounds_.erase(ended); }
 
  private:
-  /// The event of a timer's creation follows the reading of the clock from which its period counts.
-  /// A job that starts earlier than this before its timestamp shows that the timer was reset.
-  static constexpr Duration kCreation = std::chrono::milliseconds(1);
-  /// A thread that runs nothing for longer has nothing to run.
-  static constexpr Duration kIdle = std::chrono::microseconds(100);
-
   /// What a thread did since its last two waits for work, or, if it writes no events of waits, since its
   /// last two pauses between jobs. Time{}: unknown.
   struct Rounds {
@@ -141,7 +136,8 @@ class Timestamps {
     }
     const Time next = timer->next_call();
     const std::optional<bool> late = job.start - next <= period ? true : is_late(thread, next, period);
-    if (late != true || next - job.start > kCreation) timer = timer_from(job.start, period);
+    // A job that starts earlier than the event allows shows that the timer was reset.
+    if (late != true || next - job.start > tracing::kCreationEvent) timer = timer_from(job.start, period);
     const Time timestamp = timer->call(std::max(timer->next_call(), job.start)).timestamp;
     return late ? std::optional(timestamp) : std::nullopt;
   }

@@ -14,6 +14,7 @@
 #include "setup/deployed_system.hpp"
 #include "setup/executor_spec.hpp"
 #include "setup/stored_system.hpp"
+#include "watch/job_times.hpp"
 
 namespace hotpath::watch {
 
@@ -102,16 +103,39 @@ std::vector<Term> terms_of(const ObservedSystem& system, TaskId task, const Call
 
 /// What a run recorded of a callback.
 struct Recorded {
-  Duration run{}, response{};
-  std::vector<Time> arrivals = {};  ///< Starts of timers and services, publications of samples.
-  Duration distance{};              ///< The longest between two of them.
+  Duration run{}, own{}, response{};  ///< The longest; `own`: without the jobs that displaced it.
+  std::vector<Time> arrivals = {};    ///< Starts of timers and services, publications of samples.
+  Duration distance{};                ///< The longest between two of them.
   /// Whether it is a timer's, or so even that a longer one tells of a fault.
   bool regular = false;
 };
 
+/// Adds the `own` times, as the check of budgets sees them. Those of an import are shorter: it knows the
+/// turns that ordinary threads take.
+void add_own_times(const Trace& trace, std::vector<Recorded>& all) {
+  RunningJobs running;
+  std::multimap<Time, tracing::Job> ends;
+  const auto end_until = [&](Time until) {
+    for (; !ends.empty() && ends.begin()->first <= until; ends.erase(ends.begin())) {
+      const tracing::Job& job = ends.begin()->second;
+      Duration& own = all[job.ref.callback].own;
+      own = std::max(own, job.finish - job.start - running.end(job).displaced);
+    }
+  };
+  for (const JobRecord& r : trace.jobs) {
+    if (r.outcome != Outcome::ran) continue;
+    end_until(r.start);
+    tracing::Job job{{r.job.task, r.job.sequence}, r.worker, r.cpu, r.start, r.finish};
+    running.start(job, std::nullopt);
+    ends.emplace(r.finish, std::move(job));
+  }
+  end_until(kNever);
+}
+
 std::vector<Recorded> recorded_tasks(const Trace& trace, const GraphTasks& tasks) {
   constexpr std::int64_t kLeastJobs = 10, kMostUneven = 3;
   std::vector<Recorded> all(tasks.set.size());
+  add_own_times(trace, all);
   for (const JobRecord& job : trace.jobs) {
     Recorded& of = all[job.job.task];
     const Task& task = tasks.set[job.job.task];
@@ -146,7 +170,7 @@ std::vector<Term> recorded_terms(const Recorded& recorded, const Task& task, Dur
     const Duration margin(std::llround(static_cast<double>(worst.count()) * margin_percent / 100));
     terms.push_back({clause, (worst + std::max(margin, kLeastMargin)).count(), Origin::measured});
   };
-  measured(Clause::budget, recorded.run);
+  measured(Clause::budget, recorded.own);
   if (timer) terms.push_back({Clause::period, task.period.count()});
   if (!timer && !service) terms.push_back({Clause::depth, task.depth});
   if (recorded.regular) measured(Clause::maximum_distance, recorded.distance + others);

@@ -76,6 +76,13 @@ struct Thread {
   std::map<std::int32_t, std::uint64_t> processors;  ///< Jobs by the processor on which they ended.
 };
 
+/// Most time from rcl's reading of the clock, from which a timer's period counts, to the event of its
+/// creation.
+inline constexpr Duration kCreationEvent = std::chrono::milliseconds(1);
+/// A thread that ran nothing for so long had nothing to run: no event comes later by waking up or by building
+/// a wait set alone.
+inline constexpr Duration kIdleThread = std::chrono::microseconds(200);
+
 /// An executor that describes itself: hotpath_rclcpp's PriorityExecutor does.
 struct StatedExecutor {
   std::uint32_t process = 0;
@@ -150,8 +157,8 @@ struct Job {
   bool ended = true;
   bool waited = false;      ///< The executor waited for work since the previous job of the thread.
   bool has_sample = false;  ///< True for jobs of subscriptions.
-  Sample sample;
-  std::vector<Publication> published;
+  Sample sample{};
+  std::vector<Publication> published{};
   /// What the executor states of the job: its nominal instant or arrival, and when it was queued.
   /// Time{}: it does not state that.
   Time timestamp{}, release{};
