@@ -65,8 +65,7 @@ void check_rclcpp_options(const Options& options, const Plan& plan) {
        "runs one executor in one process; leave --processes and --deployments out"},
       {options.rate_percent || options.copies > 1 || !options.set.empty(),
        "takes the graph's nodes and periods as they are; leave --copies, --rate and --set out"},
-      {plan.transport == TransportKind::intra_process,
-       "carries messages over the middleware of ROS 2; leave --transport out"},
+      {!is_dds(plan.transport), "carries messages over the middleware of ROS 2; leave --transport out"},
       {options.entity_order != setup::EntityOrder{},
        "orders its entities by their addresses; leave --entity-order out"},
       {plan.fastdds.network != FastDdsOptions{}.network,
@@ -80,24 +79,24 @@ void check_rclcpp_options(const Options& options, const Plan& plan) {
 
 void check_transport(const Options& options, const Plan& plan,
                      const std::vector<setup::ExecutorSpec>& executors) {
-  const bool intra_process = plan.transport == TransportKind::intra_process;
+  const bool dds = is_dds(plan.transport);
   const bool native = std::ranges::count(executors, setup::Stack::native, &setup::ExecutorSpec::stack) > 0;
   const std::string processes = program::concat("--processes ", plan.processes);
   const std::pair<bool, std::string> refused[] = {
       {!options.rmw.empty() && plan.rclcpp.runner.empty(),
        "--rmw needs --stack rclcpp; add it, or leave --rmw out"},
-      {intra_process && plan.fastdds.network != FastDdsOptions{}.network,
+      {!dds && plan.fastdds.network != FastDdsOptions{}.network,
        "--network needs --transport fastdds; leave it out"},
-      {intra_process && options.all_interfaces && !options.live,
+      {!dds && options.all_interfaces && !options.live,
        "--all-interfaces needs --transport fastdds; leave it out"},
-      {intra_process && plan.fastdds.domain != FastDdsOptions{}.domain && !options.live,
+      {!dds && plan.fastdds.domain != FastDdsOptions{}.domain && !options.live,
        "--domain needs --transport fastdds; leave it out"},
-      {!has_fastdds() && native && !intra_process,
+      {!has_fastdds() && native && dds,
        "this hotpath was built without Fast DDS: take --transport intra_process"},
       {!has_fastdds() && options.live,
        "--live needs Fast DDS, and this hotpath was built without it; leave --live out"},
-      {intra_process && plan.processes > 1,
-       processes + " needs --transport fastdds: intra_process stays within one process"},
+      {!dds && plan.processes > 1, program::concat(processes, " needs --transport fastdds: ",
+                                                   to_string(plan.transport), " stays within one process")},
       {plan.processes > plan.graph->nodes.size(),
        program::concat(processes, ": the graph has only ", plan.graph->nodes.size(), " nodes")}};
   for (const auto& [given, sentence] : refused) {
@@ -116,7 +115,7 @@ void check_deployment(const Plan& plan, const setup::ExecutorSpec& executor) {
     throw program::UsageError(
         "--executor-policy applies to single executors; a deployment sets its own policies");
   }
-  if (deployment.processes.size() > 1 && plan.transport == TransportKind::intra_process) {
+  if (deployment.processes.size() > 1 && !is_dds(plan.transport)) {
     throw program::UsageError(program::concat("deployment ", deployment.name, " has ",
                                               deployment.processes.size(),
                                               " processes, which need --transport fastdds"));

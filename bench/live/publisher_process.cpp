@@ -28,7 +28,7 @@ telemetry::RunInfo run_info(const Plan& plan, std::int64_t epoch_ns) {
   telemetry::RunInfo info =
       telemetry::make_run_info(*plan.graph, plan.executor.label, plan.repetition, epoch_ns);
   info.transport(to_string(plan.transport));
-  if (plan.transport == TransportKind::fastdds) info.topic_prefix(plan.fastdds.topic_prefix);
+  if (is_dds(plan.transport)) info.topic_prefix(plan.fastdds.topic_prefix);
   info.origin("live");
   info.speed(1);
   info.facts(plan.publishing->facts);

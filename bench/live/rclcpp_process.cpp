@@ -52,6 +52,7 @@ json plan_json(const Plan& plan, const RunMemory& memory, const Channel& coordin
   for (const Task& task : plan.tasks.set.tasks) phases.push_back(task.phase.count());
   fcntl(memory.descriptor(), F_SETFD, 0);
   json settings = {
+      {"layout", kRunLayout},
       {"graph", plan.rclcpp.graph_file},
       {"executor", executor_text(plan.executor)},
       {"threads", worker_count(*plan.executor.entry, plan.executor.scheduler) - (manages_timers ? 1 : 0)},

@@ -168,11 +168,10 @@ class Coordinator {
         stopped_ = std::max(stopped_, from_ns(message.number[0]));
         break;
       case Kind::done:
-        usage.cpu_time += Duration(message.number[0]);
-        usage.peak_memory_kib += message.number[1];
-        usage.voluntary_switches += message.number[2];
-        usage.involuntary_switches += message.number[3];
-        refused_ += message.number[4];
+        usage.cpu_time += Duration(message.number[ChannelMessage::cpu_time_ns]);
+        usage.peak_memory_kib += message.number[ChannelMessage::peak_memory_kib];
+        usage.voluntary_switches += message.number[ChannelMessage::voluntary_switches];
+        usage.involuntary_switches += message.number[ChannelMessage::involuntary_switches];
         break;
       default:
         break;
@@ -235,10 +234,10 @@ class Coordinator {
           program::concat(plan_.executor.label, ", repetition ", plan_.repetition, ": ", words...));
     };
     if (trace.lost_records > 0) add(trace.lost_records, " records did not fit into the trace buffers");
-    if (refused_ > 0) {
-      add(refused_,
-          " samples of other programs on the topics of this run were ignored; give the run its own DDS "
-          "domain (--domain)");
+    for (const auto& [fault, sentence] : enum_texts(Fault{})) {
+      std::uint64_t count = 0;
+      for (const RunMemory& memory : memories_) count += memory.count_of(fault);
+      if (count > 0) add(count, " ", sentence);
     }
     // Under rclcpp a release is the start of the callback.
     const bool arrivals_known = plan_.executor.stack == setup::Stack::native;
@@ -265,7 +264,6 @@ class Coordinator {
   std::vector<ForkedProcess> children_;  // one that has ended has the id -1
   std::optional<Publisher> publisher_;
   machine::SharedMemoryWatch shared_memory_;
-  std::int64_t refused_ = 0;  // samples of other programs
   bool began_ = false;
   machine::ProcessorTimes before_;  // at the beginning
   Time epoch_{}, end_{};
@@ -309,8 +307,7 @@ Duration set_up_limit(const Plan& plan) {
   // each other, and 100 ms for each process.
   const Duration comparisons = std::chrono::microseconds(10 * endpoints * endpoints);
   const Duration processes = std::chrono::seconds(plan.processes - 1);
-  return plan.time_out +
-         (plan.transport == TransportKind::fastdds ? comparisons + processes : Duration::zero());
+  return plan.time_out + (is_dds(plan.transport) ? comparisons + processes : Duration::zero());
 }
 
 std::vector<std::size_t> parts_in(const Plan& plan, std::uint32_t process) {

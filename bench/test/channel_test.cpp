@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <signal.h>
+#include <sys/socket.h>
 #include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -22,9 +23,7 @@ ChannelMessage message(Kind kind, std::int64_t number = 0) { return ChannelMessa
 
 TEST(Channel, DeliversMessagesWholeAndInOrder) {
   const auto [a, b] = Channel::make_pair();
-  ChannelMessage sent = message(Kind::done, -5);
-  sent.number[4] = 7;
-  sent.set_text("executor other");
+  const ChannelMessage sent(Kind::done, {-5, 0, 0, 7}, "executor other");
   ASSERT_TRUE(a.send(sent));
   ASSERT_TRUE(a.send(message(Kind::stop)));
 
@@ -33,9 +32,12 @@ TEST(Channel, DeliversMessagesWholeAndInOrder) {
   EXPECT_EQ(first->kind, Kind::done);
   EXPECT_EQ(first->number, sent.number);
   EXPECT_THAT(first->text.data(), StrEq("executor other"));
-  const auto second = b.receive(soon());
-  ASSERT_TRUE(second);
-  EXPECT_EQ(second->kind, Kind::stop);
+  EXPECT_EQ(b.receive(soon())->kind, Kind::stop);
+
+  ASSERT_EQ(send(a.for_program(), "of another version", 18, 0), 18);
+  const auto strange = b.receive(soon());
+  EXPECT_EQ(strange->kind, Kind::failed);
+  EXPECT_THAT(strange->text.data(), StrEq(kOtherLayout));
 }
 
 TEST(Channel, TextThatIsTooLongIsCutAndStaysTerminated) {

@@ -25,10 +25,13 @@ std::unique_ptr<LiveNodes> make_nodes(const Graph& graph, const GraphTasks& task
     Messages::History::reserve(message, n);
   };
   std::unique_ptr<Transport<Message>> transport;
-  if (options.transport == TransportKind::intra_process) {
-    transport = std::make_unique<IntraProcessTransport<Message>>(reserve);
-  } else {
-    transport = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, tasks.set.size(), reserve);
+  switch (options.transport) {
+    case TransportKind::fastdds:
+      transport = std::make_unique<FastDdsTransport<Messages>>(options.fastdds, tasks.set.size(), reserve);
+      break;
+    case TransportKind::intra_process:
+      transport = std::make_unique<IntraProcessTransport<Message>>(reserve);
+      break;
   }
   return std::make_unique<TypedLiveNodes<Messages>>(graph, tasks, options.calibration, memory, history,
                                                     std::move(transport));

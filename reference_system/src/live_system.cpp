@@ -8,7 +8,9 @@ namespace hotpath {
 
 LiveSystem::LiveSystem(const Graph& graph, const GraphTasks& tasks, const LiveOptions& options,
                        RunMemory& memory)
-    : executor_of_(options.executor_of), nodes_(make_live_nodes(graph, tasks, options, memory)) {
+    : executor_of_(options.executor_of),
+      memory_(memory),
+      nodes_(make_live_nodes(graph, tasks, options, memory)) {
   const std::size_t all_workers = memory.jobs().size() - options.executors.size();
   Worker first_worker = 0;
   for (const LiveExecutor& live : options.executors) {

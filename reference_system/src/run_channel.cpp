@@ -59,7 +59,9 @@ std::optional<ChannelMessage> Channel::receive(Time until) const {
   ChannelMessage message(ChannelMessage::Kind::closed);
   const ssize_t received = recv(descriptor_, &message, sizeof(message), 0);
   if (received < 0 && errno == EINTR) return std::nullopt;
-  return received == sizeof(message) ? message : ChannelMessage(ChannelMessage::Kind::closed);
+  if (received == sizeof(message)) return message;
+  if (received > 0) return ChannelMessage(ChannelMessage::Kind::failed, {}, kOtherLayout);
+  return ChannelMessage(ChannelMessage::Kind::closed);
 }
 
 ForkedProcess fork_process(const std::function<int(const Channel&)>& work) {

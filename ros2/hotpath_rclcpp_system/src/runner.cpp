@@ -15,6 +15,7 @@ namespace {
 using nlohmann::json;
 
 void run(const json& plan, const Channel& coordinator) {
+  if (plan.value("layout", 0) != kRunLayout) throw std::runtime_error(kOtherLayout);
   Graph graph = load_graph(plan.at("graph"));
   if (plan.contains("work")) graph.work = *parse<WorkMode>(plan.at("work").get<std::string>());
   if (plan.contains("load")) scale_to_load(graph, plan.at("load"));

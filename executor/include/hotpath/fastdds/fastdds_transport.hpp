@@ -57,8 +57,6 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
 
   void wait_until_matched(Time deadline) override { participant_.wait_until_matched(deadline); }
 
-  std::uint64_t refused() const override { return refused_.load(std::memory_order_relaxed); }
-
   Message& borrow(WriterId writer) override {
     if (!loans_) return messages_.take();
     using Initialization = eprosima::fastdds::dds::DataWriter::LoanInitializationKind;
@@ -111,7 +109,7 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
       const std::int32_t count = loan.infos.length();
       loan.in_use = count;
       for (std::int32_t i = 0; i < count; ++i) {
-        if (!loan.infos[i].valid_data || !owner.accepts(loan.infos[i], loan.data[i])) {
+        if (!loan.infos[i].valid_data || !accepts(loan.infos[i], loan.data[i])) {
           release(loan);
           continue;
         }
@@ -119,6 +117,13 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
         sink.deliver(task, Traits::info(message),
                      Sample(&message, owner, reinterpret_cast<std::uintptr_t>(&loan)));
       }
+    }
+
+    bool accepts(const eprosima::fastdds::dds::SampleInfo& info, const Message& message) {
+      const bool ours =
+          owner.participant_.is_of_run(info.publication_handle) && Traits::valid(message, owner.tasks_);
+      if (!ours) sink.rejected();
+      return ours;
     }
 
     void release(Loan& loan) noexcept {
@@ -134,12 +139,6 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
     Pool<Loan> loans;
   };
 
-  bool accepts(const eprosima::fastdds::dds::SampleInfo& info, const Message& message) {
-    const bool ours = participant_.is_of_run(info.publication_handle) && Traits::valid(message, tasks_);
-    if (!ours) refused_.fetch_add(1, std::memory_order_relaxed);
-    return ours;
-  }
-
   void give_back(const void*, std::uintptr_t token) noexcept override {
     Loan& loan = *reinterpret_cast<Loan*>(token);
     loan.reader->release(loan);
@@ -148,7 +147,6 @@ class FastDdsTransport final : public Transport<typename Traits::Message>, priva
   void lend_again(std::uintptr_t token) noexcept override { ++reinterpret_cast<Loan*>(token)->in_use; }
 
   const TaskId tasks_;
-  std::atomic<std::uint64_t> refused_{0};
   // The readers must outlive the participant, which calls them.
   std::deque<Reader> readers_;
   FastDdsParticipant participant_;

@@ -56,6 +56,8 @@ class Sample {
 class SampleSink {
  public:
   virtual void deliver(TaskId task, const SampleInfo& info, Sample sample) = 0;
+  /// A sample was rejected: from outside the run, or impossible for any of its publishers.
+  virtual void rejected() {}
 
  protected:
   ~SampleSink() = default;
@@ -89,10 +91,6 @@ class Transport {
   /// Waits until every endpoint is matched with all its partners. Throws TransportError with an
   /// unmatched endpoint if `deadline` passes.
   virtual void wait_until_matched(Time deadline) = 0;
-
-  /// Number of rejected samples: from outside the run, or impossible for any of its publishers.
-  /// Callable from any thread.
-  [[nodiscard]] virtual std::uint64_t refused() const { return 0; }
 
   /// Returns a message to fill, with undefined content; publish() takes it back.
   virtual Message& borrow(WriterId writer) = 0;

@@ -15,9 +15,17 @@ namespace hotpath {
 
 /// The transport between the nodes of a live system.
 enum class TransportKind : std::uint8_t { fastdds, intra_process };
+struct TransportTraits {
+  TransportKind value;
+  const char* text;
+  bool is_dds;  ///< It needs Fast DDS, takes the options of DDS, and connects processes.
+};
 constexpr auto enum_texts(TransportKind) {
-  return std::to_array<EnumText<TransportKind>>(
-      {{TransportKind::fastdds, "fastdds"}, {TransportKind::intra_process, "intra_process"}});
+  return std::to_array<TransportTraits>(
+      {{TransportKind::fastdds, "fastdds", true}, {TransportKind::intra_process, "intra_process", false}});
+}
+constexpr bool is_dds(TransportKind transport) {
+  return enum_texts(transport)[static_cast<std::size_t>(transport)].is_dds;
 }
 
 /// Whether this build has the `fastdds` transport.
@@ -48,7 +56,6 @@ class LiveNodes : public JobHandler {
   virtual void connect(SampleSink& sink) = 0;
   /// See Transport.
   virtual void wait_until_matched(Time deadline) = 0;
-  [[nodiscard]] virtual std::uint64_t refused() const = 0;
   /// States the jobs to the sensor, which outlives the nodes. Before the first job.
   virtual void report_to(const SensorCalls& sensor) = 0;
 };
@@ -78,18 +85,18 @@ class LiveSystem : private SampleSink {
   void close(Time end);
   [[nodiscard]] std::uint64_t arrived(TaskId task) const { return executor_of(task).arrived(task); }
   [[nodiscard]] std::vector<WorkerThread> workers() const;
-  /// See Transport.
-  [[nodiscard]] std::uint64_t refused() const { return nodes_->refused(); }
 
  private:
   void deliver(TaskId task, const SampleInfo& info, Sample sample) override {
     executor_of(task).deliver(task, info, std::move(sample));
   }
+  void rejected() override { ++memory_.count_of(Fault::rejected_sample); }
   [[nodiscard]] Executor& executor_of(TaskId task) const {
     return *executors_[executor_of_.empty() ? 0 : executor_of_[task]];
   }
 
   const std::vector<std::uint32_t> executor_of_;  // by task
+  const RunMemory& memory_;
   const std::unique_ptr<const SensorCalls> sensor_ = SensorCalls::find();
   std::unique_ptr<LiveNodes> nodes_;
   std::vector<std::unique_ptr<Executor>> executors_;

@@ -13,6 +13,14 @@
 
 namespace hotpath {
 
+/// Layout of what the programs of a run share: ChannelMessage, and RunMemory with its records. Each change of
+/// one of them raises it.
+inline constexpr int kRunLayout = 1;
+/// Why programs with different layouts cannot share a run.
+inline constexpr const char* kOtherLayout =
+    "hotpath and hotpath_rclcpp_runner were built from different versions; build both from one with "
+    "launch_scripts/ros2_build.sh, and source its setup.bash";
+
 /// A message between the coordinator and a process of a run.
 struct ChannelMessage {
   enum class Kind : std::uint32_t {
@@ -23,11 +31,12 @@ struct ChannelMessage {
     stop,   ///< Coordinator: end now.
     stopped,  ///< Process: no job runs any more; number[0] is the instant of the end.
     settle,   ///< Coordinator: every process has stopped; number[0] is the end of the run.
-    done,     ///< Process: the numbers are its resource usage.
+    done,     ///< Process: the numbers are its Usage; publisher: number[0] counts its lost samples.
     failed,   ///< Process: text is the reason.
     closed,   ///< Not sent: the other end is gone.
   };
-  using Numbers = std::array<std::int64_t, 5>;
+  enum Usage : std::size_t { cpu_time_ns, peak_memory_kib, voluntary_switches, involuntary_switches };
+  using Numbers = std::array<std::int64_t, 4>;
 
   ChannelMessage(Kind message_kind, const Numbers& numbers = {}, const std::string& words = "")
       : kind(message_kind), number(numbers) {
@@ -58,8 +67,8 @@ class Channel {
 
   /// False if the other end is gone.
   bool send(const ChannelMessage& message) const;
-  /// The next message; `closed` if the other end is gone; std::nullopt if `until` passes or a
-  /// signal interrupts the wait.
+  /// The next message; `closed` if the other end is gone, `failed` if it has another layout; std::nullopt
+  /// if `until` passes or a signal interrupts the wait.
   std::optional<ChannelMessage> receive(Time until) const;
 
  private:

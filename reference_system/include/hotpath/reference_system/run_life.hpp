@@ -46,11 +46,12 @@ class RunLife {
     settle();
     // Other processes may have stopped later: what became ready here until then belongs to the run.
     system.close(std::max(ended, end_of_run));
-    std::int64_t refused = 0;
-    if constexpr (requires { system.refused(); }) refused = static_cast<std::int64_t>(system.refused());
-    tell({Kind::done,
-          {(cpu_time(after) - cpu_time(before)).count(), after.ru_maxrss, after.ru_nvcsw - before.ru_nvcsw,
-           after.ru_nivcsw - before.ru_nivcsw, refused}});
+    ChannelMessage done(Kind::done);
+    done.number[ChannelMessage::cpu_time_ns] = (cpu_time(after) - cpu_time(before)).count();
+    done.number[ChannelMessage::peak_memory_kib] = after.ru_maxrss;
+    done.number[ChannelMessage::voluntary_switches] = after.ru_nvcsw - before.ru_nvcsw;
+    done.number[ChannelMessage::involuntary_switches] = after.ru_nivcsw - before.ru_nivcsw;
+    tell(done);
   }
 
  private:

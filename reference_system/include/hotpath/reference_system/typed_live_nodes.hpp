@@ -88,8 +88,6 @@ class TypedLiveNodes final : public LiveNodes {
 
   void wait_until_matched(Time deadline) override { transport_->wait_until_matched(deadline); }
 
-  std::uint64_t refused() const override { return transport_->refused(); }
-
   void report_to(const SensorCalls& sensor) override { sensor_ = &sensor; }
 
   void run(const Job& job, Time start, Sample sample, Worker worker) override {
