@@ -34,7 +34,7 @@ TEST(Channel, DeliversMessagesWholeAndInOrder) {
   EXPECT_THAT(first->text.data(), StrEq("executor other"));
   EXPECT_EQ(b.receive(soon())->kind, Kind::stop);
 
-  ASSERT_EQ(send(a.for_program(), "of another version", 18, 0), 18);
+  ASSERT_EQ(send(a.for_program(), std::string(2000, 'x').data(), 2000, 0), 2000);
   const auto strange = b.receive(soon());
   EXPECT_EQ(strange->kind, Kind::failed);
   EXPECT_THAT(strange->text.data(), StrEq(kOtherLayout));

@@ -57,7 +57,7 @@ std::optional<ChannelMessage> Channel::receive(Time until) const {
   pollfd p{descriptor_, POLLIN, 0};
   if (ppoll(&p, 1, &wait, nullptr) <= 0) return std::nullopt;
   ChannelMessage message(ChannelMessage::Kind::closed);
-  const ssize_t received = recv(descriptor_, &message, sizeof(message), 0);
+  const ssize_t received = recv(descriptor_, &message, sizeof(message), MSG_TRUNC);
   if (received < 0 && errno == EINTR) return std::nullopt;
   if (received == sizeof(message)) return message;
   if (received > 0) return ChannelMessage(ChannelMessage::Kind::failed, {}, kOtherLayout);
