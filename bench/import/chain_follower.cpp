@@ -221,6 +221,7 @@ Chain chain_of(const std::string& text, const Graph& graph, const GraphTasks& ta
   Chain chain;
   chain.name = text.substr(colon + 1);
   const TaskId sink = named_task(graph, tasks, chain.name, false);
+  std::ranges::replace(chain.name, '/', '.');  // names are written into CSV columns
   std::vector<bool> reaches(tasks.set.size(), false), reached(tasks.set.size(), false);
   reaches[sink] = true;
   for (bool changed = true; std::exchange(changed, false);) {

@@ -160,7 +160,8 @@ void keep_samples(const tracing::System& system, const Callbacks& callbacks, std
     const auto has_part = [&](const InferredRule& r) {
       return contains(r.publishers, c) || contains(r.of, c);
     };
-    if (system.callbacks[c].kind == tracing::CallbackKind::subscription &&
+    const tracing::Callback& callback = system.callbacks[c];
+    if (callback.kind == tracing::CallbackKind::subscription && !callback.of_action &&
         std::ranges::none_of(rules, has_part))
       kept.push_back(c);
   }
@@ -204,45 +205,36 @@ std::map<std::uint32_t, Callbacks> synchronisers(const tracing::System& system, 
   return filtered;
 }
 
-/// Fewer irregular samples are taken for single events that do not recur.
-constexpr std::size_t kFewestRecurring = 10;
-/// The most timers for one topic.
-constexpr std::size_t kMostTimers = 100;
-/// Samples are regular if their distances differ from the mean by less than this share.
-constexpr double kRegular = 0.1;
-/// Period of a timer that fires once.
-constexpr Duration kOnce = std::chrono::hours(1);
-
-bool is_regular(const std::vector<Time>& at, Duration mean) {
-  if (at.size() < 3) return false;
-  const auto differs = [&](Time a, Time b) {
-    return to_ms(std::chrono::abs(b - a - mean)) > kRegular * to_ms(mean);
-  };
-  return std::ranges::adjacent_find(at, differs) == at.end();
-}
-
-/// Whether the arrivals go on: they fill half of the recording, or enough of them last until its end.
-bool go_on(const std::vector<Time>& at, Duration mean, Time begin, Time end) {
-  return 2 * std::ssize(at) * mean >= end - begin ||
-         (at.size() >= kFewestRecurring && end - at.back() <= 2 * mean);
-}
-
-std::string in_ms(Duration time) { return program::concat(program::fixed(to_ms(time), 1), " ms"); }
-
-/// Timers that take turns so that the period of each exceeds the largest deviation of an arrival from
-/// the mean distance; none if that takes too many.
-OutsideReleases with_jitter(const std::vector<Time>& at, Duration mean) {
-  std::vector<Time> due;  // the first timestamp of a timer of the mean period, if this sample is on time
-  for (std::size_t i = 0; i < at.size(); ++i) due.push_back(at[i] - mean * static_cast<std::int64_t>(i));
-  const auto [earliest, latest] = std::ranges::minmax(due);
-  const std::int64_t timers = (latest - earliest) / mean + 1;
-  if (timers > static_cast<std::int64_t>(kMostTimers)) return {};
-  OutsideReleases releases{{}, timers * mean, latest - earliest, {}};
-  for (std::int64_t i = 0; i < timers; ++i) releases.first.push_back(earliest + i * mean);
-  releases.timers = program::concat(timers == 1 ? "a timer" : program::concat(timers, " timers"), " of ",
-                                    in_ms(releases.period), " with a release jitter of ",
-                                    in_ms(releases.jitter), ", which covers all ", at.size(), " arrivals");
-  return releases;
+/// How long a synchroniser held the oldest message of each output: if it joins the latest ones, and if its
+/// n-th output joins the n-th message of the rarest input and those just before that one. The latter is empty
+/// if it drops messages of the rarest input.
+std::pair<std::vector<Duration>, std::vector<Duration>> times_held(const RecordedSystem& recorded,
+                                                                   const Callbacks& of) {
+  std::pair<std::vector<Duration>, std::vector<Duration>> held;
+  auto& [least, most] = held;
+  const auto jobs_of = [&](std::uint32_t c) { return recorded.system.callbacks[c].jobs; };
+  const std::uint32_t rarest = *std::ranges::min_element(of, {}, jobs_of);
+  std::map<std::uint32_t, std::vector<Time>> arrived;  // by callback
+  for (const tracing::Job& job : recorded.jobs) {
+    if (!contains(of, job.ref.callback)) continue;
+    arrived[job.ref.callback].push_back(job.sample.published);
+    if (job.published.empty()) continue;
+    const Time at = job.published.back().at;
+    Time latest = at, earliest = at;
+    if (const std::vector<Time>& rare = arrived[rarest]; most.size() < rare.size())
+      earliest = rare[most.size()];
+    for (const auto& [callback, messages] : arrived) {
+      if (messages.empty()) continue;
+      latest = std::min(latest, messages.back());
+      const auto later = std::ranges::upper_bound(messages, earliest);
+      if (later != messages.begin() && callback != rarest) earliest = *std::prev(later);
+    }
+    least.push_back(at - latest);
+    most.push_back(at - earliest);
+  }
+  if (static_cast<double>(most.size()) < kDescribes * static_cast<double>(arrived[rarest].size()))
+    most.clear();
+  return held;
 }
 
 }  // namespace
@@ -334,52 +326,27 @@ std::vector<std::string> unmodelled(const tracing::System& system, const Recorde
   return all;
 }
 
-std::vector<std::string> synchronised_chains(const RecordedSystem& recorded, const RecordedGraph& graph) {
-  std::vector<std::string> all;
+std::map<std::string, std::string> synchronised_chains(const RecordedSystem& recorded,
+                                                       const RecordedGraph& graph) {
+  std::map<std::string, std::string> all;
   for (const auto& [node, of] : synchronisers(recorded.system, graph)) {
-    std::map<std::uint32_t, Time> newest;  // by callback
-    std::vector<Duration> held;
-    for (const tracing::Job& job : recorded.jobs) {
-      if (!contains(of, job.ref.callback)) continue;
-      newest[job.ref.callback] = job.sample.published;
-      if (job.published.empty()) continue;
-      const auto oldest =
-          std::ranges::min_element(newest, {}, [](const auto& sample) { return sample.second; });
-      held.push_back(job.published.back().at - oldest->second);
-    }
-    if (held.empty()) continue;
-    const std::string text = program::text(
-        " contains a synchroniser (node %s): held for %.1f ms (median) or longer, not modelled; a trace does "
-        "not show which messages it joins.",
-        recorded.system.nodes[node].c_str(), to_ms(median(held)));
-    const std::string prefix = graph.node_names[node] + "/";
-    const auto is_its = [&](const std::string& task) { return task.starts_with(prefix); };
+    auto [least, most] = times_held(recorded, of);
+    if (least.empty()) continue;
+    std::string held = program::text("%.1f ms (median) or longer", to_ms(median(least)));
+    if (!most.empty() && median(most) > median(least))
+      held += program::text(", or %.1f ms if it joins each in turn by the instants of publication",
+                            to_ms(median(most)));
+    const std::string text = program::concat(
+        " contains a synchroniser (node ", recorded.system.nodes[node], "): it held messages for ", held,
+        ". A trace does not show which messages it joins: not modelled, and not compared.");
+    const auto is_its = [&](const std::string& task) {
+      return std::ranges::any_of(
+          of, [&](std::uint32_t c) { return graph.tasks.set[graph.task_of[c]].name == task; });
+    };
     for (const Chain& chain : graph.graph.chains)
-      if (std::ranges::any_of(chain.nodes, is_its)) all.push_back(chain.name + text);
+      if (std::ranges::any_of(chain.nodes, is_its)) all[chain.name] = chain.name + text;
   }
   return all;
-}
-
-OutsideReleases outside_releases(const std::vector<Time>& at, Time begin, Time end) {
-  const auto n = static_cast<std::int64_t>(at.size());
-  const Duration mean = std::max(Duration(1000), (at.back() - at.front()) / std::max<std::int64_t>(1, n - 1));
-  const bool goes_on = go_on(at, mean, begin, end);
-  if (goes_on && is_regular(at, mean))
-    return {{at.front()}, mean, {}, program::concat("a timer of ", in_ms(mean))};
-  if (at.size() < kFewestRecurring)
-    return {
-        at, kOnce, {}, program::concat(n, n == 1 ? " timer" : " timers", " for one release, at its arrival")};
-  if (at.size() <= kMostTimers) {
-    const Duration period = std::max(n * mean, end - begin);
-    return {at, period, {}, program::concat(n, " timers of ", in_ms(period), ", one for each arrival")};
-  }
-  OutsideReleases releases = goes_on ? with_jitter(at, mean) : OutsideReleases{};
-  if (!releases.first.empty()) return releases;
-  const Duration rate = goes_on ? mean : std::max(mean, (end - begin) / n);
-  return {{at.front()},
-          rate,
-          {},
-          program::concat("a timer of ", in_ms(rate), ", without the bursts of arrivals")};
 }
 
 }  // namespace hotpath::imports

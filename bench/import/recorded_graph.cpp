@@ -39,7 +39,7 @@ EntityKind entity_of(const tracing::Callback& callback) {
   if (callback.kind == CallbackKind::service) return EntityKind::service;
   if (callback.kind == CallbackKind::client) return EntityKind::client;
   const bool is_waitable = callback.kind == CallbackKind::unannounced || callback.intra_process;
-  return is_waitable ? EntityKind::waitable : EntityKind::subscription;
+  return is_waitable || callback.of_action ? EntityKind::waitable : EntityKind::subscription;
 }
 
 bool is_beside_topics(CallbackKind kind) {
@@ -170,10 +170,11 @@ class Builder {
     std::set<std::uint32_t> published;
     for (const InferredRule& rule : result_.rules) published.insert(rule.topic);
     for (std::uint32_t c = 0; c < uses_.size(); ++c) {
-      if (!reads(c) || callback(c).jobs > 0 || published.contains(callback(c).topic)) continue;
+      const bool is_sent = published.contains(callback(c).topic);
+      if (!reads(c) || callback(c).jobs > 0 || (is_sent && !callback(c).of_action)) continue;
       is_task_[c] = false;
-      leave_out("Nobody published ", topic_of(c), ", to which node ", result_.node_names[callback(c).node],
-                " subscribes; the subscription is left out.");
+      leave_out(is_sent ? "No event shows jobs of " : "Nobody published ", topic_of(c), ", to which node ",
+                result_.node_names[callback(c).node], " subscribes; the subscription is left out.");
     }
     for (InferredRule& rule : result_.rules)
       std::erase_if(rule.of, [&](std::uint32_t c) { return !is_task_[c]; });

@@ -100,9 +100,9 @@ using EarlyPublications = std::map<std::pair<std::uint32_t, std::uint32_t>, doub
 
 /// What a graph does not express, as sentences: synchronisers, and topics published by no rule.
 [[nodiscard]] std::vector<std::string> unmodelled(const tracing::System& system, const RecordedGraph& graph);
-/// Chains that contain a synchroniser, as sentences: how long it held the older of the newest messages.
-[[nodiscard]] std::vector<std::string> synchronised_chains(const RecordedSystem& recorded,
-                                                           const RecordedGraph& graph);
+/// By name: chains that contain a synchroniser, as sentences with the time for which it held messages.
+[[nodiscard]] std::map<std::string, std::string> synchronised_chains(const RecordedSystem& recorded,
+                                                                     const RecordedGraph& graph);
 
 /// The chain of `--chain SOURCE,...:SINK`, from nodes or tasks, with all tasks between them. Throws
 /// UsageError if there is no such chain.

@@ -92,15 +92,17 @@ struct Caller {
   std::uint32_t callback = kNone;
   std::size_t n = 1, jobs = 0;
   std::vector<Match> matches = {};
-  Duration delays{};   ///< Sum of the distances of its jobs' ends to the starts of the service's.
-  bool idled = false;  ///< The service's thread usually idled in between.
+  Duration delays{};         ///< Sum of the distances of its jobs' ends to the starts of the service's.
+  std::ptrdiff_t idled = 0;  ///< Requests before which the service's thread idled.
 
   [[nodiscard]] bool explains(std::size_t requests) const {
     return static_cast<double>(matches.size()) >=
                kExplained * static_cast<double>(std::max(requests, jobs)) &&
-           (n == 1 || (!idled && requests >= kFewestCalls));
+           (n == 1 || (2 * idled <= std::ssize(matches) && requests >= kFewestCalls));
   }
-  [[nodiscard]] auto rank() const { return std::tuple(idled, n, delays); }
+  /// In steps of a tenth: a late delivery idles, too.
+  [[nodiscard]] std::ptrdiff_t late() const { return 10 * idled / std::ssize(matches); }
+  [[nodiscard]] auto rank() const { return std::tuple(late(), n, delays); }
 };
 
 /// How long the thread of a request idled between the end of the job and the request.
@@ -130,7 +132,7 @@ Caller matched(const std::vector<tracing::Job>& jobs, const std::vector<std::siz
     caller.delays += std::chrono::abs(jobs[request].start - jobs[sent[next - n]].finish);
   }
   const auto idles = [&](const Match& match) { return idle_time(jobs, match) > kServedWithin; };
-  caller.idled = 2 * std::ranges::count_if(caller.matches, idles) > std::ssize(caller.matches);
+  caller.idled = std::ranges::count_if(caller.matches, idles);
   return caller;
 }
 
@@ -148,7 +150,7 @@ std::vector<std::string> attribute_requests(const tracing::System& system, std::
     const std::size_t requests = jobs_of[s].size();
     if (service.kind != CallbackKind::service || requests == 0) continue;
     const std::string& name = system.topics[service.topic].name;
-    Caller best;
+    std::vector<Caller> callers;
     for (std::uint32_t c = 0; c < jobs_of.size(); ++c) {
       const tracing::Callback& of = system.callbacks[c];
       const bool responds =
@@ -156,13 +158,15 @@ std::vector<std::string> attribute_requests(const tracing::System& system, std::
       if (!client_nodes[service.topic].contains(of.node) || responds || c == s || jobs_of[c].empty())
         continue;
       const std::size_t n = std::max<std::size_t>(1, (jobs_of[c].size() + requests / 2) / requests);
-      for (std::size_t first = 0; first < n; ++first) {
-        Caller caller = matched(jobs, jobs_of[s], jobs_of[c], first, n);
-        if (caller.explains(requests) && (best.callback == kNone || caller.rank() < best.rank()))
-          best = std::move(caller);
-      }
+      for (std::size_t first = 0; first < n; ++first)
+        if (Caller caller = matched(jobs, jobs_of[s], jobs_of[c], first, n); caller.explains(requests))
+          callers.push_back(std::move(caller));
     }
-    if (best.callback == kNone) continue;
+    if (callers.empty()) continue;
+    const Caller& best = *std::ranges::min_element(callers, {}, &Caller::rank);
+    const auto may_be = [&](const Caller& other) {
+      return other.callback != best.callback && other.late() == best.late();
+    };
     for (const auto& [request, sender] : best.matches) {
       tracing::Job &sent = jobs[sender], &served = jobs[request];
       // The service may have started before the end of the job.
@@ -171,11 +175,12 @@ std::vector<std::string> attribute_requests(const tracing::System& system, std::
       sent.published.push_back(
           {service.topic, served.sample.published, std::min(sent.finished, served.started)});
     }
-    notes.push_back(program::concat("A trace does not show who calls a service: node ",
-                                    system.nodes[system.callbacks[best.callback].node],
-                                    " is taken to send the requests to ", name, ", which follow ",
-                                    best.matches.size(), " of ", best.jobs, " jobs of one of its callbacks",
-                                    best.n > 1 ? program::concat(", one in ", best.n, ".") : "."));
+    notes.push_back(program::concat(
+        "A trace does not show who calls a service: node ",
+        system.nodes[system.callbacks[best.callback].node], " is taken to send the requests to ", name,
+        ", which follow ", best.matches.size(), " of ", best.jobs, " jobs of one of its callbacks",
+        best.n > 1 ? program::concat(", one in ", best.n) : "",
+        std::ranges::any_of(callers, may_be) ? "; or jobs of another one." : "."));
   }
   return notes;
 }

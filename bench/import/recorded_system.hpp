@@ -47,7 +47,8 @@ struct RecordedSystem {
 /// Callbacks that ran on one thread share an executor. A trace does not show requests to services. They
 /// become publications of the callbacks that sent them at the ends of their jobs: of a node with a client of
 /// the service, one of which each n-th job precedes nearly each job of the service, whose thread does not
-/// idle in between; of several, the one with the smallest n, and then the nearest.
+/// idle in between; of several, the one after which it idles least often, then that with the smallest n, and
+/// then the nearest.
 [[nodiscard]] RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job> jobs,
                                              std::vector<tracing::LostSample> lost, unsigned cores);
 

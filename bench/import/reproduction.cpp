@@ -58,7 +58,8 @@ class Way {
       o.latest_source_start -= found_.graph.epoch - Time{};
     }
     made.trace.chains = join_chains(made.graph, made.tasks, made.trace, outputs);
-    made.check = self_check(made.graph, made.tasks, made.executor, made.trace);
+    made.check = self_check(made.graph, made.tasks, made.executor, made.trace,
+                            synchronised_chains(recorded_, found_.graph));
     return made;
   }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,8 +46,10 @@ inline constexpr double kMedianError_percent = 3, kP99Error_percent = 8, kLossEr
                         kSimilarity = 0.8;
 
 /// `recorded` is relative to its epoch and `tasks` have its phases. The simulation begins with the recorded
-/// executors; jobs and outputs whose timestamp lies before the epoch do not count.
+/// executors; jobs and outputs whose timestamp lies before the epoch do not count. `doubted`: by chain, why
+/// it cannot be compared.
 [[nodiscard]] SelfCheck self_check(const Graph& graph, const GraphTasks& tasks,
-                                   const setup::ExecutorSpec& executor, const Trace& recorded);
+                                   const setup::ExecutorSpec& executor, const Trace& recorded,
+                                   const std::map<std::string, std::string>& doubted = {});
 
 }  // namespace hotpath::imports

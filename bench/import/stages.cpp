@@ -251,7 +251,6 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
         "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
         effect_of(best, reproduce(recorded, other, chosen.labels, deployment_file)).second));
   }
-  for (const std::string& chain : synchronised_chains(recorded, found.graph)) best.check.doubt(chain);
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
   if (best.slices.threads > 0) missing.push_back(sentence(best.slices, found.graph.epoch));
   std::vector<std::string> notes = notes_of(recorded, found.graph, chosen, recognitions, deliveries);

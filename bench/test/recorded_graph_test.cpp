@@ -204,6 +204,19 @@ TEST_F(Unmodelled, SynchronisersOfTheGraphAreNamedByNodeWithTheirTopics) {
     r_.system.callbacks[c].symbol = "message_filters::Subscriber<Image>::callback";
   EXPECT_THAT(unmodelled(), ElementsAre(HasSubstr("Node /n0 passes /x, /y through message_filters"),
                                         HasSubstr("Node /n1 passes /x through message_filters")));
+  // The job of each /y publishes with the /y before the last one, and the /x before that.
+  for (int i = 0; i < 60; ++i) {
+    for (const Duration at : {0ms, 20ms})
+      r_.job(0, 0, i * 40ms + at + 3ms, {}).sample.published += i * 40ms + at;
+    tracing::Job& y = r_.job(1, 0, i * 40ms + 30ms, {});
+    y.sample.published = y.start;
+    if (i >= 2) y.published.push_back({2, y.start + 1ms});
+  }
+  graph_.tasks.set.tasks.resize(4);
+  graph_.tasks.set.tasks[1].name = "n0/y";
+  graph_.graph.chains = {{"c", {"n0/y"}, {}, "n0/y"}};
+  EXPECT_THAT(imports::synchronised_chains({.jobs = r_.jobs, .system = r_.system}, graph_).at("c"),
+              HasSubstr("(node /n0): it held messages for 11.0 ms (median) or longer, or 91.0 ms if"));
   for (const std::size_t c : {0U, 1U, 2U}) graph_.task_of[c] = kNoTask;
   EXPECT_THAT(unmodelled(), IsEmpty());
 }
@@ -229,6 +242,7 @@ Chain chain_of(const std::string& option) {
 TEST(ChainOption, ConsistsOfTheTasksBetweenSourceAndSink) {
   const Chain expected = {"C", {"S", "F/S", "C/F"}, {"S"}, "C/F"};
   EXPECT_EQ(chain_of("S:C"), expected);
+  EXPECT_EQ(chain_of("S:C/F").name, "C.F");
 }
 
 TEST(ChainOption, BeginsAtTimersWhoseDataReachesTheSink) {

@@ -39,8 +39,8 @@ class SelfCheckTest : public testing::Test {
     for (int i = 0; i < samples; ++i) add(1, 100 + i, at, 0ms, 0ms).outcome = Outcome::overwritten;
   }
 
-  imports::SelfCheck check() const {
-    return imports::self_check(graph_, tasks_, setup::parse_executor("events-ro", {}), trace_);
+  imports::SelfCheck check(const std::map<std::string, std::string>& doubted = {}) const {
+    return imports::self_check(graph_, tasks_, setup::parse_executor("events-ro", {}), trace_, doubted);
   }
 
   Graph graph_;
@@ -84,6 +84,7 @@ TEST_F(SelfCheckTest, AMedianOfFewOutputsIsNotRed) {
     for (std::uint64_t i = 0; i < outputs; ++i)
       trace_.chains.push_back({.sequence = i, .hot_path_latency = 30ms, .sink = 1, .finish = Time{} + 1ms});
     EXPECT_EQ(check().light, outputs < 20 ? imports::Light::yellow : imports::Light::red) << outputs;
+    EXPECT_EQ(check({{"c", "c is held."}}).reasons, std::vector<std::string>{"c is held."});
   }
 }
 

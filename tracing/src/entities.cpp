@@ -94,6 +94,7 @@ void Assembler::add_subscription(const Event& e) {
   callback.node = find(nodes_, {e.process, e.number[1]}, kNone);
   callback.topic = topic_named(e.text[0]);
   callback.depth = static_cast<std::uint32_t>(std::min<std::uint64_t>(e.number[3], kKeepAll));
+  callback.of_action = true;  // until rclcpp adds a callback
   callback_states_[index].process = e.process;
   if (bounded()) replace_subscriptions(e, callback);
   system_.topics[callback.topic].subscriptions.push_back(index);
@@ -127,6 +128,7 @@ void Assembler::end_subscriptions(Topic& topic, const Ended& ended) {
 /// rclcpp adds the callback of an intra-process subscription first, and then says whose it is.
 void Assembler::add_rclcpp_subscription(Handle rclcpp, std::uint32_t subscription) {
   rclcpp_subscriptions_[rclcpp] = subscription;
+  if (subscription != kNone) system_.callbacks[subscription].of_action = false;
   const std::uint64_t callback = find(rclcpp_callbacks_, rclcpp, std::uint64_t{0});
   if (callback != 0 && subscription != kNone) set_handle({rclcpp.process, callback}, subscription);
 }

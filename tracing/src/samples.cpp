@@ -86,9 +86,14 @@ void Assembler::take(const Event& e, std::uint32_t subscription, std::uint64_t s
     if (near) sample = nearest;
   }
   ThreadState& thread = thread_of(e);
-  if (sample != unread.end()) return hold(thread, subscription, sample);
-  thread.taken_by = subscription;
-  thread.taken = stranger(subscription, std::min(source, e.at));
+  if (sample != unread.end()) {
+    hold(thread, subscription, sample);
+  } else {
+    thread.taken_by = subscription;
+    thread.taken = stranger(subscription, std::min(source, e.at));
+  }
+  if (system_.callbacks[subscription].of_action && thread.open.empty() && thread.asked)
+    begin_unannounced(thread, subscription, *thread.asked, thread.asked_at, {});
 }
 
 void Assembler::hold(ThreadState& thread, std::uint32_t subscription,

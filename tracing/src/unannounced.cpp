@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Callbacks of clients and waitables, of which rclcpp writes no events. An executor with a wait set
 // announces each question for the next callback: if it asks again without having waited, and
-// nothing was announced in between, it ran such a callback. A PriorityExecutor states the job.
+// nothing was announced in between, it ran such a callback; if it took a sample for an action's
+// client, that subscription's. A PriorityExecutor states the job.
 #include <algorithm>
 
 #include "hotpath/tracing/assembler.hpp"
@@ -92,6 +93,11 @@ void Assembler::begin_unannounced(ThreadState& thread, std::uint32_t callback, T
   job.timestamp = std::exchange(thread.timestamp, {});
   job.release = std::exchange(thread.release, {});
   job.has_sample = true;
+  if (thread.taken_by == callback) {
+    thread.taken_by = kNone;
+    job.sample = thread.taken;
+    return;
+  }
   const Time arrival = job.timestamp > Time{} ? std::min(job.timestamp, at) : at;
   job.sample = stranger(callback, response ? std::min(response->at, at) : arrival);
   if (!response) return;

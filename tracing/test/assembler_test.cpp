@@ -237,6 +237,14 @@ TEST_F(Unannounced, WithoutAResponseItBelongsToTheThread) {
   EXPECT_EQ(system().nodes[callback.node], "/clients_and_waitables");
   EXPECT_EQ(jobs[0].published.size(), 1U);
   receive(2000, 0);
+  // An action's client takes samples of a subscription without a callback.
+  tell(K::subscription_init, 3000, {50, 2, 53, 5}, {"/dock/_action/feedback", ""});
+  tell(K::get_next_ready, 3001, {});
+  tell(K::rmw_take, 3002, {53, 98, 2900, 1});
+  tell(K::wait_for_work, 3003, {});
+  EXPECT_TRUE(callback_of(jobs.back()).of_action);
+  EXPECT_EQ(jobs.back().start, at(3001));
+  EXPECT_EQ(jobs.back().sample.published, at(2900));
 }
 
 TEST_F(Unannounced, ThreadsThatWaitForEachOtherTellNothing) {

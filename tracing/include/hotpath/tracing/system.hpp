@@ -22,6 +22,7 @@ enum class CallbackKind : std::uint8_t { timer, subscription, service, client, u
 struct Callback {
   CallbackKind kind = CallbackKind::unknown;
   bool intra_process = false;  ///< Subscriptions: took a sample within the process, as a waitable.
+  bool of_action = false;  ///< The same: without a callback of its own; an action's client takes its samples.
   std::uint32_t node = kNone;
   std::uint32_t topic = kNone;                       ///< All but timers: index into topics.
   std::uint32_t depth = 0;                           ///< The same: history depth; 0: unknown, or keep all.
