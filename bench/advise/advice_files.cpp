@@ -26,15 +26,18 @@ constexpr Duration kServiceWait = std::chrono::milliseconds(100);
 
 std::vector<std::string> write_executor_files(const Candidate& candidate, const GraphPlatform& platform,
                                               const std::string& offsets, const fs::path& folder) {
-  if (candidate.spec.deployment || candidate.spec.entry->traits.family == Family::wait_set) return {};
+  const std::span<const setup::ExecutorSpec> parts = setup::parts(candidate.spec);
+  const setup::ExecutorSpec& executor = parts.front();
+  const auto differs = [&](const setup::ExecutorSpec& part) { return part.label != executor.label; };
+  if (executor.entry->traits.family == Family::wait_set || std::ranges::any_of(parts, differs)) return {};
   Graph graph = candidate.graph;
   graph.platform = platform;
   const std::string priorities = candidate.sets_priorities ? "With the priorities that executor.yaml needs."
                                                            : "The graph of executor.yaml.";
   write_graph(folder / "graph.yaml", graph, {priorities, {}}, program::write_with_folder);
 
-  const ExecutorEntry& entry = *candidate.spec.entry;
-  const SchedulerOptions& scheduler = candidate.spec.scheduler;
+  const ExecutorEntry& entry = *executor.entry;
+  const SchedulerOptions& scheduler = executor.scheduler;
   const bool queue = entry.traits.family == Family::priority_events;
   std::string options = concat(
       "# Options of hotpath_rclcpp's PriorityExecutor, for each process of the system:\n"
@@ -43,7 +46,7 @@ std::vector<std::string> write_executor_files(const Candidate& candidate, const 
       "executor: ", entry.name);
   if (queue && scheduler.rule != SubscriptionRule::inherit) options += concat(":", to_string(scheduler.rule));
   if (queue && scheduler.ties != Ties::lifo) options += concat(":", to_string(scheduler.ties));
-  options += concat("\nthreads: ", candidate.load.threads, "\ngraph: graph.yaml\n");
+  options += concat("\nthreads: ", candidate.load.threads / parts.size(), "\ngraph: graph.yaml\n");
   // Of graphs, the default is 0; a robot whose graph states none has services of parameters all the same.
   const bool stated = scheduler.service_wait > Duration::zero();
   if (queue)

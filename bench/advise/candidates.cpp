@@ -38,7 +38,11 @@ class Candidates {
       : graph_(graph),
         tasks_(make_tasks(graph)),
         options_(options),
-        scheduling_(setup::scheduling_of(options, graph, tasks_.set, graph.platform.cores)) {}
+        scheduling_(setup::scheduling_of(options, graph, tasks_.set, graph.platform.cores)),
+        now_(find_executor(results::ExecutorLabel(options.now).name) != nullptr ? executor(options.now)
+                                                                                : deployment(options.now)) {
+    several_processes_ = now_.deployment && now_.deployment->plan.processes.size() > 1;
+  }
 
   std::vector<Candidate> made(const Objective& objective) {
     for (const std::string& name : options_.executors) add(executor(name));
@@ -49,8 +53,7 @@ class Candidates {
         add_for(index_chains(graph_, tasks_)[objective.chain], graph_.chains[objective.chain].name);
       }
     }
-    const bool is_executor = find_executor(results::ExecutorLabel(options_.now).name) != nullptr;
-    if (!has(options_.now)) add(is_executor ? executor(options_.now) : deployment(options_.now));
+    if (!has(options_.now)) add(now_);
     return std::move(all_);
   }
 
@@ -58,8 +61,16 @@ class Candidates {
   bool has(const std::string& name) const {
     return std::ranges::find(all_, name, &Candidate::name) != all_.end();
   }
+  /// Nodes stay in their processes: of several, all of their executors become this one.
   setup::ExecutorSpec executor(const std::string& name) const {
-    return setup::parse_executor(name, scheduling_);
+    setup::ExecutorSpec spec = setup::parse_executor(name, scheduling_);
+    if (!several_processes_) return spec;
+    Deployment plan = now_.deployment->plan;
+    plan.name = "each:" + name;
+    plan.description = concat(spec.entry->description, ", in each process");
+    plan.file.clear();
+    for (DeployedExecutor& executor : plan.executors) executor.executor = name;
+    return setup::deploy(std::move(plan), scheduling_);
   }
   setup::ExecutorSpec deployment(const std::string& name) const {
     return setup::deploy(name, graph_, tasks_, scheduling_);
@@ -100,11 +111,11 @@ class Candidates {
     std::set<TaskId> members;
     for (const auto& node : chain.nodes) members.insert(node.begin(), node.end());
     setup::ExecutorSpec fixed = executor("fp-ro");
-    fixed.label = "fp-ro:chain";
+    fixed.label += ":chain";
     add({fixed.label, "fixed priorities, timers of " + name + " first", with_priorities(members), fixed,
          true});
     if (graph_.platform.cores == 1) return;
-    add_chain_first(members, name);
+    if (!several_processes_) add_chain_first(members, name);
     add_chain_threads(chain.sources, members, name);
   }
 
@@ -159,6 +170,8 @@ class Candidates {
   const GraphTasks tasks_;
   const Options& options_;
   const SchedulerOptions scheduling_;
+  bool several_processes_ = false;
+  const setup::ExecutorSpec now_;
   std::vector<Candidate> all_;
 };
 

@@ -24,7 +24,7 @@ struct Candidate {
 
   /// The name of its executor for --executors and in files, unless it is a deployment.
   [[nodiscard]] std::string executor() const {
-    return sets_priorities ? std::string(spec.entry->name) : name;
+    return sets_priorities && spec.entry != nullptr ? std::string(spec.entry->name) : name;
   }
 };
 
@@ -36,6 +36,8 @@ struct Candidate {
 /// - for the objective's chain, if there is one: fixed priorities with the chain's timers first
 ///   (`fp-ro:chain`), a thread above all others for the chain's callback groups (`chain-first`),
 ///   and a thread for each callback group with those of the chain above the others (`cie:chain`).
+/// If the current deployment has several processes, an executor replaces each of its executors
+/// (`each:NAME`), and `chain-first` is left out.
 /// Throws UsageError, InputError.
 [[nodiscard]] std::vector<Candidate> make_candidates(const Graph& graph, const Objective& objective,
                                                      const Options& options);

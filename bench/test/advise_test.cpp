@@ -2,6 +2,7 @@
 // Objectives, candidates, and the files of the recommended one.
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <map>
 
 #include "advise/advice_files.hpp"
@@ -96,10 +97,13 @@ TEST(Scores, CountLossesOfAllJobsAndTimersThatNeverRanAsLate) {
 }
 
 /// The candidates by name.
-std::map<std::string, advise::Candidate> candidates_of(const Graph& graph) {
+std::map<std::string, advise::Candidate> candidates_of(const Graph& graph,
+                                                       const std::string& now = "default") {
   std::map<std::string, advise::Candidate> candidates;
   const advise::Objective objective = advise::parse_objective(std::nullopt, graph);
-  for (advise::Candidate& c : advise::make_candidates(graph, objective, {}))
+  advise::Options options;
+  options.now = now;
+  for (advise::Candidate& c : advise::make_candidates(graph, objective, options))
     candidates.emplace(c.name, std::move(c));
   return candidates;
 }
@@ -127,6 +131,21 @@ TEST(Candidates, PutTheTimersOfTheChainFirst) {
   EXPECT_EQ(priority("RearLidarDriver"), 1);
   EXPECT_GT(priority("EuclideanClusterSettings"), 1);
   EXPECT_GT(priority("PointCloudMap"), priority("Visualizer"));
+}
+
+TEST(Candidates, LeaveNodesInTheirProcesses) {
+  const Folder removed;
+  const std::string file = (removed.path() / "two.yaml").string();
+  std::ofstream(file) << "name: two\nexecutors:\n- {name: a, process: p, owns: [FrontLidarDriver]}\n"
+                         "- {name: b, process: q, owns: rest}\n";
+  const auto candidates = candidates_of(graph_named("autoware", 2), file);
+  for (const char* name : {"two", "each:fp-ro:chain", "each:rm-ro"}) EXPECT_TRUE(candidates.contains(name));
+  for (const char* name : {"rm-ro", "fp-ro:chain", "chain-first"}) EXPECT_FALSE(candidates.contains(name));
+  const advise::Candidate& c = candidates.at("each:rm-ro");
+  EXPECT_EQ(c.spec.deployment->plan.executors[1].process, 1U);
+  ASSERT_FALSE(advise::write_executor_files(c, c.graph.platform, "", removed.path()).empty());
+  EXPECT_THAT(read_text_file((removed.path() / "executor.yaml").string()),
+              HasSubstr("executor: rm-ro\nthreads: 1\n"));
 }
 
 /// PriorityExecutor has a service wait by default, a graph has not.
