@@ -87,6 +87,19 @@ TEST_F(Checking, GivesATimerTheEntryOfOneThatItReplaces) {
   system.job(25, 3, 81);
   observe();
   EXPECT_THAT(incident(), HasSubstr("00:00:00.028 source (timer) ran 3.000 ms, budget 2.000 ms"));
+  // A contract of a recording numbers timers as the executor served them: periods decide.
+  tracing::System created;
+  created.nodes = {"/a"};
+  Contract served;
+  for (const std::uint32_t i : {1U, 2U}) {
+    tracing::Callback& timer = created.callbacks.emplace_back();
+    timer.kind = tracing::CallbackKind::timer;
+    timer.node = 0;
+    timer.period = Duration(10 * i);
+    served.callbacks.push_back({"a", "", i, {{Clause::period, 30 - 10 * i}}});
+  }
+  StatedNames names(served, created);
+  EXPECT_EQ(std::pair(names.entry_of(0), names.entry_of(1)), std::pair(1U, 0U));
 }
 
 TEST_F(Checking, GivesATimerNoEntryBesideOneThatGoesOn) {

@@ -250,7 +250,11 @@ Contract recorded_contract(const guarantees::AnalyzeOptions& options, double mar
         recorded_terms(recorded[task], tasks.set[task], runs[observed.executor_of[task]] - recorded[task].run,
                        margin_percent);
   for (Group& thread : contract.threads) {
-    std::erase_if(thread.terms, [](const Term& term) { return term.clause == Clause::wait; });
+    std::erase_if(thread.terms, [](const Term& term) {
+      // A trace does not tell the ordinary policy from others that never displaced a thread.
+      const bool unknown = term.clause == Clause::policy && term.policy.ordinary();
+      return unknown || term.clause == Clause::wait;
+    });
     thread.terms.push_back({Clause::wait, kRecordedWait.count()});
   }
   contract.assumed =

@@ -124,9 +124,7 @@ class StatedNames {
     if (of.node >= system_.nodes.size() || (!timer && !service && !subscription)) return kNone;
     if (!timer && of.topic >= system_.topics.size()) return kNone;
     const std::string node = stated_node(of.node), topic = timer ? "" : stated_topic(of.topic);
-    const auto number = static_cast<std::uint32_t>(std::count_if(
-        all.begin(), all.begin() + callback + 1,
-        [&](const tracing::Callback& c) { return c.kind == CallbackKind::timer && c.node == of.node; }));
+    const std::uint32_t number = timer ? stated_timer(node, callback) : 0;
     const auto entry_for = [&](bool a_service) {
       const auto entry = std::ranges::find_if(contract_.callbacks, [&](const CallbackContract& stated) {
         return stated.node == node && stated.topic == topic && stated.service == a_service &&
@@ -145,6 +143,27 @@ class StatedNames {
              system_.topics[c.topic].name == system_.topics[of.topic].name;
     });
     return is_service ? kNone : entry_for(true);
+  }
+  /// The number of a timer of the node. A contract of a recording numbers timers as the executor served them:
+  /// another number that has its period, and belongs to no timer by the order of creation, is its own.
+  [[nodiscard]] std::uint32_t stated_timer(const std::string& node, std::uint32_t callback) const {
+    const tracing::Callback& of = system_.callbacks[callback];
+    std::vector<Duration> periods;  // of the node's timers
+    std::uint32_t number = 0;
+    for (std::uint32_t c = 0; c < system_.callbacks.size(); ++c) {
+      const tracing::Callback& other = system_.callbacks[c];
+      if (other.kind != CallbackKind::timer || other.node != of.node) continue;
+      periods.push_back(other.period);
+      if (c == callback) number = static_cast<std::uint32_t>(periods.size());
+    }
+    std::uint32_t another = number;
+    for (const CallbackContract& stated : contract_.callbacks) {
+      const Term* const period = find(stated.terms, Clause::period);
+      if (stated.node != node || !period || period->limit != of.period.count()) continue;
+      if (stated.timer == number) return number;
+      if (stated.timer > periods.size() || periods[stated.timer - 1] != of.period) another = stated.timer;
+    }
+    return another;
   }
   /// The entry of a timer that a new one of its node replaces: of those with the same period that ran
   /// before the creation, and not since, the one that has been silent longest. kNone: there is none.
