@@ -29,6 +29,19 @@ std::vector<std::int64_t> simulated(const PeriodicTasks& tasks, Rule rule, Rando
   return largest_response_times(jobs, tasks.size());
 }
 
+/// The bounds are no less than the schedule abstraction, and this than a simulation.
+void check_order(const ResponseTimes& bounds, const PeriodicTasks& tasks, Policy policy, Rule rule,
+                 RandomStream& random) {
+  const ResponseTimes sag = sag_response_times(tasks, policy);
+  auto run = draw_jobs(tasks, hyperperiod(tasks), random);
+  simulate(run, rule);
+  const auto largest = largest_response_times(run, tasks.size());
+  for (std::size_t k = 0; k < tasks.size(); ++k) {
+    ASSERT_GE(*bounds[k], *sag[k]) << "task " << k << as_graph(tasks);
+    ASSERT_GE(*sag[k], largest[k]) << "task " << k << as_graph(tasks);
+  }
+}
+
 TEST(NonPreemptiveFp, Theorem1BoundsExactBoundsSagBoundsSimulation) {
   RandomStream random(1, {0});
   int accepted = 0;
@@ -71,14 +84,7 @@ TEST(NonPreemptiveFp, ExactWithJitterAndOverrunDeadlinesBoundsSagBoundsSimulatio
     const ResponseTimes integer = davis_2007(tasks, TimeModel::discrete);
     if (!integer.back()) continue;
     ++compared;
-    const ResponseTimes sag = sag_response_times(tasks, Policy::fp);
-    auto run = draw_jobs(tasks, hyperperiod(tasks), random);
-    simulate(run, Rule::fixed_priority);
-    const auto largest = largest_response_times(run, tasks.size());
-    for (std::size_t k = 0; k < tasks.size(); ++k) {
-      ASSERT_GE(*integer[k], *sag[k]) << "task " << k << as_graph(tasks);
-      ASSERT_GE(*sag[k], largest[k]) << "task " << k << as_graph(tasks);
-    }
+    check_order(integer, tasks, Policy::fp, Rule::fixed_priority, random);
   }
   EXPECT_GT(compared, kSets / 10);
 }
@@ -123,14 +129,7 @@ TEST(NonPreemptiveEdf, WcrtBoundsSagBoundsSimulationAndDecidesAsTheDemandTest) {
     }
     const ResponseTimes bounds = spuri_1996(tasks, TimeModel::discrete);
     ++(schedulable(tasks, bounds) ? passed : failed);
-    const ResponseTimes sag = sag_response_times(tasks, Policy::edf);
-    auto run = draw_jobs(tasks, hyperperiod(tasks), random);
-    simulate(run, Rule::edf);
-    const auto largest = largest_response_times(run, tasks.size());
-    for (std::size_t k = 0; k < tasks.size(); ++k) {
-      ASSERT_GE(*bounds[k], *sag[k]) << "task " << k << as_graph(tasks);
-      ASSERT_GE(*sag[k], largest[k]) << "task " << k << as_graph(tasks);
-    }
+    check_order(bounds, tasks, Policy::edf, Rule::edf, random);
   }
   EXPECT_GT(passed, kSets / 10);
   EXPECT_GT(failed, kSets / 10);

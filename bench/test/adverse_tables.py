@@ -208,7 +208,7 @@ BESIDE = "mkdir empty empty.part; ln -s empty link; echo years of work >empty.pa
 # reader, three.
 READERS = """
 run/run.json | report {d} --summary | doctor {d} | explain {d} | doctor {d} --recover | export ctf {d} {o}
-run/run.json | diff {d} --simulated {o} | diff {d} {d}
+run/run.json | diff {d} --simulated {o} | diff {d} {d} | simulate autoware --phases {d} {o}
 run/summary.json | diff {d} {d} --gate
 bench/bench.json | diff {d} {d}
 run/jobs.csv | report {d} --summary | doctor {d} | explain {d} | export perfetto {d} {o}

@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hotpath_command import CommandTest, RunFolder, executors
 
 GRAPHS = (
@@ -13,9 +15,10 @@ GRAPHS = (
     + [f"timers_only_{level}" for level in (60, 80, 90)]
     + [f"timers_only_{level}_authors" for level in (60, 80, 90)]
 )
-TRACES = Path(__file__).resolve().parents[2] / "reference_system" / "ros2_reference" / "traces"
+REFERENCE_SYSTEM = Path(__file__).resolve().parents[2] / "reference_system"
+TRACES = REFERENCE_SYSTEM / "ros2_reference" / "traces"
+NS = 1e6  # per ms
 BRIEF = ("--duration", 3, "--warm-up", 0)
-TINY = "name: tiny\nnodes:\n  - {name: A, type: sensor, period_ms: 10, execution_time_ms: %s}\n"
 TINY_CHAIN = """name: tiny_chain
 nodes:
   - {name: S, type: sensor, period_ms: 10}
@@ -225,20 +228,104 @@ class Validate(SimulateTest):
         self.assertIn("--phases timers_only_80.edf-ro.csv", out)
 
 
-class WrongUse(SimulateTest):
-    def test_overload_is_reported_with_the_utilisation(self) -> None:
-        graph = self.write("overload.yaml", TINY % 12)
-        for words, says in (
-            ("--executors rm-ro", ("rm-ro", "overload", "utilisation", "1.200")),
-            ("--executors events-ro --max-backlog 7", ("overload", "more than 7")),
-        ):
-            self.refused("simulate", graph, *words.split(), "--output", "refused", says=says)
+def start_distances(run: RunFolder, executor: str, task: str) -> list[int]:
+    """Nanoseconds between the starts of consecutive counted jobs, over all repetitions."""
+    warm_up = run.run["warm_up_s"] * 1e9
+    distances = []
+    for (name, _), jobs in run.jobs().items():
+        starts = [
+            (job.sequence, job.start)
+            for job in jobs
+            if name == executor and job.task == task and job.outcome == "ran" and job.timestamp >= warm_up
+        ]
+        starts.sort()
+        distances += [after[1] - before[1] for before, after in zip(starts, starts[1:], strict=False)]
+    return distances
 
-    def test_a_damaged_run_is_refused(self) -> None:
-        run = self.simulate("--graph", "timers_only_60", "--executors", "rm-ro", *BRIEF)
-        (run.path / "run.json").write_text(json.dumps({"runs": [{"executor": 1}]}))
-        self.refused("simulate", "timers_only_60", "--phases", run.path, says="run.json")
 
+class Periods(SimulateTest):
+    """Period jitter of timers, computed a second time from jobs.csv, and in advice."""
+
+    def check_periods(self, run: RunFolder) -> int:
+        """Compares summary.json with jobs.csv; returns the number of timers with two jobs."""
+        seen = 0
+        for executor in run.summary()["executors"]:
+            for task in executor["tasks"]:
+                if task["kind"] != "timer":
+                    self.assertNotIn("period_ms", task)
+                    continue
+                period = next(t["period_ns"] for t in run.run["tasks"] if t["task"] == task["task"]) / NS
+                distances = start_distances(run, executor["executor"], task["task"])
+                self.assertEqual(task["period_ms"]["n"], len(distances), task["task"])
+                if not distances:
+                    continue
+                seen += 1
+                off = [abs(d / NS - period) for d in distances]
+                p99 = float(np.percentile(off, 99))
+                expected = [min(distances) / NS, max(distances) / NS, p99, max(off)]
+                found = [task["period_ms"]["min"], task["period_ms"]["max"]]
+                found += [task["period_deviation_ms"]["p99"], task["period_deviation_ms"]["max"]]
+                for a, b in zip(found, expected, strict=True):
+                    self.assertAlmostEqual(a, b, places=6, msg=task["task"])
+        return seen
+
+    def test_simulated_runs(self) -> None:
+        run = self.measure(
+            *("simulate", "--executors", "default,rm-ro,rm-re", "--duration", 5, "--warm-up", 0.5),
+            *("--repetitions", 2, "--phases", "random"),
+        )
+        self.assertGreaterEqual(self.check_periods(run), 21)
+
+    def test_advice_names_who_pays(self) -> None:
+        """The recommended executor delays a slow timer that today's executor serves in turn."""
+        words = "autoware --executors default,rm-ro --repetitions 2 --duration 5 --phases creation".split()
+        self.accepted("advise", *words, "--output", "advice")
+        advice = json.loads((self.folder / "advice" / "advice.json").read_text())
+        rows = {row["name"]: row["periods_ms"] for row in advice["ranking"]}
+        now, best = rows[advice["now"]], rows[advice["recommended"]]
+        growth = {
+            timer: (values["greatest"] - values["least"] - now[timer]["greatest"] + now[timer]["least"])
+            / values["period"]
+            for timer, values in best.items()
+        }
+        sentence = next(s for s in advice["sentences"] if "imer" in s and "pay" in s)
+        payers = sorted((t for t in growth if growth[t] > 0.05), key=lambda t: -growth[t])
+        if not payers:
+            self.assertIn("No timer pays", sentence)
+            return
+        self.assertIn("Timers pay for it: " + payers[0], sentence)
+        before, after = (v[payers[0]]["greatest"] - v[payers[0]]["least"] for v in (now, best))
+        self.assertIn(f"varies by {after:.1f} ms instead of {before:.1f} ms", sentence)
+
+
+class RecordedGraphs(SimulateTest):
+    def test_the_recorded_graphs_ship(self) -> None:
+        listed = self.accepted("list", "graphs")
+        for name in ("autoware_universe", "cedar", "mont_blanc", "sierra_nevada", "white_mountain"):
+            self.assertRegex(listed, rf"(?m)^{name} ")
+
+    def test_autoware_universe_is_predicted_as_caret_measured_it(self) -> None:
+        """Compares p50 and p99 with the end-to-end best case of stats_path.yaml, under the recorded
+        executors."""
+        measured = {
+            "component_sensing_0": (83.672, 121.902),
+            "component_localization_0": (44.722, 77.603),
+            "component_control_0": (2.157, 5.751),
+            "e2e_sensing-to-localization_0": (117.300, 169.257),
+            # The report's files lack this one.
+            "component_planning_0": (30.6, 92.7),
+        }
+        deployment = REFERENCE_SYSTEM / "graphs" / "recorded" / "deployments" / "autoware_universe.yaml"
+        words = "--graph autoware_universe --phases random --repetitions 5 --duration 40".split()
+        run = self.measure("simulate", *words, "--deployments", deployment)
+        (executor,) = run.summary()["executors"]
+        predicted = {c["chain"]: c["end_to_end_latency_ms"] for c in executor["chains"]}
+        for chain, (p50, p99) in measured.items():
+            self.assertLess(abs(predicted[chain]["p50"] / p50 - 1), 0.15, chain)
+            self.assertLess(abs(predicted[chain]["p99"] / p99 - 1), 0.15, chain)
+
+
+class StoredRuns(SimulateTest):
     def test_the_summary_of_a_stored_run_is_that_of_the_run(self) -> None:
         """Holds for any order of the repetitions in the files: live runs interleave them."""
         for graph in ("autoware", "timers_only_90"):
