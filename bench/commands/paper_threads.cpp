@@ -202,7 +202,7 @@ void judge_published_threads(const ThreadsArguments& arguments) {
   if (!arguments.output.empty()) program::check_output_folder(arguments.output);
   program::catch_interrupts();
   program::Table table("Published bounds on the age of chains on several threads, in ms",
-                       {"graph", "executor", "source", "least\n% of C", "phases", "chain", "published",
+                       {"graph", "executor", "source", "least % of C", "phases", "chain", "published",
                         "reached", "at most", "verdict", "schedule"});
   std::vector<JudgedStudy> studies;
   std::size_t schedules = 0;

@@ -119,7 +119,7 @@ class Judgements(FieldTest):
             self.assertLessEqual(reached, most)
             proven = "confirmed" if published >= most else "open"
             self.assertEqual(row["verdict"], "refuted" if reached > published else proven)
-            self.assertTrue(row["least\n% of C"] < 100 or published == reached, "there is one schedule")
+            self.assertTrue(row["least % of C"] < 100 or published == reached, "there is one schedule")
         (run,) = self.folder.glob("threads/schedule3/*/age_chain3")
         self.assertEqual(self.rows(run / "chains.csv")[-1]["end_to_end_latency_ns"], "58200000")
 
