@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs commands under memory limits. Each limit is well above the need, but below the need of
-structures that grow with the length of the run or with the square of the graph."""
+structures that grow with the length of the run or with the square of the graph. And the check for
+files that a test leaves in /dev/shm."""
 
 import json
+import os
+import unittest
 from pathlib import Path
 
+import shared_memory
 from hotpath_command import HOTPATH, CommandTest
 
 # A chain of three nodes with 1000 jobs per second each, and rows as short as possible.
@@ -17,6 +21,7 @@ chains:
   - {name: path, nodes: [S, T, C], sources: [S], sink: C}
 """
 SECONDS = 200  # 600,000 jobs
+NAME = f"hotpath_shared_memory_test_{os.getpid()}"
 
 
 def lines_of_five(nodes: int) -> str:
@@ -67,3 +72,16 @@ class Memory(CommandTest):
         says = "--duration 1e+05: the traces would take about"
         self.rejected(*asked, "--duration", 100000, "--output", "long", says=says, given=limit(400))
         self.rejected("analyze", self.graph, says="out of memory", code=1, out=None, given=limit(20))
+
+
+class SharedMemory(unittest.TestCase):
+    def test_a_test_that_leaves_a_file_fails(self) -> None:
+        def leave() -> None:
+            shared_memory.expect_nothing_left_behind(case)
+            (shared_memory.FOLDER / NAME).touch()
+
+        self.addCleanup((shared_memory.FOLDER / NAME).unlink, missing_ok=True)
+        case, result = unittest.FunctionTestCase(leave), unittest.TestResult()
+        case.run(result)
+        self.assertEqual(len(result.failures), 1)
+        self.assertIn(NAME, result.failures[0][1])
