@@ -156,7 +156,7 @@ watch --once true --output
 """
 # Options that take a file or folder to read, and those whose targets are tested elsewhere.
 INPUTS = {"--against", "--deployments", "--phases"}
-ELSEWHERE = {("graph", "--new"), ("sweep", "--new"), ("watch", "--contract")}
+ELSEWHERE: set[tuple[str, ...]] = {("graph", "--new"), ("sweep", "--new"), ("watch", "--contract")}
 ELSEWHERE |= {("paper", "figures", "--output")}
 
 # Shell code for a folder, and the targets in it that are refused: given | targets.

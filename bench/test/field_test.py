@@ -121,7 +121,7 @@ class Judgements(FieldTest):
             self.assertEqual(row["verdict"], "refuted" if reached > published else proven)
             self.assertTrue(row["least % of C"] < 100 or published == reached, "there is one schedule")
         (run,) = self.folder.glob("threads/schedule3/*/age_chain3")
-        self.assertEqual(self.rows(run / "chains.csv")[-1]["end_to_end_latency_ns"], "58200000")
+        self.assertEqual(csv_rows(run / "chains.csv")[-1]["end_to_end_latency_ns"], "58200000")
 
     def test_copies_have_names_of_their_own(self) -> None:
         graph = FIELD / "names_with_numbers.yaml"

@@ -44,8 +44,9 @@ class Overload(CommandTest):
         self.rejected(
             "explain", "run0", "--task", "Full", "--executors", "rm-ro", says="rm-ro: overload: more than"
         )
-        for more, says in (((), "utilisation is 1.200"), (("--max-backlog", 7), "more than 7")):
-            self.rejected(*"simulate full.yaml --executors rm-ro".split(), *more, says=("overload", says))
+        for limit, says in ("", "utilisation is 1.200"), ("--max-backlog 7", "more than 7"):
+            overloaded = f"simulate full.yaml --executors rm-ro {limit}"
+            self.rejected(*overloaded.split(), says=("overload", says))
 
     def test_every_command_states_overload_and_starvation(self) -> None:
         self.assertIn(f"slow_timer is overloaded: {GROUP}.\n", self.accepted("graph", SLOW))
