@@ -146,7 +146,7 @@ std::string in_lines(const std::string& help) {
 }
 
 std::string with_range(const std::string& text, Limits limits) {
-  const std::string help = in_lines(text);
+  std::string help = in_lines(text);
   if (limits.most >= kAnySeed.most) return help;
   const std::string range = program::text("[%.10g to %.10g]", limits.least, limits.most);
   const std::size_t last_line = help.size() - (help.rfind('\n') + 1);  // npos + 1 is 0
