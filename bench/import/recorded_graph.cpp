@@ -104,7 +104,8 @@ class Builder {
   }
 
   std::string name_in_graph(const std::string& ros_name, bool is_node, std::set<std::string>& used) {
-    const std::string plain = graph_name(ros_name, is_node), name = unused_name(plain, used);
+    const std::string plain = graph_name(ros_name, is_node);
+    std::string name = unused_name(plain, used);
     const char* const kind = is_node ? "node " : "topic ";
     if (name != plain)
       note("The graph has another ", kind, plain, "; ", kind, ros_name, " is called ", name, " in it.");

@@ -61,12 +61,12 @@ class SharedMemoryWatch {
         files.insert(text.substr(path));
       }
     };
-    const std::string folder = "/proc/" + process;
-    std::ifstream maps(folder + "/maps");
+    const std::filesystem::path folder = "/proc/" + process;
+    std::ifstream maps(folder / "maps");
     for (std::string line; std::getline(maps, line);) add(line);
     std::error_code ignored;
-    for (const std::string& open : names_in(folder + "/fd"))
-      add(std::filesystem::read_symlink(folder + "/fd/" + open, ignored));
+    for (const std::string& open : names_in(folder / "fd"))
+      add(std::filesystem::read_symlink(folder / "fd" / open, ignored));
     return files;
   }
 

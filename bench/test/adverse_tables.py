@@ -146,6 +146,7 @@ analyze timers_only_60 --phases creation --witness
 paper table1 --output | wcrt_table.csv
 paper waters --sets 1000000 --output | waters.csv
 paper golden --output
+paper threads --output
 bench --output
 report {stock}/run --output | report.html
 diff {stock}/run {stock}/run --output | report.html
