@@ -170,6 +170,7 @@ ReferenceNode timer(const std::string& name, Duration work, Duration period = 10
 Node follower(const std::string& name, const std::vector<std::string>& inputs, Duration work,
               std::uint32_t depth = 1) {
   std::vector<ReferenceInput> all;
+  all.reserve(inputs.size());
   for (const std::string& input : inputs) all.push_back({input, depth, std::nullopt});
   return reference_node(name, all.size() > 1 ? NodeType::fusion : NodeType::transform, all, {}, work);
 }
