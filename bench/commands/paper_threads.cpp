@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "advise/phase_search.hpp"
@@ -178,10 +180,15 @@ class JudgedStudy {
   /// The worst cases for these phases and execution times from a share of the longest ones.
   GraphBounds exact(const advise::FirstTimestamps& first, int best_case_percent,
                     std::vector<bounds::ReachedWorstCase>* reached = nullptr) const {
+    const auto known = known_.find({first, best_case_percent});
+    if (known != known_.end() && reached == nullptr) return known->second;
     GraphTasks tasks = tasks_;
     setup::set_phases(tasks.set, first);
     for (Task& task : tasks.set.tasks) task.bcet = task.wcet * best_case_percent / 100;
-    return bounds::exact_worst_cases(graph_, tasks, *executor_.entry, executor_.scheduler, {}, reached);
+    GraphBounds bounds =
+        bounds::exact_worst_cases(graph_, tasks, *executor_.entry, executor_.scheduler, {}, reached);
+    known_.insert_or_assign({first, best_case_percent}, bounds);
+    return bounds;
   }
 
   static std::int64_t age(const GraphBounds& bounds, std::size_t chain) {
@@ -195,6 +202,7 @@ class JudgedStudy {
   Graph graph_ = load_graph(find_graph(study_.graph));
   const GraphTasks tasks_ = make_tasks(graph_);
   std::vector<advise::FirstTimestamps> schedules_;
+  mutable std::map<std::pair<advise::FirstTimestamps, int>, GraphBounds> known_;     // results of exact()
   std::vector<ReachedAge> longest_ = std::vector<ReachedAge>(graph_.chains.size());  // by chain
 };
 

@@ -204,8 +204,10 @@ TEST(GraphFile, MistakesInNodesAreRefused) {
        {"source F/S", "begin with"}},
   };
   for (const Mistake& c : cases) expect_error(error_of_nodes(kSensor + c.text + "\n"), c.line, c.parts);
-  for (const std::string name : {"''", "a/b", "'a,b'", "'a\"b'", "\"a'b\"", "a b", "\"a\\nb\""})
-    expect_error(error_of_nodes(kSensor + "- {name: " + name + ", type: sensor, period_ms: 1}\n"), 4);
+  for (std::string node : {"''", "a/b", "'a,b'", "'a\"b'", "\"a'b\"", "a b", "\"a\\nb\""}) {
+    node.insert(0, "- {name: ").append(", type: sensor, period_ms: 1}\n");
+    expect_error(error_of_nodes(kSensor + node), 4);
+  }
 }
 
 TEST(GraphFile, WhatIsJustAllowed) {
