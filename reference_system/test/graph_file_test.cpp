@@ -77,6 +77,7 @@ TEST(GraphFile, ReadsEveryKey) {
   EXPECT_EQ(platform.timer_thread, TimerThread::equal);
   EXPECT_EQ(platform.execution_times, ExecutionTimeModel::uniform);
   std::vector<std::int64_t> costs;
+  costs.reserve(kPlatformCosts.size());
   for (const PlatformCost& cost : kPlatformCosts) costs.push_back((platform.*cost.value).count());
   EXPECT_THAT(costs, ElementsAre(12'500, 3'000, 1, 1, 7'000, 41'000, 25, 190'000, 1'000'000));
 }
