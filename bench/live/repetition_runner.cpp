@@ -94,7 +94,7 @@ class Coordinator {
     if (!await_all(Kind::stopped, end_ + plan_.time_out)) return;
     end_ = end_of_run(stopped_, end_, memories_);
     tell_all(Kind::settle, {to_ns(end_)});
-    await_all(Kind::done, now() + plan_.time_out);
+    if (await_all(Kind::done, now() + plan_.time_out)) tell_all(Kind::leave);
     note_disturbances();
   }
 

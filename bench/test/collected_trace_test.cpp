@@ -123,13 +123,15 @@ struct FakeSystem {
 };
 
 /// The instants until which a process that stops at `stop` records what is unfinished, if the coordinator
-/// says that the run ended at `end`.
-std::vector<Time> closed_at(Time stop, Time end) {
+/// says that the run ended at `end`. Without `leave`, the coordinator then vanishes.
+std::vector<Time> closed_at(Time stop, Time end, bool leave = true) {
   using Kind = ChannelMessage::Kind;
   auto [coordinator, process] = Channel::make_pair();
   FakeSystem system;
   coordinator.send({Kind::begin, {to_ns(stop), to_ns(stop)}});
   coordinator.send({Kind::settle, {to_ns(end)}});
+  if (leave) coordinator.send(Kind::leave);
+  if (!leave) coordinator = Channel();
   RunLife(process).live_through(system, stop, [] {});
   return system.closed;
 }
@@ -138,6 +140,7 @@ TEST(RunLife, EveryProcessRecordsWhatIsUnfinishedUntilTheEndOfTheRun) {
   const Time stop = Time{} + milliseconds(5), end = stop + milliseconds(7);  // long ago: nothing waits
   EXPECT_THAT(closed_at(stop, end), ElementsAre(end));
   EXPECT_THAT(closed_at(stop, stop - milliseconds(1)), ElementsAre(stop));
+  EXPECT_THROW(closed_at(stop, end, false), CoordinatorGone) << "it keeps its writers until all are done";
 }
 
 }  // namespace

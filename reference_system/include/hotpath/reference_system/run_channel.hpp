@@ -13,9 +13,9 @@
 
 namespace hotpath {
 
-/// Layout of what the programs of a run share: ChannelMessage, and RunMemory with its records. Each change of
-/// one of them raises it.
-inline constexpr int kRunLayout = 1;
+/// Version of what the programs of a run share: the dialogue in ChannelMessages, and RunMemory with its
+/// records. Each change of one of them raises it.
+inline constexpr int kRunLayout = 2;
 /// Why programs with different layouts cannot share a run.
 inline constexpr const char* kOtherLayout =
     "hotpath and hotpath_rclcpp_runner were built from different versions; build both from one with "
@@ -32,6 +32,7 @@ struct ChannelMessage {
     stopped,  ///< Process: no job runs any more; number[0] is the instant of the end.
     settle,   ///< Coordinator: every process has stopped; number[0] is the end of the run.
     done,     ///< Process: the numbers are its Usage; publisher: number[0] counts its lost samples.
+    leave,    ///< Coordinator: every process is done, and has received what the others published.
     failed,   ///< Process: text is the reason.
     closed,   ///< Not sent: the other end is gone.
   };

@@ -52,6 +52,7 @@ class RunLife {
     done.number[ChannelMessage::voluntary_switches] = after.ru_nvcsw - before.ru_nvcsw;
     done.number[ChannelMessage::involuntary_switches] = after.ru_nivcsw - before.ru_nivcsw;
     tell(done);
+    expect(Kind::leave);  // a writer that goes takes samples with it that another process still awaits
   }
 
  private:
