@@ -18,70 +18,86 @@ using exact::add, exact::multiply;
 
 constexpr std::int64_t kLongestWait = std::int64_t{1} << 50;  // 13 days
 constexpr int kMostSteps = 100'000;
-constexpr std::size_t kNoLine = ~std::size_t{0};
+constexpr std::size_t kNoTree = ~std::size_t{0};
 
 }  // namespace
 
 ThreadedChains::ThreadedChains(const GraphTopology& topology, unsigned threads)
-    : topology_(topology),
-      threads_(threads),
-      line_of_(topology.size(), kNoLine),
-      work_before_(topology.size()) {
-  const TaskSet& set = topology.set();
-  const auto refuse = [&](TaskId id, const std::string& why) {
-    throw AnalysisError("on several threads it covers chains of callbacks one after the other, but " +
-                        set[id].name + " " + why);
-  };
+    : topology_(topology), threads_(threads), places_(topology.size(), {.tree = kNoTree}) {
   for (const TaskId root : topology.timers()) {
-    if (set[root].always_due) refuse(root, "has the period 0");
-    Line line{{}, set[root].period.count(), 0, set[root].period.count()};
-    for (TaskId id = root;; id = set[id].feeds.front()) {
-      if (topology.join_of(id) != nullptr) refuse(id, "waits for other inputs");
-      if (!topology.graph().reads[id].empty()) refuse(id, "reads other inputs");
-      if (topology.publishers(id).size() > 1) refuse(id, "takes samples of several callbacks");
-      line_of_[id] = lines_.size();
-      work_before_[id] = line.work;
-      line.tasks.push_back(id);
-      line.work = add(line.work, set[id].wcet.count());
-      if (set[id].feeds.empty()) break;
-      if (set[id].feeds.size() > 1) refuse(id, "activates several callbacks");
-    }
-    lines_.push_back(std::move(line));
+    const Task& timer = topology.set()[root];
+    if (timer.always_due)
+      throw AnalysisError("on several threads it covers no timer with the period 0, such as " + timer.name);
+    place(root, {.tree = trees_.size()});
+    trees_.push_back({root, timer.period.count(), places_[root].work_from, timer.period.count()});
   }
   check_groups();
   bounded_ = find_responses();
 }
 
+/// Also places all that follows the task.
+void ThreadedChains::place(TaskId id, Place at) {
+  const Task& task = topology_.set()[id];
+  const auto refuse = [&](const char* why) {
+    throw AnalysisError("on several threads it covers chains that do not meet, but " + task.name + " " + why);
+  };
+  if (topology_.join_of(id) != nullptr) refuse("waits for other inputs");
+  if (!topology_.graph().reads[id].empty()) refuse("reads other inputs");
+  if (topology_.publishers(id).size() > 1) refuse("takes samples of several callbacks");
+  at.work_from = task.wcet.count();
+  for (const TaskId fed : task.feeds) {
+    place(fed, {.tree = at.tree, .before = id, .work_before = add(at.work_before, task.wcet.count())});
+    at.work_from = add(at.work_from, places_[fed].work_from);
+    at.width += places_[fed].width;
+  }
+  at.width = std::max<std::int64_t>(at.width, 1);
+  places_[id] = at;
+}
+
+bool ThreadedChains::leads_to(TaskId from, TaskId to) const {
+  while (to != from && to != kNoTask) to = places_[to].before;
+  return to == from;
+}
+
 void ThreadedChains::check_groups() const {
   const TaskSet& set = topology_.set();
-  std::map<std::uint32_t, TaskId> first;  // by exclusive group
+  std::map<std::uint32_t, std::vector<TaskId>> groups;  // exclusive ones
   for (TaskId id = 0; id < set.size(); ++id) {
-    if (line_of_[id] == kNoLine || set.groups[set[id].group] == CallbackGroup::reentrant) continue;
-    const auto [other, is_new] = first.emplace(set[id].group, id);
-    if (!is_new && line_of_[other->second] != line_of_[id])
-      throw AnalysisError(
-          "on several threads it covers no mutually exclusive group of several chains, such as that "
-          "of " +
-          set[other->second].name + " and " + set[id].name);
+    if (places_[id].tree == kNoTree || set.groups[set[id].group] == CallbackGroup::reentrant) continue;
+    for (const TaskId other : groups[set[id].group]) {
+      if (!leads_to(id, other) && !leads_to(other, id))
+        throw AnalysisError(
+            "on several threads it covers no mutually exclusive group of callbacks of which neither leads to "
+            "the other, such as that of " +
+            set[other].name + " and " + set[id].name);
+    }
+    groups[set[id].group].push_back(id);
   }
 }
 
-/// The most work of a line in a window, if each of its jobs ends within its response time.
-std::int64_t ThreadedChains::work_beside(const Line& line, std::int64_t window) const {
-  const std::int64_t length = add(window, line.response) - line.work;
+/// The most work of a tree in a window, if each of its jobs ends within its response time.
+std::int64_t ThreadedChains::work_beside(const Tree& tree, std::int64_t window) const {
+  const std::int64_t width = std::min(places_[tree.root].width, threads_);
+  const std::int64_t length = add(window, tree.response) - tree.work / width;
   if (length < 0) return 0;
-  return add(multiply(length / line.period, line.work), std::min(line.work, length % line.period));
+  return add(multiply(length / tree.period, tree.work),
+             std::min(tree.work, multiply(length % tree.period, width)));
 }
 
-/// The longest wait of a line's jobs, up to the start of a task before which they work for `before`. While
-/// they wait, all threads run other lines: the largest wait for which these have enough work. A smaller
-/// solution proves nothing.
-std::optional<std::int64_t> ThreadedChains::waiting(std::size_t of, std::int64_t before) const {
+/// The longest wait up to the start of a task. While it or a task before it waits, all threads run other
+/// tasks: the largest wait for which these have enough work. A smaller solution proves nothing.
+std::optional<std::int64_t> ThreadedChains::waiting(TaskId task) const {
+  const Place& at = places_[task];
+  const Tree& own = trees_[at.tree];
+  const std::int64_t work_aside = own.work - at.work_before - at.work_from,
+                     width_aside = std::min(places_[own.root].width - at.width, threads_);
   std::int64_t wait = kLongestWait;
   for (int step = 0; step < kMostSteps; ++step) {
-    std::int64_t work = 0;
-    for (std::size_t other = 0; other < lines_.size(); ++other) {
-      if (other != of) work = add(work, std::min(work_beside(lines_[other], add(before, wait)), wait));
+    std::int64_t work = std::min(work_aside, multiply(width_aside, wait));
+    for (const Tree& tree : trees_) {
+      const std::int64_t width = std::min(places_[tree.root].width, threads_);
+      if (&tree != &own)
+        work = add(work, std::min(work_beside(tree, add(at.work_before, wait)), multiply(width, wait)));
     }
     const std::int64_t next = work / threads_;
     if (next == wait) return wait;
@@ -93,28 +109,30 @@ std::optional<std::int64_t> ThreadedChains::waiting(std::size_t of, std::int64_t
 
 /// Lowers all response times until nothing changes. False: some job may last longer than its period.
 bool ThreadedChains::find_responses() {
-  for (bool changed = true; changed;) {
-    changed = false;
-    bool all = true;
-    for (std::size_t k = 0; k < lines_.size(); ++k) {
-      Line& line = lines_[k];
-      const std::int64_t before = work_before_[line.tasks.back()];
-      const std::optional<std::int64_t> wait = waiting(k, before);
-      const std::int64_t response = wait ? add(line.work, *wait) : line.period + 1;
-      all = all && response <= line.period;
-      if (response >= line.response) continue;
-      line.response = response;
-      changed = true;
+  std::vector<std::int64_t> responses(trees_.size());
+  for (;;) {
+    std::ranges::fill(responses, 0);
+    for (TaskId id = 0; id < topology_.size(); ++id) {
+      if (places_[id].tree == kNoTree) continue;
+      const std::optional<std::int64_t> wait = waiting(id);
+      std::int64_t& response = responses[places_[id].tree];
+      response = std::max(response, wait ? add(places_[id].work_before + topology_.set()[id].wcet.count(), *wait)
+                                         : kLongestWait);
+    }
+    bool changed = false, all = true;
+    for (std::size_t t = 0; t < trees_.size(); ++t) {
+      all = all && responses[t] <= trees_[t].period;
+      changed = changed || responses[t] < trees_[t].response;
+      trees_[t].response = std::min(trees_[t].response, responses[t]);
     }
     if (!changed) return all;
   }
-  return false;
 }
 
 std::optional<std::int64_t> ThreadedChains::until_start(TaskId root, TaskId to) const {
-  if (!bounded_ || line_of_[to] == kNoLine || lines_[line_of_[to]].tasks.front() != root) return std::nullopt;
-  const std::optional<std::int64_t> wait = waiting(line_of_[to], work_before_[to]);
-  return wait ? std::optional(add(work_before_[to], *wait)) : std::nullopt;
+  if (!bounded_ || !leads_to(root, to) || places_[root].before != kNoTask) return std::nullopt;
+  const std::optional<std::int64_t> wait = waiting(to);
+  return wait ? std::optional(add(places_[to].work_before, *wait)) : std::nullopt;
 }
 
 std::optional<std::int64_t> ThreadedChains::until_finish(TaskId root, TaskId to) const {
@@ -123,8 +141,8 @@ std::optional<std::int64_t> ThreadedChains::until_finish(TaskId root, TaskId to)
 }
 
 std::optional<std::int64_t> ThreadedChains::response(TaskId subscription) const {
-  if (line_of_[subscription] == kNoLine) return std::nullopt;
-  const TaskId root = lines_[line_of_[subscription]].tasks.front();
+  if (places_[subscription].tree == kNoTree) return std::nullopt;
+  const TaskId root = trees_[places_[subscription].tree].root;
   const std::optional<std::int64_t> finish = until_finish(root, subscription);
   return finish ? std::optional(*finish - topology_.least_until_start(root, subscription)) : std::nullopt;
 }

@@ -11,13 +11,13 @@
 
 namespace hotpath {
 
-/// Chains on several threads that never idle while a callback is ready, in the manner of Bertogna and Cirinei
-/// (docs/chain_bounds.md, "Threads of one executor"). Each chain is a timer and the subscriptions that follow
-/// it, one after the other. Costs nothing but the callbacks' own work.
+/// Timers and the subscriptions that follow them, on several threads that never idle while a callback is ready,
+/// in the manner of Bertogna and Cirinei, and where a task activates several others, of Melani et al.
+/// (docs/chain_bounds.md, "Threads of one executor"). Costs nothing but the callbacks' own work.
 class ThreadedChains final : public PathBounds {
  public:
-  /// `topology` must outlive this object; `threads` > 0. Throws AnalysisError if tasks belong to no chain or
-  /// to several, or if an exclusive group has tasks of several chains.
+  /// `topology` must outlive this object; `threads` > 0. Throws AnalysisError if a task waits for or reads
+  /// several others, or if an exclusive group has tasks of which neither leads to the other.
   ThreadedChains(const GraphTopology& topology, unsigned threads);
 
   std::optional<std::int64_t> until_start(TaskId root, TaskId to) const override;
@@ -38,22 +38,31 @@ class ThreadedChains final : public PathBounds {
   PathParts parts(TaskId, TaskId) const override { return {}; }
 
  private:
-  struct Line {
-    std::vector<TaskId> tasks;  ///< From the timer on.
+  /// A timer and all that follows it.
+  struct Tree {
+    TaskId root;
     std::int64_t period, work;
     std::int64_t response;  ///< From the timestamp to the end of the last task.
   };
+  struct Place {
+    std::size_t tree;
+    TaskId before = kNoTask;       ///< The task that activates it.
+    std::int64_t work_before = 0;  ///< Of the tasks from the timer on.
+    std::int64_t work_from = 0;    ///< Of the task and all that follows it.
+    std::int64_t width = 0;        ///< How many of these can run at once.
+  };
 
+  void place(TaskId id, Place at);
+  [[nodiscard]] bool leads_to(TaskId from, TaskId to) const;
   void check_groups() const;
-  [[nodiscard]] std::int64_t work_beside(const Line& line, std::int64_t window) const;
-  [[nodiscard]] std::optional<std::int64_t> waiting(std::size_t line, std::int64_t before) const;
+  [[nodiscard]] std::int64_t work_beside(const Tree& tree, std::int64_t window) const;
+  [[nodiscard]] std::optional<std::int64_t> waiting(TaskId task) const;
   bool find_responses();
 
   const GraphTopology& topology_;
   const std::int64_t threads_;
-  std::vector<Line> lines_;
-  std::vector<std::size_t> line_of_;       // by task
-  std::vector<std::int64_t> work_before_;  // by task: of its line's earlier tasks
+  std::vector<Tree> trees_;
+  std::vector<Place> places_;  // by task
   bool bounded_ = false;
 };
 

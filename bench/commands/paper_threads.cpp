@@ -137,7 +137,7 @@ class JudgedStudy {
       for (std::size_t c = 0; c < longest_.size(); ++c) {
         const ReachedAge reached = synchronous ? ReachedAge{age(*synchronous, c), 0} : longest_[c];
         std::int64_t most = synchronous ? reached.ns : kNoBound;
-        if (!synchronous && guaranteed) most = guaranteed->chains[c].age.value().ns;
+        if (!synchronous && guaranteed && guaranteed->chains[c].age) most = guaranteed->chains[c].age->ns;
         const std::int64_t published = std::llround(p.ms[c] * 1e6);
         // A longer schedule refutes a value; an upper bound that it does not undercut confirms it.
         const char* const verdict = reached.ns > published ? "refuted"
