@@ -1,23 +1,23 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# setup.sh [first | ros | test]: installs the packages that building and running needs on Debian 12.
-# `first`: only for launch_scripts/hot_path.sh; `ros`: also for the ROS 1 bridge and RViz; `test`: for
-# all tests.
+# setup.sh [compile | first | ros | test]: installs the packages that building and running needs on Debian
+# 12. `compile` and `first`: only for launch_scripts/hot_path.sh, `compile` without figures; `ros`: also
+# for the ROS 1 bridge and RViz; `test`: for all tests.
 set -euo pipefail
 . "$(dirname "$0")/usage.sh"
 case "$#:${1:-}" in
-  0: | 1:first | 1:ros | 1:test) ;;
+  0: | 1:compile | 1:first | 1:ros | 1:test) ;;
   *) wrong_use "unknown arguments $*" ;;
 esac
 
-# munkres: else Debian's fonttools, of matplotlib, installs SciPy with the headers of Python and OpenBLAS.
 packages=(
   build-essential cmake ninja-build
   libfastrtps-dev libfastcdr-dev fastddsgen default-jre-headless
   libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libboost-dev zlib1g-dev pkg-config
-  python3-matplotlib python3-munkres python3-pandas python3-jinja2 python3-tqdm
 )
-[ "${1:-}" = first ] || packages+=(libbabeltrace2-dev libopenmpi-dev openmpi-bin graphviz)
+# munkres: else Debian's fonttools, of matplotlib, installs SciPy with the headers of Python and OpenBLAS.
+[ "${1:-}" = compile ] || packages+=(python3-matplotlib python3-munkres python3-pandas python3-jinja2 python3-tqdm)
+[[ "${1:-}" =~ ^(compile|first)$ ]] || packages+=(libbabeltrace2-dev libopenmpi-dev openmpi-bin graphviz)
 ros=(
   libroscpp-dev libstd-msgs-dev libdiagnostic-msgs-dev libgeometry-msgs-dev libros-rosgraph-msgs-dev libsensor-msgs-dev
   libtf2-msgs-dev libvisualization-msgs-dev
