@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # nightly.sh: the checks that take hours: all tests under sanitizers, types of the same name,
 # three hours of fuzzing (ten million inputs), clang-tidy of all sources, interleavings, large graphs,
-# and a soak of two hours. Runs all of them, and ends with exit code 1 if one failed.
+# packages in an empty root, and a soak of two hours. Runs all of them, and ends with exit code 1 if
+# one failed.
 set -uo pipefail
 . "$(dirname "$0")/usage.sh"
 [ $# -eq 0 ] || wrong_use "unknown arguments $*"
@@ -51,6 +52,7 @@ check 10000-tasks large 10000 5 1000 --phases random --transport intra_process
 check 100-processes large 200 2 100 --processes 100
 check 1000-a-second large 6 6 1
 check soak tools/soak.py
+check packages launch_scripts/package.sh --test
 check sanitizers launch_scripts/sanitize.sh --all
 check one-definition one_definition
 check tidy launch_scripts/tidy.sh
