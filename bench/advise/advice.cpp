@@ -116,7 +116,7 @@ std::vector<std::string> causes_of_gain(const Advice& advice) {
     return explain::SimulatedRun{c.name, c.spec, c.graph, d.tasks, *d.times, d.repetition.trace};
   };
   return explain::difference(run(a, of_a), run(b, of_b), static_cast<std::uint32_t>(advice.objective.chain),
-                             !advice.objective.age);
+                             advice.objective.latency);
 }
 
 /// Fills in the answer.

@@ -25,14 +25,16 @@ std::string counted(std::uint64_t count, const char* thing) {
   return concat(count, " ", thing, count == 1 ? "" : "s");
 }
 
-/// The same statistic of a latency, by default of the one that the objective is not about.
-Objective latency_beside(const Advice& advice, bool age) {
+/// The latency that the objective is not about.
+Latency other_latency(const Objective& of) { return of.of_age() ? Latency::hot_path : Latency::age; }
+
+/// The same statistic of a latency.
+Objective latency_beside(const Advice& advice, Latency latency) {
   Objective of = advice.objective;
   of.kind = Objective::Kind::latency;
-  of.age = age;
+  of.latency = latency;
   return of;
 }
-Objective latency_beside(const Advice& advice) { return latency_beside(advice, !advice.objective.age); }
 
 /// What orders the candidates, after the name of chain and metric.
 std::string order_of(const Objective& objective) {
@@ -51,13 +53,13 @@ Table ranking_table(const Advice& advice, const json& ranking) {
   const std::string subject = chains ? advice.graph.chains[objective.chain].name : advice.graph.name;
   const std::string statistic = to_string(objective.statistic);
   const std::string of_age = statistic == "worst" ? "age" : "age_" + statistic;
-  Table table(concat(subject, ": ", chains ? concat(metric_text(objective.age), " in ms") : "jobs",
+  Table table(concat(subject, ": ", chains ? concat(metric_text(objective.latency), " in ms") : "jobs",
                      ", best first by ", order_of(objective), "; simulated, but for the bound"),
               {""});
   const auto add = [&](const std::vector<std::string>& names) {
     table.header.insert(table.header.end(), names.begin(), names.end());
   };
-  if (chains) add({"median", "p99", "worst", (objective.age ? "hot path\n" : "age\n") + statistic});
+  if (chains) add({"median", "p99", "worst", concat(to_string(other_latency(objective)), "\n", statistic)});
   if (lateness) add({"worst\nlateness ms"});
   add({"lost\n%", "timers\nlate", "never\nran", "threads", "cores\nused", "bound"});
   for (const json& p : ranking) {
@@ -70,7 +72,7 @@ Table ranking_table(const Advice& advice, const json& ranking) {
           fixed(p[latency]["value"], 1),
           interval.is_null() ? "" : concat("[", fixed(interval[0], 1), ", ", fixed(interval[1], 1), "]"));
     }
-    if (chains) row.emplace_back(fixed(p["chains_ms"][subject][objective.age ? statistic : of_age], 1));
+    if (chains) row.emplace_back(fixed(p["chains_ms"][subject][objective.of_age() ? statistic : of_age], 1));
     if (lateness) row.emplace_back(fixed(p["objective"], 1));
     row.insert(row.end(),
                {fixed(p["lost_percent"], 1), p["timers_late"], p["never_ran"] > 0 ? p["never_ran"] : json(),
@@ -150,8 +152,8 @@ std::string confidence(const Advice& advice) {
   }
   if (!best.bound) return text + "; theory gives no bound.";
   const double bound_ms = to_ms(Duration(best.bound->ns));
-  text += concat("; by theory the ", metric_text(advice.objective.age), " never exceeds ", fixed(bound_ms, 1),
-                 " ms (", best.bound->method, ")");
+  text += concat("; by theory the ", metric_text(advice.objective.latency), " never exceeds ",
+                 fixed(bound_ms, 1), " ms (", best.bound->method, ")");
   if (advice.objective.requirements.empty()) return text + ".";
   const auto& [chain, most_ms] = advice.objective.requirements.front();
   return concat(text, ", so ", advice.graph.chains[chain].name, " within ", most_ms, " ms is ",
@@ -161,9 +163,10 @@ std::string confidence(const Advice& advice) {
 /// The metric that the objective is not about.
 std::string other_metric(const Advice& advice) {
   if (advice.graph.chains.empty()) return "";
-  const Objective of = latency_beside(advice);
-  return concat(of.age ? "Its age of the data, from the oldest source's timestamp to the output's finish: "
-                       : "Its hot-path latency, from the latest source's start (the paper's metric): ",
+  const Objective of = latency_beside(advice, other_latency(advice.objective));
+  return concat(of.of_age()
+                    ? "Its age of the data, from the oldest source's timestamp to the output's finish: "
+                    : "Its hot-path latency, from the latest source's start (the paper's metric): ",
                 to_string(of.statistic), " ", gain(advice, of), ".");
 }
 
@@ -226,14 +229,14 @@ std::string who_pays(const Advice& advice) {
 std::string other_chains(const Advice& advice) {
   if (!advice.compares()) return "";
   const bool all = advice.objective.kind != Objective::Kind::latency;
-  Objective of = latency_beside(advice, advice.objective.age);
+  Objective of = latency_beside(advice, advice.objective.latency);
   std::vector<std::string> chains;
   for (of.chain = 0; of.chain < advice.graph.chains.size(); ++of.chain) {
     if (all || of.chain != advice.objective.chain)
       chains.push_back(advice.graph.chains[of.chain].name + " " + gain(advice, of));
   }
   if (chains.empty()) return "";
-  return concat("Chains beside the objective, ", metric_text(of.age), " (", to_string(of.statistic),
+  return concat("Chains beside the objective, ", metric_text(of.latency), " (", to_string(of.statistic),
                 "): ", joined(chains, "; "), ".");
 }
 
@@ -275,7 +278,7 @@ json row_json(const Advice& advice, const Prediction& p) {
   row["bound_ms"] = p.bound ? json(to_ms(Duration(p.bound->ns))) : json();
   row["bound_method"] = p.bound ? p.bound->method : "";
   if (!p.refusal.empty()) row["bound_refusal"] = p.refusal;
-  row["bound_of"] = advice.objective.age ? "end to end" : "hot path";
+  row["bound_of"] = advice.objective.of_age() ? "end to end" : "hot path";
   row["periods_ms"] = json::object();
   for (const results::TaskSummary& t : p.summary.tasks) {
     if (std::isfinite(t.period_range_ms()))
@@ -283,7 +286,8 @@ json row_json(const Advice& advice, const Prediction& p) {
           {"period", to_ms(t.period)}, {"least", t.period_ms->min}, {"greatest", t.period_ms->max}};
   }
   if (advice.graph.chains.empty()) return row;
-  const results::LatencySummary& l = advice.objective.latency(p.summary.chains[advice.objective.chain]);
+  const results::LatencySummary& l =
+      p.summary.chains[advice.objective.chain].latency(advice.objective.latency);
   for (const auto& [name, of] : {std::pair("median_ms", &Quantiles::p50),
                                  {"p99_ms", &Quantiles::p99},
                                  {"worst_ms", &Quantiles::max}}) {
@@ -329,7 +333,7 @@ void to_json(json& j, const Advice& advice) {
   const std::vector<Chain>& chains = advice.graph.chains;
   j = {{"graph", advice.graph.name},
        {"objective", advice.objective.text},
-       {"metric", metric_text(advice.objective.age)},
+       {"metric", metric_text(advice.objective.latency)},
        {"order", order_of(advice.objective)},
        {"draws", advice.draws()},
        {"asked_draws", advice.asked_draws()},

@@ -44,9 +44,10 @@ Objective latency_of(std::size_t chain, const std::string& words, const Graph& g
   const bool age = words == "age" || words.starts_with("age:");
   const auto statistic = words == "age" ? usual : parse<Statistic>(age ? words.substr(4) : words);
   if (!statistic) refuse(words);
-  Objective objective{.statistic = *statistic, .age = age, .chain = chain};
-  objective.text = program::concat(metric_text(age), " of ", graph.chains[objective.chain].name, " (",
-                                   to_string(*statistic), ")");
+  Objective objective{
+      .statistic = *statistic, .latency = age ? Latency::age : Latency::hot_path, .chain = chain};
+  objective.text = program::concat(metric_text(objective.latency), " of ", graph.chains[objective.chain].name,
+                                   " (", to_string(*statistic), ")");
   return objective;
 }
 
@@ -79,7 +80,9 @@ const QuantileTraits& quantile_of(Statistic statistic) {
   return *std::ranges::find(kQuantiles, probability, &QuantileTraits::probability);
 }
 
-const char* metric_text(bool age) { return age ? "age of the data" : "hot-path latency"; }
+const char* metric_text(Latency latency) {
+  return latency == Latency::age ? "age of the data" : "hot-path latency";
+}
 
 Objective parse_objective(const std::optional<std::string>& given, const Graph& graph, Statistic usual) {
   if (!given && !graph.chains.empty()) return latency_of(0, "age", graph, usual);
@@ -106,7 +109,7 @@ Score score(const Objective& objective, const results::ExecutorSummary& summary)
   const double lost = summary.lost_percent();
   switch (objective.kind) {
     case Kind::latency:
-      return {finite(objective.latency(summary.chains[objective.chain]).quantiles.*
+      return {finite(summary.chains[objective.chain].latency(objective.latency).quantiles.*
                      quantile_of(objective.statistic).of),
               0, lost};
     case Kind::worst_lateness:

@@ -25,14 +25,12 @@ struct Objective {
 
   Kind kind = Kind::latency;
   Statistic statistic = Statistic::p99;  ///< latency.
-  bool age = true;        ///< Of or beside latencies: the age of the data (end-to-end), else the hot path.
-  std::size_t chain = 0;  ///< latency: index into the graph's chains.
+  Latency latency = Latency::age;        ///< Of or beside latencies: of the chain.
+  std::size_t chain = 0;                 ///< latency: index into the graph's chains.
   std::vector<Requirement> requirements = {};
   std::string text = {};  ///< In words, such as `age of the data of hot_path (p99)`.
 
-  [[nodiscard]] const results::LatencySummary& latency(const results::ChainSummary& of) const {
-    return age ? of.end_to_end : of.hot_path;
-  }
+  [[nodiscard]] bool of_age() const { return latency == Latency::age; }
   /// Whether it is about worst cases of latencies or response times, which theory can guarantee.
   [[nodiscard]] bool of_worst_cases() const {
     return kind == Kind::latency ? statistic == Statistic::worst : kind != Kind::losses;
@@ -52,7 +50,7 @@ constexpr auto enum_texts(Objective::Statistic) {
 [[nodiscard]] Objective parse_objective(const std::optional<std::string>& given, const Graph& graph,
                                         Objective::Statistic usual = Objective::Statistic::p99);
 /// `age of the data` or `hot-path latency`.
-[[nodiscard]] const char* metric_text(bool age);
+[[nodiscard]] const char* metric_text(Latency latency);
 
 /// How well an objective is met; smaller is better. By default the worst.
 struct Score {

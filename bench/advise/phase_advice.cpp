@@ -199,7 +199,7 @@ class PhaseAdviser : Question {
     if (reached.empty()) return;  // interrupted
     const bool of_tasks = objective.kind == Objective::Kind::worst_lateness;
     std::erase_if(reached, [&](const bounds::ReachedWorstCase& w) {
-      return (w.kind == bounds::Quantity::task) != of_tasks || (!of_tasks && w.number != objective.chain);
+      return (w.latency == Latency::response) != of_tasks || (!of_tasks && w.number != objective.chain);
     });
     GraphTasks proved = c.tasks;
     setup::set_phases(proved.set, best.found->first);

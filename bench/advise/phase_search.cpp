@@ -90,8 +90,8 @@ PhaseValues exact_values(const Candidate& candidate, const Objective& objective,
   const auto worst = worst_latencies(candidate.graph, tasks, bounds);
   if (!worst.empty()) std::tie(values.hot_path_ms, values.age_ms) = worst[objective.chain];
   if (objective.kind == Objective::Kind::latency) {
-    value = objective.age ? values.age_ms : values.hot_path_ms;
-    tie = objective.age ? values.hot_path_ms : values.age_ms;
+    std::tie(value, tie) = std::pair(values.age_ms, values.hot_path_ms);
+    if (objective.latency == Latency::hot_path) std::swap(value, tie);
   } else if (objective.kind == Objective::Kind::requirements) {
     value = 0;
     for (const Objective::Requirement& r : objective.requirements)

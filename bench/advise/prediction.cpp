@@ -62,9 +62,8 @@ RepeatedSamples latencies_of(const Prediction& prediction, const Objective& obje
   for (const results::Repetition& draw : prediction.draws) {
     std::vector<double>& samples = by_draw.emplace_back();
     for (const ChainRecord& r : draw.trace.chains) {
-      const bool known = !objective.age || r.end_to_end_latency >= Duration{};
-      if (r.chain != objective.chain || !known) continue;
-      samples.push_back(to_ms(objective.age ? r.end_to_end_latency : r.hot_path_latency));
+      const auto latency = r.latency(objective.latency);
+      if (r.chain == objective.chain && latency) samples.push_back(to_ms(*latency));
     }
   }
   return RepeatedSamples(std::move(by_draw));
@@ -126,7 +125,7 @@ void add_bound(Prediction& prediction, const Objective& objective, const setup::
       setup::guarantees(candidate.graph, candidate.tasks, candidate.spec, &options, &prediction.refusal);
   const bounds::ChainGuarantee* const chain =
       all ? all->chain(candidate.graph.chains[objective.chain].name) : nullptr;
-  if (chain != nullptr) prediction.bound = objective.age ? chain->age : chain->hot_path;
+  if (chain != nullptr) prediction.bound = chain->of(objective.latency);
 }
 
 std::optional<bool> differs(const Objective& objective, const Prediction& a, const Prediction& b) {

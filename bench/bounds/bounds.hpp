@@ -1,27 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "hotpath/analysis/graph_bounds.hpp"
-#include "hotpath/core/enum_text.hpp"
 #include "hotpath/core/registry.hpp"
+#include "hotpath/core/trace.hpp"
 #include "hotpath/reference_system/chain_observation.hpp"
 #include "hotpath/reference_system/graph.hpp"
 
 namespace hotpath::bounds {
-
-/// What has a worst case: the response time of a task, the age of a chain's data at its end, and the
-/// hot-path latency of a chain.
-enum class Quantity : std::uint8_t { task, chain, hot_path };
-constexpr auto enum_texts(Quantity) {
-  return std::to_array<EnumText<Quantity>>(
-      {{Quantity::task, "task"}, {Quantity::chain, "chain"}, {Quantity::hot_path, "hot_path"}});
-}
 
 /// A chain whose age is bounded. A chain that begins inside other chains is none.
 struct BoundedChain : ChainIndex {
@@ -44,6 +35,10 @@ struct ChainGuarantee {
   std::string name;
   std::optional<Guarantee> age;       ///< End-to-end latency.
   std::optional<Guarantee> hot_path;  ///< Hot-path latency.
+
+  [[nodiscard]] const std::optional<Guarantee>& of(Latency latency) const {
+    return latency == Latency::age ? age : hot_path;
+  }
 };
 
 /// What theory guarantees for a graph under one executor: for any phases, unless a method says for which.

@@ -73,7 +73,7 @@ class WorstCases final : public ExplorationObserver {
       worst.number = chains_[row].number;
       const ChainAge& age = *bounds_.chains[row];
       const bool hot_path = slot_of_hot_path(row) == slot;
-      worst.kind = hot_path ? Quantity::hot_path : Quantity::chain;
+      worst.latency = hot_path ? Latency::hot_path : Latency::age;
       worst.value_ns = hot_path ? *age.hot_path : age.latency;
     }
     return all;

@@ -24,7 +24,7 @@ struct ExactOptions {
 
 /// A worst case, and a schedule that reaches it.
 struct ReachedWorstCase {
-  Quantity kind = Quantity::task;
+  Latency latency = Latency::response;
   std::uint32_t number = 0;  ///< Of the task, or of the chain in the graph.
   std::int64_t value_ns = 0;
   Witness witness;

@@ -166,7 +166,7 @@ class JudgedStudy {
       std::vector<bounds::ReachedWorstCase> reached;
       (void)exact(schedules_[s], kBestCasePercent, &reached);
       std::erase_if(reached, [&](const bounds::ReachedWorstCase& worst) {
-        return worst.kind != bounds::Quantity::chain || (s != 0 && longest_[worst.number].schedule != s);
+        return worst.latency != Latency::age || (s != 0 && longest_[worst.number].schedule != s);
       });
       GraphTasks tasks = tasks_;
       setup::set_phases(tasks.set, schedules_[s]);

@@ -161,7 +161,7 @@ std::vector<std::string> only_in(const fs::path& folder, const Side& side, const
   for (const auto& [key, _] : other.samples) executors.insert(key.executor);
   for (const auto& [key, _] : side.samples) {
     if (other.samples.contains(key)) continue;
-    only.insert(executors.contains(key.executor) ? text_of({key.quantity, key.study, key.source, "", "", ""})
+    only.insert(executors.contains(key.executor) ? text_of({key.latency, key.study, key.source, "", "", ""})
                                                  : key.executor);
   }
   if (only.empty()) return {};
@@ -175,9 +175,9 @@ void compare_percentiles(const Options& o) {
   if (stored.rows.empty()) refuse(o, before, after);
   if (!o.csv.empty()) program::write_output_file(o.csv, "--csv", csv_of(stored));
   std::vector<std::string> sentences;
-  for (const auto& [quantity, counts] : verdicts)
+  for (const auto& [latency, counts] : verdicts)
     sentences.push_back(
-        program::concat("By ", to_string(quantity), ": ", verdict_of(counts, "percentiles"), ")"));
+        program::concat("By ", to_string(latency), ": ", verdict_of(counts, "percentiles"), ")"));
   for (const auto& more : {cautions(o, before, after), only_in(o.old, before, after),
                            only_in(o.now, after, before), other_differences(o)})
     sentences.insert(sentences.end(), more.begin(), more.end());
@@ -202,7 +202,7 @@ std::pair<Side, Side> comparable(const Options& o) {
   for (Side* const side : {&before, &after}) {  // latencies of chains or, without chains, response times
     const auto is_output = [](const auto& of) { return of.first.first == Measure::outputs; };
     if (std::ranges::any_of(side->counts, is_output))
-      std::erase_if(side->samples, [](const auto& of) { return of.first.quantity > Quantity::hot_path; });
+      std::erase_if(side->samples, [](const auto& of) { return of.first.latency > Latency::hot_path; });
   }
   if (o.across_loads) set_common_load(before, after);
   const auto is_common = [&](const auto& of) {

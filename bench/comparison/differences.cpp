@@ -93,9 +93,9 @@ Percentiles percentiles_of(const Side& before, const Side& after) {
     for (const auto& [p, name] : kPercentiles) {
       const Estimate change = difference_of_quantiles(now, old, p, resampling);
       const Verdict verdict = verdict_of(samples, other->second, change);
-      ++all.verdicts[key.quantity][verdict];
+      ++all.verdicts[*key.latency][verdict];
       const std::string why = verdict == Verdict::not_comparable ? " (too few samples)" : "";
-      Row stored = {key.quantity,      json(key.study),    key.source,
+      Row stored = {key.latency,       json(key.study),    key.source,
                     json(key.setting), json(key.executor), json(key.tasks)};
       Row shown = {text_of(key)};
       for (Row* const row : {&stored, &shown})

@@ -32,9 +32,9 @@ json targets_of(const Side& before, const Side& after) {
   }
   json targets = json::array();
   for (const Key& key : order)
-    targets.push_back({{"kind", key.quantity <= Quantity::hot_path ? "chain" : "task"},
+    targets.push_back({{"kind", key.latency == Latency::response ? "task" : "chain"},
                        {"name", text_of(key)},
-                       {"hot_path", key.quantity == Quantity::hot_path},
+                       {"hot_path", key.latency == Latency::hot_path},
                        {"curves", curves[key]}});
   return targets;
 }

@@ -17,7 +17,7 @@ namespace hotpath::comparison {
 /// Median, p99 and maximum of all that both sides have. Simulated repetitions of equal draws are pairs.
 struct Percentiles {
   program::Table stored, shown;  ///< With a column for each part of the key, or with the key in words.
-  std::map<Quantity, std::map<Verdict, std::size_t>> verdicts;
+  std::map<Latency, std::map<Verdict, std::size_t>> verdicts;
 };
 [[nodiscard]] Percentiles percentiles_of(const Side& before, const Side& after);
 

@@ -42,15 +42,15 @@ std::string group_of(const std::string& task) {
 }
 
 /// Calls `use` with a reader and the key of each row.
-void for_each_row(const fs::path& file, Quantity quantity, const auto& use) {
+void for_each_row(const fs::path& file, std::optional<Latency> latency, const auto& use) {
   std::istringstream in(content_of(file));
   CsvReader rows(in, file.string());
-  const char* const setting = quantity == Quantity::hot_path ? "load_percent" : "utilisation_percent";
+  const char* const setting = latency == Latency::hot_path ? "load_percent" : "utilisation_percent";
   while (rows.next()) {
     const auto source = parse<Source>(rows.text("source"));
     if (!source) rows.fail("unknown `source`", "give `live` or `simulated`");
     const auto task = rows.find_column("task");
-    use(rows, Key{quantity, std::string(rows.text("study")), *source,
+    use(rows, Key{latency, std::string(rows.text("study")), *source,
                   program::text("%g %%", rows.number<double>(setting)), std::string(rows.text("executor")),
                   task ? group_of(std::string(rows.text(*task))) : ""});
   }
@@ -61,8 +61,8 @@ void for_each_row(const fs::path& file, Quantity quantity, const auto& use) {
 bool add_reproduction(const fs::path& folder, Side& side) {
   const fs::path data = folder / "data", hot_paths = data / "hot_path.csv.gz";
   if (!fs::exists(hot_paths)) return false;
-  const auto read = [&](const fs::path& file, Quantity quantity, Measure measure, const char* value) {
-    for_each_row(file, quantity, [&](const CsvReader& rows, const Key& key) {
+  const auto read = [&](const fs::path& file, Latency latency, Measure measure, const char* value) {
+    for_each_row(file, latency, [&](const CsvReader& rows, const Key& key) {
       const auto number = rows.number<std::int64_t>("repetition");
       const auto count = rows.number<std::size_t>("count");
       std::vector<double>& ms = side.samples[key].of(number);
@@ -70,10 +70,10 @@ bool add_reproduction(const fs::path& folder, Side& side) {
       side.counts[{measure, key}][number] += static_cast<double>(count);
     });
   };
-  read(hot_paths, Quantity::hot_path, Measure::outputs, "hot_path_ms");
-  read(data / "responses.csv.gz", Quantity::response, Measure::jobs, "response_ms");
+  read(hot_paths, Latency::hot_path, Measure::outputs, "hot_path_ms");
+  read(data / "responses.csv.gz", Latency::response, Measure::jobs, "response_ms");
   if (fs::exists(data / "timers.csv")) {
-    for_each_row(data / "timers.csv", Quantity::lost, [&](const CsvReader& rows, Key key) {
+    for_each_row(data / "timers.csv", std::nullopt, [&](const CsvReader& rows, Key key) {
       key.tasks.clear();
       side.counts[{Measure::losses, key}][rows.number<std::int64_t>("repetition")] +=
           rows.number<double>("skipped");
@@ -89,7 +89,7 @@ bool add_reproduction(const fs::path& folder, Side& side) {
 std::map<Key, double> drop_rates(const fs::path& folder) {
   std::map<Key, std::pair<std::uint64_t, std::uint64_t>> counts;  // skipped, reached
   if (fs::exists(folder / "data/timers.csv")) {
-    for_each_row(folder / "data/timers.csv", Quantity::lost, [&](const CsvReader& rows, const Key& key) {
+    for_each_row(folder / "data/timers.csv", std::nullopt, [&](const CsvReader& rows, const Key& key) {
       auto& [skipped, reached] = counts[key];
       skipped += rows.number<std::uint64_t>("skipped");
       reached += rows.number<std::uint64_t>("reached");

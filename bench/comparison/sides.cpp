@@ -40,15 +40,16 @@ class RunReader {
   }
 
   void read(bool losses) {
-    for (const std::string& chain : record_.chains) plan(Measure::outputs, Quantity::age, chain);
+    for (const std::string& chain : record_.chains) plan(Measure::outputs, Latency::age, chain);
     run_.for_each_chain([&](const ChainRow& row) {
       const std::int64_t number = first_ + row.repetition;
-      Key key = key_of(Quantity::age, run_.chains()[row.record.chain], row.executor);
+      Key key = key_of(Latency::age, run_.chains()[row.record.chain], row.executor);
       ++side_.counts[{Measure::outputs, key}][number];
-      if (const Duration age = row.record.end_to_end_latency; age >= Duration{})
-        side_.samples[key].of(number).push_back(to_ms(age));
-      key.quantity = Quantity::hot_path;
-      side_.samples[key].of(number).push_back(to_ms(row.record.hot_path_latency));
+      for (const Latency latency : {Latency::age, Latency::hot_path}) {
+        key.latency = latency;
+        if (const auto value = row.record.latency(latency))
+          side_.samples[key].of(number).push_back(to_ms(*value));
+      }
     });
     const bool has_jobs = fs::exists(run_.folder() / "jobs.csv");
     if (has_jobs) read_responses();
@@ -56,9 +57,9 @@ class RunReader {
   }
 
  private:
-  Key key_of(Quantity quantity, const std::string& study, std::string_view executor) const {
+  Key key_of(std::optional<Latency> latency, const std::string& study, std::string_view executor) const {
     const bool simulated = record_.kind == results::RunKind::simulated;
-    return {quantity,
+    return {latency,
             study,
             simulated ? Source::simulated : Source::live,
             program::text("%g %%", record_.load_percent),
@@ -67,20 +68,20 @@ class RunReader {
   }
 
   /// Every planned repetition has 0 outputs or jobs, unless samples tell otherwise.
-  void plan(Measure measure, Quantity quantity, const std::string& study) {
+  void plan(Measure measure, Latency latency, const std::string& study) {
     for (const std::string& executor : record_.executors) {
-      Series& series = side_.counts[{measure, key_of(quantity, study, executor)}];
+      Series& series = side_.counts[{measure, key_of(latency, study, executor)}];
       for (std::uint32_t r = 0; r < record_.repetitions; ++r) series[first_ + r] = 0;
     }
   }
 
   /// Samples of timers, and the jobs of all tasks.
   void read_responses() {
-    for (const Task& task : run_.tasks().tasks) plan(Measure::jobs, Quantity::response, task.name);
+    for (const Task& task : run_.tasks().tasks) plan(Measure::jobs, Latency::response, task.name);
     results::for_each_record(run_, [&](const JobRow& row) {
       if (!results::counts(row.record, Time{} + run_.warm_up())) return;
       const Task& task = run_.tasks()[row.record.job.task];
-      const Key key = key_of(Quantity::response, task.name, row.executor);
+      const Key key = key_of(Latency::response, task.name, row.executor);
       Series& jobs = side_.counts[{Measure::jobs, key}];
       if (!jobs.contains(first_ + row.repetition))
         static_cast<void>(run_.run(std::string(row.executor), row.repetition));  // throws: it did not run
@@ -89,7 +90,7 @@ class RunReader {
       side_.samples[key].of(first_ + row.repetition).push_back(to_ms(row.record.response_time()));
     });
     for (auto& [key, samples] : side_.samples) {  // live repetitions are interleaved at random
-      if (key.quantity == Quantity::response)
+      if (key.latency == Latency::response)
         std::ranges::sort(samples.repetitions, {}, &Samples::Repetition::number);
     }
   }
@@ -104,14 +105,14 @@ class RunReader {
           throw program::UsageError(file.string() + ": an older version wrote it; run `hotpath report " +
                                     run_.folder().string() + " --summary`");
         }
-        Series& losses = side_.counts[{Measure::losses, key_of(Quantity::lost, record_.graph.name, name)}];
+        Series& losses = side_.counts[{Measure::losses, key_of(std::nullopt, record_.graph.name, name)}];
         for (const json& r : executor.at("losses")) {
           losses[first_ + r.at("repetition").get<std::int64_t>()] =
               r.at("skipped").get<double>() + r.at("overwritten").get<double>();
         }
         for (const json& task : executor.at("tasks")) {
           if (!with_jobs) break;
-          Series& jobs = side_.counts[{Measure::jobs, key_of(Quantity::response, task.at("task"), name)}];
+          Series& jobs = side_.counts[{Measure::jobs, key_of(Latency::response, task.at("task"), name)}];
           for (std::uint32_t r = 0; r < record_.repetitions; ++r)
             jobs[first_ + r] = task.at("response_ms").at("n").get<double>() / record_.repetitions;
         }
@@ -157,7 +158,7 @@ bool draws_agree(const Side& before, const Side& after, const std::string& execu
 }
 
 std::string text_of(const Key& key) {
-  std::string text = to_string(key.quantity);
+  std::string text = key.latency ? to_string(*key.latency) : "lost";
   for (const std::string& part :
        {key.study, std::string(to_string(key.source)), key.setting, key.executor, key.tasks}) {
     if (!part.empty()) text += " " + part;

@@ -14,21 +14,12 @@
 #include <vector>
 
 #include "hotpath/analysis/statistics.hpp"
-#include "hotpath/core/enum_text.hpp"
-#include "hotpath/core/time.hpp"
+#include "hotpath/core/trace.hpp"
 
 namespace hotpath::comparison {
 
 /// Smaller differences count as none: simulated values are whole nanoseconds.
 inline constexpr double kNothing_ms = 1e-6;
-
-enum class Quantity : std::uint8_t { age, hot_path, lost, response };
-constexpr auto enum_texts(Quantity) {
-  return std::to_array<EnumText<Quantity>>({{Quantity::age, "age"},
-                                            {Quantity::hot_path, "hot path"},
-                                            {Quantity::lost, "lost"},
-                                            {Quantity::response, "response"}});
-}
 
 /// What was recorded from another system is live.
 enum class Source : std::uint8_t { live, simulated };
@@ -38,8 +29,8 @@ constexpr auto enum_texts(Source) {
 
 /// What both sides must have to be compared, in the order of the rows.
 struct Key {
-  Quantity quantity{};
-  std::string study;  ///< Chain, task or graph; of a reproduction, the study.
+  std::optional<Latency> latency;  ///< None: losses.
+  std::string study;               ///< Chain, task or graph; of a reproduction, the study.
   Source source{};
   std::string setting;  ///< The load, such as `80 %`.
   std::string executor;

@@ -297,7 +297,7 @@ std::vector<Part> parts_of_response(const Surroundings& around, const Seen& job)
 
 /// A cyclic node may read data that arrived after its job's start, where the hot path ends.
 std::vector<Part> parts_of_path(const Surroundings& around, const std::vector<const Seen*>& path, Time begin,
-                                bool hot_path) {
+                                Latency latency) {
   Account account(around);
   const JobRecord &source = path.front()->record, &sink = path.back()->record;
   const Time end = std::max(begin, sink.start);
@@ -317,7 +317,7 @@ std::vector<Part> parts_of_path(const Surroundings& around, const std::vector<co
     account.wait(*path[i + 1], i + 1, ready, until, &job);
     done = until;
   }
-  if (!hot_path) account.run(sink, path.size() - 1, end, sink.finish);
+  if (latency == Latency::age) account.run(sink, path.size() - 1, end, sink.finish);
   return account.take();
 }
 

@@ -52,19 +52,19 @@ void explain_difference(const Options& options, StoredOutputs& a, StoredOutputs&
   show(report(subject_a, of_a, subject_b, of_b), options.json);
 }
 
-Totals totals_of(const SimulatedRun& run, std::uint32_t chain, bool hot_path) {
+Totals totals_of(const SimulatedRun& run, std::uint32_t chain, Latency latency) {
   const System system(run.executor, run.graph, run.tasks, results::RunKind::simulated,
                       run.graph.platform.cores);
   std::vector<Output> outputs;
   for (const ChainRecord& record : run.trace.chains) {
-    const Duration latency = hot_path ? record.hot_path_latency : record.end_to_end_latency;
-    if (record.chain == chain && latency >= Duration{})
-      outputs.push_back({0, record.sequence, latency, record.sink});
+    const auto value = record.latency(latency);
+    if (record.chain == chain && value >= Duration{})
+      outputs.push_back({0, record.sequence, *value, record.sink});
   }
   Totals totals;
   Explainer explainer(
       system, chain, std::move(outputs), [&](const Explanation& explanation) { totals.add(explanation); },
-      hot_path);
+      latency);
   explainer.begin(0, &run.times);
   for (const JobRecord& record : run.trace.jobs) explainer.add(record);
   explainer.end();
@@ -95,11 +95,11 @@ void explain(const Options& options) {
 }
 
 std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b, std::uint32_t chain,
-                                    bool hot_path) {
-  const Totals of_a = totals_of(a, chain, hot_path), of_b = totals_of(b, chain, hot_path);
+                                    Latency latency) {
+  const Totals of_a = totals_of(a, chain, latency), of_b = totals_of(b, chain, latency);
   if (of_a.outputs == 0 || of_b.outputs == 0) return {};
   const std::string& name = a.graph.chains[chain].name;
-  const Subject of{a.tasks.set, a.name, name, "", hot_path}, other{b.tasks.set, b.name, name, "", hot_path};
+  const Subject of{a.tasks.set, a.name, name, latency}, other{b.tasks.set, b.name, name, latency};
   return report(of, of_a, other, of_b).sentences;
 }
 

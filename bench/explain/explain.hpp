@@ -43,6 +43,6 @@ struct SimulatedRun {
 /// Why one is faster than the other along a chain of the graph, by the age of the data or the hot-path
 /// latency: up to three sentences. Both have the same tasks, phases and execution times.
 [[nodiscard]] std::vector<std::string> difference(const SimulatedRun& a, const SimulatedRun& b,
-                                                  std::uint32_t chain, bool hot_path);
+                                                  std::uint32_t chain, Latency latency);
 
 }  // namespace hotpath::explain

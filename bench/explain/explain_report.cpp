@@ -199,8 +199,8 @@ json totals_json(const TaskSet& set, const Totals& totals) {
 json subject_json(const Subject& subject) {
   json j = {
       {"executor", subject.executor}, {"not_explained", subject.missing}, {"warnings", subject.warnings}};
-  subject.chain.empty() ? j["task"] = subject.task : j["chain"] = subject.chain;
-  j["latency"] = subject.chain.empty() ? "response" : subject.hot_path ? "hot path" : "age";
+  j[subject.latency == Latency::response ? "task" : "chain"] = subject.name;
+  j["latency"] = to_string(subject.latency);
   return j;
 }
 
@@ -211,7 +211,7 @@ json job_json(const TaskSet& set, JobRef job) {
 /// A sentence for each wait, in ms from the beginning of the latency: what every thread did.
 std::vector<std::string> wait_sentences(const Subject& subject, const Explanation& e) {
   const JobRecord& sink = e.path.back();
-  const Time begin = (subject.hot_path ? sink.start : sink.finish) - e.latency;
+  const Time begin = (subject.latency == Latency::hot_path ? sink.start : sink.finish) - e.latency;
   const auto from_to = [&](Time from, Time to) {
     return concat(ms(from - begin), " to ", to == kNever ? "the end of the run" : ms(to - begin));
   };
@@ -262,9 +262,9 @@ std::string excess_of_tail(const TaskSet& set, const Overview& o) {
 std::vector<std::string> gain_sentences(const Subject& a, const Totals& of_a, const Subject& b,
                                         const Totals& of_b) {
   const double mean_a = of_a.mean_ms(), mean_b = of_b.mean_ms(), gain = std::abs(mean_a - mean_b);
-  const std::string outputs = concat(a.chain.empty() ? ""
-                                     : a.hot_path    ? "hot path, "
-                                                     : "age of the data, ",
+  const std::string outputs = concat(a.latency == Latency::response   ? ""
+                                     : a.latency == Latency::hot_path ? "hot path, "
+                                                                      : "age of the data, ",
                                      of_a.outputs, " and ", of_b.outputs, " outputs");
   if (gain == 0) return {concat(a.executor, " and ", b.executor, " are equally fast (", outputs, ").")};
   const Subject &fast = mean_b < mean_a ? b : a, &slow = mean_b < mean_a ? a : b;
@@ -324,10 +324,11 @@ Report report(const Subject& subject, const Explanation& e) {
   const std::string under = concat(" under ", subject.executor, " (repetition ", e.repetition, ")");
   const std::string latency = ms(to_ms(e.latency));
   Report r;
-  const std::string output = concat("output ", sequence, " of ", subject.chain, under);
-  r.sentences.push_back(
-      subject.chain.empty() ? concat("Job ", last, under, " finished ", latency, " after its timestamp.")
-      : subject.hot_path    ? concat("The hot path to ", output, " took ", latency, ", from the start of ",
+  const std::string output = concat("output ", sequence, " of ", subject.name, under);
+  r.sentences.push_back(subject.latency == Latency::response
+                            ? concat("Job ", last, under, " finished ", latency, " after its timestamp.")
+                        : subject.latency == Latency::hot_path
+                            ? concat("The hot path to ", output, " took ", latency, ", from the start of ",
                                      first, " to the start of ", last, ".")
                             : concat("The oldest data in ", output, " was ", latency,
                                      " old, from the timestamp of ", first, " to the finish of ", last, "."));
@@ -372,17 +373,17 @@ Report report(const Subject& subject, const Overview& o) {
   const std::string list =
       shares(causes([&](Cause cause) { return o.all.mean_ms(cause); }, mean / 100), mean);
   Report r;
-  const bool response = subject.chain.empty(), hot_path = subject.hot_path, age = !response && !hot_path;
-  r.sentences.push_back(concat(age        ? "The oldest data in the "
-                               : hot_path ? "The hot path to the "
-                                          : "The ",
-                               o.all.outputs, response ? " responses of " : " outputs of ",
-                               response ? subject.task : subject.chain, " under ", subject.executor,
-                               age        ? " is "
-                               : hot_path ? " takes "
-                                          : " take ",
-                               ms(mean), age ? " old" : "", " on average", list.empty() ? "" : ": ", list,
-                               "."));
+  const bool response = subject.latency == Latency::response, age = subject.latency == Latency::age,
+             hot_path = subject.latency == Latency::hot_path;
+  r.sentences.push_back(concat(
+      age        ? "The oldest data in the "
+      : hot_path ? "The hot path to the "
+                 : "The ",
+      o.all.outputs, response ? " responses of " : " outputs of ", subject.name, " under ", subject.executor,
+      age        ? " is "
+      : hot_path ? " takes "
+                 : " take ",
+      ms(mean), age ? " old" : "", " on average", list.empty() ? "" : ": ", list, "."));
   add_waits(r.sentences, "The longest waits are, on average, ", subject.set, o.all);
   r.sentences.push_back(excess_of_tail(subject.set, o));
   add_paths(r.sentences, subject.set, "of the " + worst_share(), o.tail, "of the median", o.middle);

@@ -70,9 +70,8 @@ class Overview {
 struct Subject {
   const TaskSet& set;
   std::string executor;  ///< Its label; of a comparison of two runs, also the run.
-  std::string chain;     ///< Empty: response times of `task`.
-  std::string task;
-  bool hot_path = false;                   ///< Of a chain: hot-path latencies, not ages of data.
+  std::string name;      ///< Of the chain; of response times, of the task.
+  Latency latency = Latency::age;
   std::size_t missing = 0;                 ///< Outputs whose jobs the trace lacks.
   std::vector<std::string> warnings = {};  ///< Sentences about overload and starvation.
 };

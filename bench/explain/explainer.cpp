@@ -49,10 +49,10 @@ std::vector<Output> sorted_by_latency(std::vector<Output> outputs) {
 }
 
 Explainer::Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs,
-                     Use use, bool hot_path)
+                     Use use, Latency latency)
     : system_(system),
       chain_(chain ? &system.chains[*chain] : nullptr),
-      hot_path_(hot_path),
+      latency_(latency),
       outputs_(std::move(outputs)),
       use_(std::move(use)),
       done_(outputs_.size(), false),
@@ -119,15 +119,16 @@ bool Explainer::explain_output(const Seen& job, const Output& output) {
   const Surroundings around{system_, window_, times_};
   Explanation explanation{repetition_, output.latency, {}, true, {}};
   std::vector<const Seen*> path = {&job};
-  const Time begin = (hot_path_ ? job.record.start : job.record.finish) - output.latency;
+  const bool hot_path = latency_ == Latency::hot_path;
+  const Time begin = (hot_path ? job.record.start : job.record.finish) - output.latency;
   if (chain_ == nullptr) {
     explanation.parts = parts_of_response(around, job);
   } else {
-    path = paths_.from_source(job, begin, hot_path_);
+    path = paths_.from_source(job, begin, hot_path);
     explanation.complete = !path.empty();
     if (path.empty() && output.sink == kNoTask && chain_->sink_tasks.size() > 1) return false;
     if (path.empty()) path = of_triggers(job, begin);
-    explanation.parts = parts_of_path(around, path, begin, hot_path_);
+    explanation.parts = parts_of_path(around, path, begin, latency_);
   }
   for (const Seen* seen : path) explanation.path.push_back(seen->record);
   explanation.waits = waits_of(system_, window_, explanation, begin);

@@ -24,11 +24,11 @@ struct Surroundings {
 /// Divides the response time of a job among causes.
 [[nodiscard]] std::vector<Part> parts_of_response(const Surroundings& around, const Seen& job);
 
-/// Divides a latency from `begin` on among causes: of the hot path, to the start of the last job of the path;
-/// else to its finish, with the first job's wait. Part::step is an index into `path`.
+/// Divides the latency of an output from `begin` on among causes: of the hot path, to the start of the last
+/// job of the path; else to its finish, with the first job's wait. Part::step is an index into `path`.
 [[nodiscard]] std::vector<Part> parts_of_path(const Surroundings& around,
                                               const std::vector<const Seen*>& path, Time begin,
-                                              bool hot_path);
+                                              Latency latency);
 
 /// One latency to explain.
 struct Output {
@@ -48,12 +48,11 @@ class Explainer {
  public:
   using Use = std::function<void(const Explanation&)>;
 
-  /// `chain`: index into System::chains; none: response times of the outputs' tasks. `hot_path`: the outputs
-  /// of a chain have their hot-path latencies, not the ages of their data.
+  /// `chain`: index into System::chains; none: response times of the outputs' tasks.
   /// `outputs` of unknown sink tasks that have the same sequence are in the order of their jobs' ends.
   /// `system` must outlive the object.
   Explainer(const System& system, std::optional<std::uint32_t> chain, std::vector<Output> outputs, Use use,
-            bool hot_path = false);
+            Latency latency = Latency::response);
 
   void begin(std::uint32_t repetition, const ExecutionTimes* times);
   /// Adds a job of this repetition; started jobs in order of start.
@@ -72,7 +71,7 @@ class Explainer {
 
   const System& system_;
   const ChainIndex* const chain_;  // nullptr: response times
-  const bool hot_path_;
+  const Latency latency_;
   std::vector<Output> outputs_;  // by repetition and sequence
   const Use use_;
   std::vector<bool> done_;  // by output

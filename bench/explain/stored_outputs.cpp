@@ -48,7 +48,7 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
       stored_(run.check([&] { return setup::stored_system(run); })),
       executor_(executor_of(run, executor)),
       repetition_(repetition),
-      subject_{stored_.tasks.set, executor_, "", ""} {
+      subject_{stored_.tasks.set, executor_, ""} {
   if (!std::ranges::equal(run.tasks().tasks, stored_.tasks.set.tasks, {}, &Task::name, &Task::name))
     run.fail("its tasks are not those of its graph, which has changed since; run it again");
   if (repetition_) static_cast<void>(run.run(executor_, *repetition_));  // throws if it did not run
@@ -61,14 +61,15 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
 StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& executor,
                              const Options& options)
     : StoredOutputs(run, executor, options.repetition) {
-  subject_.hot_path = options.hot_path;
   if (!options.task.empty()) {
-    subject_.task = options.task;
+    subject_.latency = Latency::response;
+    subject_.name = options.task;
     const TaskId task = place_of(options.task, stored_.tasks.set.tasks, "task");
     for_each_response([&](const Output& output) {
       if (output.sink == task) outputs_.push_back(output);
     });
   } else {
+    if (options.hot_path) subject_.latency = Latency::hot_path;
     read_chain(options.chain);
   }
   for (const auto* sentences : {&run.record().warnings, &run.record().failures}) {
@@ -78,9 +79,9 @@ StoredOutputs::StoredOutputs(const results::StoredRun& run, const std::string& e
   }
   if (outputs_.empty()) {
     const std::string why = program::joined(subject_.warnings, " ");
-    run.fail(program::concat(
-        "it has no ", chain_ ? "output of " + subject_.chain : "counted job of " + subject_.task, " under ",
-        executor_, "; take another executor or repetition, or a longer run", why.empty() ? "" : ": " + why));
+    run.fail(program::concat("it has no ", chain_ ? "output of " : "counted job of ", subject_.name,
+                             " under ", executor_, "; take another executor or repetition, or a longer run",
+                             why.empty() ? "" : ": " + why));
   }
 }
 
@@ -91,16 +92,16 @@ bool StoredOutputs::selected(std::string_view executor, std::uint32_t repetition
 void StoredOutputs::read_chain(const std::string& name) {
   const std::vector<Chain>& chains = stored_.graph.chains;
   if (chains.empty()) run_.fail("its graph has no chain; name a task with --task");
-  subject_.chain = name.empty() ? chains.front().name : name;
-  chain_ = place_of(subject_.chain, chains, "chain");
+  subject_.name = name.empty() ? chains.front().name : name;
+  chain_ = place_of(subject_.name, chains, "chain");
   run_.for_each_chain([&](const ChainRow& row) {
-    if (run_.chains()[row.record.chain] != subject_.chain || !selected(row.executor, row.repetition)) return;
-    const Duration latency = subject_.hot_path ? row.record.hot_path_latency : row.record.end_to_end_latency;
+    if (run_.chains()[row.record.chain] != subject_.name || !selected(row.executor, row.repetition)) return;
+    const auto latency = row.record.latency(subject_.latency);
     if (latency < Duration{}) {
       ++left_out_;
       return;
     }
-    outputs_.push_back({row.repetition, row.record.sequence, latency, row.record.sink});
+    outputs_.push_back({row.repetition, row.record.sequence, *latency, row.record.sink});
   });
 }
 
@@ -113,7 +114,7 @@ void StoredOutputs::for_each_response(const std::function<void(const Output&)>& 
 }
 
 void StoredOutputs::explain(const std::vector<Output>& outputs, const Explainer::Use& use) {
-  Explainer explainer(*system_, chain_, outputs, use, subject_.hot_path);
+  Explainer explainer(*system_, chain_, outputs, use, subject_.latency);
   pass_jobs(explainer);
   subject_.missing = explainer.missing() + left_out_;
   if (explainer.missing() == outputs.size()) run_.fail("its jobs.csv lacks the jobs of its outputs");

@@ -231,7 +231,7 @@ class Analysis {
       if (other.refusal || is_exact(other) != is_exact(bounds)) continue;
       for (const BoundRow& of : bound_rows(common, callbacks, other)) {
         const auto row = std::ranges::find_if(
-            rows, [&](const BoundRow& r) { return r.kind == of.kind && r.name == of.name; });
+            rows, [&](const BoundRow& r) { return r.latency == of.latency && r.name == of.name; });
         if (row != rows.end() && of.bound_ns)
           row->delivered_ns = std::min(row->delivered_ns.value_or(*of.bound_ns), *of.bound_ns);
       }

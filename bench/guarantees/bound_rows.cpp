@@ -12,8 +12,12 @@ namespace hotpath::guarantees {
 
 namespace {
 
-using bounds::Quantity;
 using program::Column;
+
+/// The column `kind`.
+const char* kind_of(const BoundRow& row) {
+  return row.latency == Latency::response ? "task" : row.latency == Latency::age ? "chain" : "hot_path";
+}
 
 /// Nanoseconds as milliseconds; `-` for none.
 std::string in_ms(std::optional<std::int64_t> ns) {
@@ -57,20 +61,21 @@ void add_parts(BoundRow& row, const ChainAge& age, const TaskSet& set) {
 }
 
 /// The columns of a printed table.
-std::vector<Column<BoundRow>> shown_columns(Quantity kind, bool compared, const std::vector<BoundRow>& rows) {
-  std::vector<Column<BoundRow>> columns = {{kind == Quantity::task    ? "task"
-                                            : kind == Quantity::chain ? "chain, end to end"
-                                                                      : "chain, hot path",
+std::vector<Column<BoundRow>> shown_columns(Latency latency, bool compared,
+                                            const std::vector<BoundRow>& rows) {
+  std::vector<Column<BoundRow>> columns = {{latency == Latency::response ? "task"
+                                            : latency == Latency::age    ? "chain, end to end"
+                                                                         : "chain, hot path",
                                             &BoundRow::name}};
   const auto add_ms = [&](const char* name, std::optional<std::int64_t> BoundRow::*member) {
     columns.emplace_back(name, [member](const BoundRow& row) { return in_ms(row.*member); });
   };
   add_ms("bound ms", &BoundRow::bound_ns);
-  if (kind == Quantity::task) {
+  if (latency == Latency::response) {
     columns.emplace_back("deadline", [](const BoundRow& row) {
       return row.deadline_ns ? in_ms(row.deadline_ns) : std::string();
     });
-  } else if (kind == Quantity::chain) {
+  } else if (latency == Latency::age) {
     add_ms("response", &BoundRow::response_ns);
     add_ms("waiting", &BoundRow::waiting_ns);
     columns.emplace_back("last timer", &BoundRow::last_timer);
@@ -103,7 +108,7 @@ const std::vector<Column<BoundRow>>& bound_columns() {
   static const std::vector<Column<BoundRow>> columns = {
       {"executor", &BoundRow::executor},
       {"method", &BoundRow::method},
-      {"kind", &BoundRow::kind},
+      {"kind", kind_of},
       {"name", &BoundRow::name},
       {"bound_ns", &BoundRow::bound_ns},
       {"observed_ns", &BoundRow::observed_ns},
@@ -123,28 +128,28 @@ const std::vector<Column<BoundRow>>& bound_columns() {
 std::vector<BoundRow> bound_rows(const BoundRow& common, const CallbackGraph& graph,
                                  const GraphBounds& bounds) {
   std::vector<BoundRow> rows;
-  const auto add = [&](Quantity kind, const std::string& name, std::optional<std::int64_t> bound) {
+  const auto add = [&](Latency latency, const std::string& name, std::optional<std::int64_t> bound) {
     BoundRow& row = rows.emplace_back(common);
     row.method = bounds.method;
-    row.kind = kind;
+    row.latency = latency;
     row.name = name;
     row.bound_ns = bound;
   };
   for (TaskId id = 0; id < graph.set.size(); ++id) {
     const Task& task = graph.set[id];
-    add(Quantity::task, task.name, bounds.tasks[id]);
+    add(Latency::response, task.name, bounds.tasks[id]);
     if (task.kind == TaskKind::timer) rows.back().deadline_ns = task.deadline.count();
     if (bounds.parts.contains(id)) rows.back().dominated_by = consists_of(bounds.parts.at(id), graph.set);
   }
   for (std::size_t c = 0; c < bounds.chains.size(); ++c) {
     const std::optional<ChainAge>& age = bounds.chains[c];
-    add(Quantity::chain, graph.chains[c].name, age ? std::optional(age->latency) : std::nullopt);
+    add(Latency::age, graph.chains[c].name, age ? std::optional(age->latency) : std::nullopt);
     age ? add_parts(rows.back(), *age, graph.set) : void(rows.back().last_timer = bounds.no_chain_bound[c]);
   }
   const auto bounded = [](const std::optional<ChainAge>& age) { return age && age->hot_path; };
   const bool any_hot_path = std::ranges::any_of(bounds.chains, bounded);
   for (std::size_t c = 0; any_hot_path && c < bounds.chains.size(); ++c) {
-    add(Quantity::hot_path, graph.chains[c].name,
+    add(Latency::hot_path, graph.chains[c].name,
         bounds.chains[c] ? bounds.chains[c]->hot_path : std::nullopt);
   }
   return rows;
@@ -153,51 +158,51 @@ std::vector<BoundRow> bound_rows(const BoundRow& common, const CallbackGraph& gr
 Observed::Observed(results::StoredRun& run, const TaskSet& set) {
   run.load(set);
   for (const Trace& trace : run.traces()) {
-    const auto keep = [&](Quantity kind, const std::string& name, Duration value) {
-      values_[{kind, trace.executor, name}].push_back(value.count());
+    const auto keep = [&](Latency latency, const std::string& name, Duration value) {
+      values_[{latency, trace.executor, name}].push_back(value.count());
     };
     for (const JobRecord& r : trace.jobs) {
-      if (r.outcome == Outcome::ran) keep(Quantity::task, set[r.job.task].name, r.response_time());
+      if (r.outcome == Outcome::ran) keep(Latency::response, set[r.job.task].name, r.response_time());
     }
     for (const ChainRecord& c : trace.chains) {
-      keep(Quantity::hot_path, run.chains()[c.chain], c.hot_path_latency);
-      if (c.end_to_end_latency < Duration::zero()) continue;  // unknown
-      keep(Quantity::chain, run.chains()[c.chain], c.end_to_end_latency);
+      for (const Latency latency : {Latency::age, Latency::hot_path})
+        if (const auto value = c.latency(latency)) keep(latency, run.chains()[c.chain], *value);
     }
   }
 }
 
-const std::vector<std::int64_t>& Observed::of(Quantity kind, const std::string& executor,
+const std::vector<std::int64_t>& Observed::of(Latency latency, const std::string& executor,
                                               const std::string& name) const {
   static const std::vector<std::int64_t> none;
-  const auto entry = values_.find({kind, executor, name});
+  const auto entry = values_.find({latency, executor, name});
   return entry == values_.end() ? none : entry->second;
 }
 
 void Observed::compare(BoundRow& row) {
-  const std::vector<std::int64_t>& values = of(row.kind, row.executor, row.name);
+  const std::vector<std::int64_t>& values = of(row.latency, row.executor, row.name);
   if (values.empty()) return;
   row.observed_ns = std::ranges::max(values);
   if (!row.bound_ns) return;
   compared += values.size();
   if (row.violated() && violations == 0) {
     first_violation =
-        program::concat(to_string(row.kind), " ", row.name, " under ", row.executor, " by ", row.method);
+        program::concat(kind_of(row), " ", row.name, " under ", row.executor, " by ", row.method);
   }
   violations += static_cast<std::size_t>(
       std::ranges::count_if(values, [&](std::int64_t value) { return value > *row.bound_ns; }));
 }
 
 void print(std::ostream& out, const std::vector<BoundRow>& rows, bool compared) {
-  for (const Quantity kind : {Quantity::task, Quantity::chain, Quantity::hot_path}) {
+  for (const Latency latency : {Latency::response, Latency::age, Latency::hot_path}) {
     std::vector<BoundRow> shown;
-    std::ranges::copy_if(rows, std::back_inserter(shown), [&](const BoundRow& r) { return r.kind == kind; });
-    if (shown.empty() && kind != Quantity::task) continue;
-    out << program::table_of(shown_columns(kind, compared, shown), shown);
-    if (kind == Quantity::task) print_verdict(out, shown);
+    std::ranges::copy_if(rows, std::back_inserter(shown),
+                         [&](const BoundRow& r) { return r.latency == latency; });
+    if (shown.empty() && latency != Latency::response) continue;
+    out << program::table_of(shown_columns(latency, compared, shown), shown);
+    if (latency == Latency::response) print_verdict(out, shown);
   }
   for (const BoundRow& row : rows) {
-    if (row.kind == Quantity::chain && !row.dominated_by.empty())
+    if (row.latency == Latency::age && !row.dominated_by.empty())
       out << row.name << ": " << row.dominated_by << "\n";
   }
 }
@@ -206,7 +211,7 @@ std::vector<std::string> verdict(const std::vector<BoundRow>& rows,
                                  const std::vector<std::string>& executors) {
   std::map<std::string, std::map<std::string, const BoundRow*>> smallest;  // by chain and executor
   for (const BoundRow& row : rows) {
-    if (row.kind != Quantity::chain || !row.bound_ns) continue;
+    if (row.latency != Latency::age || !row.bound_ns) continue;
     const BoundRow*& least = smallest[row.name][row.executor];
     if (least == nullptr || row.bound_ns < least->bound_ns) least = &row;
   }

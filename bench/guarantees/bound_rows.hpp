@@ -15,7 +15,7 @@ namespace hotpath::guarantees {
 /// A bound of one method, beside the worst observation of a run, if there is one. In nanoseconds.
 struct BoundRow {
   std::string executor{}, method{};
-  bounds::Quantity kind = bounds::Quantity::task;
+  Latency latency = Latency::response;
   std::string name{};  ///< Of the task or chain.
   std::optional<std::int64_t> bound_ns{}, observed_ns{};
   std::optional<std::int64_t> deadline_ns{};                ///< Of a timer.
@@ -54,7 +54,7 @@ class Observed {
   Observed(results::StoredRun& run, const TaskSet& set);
 
   /// In nanoseconds and in no order.
-  [[nodiscard]] const std::vector<std::int64_t>& of(bounds::Quantity kind, const std::string& executor,
+  [[nodiscard]] const std::vector<std::int64_t>& of(Latency latency, const std::string& executor,
                                                     const std::string& name) const;
   /// Adds the worst observation to a row, and counts what exceeds its bound.
   void compare(BoundRow& row);
@@ -64,7 +64,7 @@ class Observed {
   std::string first_violation;  ///< Names the first such row.
 
  private:
-  using Key = std::tuple<bounds::Quantity, std::string, std::string>;
+  using Key = std::tuple<Latency, std::string, std::string>;
   std::map<Key, std::vector<std::int64_t>> values_;
 };
 

@@ -21,7 +21,6 @@ namespace hotpath::guarantees {
 namespace {
 
 namespace fs = std::filesystem;
-using bounds::Quantity;
 
 constexpr std::int64_t kShortestRun_ms = 100;  // of `simulate`
 
@@ -58,12 +57,12 @@ std::string list_of(const GivenJobs& given, const TaskSet& set, const Trace& tra
 std::int64_t largest(const results::Repetition& repetition, const bounds::ReachedWorstCase& worst) {
   Duration largest{-1};
   for (const JobRecord& r : repetition.trace.jobs) {
-    if (worst.kind == Quantity::task && r.outcome == Outcome::ran && r.job.task == worst.number)
+    if (worst.latency == Latency::response && r.outcome == Outcome::ran && r.job.task == worst.number)
       largest = std::max(largest, r.response_time());
   }
   for (const ChainRecord& c : repetition.trace.chains) {
-    if (worst.kind == Quantity::task || c.chain != worst.number) continue;
-    largest = std::max(largest, worst.kind == Quantity::chain ? c.end_to_end_latency : c.hot_path_latency);
+    if (worst.latency == Latency::response || c.chain != worst.number) continue;
+    largest = std::max(largest, c.latency(worst.latency).value_or(largest));
   }
   return largest.count();
 }
@@ -115,10 +114,8 @@ std::string write_witnesses(const std::vector<bounds::ReachedWorstCase>& worst_c
   const simulated::Options common = common_options(own, graph, tasks.set, executor, options);
   std::string lines;
   for (const bounds::ReachedWorstCase& worst : worst_cases) {
-    const bool of_task = worst.kind == Quantity::task;
-    const std::string quantity = of_task                            ? "response_"
-                                 : worst.kind == Quantity::hot_path ? "hot_path_"
-                                                                    : "age_";
+    const bool of_task = worst.latency == Latency::response;
+    const std::string quantity = of_task ? "response_" : worst.latency == Latency::age ? "age_" : "hot_path_";
     const std::string subject =
         quantity + (of_task ? tasks.set[worst.number].name : graph.chains[worst.number].name);
     fs::path run = own / file_name(subject);

@@ -57,6 +57,10 @@ struct ChainSummary {
   Quantiles interval_ms;      ///< Between the finishes of consecutive outputs of a repetition.
   Quantiles disparity_ms;     ///< Spread of the sources' timestamps in one output.
   std::uint64_t drops = 0;    ///< Samples lost before the counted outputs (upstream's `hot path drops`).
+
+  [[nodiscard]] const LatencySummary& latency(Latency of) const {
+    return of == Latency::age ? end_to_end : hot_path;
+  }
 };
 
 /// Whether a task had timestamps or samples, but none of its jobs started.

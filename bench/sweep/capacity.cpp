@@ -62,6 +62,9 @@ Capacity find_capacity(const Levels& levels, std::size_t coarse,
   return capacity;
 }
 
+/// The word of `--require`.
+static const char* word_of(Latency latency) { return latency == Latency::age ? "age" : "latency"; }
+
 Requirement Requirement::parse(const std::vector<std::string>& words) {
   Requirement r{.words = words};
   for (const std::string& word : words) {
@@ -71,11 +74,11 @@ Requirement Requirement::parse(const std::vector<std::string>& words) {
     } else if (word == "deadlines") {
       r.deadlines = true;
     } else if (name == "age:" || name == "latency:") {
-      std::optional<double>& limit_ms = name == "age:" ? r.age_ms : r.latency_ms;
-      limit_ms = hotpath::parse<double>(std::string_view(word).substr(name.size()));
+      const auto limit_ms = hotpath::parse<double>(std::string_view(word).substr(name.size()));
       if (!(limit_ms > 0.0))
         throw program::UsageError(
             program::concat("--require: `", word, "` has no limit; write ", name, "60 for 60 ms"));
+      r.most_ms[name == "age:" ? Latency::age : Latency::hot_path] = *limit_ms;
     } else {
       throw program::UsageError("--require: `" + word + "` is not no-loss, deadlines, age:MS or latency:MS");
     }
@@ -102,16 +105,16 @@ std::optional<std::string> Requirement::failure(const results::ExecutorSummary& 
        program::concat(executor.after_warm_up.deadline_overruns, " deadlines missed")},
       {true, [](const Each& r) { return r.never_ran > 0; },
        never_ran == 1 ? "a task never ran" : program::concat(never_ran, " tasks never ran")}};
-  for (std::size_t c = 0; (age_ms || latency_ms) && c < executor.chains.size(); ++c) {
+  for (std::size_t c = 0; !most_ms.empty() && c < executor.chains.size(); ++c) {
     conditions.push_back({true, [c](const Each& r) { return r.chains[c].outputs == 0; },
                           "no output of chain " + executor.chains[c].chain});
-    const auto limit = [&](const char* name, double Each::OfChain::*of, std::optional<double> limit_ms) {
+    for (const auto& [latency, limit_ms] : most_ms) {
+      const auto of =
+          latency == Latency::age ? &Each::OfChain::worst_age_ms : &Each::OfChain::worst_hot_path_ms;
       const auto worst = [c, of](const Each& r) { return r.chains[c].*of; };
-      conditions.push_back({limit_ms.has_value(), [=](const Each& r) { return !(worst(r) <= *limit_ms); },
-                            program::text("%s %.1f ms", name, most(worst))});
-    };
-    limit("age", &Each::OfChain::worst_age_ms, age_ms);
-    limit("latency", &Each::OfChain::worst_hot_path_ms, latency_ms);
+      conditions.push_back({true, [worst, limit = limit_ms](const Each& r) { return !(worst(r) <= limit); },
+                            program::text("%s %.1f ms", word_of(latency), most(worst))});
+    }
   }
   for (const auto& [required, fails, why] : conditions) {
     const auto count = required ? std::ranges::count_if(each, fails) : 0;
@@ -141,13 +144,13 @@ std::vector<program::Value> measures_of(const results::ExecutorSummary& executor
   constexpr const char* kDigits = "%.6f";
   std::vector<program::Value> values = {
       executor.lost(), executor.after_warm_up.deadline_overruns, {response_share_max(executor), kDigits}};
-  for (const auto latency : {&results::ChainSummary::end_to_end, &results::ChainSummary::hot_path}) {
+  for (const Latency latency : {Latency::age, Latency::hot_path}) {
     const auto worst = [&](const results::ChainSummary& chain) {
-      const Quantiles& q = (chain.*latency).quantiles;
+      const Quantiles& q = chain.latency(latency).quantiles;
       return q.n > 0 ? q.max : -INFINITY;
     };
     const auto chain = std::ranges::max_element(executor.chains, {}, worst);
-    const auto of = chain == executor.chains.end() ? results::LatencySummary() : (*chain).*latency;
+    const auto of = chain == executor.chains.end() ? results::LatencySummary() : chain->latency(latency);
     for (const auto quantile : {&Quantiles::p99, &Quantiles::max}) {
       for (const Quantiles& q : {of.quantiles, of.low, of.high})
         values.emplace_back(finite(q.*quantile), kDigits);
@@ -167,14 +170,9 @@ std::optional<std::string> failure_of(const bounds::Guarantees& guaranteed, cons
   }
   for (const Chain& named : graph.chains) {
     const bounds::ChainGuarantee* chain = guaranteed.chain(named.name);
-    const auto within = [&](std::optional<bounds::Guarantee> bounds::ChainGuarantee::*of,
-                            std::optional<double> limit_ms) {
-      return !limit_ms || (chain != nullptr && chain->*of && to_ms(Duration((chain->*of)->ns)) <= *limit_ms);
-    };
-    if (!within(&bounds::ChainGuarantee::age, require.age_ms))
-      return "no bound of " + named.name + " within the age";
-    if (!within(&bounds::ChainGuarantee::hot_path, require.latency_ms))
-      return "no bound of " + named.name + " within the latency";
+    for (const auto& [latency, limit_ms] : require.most_ms)
+      if (chain == nullptr || !chain->of(latency) || !(to_ms(Duration(chain->of(latency)->ns)) <= limit_ms))
+        return program::concat("no bound of ", named.name, " within the ", word_of(latency));
   }
   return std::nullopt;
 }

@@ -38,9 +38,8 @@ struct Capacity {
 /// The requirement on a run.
 struct Requirement {
   bool no_loss = false, deadlines = false;
-  /// Limits of the age of every chain's data, and of its hot-path latency.
-  std::optional<double> age_ms{}, latency_ms{};
-  std::vector<std::string> words;  ///< As given.
+  std::map<Latency, double> most_ms{};  ///< Of every chain.
+  std::vector<std::string> words;       ///< As given.
 
   /// Parses `no-loss`, `deadlines`, `age:MS` and `latency:MS`. Throws UsageError.
   [[nodiscard]] static Requirement parse(const std::vector<std::string>& words);

@@ -14,7 +14,6 @@ namespace hotpath {
 namespace {
 
 using namespace std::chrono_literals;
-using bounds::Quantity;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
@@ -77,9 +76,9 @@ class BoundRowsTest : public testing::Test {
 
 TEST_F(BoundRowsTest, UnknownAgesAreNoObservations) {
   const guarantees::Observed of_run = observed();
-  EXPECT_THAT(of_run.of(Quantity::chain, "default", "c"), UnorderedElementsAre(7'000'000));
-  EXPECT_THAT(of_run.of(Quantity::hot_path, "default", "c"), UnorderedElementsAre(2'000'000, 3'000'000));
-  EXPECT_THAT(of_run.of(Quantity::task, "default", "B"), UnorderedElementsAre(4'000'000, 6'000'000));
+  EXPECT_THAT(of_run.of(Latency::age, "default", "c"), UnorderedElementsAre(7'000'000));
+  EXPECT_THAT(of_run.of(Latency::hot_path, "default", "c"), UnorderedElementsAre(2'000'000, 3'000'000));
+  EXPECT_THAT(of_run.of(Latency::response, "default", "B"), UnorderedElementsAre(4'000'000, 6'000'000));
 }
 
 TEST_F(BoundRowsTest, ABoundIsViolatedByWhatExceedsIt) {

@@ -54,7 +54,7 @@ std::optional<Trace> simulated(const Graph& graph, const GraphTasks& given,
 }
 
 /// A task, chain or hot path, by its number; and values in ns.
-using Which = std::pair<bounds::Quantity, std::uint32_t>;
+using Which = std::pair<Latency, std::uint32_t>;
 using Values = std::map<Which, std::int64_t>;
 
 class BoundCase {
@@ -168,15 +168,15 @@ class BoundCase {
     if (!run) return;
     const Trace& trace = *run;
     result_.jobs += trace.jobs.size();
-    const auto see = [&](bounds::Quantity kind, std::uint32_t number, Duration value) {
+    const auto see = [&](Latency kind, std::uint32_t number, Duration value) {
       std::int64_t& largest = seen_[{kind, number}];
       largest = std::max(largest, value.count());
     };
     for (const JobRecord& r : trace.jobs)
-      if (r.outcome == Outcome::ran) see(bounds::Quantity::task, r.job.task, r.finish - r.job.timestamp);
+      if (r.outcome == Outcome::ran) see(Latency::response, r.job.task, r.finish - r.job.timestamp);
     for (const ChainRecord& c : join_chains(graph_, tasks_, trace, observations)) {
-      see(bounds::Quantity::chain, c.chain, c.end_to_end_latency);
-      see(bounds::Quantity::hot_path, c.chain, c.hot_path_latency);
+      see(Latency::age, c.chain, c.end_to_end_latency);
+      see(Latency::hot_path, c.chain, c.hot_path_latency);
     }
   }
 
@@ -184,18 +184,18 @@ class BoundCase {
   void expect_reached(const bounds::ReachedWorstCase& worst) {
     seen_.clear();
     simulate(tasks_, WitnessTimes(tasks_.set, worst.witness), worst.witness.instant - Time{} + 1ns);
-    const Which which{worst.kind, worst.number};
+    const Which which{worst.latency, worst.number};
     if (seen_[which] != worst.value_ns) wrong("its witness", which, seen_[which], worst.value_ns);
   }
 
   static Values values(const GraphBounds& b) {
     Values all;
     for (TaskId id = 0; id < b.tasks.size(); ++id)
-      if (b.tasks[id]) all[{bounds::Quantity::task, id}] = *b.tasks[id];
+      if (b.tasks[id]) all[{Latency::response, id}] = *b.tasks[id];
     for (std::uint32_t c = 0; c < b.chains.size(); ++c) {
       if (!b.chains[c]) continue;
-      all[{bounds::Quantity::chain, c}] = b.chains[c]->latency;
-      if (b.chains[c]->hot_path) all[{bounds::Quantity::hot_path, c}] = *b.chains[c]->hot_path;
+      all[{Latency::age, c}] = b.chains[c]->latency;
+      if (b.chains[c]->hot_path) all[{Latency::hot_path, c}] = *b.chains[c]->hot_path;
     }
     return all;
   }
@@ -219,7 +219,7 @@ class BoundCase {
     if (!result_.wrong.empty()) return;
     const auto& [kind, number] = which;
     const std::string& name =
-        kind == bounds::Quantity::task ? tasks_.set[number].name : graph_.chains[number].name;
+        kind == Latency::response ? tasks_.set[number].name : graph_.chains[number].name;
     result_.wrong =
         executor_.label + ", " + method + ": " + std::string(to_string(kind)) + " " + name +
         " was observed with " + std::to_string(seen) + " ns, against " + std::to_string(bound) +

@@ -44,9 +44,9 @@ Side live(std::mt19937& random, const Live& of = {}) {
   std::uniform_real_distribution<double> sample(16, 28);
   std::poisson_distribution<int> losses(of.losses);
   for (const char* const executor : kExecutors) {
-    Samples& samples = side.samples[{Quantity::hot_path, "autoware", Source::live, "80 %", executor, ""}];
+    Samples& samples = side.samples[{Latency::hot_path, "autoware", Source::live, "80 %", executor, ""}];
     Series& lost =
-        side.counts[{Measure::losses, {Quantity::lost, "autoware", Source::live, "80 %", executor, ""}}];
+        side.counts[{Measure::losses, {std::nullopt, "autoware", Source::live, "80 %", executor, ""}}];
     for (std::int64_t r = 0; r < of.repetitions; ++r) {
       const double factor = (executor == std::string(of.slower) ? of.by : 1) *
                             std::exp(noise(random) + of.trend * static_cast<double>(r) / kRepetitions);
@@ -60,7 +60,7 @@ Side live(std::mt19937& random, const Live& of = {}) {
 /// Simulations with seeds from `first`, of these medians.
 Side simulated(const std::vector<double>& medians, std::int64_t first = 1) {
   Side side;
-  Samples& samples = side.samples[{Quantity::hot_path, "autoware", Source::simulated, "80 %", "rm-ro", ""}];
+  Samples& samples = side.samples[{Latency::hot_path, "autoware", Source::simulated, "80 %", "rm-ro", ""}];
   for (const double median : medians) samples.of(first++) = {median, median, 2 * median};
   return side;
 }
@@ -124,7 +124,7 @@ TEST(Gate, HasTheStatedPower) {
   std::mt19937 random(1);
   Side old = live(random), now = live(random);
   const std::vector<Judgement> judged = judge(old, now, false);
-  const Key timer{Quantity::response, "T", Source::live, "80 %", "static", ""};
+  const Key timer{Latency::response, "T", Source::live, "80 %", "static", ""};
   for (Side* const side : {&old, &now}) side->counts[{Measure::jobs, timer}] = {{0, 5}, {1, 5}, {2, 5}};
   EXPECT_EQ(judge(old, now, false).front().detectable, judged.front().detectable) << "jobs are no test";
   std::vector<double> told;
@@ -176,9 +176,9 @@ TEST(Gate, OtherDrawsAreNoPair) {
   }
 }
 
-const Key kChain{Quantity::hot_path, "x", Source::simulated, "80 %", "rm-ro", ""};
-const Key kTimer{Quantity::response, "T", Source::simulated, "80 %", "rm-ro", ""};
-const Key kOther{Quantity::hot_path, "x", Source::simulated, "80 %", "other", ""};
+const Key kChain{Latency::hot_path, "x", Source::simulated, "80 %", "rm-ro", ""};
+const Key kTimer{Latency::response, "T", Source::simulated, "80 %", "rm-ro", ""};
+const Key kOther{Latency::hot_path, "x", Source::simulated, "80 %", "other", ""};
 
 /// A side that has only these outputs and jobs, in three repetitions.
 Side counted(const std::map<Key, std::vector<double>>& outputs) {

@@ -19,13 +19,13 @@ using namespace std::chrono_literals;
 using testing::Contains;
 using testing::ElementsAre;
 
-std::vector<Explanation> of_chain(const Simulated& run, std::uint32_t chain, bool hot_path = true) {
+std::vector<Explanation> of_chain(const Simulated& run, std::uint32_t chain, Latency of = Latency::hot_path) {
   std::vector<Output> outputs;
   for (const ChainRecord& r : run.trace().chains) {
-    const Duration latency = hot_path ? r.hot_path_latency : r.end_to_end_latency;
-    if (r.chain == chain && latency >= Duration{}) outputs.push_back({0, r.sequence, latency, r.sink});
+    const auto latency = r.latency(of);
+    if (r.chain == chain && latency >= Duration{}) outputs.push_back({0, r.sequence, *latency, r.sink});
   }
-  return run.explained(chain, outputs, hot_path);
+  return run.explained(chain, outputs, of);
 }
 std::vector<Explanation> of_task(const Simulated& run, TaskId task) {
   std::vector<Output> outputs;
@@ -74,8 +74,8 @@ void check_all(const Simulated& run, bool exact) {
     for (const Explanation& e : all) ASSERT_NO_FATAL_FAILURE(check(run, e, exact)) << name;
   };
   for (std::uint32_t c = 0; c < run.graph().chains.size(); ++c) {
-    for (const bool hot_path : {true, false})
-      ASSERT_NO_FATAL_FAILURE(check_each(of_chain(run, c, hot_path), run.graph().chains[c].name));
+    for (const Latency latency : {Latency::hot_path, Latency::age})
+      ASSERT_NO_FATAL_FAILURE(check_each(of_chain(run, c, latency), run.graph().chains[c].name));
   }
   for (TaskId id = 0; id < run.tasks().set.size(); ++id)
     ASSERT_NO_FATAL_FAILURE(check_each(of_task(run, id), run.tasks().set[id].name));
@@ -319,7 +319,7 @@ std::vector<Part> parts_of(const Graph& graph, const char* executor, results::Ru
   const System system(setup::parse_executor(executor, {}), graph, tasks, kind, 1);
   std::vector<Part> parts;
   Explainer explainer(
-      system, chain, {output}, [&](const Explanation& e) { parts = e.parts; }, true);
+      system, chain, {output}, [&](const Explanation& e) { parts = e.parts; }, Latency::hot_path);
   explainer.begin(0, nullptr);
   for (const JobRecord& job : jobs) explainer.add(job);
   explainer.end();

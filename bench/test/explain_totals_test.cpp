@@ -26,7 +26,7 @@ TEST(Overviews, SeparateTheTail) {
   EXPECT_EQ(overview.middle.outputs, 248U);
   EXPECT_EQ(overview.tail.outputs, 2U);
   EXPECT_THAT(
-      report({set, "default", "chain", "", 0}, overview).sentences,
+      report({set, "default", "chain"}, overview).sentences,
       Contains(HasSubstr("100 % of the excess over the median (10.0 ms) is waiting for the executor; 100 % "
                          "is waiting behind slow (earlier event (FIFO))")));
 }
@@ -47,7 +47,7 @@ TEST(Overviews, GiveLongerAndShorterCausesApart) {
   overview.all = overview.middle = totals_of({{Cause::running, 10ms}, {Cause::snapshot, 15ms}});
   overview.tail = totals_of({{Cause::running, 10ms}, {Cause::executor, 18ms}, {Cause::join, 2ms}});
   const TaskSet set;
-  EXPECT_EQ(report({set, "default", "chain", "", 0}, overview).sentences.back(),
+  EXPECT_EQ(report({set, "default", "chain"}, overview).sentences.back(),
             "Compared with the median (25.0 ms), the worst 1 % (1 of 1 outputs, on average 30.0 ms) spend "
             "20.0 ms more, of which 18.0 ms (90 %) on waiting for the executor and 2.0 ms (10 %) on waiting "
             "for a join's other input or timer, but 15.0 ms less on a wait set's snapshot taken too early.");
@@ -57,9 +57,7 @@ TEST(Comparisons, GiveSavingsAndLossesApart) {
   const TaskSet set;
   const Totals a = totals_of({{Cause::running, 10ms}, {Cause::executor, 6ms}, {Cause::snapshot, 2ms}});
   Totals b = totals_of({{Cause::running, 10ms}, {Cause::older_sample, 7ms}});
-  const auto told = [&] {
-    return report({set, "a", "chain", "", 0}, a, {set, "b", "chain", "", 0}, b).sentences[1];
-  };
+  const auto told = [&] { return report({set, "a", "chain"}, a, {set, "b", "chain"}, b).sentences[1]; };
   EXPECT_EQ(
       told(),
       "It saves 8.0 ms, of which 6.0 ms (75 %) for waiting for the executor and 2.0 ms (25 %) for a wait "
@@ -76,7 +74,7 @@ TEST(Comparisons, NameTheJobsThatOnePathAloneHas) {
   Totals a = totals_of({{Cause::running, 30ms}}), b = totals_of({{Cause::running, 15ms}});
   a.running = {{1, 20ms}, {2, 10ms}};
   b.running = {{0, 5ms}, {2, 10ms}};
-  EXPECT_THAT(report({set, "a", "chain", "", 0}, a, {set, "b", "chain", "", 0}, b).sentences,
+  EXPECT_THAT(report({set, "a", "chain"}, a, {set, "b", "chain"}, b).sentences,
               testing::IsSupersetOf({"On average, the path under a has 20.0 ms more of Camera.",
                                      "On average, the path under b has 5.0 ms more of Lidar."}));
 }

@@ -34,10 +34,10 @@ class Simulated {
   const System& system() const { return *system_; }
 
   std::vector<Explanation> explained(std::optional<std::uint32_t> chain, const std::vector<Output>& outputs,
-                                     bool hot_path = false) const {
+                                     Latency latency = Latency::response) const {
     std::vector<Explanation> all;
     Explainer explainer(
-        system(), chain, outputs, [&](const Explanation& e) { all.push_back(e); }, hot_path);
+        system(), chain, outputs, [&](const Explanation& e) { all.push_back(e); }, latency);
     explainer.begin(0, times_.get());
     for (const JobRecord& r : trace_.jobs) explainer.add(r);
     explainer.end();

@@ -297,7 +297,7 @@ std::size_t check_run(const Graph& graph, const setup::ExecutorSpec& spec, std::
       by_sink[f.sink] = &f;
       outputs.push_back({0, f.sink.second, f.latency, f.sink.first});
     }
-    for (const Explanation& e : run.explained(c, outputs, true)) {
+    for (const Explanation& e : run.explained(c, outputs, Latency::hot_path)) {
       const JobRecord& sink = e.path.back();
       SCOPED_TRACE(graph.chains[c].name + " " + run.tasks().set[sink.job.task].name + " " +
                    std::to_string(sink.job.sequence));

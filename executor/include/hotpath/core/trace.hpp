@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cassert>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,11 @@ struct JobRecord {
   [[nodiscard]] Duration lateness() const { return start - job.timestamp; }        ///< Of a started job.
 };
 
+/// What is measured: the age of the data in a chain's output when it is there (end-to-end latency), the
+/// paper's hot-path latency of that output, or the response time of a task's job.
+enum class Latency : std::uint8_t { age, hot_path, response };
+constexpr auto enum_texts(Latency) { return texts_in_order<Latency>({"age", "hot path", "response"}); }
+
 /// One output of a chain's sink.
 struct ChainRecord {
   std::uint32_t chain = 0;     ///< Index into the graph's chains.
@@ -40,6 +47,13 @@ struct ChainRecord {
   Time finish = kNever;   ///< Of the sink's job; kNever: unknown.
   /// Latest minus oldest timestamp of the sources in the data; -1: unknown.
   Duration disparity{-1};
+
+  /// The age or the hot-path latency; std::nullopt: unknown.
+  [[nodiscard]] std::optional<Duration> latency(Latency of) const {
+    assert(of != Latency::response);
+    if (of == Latency::hot_path) return hot_path_latency;
+    return end_to_end_latency < Duration{} ? std::nullopt : std::optional(end_to_end_latency);
+  }
 };
 
 /// Everything recorded in one run of one executor, live or simulated.
