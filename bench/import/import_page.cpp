@@ -248,9 +248,18 @@ std::vector<std::string> defects(const Facts& facts) {
   return all;
 }
 
+/// With the remarks that stand nowhere else in import.json.
 std::vector<std::string> warnings(const Facts& facts) {
   std::vector<std::string> all = defects(facts);
-  all.insert(all.end(), facts.imported.notes.begin(), facts.imported.notes.end());
+  for (const auto& [kind, texts] : facts.imported.remarks) {
+    if (kind == Remark::unmodelled && facts.imported.best.check.light != Light::green) continue;
+    for (const std::string& text : texts) {
+      if (kind == Remark::open && !text.starts_with("whether ")) continue;
+      all.push_back(kind == Remark::undecided ? concat("The recording leaves open whether ", text, ".")
+                    : kind == Remark::open    ? concat("Uncertain: ", text, ".")
+                                              : text);
+    }
+  }
   return all;
 }
 
@@ -306,15 +315,18 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   const Reproduction& best = imported.best;
   const SelfCheck& check = best.check;
   const MeasuredDelivery delivery = measured_delivery(best.costs);
-  std::vector<std::string> executors, light = check.reasons, uncertain = defects(facts);
+  std::vector<std::string> executors, light = check.reasons, uncertain = defects(facts), missing;
   for (std::size_t e = 0; e < best.labels.size(); ++e) {
     const Recognition& r = imported.recognitions[e];
     if (r.verdict == Verdict::recognised || r.verdict == Verdict::tie)
       executors.push_back(concat(imported.recorded.executors[e].name, ": ", first_of(r.names(), ", "), " (",
                                  to_string(r.verdict), ")"));
   }
-  for (const auto* more : {&imported.uncertain, &imported.recorded.notes})
-    std::ranges::copy(*more, std::back_inserter(uncertain));
+  for (const auto& [to, kind] : {std::pair(&uncertain, Remark::open),
+                                 {&uncertain, Remark::assumed},
+                                 {&missing, Remark::missing},
+                                 {&missing, Remark::unmodelled}})
+    std::ranges::copy(imported.remarks.at(kind), std::back_inserter(*to));
   for (const auto& chain : check.chains)
     if (std::isfinite(chain.recorded_ms.p50) && std::isfinite(chain.simulated_ms.p50))
       light.push_back(program::text("%s median %.2f ms recorded, %.2f simulated (%+.1f %%)",
@@ -325,7 +337,7 @@ void print_import(std::ostream& out, const Facts& facts, const std::filesystem::
   out << "Recognised: " << best.graph.nodes.size() << " nodes, " << best.tasks.set.size() << " tasks, "
       << facts.jobs() << " jobs in " << program::fixed(seconds_of(facts.reading.length()), 1)
       << " s; executors: " << first_of(executors) << "\nUncertain: " << first_of(uncertain)
-      << "\nMissing: " << first_of(imported.found.graph.missing)
+      << "\nMissing: " << first_of(missing)
       << (delivery.n == 0 ? ""
                           : program::text("\nDelivery: %.1f to %.1f us, median %.1f us (%zu samples that a "
                                           "sleeping thread took)",

@@ -59,7 +59,7 @@ class Builder {
         order_(shown.order),
         uses_(system_.callbacks.size()),
         is_task_(uses_.size(), false) {
-    result_.missing = recorded_.missing;
+    result_.remarks = recorded_.remarks;
     result_.graph.name = printable(graph_name(name, true), kMaxNameBytes);
     if (!order_.nodes.empty()) return;
     for (std::uint32_t n = 0; n < system_.nodes.size(); ++n) order_.nodes.push_back(n);
@@ -93,8 +93,8 @@ class Builder {
     bool overlaps_itself = false;
   };
 
-  void note(const auto&... parts) { result_.notes.push_back(concat(parts...)); }
-  void leave_out(const auto&... parts) { result_.missing.push_back(concat(parts...)); }
+  void remark(Remark kind, const auto&... parts) { result_.remarks[kind].push_back(concat(parts...)); }
+  void leave_out(const auto&... parts) { remark(Remark::missing, parts...); }
   const tracing::Callback& callback(std::uint32_t c) const { return system_.callbacks[c]; }
   const std::string& topic_of(std::uint32_t c) const { return recorded_.topic_of(c); }
   bool reads(std::uint32_t c) const { return is_task_[c] && callback(c).topic != kNone; }
@@ -108,7 +108,8 @@ class Builder {
     std::string name = unused_name(plain, used);
     const char* const kind = is_node ? "node " : "topic ";
     if (name != plain)
-      note("The graph has another ", kind, plain, "; ", kind, ros_name, " is called ", name, " in it.");
+      remark(Remark::difference, "The graph has another ", kind, plain, "; ", kind, ros_name, " is called ",
+             name, " in it.");
     return name;
   }
 
@@ -202,25 +203,22 @@ class Builder {
       while (names.size() < uses_[c].copy)
         names.push_back(unused_name(concat(names.front(), "_", names.size() + 1), used));
       if (uses_[c].copy > 1)
-        note("Node ", result_.node_names[callback(c).node], " subscribes to ", topic_of(c),
-             " several times; ", input_name(c), " is a copy of the topic in the graph, published with it.");
+        remark(Remark::difference, "Node ", result_.node_names[callback(c).node], " subscribes to ",
+               topic_of(c), " several times; ", input_name(c),
+               " is a copy of the topic in the graph, published with it.");
     }
   }
 
   void find_undecided() {
-    const auto leave_open = [&](const auto&... parts) {
-      result_.undecided.push_back(concat(parts...));
-      note("The recording leaves open whether ", result_.undecided.back(), ".");
-    };
     for (const InferredRule& rule : result_.rules)
       if (!rule.as_good.empty())
-        leave_open(system_.topics[rule.topic].name, " is published ", rule_text(system_, rule), ", or ",
-                   rule_text(system_, rule.as_good.front()));
+        remark(Remark::undecided, system_.topics[rule.topic].name, " is published ", rule_text(system_, rule),
+               ", or ", rule_text(system_, rule.as_good.front()));
     std::set<std::uint32_t> nodes;
     for (std::uint32_t c = 0; c < uses_.size(); ++c)
       if (uses_[c].overlaps && !uses_[c].overlaps_itself && nodes.insert(callback(c).node).second)
-        leave_open("callbacks of node ", system_.nodes[callback(c).node],
-                   " that overlapped have groups of their own, or a reentrant one");
+        remark(Remark::undecided, "callbacks of node ", system_.nodes[callback(c).node],
+               " that overlapped have groups of their own, or a reentrant one");
   }
 
   void add_node(std::uint32_t n) {

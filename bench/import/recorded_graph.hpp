@@ -36,10 +36,8 @@ struct RecordedGraph {
   std::vector<TaskId> task_of;             ///< By callback; kNoTask: not in the graph.
   std::vector<std::uint32_t> callback_of;  ///< By task; kNone: a timer for publications outside of callbacks.
   std::vector<InferredRule> rules;
-  Time epoch{};                             ///< Creation of the first timer: phases count from here.
-  std::vector<std::string> notes;           ///< Sentences about differences between the graph and the system.
-  std::vector<std::string> missing = {};    ///< Sentences: what is left out or replaced.
-  std::vector<std::string> undecided = {};  ///< Phrases: what has two readings.
+  Time epoch{};     ///< Creation of the first timer: phases count from here.
+  Remarks remarks;  ///< With those of the system.
 
   std::vector<std::string> node_names;                ///< As in the graph, by node of the trace.
   std::vector<std::vector<std::string>> topic_names;  ///< The same by topic, and then those of its copies.

@@ -216,9 +216,9 @@ RecordedSystem recorded_system(tracing::System system, std::vector<tracing::Job>
   const std::vector<tracing::Callback>& callbacks = recorded.system.callbacks;
   const tracing::Job& last = recorded.jobs.back();
   recorded.end = (last.ended ? last.finish : last.start) + Duration(1);
-  recorded.notes = attribute_requests(recorded.system, recorded.jobs);
+  recorded.remarks[Remark::assumed] = attribute_requests(recorded.system, recorded.jobs);
   recorded.executors = recorded_executors(recorded.system);
-  recorded.missing = unseen_callbacks(recorded.system, recorded.executors);
+  recorded.remarks[Remark::missing] = unseen_callbacks(recorded.system, recorded.executors);
   recorded.executor_of.assign(callbacks.size(), kNone);
   for (std::uint32_t c = 0; c < callbacks.size(); ++c) {
     if (callbacks[c].node == kNone) continue;

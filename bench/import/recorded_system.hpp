@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,19 @@
 namespace hotpath::imports {
 
 using tracing::kNone;
+
+/// What the events of a trace do not tell: texts by kind, in the order of import.json.
+enum class Remark : std::uint8_t {
+  difference,  ///< Between the graph and the system.
+  undecided,   ///< Phrases after `whether`: what has two readings.
+  fitted,      ///< What the executors show of the graph.
+  missing,     ///< What the graph leaves out or replaces, and what a trace does not show.
+  assumed,     ///< What is taken for granted: who calls services.
+  delivery,    ///< Orders of delivery that are unknown or do not always hold.
+  open,        ///< Phrases: executors, and `whether` two readings differ in effect.
+  unmodelled,  ///< What may explain a deviation; unless the light is green also among SelfCheck::reasons.
+};
+using Remarks = std::map<Remark, std::vector<std::string>>;
 
 /// Threads that share callbacks.
 struct RecordedExecutor {
@@ -31,8 +45,7 @@ struct RecordedSystem {
   std::vector<std::uint32_t> executor_of = {};  ///< By callback; kNone: no thread of an executor ran it.
   unsigned cores = 1;
   tracing::Time end{};
-  std::vector<std::string> notes = {};    ///< Sentences about what is taken for granted: who calls services.
-  std::vector<std::string> missing = {};  ///< Sentences about what a trace does not show.
+  Remarks remarks = {};
   tracing::System system = {};
 
   /// The same system with its first jobs only; fewer than it has.

@@ -142,11 +142,9 @@ ChosenExecutors choose_executors(const std::vector<Recognition>& recognitions, c
   return chosen;
 }
 
-/// Sentences about the graph, its order and what a trace does not show.
-std::vector<std::string> notes_of(const RecordedSystem& recorded, const RecordedGraph& graph,
-                                  const ChosenExecutors& chosen, const std::vector<Recognition>& recognitions,
-                                  const RecordedDeliveries& deliveries) {
-  std::vector<std::string> notes = graph.notes;
+/// Sentences about what the executors show of the graph.
+std::vector<std::string> fitted(const ChosenExecutors& chosen, const std::vector<Recognition>& recognitions) {
+  std::vector<std::string> notes;
   if (!chosen.order.empty())
     notes.push_back(
         "Nodes and callbacks are in the order in which the executor served them, which is not that of "
@@ -155,9 +153,6 @@ std::vector<std::string> notes_of(const RecordedSystem& recorded, const Recorded
   if (!chosen.priorities.empty() && std::ranges::none_of(recognitions, is_stated))
     notes.push_back(
         "The priorities of timers in the graph are fitted to the order of jobs; only their order counts.");
-  for (const auto* more : {&graph.missing, &recorded.notes})
-    std::ranges::copy(*more, std::back_inserter(notes));
-  std::ranges::copy(delivery_notes(recorded.system, deliveries), std::back_inserter(notes));
   return notes;
 }
 
@@ -234,34 +229,33 @@ Imported import_system(RecordedSystem recorded, const CtfOptions& options) {
   Interpretation found = rearranged ? interpret(recorded, options, deliveries, shown) : first;
   const std::string deployment_file = std::filesystem::path(options.output) / "deployment.yaml";
   Reproduction best = reproduce(recorded, found, chosen.labels, deployment_file);
-  std::vector<std::string> uncertain = open_executors(recorded, recognitions, chosen, found, best);
-  std::vector<std::string> missing = unmodelled(recorded.system, found.graph);
+  Remarks remarks = found.graph.remarks;
+  remarks[Remark::fitted] = fitted(chosen, recognitions);
+  remarks[Remark::delivery] = delivery_notes(recorded.system, deliveries);
+  remarks[Remark::open] = open_executors(recorded, recognitions, chosen, found, best);
+  remarks[Remark::unmodelled] = unmodelled(recorded.system, found.graph);
   for (std::size_t e = 0; e < recognitions.size(); ++e)
     if (!chosen.given[e] && recognitions[e].verdict == Verdict::none_fits)
       best.check.doubt(program::concat(recorded.executors[e].name,
                                        " is left out of the recognition, and simulated as ", chosen.labels[e],
                                        ". ", sentence(recognitions[e])));
-  if (const std::vector<std::string>& what = found.graph.undecided; !what.empty()) {
+  if (const std::vector<std::string>& what = remarks[Remark::undecided]; !what.empty()) {
     shown.other = true;
     CtfOptions plain = options;
     plain.chains.clear();  // which the other graph may not have
     Interpretation other = interpret(recorded, plain, deliveries, shown);
     other.graph.graph.chains = found.graph.graph.chains;
-    uncertain.push_back(program::concat(
+    remarks[Remark::open].push_back(program::concat(
         "whether ", what.front(), what.size() > 1 ? program::concat(", and ", what.size() - 1, " more") : "",
         effect_of(best, reproduce(recorded, other, chosen.labels, deployment_file)).second));
   }
   if (best.slices.unexplained > 0) best.check.doubt(unexplained_sentence(best.slices));
-  if (best.slices.threads > 0) missing.push_back(sentence(best.slices, found.graph.epoch));
-  std::vector<std::string> notes = notes_of(recorded, found.graph, chosen, recognitions, deliveries);
-  for (const std::string& what : uncertain)
-    if (what.starts_with("whether ")) notes.push_back(program::concat("Uncertain: ", what, "."));
-  // They explain a deviation; of a green reproduction they are remarks.
-  std::ranges::copy(missing,
-                    std::back_inserter(best.check.light == Light::green ? notes : best.check.reasons));
-  std::ranges::move(missing, std::back_inserter(found.graph.missing));
-  return {std::move(recorded), std::move(recognitions), chosen.given,     std::move(deliveries),
-          std::move(found),    std::move(best),         std::move(notes), std::move(uncertain)};
+  if (best.slices.threads > 0)
+    remarks[Remark::unmodelled].push_back(sentence(best.slices, found.graph.epoch));
+  if (best.check.light != Light::green)  // they may explain a deviation
+    std::ranges::copy(remarks[Remark::unmodelled], std::back_inserter(best.check.reasons));
+  return {std::move(recorded), std::move(recognitions), chosen.given,      std::move(deliveries),
+          std::move(found),    std::move(best),         std::move(remarks)};
 }
 
 }  // namespace hotpath::imports

@@ -51,8 +51,7 @@ struct Imported {
   RecordedDeliveries deliveries;
   Interpretation found;
   Reproduction best;
-  std::vector<std::string> notes;      ///< Sentences about differences between the graph and the system.
-  std::vector<std::string> uncertain;  ///< Phrases.
+  Remarks remarks;
 };
 /// Writes no file, and reads none but a deployment of the user. Throws UsageError if the jobs do not suffice,
 /// and the errors of the options.

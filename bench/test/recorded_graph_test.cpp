@@ -58,7 +58,7 @@ TEST(RecordedGraph, RequestsComeFromOutsideAtTheirInstants) {
     EXPECT_EQ(outside.callbacks[0].phase, Duration(10ms));
     const imports::RecordedGraph without = r.graph({1});
     EXPECT_EQ(without.task_of.at(1), kNoTask) << "threads of no executor";
-    EXPECT_THAT(without.missing,
+    EXPECT_THAT(without.remarks.at(imports::Remark::missing),
                 Contains(HasSubstr("1 callbacks of services and clients with 3 jobs ran on threads")));
   }
 }
@@ -161,7 +161,7 @@ TEST(RecordedGraph, TopicsOutsideOfTheGraphTakeNoNames) {
   }
   const imports::RecordedGraph graph = r.graph();
   EXPECT_EQ(graph.tasks.set[graph.task_of.at(3)].name, "n1/a");
-  EXPECT_THAT(graph.missing, testing::Each(HasSubstr("Nobody published /a")));
+  EXPECT_THAT(graph.remarks.at(imports::Remark::missing), testing::Each(HasSubstr("Nobody published /a")));
 }
 
 /// Two nodes answer each other; the second one ran less often.
@@ -176,7 +176,8 @@ TEST(RecordedGraph, ACycleIsCutBeforeTheCallbackWithTheFewestJobs) {
       r.job(1, 0, i * 10ms + 2ms, i * 10ms + 3ms).published.push_back({0, Time{} + i * 10ms + 2ms});
   }
   const imports::RecordedGraph graph = r.graph();
-  EXPECT_THAT(graph.missing, Contains(HasSubstr("n0/a does not publish b in the graph")));
+  EXPECT_THAT(graph.remarks.at(imports::Remark::missing),
+              Contains(HasSubstr("n0/a does not publish b in the graph")));
   // b keeps its samples.
   const Node& outside = graph.graph.nodes.back();
   EXPECT_EQ(outside.name, "outside");

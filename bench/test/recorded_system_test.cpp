@@ -70,7 +70,7 @@ class ServiceCalls : public testing::Test {
     r_.jobs = std::move(recorded.jobs);
     for (const tracing::Job& job : r_.jobs)
       if (job.ref.callback == 0) callers_.insert(job.sample.parent.callback);
-    return recorded.notes;
+    return recorded.remarks.at(imports::Remark::assumed);
   }
   static std::function<Duration(int)> after(Duration offset) {
     return [offset](int i) { return i * 50ms + offset; };
